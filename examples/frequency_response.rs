@@ -11,7 +11,9 @@
 
 mod support;
 
-use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, ByConstant, Continuation, Family, PointKind};
+use gear_dynamics::branches::{
+    Branch, BranchEnd, BranchPoint, ByConstant, Continuation, Family, PointKind, Switch,
+};
 use gear_dynamics::contact::{Contact, PieceChoice};
 use gear_dynamics::excitation::{Angle, Fourier, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
@@ -153,7 +155,8 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
 }
 
 /// Kinds of points that are drawn, in the order of their colours.
-const KINDS: [&str; 4] = ["fold", "period-doubling", "neimark-sacker", "grazing"];
+const KINDS: [PointKind; 4] =
+    [PointKind::Fold, PointKind::PeriodDoubling, PointKind::NeimarkSacker, PointKind::Grazing];
 
 /// The stable and the unstable parts of a branch: peak-to-peak value over the parameter, in pieces.
 fn parts(branch: &Branch) -> [Vec<(f64, f64)>; 2] {
@@ -174,16 +177,16 @@ fn parts(branch: &Branch) -> [Vec<(f64, f64)>; 2] {
 
 /// The orbits of twice the period from a period doubling to the next crossing with the simple orbits. Beyond
 /// it the branch repeats the same orbits, half a period apart.
-fn doubled(continuation: &Continuation, family: &dyn Family, point: &BranchPoint) -> Outcome<Branch> {
-    let mut following = continuation.begin_switch(family, point, 1.0)?;
-    let crosses = |point: &BranchPoint| matches!(point.kind, Some(PointKind::Branch));
+fn doubled(continuation: &Continuation, family: &impl Family, point: &BranchPoint) -> Outcome<Branch> {
+    let mut following = continuation.begin(family, Switch::at(point))?;
+    let crosses = |point: &BranchPoint| point.kind() == Some(PointKind::Branch);
     let _ = following.by_ref().find(crosses);
-    Ok(following.into_branch())
+    Ok(following.into_line())
 }
 
 /// Whether a branch of twice the period ends at this period doubling.
 fn leaves_at(doubled: &Branch, point: &BranchPoint) -> bool {
-    doubled.of_kind("branch").iter().any(|end| (end.parameter - point.parameter).abs() < 1e-9)
+    doubled.of_kind(PointKind::Branch).iter().any(|end| (end.parameter - point.parameter).abs() < 1e-9)
 }
 
 /// Writes a branch and its located points, and prints them.
@@ -196,7 +199,7 @@ fn report(folder: &Path, folds: &mut Csv, name: &str, branch: &Branch, seconds: 
     branch.table()?.write_csv(File::create(folder.join(format!("{name}.csv")))?)?;
     for (kind, point) in branch.located() {
         println!("{:16.10}  {:10.6}  {kind}", point.parameter, point.peak_to_peak());
-        folds.row(&[&name, &kind.name(), &point.parameter, &point.peak_to_peak()])?;
+        folds.row(&[&name, &kind.kind(), &point.parameter, &point.peak_to_peak()])?;
     }
     for note in branch.notes() {
         println!("  {note}");
@@ -218,7 +221,7 @@ fn panel(title: &str, labels: SeriesLabelPosition, branches: &[Branch]) -> Panel
         let points = all(&|branch| {
             branch.of_kind(kind).iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
         });
-        panel = panel.with(label(&points, kind), Mark::Points, points);
+        panel = panel.with(label(&points, &kind.to_string()), Mark::Points, points);
     }
     panel
 }
@@ -238,7 +241,7 @@ fn main() -> Outcome<()> {
         report(&folder, &mut folds, name, &branch, began.elapsed().as_secs_f64())?;
         let mut branches = Vec::new();
         if name == "gear_pair" {
-            for point in branch.of_kind("period-doubling") {
+            for point in branch.of_kind(PointKind::PeriodDoubling) {
                 if branches.iter().any(|doubled| leaves_at(doubled, point)) {
                     continue;
                 }

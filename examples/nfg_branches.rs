@@ -13,7 +13,7 @@
 
 mod support;
 
-use gear_dynamics::branches::{Branch, ByConstant, ByFunction, Continuation};
+use gear_dynamics::branches::{Branch, ByConstant, ByFunction, Continuation, TruncatedForces};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::ode::uniform_times;
@@ -54,7 +54,7 @@ fn report<O>(
 ) -> Outcome<()> {
     println!("{name}, {:.1} s: {branch}\n", begun.elapsed().as_secs_f64());
     for (kind, point) in branch.located() {
-        folds.row(&[&name, &kind.name(), &point.parameter, &point.peak_to_peak()])?;
+        folds.row(&[&name, &kind.kind(), &point.parameter, &point.peak_to_peak()])?;
     }
     for point in branch.points() {
         let stability = point.stability();
@@ -83,7 +83,7 @@ fn main() -> Outcome<()> {
     let begun = Instant::now();
     let flank = balance.linearised(&published(100.0)?, Piece::Lower)?;
     let continuation = Continuation::new(100.0, 250.0).max_points(if coarse() { 90 } else { 2000 });
-    let p = continuation.balance_truncating_forces(&family, &balance, &flank)?;
+    let p = continuation.balance(balance).run(&TruncatedForces(&family), &flank)?;
     report("P", &p, begun, (&mut folds, &mut points))?;
 
     let on_base = |speed| pair(speed, NfgReading::published_on_base_radius());

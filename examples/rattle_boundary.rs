@@ -57,8 +57,8 @@ fn first_loss(pair: &NfgPair, constant: &str, to: f64) -> Outcome<BranchPoint> {
     let continuation =
         Continuation::new(family.value(), to).first_step(0.1).max_step(0.3).shooting(shooting());
     let mut following = continuation.begin(&family, &[pair.static_start()?])?;
-    let loss = |point: &BranchPoint| point.kind.as_ref().is_some_and(|kind| kind.changes_rattle());
-    following.find(loss).ok_or_else(|| format!("no contact loss: {}", following.branch()).into())
+    let loss = |point: &BranchPoint| point.located.is_some_and(|what| what.changes_rattle());
+    following.find(loss).ok_or_else(|| format!("no contact loss: {}", following.line()).into())
 }
 
 /// The onset at the next speed on the same piece of the boundary. `None`: another tooth separates at a higher
@@ -66,7 +66,7 @@ fn first_loss(pair: &NfgPair, constant: &str, to: f64) -> Outcome<BranchPoint> {
 fn along(pair: &NfgPair, onset: &Onset, speed: f64) -> Outcome<Option<Onset>> {
     let plane = ByConstants::new(pair, ["load torque", "speed"])?;
     let range = Continuation::new(onset.speed, speed).first_step(2.0).max_step(2.0).max_points(4);
-    let line = range.bounds_across(1.0, 200.0).shooting(shooting()).boundary(&plane, &onset.point)?;
+    let line = range.bounds_across(1.0, 200.0).shooting(shooting()).run(&plane, &onset.point)?;
     let Some(last) = line.points().last().filter(|last| (last.parameters[1] - speed).abs() < 1e-9) else {
         return Ok(None);
     };
@@ -153,8 +153,8 @@ fn end_of_regular_rattle(pair: &NfgPair) -> Outcome<Vec<(f64, f64)>> {
     let family = ByConstant::new(&fast, "speed")?;
     let range = Continuation::new(175.0, 155.0).shooting(shooting.clone());
     let mut following = range.begin(&family, &[State { t: 0.0, ..settled }])?;
-    let Some(doubling) = following.find(|point| matches!(point.kind, Some(PointKind::PeriodDoubling))) else {
-        return Err(format!("no period doubling: {}", following.branch()).into());
+    let Some(doubling) = following.find(|point| point.kind() == Some(PointKind::PeriodDoubling)) else {
+        return Err(format!("no period doubling: {}", following.line()).into());
     };
     println!("rattle on both flanks of period one is stable from {:.6} rad/s upwards", doubling.parameter);
     if coarse() {
@@ -163,7 +163,7 @@ fn end_of_regular_rattle(pair: &NfgPair) -> Outcome<Vec<(f64, f64)>> {
     let plane = ByConstants::new(pair, ["speed", "load torque"])?;
     let range = Continuation::new(30.0, 40.0).both_ways().bounds(10.0, 60.0).bounds_across(100.0, 170.0);
     let line =
-        range.first_step(0.1).max_step(0.3).max_points(24).shooting(shooting).boundary(&plane, &doubling)?;
+        range.first_step(0.1).max_step(0.3).max_points(24).shooting(shooting).run(&plane, &doubling)?;
     println!("its boundary has {} points; {}", line.points().len(), line.end());
     Ok(line.points().iter().map(|point| (point.parameters[0], point.parameters[1])).collect())
 }

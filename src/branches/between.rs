@@ -6,7 +6,7 @@ use crate::branches::curve::locate::Between;
 use crate::branches::grazings::Grazings;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
-use crate::branches::points::kind::PointKind;
+use crate::branches::points::kind::{Located, PointKind};
 use crate::branches::points::test_functions::dips;
 use crate::branches::tracker::{Found, Node, SEPARATE, Tracker};
 use crate::branches::within::{Place, Within};
@@ -69,14 +69,14 @@ impl<C: OrbitMethod> Tracker<'_, C> {
                 Change::PeriodDoubling => PointKind::PeriodDoubling,
                 Change::NeimarkSacker => PointKind::NeimarkSacker,
             };
-            all.push((sigma, point, kind));
+            all.push((sigma, point, Located::Bifurcation(kind)));
         }
         for (sigma, point, extremum) in grazed {
             let contact = extremum.contact;
             let passed =
                 places.iter().filter(|place| place.grazes && place.sigma < sigma + SAME * step).count();
             let rattle: [RattleState; 2] = [passed - 1, passed].map(|part| rattles[part][contact]);
-            all.push((sigma, point, PointKind::Grazing { contact, edge: extremum.edge(), rattle }));
+            all.push((sigma, point, Located::Grazing { contact, edge: extremum.edge(), rattle }));
         }
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok((all, unexplained))

@@ -1,16 +1,17 @@
 //! Settings of a continuation.
 
-use crate::branches::branch::{Branch, BranchError};
 use crate::branches::branch_end::BranchEnd;
-use crate::branches::family::Family;
+use crate::branches::branch_error::BranchError;
 use crate::branches::following::Following;
+use crate::branches::line::Line;
 use crate::branches::stability_method::StabilityMethod;
+use crate::branches::starts::start::{Resume, Start};
 use crate::error::{ParameterError, check};
-use crate::model::equations::State;
 use crate::ode::budget::Budget;
+use crate::periodic::balance::settings::Balance;
 use crate::periodic::shooting::multiple::Shooting;
 
-/// Follows periodic orbits along a parameter by pseudo-arclength.
+/// Follows periodic orbits along a parameter, and boundaries over two parameters, by pseudo-arclength.
 ///
 /// Each point solves the equations of multiple shooting together with a condition on the distance from the
 /// point before: the branch turns at folds and continues as unstable orbits. Tooth edges are located in every
@@ -22,10 +23,12 @@ use crate::periodic::shooting::multiple::Shooting;
 /// Numerical Solution of Bifurcation and Nonlinear Eigenvalue Problems, 1977; Govaerts, Numerical Methods for
 /// Bifurcations of Dynamical Equilibria, Ch. 2.
 ///
-/// The default solver of the first orbit is [`Shooting`] with its default settings.
+/// A [`Start`] says what is followed: orbits by shooting or by harmonic balance, the branch that crosses at a located point
+/// or comes back from infinity, the boundary of a located point in a plane. The default solver of the first orbit is
+/// [`Shooting`] with its default settings.
 ///
 /// ```
-/// use gear_dynamics::branches::{ByFunction, Continuation};
+/// use gear_dynamics::branches::{ByFunction, Continuation, PointKind};
 /// use gear_dynamics::{Model, Periodic, State};
 /// struct Duffing { omega: f64 } // q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ω t, example 1 of NLvib
 /// impl Model for Duffing {
@@ -38,12 +41,12 @@ use crate::periodic::shooting::multiple::Shooting;
 ///     fn period(&self) -> f64 { std::f64::consts::TAU / self.omega }
 /// }
 /// let family = ByFunction::new("speed", "1", |omega| Ok(Duffing { omega }));
-/// let branch = Continuation::new(1.0, 1.6).run(&family, &[State::at_rest(1)])?;
-/// let folds: Vec<f64> = branch.of_kind("fold").iter().map(|point| point.parameter).collect();
+/// let branch = Continuation::new(1.0, 1.6).run(&family, State::at_rest(1))?;
+/// let folds: Vec<f64> = branch.of_kind(PointKind::Fold).iter().map(|point| point.parameter).collect();
 /// assert!((folds[0] - 1.269_601_955_5).abs() < 1e-9 && (folds[1] - 1.115_700_251_8).abs() < 1e-9);
 /// # Ok::<(), gear_dynamics::branches::BranchError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Continuation {
     pub(crate) from: f64,
     pub(crate) to: f64,
@@ -57,6 +60,7 @@ pub struct Continuation {
     pub(crate) max_motion: f64,
     pub(crate) channels: Option<Vec<String>>,
     pub(crate) shooting: Shooting,
+    pub(crate) balance: Option<Balance>,
     pub(crate) stability: StabilityMethod,
     pub(crate) budget: Budget,
 }
@@ -82,6 +86,7 @@ impl Continuation {
             max_motion: 5000.0,
             channels: None,
             shooting: Shooting::new(),
+            balance: None,
             stability: StabilityMethod::Multipliers,
             budget: Budget::new(),
         }
@@ -90,14 +95,15 @@ impl Continuation {
     pub fn bounds(self, low: f64, high: f64) -> Self {
         Continuation { bounds: Some([low, high]), ..self }
     }
-    /// Bounds of the first parameter along a [`boundary`](Continuation::boundary), whose second parameter has
+    /// Bounds of the first parameter along a boundary, whose second parameter has
     /// the [`bounds`](Continuation::bounds). They set the unit of this parameter near 0. Default: a tenth and ten
     /// times its value at the start, which must then be far from 0.
     pub fn bounds_across(self, low: f64, high: f64) -> Self {
         Continuation { across: Some([low, high]), ..self }
     }
     /// Follows the branch from its start in both directions. The points are in order along the branch. It has no effect
-    /// on a continuation point by point ([`begin`](Continuation::begin)), which goes one way.
+    /// on a continuation point by point ([`begin`](Continuation::begin)), a [`Switch`](crate::branches::Switch) and
+    /// [`Beyond`](crate::branches::Beyond), which go one way.
     pub fn both_ways(self) -> Self {
         Continuation { both_ways: true, ..self }
     }
@@ -121,7 +127,7 @@ impl Continuation {
         Continuation { max_points, ..self }
     }
     /// Maximum size of the motion of a contact, as a multiple of the largest of its gap, its static deflection and its
-    /// motion along the first orbit `[1]`. A [`boundary`](Continuation::boundary) and a branch that is resumed, whose first
+    /// motion along the first orbit `[1]`. A boundary and a branch that is resumed, whose first
     /// orbit may be large, leave that motion out. A branch whose motion grows beyond the limit ends: it runs to infinity
     /// ([`BranchEnd::Unbounded`]). Default: 5000.
     ///
@@ -141,7 +147,36 @@ impl Continuation {
     pub fn shooting(self, shooting: Shooting) -> Self {
         Continuation { shooting, ..self }
     }
-    /// How the stability of the points is computed. Default: Floquet multipliers. A [`boundary`](Continuation::boundary)
+    /// The solver of a branch by harmonic balance, which starts at a [`FourierOrbit`](crate::FourierOrbit) and follows the
+    /// equations of this balance. Default: [`Balance`] with the harmonics of that orbit. The budget counts one step for
+    /// each evaluation of the equations and each step of the multipliers.
+    ///
+    /// Folds and branch points are those of the balance. With few orders the balance may have folds that the equation
+    /// has not; with sampled integrals of contacts it has spurious ones, so that exact integrals should be used. Period
+    /// doublings, Neimark-Sacker points and the stability are those of the equation linearised along the series
+    /// ([`FourierOrbit::multipliers`](crate::FourierOrbit::multipliers)).
+    ///
+    /// The derivative of the residual with respect to a named constant is exact. With respect to the parameter of a
+    /// closure, and if accelerations jump at switches, it is computed by one-sided differences; they affect the number
+    /// of corrections, not the points that are found. The number of samples of the integrals is that of the first point.
+    ///
+    /// ```
+    /// use gear_dynamics::branches::{ByConstant, Continuation};
+    /// use gear_dynamics::{Balance, Harmonics, contact::Piece, trains::SpurPair};
+    /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
+    /// let family = ByConstant::new(&pair, "speed")?;
+    /// let balance = Balance::new(Harmonics::up_to(12));
+    /// let guess = balance.linearised(&pair, Piece::Upper)?;
+    /// let branch = Continuation::new(0.6, 0.7).measure(&["q1"]).balance(balance).run(&family, &guess)?;
+    /// let last = branch.points().last().ok_or("a point")?;
+    /// assert_eq!(last.parameter, 0.7);
+    /// assert!((last.peak_to_peak() - last.orbit.peak_to_peak(0)).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn balance(self, balance: Balance) -> Self {
+        Continuation { balance: Some(balance), ..self }
+    }
+    /// How the stability of the points is computed. Default: Floquet multipliers. A boundary
     /// always computes them.
     pub fn stability(self, stability: StabilityMethod) -> Self {
         Continuation { stability, ..self }
@@ -152,68 +187,59 @@ impl Continuation {
         Continuation { budget, ..self }
     }
 
-    /// Follows a branch from the orbit near a guess at the parameter `from`: states at increasing times
-    /// within one period, or one state.
+    /// Follows a line from a [`Start`] to its end: in a [`Family`](crate::branches::Family) a branch of orbits, in a
+    /// [`Plane`](crate::branches::Plane) the boundary of a located point.
     ///
     /// # Errors
-    /// [`BranchError`]: settings out of range, or no orbit near the guess. What fails later ends the branch,
-    /// see [`Branch::end`].
-    pub fn run(&self, family: &dyn Family, guess: &[State]) -> Result<Branch, BranchError> {
-        let forward = self.begin(family, guess)?.finish();
-        if !self.both_ways || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
+    /// [`BranchError`]: settings out of range, or no orbit near the start. What fails later ends the line, see
+    /// [`Line::end`].
+    pub fn run<F, S: Start<F>>(&self, family: &F, start: S) -> Result<Line<S::Point>, BranchError> {
+        let both_ways = self.both_ways && start.goes_both_ways();
+        let forward = self.begin(family, start)?.finish();
+        if !both_ways || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
             return Ok(forward);
         }
-        let start = &forward.points[0];
         // What fails in the second direction does not lose the first.
-        match self.begin_at(family, start.parameter, &start.orbit, -self.heading()) {
+        match forward.points[0].resume(&forward, -self.heading(), self, family) {
             Ok(back) => Ok(back.finish().reversed_before(forward)),
             Err(_) => Ok(forward),
         }
     }
 
-    /// Starts a continuation that yields its points one by one. It can be stopped at any point; see
+    /// Starts a line that yields its points one by one. It can be stopped at any point; see
     /// [`resume`](Continuation::resume).
     ///
     /// # Errors
     /// As [`run`](Continuation::run).
-    pub fn begin<'f>(
+    pub fn begin<'f, F, S: Start<F>>(
         &'f self,
-        family: &'f dyn Family,
-        guess: &[State],
-    ) -> Result<Following<'f>, BranchError> {
+        family: &'f F,
+        start: S,
+    ) -> Result<Following<'f, S::Point>, BranchError> {
         self.check()?;
-        let model = family.at(self.from)?;
-        let orbit = self.shooting.run(&*model, guess)?;
-        drop(model);
-        self.begin_at(family, self.from, &orbit, self.heading())
+        start.begin(self, family)
     }
 
-    /// Continues a branch from its last point in the direction in which it was followed. The result begins
-    /// with that point.
+    /// Continues a line from its last point in the direction in which it was followed. The result begins with that
+    /// point.
     ///
     /// # Errors
-    /// As [`run`](Continuation::run); also for a branch without points.
-    pub fn resume<'f>(
+    /// As [`run`](Continuation::run); also for a line without points.
+    pub fn resume<'f, F, P: Resume<F>>(
         &'f self,
-        family: &'f dyn Family,
-        branch: &Branch,
-    ) -> Result<Following<'f>, BranchError> {
+        family: &'f F,
+        line: &Line<P>,
+    ) -> Result<Following<'f, P>, BranchError> {
         self.check()?;
-        let last = branch.points.last().ok_or(BranchError::NoPoints)?;
-        self.check_within(last.parameter)?;
-        let mut tracker = self.track(family, last.parameter, &last.orbit, branch.heading)?;
-        tracker.starts_anywhere()?;
-        let mut following = Following { tracker: Box::new(tracker) };
-        following.tracker.shift(last.arclength);
+        let last = line.points.last().ok_or(BranchError::NoPoints)?;
+        self.check_within(last.parameters()[last.parameters().len() - 1])?;
+        let mut following = last.resume(line, line.heading, self, family)?;
+        following.shift(last.arclength());
         Ok(following)
     }
 
     pub(crate) fn is_bounded_across(&self) -> bool {
         self.across.is_some()
-    }
-
-    pub(crate) fn is_both_ways(&self) -> bool {
-        self.both_ways
     }
 
     /// Sign of the first change of the parameter.

@@ -3,15 +3,15 @@
 /// How the stability of the points of a branch is computed.
 ///
 /// ```
-/// use gear_dynamics::branches::{ByConstant, Continuation, StabilityMethod};
+/// use gear_dynamics::branches::{ByConstant, Continuation, PointKind, StabilityMethod};
 /// use gear_dynamics::{Balance, Harmonics, contact::Piece, periodic::Stability, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
 /// let family = ByConstant::new(&pair, "speed")?;
 /// let balance = Balance::new(Harmonics::up_to(12));
 /// let guess = balance.linearised(&pair, Piece::Upper)?;
 /// let range = Continuation::new(0.6, 1.0).stability(StabilityMethod::Skipped);
-/// let branch = range.balance(&family, &balance, &guess)?;
-/// assert_eq!((branch.of_kind("fold").len(), branch.points()[0].stability()), (2, Stability::Undecided));
+/// let branch = range.balance(balance).run(&family, &guess)?;
+/// assert_eq!((branch.of_kind(PointKind::Fold).len(), branch.points()[0].stability()), (2, Stability::Undecided));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::Extremum;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
-use crate::branches::points::kind::PointKind;
+use crate::branches::points::kind::Located;
 use crate::branches::tracker::{Impacts, Node, Tracker};
 
 /// Each step covers this share of the estimated distance to the stop `[1]`. The point then stays on the side without
@@ -64,8 +64,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             located = self.located(found).ok()?;
         }
         let rattle = [node.measured.rattle[extremum.contact]; 2];
-        let kind = PointKind::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle };
-        located.push(self.columns(&node.point, node.measured, self.arclength + at, Some(kind)).ok()?);
+        let grazing = Located::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle };
+        located.push(self.columns(&node.point, node.measured, self.arclength + at, Some(grazing)).ok()?);
         self.waiting.extend(located);
         Some(BranchEnd::Stop { contact: extremum.contact })
     }
@@ -106,8 +106,8 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         };
         let contact = extremum.contact;
         let rattle = [&self.last.measured, &reached.measured].map(|measured| measured.rattle[contact]);
-        let kind = PointKind::Grazing { contact, edge: extremum.edge(), rattle };
-        match self.columns(&node.point, node.measured, self.arclength + (from + at).max(0.0), Some(kind)) {
+        let grazing = Located::Grazing { contact, edge: extremum.edge(), rattle };
+        match self.columns(&node.point, node.measured, self.arclength + (from + at).max(0.0), Some(grazing)) {
             Ok(columns) => self.waiting.push_back(columns),
             Err(_) => return Impacts::Unresolved,
         }
@@ -129,7 +129,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             let next = at + SHARE * left;
             let (x, p) = base.along(&base.tangent, next);
             let Ok(point) = self.engine.correct(base, &base.tangent, next, x, p) else { break };
-            let Ok(measured) = self.engine.curve.measure(&point, &self.branch.channels) else { break };
+            let Ok(measured) = self.engine.curve.measure(&point, &self.branch.head.channels) else { break };
             let Some(now) = measured.trace.nearest(extremum).map(|e| e.distance) else { break };
             if now * extremum.distance <= 0.0 {
                 break;
@@ -170,7 +170,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let later = first.as_ref().and_then(|first| self.engine.curve.shifted(first, shift).ok());
         self.engine.curve.shift_nodes(shift, &x);
         let moved = self.engine.start_towards(x, self.last.point.p, slope).ok().and_then(|point| {
-            let measured = self.engine.curve.measure(&point, &self.branch.channels).ok()?;
+            let measured = self.engine.curve.measure(&point, &self.branch.head.channels).ok()?;
             let multipliers = self.engine.curve.multipliers(&point);
             Some(Node::new(point, measured, multipliers))
         });

@@ -1,26 +1,24 @@
 //! A continuation in progress: steps, location of points, ends.
 
 use crate::branches::border::{Reference, border, longest_step};
-use crate::branches::branch::{Branch, BranchError, BranchNote};
+use crate::branches::branch::{Branch, BranchHead};
 use crate::branches::branch_end::BranchEnd;
+use crate::branches::branch_error::BranchError;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::past::Past;
 use crate::branches::curve::point::CurvePoint;
-use crate::branches::family::Family;
-use crate::branches::following::{Following, Track};
-use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
+use crate::branches::following::Steps;
+use crate::branches::line::{BranchNote, Line};
 use crate::branches::orbits::contact_trace::Rigid;
 use crate::branches::orbits::measure::{Measured, chosen_channels};
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::kind::PointKind;
+use crate::branches::points::kind::Located;
 use crate::branches::points::test_functions::Values;
 use crate::periodic::multipliers::Multipliers;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::collections::VecDeque;
-use std::rc::Rc;
 
 /// A continuation in progress, by any method.
 pub(crate) struct Tracker<'f, C: OrbitMethod> {
@@ -73,44 +71,6 @@ const CORNER: f64 = 1e-5;
 const FEW: usize = 6;
 
 impl Continuation {
-    /// A continuation from an orbit. `heading`: sign of the first change of the parameter.
-    pub(crate) fn begin_at<'f>(
-        &'f self,
-        family: &'f dyn Family,
-        p: f64,
-        orbit: &ShootingOrbit,
-        heading: f64,
-    ) -> Result<Following<'f>, BranchError> {
-        Ok(Following { tracker: Box::new(self.track(family, p, orbit, heading)?) })
-    }
-
-    pub(crate) fn track<'f>(
-        &'f self,
-        family: &'f dyn Family,
-        p: f64,
-        orbit: &ShootingOrbit,
-        heading: f64,
-    ) -> Result<Tracker<'f, OrbitCurve<'f>>, BranchError> {
-        let mut engine = self.shooting_engine(family, p, orbit)?;
-        let x = engine.curve.unknowns(orbit);
-        let point = engine.start_towards(x, p, heading)?;
-        self.follow(engine, point)
-    }
-
-    pub(crate) fn shooting_engine<'f>(
-        &'f self,
-        family: &'f dyn Family,
-        p: f64,
-        orbit: &ShootingOrbit,
-    ) -> Result<Engine<OrbitCurve<'f>>, BranchError> {
-        let meter = Rc::new(self.budget.begin());
-        let unit = self.unit();
-        let curve = OrbitCurve::new(Rc::new(family), (p, unit), orbit, &self.shooting, meter)?;
-        let curve = curve.with_stability(self.stability);
-        let tolerance = self.shooting.correction_tolerance();
-        Ok(Engine { curve, unit, tolerance, max_corrections: 10, at_crossing: false })
-    }
-
     /// Follows a curve from a point.
     pub(crate) fn follow<'f, C: OrbitMethod>(
         &'f self,
@@ -125,7 +85,8 @@ impl Continuation {
         drop(model);
         engine.curve.set_units(&measured);
         engine.rescale(&mut point);
-        let branch = Branch::new(engine.curve.family().parameter(), channels);
+        let head = BranchHead { parameter: engine.curve.family().parameter(), channels };
+        let branch = Line::new(head, point.slope());
         let multipliers = engine.curve.multipliers(&point);
         let mut tracker = Tracker {
             settings: self,
@@ -141,15 +102,14 @@ impl Continuation {
             last: Node::new(point, measured, multipliers),
             engine,
         };
-        tracker.branch.heading = tracker.last.point.slope();
         let start = tracker.columns(&tracker.last.point, tracker.last.measured.clone(), 0.0, None)?;
         tracker.waiting.push_back(start);
         Ok(tracker)
     }
 }
 
-/// Located points with their distance from the last point and their kind.
-pub(crate) type Found<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, PointKind)>;
+/// Located points with their distance from the last point and what they are.
+pub(crate) type Found<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, Located)>;
 
 /// Shortest step, as a share of the maximum step, to separate changes that are not explained `[1]`.
 pub(crate) const SEPARATE: f64 = 1e-3;
@@ -179,7 +139,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         point: &CurvePoint<C::Solution>,
         measured: Measured,
         arclength: f64,
-        kind: Option<PointKind>,
+        located: Option<Located>,
     ) -> Result<BranchPoint<C::Orbit>, CurveError> {
         let (orbit, multipliers) = self.engine.curve.orbit(point)?;
         Ok(BranchPoint {
@@ -188,7 +148,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             summaries: measured.summaries,
             rattle: measured.rattle,
             crossings: measured.trace.crossings,
-            kind,
+            located,
             multipliers,
             orbit,
         })
@@ -196,15 +156,15 @@ impl<C: OrbitMethod> Tracker<'_, C> {
 
     /// The columns of located points.
     pub(crate) fn located(&self, found: Found<C>) -> Result<Vec<BranchPoint<C::Orbit>>, CurveError> {
-        let columns = |(sigma, point, kind): (f64, CurvePoint<C::Solution>, PointKind)| {
+        let columns = |(sigma, point, what): (f64, CurvePoint<C::Solution>, Located)| {
             let measured = self.measure(&point)?;
-            self.columns(&point, measured, self.arclength + sigma, Some(kind))
+            self.columns(&point, measured, self.arclength + sigma, Some(what))
         };
         found.into_iter().map(columns).collect()
     }
 
     fn measure(&self, point: &CurvePoint<C::Solution>) -> Result<Measured, CurveError> {
-        self.engine.curve.measure(point, &self.branch.channels)
+        self.engine.curve.measure(point, &self.branch.head.channels)
     }
 
     /// Makes one step: the next regular point and the located ones before it are put in the queue.
@@ -351,7 +311,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
     }
 }
 
-impl<C: OrbitMethod> Track<C::Orbit> for Tracker<'_, C> {
+impl<C: OrbitMethod> Steps<BranchPoint<C::Orbit>> for Tracker<'_, C> {
     fn next_point(&mut self) -> Option<BranchPoint<C::Orbit>> {
         let limit = self.settings.max_points;
         while self.waiting.is_empty() && self.branch.end == BranchEnd::Open {
@@ -383,10 +343,10 @@ impl<C: OrbitMethod> Track<C::Orbit> for Tracker<'_, C> {
         Some(point)
     }
 
-    fn branch(&self) -> &Branch<C::Orbit> {
+    fn line(&self) -> &Branch<C::Orbit> {
         &self.branch
     }
-    fn into_branch(self: Box<Self>) -> Branch<C::Orbit> {
+    fn into_line(self: Box<Self>) -> Branch<C::Orbit> {
         let Tracker { mut branch, waiting, .. } = *self;
         branch.points.extend(waiting);
         branch

@@ -5,7 +5,7 @@ use crate::common::stored;
 use gear_dynamics::Shooting;
 use gear_dynamics::branches::{
     BoundaryLine, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, ByFunctionOfTwo,
-    Continuation, Plane, Turn,
+    Continuation, Plane, PointKind, Turn,
 };
 use gear_dynamics::model::{Machine, State};
 
@@ -34,9 +34,9 @@ fn print(line: &BoundaryLine) {
 fn onset_of_contact_loss_in_closed_form() {
     let (model, branch) = (pair(), over_speed(&pair()));
     let plane = ByConstants::new(&model, ["speed", "mean force"]).unwrap();
-    let onset = branch.of_kind("grazing")[0];
+    let onset = branch.of_kind(PointKind::Grazing)[0];
     let range = Continuation::new(0.1, 0.3).both_ways().bounds(0.01, 0.6).bounds_across(0.2, 3.0);
-    let line = range.boundary(&plane, onset).unwrap();
+    let line = range.run(&plane, onset).unwrap();
     print(&line);
     assert!(line.points().len() > 20 && line.notes().is_empty());
     for point in line.points() {
@@ -56,8 +56,8 @@ fn onset_of_contact_loss_in_closed_form() {
 fn folds_meet_in_a_cusp() {
     let (model, branch) = (pair(), over_speed(&pair()));
     let plane = ByConstants::new(&model, ["speed", "mean force"]).unwrap();
-    let fold = branch.of_kind("fold")[0];
-    let line = Continuation::new(0.1, 0.3).both_ways().bounds(0.02, 1.0).boundary(&plane, fold).unwrap();
+    let fold = branch.of_kind(PointKind::Fold)[0];
+    let line = Continuation::new(0.1, 0.3).both_ways().bounds(0.02, 1.0).run(&plane, fold).unwrap();
     print(&line);
     let cusps: Vec<_> = line.turns().filter(|(turn, _)| *turn == Turn::Cusp).collect();
     assert_eq!(cusps.len(), 1);
@@ -65,14 +65,23 @@ fn folds_meet_in_a_cusp() {
     for point in line.points().iter().step_by(7) {
         let [speed, force] = point.parameters;
         let folds = over_speed(&model.with("mean force", force).unwrap());
-        let near =
-            folds.of_kind("fold").iter().map(|f| (f.parameter - speed).abs()).fold(f64::INFINITY, f64::min);
+        let near = folds
+            .of_kind(PointKind::Fold)
+            .iter()
+            .map(|f| (f.parameter - speed).abs())
+            .fold(f64::INFINITY, f64::min);
         println!("{speed:.9} {force:.9} {near:.1e}");
         assert!(near < 1e-9);
     }
     // On both sides of the cusp: two folds below it, none above.
-    assert_eq!(over_speed(&model.with("mean force", 0.999 * highest).unwrap()).of_kind("fold").len(), 2);
-    assert_eq!(over_speed(&model.with("mean force", 1.001 * highest).unwrap()).of_kind("fold").len(), 0);
+    assert_eq!(
+        over_speed(&model.with("mean force", 0.999 * highest).unwrap()).of_kind(PointKind::Fold).len(),
+        2
+    );
+    assert_eq!(
+        over_speed(&model.with("mean force", 1.001 * highest).unwrap()).of_kind(PointKind::Fold).len(),
+        0
+    );
     assert_eq!(line.end(), &BranchEnd::Bound);
 }
 
@@ -81,16 +90,16 @@ fn folds_meet_in_a_cusp() {
 fn a_boundary_is_stored_and_resumed() {
     let (model, branch) = (pair(), over_speed(&pair()));
     let plane = ByConstants::new(&model, ["speed", "mean force"]).unwrap();
-    let onset = branch.of_kind("grazing")[0];
+    let onset = branch.of_kind(PointKind::Grazing)[0];
     let range = Continuation::new(0.1, 0.3);
-    let whole = range.boundary(&plane, onset).unwrap();
-    let mut following = range.begin_boundary(&plane, onset).unwrap();
+    let whole = range.run(&plane, onset).unwrap();
+    let mut following = range.begin(&plane, onset).unwrap();
     assert_eq!(following.by_ref().take(6).count(), 6);
     assert_eq!(following.line().points().len(), 6);
     let stopped: BoundaryLine = stored(&following.into_line());
     assert_eq!(stopped.end(), &BranchEnd::Open);
     let last = &stopped.points()[5];
-    let rest = range.resume_boundary(&plane, &stopped).unwrap().finish();
+    let rest = range.resume(&plane, &stopped).unwrap().finish();
     assert_eq!((rest.points()[0].parameters, rest.points()[0].arclength), (last.parameters, last.arclength));
     let ends = [&whole, &rest].map(|line| line.points().last().unwrap().parameters);
     assert_eq!([ends[0][1], ends[1][1]], [0.3; 2]);
@@ -102,9 +111,9 @@ fn a_boundary_is_stored_and_resumed() {
     assert_eq!(table.column("mean force").unwrap()[3], whole.points()[3].parameters[1]);
     assert!(whole.to_string().ends_with("end: a bound of the parameter is reached"), "{whole}");
     // A boundary without points; a kind without a boundary.
-    let empty = range.begin_boundary(&plane, onset).unwrap();
+    let empty = range.begin(&plane, onset).unwrap();
     let none = BoundaryLine::clone(empty.line());
-    assert_eq!(range.resume_boundary(&plane, &none).err(), Some(BranchError::NoPoints));
+    assert_eq!(range.resume(&plane, &none).err(), Some(BranchError::NoPoints));
 }
 
 /// A closed boundary that crosses p = 0: with the inertia force A (p² + λ²)/R², the teeth separate on the circle of
@@ -123,7 +132,7 @@ fn a_closed_boundary_ends_at_its_start() {
     let plane = ByFunctionOfTwo::new([("p", "1"), ("λ", "1")], at);
     assert_eq!(plane.parameters()[1].name, "λ");
     let range = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0).bounds_across(-1.0, 1.0);
-    let line = range.boundary(&plane, branch.of_kind("grazing")[0]).unwrap();
+    let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
     println!("{line}");
     assert_eq!(line.end(), &BranchEnd::Closed);
     for point in line.points() {
@@ -134,9 +143,9 @@ fn a_closed_boundary_ends_at_its_start() {
     assert_eq!(line.turns().count(), 2);
     // Without bounds of p its unit is not known at p = 0.
     let refused = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0);
-    let mut at_zero = branch.of_kind("grazing")[0].clone();
+    let mut at_zero = branch.of_kind(PointKind::Grazing)[0].clone();
     at_zero.parameter = 0.0;
-    assert!(matches!(refused.boundary(&plane, &at_zero), Err(BranchError::Bounds { start: 0.0, .. })));
+    assert!(matches!(refused.run(&plane, &at_zero), Err(BranchError::Bounds { start: 0.0, .. })));
 }
 
 /// The symmetry breaking of a Duffing oscillator over speed and force, against the points that branches over the speed
@@ -151,11 +160,11 @@ fn symmetry_breaking_over_two_parameters() {
         let start = Shooting::new().run(&at, &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
         let family = ByConstant::new(&model, "speed").unwrap();
         let branch = Continuation::new(from, to).run(&family, start.states()).unwrap();
-        branch.of_kind("symmetry-breaking")[0].clone()
+        branch.of_kind(PointKind::SymmetryBreaking)[0].clone()
     };
     let first = breaking(10.0, 2.2, 1.4);
     let plane = ByConstants::new(&model, ["speed", "force"]).unwrap();
-    let line = Continuation::new(10.0, 14.0).boundary(&plane, &first).unwrap();
+    let line = Continuation::new(10.0, 14.0).run(&plane, &first).unwrap();
     println!("{line}");
     assert_eq!((line.end(), line.notes().len()), (&BranchEnd::Bound, 0));
     let last = line.points().last().unwrap();

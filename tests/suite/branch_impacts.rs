@@ -4,7 +4,7 @@ use crate::api::*;
 use crate::data::read;
 use crate::impacts::Oscillator;
 use gear_dynamics::branches::{
-    Branch, BranchEnd, ByConstant, ByConstants, ByFunction, Continuation, Sensitivity,
+    Branch, BranchEnd, ByConstant, ByConstants, ByFunction, Continuation, PointKind, Sensitivity,
 };
 use gear_dynamics::contact::PieceChoice;
 use gear_dynamics::excitation::{Angle, Fourier};
@@ -105,9 +105,11 @@ fn branches_with_impacts_end_at_the_grazing() {
         println!("{branch}");
         assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
         assert!(branch.notes().is_empty() && branch.points().len() < 100);
-        for (kind, key) in
-            [("period-doubling", "A_period_doubling"), ("fold", "A_fold"), ("grazing", "A_graze")]
-        {
+        for (kind, key) in [
+            (PointKind::PeriodDoubling, "A_period_doubling"),
+            (PointKind::Fold, "A_fold"),
+            (PointKind::Grazing, "A_graze"),
+        ] {
             let found = branch.of_kind(kind);
             assert_eq!(found.len(), usize::from(number(key).is_some()), "{kind}");
             if let Some(exact) = number(key) {
@@ -126,7 +128,7 @@ fn the_grazing_of_a_stop_passes_its_resonances() {
     let branch = Continuation::new(0.05, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
     let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
     let range = Continuation::new(0.6, 2.2).bounds_across(0.0, 5.0);
-    let line = range.boundary(&plane, branch.of_kind("grazing")[0]).unwrap();
+    let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
     println!("{line}");
     assert_eq!(line.end(), &BranchEnd::Bound);
     for point in line.points() {
@@ -145,7 +147,7 @@ fn folds_with_impacts_lie_between_resonant_grazings() {
     let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
     for end in [0.9, 2.6] {
         let range = Continuation::new(1.2, end).max_step(0.1).bounds_across(0.0, 5.0);
-        let line = range.boundary(&plane, branch.of_kind("fold")[0]).unwrap();
+        let line = range.run(&plane, branch.of_kind(PointKind::Fold)[0]).unwrap();
         println!("{line}");
         assert_eq!(line.end(), &BranchEnd::SoftImpact { contact: 0 });
         for point in line.points() {
@@ -180,8 +182,8 @@ fn branches_with_impacts_on_many_segments() {
         let branch = Continuation::new(1.0, 0.1).bounds(0.05, 1.1).run(&family, &nodes).unwrap();
         println!("{branch}");
         assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
-        assert!((branch.of_kind("fold")[0].parameter - 0.151_682_351_638_280_78).abs() < 1e-10);
-        assert!((branch.of_kind("grazing")[0].parameter - grazing(1.2)).abs() < 1e-10);
+        assert!((branch.of_kind(PointKind::Fold)[0].parameter - 0.151_682_351_638_280_78).abs() < 1e-10);
+        assert!((branch.of_kind(PointKind::Grazing)[0].parameter - grazing(1.2)).abs() < 1e-10);
     }
 }
 
@@ -200,10 +202,10 @@ fn stops_in_other_units() {
         let start = Oscillator::new(DAMPING, 1.2, 1.0).guess(1, -1.618_119_618_100_248_4);
         let branch = Continuation::new(1.0, 0.1).bounds(0.05, 1.1).run(&family, &[start]).unwrap();
         println!("{branch}");
-        assert!((branch.of_kind("grazing")[0].parameter - grazing(1.2)).abs() < 1e-11);
+        assert!((branch.of_kind(PointKind::Grazing)[0].parameter - grazing(1.2)).abs() < 1e-11);
         let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
         let range = Continuation::new(1.2, 0.9).max_step(0.1).bounds_across(0.0, 5.0);
-        let line = range.boundary(&plane, branch.of_kind("fold")[0]).unwrap();
+        let line = range.run(&plane, branch.of_kind(PointKind::Fold)[0]).unwrap();
         println!("{line}");
         assert_eq!(line.end(), &BranchEnd::SoftImpact { contact: 0 });
         let [amplitude, speed] = line.points().last().unwrap().parameters;
@@ -222,14 +224,14 @@ fn a_fold_before_a_stop_is_located() {
         Continuation::new(0.5, 1.1).run(&family, &[State::at_rest(1)]).unwrap()
     };
     let whole = up_to(40.0);
-    let fold = whole.of_kind("fold")[0];
+    let fold = whole.of_kind(PointKind::Fold)[0];
     let beyond = whole.points().iter().find(|point| point.arclength > fold.arclength).unwrap();
     println!("{whole}\n{} {}", fold.summaries[0].max, beyond.summaries[0].max);
     let branch = up_to(0.5 * (fold.summaries[0].max + beyond.summaries[0].max));
     println!("{branch}");
     assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
-    assert!((branch.of_kind("fold")[0].parameter - fold.parameter).abs() < 1e-11);
-    assert!(branch.of_kind("grazing")[0].arclength > branch.of_kind("fold")[0].arclength);
+    assert!((branch.of_kind(PointKind::Fold)[0].parameter - fold.parameter).abs() < 1e-11);
+    assert!(branch.of_kind(PointKind::Grazing)[0].arclength > branch.of_kind(PointKind::Fold)[0].arclength);
 }
 
 /// Where the second maximum of a motion with two harmonics reaches the stop, its grazing ends: no orbit passes a stop.
@@ -241,7 +243,7 @@ fn a_grazing_ends_where_another_maximum_reaches_the_stop() {
     println!("{branch}");
     let plane = ByConstants::new(&model, ["amplitude", "shift"]).unwrap();
     let range = Continuation::new(0.3, 7.0).both_ways().bounds(-7.0, 7.0);
-    let line = range.boundary(&plane, branch.of_kind("grazing")[0]).unwrap();
+    let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
     println!("{line}");
     assert_eq!(
         (line.start(), line.end()),
@@ -265,10 +267,10 @@ fn symmetric_stops() {
     let branch = Continuation::new(0.05, 2.0).run(&family, &[State::at_rest(1)]).unwrap();
     println!("{branch}");
     assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
-    assert!((branch.of_kind("grazing")[0].parameter - grazing(1.2)).abs() < 1e-11);
+    assert!((branch.of_kind(PointKind::Grazing)[0].parameter - grazing(1.2)).abs() < 1e-11);
     let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
     let range = Continuation::new(1.2, 2.0).bounds_across(0.0, 5.0);
-    let line = range.boundary(&plane, branch.of_kind("grazing")[0]).unwrap();
+    let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
     println!("{line}");
     assert_eq!(line.end(), &BranchEnd::Bound);
     assert!(
@@ -286,7 +288,7 @@ fn symmetric_stops() {
     println!("{striking}");
     assert_eq!(striking.points()[0].crossings, [[1, 1]]);
     assert_eq!(striking.end(), &BranchEnd::Stop { contact: 0 });
-    let last = striking.of_kind("grazing").last().unwrap().parameter;
+    let last = striking.of_kind(PointKind::Grazing).last().unwrap().parameter;
     assert!((last - grazing(0.8)).abs() < 1e-10, "{last}");
 }
 
@@ -296,7 +298,7 @@ fn onset_of_impacts_by_its_derivatives() {
     let model = stop(0.8, 0.05);
     let family = ByConstant::new(&model, "amplitude").unwrap();
     let branch = Continuation::new(0.05, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
-    let slopes = Sensitivity::of_point(&model, "amplitude", branch.of_kind("grazing")[0]).unwrap();
+    let slopes = Sensitivity::of_point(&model, "amplitude", branch.of_kind(PointKind::Grazing)[0]).unwrap();
     let place = |name: &str| NAMES.iter().position(|other| *other == name).unwrap();
     let (w, onset) = (0.8f64, grazing(0.8));
     let by_speed = (-2.0 * w * (1.0 - w * w) + DAMPING * DAMPING * w) / onset;

@@ -3,7 +3,7 @@
 use crate::common::family::{Oscillator, oscillator};
 use gear_dynamics::branches::{
     BranchError, BranchPoint, ByConstant, ByConstants, Continuation, CurveError, DesignError, Figure, Fit,
-    Least, Sensitivity,
+    Least, PointKind, Sensitivity,
 };
 use gear_dynamics::model::{Machine, Periodic, State};
 use gear_dynamics::ode::Exhausted;
@@ -92,7 +92,7 @@ fn a_fold_and_a_grazing() {
     let family = ByConstant::new(&model, "speed").unwrap();
     let start = State::new(0.0, &[1.1], &[0.0]);
     let branch = Continuation::new(0.6, 0.95).run(&family, std::slice::from_ref(&start)).unwrap();
-    for kind in ["fold", "grazing"] {
+    for kind in [PointKind::Fold, PointKind::Grazing] {
         let point = branch.of_kind(kind)[0];
         let slopes = Sensitivity::of_point(&model, "speed", point).unwrap();
         for name in ["damping", "inertia force"] {
@@ -128,7 +128,7 @@ fn located_points_of_a_pair() {
                 point.parameter, slopes[place]
             );
             // The doubling at 0.39937 lies 1.6e-4 from a grazing, where second derivatives are unbounded.
-            let near = kind.name() == "period-doubling" && (point.parameter - 0.3993).abs() < 2e-4;
+            let near = kind.kind() == PointKind::PeriodDoubling && (point.parameter - 0.3993).abs() < 2e-4;
             let bound = if near { 1e-6 } else { 1e-7 };
             assert!(off < bound, "{kind} {name}: {} {theirs}", slopes[place]);
         }
@@ -145,7 +145,7 @@ fn multipliers_at_a_grazing_have_one_sided_derivatives() {
     let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
     // The multipliers of this grazing are real; those of complex pairs have an absolute value that depends on the
     // damping and the period only.
-    let [.., point, _] = branch.of_kind("grazing")[..] else { panic!("four grazings") };
+    let [.., point, _] = branch.of_kind(PointKind::Grazing)[..] else { panic!("four grazings") };
     let at = model.with("speed", point.parameter).unwrap();
     let sides = Sensitivity::of_largest_multiplier(&at, &point.orbit).unwrap();
     for name in ["speed", "damping", "mean force", "force", "gap stiffness"] {
@@ -175,7 +175,7 @@ fn moved_point(model: &Machine<Oscillator>, name: &str, value: f64, point: &Bran
         return point.parameter;
     }
     let plane = ByConstants::new(model, ["speed", name]).unwrap();
-    let line = Continuation::new(from, value).first_step(1.0).max_step(1.0).boundary(&plane, point).unwrap();
+    let line = Continuation::new(from, value).first_step(1.0).max_step(1.0).run(&plane, point).unwrap();
     let [parameter, reached] = line.points().last().unwrap().parameters;
     assert_eq!(reached, value);
     parameter

@@ -6,7 +6,7 @@ use crate::common::stored;
 use crate::data::read;
 use gear_dynamics::branches::{
     Branch, BranchEnd, BranchError, BranchPoint, ByConstant, ByConstants, ByFunction, Continuation,
-    CurveError, Sensitivity,
+    CurveError, PointKind, Sensitivity, Switch,
 };
 use gear_dynamics::model::{Machine, State};
 use gear_dynamics::ode::Exhausted;
@@ -30,8 +30,8 @@ fn compare(branch: &Branch, reference: &[(String, f64)], accuracy: f64) {
     println!("{branch}");
     let mut found: Vec<(String, f64)> = branch
         .located()
-        .filter(|(kind, _)| ["fold", "period-doubling", "neimark-sacker"].contains(&kind.name()))
-        .map(|(kind, point)| (kind.name().into(), point.parameter))
+        .filter(|(kind, _)| kind.kind() != PointKind::Grazing && kind.kind() != PointKind::Branch)
+        .map(|(kind, point)| (kind.kind().to_string(), point.parameter))
         .collect();
     for (kind, at) in reference {
         let nearest = (0..found.len())
@@ -110,7 +110,7 @@ fn spur_pairs_of_the_classics() {
         if depth != 0.0 {
             // The reference holds one end of the window of instability near speed 2. The other end is checked
             // by orbits on both of its sides.
-            let window = branch.of_kind("period-doubling");
+            let window = branch.of_kind(PointKind::PeriodDoubling);
             let other = window[0].parameter;
             let stability = |speed: f64| {
                 let model = model.with("speed", speed).unwrap();
@@ -124,7 +124,7 @@ fn spur_pairs_of_the_classics() {
         if let Some(exact) = case["exact_grazing_W"].as_array() {
             for exact in exact {
                 let exact = exact.as_f64().unwrap();
-                let found = branch.of_kind("grazing");
+                let found = branch.of_kind(PointKind::Grazing);
                 let nearest = found.iter().map(|p| (p.parameter - exact).abs()).fold(f64::INFINITY, f64::min);
                 println!("grazing {exact} {nearest:.1e}");
                 assert!(nearest < 1e-10);
@@ -142,15 +142,15 @@ fn doubled_orbits_branch_off_at_a_period_doubling() {
     let branch = follow(&model, &continuation);
     println!("{branch}");
     let family = ByConstant::new(&model, "speed").unwrap();
-    let doublings = branch.of_kind("period-doubling");
+    let doublings = branch.of_kind(PointKind::PeriodDoubling);
     assert!(!doublings.is_empty());
     for point in doublings {
-        let doubled = continuation.clone().max_points(30).switch(&family, point, 1.0).unwrap();
+        let doubled = continuation.clone().max_points(30).run(&family, Switch::at(point)).unwrap();
         println!("{doubled}");
         let first = &doubled.points()[0];
         assert_eq!(first.orbit.period_multiple(), 2);
         assert!((first.parameter - point.parameter).abs() < 1e-10);
-        assert!(doubled.of_kind("fold").is_empty());
+        assert!(doubled.of_kind(PointKind::Fold).is_empty());
         let state = &first.orbit.states()[0];
         let half = first.orbit.at(&model.with("speed", first.parameter).unwrap(), 0.5 * first.orbit.period());
         assert!((half.unwrap().q[0] - state.q[0]).abs() > 1e-3);
@@ -167,8 +167,8 @@ fn amplitude_of_doubled_orbits() {
     let continuation = Continuation::new(3.4, 2.0);
     let single = follow(&model.with("speed", 3.4).unwrap(), &continuation);
     println!("{single}");
-    let point = single.of_kind("period-doubling")[0];
-    let doubled = continuation.clone().max_step(0.01).max_points(12).switch(&family, point, 1.0).unwrap();
+    let point = single.of_kind(PointKind::PeriodDoubling)[0];
+    let doubled = continuation.clone().max_step(0.01).max_points(12).run(&family, Switch::at(point)).unwrap();
     println!("{doubled}");
     let share = |at: &BranchPoint| {
         let model = model.with("speed", at.parameter).unwrap();
@@ -194,7 +194,7 @@ fn multipliers_and_points_for_any_number_of_segments() {
         assert_eq!(branch.points()[0].orbit.states().len(), segments);
         let first = first.get_or_insert_with(|| branch.clone());
         for (kind, point) in branch.located() {
-            let other = first.of_kind(kind.name());
+            let other = first.of_kind(kind.kind());
             let near = other.iter().min_by(|a, b| {
                 (a.parameter - point.parameter).abs().total_cmp(&(b.parameter - point.parameter).abs())
             });
@@ -220,8 +220,8 @@ fn a_branch_is_stored_and_resumed() {
     let whole = range.run(&family, &start).unwrap();
     let mut following = range.begin(&family, &start).unwrap();
     following.by_ref().take(30).for_each(drop);
-    assert_eq!(following.branch().points().len(), 30);
-    let stored: Branch = stored(&following.into_branch());
+    assert_eq!(following.line().points().len(), 30);
+    let stored: Branch = stored(&following.into_line());
     let taken = stored.points().len();
     assert_eq!(stored.end(), &BranchEnd::Open);
     let rest = range.resume(&family, &stored).unwrap().finish();
@@ -237,9 +237,12 @@ fn a_branch_is_stored_and_resumed() {
     let joined = stored.clone().joined(rest.clone()).unwrap();
     assert_eq!(joined.points().len(), taken + rest.points().len() - 1);
     assert_eq!(rest.clone().joined(stored.clone()), Err(BranchError::NotItsRest));
-    let all: Vec<f64> =
-        [stored.of_kind("fold"), rest.of_kind("fold")].concat().iter().map(|p| p.parameter).collect();
-    for (ours, theirs) in all.iter().zip(whole.of_kind("fold")) {
+    let all: Vec<f64> = [stored.of_kind(PointKind::Fold), rest.of_kind(PointKind::Fold)]
+        .concat()
+        .iter()
+        .map(|p| p.parameter)
+        .collect();
+    for (ours, theirs) in all.iter().zip(whole.of_kind(PointKind::Fold)) {
         assert!((ours - theirs.parameter).abs() < 1e-11);
     }
     assert_eq!(all.len(), 2);
@@ -263,7 +266,7 @@ fn both_ways() {
     assert_eq!(ends.map(|point| point.parameter), [0.5, 1.6]);
     assert_eq!((branch.start(), branch.end()), (Some(&BranchEnd::Bound), &BranchEnd::Bound));
     assert!(branch.points().windows(2).all(|two| two[0].arclength < two[1].arclength));
-    assert_eq!(branch.of_kind("fold").len(), 2);
+    assert_eq!(branch.of_kind(PointKind::Fold).len(), 2);
     // The table has a row per point and the figures of the points.
     let table = branch.table().unwrap();
     assert_eq!(table.len(), branch.points().len());
@@ -295,17 +298,18 @@ fn symmetry_breaking() {
         Shooting::new().run(&model.with("speed", 2.2).unwrap(), &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
     let branch = range.run(&family, start.states()).unwrap();
     println!("{branch}");
-    let point = branch.of_kind("symmetry-breaking")[0];
-    for way in [1.0, -1.0] {
-        let other = range.clone().max_points(6).switch(&family, point, way).unwrap();
+    let point = branch.of_kind(PointKind::SymmetryBreaking)[0];
+    let switch = Switch::at(point);
+    for way in [switch, switch.reversed()] {
+        let other = range.clone().max_points(6).run(&family, way).unwrap();
         let last = other.points().last().unwrap();
         assert!(last.summaries[0].mean.abs() > 1e-3);
-        println!("{way}: {} mean {}", last.parameter, last.summaries[0].mean);
+        println!("{} mean {}", last.parameter, last.summaries[0].mean);
     }
     // At the crossing the equations determine the asymmetry to the root of their accuracy only.
     assert!(point.summaries[0].mean.abs() < 1e-6);
     let finer = range.clone().max_step(0.03).run(&family, start.states()).unwrap();
-    let apart = finer.of_kind("symmetry-breaking")[0].parameter - point.parameter;
+    let apart = finer.of_kind(PointKind::SymmetryBreaking)[0].parameter - point.parameter;
     println!("{apart:.1e}");
     assert!(apart.abs() < 1e-10);
 }
@@ -351,7 +355,6 @@ fn refusals_and_ends() {
     assert!(matches!(twice, BranchError::Parameter(ParameterError::Twice { .. })));
     let elsewhere = Continuation::new(2.0, 3.0).resume(&family, &points).err();
     assert!(matches!(elsewhere, Some(BranchError::Bounds { low: 2.0, .. })));
-    assert!(matches!(range.switch(&family, &points.points()[0], 0.0), Err(BranchError::Parameter(_))));
     let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
     let cancelled = range.clone().budget(Budget::new().cancel(stop)).run(&family, &rest);
     assert!(matches!(cancelled, Err(BranchError::Curve(CurveError::Exhausted(Exhausted::Cancelled)))));
@@ -379,12 +382,12 @@ fn refusals_and_ends() {
     ));
     // Switching where no branch crosses; resuming nothing.
     let fold = points.points()[0].clone();
-    assert!(matches!(range.switch(&family, &fold, 1.0), Err(BranchError::Kind { kind: None, .. })));
+    assert!(matches!(range.run(&family, Switch::at(&fold)), Err(BranchError::Kind { kind: None, .. })));
     let twice = ByConstants::new(&model, ["speed", "speed"]);
     assert!(matches!(twice.err(), Some(ParameterError::Twice { .. })));
     let plane = ByConstants::new(&model, ["speed", "force"]).unwrap();
     assert!(matches!(
-        Continuation::new(0.18, 0.2).boundary(&plane, &fold),
+        Continuation::new(0.18, 0.2).run(&plane, &fold),
         Err(BranchError::Kind { kind: None, .. })
     ));
     let orbit = Shooting::new().run(&CubicChain { omega: 1.0 }, &[State::at_rest(2)]).unwrap();
@@ -410,7 +413,7 @@ fn idler_of_the_classics() {
     let mut all = [of("folds", "fold"), of("period_doublings", "period-doubling")].concat();
     // The reference holds one end of the window at 0.92 twice. Orbits on both sides show the other end.
     let near = |point: &&BranchPoint| (point.parameter - 0.93).abs() < 1e-3;
-    let other = branch.of_kind("period-doubling").into_iter().find(near).unwrap();
+    let other = branch.of_kind(PointKind::PeriodDoubling).into_iter().find(near).unwrap();
     let beyond = |omega: f64| {
         let orbit = Shooting::new().again(&Idler { omega, phase: 0.0 }, &other.orbit).unwrap();
         orbit.multipliers().values().iter().any(|m| m.im == 0.0 && m.re < -1.0)
@@ -443,7 +446,7 @@ fn trains_in_inertial_coordinates() {
     assert!(inertial.notes().is_empty() && inertial.end() == &BranchEnd::Bound);
     let pairs = relative.located().zip(inertial.located());
     for ((kind, a), (other, b)) in pairs {
-        assert_eq!(kind.name(), other.name());
+        assert_eq!(kind.kind(), other.kind());
         assert!((a.parameter / b.parameter - 1.0).abs() < 1e-11, "{} {}", a.parameter, b.parameter);
     }
     assert_eq!((relative.located().count(), inertial.located().count()), (4, 4));
@@ -459,13 +462,33 @@ fn stability_is_a_choice_of_its_own() {
     let follow = |range: Continuation| range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
     let with = follow(range.clone());
     let without = follow(range.stability(gear_dynamics::branches::StabilityMethod::Skipped));
-    for kind in ["fold", "grazing"] {
+    for kind in [PointKind::Fold, PointKind::Grazing] {
         let [with, without] = [&with, &without].map(|branch| branch.of_kind(kind));
         assert_eq!(with.len(), without.len(), "{kind}");
         for (a, b) in with.iter().zip(without) {
             assert!((a.parameter - b.parameter).abs() < 1e-11, "{kind}");
         }
     }
-    assert!(!with.of_kind("period-doubling").is_empty() && without.of_kind("period-doubling").is_empty());
+    assert!(
+        !with.of_kind(PointKind::PeriodDoubling).is_empty()
+            && without.of_kind(PointKind::PeriodDoubling).is_empty()
+    );
     assert!(without.points().iter().all(|point| point.stability() == Stability::Undecided));
+}
+
+/// Towards the speed 0 the period grows without bound and the steps become short: the branch ends by its budget, or where
+/// there is no model.
+#[test]
+fn a_speed_towards_zero_ends_within_its_budget() {
+    let model = oscillator(&[("gap stiffness", 1.0), ("mean force", 0.1), ("damping", 0.1), ("depth", 0.2)]);
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let start = State::new(0.0, &[1.1], &[0.0]);
+    for to in [0.0, 1e-6] {
+        let range = Continuation::new(0.6, to).budget(Budget::new().steps(20_000));
+        let branch = range.run(&family, start.clone()).unwrap();
+        println!("{branch}");
+        let limit = BranchEnd::Exhausted(Exhausted::Steps { limit: 20_000 });
+        assert!(branch.end() == &limit || matches!(branch.end(), BranchEnd::Model { .. }), "{branch}");
+        assert!(branch.points().last().unwrap().parameter < 0.3);
+    }
 }

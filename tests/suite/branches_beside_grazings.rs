@@ -1,6 +1,6 @@
 //! Bifurcations beside grazings of a branch.
 
-use gear_dynamics::branches::{Branch, ByConstant, Continuation};
+use gear_dynamics::branches::{Branch, ByConstant, Continuation, PointKind};
 use gear_dynamics::trains::SpurPair;
 use gear_dynamics::{Dop853, Model, Settle, Shooting, State};
 
@@ -18,7 +18,7 @@ fn branch(zeta: f64, load: f64, waves: [&[f64]; 2], continuation: Continuation) 
 }
 
 /// The parameters of the located points of one kind up to a bound.
-fn located(branch: &Branch, kind: &str, below: f64) -> Vec<f64> {
+fn located(branch: &Branch, kind: PointKind, below: f64) -> Vec<f64> {
     let all = branch.of_kind(kind).into_iter().map(|point| point.parameter);
     all.filter(|p| *p < below).collect()
 }
@@ -33,16 +33,17 @@ fn both_doublings_around_a_grazing() -> Result<()> {
     let long = branch(zeta, load, waves, Continuation::new(0.5, 2.4))?;
     let short = Continuation::new(0.5, 0.6).first_step(1e-3).max_step(5e-3);
     let short = branch(zeta, load, waves, short)?;
-    let [grazings, doublings] = ["grazing", "period-doubling"].map(|kind| located(&long, kind, 0.6));
+    let [grazings, doublings] =
+        [PointKind::Grazing, PointKind::PeriodDoubling].map(|kind| located(&long, kind, 0.6));
     // The window of doubled orbits contains the grazing, where the multiplier is -1.4492.
     assert_eq!(doublings.len(), 2, "{long}");
     assert!(grazings.iter().any(|p| doublings[0] < *p && *p < doublings[1]), "{long}");
-    let expected = located(&short, "period-doubling", 0.6);
+    let expected = located(&short, PointKind::PeriodDoubling, 0.6);
     assert_eq!(expected.len(), 2, "{short}");
     for (p, expected) in doublings.iter().zip(&expected) {
         assert!((p - expected).abs() < 1e-8, "{doublings:?} {expected:?}");
     }
-    for point in long.of_kind("period-doubling") {
+    for point in long.of_kind(PointKind::PeriodDoubling) {
         let nearest =
             point.multipliers.values().iter().map(|m| (m + 1.0).norm()).fold(f64::INFINITY, f64::min);
         assert!(nearest < 1e-5, "{nearest}");
@@ -59,7 +60,7 @@ fn two_different_extremes_pass_the_edge_within_one_step() -> Result<()> {
     ];
     let (zeta, load) = (0.070_022_157_987_620_63, 0.459_723_566_287_956_5);
     let branch = branch(zeta, load, waves, Continuation::new(0.5, 2.4))?;
-    let found = located(&branch, "grazing", 1.2);
+    let found = located(&branch, PointKind::Grazing, 1.2);
     for expected in [1.070_517_192_054, 1.082_305_138_649] {
         assert!(found.iter().any(|p| (p - expected).abs() < 1e-9), "{expected} {found:?}");
     }
@@ -74,7 +75,7 @@ fn extremes_that_vanish_beside_an_edge_have_grazed_it() -> Result<()> {
     ];
     let (zeta, load) = (0.040_489_276_399_906_814, 0.362_363_099_471_127_2);
     let branch = branch(zeta, load, waves, Continuation::new(0.5, 2.4))?;
-    let found = located(&branch, "grazing", 1.0);
+    let found = located(&branch, PointKind::Grazing, 1.0);
     for expected in [0.987_520_449_326_5, 0.987_625_224_355_2] {
         assert!(found.iter().any(|p| (p - expected).abs() < 1e-9), "{expected} {found:?}");
     }
@@ -92,14 +93,14 @@ fn orbits_of_two_periods_end_at_their_parent() -> Result<()> {
     let (zeta, load) = (0.085_906_944_054_188_87, 0.099_596_889_837_665_11);
     let branch = branch(zeta, load, waves, Continuation::new(0.5, 2.4))?;
     assert_eq!(branch.points()[0].orbit.period_multiple(), 2);
-    let tips = located(&branch, "branch", 2.4);
+    let tips = located(&branch, PointKind::Branch, 2.4);
     assert!(tips.len() == 1 && (tips[0] - 0.723_198_955_02).abs() < 1e-9, "{branch}");
     // It returns through the same points, which are no folds.
-    let doublings = located(&branch, "period-doubling", 2.4);
+    let doublings = located(&branch, PointKind::PeriodDoubling, 2.4);
     assert_eq!(doublings.len() % 2, 0, "{branch}");
     for k in 0..doublings.len() / 2 {
         assert!((doublings[k] - doublings[doublings.len() - 1 - k]).abs() < 1e-8, "{doublings:?}");
     }
-    assert_eq!(located(&branch, "fold", 2.4).len(), 0, "{branch}");
+    assert_eq!(located(&branch, PointKind::Fold, 2.4).len(), 0, "{branch}");
     Ok(())
 }

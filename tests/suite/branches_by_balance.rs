@@ -5,7 +5,9 @@ use crate::api::*;
 use crate::common::family::{Oscillator, oscillator};
 use crate::common::stored;
 use crate::data::read;
-use gear_dynamics::branches::{Branch, BranchEnd, BranchError, ByConstant, ByFunction, Continuation};
+use gear_dynamics::branches::{
+    Branch, BranchEnd, BranchError, ByConstant, ByFunction, Continuation, PointKind, Switch, TruncatedForces,
+};
 use gear_dynamics::models::ring::RingSet;
 use std::f64::consts::TAU;
 
@@ -35,7 +37,7 @@ fn spur_pair() -> Machine<Oscillator> {
 /// Every fold of the reference is found once to 1e-8, and no other.
 fn compare(branch: &Branch<FourierOrbit>, case: &str) {
     println!("{case}: {branch}");
-    let mut found = branch.of_kind("fold");
+    let mut found = branch.of_kind(PointKind::Fold);
     for [omega, amplitude] in reference(case) {
         let nearest = (0..found.len()).min_by(|&i, &j| {
             (found[i].parameter - omega).abs().total_cmp(&(found[j].parameter - omega).abs())
@@ -59,7 +61,14 @@ fn folds_of_duffing() {
     {
         let balance = Balance::new(Harmonics::up_to(highest));
         let continuation = Continuation::new(0.5, 1.6);
-        compare(&continuation.balance(&family, &balance, &guess(&model, [0.0, 0.2, 0.0])).unwrap(), case);
+        compare(
+            &continuation
+                .clone()
+                .balance(balance.clone())
+                .run(&family, &guess(&model, [0.0, 0.2, 0.0]))
+                .unwrap(),
+            case,
+        );
     }
 }
 
@@ -72,9 +81,9 @@ fn folds_of_the_spur_pair() {
         for integrals in [Integrals::Exact, Integrals::Kinks] {
             let balance = balance.clone().integrals(integrals);
             let start = guess(&model, [1.1, 0.0, 0.0]);
-            let branch = Continuation::new(0.5, 1.1).balance(&family, &balance, &start).unwrap();
+            let branch = Continuation::new(0.5, 1.1).balance(balance.clone()).run(&family, &start).unwrap();
             compare(&branch, case);
-            assert_eq!(branch.of_kind("grazing").len(), 1);
+            assert_eq!(branch.of_kind(PointKind::Grazing).len(), 1);
         }
     }
 }
@@ -87,11 +96,12 @@ fn many_orders_give_the_points_of_shooting() {
     let family = ByConstant::new(&model, "speed").unwrap();
     let continuation = Continuation::new(2.5, 0.5);
     let balance = Balance::new(Harmonics::up_to(60));
-    let branch = continuation.balance(&family, &balance, &guess(&model, [1.2, 0.1, 0.1])).unwrap();
+    let branch =
+        continuation.clone().balance(balance.clone()).run(&family, &guess(&model, [1.2, 0.1, 0.1])).unwrap();
     let shot = continuation.run(&family, &[State::new(0.0, &[1.25], &[0.0])]).unwrap();
     println!("{branch}\n{shot}");
     fn located<O>(branch: &Branch<O>) -> Vec<(&str, f64, f64)> {
-        branch.located().map(|(kind, point)| (kind.name(), point.parameter, point.peak_to_peak())).collect()
+        branch.located().map(|(what, point)| (what.kind(), point.parameter, point.peak_to_peak())).collect()
     }
     let (a, b) = (located(&branch), located(&shot));
     assert_eq!(a.len(), b.len());
@@ -111,7 +121,10 @@ fn closures_give_the_same_folds() {
     let family = ByFunction::new("speed", "1", |speed| duffing().with("speed", speed));
     let balance = Balance::new(Harmonics::up_to(10));
     let start = guess(&model, [0.0, 0.2, 0.0]);
-    compare(&Continuation::new(0.5, 1.6).balance(&family, &balance, &start).unwrap(), "duffing_H10_N128");
+    compare(
+        &Continuation::new(0.5, 1.6).balance(balance.clone()).run(&family, &start).unwrap(),
+        "duffing_H10_N128",
+    );
 }
 
 /// Another parameter than the frequency: the force of the Duffing oscillator at a fixed frequency, first in
@@ -123,8 +136,8 @@ fn force_of_the_one_term_balance() {
     let balance = Balance::new(Harmonics::list(&[1]).unwrap());
     let start =
         FourierOrbit::new(&Harmonics::list(&[1]).unwrap(), model.period(), &[vec![0.0, 0.0]]).unwrap();
-    let branch = Continuation::new(0.01, 1.5).balance(&family, &balance, &start).unwrap();
-    assert_eq!(branch.of_kind("fold").len(), 2);
+    let branch = Continuation::new(0.01, 1.5).balance(balance.clone()).run(&family, &start).unwrap();
+    assert_eq!(branch.of_kind(PointKind::Fold).len(), 2);
     for point in branch.points() {
         let a = point.orbit.amplitude(0, 1);
         let force = a * (1.0 - 1.69 + 0.075 * a * a).hypot(0.05 * 1.3);
@@ -139,18 +152,18 @@ fn stopped_stored_and_resumed() {
     let model = duffing();
     let family = ByConstant::new(&model, "speed").unwrap();
     let balance = Balance::new(Harmonics::up_to(5));
-    let continuation = Continuation::new(0.5, 1.6);
+    let continuation = Continuation::new(0.5, 1.6).balance(balance.clone());
     let start = guess(&model, [0.0, 0.2, 0.0]);
-    let mut following = continuation.begin_balance(&family, &balance, &start).unwrap();
+    let mut following = continuation.begin(&family, &start).unwrap();
     following.by_ref().take_while(|point| point.parameter < 1.2).for_each(drop);
-    let first = stored(&following.into_branch());
-    let rest = continuation.resume_balance(&family, &balance, &first).unwrap().finish();
+    let first = stored(&following.into_line());
+    let rest = continuation.resume(&family, &first).unwrap().finish();
     compare(&rest, "duffing_H5_N64");
     assert_eq!(rest.points()[0].arclength, first.points().last().unwrap().arclength);
 
     let model = model.with("speed", 1.2).unwrap();
     let both = Continuation::new(1.2, 1.6).bounds(0.5, 1.6).both_ways();
-    let both = both.balance(&family, &balance, &guess(&model, [0.0, -0.4, 0.0])).unwrap();
+    let both = both.balance(balance).run(&family, &guess(&model, [0.0, -0.4, 0.0])).unwrap();
     compare(&both, "duffing_H5_N64");
 }
 
@@ -168,7 +181,7 @@ fn error_of_a_ring() {
     let balance = Balance::new(Harmonics::up_to(4));
     let start = FourierOrbit::project(&solver, &moving, &later, balance.harmonics()).unwrap();
     let continuation = Continuation::new(1e-6, 2e-6).first_step(0.1).max_step(0.3).max_points(6);
-    let branch = continuation.balance(&family, &balance, &start).unwrap();
+    let branch = continuation.clone().balance(balance.clone()).run(&family, &start).unwrap();
     println!("{branch}");
     let last = branch.points().last().unwrap();
     let alone = balance.solve(&make(last.parameter).unwrap(), &last.orbit).unwrap();
@@ -185,21 +198,21 @@ fn starts_without_an_orbit_are_refused() {
     let model = spur_pair();
     let family = ByConstant::new(&model, "speed").unwrap();
     let balance = Balance::new(Harmonics::up_to(5));
-    let continuation = Continuation::new(0.5, 1.1);
-    let error = continuation.balance(&family, &balance, &guess(&model, [0.0, 0.0, 0.0])).unwrap_err();
+    let continuation = Continuation::new(0.5, 1.1).balance(balance);
+    let error = continuation.run(&family, &guess(&model, [0.0, 0.0, 0.0])).unwrap_err();
     assert!(matches!(error, BranchError::Balance(BalanceError::StartInGap { contact: 0 })), "{error}");
     let start = guess(&model, [1.1, 0.0, 0.0]);
-    let error = Continuation::new(0.5, 0.5).balance(&family, &balance, &start).unwrap_err();
+    let error = Continuation::new(0.5, 0.5).run(&family, &start).unwrap_err();
     assert!(matches!(error, BranchError::EmptyRange { .. }));
     let few = continuation.clone().budget(Budget::new().steps(100));
-    let branch = few.balance(&family, &balance, &start).unwrap();
+    let branch = few.run(&family, &start).unwrap();
     assert!(matches!(branch.end(), BranchEnd::Exhausted(_)) && !branch.points().is_empty());
     // Other channels, and one that does not exist.
     let forces = continuation.clone().measure(&["mesh force", "q1"]);
-    let branch = forces.balance(&family, &balance, &start).unwrap();
+    let branch = forces.run(&family, &start).unwrap();
     let point = &branch.points()[0];
     assert!((point.summaries[0].mean - 0.1).abs() < 1e-6, "the mean force balances the load");
-    let error = continuation.measure(&["force"]).balance(&family, &balance, &start).unwrap_err();
+    let error = continuation.clone().measure(&["force"]).run(&family, &start).unwrap_err();
     assert!(error.to_string().contains("force"), "{error}");
 }
 
@@ -211,14 +224,14 @@ fn folds_of_reading_p() {
     const FOLDS: [f64; 6] = [179.9259, 142.8263, 175.2485, 159.9188, 230.1309, 166.1109];
     let branch = reading_p(100.0, 250.0, Integrals::Exact);
     println!("{branch}");
-    let folds: Vec<f64> = branch.of_kind("fold").iter().map(|point| point.parameter).collect();
+    let folds: Vec<f64> = branch.of_kind(PointKind::Fold).iter().map(|point| point.parameter).collect();
     for (fold, expected) in folds.iter().zip(FOLDS) {
         println!("{fold:.6} {:.1e}", fold - expected);
         assert!((fold - expected).abs() < 1e-3, "{fold} {expected}");
     }
     assert_eq!(folds.len(), FOLDS.len(), "{folds:?}");
     // Many samples approach the exact integrals.
-    let first = |integrals| reading_p(178.0, 180.5, integrals).of_kind("fold")[0].parameter;
+    let first = |integrals| reading_p(178.0, 180.5, integrals).of_kind(PointKind::Fold)[0].parameter;
     let errors = [4096, 16_384, 65_536].map(|samples| first(Integrals::Sampled { samples }) - folds[0]);
     println!("first fold by 4096, 16384, 65536 samples: {errors:?}");
     assert!(errors[2].abs() < 1e-4);
@@ -231,7 +244,7 @@ fn reading_p(from: f64, to: f64, integrals: Integrals) -> Branch<FourierOrbit> {
     let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(integrals);
     let start = balance.linearised(&at(from).unwrap(), Piece::Lower).unwrap();
     let continuation = Continuation::new(from, to).max_points(if to < 200.0 { 120 } else { 2000 });
-    continuation.balance_truncating_forces(&family, &balance, &start).unwrap()
+    continuation.balance(balance).run(&TruncatedForces(&family), &start).unwrap()
 }
 
 /// Reading A of the face gear pair by shooting: the orbit with bilateral rattle and 252 crossings, settled at
@@ -257,7 +270,7 @@ fn bilateral_branch_by_shooting() {
     let continuation = continuation.shooting(Shooting::new().tolerance(1e-6));
     let branch = continuation.run(&family, &nodes).unwrap();
     println!("{branch}");
-    let (doublings, folds) = (branch.of_kind("period-doubling"), branch.of_kind("fold"));
+    let (doublings, folds) = (branch.of_kind(PointKind::PeriodDoubling), branch.of_kind(PointKind::Fold));
     assert!((doublings[0].parameter - 163.5279).abs() < 1e-3);
     assert!((folds[0].parameter - 154.881_16).abs() < 1e-4);
 }
@@ -271,12 +284,13 @@ fn doubled_orbits_of_a_balance() {
     let family = ByConstant::new(&model, "speed").unwrap();
     let balance = Balance::new(Harmonics::up_to(16)).integrals(Integrals::Exact);
     let range = Continuation::new(3.0, 2.0).max_step(0.02);
-    let single = range.balance(&family, &balance, &guess(&model, [1.1, 0.1, 0.0])).unwrap();
+    let single =
+        range.clone().balance(balance.clone()).run(&family, &guess(&model, [1.1, 0.1, 0.0])).unwrap();
     println!("{single}");
-    let point = single.of_kind("period-doubling")[0];
+    let point = single.of_kind(PointKind::PeriodDoubling)[0];
     let twice = Balance::new(Harmonics::up_to(32).over_periods(2).unwrap()).integrals(Integrals::Exact);
     let few = range.clone().max_points(12);
-    let doubled = few.switch_balance(&family, &twice, point, 1.0).unwrap();
+    let doubled = few.clone().balance(twice.clone()).run(&family, Switch::at(point)).unwrap();
     println!("{doubled}");
     for point in &doubled.points()[4..] {
         let model = model.with("speed", point.parameter).unwrap();
@@ -286,9 +300,9 @@ fn doubled_orbits_of_a_balance() {
         println!("{} half order {:.4} {off:.1e}", point.parameter, point.orbit.amplitude(0, 1));
         assert!(point.orbit.amplitude(0, 1) > 1e-3 && off < 1e-8);
     }
-    let refused = few.switch_balance(&family, &balance, point, 1.0).unwrap_err();
+    let refused = few.clone().balance(balance.clone()).run(&family, Switch::at(point)).unwrap_err();
     assert!(refused.to_string().contains("twice those of the orbit"), "{refused}");
-    let regular = few.switch_balance(&family, &twice, &single.points()[0], 1.0);
+    let regular = few.clone().balance(twice.clone()).run(&family, Switch::at(&single.points()[0]));
     assert!(matches!(regular, Err(BranchError::Kind { kind: None, .. })));
 }
 
@@ -299,14 +313,15 @@ fn broken_symmetry_of_a_balance() {
     let model = oscillator(&[&given[..], &[("half backlash", 99.0)]].concat());
     let family = ByConstant::new(&model, "speed").unwrap();
     let balance = Balance::new(Harmonics::up_to(24));
-    let range = Continuation::new(2.2, 1.6).max_step(0.02);
-    let branch = range.balance(&family, &balance, &guess(&model, [0.0, 2.8, 0.0])).unwrap();
+    let range = Continuation::new(2.2, 1.6).max_step(0.02).balance(balance);
+    let branch = range.run(&family, &guess(&model, [0.0, 2.8, 0.0])).unwrap();
     println!("{branch}");
-    let point = branch.of_kind("symmetry-breaking")[0];
-    for way in [1.0, -1.0] {
-        let other = range.clone().max_points(8).switch_balance(&family, &balance, point, way).unwrap();
+    let point = branch.of_kind(PointKind::SymmetryBreaking)[0];
+    let switch = Switch::at(point);
+    for way in [switch, switch.reversed()] {
+        let other = range.clone().max_points(8).run(&family, way).unwrap();
         let last = other.points().last().unwrap();
-        println!("{way}: {} mean {}", last.parameter, last.orbit.mean(0));
+        println!("{} mean {}", last.parameter, last.orbit.mean(0));
         assert!(last.orbit.mean(0).abs() > 1e-2);
         let at = model.with("speed", last.parameter).unwrap();
         let orbit = Shooting::new().run(&at, &last.orbit.states(1).unwrap()).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::common::family::oscillator;
 use gear_dynamics::branches::{
-    Branch, BranchEnd, BranchError, BranchPoint, ByConstant, ByConstants, Continuation, PointKind,
+    Beyond, Branch, BranchEnd, BranchError, BranchPoint, ByConstant, ByConstants, Continuation, PointKind,
 };
 use gear_dynamics::contact::Piece;
 use gear_dynamics::trains::{SpurPair, Train};
@@ -141,7 +141,7 @@ fn a_branch_comes_back_from_infinity() -> Result<()> {
     let BranchEnd::Unbounded { border: Some(border), .. } = *branch.end() else {
         panic!("{branch}");
     };
-    let back = continuation.beyond(&family, &branch)?.finish();
+    let back = continuation.begin(&family, Beyond(&branch))?.finish();
     let [end, first] = [branch.points().last(), back.points().first()].map(|point| point.cloned());
     let (end, first) = (end.ok_or("a point")?, first.ok_or("a point")?);
     // It starts with large motions of the opposite sign at the same distance from the border, which become smaller.
@@ -166,7 +166,7 @@ fn a_branch_by_balance_ends_alike() -> Result<()> {
     let balance = Balance::new(Harmonics::up_to(24));
     let at = Continuation::new(0.8, 1.4).bounds(0.55, 1.4);
     let guess = balance.linearised(&train.with("speed", 0.8)?, Piece::Upper)?;
-    let branch = at.balance(&family, &balance, &guess)?;
+    let branch = at.balance(balance).run(&family, &guess)?;
     let BranchEnd::Unbounded { border: Some(border), .. } = *branch.end() else {
         panic!("{branch}");
     };
@@ -185,10 +185,9 @@ fn a_line_of_folds_ends_alike() -> Result<()> {
     let branch = Continuation::new(0.5, 2.4).run(&family, &[settled(&train)?])?;
     let plane = ByConstants::new(&train, ["speed", "mesh damping"])?;
     let mut ends = 0;
-    for fold in branch.of_kind("fold") {
-        assert_eq!(fold.kind, Some(PointKind::Fold));
-        let line =
-            Continuation::new(2.0 * hill.zeta, 0.4 * hill.zeta).max_points(100).boundary(&plane, fold)?;
+    for fold in branch.of_kind(PointKind::Fold) {
+        assert_eq!(fold.kind(), Some(PointKind::Fold));
+        let line = Continuation::new(2.0 * hill.zeta, 0.4 * hill.zeta).max_points(100).run(&plane, fold)?;
         if let BranchEnd::Unbounded { border: Some(border), .. } = *line.end() {
             let [_, damping] = line.points().last().ok_or("a point")?.parameters;
             let damped = Hill { zeta: 0.5 * damping, ..hill };

@@ -837,7 +837,7 @@ fn a_stop_that_does_not_turn_its_contact_round_is_found() {
 /// orbits without an impact, where their branch ends.
 #[test]
 fn branches_of_an_oscillator_with_a_stop() {
-    use gear_dynamics::branches::{BranchEnd, ByFunction, Continuation};
+    use gear_dynamics::branches::{BranchEnd, ByFunction, Continuation, PointKind};
     let data = read("impacts.json");
     for case in data["impact_oscillator"]["values"].as_array().unwrap() {
         let number = |key: &str| case[key].as_f64();
@@ -847,7 +847,7 @@ fn branches_of_an_oscillator_with_a_stop() {
         let branch =
             Continuation::new(1.0, 0.1).bounds(0.05, 1.1).max_points(120).run(&family, &[start]).unwrap();
         println!("{branch}");
-        for (kind, key) in [("period-doubling", "A_period_doubling"), ("fold", "A_fold")] {
+        for (kind, key) in [(PointKind::PeriodDoubling, "A_period_doubling"), (PointKind::Fold, "A_fold")] {
             let Some(exact) = number(key) else { continue };
             let found = branch.of_kind(kind)[0].parameter;
             println!("{kind} {found} {exact} {:.1e}", found - exact);
@@ -856,7 +856,7 @@ fn branches_of_an_oscillator_with_a_stop() {
         let rest = Continuation::new(0.1, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
         println!("{rest}");
         let exact = number("A_graze").unwrap();
-        let graze = rest.of_kind("grazing")[0].parameter;
+        let graze = rest.of_kind(PointKind::Grazing)[0].parameter;
         println!("grazing {graze} {exact} {:.1e}", graze - exact);
         assert_eq!(rest.end(), &BranchEnd::Stop { contact: 0 });
         assert!((graze - exact).abs() < 1e-10);

@@ -1,6 +1,6 @@
 //! Trains with equal members, whose differences rest at 0 in relative coordinates, and symmetries that break.
 
-use gear_dynamics::branches::{ByConstant, Continuation};
+use gear_dynamics::branches::{ByConstant, Continuation, PointKind, Switch};
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::linear::static_state;
 use gear_dynamics::models::ring::RingSet;
@@ -235,7 +235,7 @@ fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     let family = ByConstant::new(&train, "speed").unwrap();
     let continuation = Continuation::new(1400.0, 2000.0);
     let branch = continuation.run(&family, &[start]).unwrap();
-    let doublings = branch.of_kind("period-doubling");
+    let doublings = branch.of_kind(PointKind::PeriodDoubling);
     let near: Vec<f64> = doublings.iter().map(|point| point.parameter).collect();
     for border in borders {
         assert!(nearest(&near, border) < 1e-9, "{border} {near:?}");
@@ -244,7 +244,7 @@ fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     // is linear and any multiple of the difference solves it: it grows with the steps.
     let doubled = Continuation::new(borders[0], 1700.0).bounds(1400.0, 2000.0).max_points(50);
     let at = doublings.iter().find(|point| (point.parameter / borders[0] - 1.0).abs() < 1e-9).unwrap();
-    let branch = doubled.switch(&family, at, 1.0).unwrap();
+    let branch = doubled.run(&family, Switch::at(at)).unwrap();
     let last = branch.points().last().unwrap();
     assert_eq!(last.orbit.least_multiple(), 2);
     let planet = train.shape().coordinates().iter().position(|c| c.name == "planet 1 angle").unwrap();

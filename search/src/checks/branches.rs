@@ -89,12 +89,12 @@ fn outside(point: &BranchPoint) -> [Outside; 2] {
         order.truncate(count.max(together));
         order
     };
-    let critical = match point.kind {
+    let critical = match point.kind() {
         Some(PointKind::PeriodDoubling) => near(&|m| (m + 1.0).norm(), 1),
         Some(PointKind::NeimarkSacker) => {
             near(&|m| if m.im == 0.0 { f64::INFINITY } else { (m.norm() - 1.0).abs() }, 2)
         }
-        Some(PointKind::Grazing { .. }) | None => Vec::new(),
+        Some(PointKind::Grazing) | None => Vec::new(),
         Some(_) => near(&|m| (m - 1.0).norm(), 1),
     };
     [false, true].map(|with| {
@@ -132,7 +132,7 @@ fn unexplained(branch: &Branch) -> Vec<String> {
         });
         // Next to the circle the number is not decided.
         let near = two.iter().any(|point| {
-            let is_regular = matches!(point.kind, None | Some(PointKind::Grazing { .. }));
+            let is_regular = matches!(point.kind(), None | Some(PointKind::Grazing));
             is_regular && point.multipliers.values().iter().any(|m| (m.norm() - 1.0).abs() < 1e-7)
         });
         if !explained && !noted && !near {
@@ -143,7 +143,7 @@ fn unexplained(branch: &Branch) -> Vec<String> {
 }
 
 fn told(point: &BranchPoint) -> String {
-    let kind = point.kind.as_ref().map_or("", |kind| kind.name());
+    let kind = point.kind().map_or(String::new(), |kind| kind.to_string());
     let values: Vec<String> =
         point.multipliers.values().iter().filter(|m| m.norm() > 0.9).map(|m| format!("{m:.5}")).collect();
     format!("{kind}[{}]", values.join(", "))
@@ -200,7 +200,7 @@ fn short_steps(draw: &mut Draw, drawn: Drawn) -> Outcome {
     for [a, b] in [[&coarse, &fine], [&fine, &coarse]] {
         for (kind, point) in a.located() {
             let found = b.located().any(|(other, at)| {
-                other.code() == kind.code() && (at.parameter / point.parameter - 1.0).abs() < NEAR
+                other.kind() == kind.kind() && (at.parameter / point.parameter - 1.0).abs() < NEAR
             });
             let noted = b.notes().iter().any(|note| {
                 let [low, high] =
@@ -211,7 +211,7 @@ fn short_steps(draw: &mut Draw, drawn: Drawn) -> Outcome {
                 let by = if std::ptr::eq(a, &coarse) { "long" } else { "short" };
                 missing.push(format!(
                     "{} at {:?} by {by} steps only {}",
-                    kind.name(),
+                    kind.kind(),
                     point.parameter,
                     told(point)
                 ));

@@ -5,7 +5,8 @@ use crate::draw::Draw;
 use crate::models::pair::Pair;
 use crate::{Check, Outcome, agree};
 use gear_dynamics::branches::{
-    Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, Continuation, Family,
+    Beyond, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, Continuation, Family,
+    PointKind,
 };
 use gear_dynamics::excitation::Side;
 use gear_dynamics::nalgebra::DMatrix;
@@ -129,7 +130,7 @@ fn run(draw: &mut Draw, case: &Case, start: &(State, usize)) -> Result<Outcome, 
     }
     let wider = Continuation::new(from, to).bounds(0.5 * from, 1.5 * to).max_points(60);
     let wider = wider.shooting(Shooting::new().multiple(start.1));
-    let back = match wider.beyond(&family, &branch) {
+    let back = match wider.begin(&family, Beyond(&branch)) {
         Ok(following) => following.finish(),
         Err(error) => return Err(format!("back from {border}: {error}")),
     };
@@ -160,9 +161,9 @@ fn run_lines(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let plane = ByConstants::new(&case.train, ["speed", "mesh damping"]).map_err(|error| text(&error))?;
     let damping = 2.0 * pair.zeta;
     let mut ends = 0;
-    for point in branch.of_kind("fold").into_iter().take(2) {
+    for point in branch.of_kind(PointKind::Fold).into_iter().take(2) {
         let line = Continuation::new(damping, 0.2 * damping).max_points(300).shooting(shooting.clone());
-        let line = match line.boundary(&plane, point) {
+        let line = match line.run(&plane, point) {
             Ok(line) => line,
             Err(BranchError::Curve(_)) => continue, // a fold too steep beside a grazing
             Err(error) => return Err(text(&error)),

@@ -297,7 +297,7 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let Some((branch, multiple)) = branch_of(pair)? else { return Ok(Outcome::Skipped("does not settle")) };
     let followed: Vec<_> = branch
         .located()
-        .filter(|(kind, _)| !matches!(kind, PointKind::Branch))
+        .filter(|(kind, _)| kind.kind() != PointKind::Branch)
         .map(|(_, point)| point)
         .collect();
     if followed.is_empty() {
@@ -308,7 +308,7 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let plane = ByConstants::new(&train, ["speed", "mesh damping"]).map_err(told)?;
     let damping = 2.0 * pair.zeta;
     let line = Continuation::new(damping, 1.05 * damping).shooting(Shooting::new().multiple(multiple));
-    let line = match line.boundary(&plane, point) {
+    let line = match line.run(&plane, point) {
         Ok(line) => line,
         Err(BranchError::Curve(_)) => {
             return Ok(Outcome::Skipped("too steep beside a grazing"));
@@ -337,9 +337,9 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     if of != multiple || moved {
         return Ok(Outcome::Skipped("settles on another orbit at the cut"));
     }
-    let code = line.kind().code();
+    let what = line.what().kind();
     let distance = |branch: &Branch| {
-        let like = branch.located().filter(|(kind, _)| kind.code() == code).map(|(_, point)| point.parameter);
+        let like = branch.located().filter(|(kind, _)| kind.kind() == what).map(|(_, point)| point.parameter);
         like.map(|found| (found - p).abs()).fold(f64::INFINITY, f64::min)
     };
     let mut nearest = distance(&cut);
@@ -357,6 +357,6 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
         }
     }
     Ok(agree(nearest < 1e-7 * p, || {
-        format!("{} at {p:?}, damping {c:?}, missed by {nearest:.1e}; {pair:?}", line.kind())
+        format!("{} at {p:?}, damping {c:?}, missed by {nearest:.1e}; {pair:?}", line.what())
     }))
 }

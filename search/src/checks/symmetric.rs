@@ -270,7 +270,7 @@ impl Figures {
         let continuation = continuation.shooting(Shooting::new().multiple(multiple));
         let branch = continuation.run(&family, orbit.states()).map_err(|e| said("branch", &e))?;
         let points =
-            branch.located().map(|(kind, point)| (kind.name().to_owned(), point.parameter)).collect();
+            branch.located().map(|(kind, point)| (kind.kind().to_string(), point.parameter)).collect();
         let ended = matches!(branch.end(), BranchEnd::Bound | BranchEnd::Points { .. });
         if !ended {
             return Err(format!("branch: {}", branch.end()));

@@ -5,12 +5,13 @@ use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::{BoundaryLine, BoundaryPoint, Turn};
 use crate::branches::boundary::grazed_stops::{GRAZES, SOFT, softest_impact};
 use crate::branches::boundary::half_orbit::whole;
-use crate::branches::branch::BranchNote;
 use crate::branches::branch_end::BranchEnd;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::point::CurvePoint;
+use crate::branches::following::Steps;
+use crate::branches::line::BranchNote;
 use crate::branches::orbits::by_shooting::orbit_curve::Passage;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum, Rigid};
 use crate::branches::orbits::orbit_method::OrbitMethod;
@@ -33,25 +34,8 @@ const TURNS: f64 = 1e-4;
 /// Least number of points of a closed boundary.
 const LOOP: usize = 8;
 
-/// A boundary that yields its points one by one, from
-/// [`Continuation::begin_boundary`](crate::branches::Continuation::begin_boundary).
-///
-/// ```
-/// use gear_dynamics::branches::{BranchEnd, ByConstant, ByConstants, Continuation};
-/// use gear_dynamics::{State, trains::SpurPair};
-/// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.05])?.parts()?.build("driver", 0.7)?;
-/// let family = ByConstant::new(&pair, "speed")?;
-/// let branch = Continuation::new(0.7, 0.85).run(&family, &[State::new(0.0, &[1.1], &[0.0])])?;
-/// let plane = ByConstants::new(&pair, ["speed", "mesh damping"])?;
-/// let range = Continuation::new(0.1, 0.12);
-/// let mut following = range.begin_boundary(&plane, branch.of_kind("grazing")[0])?;
-/// following.by_ref().take_while(|point| point.parameters[1] < 0.105).for_each(drop);
-/// let first = following.into_line(); // stopped
-/// let rest = range.resume_boundary(&plane, &first)?.finish();
-/// assert_eq!((rest.points().last().ok_or("a point")?.parameters[1], rest.end()), (0.12, &BranchEnd::Bound));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub struct FollowingBoundary<'f> {
+/// A boundary in progress.
+pub(crate) struct FollowingBoundary<'f> {
     settings: &'f Continuation,
     engine: Engine<BoundaryCurve<'f>>,
     /// The first point, to notice a closed boundary.
@@ -69,16 +53,26 @@ pub struct FollowingBoundary<'f> {
     waiting: VecDeque<BoundaryPoint>,
 }
 
-impl Iterator for FollowingBoundary<'_> {
-    type Item = BoundaryPoint;
-
-    fn next(&mut self) -> Option<BoundaryPoint> {
+impl Steps<BoundaryPoint> for FollowingBoundary<'_> {
+    fn next_point(&mut self) -> Option<BoundaryPoint> {
         while self.waiting.is_empty() && self.line.end == BranchEnd::Open {
             self.advance();
         }
         let point = self.waiting.pop_front()?;
         self.line.points.push(point.clone());
         Some(point)
+    }
+    fn line(&self) -> &BoundaryLine {
+        &self.line
+    }
+    fn into_line(self: Box<Self>) -> BoundaryLine {
+        let mut line = self.line;
+        line.points.extend(self.waiting);
+        line
+    }
+    fn shift(&mut self, arclength: f64) {
+        self.arclength += arclength;
+        self.waiting.iter_mut().for_each(|point| point.arclength += arclength);
     }
 }
 
@@ -110,28 +104,6 @@ impl<'f> FollowingBoundary<'f> {
         let start = following.columns(&following.last, None, 0.0)?;
         following.waiting.push_back(start);
         Ok(following)
-    }
-
-    /// The boundary so far.
-    pub fn line(&self) -> &BoundaryLine {
-        &self.line
-    }
-    /// The boundary so far. [`Continuation::resume_boundary`](crate::branches::Continuation::resume_boundary)
-    /// continues it.
-    pub fn into_line(mut self) -> BoundaryLine {
-        self.line.points.extend(self.waiting);
-        self.line
-    }
-    /// Follows the boundary to its end.
-    pub fn finish(mut self) -> BoundaryLine {
-        while self.next().is_some() {}
-        self.line
-    }
-
-    /// Adds to the arclength of all further points.
-    pub(crate) fn shift(&mut self, arclength: f64) {
-        self.arclength += arclength;
-        self.waiting.iter_mut().for_each(|point| point.arclength += arclength);
     }
 
     /// The point of the plane with its orbit.
@@ -200,7 +172,7 @@ impl<'f> FollowingBoundary<'f> {
             }
             next => next?,
         };
-        let bounds = [beyond(next.x[n], self.line.across), beyond(next.p, [low, high])];
+        let bounds = [beyond(next.x[n], self.line.head.across), beyond(next.p, [low, high])];
         if bounds == [None, None] {
             return Ok(Some((next, step, false)));
         }

@@ -1,7 +1,7 @@
 //! The figure of an orbit that a design changes.
 
 use crate::analysis::statistics::{Statistics, Summary};
-use crate::branches::branch::BranchError;
+use crate::branches::branch_error::BranchError;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
 use crate::error::ParameterError;

@@ -2,7 +2,7 @@
 
 use crate::analysis::contacts::rattle::RattleState;
 use crate::analysis::statistics::Summary;
-use crate::branches::points::kind::PointKind;
+use crate::branches::points::kind::{Located, PointKind};
 use crate::periodic::multipliers::{Multipliers, Stability};
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 
@@ -13,7 +13,7 @@ use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 /// use gear_dynamics::{RattleState, State, branches::{ByConstant, Continuation}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
 /// let family = ByConstant::new(&pair, "speed")?;
-/// let branch = Continuation::new(0.6, 0.65).run(&family, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let branch = Continuation::new(0.6, 0.65).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
 /// let point = branch.points().last().ok_or("a point")?;
 /// assert_eq!((point.parameter, point.rattle[0]), (0.65, RattleState::None));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -33,7 +33,7 @@ pub struct BranchPoint<O = ShootingOrbit> {
     /// orbit: its contact sequence.
     pub crossings: Vec<[u32; 2]>,
     /// What the point is, if it was located.
-    pub kind: Option<PointKind>,
+    pub located: Option<Located>,
     /// Floquet multipliers with their error.
     pub multipliers: Multipliers,
     /// The orbit, from which [`Shooting::again`](crate::Shooting::again) and other continuations start.
@@ -41,6 +41,10 @@ pub struct BranchPoint<O = ShootingOrbit> {
 }
 
 impl<O> BranchPoint<O> {
+    /// The kind of a located point.
+    pub fn kind(&self) -> Option<PointKind> {
+        self.located.as_ref().map(Located::kind)
+    }
     /// Stability of the orbit. At a located bifurcation it is undecided.
     pub fn stability(&self) -> Stability {
         self.multipliers.stability()

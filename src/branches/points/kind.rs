@@ -4,13 +4,13 @@ use crate::analysis::contacts::rattle::RattleState;
 use crate::contact::piece::Piece;
 use std::fmt;
 
-/// What distinguishes a located point of a branch.
+/// The kind of a located point of a branch.
 ///
 /// ```
 /// use gear_dynamics::branches::PointKind;
-/// assert_eq!(PointKind::NeimarkSacker.to_string(), "neimark-sacker");
+/// assert_eq!((PointKind::NeimarkSacker.to_string(), PointKind::NeimarkSacker.code()), ("neimark-sacker".into(), 3));
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum PointKind {
@@ -25,6 +25,45 @@ pub enum PointKind {
     /// Two branches cross, and the orbits of the other one lack the symmetry x(t + T/2) = -x(t) of this one.
     SymmetryBreaking,
     /// A contact touches an edge without crossing it: the sequence of contacts changes.
+    Grazing,
+}
+
+impl PointKind {
+    /// The kind as a number in tables: 1 fold, 2 period doubling, 3 Neimark-Sacker point, 4 branch point, 5 symmetry
+    /// breaking, 6 grazing.
+    pub fn code(self) -> u8 {
+        self as u8 + 1
+    }
+}
+
+impl fmt::Display for PointKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            PointKind::Fold => "fold",
+            PointKind::PeriodDoubling => "period-doubling",
+            PointKind::NeimarkSacker => "neimark-sacker",
+            PointKind::Branch => "branch",
+            PointKind::SymmetryBreaking => "symmetry-breaking",
+            PointKind::Grazing => "grazing",
+        })
+    }
+}
+
+/// What a located point of a branch is.
+///
+/// ```
+/// use gear_dynamics::{RattleState, branches::{Located, PointKind}, contact::Piece};
+/// let rattle = [RattleState::None, RattleState::Unilateral];
+/// let onset = Located::Grazing { contact: 0, edge: Piece::Upper, rattle };
+/// assert_eq!((onset.kind(), onset.changes_rattle()), (PointKind::Grazing, true));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Located {
+    /// A bifurcation: any kind but a grazing.
+    Bifurcation(PointKind),
+    /// A contact touches an edge without crossing it.
     Grazing {
         /// Index of the contact, from 0.
         contact: usize,
@@ -35,49 +74,30 @@ pub enum PointKind {
     },
 }
 
-impl PointKind {
-    /// The name of the kind, as in tables: `fold`, `period-doubling`, `neimark-sacker`, `branch`,
-    /// `symmetry-breaking`, `grazing`.
-    pub fn name(&self) -> &'static str {
+impl Located {
+    /// The kind of the point.
+    pub fn kind(&self) -> PointKind {
         match self {
-            PointKind::Fold => "fold",
-            PointKind::PeriodDoubling => "period-doubling",
-            PointKind::NeimarkSacker => "neimark-sacker",
-            PointKind::Branch => "branch",
-            PointKind::SymmetryBreaking => "symmetry-breaking",
-            PointKind::Grazing { .. } => "grazing",
-        }
-    }
-    /// The kind as a number in tables: 1 fold, 2 period doubling, 3 Neimark-Sacker point, 4 branch point, 5 symmetry
-    /// breaking, 6 grazing.
-    pub fn code(&self) -> u8 {
-        match self {
-            PointKind::Fold => 1,
-            PointKind::PeriodDoubling => 2,
-            PointKind::NeimarkSacker => 3,
-            PointKind::Branch => 4,
-            PointKind::SymmetryBreaking => 5,
-            PointKind::Grazing { .. } => 6,
+            Located::Bifurcation(kind) => *kind,
+            Located::Grazing { .. } => PointKind::Grazing,
         }
     }
     /// Whether the rattle state of a contact changes: an onset of contact loss or of back contact.
     pub fn changes_rattle(&self) -> bool {
-        matches!(self, PointKind::Grazing { rattle: [before, after], .. } if before != after)
+        matches!(self, Located::Grazing { rattle: [before, after], .. } if before != after)
     }
 }
 
-impl fmt::Display for PointKind {
+impl fmt::Display for Located {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            PointKind::Grazing { contact, edge, rattle: [before, after] } if before != after => {
-                let flank = if *edge == Piece::Lower { "lower" } else { "upper" };
-                write!(f, "grazing of contact {contact} at its {flank} edge, rattle {before} to {after}")
-            }
-            PointKind::Grazing { contact, edge, .. } => {
-                let flank = if *edge == Piece::Lower { "lower" } else { "upper" };
-                write!(f, "grazing of contact {contact} at its {flank} edge")
-            }
-            other => f.pad(other.name()),
+        let Located::Grazing { contact, edge, rattle: [before, after] } = self else {
+            return self.kind().fmt(f);
+        };
+        let flank = if *edge == Piece::Lower { "lower" } else { "upper" };
+        write!(f, "grazing of contact {contact} at its {flank} edge")?;
+        if before != after {
+            write!(f, ", rattle {before} to {after}")?;
         }
+        Ok(())
     }
 }

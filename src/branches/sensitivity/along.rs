@@ -1,6 +1,6 @@
 //! Derivatives of functions of the multipliers along a direction.
 
-use crate::branches::branch::BranchError;
+use crate::branches::branch_error::BranchError;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::sensitivity::totals::Totals;
 use crate::error::ParameterError;

@@ -1,12 +1,12 @@
 //! Derivatives of a located parameter with respect to all constants.
 
-use crate::branches::branch::BranchError;
+use crate::branches::branch_error::BranchError;
 use crate::branches::curve::bordered::Bordered;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::measure::measure;
 use crate::branches::orbits::without_stops::WithoutStops;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::kind::PointKind;
+use crate::branches::points::kind::{Located, PointKind};
 use crate::branches::points::test_functions::{doubling, torus};
 use crate::branches::sensitivity::along::{along_direction, smooth};
 use crate::branches::sensitivity::derivatives::{Neighbours, gather};
@@ -50,22 +50,24 @@ impl Sensitivity {
         let budget = Budget::new();
         let alone = Alone(&*at);
         let totals = Totals::new(&alone, constants, &point.orbit, Rc::new(budget.begin()))?;
-        let along: Vec<f64> = match &point.kind {
-            Some(PointKind::Fold) => {
+        let along: Vec<f64> = match &point.located {
+            Some(Located::Bifurcation(PointKind::Fold)) => {
                 let w = left_null(&totals.by_x).ok_or(CurveError::Singular)?;
                 let slopes = totals.by_c.tr_mul(&w);
                 slopes.iter().zip(&totals.units).map(|(slope, unit)| slope / unit).collect()
             }
-            Some(PointKind::PeriodDoubling) => {
+            Some(Located::Bifurcation(PointKind::PeriodDoubling)) => {
                 return of_multipliers(&totals, constants, place, &|m| Some(doubling(m)));
             }
-            Some(PointKind::NeimarkSacker) => return of_multipliers(&totals, constants, place, &torus),
-            Some(PointKind::Grazing { contact, edge, .. }) => {
+            Some(Located::Bifurcation(PointKind::NeimarkSacker)) => {
+                return of_multipliers(&totals, constants, place, &torus);
+            }
+            Some(Located::Grazing { contact, edge, .. }) => {
                 grazing(&totals, &*at, *contact, *edge == Piece::Lower)?
             }
-            kind => {
+            _ => {
                 let wanted = "a fold, a period doubling, a Neimark-Sacker point or a grazing";
-                return Err(BranchError::Kind { kind: kind.clone(), wanted });
+                return Err(BranchError::Kind { kind: point.kind(), wanted });
             }
         };
         let own = along[place];
@@ -79,8 +81,8 @@ impl Sensitivity {
 
 /// The model without the rigid stop that the orbit of a grazing touches, unless it strikes it at another time.
 fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -> Box<dyn Periodic + 'm> {
-    match &point.kind {
-        Some(PointKind::Grazing { contact, edge, .. })
+    match &point.located {
+        Some(Located::Grazing { contact, edge, .. })
             if point.crossings[*contact][usize::from(*edge == Piece::Upper)] == 0 =>
         {
             Box::new(WithoutStops::new(model, &[(*contact, *edge)]))

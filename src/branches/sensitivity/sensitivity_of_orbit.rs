@@ -1,6 +1,6 @@
 //! Derivatives of the figures of an orbit with respect to all constants of its model.
 
-use crate::branches::branch::BranchError;
+use crate::branches::branch_error::BranchError;
 use crate::branches::sensitivity::along::along_direction;
 use crate::branches::sensitivity::derivatives::{Derivatives, Neighbours, gather};
 use crate::branches::sensitivity::quantity::Quantity;

@@ -13,7 +13,7 @@ use crate::periodic::balance::settings::Balance;
 use std::rc::Rc;
 
 /// A family of models of type `M`, with the equations of their balance.
-pub(crate) trait BalanceFamily<M: Periodic + ?Sized> {
+pub trait BalanceFamily<M: Periodic + ?Sized> {
     fn family(&self) -> &dyn Family;
     fn at(&self, p: f64) -> Result<Rc<M>, ParameterError>;
     fn equations<'m>(
@@ -72,10 +72,64 @@ impl<'f> BalanceFamily<dyn Periodic + 'f> for Plain<'f> {
     }
 }
 
-/// The balance with truncated forces of the machines that a closure makes.
-pub(crate) struct Truncating<'f, F>(pub(crate) &'f ByFunction<F>);
+/// The machines that a closure makes, with contact forces that a balance truncates to its orders before they are
+/// multiplied by the stiffness, see [`Balance::solve_truncating_forces`].   Source: Liu 2021.
+///
+/// Folds, branch points and grazings are located. The multipliers of the points are those of the equation along the
+/// series; changes of them are not located.
+///
+/// ```
+/// use gear_dynamics::branches::{ByFunction, Continuation, PointKind, TruncatedForces};
+/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece, models::nfg::NfgReading};
+/// let at = |speed| NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published());
+/// let family = ByFunction::new("speed", "rad/s", at);
+/// let balance = Balance::new(Harmonics::bands(63, 1, 2)?); // the 15 unknowns of Liu 2021
+/// let guess = balance.linearised(&at(179.0)?, Piece::Lower)?;
+/// let range = Continuation::new(179.0, 190.0).max_points(20).balance(balance);
+/// let branch = range.run(&TruncatedForces(&family), &guess)?;
+/// assert!((branch.of_kind(PointKind::Fold)[0].parameter - 179.9259).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct TruncatedForces<'f, F>(pub &'f ByFunction<F>);
 
-impl<G, F> BalanceFamily<Machine<G>> for Truncating<'_, F>
+/// Models whose orbits can be followed by harmonic balance.
+pub trait Balanced {
+    /// The type of the models.
+    type Of<'f>: Periodic + ?Sized
+    where
+        Self: 'f;
+    /// The models with the equations of their balance.
+    fn balanced<'f>(&'f self) -> Rc<dyn BalanceFamily<Self::Of<'f>> + 'f>;
+}
+
+impl<F: Family> Balanced for F {
+    type Of<'f>
+        = dyn Periodic + 'f
+    where
+        F: 'f;
+
+    fn balanced<'f>(&'f self) -> Rc<dyn BalanceFamily<dyn Periodic + 'f> + 'f> {
+        Rc::new(Plain(self))
+    }
+}
+
+impl<G, F> Balanced for TruncatedForces<'_, F>
+where
+    G: Shape + 'static,
+    F: Fn(f64) -> Result<Machine<G>, ParameterError>,
+{
+    type Of<'f>
+        = Machine<G>
+    where
+        Self: 'f;
+
+    fn balanced<'f>(&'f self) -> Rc<dyn BalanceFamily<Machine<G>> + 'f> {
+        Rc::new(TruncatedForces(self.0))
+    }
+}
+
+impl<G, F> BalanceFamily<Machine<G>> for TruncatedForces<'_, F>
 where
     G: Shape + 'static,
     F: Fn(f64) -> Result<Machine<G>, ParameterError>,

@@ -1,0 +1,101 @@
+//! Errors of a continuation.
+
+use crate::branches::curve::equations::CurveError;
+use crate::branches::points::kind::PointKind;
+use crate::error::ParameterError;
+use crate::periodic::balance::balance_error::BalanceError;
+use crate::periodic::shooting::failure::ShootingError;
+use thiserror::Error;
+
+/// Errors at the start of a continuation. Later failures end the branch; see [`BranchEnd`].
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, branches::{BranchError, ByConstant, Continuation}};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let family = ByConstant::new(&pair, "speed")?;
+/// let error = Continuation::new(100.0, 100.0).run(&family, &[pair.static_start()?]).unwrap_err();
+/// assert!(matches!(error, BranchError::EmptyRange { value: 100.0 }));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum BranchError {
+    /// A setting is not valid.
+    #[error("{0}")]
+    Parameter(#[from] ParameterError),
+    /// The range of the parameter has length zero.
+    #[error("the continuation starts and ends at the same parameter {value}: the ends must differ")]
+    EmptyRange {
+        /// Start and end.
+        value: f64,
+    },
+    /// The bounds are reversed or do not contain the start.
+    #[error(
+        "the bounds of the parameter are {low} .. {high}: the lower one must be smaller, and {start} must lie between them"
+    )]
+    Bounds {
+        /// Lower bound.
+        low: f64,
+        /// Upper bound.
+        high: f64,
+        /// Start of the continuation.
+        start: f64,
+    },
+    /// The start is no orbit.
+    #[error("no orbit at the start of the branch: {0}")]
+    Start(#[from] ShootingError),
+    /// The start is no orbit of the balance.
+    #[error("no orbit at the start of the branch: {0}")]
+    Balance(#[from] BalanceError),
+    /// The first point has no tangent, or is no point of a branch.
+    #[error("no branch at its start: {0}")]
+    Curve(#[from] CurveError),
+    /// Derivatives with respect to constants of a model that has no named constants.
+    #[error("the model has no named constants: build it from a Shape and its constants (Machine)")]
+    NoConstants,
+    /// A branch or a boundary without points cannot be resumed.
+    #[error("there is no point from which to resume")]
+    NoPoints,
+    /// The first point of the rest is not the last one of the first part.
+    #[error("the rest does not begin at the last point of the first part")]
+    NotItsRest,
+    /// The kind of a point does not allow what is asked.
+    #[error("the point is {}: {wanted} is needed", kind.as_ref().map_or("a regular point".into(), PointKind::to_string))]
+    Kind {
+        /// The kind; `None` for a point that was not located.
+        kind: Option<PointKind>,
+        /// What kinds of points allow it.
+        wanted: &'static str,
+    },
+    /// The branch or line does not end at a located border of parametric instability.
+    #[error("the branch does not run to infinity at a located border: {end}")]
+    NoBorder {
+        /// Why it ends.
+        end: String,
+    },
+    /// No orbit comes back from infinity.
+    #[error(
+        "no large orbit of the opposite sign near the border {border}{}",
+        error.as_ref().map_or(String::new(), |error| format!(": {error}"))
+    )]
+    NoReturn {
+        /// The border.
+        border: f64,
+        /// Why the last search failed; `None` if it led to the other orbit.
+        error: Option<Box<ShootingError>>,
+    },
+    /// The orbit of a grazing strikes the same rigid stop at another time.
+    #[error(
+        "the orbit strikes the rigid stop of contact {contact} at another time: its grazing is not followed"
+    )]
+    Struck {
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
+    /// The orbit of a grazing has no extremum at the edge of this contact.
+    #[error("contact {contact} has no extremum at this edge: the orbit does not graze it")]
+    NoExtremum {
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
+}

@@ -1,0 +1,90 @@
+//! Branches that come back from infinity.
+
+use crate::branches::branch::Branch;
+use crate::branches::branch_end::BranchEnd;
+use crate::branches::branch_error::BranchError;
+use crate::branches::continuation::Continuation;
+use crate::branches::family::Family;
+use crate::branches::following::Following;
+use crate::branches::points::branch_point::BranchPoint;
+use crate::branches::starts::start::Start;
+use crate::model::equations::State;
+use crate::numeric::norms::dot;
+
+/// Least size of an orbit that comes back from infinity, as a share of the last orbit `[1]`.
+const LARGE: f64 = 0.02;
+
+/// The branch that comes back from infinity where this branch ends at a border of parametric instability
+/// ([`BranchEnd::Unbounded`]), as a [`Start`].
+///
+/// Near the border the motion is A u(t) with a homogeneous solution u of the system without gaps and
+/// A ~ (f + g)/(p - p*): f is the projection of load and excitation, g that of the gap forces, which change their
+/// sign with A. The branch passes through infinity to the motions -A u(t). Where |f| > |g| they lie on the other
+/// side of the border, otherwise on the same side. Both sides are tried, at the distance of the last point from
+/// the border. The continuation leads away from it; its bounds must contain the start.
+///
+/// ```
+/// use gear_dynamics::{Dop853, Model, Settle, State, branches::{Beyond, ByConstant, Continuation}, trains::SpurPair};
+/// let pair = SpurPair::of_numbers(0.025, 0.52, &[-0.18, 0.24], &[0.0, -0.075])?.parts()?.build("driver", 0.5)?;
+/// let family = ByConstant::new(&pair, "speed")?;
+/// let settled = Settle::new().run(&Dop853::new(), &pair, &State::at_rest(pair.dof()))?;
+/// let range = Continuation::new(0.5, 2.4);
+/// let branch = range.run(&family, settled.state)?;
+/// let first = range.begin(&family, Beyond(&branch))?.next().ok_or("a point")?;
+/// assert!(first.peak_to_peak() > 5000.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`BranchError::NoBorder`] for a branch with another end; [`BranchError::NoReturn`] if no large orbit of the
+/// opposite sign is found within the bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beyond<'b>(pub &'b Branch);
+
+impl<F: Family> Start<F> for Beyond<'_> {
+    type Point = BranchPoint;
+
+    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+        let Beyond(branch) = self;
+        let BranchEnd::Unbounded { border: Some(border), .. } = branch.end else {
+            return Err(BranchError::NoBorder { end: branch.end.to_string() });
+        };
+        let last = branch.points.last().ok_or(BranchError::NoPoints)?;
+        let opposite = |state: &State| State {
+            t: state.t,
+            q: state.q.iter().map(|q| -q).collect(),
+            v: state.v.iter().map(|v| -v).collect(),
+        };
+        let shooting =
+            settings.shooting.clone().budget(settings.budget.clone()).multiple(last.orbit.period_multiple());
+        let mut failure = None;
+        for p in [2.0 * border - last.parameter, last.parameter] {
+            // There may be no model beyond the border, or none within the bounds.
+            let (Ok(model), Ok(())) = (family.at(p), settings.check_within(p)) else { continue };
+            // On another branch the phases of the nodes are the same, their times are not.
+            let times = model.period() * last.orbit.period_multiple() as f64 / last.orbit.period();
+            let guess: Vec<State> =
+                last.orbit.states().iter().map(|s| State { t: s.t * times, ..opposite(s) }).collect();
+            match shooting.run(&*model, &guess) {
+                Ok(orbit) => {
+                    let (found, wanted) = (&orbit.states()[0], &guess[0]);
+                    let places = |state: &State| -> Vec<f64> {
+                        let parts = state.q.iter().chain(&state.v).zip(&last.orbit.range);
+                        parts.map(|(x, range)| if *range > 0.0 { x / range } else { 0.0 }).collect()
+                    };
+                    let [found, wanted] = [found, wanted].map(places);
+                    if dot(&found, &wanted) > LARGE * dot(&wanted, &wanted) {
+                        let mut tracker = settings.track(family, p, &orbit, p - border)?;
+                        tracker.starts_anywhere()?;
+                        return Ok(Following::new(tracker));
+                    }
+                }
+                Err(error) => failure = Some(error),
+            }
+        }
+        Err(BranchError::NoReturn { border, error: failure.map(Box::new) })
+    }
+    fn goes_both_ways(&self) -> bool {
+        false
+    }
+}

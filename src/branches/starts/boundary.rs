@@ -1,0 +1,134 @@
+//! The start of a boundary over two parameters.
+
+use crate::branches::border::Reference;
+use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
+use crate::branches::boundary::boundary_line::{BoundaryHead, BoundaryLine, BoundaryPoint};
+use crate::branches::boundary::following_boundary::FollowingBoundary;
+use crate::branches::boundary::grazed_stops::{grazed_stops, softest_impact};
+use crate::branches::boundary::half_orbit::first_half;
+use crate::branches::boundary::plane::{Plane, Slice};
+use crate::branches::branch_error::BranchError;
+use crate::branches::continuation::Continuation;
+use crate::branches::curve::engine::Engine;
+use crate::branches::following::Following;
+use crate::branches::line::Line;
+use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
+use crate::branches::orbits::measure::{Measured, measure};
+use crate::branches::points::branch_point::BranchPoint;
+use crate::branches::points::kind::{Located, PointKind};
+use crate::branches::starts::start::{Resume, Start};
+use crate::contact::piece::Piece;
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+/// Unit of p where p is near 0, as a share of the length of its bounds.
+const SHARE: f64 = 0.1;
+
+/// The boundary of a located point.
+impl<F: Plane> Start<F> for &BranchPoint {
+    type Point = BoundaryPoint;
+
+    fn begin<'f>(
+        self,
+        settings: &'f Continuation,
+        plane: &'f F,
+    ) -> Result<Following<'f, BoundaryPoint>, BranchError> {
+        let what = self.located.as_ref().ok_or(BranchError::Kind { kind: None, wanted: WANTED })?;
+        let start = ([self.parameter, settings.from], settings.across(self.parameter)?);
+        settings.boundary_from(plane, what, start, &self.orbit, settings.heading()).map(Following::new)
+    }
+}
+
+impl<F: Plane> Resume<F> for BoundaryPoint {
+    fn resume<'f>(
+        &self,
+        line: &BoundaryLine,
+        heading: f64,
+        settings: &'f Continuation,
+        plane: &'f F,
+    ) -> Result<Following<'f, Self>, BranchError> {
+        let BoundaryHead { what, across, .. } = &line.head;
+        let start = (self.parameters, *across);
+        settings.boundary_from(plane, what, start, &self.orbit, heading).map(Following::new)
+    }
+}
+
+impl Continuation {
+    /// The boundary through an orbit. `heading`: sign of the first change of λ.
+    fn boundary_from<'f>(
+        &'f self,
+        plane: &'f dyn Plane,
+        what: &Located,
+        ([p, other], across): ([f64; 2], [f64; 2]),
+        orbit: &ShootingOrbit,
+        heading: f64,
+    ) -> Result<FollowingBoundary<'f>, BranchError> {
+        let least_unit = if self.is_bounded_across() { SHARE * (across[1] - across[0]) } else { 0.0 };
+        let slice = Rc::new(Slice { plane, other: Cell::new(other), left_out: RefCell::new(Rc::new([])) });
+        let meter = Rc::new(self.budget.begin());
+        let unit = p.abs().max(least_unit);
+        let half = (what.kind() == PointKind::SymmetryBreaking).then(|| first_half(orbit));
+        let orbit = half.as_ref().unwrap_or(orbit);
+        let mut orbits = OrbitCurve::new(slice.clone(), (p, unit), orbit, &self.shooting, meter)?;
+        if half.is_some() {
+            orbits = orbits.over_half();
+        }
+        let x = orbits.unknowns_of(orbit);
+        let passage = orbits.pass(&*orbits.model(p)?, &x)?;
+        let measured = measure(&orbits, p, &passage, &[])?;
+        let boundary = boundary_of(what, &measured)?;
+        let range = measured.ranges.iter().take(measured.ranges.len() / 2).fold(0.0, |m: f64, r| m.max(*r));
+        let model = slice.model([p, other])?;
+        let rigid = model.offers().rigid_edges(model.contacts());
+        drop(model);
+        if let Boundary::Grazing(own) = &boundary {
+            let grazed = grazed_stops(&rigid, &measured.trace, range);
+            let edge = usize::from(!own.lower);
+            if rigid.get(own.contact).is_some_and(|rigid| rigid[edge])
+                && !grazed.contains(&(own.contact, own.edge()))
+            {
+                return Err(BranchError::Struck { contact: own.contact });
+            }
+            *slice.left_out.borrow_mut() = grazed.into();
+        }
+        let sequence = boundary.sequence(&measured.trace);
+        let other_unit = self.unit();
+        let model = slice.model([p, other])?;
+        let rigid = model.offers().rigid_edges(model.contacts()); // without those that are left out
+        let reference = Reference::of_any_orbit(&*model, &measured);
+        drop(model);
+        let motion = reference.motion(&measured);
+        let size = (reference, motion);
+        let softest = softest_impact(&rigid, &measured.trace).map_or(1.0, |(share, _)| share);
+        let curve = BoundaryCurve { slice, orbits, boundary, unit, least_unit, other_unit, range, softest };
+        let tolerance = self.shooting.correction_tolerance();
+        let mut engine =
+            Engine { curve, unit: other_unit, tolerance, max_corrections: 12, at_crossing: false };
+        let n = x.len();
+        let first = engine.start_towards(x.insert_row(n, p), other, heading)?;
+        let head = BoundaryHead { parameters: plane.parameters(), what: *what, across };
+        let line = Line::new(head, first.slope());
+        Ok(FollowingBoundary::new(self, engine, first, rigid, size, sequence, line)?)
+    }
+}
+
+/// Kinds of points that have a boundary.
+const WANTED: &str = "a fold, a period doubling, a Neimark-Sacker point, a symmetry breaking or a grazing";
+
+/// What vanishes along the boundary of a point of this kind.
+fn boundary_of(what: &Located, measured: &Measured) -> Result<Boundary, BranchError> {
+    match *what {
+        Located::Bifurcation(PointKind::Fold) => Ok(Boundary::Fold),
+        Located::Bifurcation(PointKind::PeriodDoubling) => Ok(Boundary::PeriodDoubling),
+        Located::Bifurcation(PointKind::NeimarkSacker) => Ok(Boundary::NeimarkSacker),
+        Located::Bifurcation(PointKind::SymmetryBreaking) => Ok(Boundary::SymmetryBreaking),
+        Located::Bifurcation(kind) => Err(BranchError::Kind { kind: Some(kind), wanted: WANTED }),
+        Located::Grazing { contact, edge, .. } => {
+            let lower = edge == Piece::Lower;
+            let of = measured.trace.extremes.iter().filter(|e| e.contact == contact && e.lower == lower);
+            let nearest = of.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
+            Ok(Boundary::Grazing(*nearest.ok_or(BranchError::NoExtremum { contact })?))
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Branches of orbits by shooting.
+
+use crate::branches::branch::Branch;
+use crate::branches::branch_error::BranchError;
+use crate::branches::continuation::Continuation;
+use crate::branches::curve::engine::Engine;
+use crate::branches::family::Family;
+use crate::branches::following::Following;
+use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
+use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::points::branch_point::BranchPoint;
+use crate::branches::starts::start::{Resume, Start};
+use crate::branches::tracker::Tracker;
+use crate::model::equations::State;
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use std::rc::Rc;
+
+impl<F: Family> Start<F> for &[State] {
+    type Point = BranchPoint;
+
+    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+        let orbit = settings.shooting.run(&*family.at(settings.from)?, self)?;
+        settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
+    }
+}
+
+impl<F: Family, const N: usize> Start<F> for &[State; N] {
+    type Point = BranchPoint;
+
+    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+        self.as_slice().begin(settings, family)
+    }
+}
+
+impl<F: Family> Start<F> for &Vec<State> {
+    type Point = BranchPoint;
+
+    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+        self.as_slice().begin(settings, family)
+    }
+}
+
+impl<F: Family> Start<F> for State {
+    type Point = BranchPoint;
+
+    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+        [self].begin(settings, family)
+    }
+}
+
+impl<F: Family> Start<F> for &ShootingOrbit {
+    type Point = BranchPoint;
+
+    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+        let orbit = settings.shooting.again(&*family.at(settings.from)?, self)?;
+        settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
+    }
+}
+
+impl<F: Family> Resume<F> for BranchPoint {
+    fn resume<'f>(
+        &self,
+        _: &Branch,
+        heading: f64,
+        settings: &'f Continuation,
+        family: &'f F,
+    ) -> Result<Following<'f>, BranchError> {
+        let mut tracker = settings.track(family, self.parameter, &self.orbit, heading)?;
+        tracker.starts_anywhere()?;
+        Ok(Following::new(tracker))
+    }
+}
+
+impl Continuation {
+    /// A branch from an orbit. `heading`: sign of the first change of the parameter.
+    pub(crate) fn track<'f>(
+        &'f self,
+        family: &'f dyn Family,
+        p: f64,
+        orbit: &ShootingOrbit,
+        heading: f64,
+    ) -> Result<Tracker<'f, OrbitCurve<'f>>, BranchError> {
+        let mut engine = self.shooting_engine(family, p, orbit)?;
+        let x = engine.curve.unknowns(orbit);
+        let point = engine.start_towards(x, p, heading)?;
+        self.follow(engine, point)
+    }
+
+    pub(crate) fn shooting_engine<'f>(
+        &'f self,
+        family: &'f dyn Family,
+        p: f64,
+        orbit: &ShootingOrbit,
+    ) -> Result<Engine<OrbitCurve<'f>>, BranchError> {
+        let meter = Rc::new(self.budget.begin());
+        let unit = self.unit();
+        let curve = OrbitCurve::new(Rc::new(family), (p, unit), orbit, &self.shooting, meter)?;
+        let curve = curve.with_stability(self.stability);
+        let tolerance = self.shooting.correction_tolerance();
+        Ok(Engine { curve, unit, tolerance, max_corrections: 10, at_crossing: false })
+    }
+}
