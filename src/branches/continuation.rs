@@ -179,7 +179,7 @@ impl Continuation {
     ) -> Result<Following<'f>, BranchError> {
         self.check()?;
         let model = family.at(self.from)?;
-        let orbit = self.shooting.run(&*model, guess)?;
+        let orbit = self.shooting.solve(&*model, guess)?;
         drop(model);
         self.begin_at(family, self.from, &orbit, self.heading())
     }

@@ -72,7 +72,7 @@ impl<M: QuasiPeriodic + ?Sized> QuasiPeriodic for &M {
 ///     fn frequencies(&self) -> Vec<f64> { vec![1.0, 3f64.sqrt()] }
 ///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
 /// }
-/// let error = TorusBalance::new(WaveVectors::within(&[3, 3])?).solve_from(&Forgetful, &[0.0]).unwrap_err();
+/// let error = TorusBalance::new(WaveVectors::within(&[3, 3])?).at_rest(&Forgetful, &[0.0]).unwrap_err();
 /// assert!(matches!(
 ///     error,
 ///     TorusError::Drives(QuasiPeriodicError::DriveMismatch { drive: 0, by_time, .. }) if by_time > 1.0

@@ -59,7 +59,7 @@ pub fn torus(case: &mut Case) -> Run {
                 .collect();
             Torus::fit(&vectors, &gear_dynamics::tori::QuasiPeriodic::frequencies(&model), &states)
         }
-        _ => balance.solve_from(&model, &start.q),
+        _ => balance.at_rest(&model, &start.q).and_then(|guess| balance.solve(&model, &guess)),
     };
     let found = match guess {
         Ok(guess) => {
@@ -111,9 +111,9 @@ pub fn circle(case: &mut Case) -> Run {
     }
     case.note(|| format!("{shooting:?} from {guess:?}"));
     let found = if case.chance(0.5) {
-        shooting.run(&model, &guess)
+        shooting.solve(&model, &guess)
     } else {
-        shooting.run_free(model.bare(), &guess, rotation)
+        shooting.solve_free(model.bare(), &guess, rotation)
     };
     match found {
         Ok(circle) => read(&circle),

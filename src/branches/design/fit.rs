@@ -112,7 +112,7 @@ impl Fit {
         check::all_finite("measured parameters", parameters)?;
         let start = constants.with_values(&[(place, first)])?;
         let shooting = &self.search.shooting;
-        let mut orbits = vec![shooting.run(&*start, guess)?];
+        let mut orbits = vec![shooting.solve(&*start, guess)?];
         for two in parameters.windows(2) {
             let last = &orbits[orbits.len() - 1];
             orbits.push(reach(constants, shooting, last, &[(place, two[0])], &[(place, two[1])])?);

@@ -91,7 +91,7 @@ impl Least {
         let (constants, model) = (constants_of(model)?, model as &dyn Periodic);
         let (space, start) = Space::new(constants, &self.search.over)?;
         let (shooting, meter) = (&self.search.shooting, Rc::new(self.search.budget.begin()));
-        let orbit = shooting.run(model, guess)?;
+        let orbit = shooting.solve(model, guess)?;
         let last = RefCell::new((space.values(&start), orbit));
         let best: RefCell<Option<(f64, ShootingOrbit)>> = RefCell::new(None);
         let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {

@@ -37,11 +37,7 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`]: the linear system is singular, for example with contacts fixed in their gap, or the
     /// model does not evaluate its laws on fixed pieces.
-    pub fn linearised<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        flank: Piece,
-    ) -> Result<FourierOrbit, BalanceError> {
+    pub fn linearised(&self, model: &dyn Periodic, flank: Piece) -> Result<FourierOrbit, BalanceError> {
         self.linearised_on(model, &vec![flank; model.contacts()])
     }
 
@@ -49,15 +45,11 @@ impl Balance {
     ///
     /// # Errors
     /// As [`linearised`](Balance::linearised); also a wrong number of pieces.
-    pub fn linearised_on<M: Periodic + ?Sized>(
+    pub fn linearised_on(
         &self,
-        model: &M,
+        model: &dyn Periodic,
         pieces: &[Piece],
     ) -> Result<FourierOrbit, BalanceError> {
-        self.linearised_any(&model, pieces)
-    }
-
-    fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<FourierOrbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
         crate::periodic::balance::admission::refuse_stops(model)?;
         if model.contacts() > 0 && !Offers::of(model).fixed_pieces() {
@@ -81,16 +73,12 @@ impl Balance {
     ///
     /// # Errors
     /// [`BalanceError`]; the errors of the root finder contain the last iterate.
-    pub fn solve<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        guess: &FourierOrbit,
-    ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_within(&model, guess, &self.budget.begin())
+    pub fn solve(&self, model: &dyn Periodic, guess: &FourierOrbit) -> Result<FourierOrbit, BalanceError> {
+        self.find(model, guess, &self.budget.begin())
     }
 
-    /// [`solve`](Balance::solve) within the rest of a budget.
-    pub(crate) fn solve_within(
+    /// [`solve`](Balance::solve) with the rest of a budget.
+    pub(crate) fn find(
         &self,
         model: &dyn Periodic,
         guess: &FourierOrbit,
@@ -114,10 +102,11 @@ impl Balance {
         model: &Machine<G>,
         guess: &FourierOrbit,
     ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_truncating_within(model, guess, &self.budget.begin())
+        self.find_truncating(model, guess, &self.budget.begin())
     }
 
-    pub(crate) fn solve_truncating_within<G: Shape>(
+    /// [`solve_truncating_forces`](Balance::solve_truncating_forces) with the rest of a budget.
+    pub(crate) fn find_truncating<G: Shape>(
         &self,
         model: &Machine<G>,
         guess: &FourierOrbit,
@@ -179,16 +168,7 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`] if the model does not evaluate its laws on fixed pieces, or as for
     /// [`equations`](Balance::equations).
-    pub fn flank_jacobian<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        flank: Piece,
-        near: &FourierOrbit,
-    ) -> Result<FirstJacobian, BalanceError> {
-        self.flank_jacobian_any(&model, flank, near)
-    }
-
-    fn flank_jacobian_any(
+    pub fn flank_jacobian(
         &self,
         model: &dyn Periodic,
         flank: Piece,

@@ -73,16 +73,7 @@ impl Variation {
     ///
     /// # Errors
     /// [`IntegrateError`].
-    pub fn run<M: Model + ?Sized>(
-        &self,
-        model: &M,
-        start: &State,
-        t_end: f64,
-    ) -> Result<Transition, IntegrateError> {
-        self.run_any(&model, start, t_end)
-    }
-
-    fn run_any(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
+    pub fn run(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
         if !(1e-16..1.0).contains(&self.tolerance) {
             return Err(IntegrateError::Setting {
                 name: "tolerance",

@@ -119,7 +119,7 @@ impl Lyapunov {
     /// # Errors
     /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the periods measured
     /// so far.
-    pub fn run<M: Periodic + ?Sized>(&self, model: &M, start: &State) -> Result<Exponents, LyapunovError> {
+    pub fn run(&self, model: &dyn Periodic, start: &State) -> Result<Exponents, LyapunovError> {
         self.run_over(model, start, model.period())
     }
 
@@ -128,9 +128,9 @@ impl Lyapunov {
     /// # Errors
     /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the spans measured so
     /// far.
-    pub fn run_over<M: Model + ?Sized>(
+    pub fn run_over(
         &self,
-        model: &M,
+        model: &dyn Model,
         start: &State,
         span: f64,
     ) -> Result<Exponents, LyapunovError> {
@@ -139,17 +139,7 @@ impl Lyapunov {
 
     /// [`run_over`](Lyapunov::run_over) while `go_on` returns `true`. Then it returns the exponents over the
     /// spans measured so far.
-    pub(crate) fn run_while<M: Model + ?Sized>(
-        &self,
-        model: &M,
-        start: &State,
-        span: f64,
-        go_on: &dyn Fn() -> bool,
-    ) -> Result<Exponents, LyapunovError> {
-        self.run_any(&model, start, span, go_on)
-    }
-
-    fn run_any(
+    pub(crate) fn run_while(
         &self,
         model: &dyn Model,
         start: &State,

@@ -8,6 +8,7 @@ use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::guess::{Guess, NodePlan};
+use crate::periodic::shooting::neighbour::Neighbour;
 use crate::periodic::shooting::segments::{Round, Segments};
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use crate::roots::newton::is_monotone;
@@ -37,7 +38,7 @@ use crate::roots::newton::is_monotone;
 /// impl Periodic for Swing {
 ///     fn period(&self) -> f64 { std::f64::consts::PI }
 /// }
-/// let cycle = Shooting::new().run(&Swing, &[State::at_rest(1)])?;
+/// let cycle = Shooting::new().solve(&Swing, &[State::at_rest(1)])?;
 /// assert!((cycle.states()[0].q[0] + 3.0 / 9.04).abs() < 1e-10); // (1 - Ω²)/((1 - Ω²)² + (0.1 Ω)²)
 /// # Ok::<(), gear_dynamics::periodic::ShootingError>(())
 /// ```
@@ -130,16 +131,46 @@ impl Shooting {
     /// # Errors
     /// [`ShootingError`]; after the first integration it holds the last iterate and the history of
     /// corrections.
-    pub fn run<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        guess: &[State],
-    ) -> Result<ShootingOrbit, ShootingError> {
-        self.run_within(&model, guess, &self.budget.begin())
+    pub fn solve(&self, model: &dyn Periodic, guess: &[State]) -> Result<ShootingOrbit, ShootingError> {
+        self.find(model, guess, &self.budget.begin())
     }
 
-    /// [`run`](Shooting::run) within the rest of a budget.
-    pub(crate) fn run_within(
+    /// Finds the orbit near a known motion: the orbit of a neighbouring model, or a Fourier series. Its states
+    /// keep their phases; the velocities are scaled with the frequency. The period multiple is that of the
+    /// neighbour.
+    ///
+    /// From a series of the same model it finds the orbit of the equation itself. The first correction then
+    /// measures the error of the series. If it exceeds 0.1, there is no orbit of the equation near the series.
+    ///
+    /// # Errors
+    /// [`ShootingError`].
+    pub fn solve_from(
+        &self,
+        model: &dyn Periodic,
+        neighbour: &dyn Neighbour,
+    ) -> Result<ShootingOrbit, ShootingError> {
+        self.find_near(model, neighbour, &self.budget.begin())
+    }
+
+    /// [`solve_from`](Shooting::solve_from) with the rest of a budget.
+    pub(crate) fn find_near(
+        &self,
+        model: &dyn Periodic,
+        neighbour: &dyn Neighbour,
+        meter: &Meter<'_>,
+    ) -> Result<ShootingOrbit, ShootingError> {
+        let multiple = neighbour.period_multiple();
+        let stretch = multiple as f64 * model.period() / neighbour.period();
+        let mut guess = neighbour.nodes()?;
+        for state in &mut guess {
+            state.t *= stretch;
+            state.v.iter_mut().for_each(|v| *v /= stretch);
+        }
+        Shooting { multiple, ..self.clone() }.find(model, &guess, meter)
+    }
+
+    /// [`solve`](Shooting::solve) with the rest of a budget.
+    fn find(
         &self,
         model: &dyn Periodic,
         guess: &[State],
@@ -153,27 +184,6 @@ impl Shooting {
             method: self.method,
         };
         self.newton(model, Guess::of(model, &plan, guess, meter)?, meter)
-    }
-
-    /// Finds the orbit of a neighbouring model from a known orbit. The nodes keep their phases; the
-    /// velocities are scaled with the frequency.
-    ///
-    /// # Errors
-    /// [`ShootingError`].
-    pub fn again<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        cycle: &ShootingOrbit,
-    ) -> Result<ShootingOrbit, ShootingError> {
-        let multiple = cycle.period_multiple();
-        let stretch = multiple as f64 * model.period() / cycle.period();
-        let moved = |state: &State| State {
-            t: state.t * stretch,
-            q: state.q.clone(),
-            v: state.v.iter().map(|v| v / stretch).collect(),
-        };
-        let guess: Vec<State> = cycle.states().iter().map(moved).collect();
-        Shooting { multiple, ..self.clone() }.run(model, &guess)
     }
 
     pub(crate) fn correction_tolerance(&self) -> f64 {

@@ -21,7 +21,7 @@ use nalgebra::DMatrix;
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Periodic, Shooting, Statistics, periodic::Stability};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let cycle = Shooting::new().run(&pair, &[pair.static_start()?])?;
+/// let cycle = Shooting::new().solve(&pair, &[pair.static_start()?])?;
 /// assert_eq!((cycle.crossings(), cycle.stability()), (0, Stability::Stable));
 ///
 /// let mut statistics = Statistics::new(&pair, &["q1"])?;
@@ -81,7 +81,7 @@ impl ShootingOrbit {
         let monodromy = segments.monodromy(&round);
         let last = || Iterate { states: round.states.clone(), corrections: corrections.clone() };
         let multipliers =
-            Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).ok_or_else(|| {
+            Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).map_err(|_| {
                 ShootingError::NotConverged {
                     component: 0,
                     range: segments.range()[0],
@@ -90,7 +90,7 @@ impl ShootingOrbit {
                 }
             })?;
         let other = looser
-            .and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
+            .and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0).ok());
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let mut cycle = ShootingOrbit {
             end: segments.end(),
@@ -221,11 +221,7 @@ impl ShootingOrbit {
     ///
     /// # Errors
     /// [`IntegrateError`]; also for a time that is not finite.
-    pub fn at<M: Model + ?Sized>(&self, model: &M, t: f64) -> Result<State, IntegrateError> {
-        self.at_any(&model, t)
-    }
-
-    fn at_any(&self, model: &dyn Model, t: f64) -> Result<State, IntegrateError> {
+    pub fn at(&self, model: &dyn Model, t: f64) -> Result<State, IntegrateError> {
         let (start, period) = (self.states[0].t, self.period());
         if !t.is_finite() {
             return Err(IntegrateError::OutputTime { index: 0, value: t, start });

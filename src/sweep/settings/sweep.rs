@@ -85,7 +85,7 @@ impl Sweep {
     /// Tolerance within which a motion must repeat to count as periodic, in the same unit as in
     /// [`until_repeats`](Sweep::until_repeats) `[1]`. Default: 1e-6. Period multiples up to 16 are
     /// recognised.
-    pub fn periodic_within(self, tolerance: f64) -> Self {
+    pub fn periodic_tolerance(self, tolerance: f64) -> Self {
         Sweep { tolerance, ..self }
     }
 
@@ -161,7 +161,7 @@ impl Sweep {
         if self.measure == 0 {
             return Err(SweepError::Setting { name: "measure", value: 0.0, allowed: "at least 1 period" });
         }
-        for (name, value) in [("periodic_within", Some(self.tolerance)), ("until_repeats", self.repeat)] {
+        for (name, value) in [("periodic_tolerance", Some(self.tolerance)), ("until_repeats", self.repeat)] {
             if let Some(value) = value.filter(|x| !(x.is_finite() && *x > 0.0)) {
                 return Err(SweepError::Setting { name, value, allowed: "positive and finite" });
             }

@@ -22,9 +22,10 @@ use thiserror::Error;
 ///     fn frequencies(&self) -> Vec<f64> { vec![2.0, 3.0] }
 ///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
 /// }
-/// let error = TorusBalance::new(WaveVectors::in_box(&[3, 3])?).solve_from(&Resonant, &[0.0]).unwrap_err();
+/// let balance = TorusBalance::new(WaveVectors::in_box(&[3, 3])?);
+/// let error = balance.solve(&Resonant, &balance.at_rest(&Resonant, &[0.0])?).unwrap_err();
 /// assert!(matches!(error, TorusError::Commensurate { vector, rate: 0.0, .. } if vector == [3, -2]));
-/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// # Ok::<(), TorusError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]

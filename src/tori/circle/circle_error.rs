@@ -27,7 +27,7 @@ use thiserror::Error;
 ///     State::new(0.0, &[2.0 * angle.cos()], &[-2.0 * angle.sin()])
 /// };
 /// let guess = ClosedCurve::new(&(0..15).map(round).collect::<Vec<_>>())?;
-/// let error = CircleShooting::new().run_free(&VanDerPol, &guess, 1.9).unwrap_err();
+/// let error = CircleShooting::new().solve_free(&VanDerPol, &guess, 1.9).unwrap_err();
 /// let CircleError::Between { tolerance, last } = error else { panic!("the nodes are too few") };
 /// assert!(last.residual() < 1e-9 && last.residual_between() > tolerance);
 /// # Ok::<(), gear_dynamics::ParameterError>(())

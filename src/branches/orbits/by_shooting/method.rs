@@ -101,7 +101,7 @@ impl OrbitMethod for OrbitCurve<'_> {
             return Err(exhausted.into());
         }
         let other = looser.and_then(Result::ok).and_then(|at| {
-            Multipliers::without(&product(&at.round.transitions, self.scale.len()), &at.rigid, 0.0)
+            Multipliers::without(&product(&at.round.transitions, self.scale.len()), &at.rigid, 0.0).ok()
         });
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let drift = &rigid * &passage.slack;

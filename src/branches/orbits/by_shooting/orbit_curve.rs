@@ -298,7 +298,7 @@ impl<'f> OrbitCurve<'f> {
     fn passage(&self, at: Evaluated) -> Passage {
         let monodromy = product(&at.round.transitions, self.scale.len());
         Passage {
-            multipliers: Multipliers::without(&monodromy, &at.rigid, 0.0),
+            multipliers: Multipliers::without(&monodromy, &at.rigid, 0.0).ok(),
             monodromy,
             slack: at.round.slack,
             states: at.round.states,

@@ -16,6 +16,7 @@ use crate::periodic::balance::quadrature::pulses::pulses;
 use crate::periodic::balance::quality::coarseness;
 use crate::periodic::balance::quality::coarseness::{COARSE, correction};
 use crate::periodic::balance::settings::Balance;
+use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
@@ -67,21 +68,18 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`] if the balance with 1.3 H orders finds no orbit from this one: this orbit is then not
     /// reliable.
-    pub fn prove<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        orbit: &FourierOrbit,
-    ) -> Result<Proof, BalanceError> {
-        self.prove_within(&model, orbit, &self.budget.begin())
+    pub fn prove(&self, model: &dyn Periodic, orbit: &FourierOrbit) -> Result<Proof, BalanceError> {
+        self.estimate(model, orbit, &self.budget.begin())
     }
 
-    fn prove_within(
+    /// [`prove`](Balance::prove) with the rest of a budget.
+    fn estimate(
         &self,
         model: &dyn Periodic,
         orbit: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<Proof, BalanceError> {
-        let finer = self.on(self.harmonics().extended()).solve_within(model, orbit, meter)?;
+        let finer = self.on(self.harmonics().extended()).find(model, orbit, meter)?;
         let pulsed = !pulses(model, orbit, self.harmonics()).is_empty();
         let better = match self.integrals {
             _ if pulsed => self.clone().integrals(Integrals::Panels).equations(model, orbit)?,
@@ -108,7 +106,7 @@ impl Balance {
         orbit: &FourierOrbit,
     ) -> Result<Proof, BalanceError> {
         let meter = self.budget.begin();
-        let finer = self.on(self.harmonics().extended()).solve_truncating_within(model, orbit, &meter)?;
+        let finer = self.on(self.harmonics().extended()).find_truncating(model, orbit, &meter)?;
         let aliasing = correction(self.finer_equations(model, orbit)?.truncating_forces(), orbit);
         proof(&model, orbit, finer, aliasing, &meter)
     }
@@ -121,9 +119,9 @@ impl Balance {
     /// # Errors
     /// [`BalanceError::Accuracy`] with the best orbit if this requires more orders than `highest`, or if no
     /// orbit is found with more orders; another [`BalanceError`] if there is no orbit from the guess.
-    pub fn solve_to<M: Periodic + ?Sized>(
+    pub fn solve_to(
         &self,
-        model: &M,
+        model: &dyn Periodic,
         guess: &FourierOrbit,
         accuracy: f64,
         highest: usize,
@@ -136,7 +134,7 @@ impl Balance {
             );
         }
         let (mut balance, meter) = (self.clone(), self.budget.begin());
-        let mut orbit = balance.solve_within(&model, guess, &meter)?;
+        let mut orbit = balance.find(model, guess, &meter)?;
         let mut reached = f64::INFINITY;
         loop {
             let further = balance.harmonics().extended();
@@ -149,7 +147,7 @@ impl Balance {
                     cause: None,
                 });
             }
-            let proof = match balance.prove_within(&model, &orbit, &meter) {
+            let proof = match balance.estimate(model, &orbit, &meter) {
                 Ok(proof) => proof,
                 Err(error) => {
                     let (highest, cause) = (balance.harmonics().highest(), Some(Box::new(error)));
@@ -179,7 +177,7 @@ fn proof(
     aliasing: f64,
     meter: &Meter<'_>,
 ) -> Result<Proof, BalanceError> {
-    let polished = orbit.polish_metered(model, meter).ok();
+    let polished = Shooting::new().find_near(model, orbit, meter).ok();
     if let Some(exhausted) = meter.exhausted() {
         return Err(BalanceError::Budget { exhausted, last: Box::new(finer), history: Vec::new() });
     }
