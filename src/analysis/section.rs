@@ -3,7 +3,6 @@
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
 use crate::numeric::gauss::FIVE;
-use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
@@ -31,22 +30,11 @@ pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
     start: &State,
     count: usize,
 ) -> Result<Trajectory, Failed> {
-    let width = 2 * model.dof() + 1;
-    if check::count("states", &[count, width], check::NUMBERS).is_err() {
-        let error = IntegrateError::Setting {
-            name: "count",
-            value: count as f64,
-            allowed: "small enough for count (2 dof + 1) numbers to be at most 2^26",
-        };
-        return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
-    }
-    if !(1e-50..=1e50).contains(&model.period()) {
-        let error = IntegrateError::Setting {
-            name: "period of the model",
-            value: model.period(),
-            allowed: "in [1e-50, 1e50]",
-        };
-        return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
+    let checked = check::count("numbers of the states", &[count, 2 * model.dof() + 1], check::NUMBERS)
+        .and_then(|_| check::scale("period of the model", model.period()));
+    if let Err(error) = checked {
+        let trajectory = Box::new(Trajectory::empty(model.dof(), start.t));
+        return Err(Failed { error: error.into(), trajectory });
     }
     let times: Vec<f64> = (1..=count).map(|k| start.t + k as f64 * model.period()).collect();
     integrator.sample(model, start, &times)

@@ -3,6 +3,7 @@
 pub(crate) mod balance;
 pub(crate) mod flow;
 pub(crate) mod lyapunov;
+pub(crate) mod metered;
 pub(crate) mod multipliers;
 pub(crate) mod shooting;
 

@@ -75,13 +75,13 @@ pub enum MultiplierError {
         max: usize,
     },
     /// A slope of the model is not finite along the orbit.
-    #[error("a derivative of the accelerations is not finite after t = {t}")]
+    #[error("a derivative of the accelerations is not finite after t = {t:?}")]
     Slope {
         /// Start time of the step.
         t: f64,
     },
     /// The equations of a step are singular.
-    #[error("the equations of the step from t = {t} are singular")]
+    #[error("the equations of the step from t = {t:?} are singular")]
     Singular {
         /// Start time of the step.
         t: f64,

@@ -152,10 +152,7 @@ fn two_motions_side_by_side() {
             "{state:?} {end:?}"
         );
     }
-    assert!(matches!(
-        Attractors::find(&rows, f64::NAN),
-        Err(SweepError::Parameter(ParameterError::NotFinite { .. }))
-    ));
+    assert!(matches!(Attractors::find(&rows, f64::NAN), Err(ParameterError::NotFinite { .. })));
     assert!(Attractors::find(&rows, 0.0).is_err());
 }
 

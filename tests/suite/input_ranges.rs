@@ -52,12 +52,12 @@ fn counts_without_bound_are_refused_by_name() {
         // Runs are refused before they begin.
         let solver = Dop853::new();
         let failed = strobe(&solver, &Swing, &State::at_rest(1), count).unwrap_err();
-        assert!(matches!(failed.error, IntegrateError::Setting { name: "count", .. }), "{}", failed.error);
+        assert!(matches!(failed.error, IntegrateError::Parameter(ParameterError::TooMany { .. })), "{}", failed.error);
         let unsettled =
             Settle::new().max_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
         assert!(matches!(
             unsettled,
-            Unsettled::Failed { error: IntegrateError::Setting { name: "max_multiple", .. }, .. }
+            Unsettled::Failed { error: IntegrateError::Parameter(ParameterError::TooMany { .. }), .. }
         ));
         let sweep =
             Sweep::new(Points::on_axis(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);

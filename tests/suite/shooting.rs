@@ -380,7 +380,7 @@ fn bad_guesses() {
         shooting.clone().flow_tolerance(f64::NAN),
         shooting.clone().max_iterations(0),
     ] {
-        assert!(matches!(bad.run(&model, std::slice::from_ref(&rest)), Err(ShootingError::Parameter(_))));
+        assert!(matches!(bad.solve(&model, std::slice::from_ref(&rest)), Err(ShootingError::Parameter(_))));
     }
     // Without load nothing restores the position in the gap: component 0 is undetermined.
     match shooting.solve(&model, std::slice::from_ref(&rest)) {

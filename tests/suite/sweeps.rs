@@ -422,9 +422,9 @@ fn zero_steps_per_period_and_zero_periods() {
         Err(SweepError::Table(TableError::Size { steps: 0, .. }))
     ));
     let nothing = sweep.clone().measure(0).run(&LaneRk4::<4>::new(8), pair, rest);
-    assert!(matches!(nothing, Err(SweepError::Setting { name: "measure", .. })));
+    assert!(matches!(nothing, Err(SweepError::Parameter(ParameterError::TooFew { .. }))));
     let never = sweep.clone().until_repeats(f64::NAN).run(&LaneRk4::<4>::new(8), pair, rest);
-    assert!(matches!(never, Err(SweepError::Setting { name: "until_repeats", .. })));
+    assert!(matches!(never, Err(SweepError::Parameter(ParameterError::NotFinite { .. }))));
     let chunk = sweep.runner(&LaneRk4::<4>::new(8), pair, rest).chunk(3, 3);
     assert_eq!(chunk.unwrap_err(), SweepError::Chunk { chunk: 3, chunks: 3 });
 }

@@ -23,7 +23,7 @@ fn invalid_settings_and_guesses_of_tori() {
     assert_eq!(wrong, TorusError::Coordinates { expected: 1, found: 2 });
     assert!(wrong.last().is_none());
     let loose = balance.clone().newton(Newton::new().tolerance(2.0));
-    assert!(matches!(from_rest(&loose, &model, &[0.0]), Err(TorusError::Root(RootError::Setting { .. }))));
+    assert!(matches!(from_rest(&loose, &model, &[0.0]), Err(TorusError::Parameter(ParameterError::OutOfRange { .. }))));
     let states: Vec<State> = (0..20).map(|k| State::new(f64::from(k), &[1.0], &[0.0])).collect();
     let fit = |states: &[State]| Torus::fit(&within(&[3, 3]), &[1.0, 3f64.sqrt()], states).unwrap_err();
     assert_eq!(fit(&states), TorusError::Unspread { states: 20, unknowns: 25 });
@@ -230,24 +230,24 @@ fn invalid_settings_and_guesses_of_circles() {
     assert!(matches!(parameter(new().strobe(2)), ParameterError::TooMany { value: 2, max: 1, .. }));
     assert!(matches!(parameter(new().between(0.0)), ParameterError::NotPositive { .. }));
     assert!(matches!(parameter(new().flow_tolerance(1.0)), ParameterError::OutOfRange { .. }));
-    let loose = new().newton(Newton::new().tolerance(2.0)).run(&TwoToneDuffing, &guess).unwrap_err();
-    assert!(matches!(loose, CircleError::Root(RootError::Setting { .. })));
+    let loose = new().newton(Newton::new().tolerance(2.0)).solve(&TwoToneDuffing, &guess).unwrap_err();
+    assert!(matches!(loose, CircleError::Parameter(ParameterError::OutOfRange { .. })));
     let point = round(5, 0.0);
-    let error = new().run(&TwoToneDuffing, &point).unwrap_err();
+    let error = new().solve(&TwoToneDuffing, &point).unwrap_err();
     assert!(matches!(error, CircleError::Parameter(ParameterError::NotPositive { .. })));
     let two = ClosedCurve::new(&[0.0, 1.0, 2.0].map(|q| State::new(0.0, &[q, 0.0], &[0.0, 0.0]))).unwrap();
-    let error = new().run(&TwoToneDuffing, &two).unwrap_err();
+    let error = new().solve(&TwoToneDuffing, &two).unwrap_err();
     assert_eq!(error, CircleError::Coordinates { expected: 1, found: 2 });
     assert!(error.last().is_none());
     let mut three = Forced { frequencies: vec![1.0, 1.5, 2.5], phases: [0.0; 2], law: |q: f64, _: f64| -q };
-    let error = new().run(&three, &guess).unwrap_err();
+    let error = new().solve(&three, &guess).unwrap_err();
     assert!(matches!(error, CircleError::Parameter(ParameterError::Length { expected: 2, found: 3, .. })));
     three.frequencies = vec![1.0, f64::NAN];
-    let error = new().run(&three, &guess).unwrap_err();
+    let error = new().solve(&three, &guess).unwrap_err();
     assert!(matches!(error, CircleError::Drives(QuasiPeriodicError::Frequency(_))));
     let error = new().solve_free(&van_der_pol(1.0, 0.0, 1.0), &guess, f64::NAN).unwrap_err();
     assert!(matches!(error, CircleError::Parameter(ParameterError::NotFinite { .. })));
-    let taylor = new().flow_method(FlowMethod::Taylor).run(&TwoToneDuffing, &guess).unwrap_err();
+    let taylor = new().flow_method(FlowMethod::Taylor).solve(&TwoToneDuffing, &guess).unwrap_err();
     assert!(matches!(
         taylor,
         CircleError::Flow { node: 0, error: IntegrateError::NoSeries { .. }, last: None }
@@ -270,7 +270,7 @@ fn searches_that_fail_keep_the_last_iterate() {
 
     // Nothing restores the mean of a free mass.
     let free = Forced { frequencies: vec![1.0, 3f64.sqrt()], phases: [0.0; 2], law: |_: f64, _: f64| 0.0 };
-    let error = new().run(&free, &round(5, 0.5)).unwrap_err();
+    let error = new().solve(&free, &round(5, 0.5)).unwrap_err();
     assert!(matches!(error, CircleError::Singular { .. }), "{error}");
 
     // A damped linear oscillator has no circle, only a periodic orbit.

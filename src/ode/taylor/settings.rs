@@ -1,6 +1,6 @@
 //! The Taylor integrator and its settings.
 
-use crate::ode::integrate_error::IntegrateError;
+use crate::error::ParameterError;
 use crate::ode::stepping::control::{Limits, StepRule, Tolerances};
 use crate::ode::taylor::expansion::coefficients::ORDERS;
 
@@ -91,15 +91,12 @@ impl Taylor {
     ///
     /// # Errors
     /// A setting outside its range.
-    pub(super) fn check(&self, components: usize) -> Result<(usize, Vec<f64>), IntegrateError> {
+    pub(super) fn check(&self, components: usize) -> Result<(usize, Vec<f64>), ParameterError> {
         let atol = StepRule::Adaptive(&self.tolerances).check(components)?;
         let order = self.order.unwrap_or(Taylor::order_for(self.tolerances.rtol));
         if !(RANGE[0]..=RANGE[1]).contains(&order) {
-            return Err(IntegrateError::Setting {
-                name: "order",
-                value: order as f64,
-                allowed: "in 4 ..= 28",
-            });
+            let (name, value) = ("order".into(), order as f64);
+            return Err(ParameterError::OutOfRange { name, value, allowed: "[4, 28]" });
         }
         Ok((order, atol))
     }

@@ -8,10 +8,10 @@ use crate::model::shape::Shape;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
-use crate::periodic::balance::equations::metered::Metered;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::settings::{Balance, Roots};
+use crate::periodic::metered::{Failure, Metered};
 use crate::roots::broyden::FirstJacobian;
 use crate::roots::newton::Newton;
 use crate::roots::residual::Residual;
@@ -199,36 +199,29 @@ impl Balance {
             orbit.notes = equations.notes();
             orbit
         };
-        root.map(|root| orbit(&root)).map_err(|error| match error {
-            RootError::Slope { equation, unknown, last, .. } => BalanceError::Slope {
-                acceleration: equations.layout.coordinate(equation),
-                coordinate: equations.layout.coordinate(unknown),
-                last: Box::new(orbit(&last)),
-                history: last.history,
-            },
-            // Residuals after the end of the budget are NaN.
-            RootError::NotFinite { last, .. }
-            | RootError::NotConverged { last }
-            | RootError::Singular { last, .. }
-                if let Some(exhausted) = meter.exhausted() =>
-            {
-                BalanceError::Budget { exhausted, last: Box::new(orbit(&last)), history: last.history }
-            }
-            RootError::Singular { .. } if let Some(contact) = start_in_gap => {
+        let error = match root {
+            Ok(root) => return Ok(orbit(&root)),
+            Err(error) => error,
+        };
+        let coordinate = |unknown| equations.layout.coordinate(unknown);
+        let (failure, root) = Failure::of(error, meter)?;
+        let (last, history) = (Box::new(orbit(&root)), root.history);
+        Err(match failure {
+            Failure::Singular { .. } if let Some(contact) = start_in_gap => {
                 BalanceError::StartInGap { contact }
             }
-            RootError::Singular { unknown, last } => BalanceError::Undetermined {
-                coordinate: equations.layout.coordinate(unknown),
-                last: Box::new(orbit(&last)),
-                history: last.history,
+            Failure::Budget(exhausted) => BalanceError::Budget { exhausted, last, history },
+            Failure::Slope { equation, unknown } => BalanceError::Slope {
+                acceleration: coordinate(equation),
+                coordinate: coordinate(unknown),
+                last,
+                history,
             },
-            RootError::NotConverged { last } => {
-                BalanceError::NotConverged { last: Box::new(orbit(&last)), history: last.history }
+            Failure::Singular { unknown } => {
+                BalanceError::Undetermined { coordinate: coordinate(unknown), last, history }
             }
-            RootError::NotFinite { last, .. } => {
-                BalanceError::NotFinite { last: Box::new(orbit(&last)), history: last.history }
-            }
-            other => BalanceError::Root(other),
+            Failure::NotConverged => BalanceError::NotConverged { last, history },
+            Failure::NotFinite => BalanceError::NotFinite { last, history },
         })
     }
 }

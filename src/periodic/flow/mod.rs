@@ -8,3 +8,4 @@ pub(crate) mod rebound;
 pub(crate) mod saltation;
 pub(crate) mod tangent;
 pub(crate) mod variation;
+pub(crate) mod walk;

@@ -128,12 +128,7 @@ impl Lyapunov {
     /// # Errors
     /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the spans measured so
     /// far.
-    pub fn run_over(
-        &self,
-        model: &dyn Model,
-        start: &State,
-        span: f64,
-    ) -> Result<Exponents, LyapunovError> {
+    pub fn run_over(&self, model: &dyn Model, start: &State, span: f64) -> Result<Exponents, LyapunovError> {
         self.run_while(model, start, span, &|| true)
     }
 
@@ -252,10 +247,7 @@ impl Lyapunov {
                 return Err(ParameterError::TooFew { name: name.into(), value, min: 1 });
             }
         }
-        if self.renormalisations > MAX {
-            let (name, value) = ("renormalisations".into(), self.renormalisations as f64);
-            return Err(ParameterError::OutOfRange { name, value, allowed: "[1, 65536] per period" });
-        }
+        check::count("renormalisations", &[self.renormalisations], MAX_RENORMALISATIONS)?;
         check::tolerance("tolerance", self.tolerance).map(drop)
     }
 
@@ -264,19 +256,14 @@ impl Lyapunov {
         if components == 0 {
             return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, min: 1 }.into());
         }
-        if count > components {
-            let allowed = "[1, number of coordinates and velocities]";
-            return Err(
-                ParameterError::OutOfRange { name: "count".into(), value: count as f64, allowed }.into()
-            );
-        }
+        check::count("count", &[count], components)?;
         check::scale("span", span)?;
         Ok(start.check(components / 2)?)
     }
 }
 
 /// Maximum number of renormalisations per period.
-const MAX: usize = 1 << 16;
+const MAX_RENORMALISATIONS: usize = 1 << 16;
 
 /// Minimum standard error per period, in tolerances of the flow. The scatter of the growth does not show the
 /// local errors of the flow.

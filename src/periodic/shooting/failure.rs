@@ -42,7 +42,7 @@ pub enum ShootingError {
     Parameter(#[from] ParameterError),
     /// The times of the guess do not increase, or a time lies outside the period.
     #[error(
-        "state {index} of the guess has t = {time}: times must increase and lie in the period [{from}, {to})"
+        "state {index} of the guess has t = {time:?}: times must increase and lie in the period [{from:?}, {to:?})"
     )]
     GuessTime {
         /// Index of the state in the list, from 0.

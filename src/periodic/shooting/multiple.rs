@@ -5,6 +5,7 @@ use crate::model::equations::{Model, Periodic, State};
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::flow::walk::SegmentError;
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::guess::{Guess, NodePlan};
@@ -44,13 +45,13 @@ use crate::roots::newton::is_monotone;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shooting {
-    multiple: usize,
+    pub(crate) multiple: usize,
     segments: Option<usize>,
     tolerance: f64,
-    flow_tolerance: f64,
+    pub(crate) flow_tolerance: f64,
     max_iterations: usize,
     method: Option<FlowMethod>,
-    budget: Budget,
+    pub(crate) budget: Budget,
 }
 
 impl Default for Shooting {
@@ -235,12 +236,13 @@ impl Shooting {
             let range = segments.range()[component];
             ShootingError::NotConverged { component, range, correction: share * range, last }
         };
-        let mut here = match segments.round(guess.states, None, self.flow_tolerance, meter) {
-            Ok(round) => round,
-            Err((segment, error, states)) => {
-                return Err(ShootingError::Flow { segment, error, last: fail(&states, &corrections) });
-            }
-        };
+        let mut here = segments.round(&guess.states, None, self.flow_tolerance, meter).map_err(
+            |SegmentError { segment, error }| ShootingError::Flow {
+                segment,
+                error,
+                last: fail(&guess.states, &corrections),
+            },
+        )?;
         for _ in 0..self.max_iterations {
             let last = |corrections: &[f64]| fail(&here.states, corrections);
             let system = match Cyclic::factor(&here.transitions, segments.rigid()) {
@@ -264,14 +266,14 @@ impl Shooting {
             let mut damping = 1.0;
             let next = loop {
                 let (states, slack) = segments.moved(&here, &step, &slack, damping);
-                match segments.round(states, Some(&slack), self.flow_tolerance, meter) {
+                match segments.round(&states, Some(&slack), self.flow_tolerance, meter) {
                     Ok(trial) => {
                         let simplified = segments.norm(&system.solve(&trial.defects).0);
                         if is_monotone(simplified / size, damping) || simplified <= self.tolerance {
                             break Some(trial);
                         }
                     }
-                    Err((segment, error @ IntegrateError::Budget { .. }, _)) => {
+                    Err(SegmentError { segment, error: error @ IntegrateError::Budget { .. } }) => {
                         return Err(ShootingError::Flow { segment, error, last: last(&corrections) });
                     }
                     Err(_) => {}
@@ -301,17 +303,10 @@ impl Shooting {
         corrections: Vec<f64>,
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
-        let looser = segments
-            .round(round.states.clone(), Some(&round.slack), LOOSER * self.flow_tolerance, meter)
-            .ok();
-        ShootingOrbit::new(
-            model,
-            segments,
-            round,
-            looser,
-            self.multiple,
-            self.flow_tolerance,
-            (first, corrections),
-        )
+        let looser =
+            segments.round(&round.states, Some(&round.slack), LOOSER * self.flow_tolerance, meter).ok();
+        let mut orbit = ShootingOrbit::new(self, segments, round, looser, (first, corrections))?;
+        orbit.find_least_multiple(model, segments, meter)?;
+        Ok(orbit)
     }
 }

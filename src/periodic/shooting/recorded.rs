@@ -65,7 +65,7 @@ impl ShootingOrbit {
     ///
     /// # Errors
     /// [`IntegrateError`].
-    pub fn record<M: Model + ?Sized>(&self, model: &M) -> Result<RecordedOrbit, IntegrateError> {
+    pub fn record(&self, model: &dyn Model) -> Result<RecordedOrbit, IntegrateError> {
         let dof = model.dof();
         let mut recorded = RecordedOrbit { dof, steps: Vec::new(), period: self.period() };
         let mut y = vec![0.0; 2 * dof];

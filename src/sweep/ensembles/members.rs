@@ -114,7 +114,14 @@ impl<'w> Ensemble<'w> {
         check::positive("end of the ensemble", end)?;
         let mut times = uniform_times(0.0, end, spans)?;
         times.push(end);
-        Ok(Ensemble { members, times, channels: Vec::new(), peaks: Vec::new(), rattle: false, monitor: Monitor::new() })
+        Ok(Ensemble {
+            members,
+            times,
+            channels: Vec::new(),
+            peaks: Vec::new(),
+            rattle: false,
+            monitor: Monitor::new(),
+        })
     }
     /// Requests the distribution of these channels at every time. Maximum: channels × spans = 2¹⁸.
     pub fn channels(self, names: &[&str]) -> Self {

@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::model::offers::Offers;
 use crate::ode::budget::{Budget, Meter};
-use crate::periodic::balance::equations::metered::Metered;
+use crate::periodic::metered::{Failure, Metered};
 use crate::roots::newton::Newton;
 use crate::roots::residual::Residual;
 use crate::roots::root::{Root, RootError};
@@ -193,26 +193,22 @@ fn finish<M: QuasiPeriodic + ?Sized>(
         torus
     };
     let width = equations.size() / equations.dof();
-    root.map(torus).map_err(|error| match error {
-        // Residuals after the end of the budget are NaN.
-        RootError::NotFinite { last, .. }
-        | RootError::NotConverged { last }
-        | RootError::Singular { last, .. }
-            if let Some(exhausted) = meter.exhausted() =>
-        {
-            TorusError::Budget { exhausted, last: Box::new(torus(*last)) }
+    let error = match root {
+        Ok(root) => return Ok(torus(root)),
+        Err(error) => error,
+    };
+    let (failure, root) = Failure::of(error, meter)?;
+    let last = Box::new(torus(root));
+    Err(match failure {
+        Failure::Budget(exhausted) => TorusError::Budget { exhausted, last },
+        Failure::Slope { equation, unknown } => {
+            TorusError::Slope { acceleration: equation / width, coordinate: unknown / width, last }
         }
-        RootError::Slope { equation, unknown, last, .. } => TorusError::Slope {
-            acceleration: equation / width,
-            coordinate: unknown / width,
-            last: Box::new(torus(*last)),
-        },
-        RootError::Singular { unknown, last } => {
+        Failure::Singular { unknown } => {
             let (coordinate, vector) = equations.meaning(unknown);
-            TorusError::Undetermined { coordinate, vector, last: Box::new(torus(*last)) }
+            TorusError::Undetermined { coordinate, vector, last }
         }
-        RootError::NotConverged { last } => TorusError::NotConverged { last: Box::new(torus(*last)) },
-        RootError::NotFinite { last, .. } => TorusError::NotFinite { last: Box::new(torus(*last)) },
-        other => TorusError::Root(other),
+        Failure::NotConverged => TorusError::NotConverged { last },
+        Failure::NotFinite => TorusError::NotFinite { last },
     })
 }

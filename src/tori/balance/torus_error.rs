@@ -2,7 +2,6 @@
 
 use crate::error::ParameterError;
 use crate::ode::budget::Exhausted;
-use crate::roots::root::RootError;
 use crate::tori::balance::torus::Torus;
 use crate::tori::quasi_periodic::QuasiPeriodicError;
 use thiserror::Error;
@@ -57,8 +56,8 @@ pub enum TorusError {
     },
     /// The base frequencies are commensurate within the kept orders.
     #[error(
-        "the base frequencies are commensurate: |k·ω| is {rate} at the wave vector {vector:?}, and at least \
-         {limit} is required; a periodic motion is found by Balance, a nearly resonant one with fewer orders \
+        "the base frequencies are commensurate: |k·ω| is {rate:?} at the wave vector {vector:?}, and at least \
+         {limit:?} is required; a periodic motion is found by Balance, a nearly resonant one with fewer orders \
          or a smaller separation"
     )]
     Commensurate {
@@ -115,7 +114,7 @@ pub enum TorusError {
     },
     /// The root finder did not converge.
     #[error(
-        "the balance did not converge in {} iterations: the largest residual is {}",
+        "the balance did not converge in {} iterations: the largest residual is {:?}",
         last.iterations(), last.residual()
     )]
     NotConverged {
@@ -136,9 +135,6 @@ pub enum TorusError {
         /// The last iterate, or the guess.
         last: Box<Torus>,
     },
-    /// Another error of the root finder, for example of its settings.
-    #[error(transparent)]
-    Root(RootError),
 }
 
 impl TorusError {

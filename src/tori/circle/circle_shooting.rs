@@ -5,8 +5,9 @@ use crate::model::equations::{Periodic, State};
 use crate::ode::budget::Budget;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::FlowMethod;
+use crate::periodic::metered::Failure;
 use crate::roots::newton::Newton;
-use crate::roots::root::{Root, RootError};
+use crate::roots::root::Root;
 use crate::tori::circle::circle_equations::CircleEquations;
 use crate::tori::circle::circle_error::CircleError;
 use crate::tori::circle::closed_curve::{ClosedCurve, checked_nodes};
@@ -205,20 +206,16 @@ impl CircleShooting {
         let mut found = match root {
             Ok(root) => circle(&root, &equations),
             Err(error) => {
-                let last = error.last().map(|last| circle(last, &equations));
-                return Err(match (error, last, equations.failure.take()) {
+                let (failure, root) = Failure::of(error, &meter)?;
+                let last = Box::new(circle(&root, &equations));
+                return Err(match (failure, equations.failure.take()) {
+                    (Failure::Budget(exhausted), _) => CircleError::Budget { exhausted, last: Some(last) },
                     // The residual is NaN where an integration failed.
-                    (RootError::NotFinite { .. }, last, Some((node, error))) => failed(node, error, last),
-                    (_, last, _) if let Some(exhausted) = meter.exhausted() => {
-                        CircleError::Budget { exhausted, last: last.map(Box::new) }
+                    (Failure::NotFinite | Failure::Slope { .. }, Some((node, error))) => {
+                        failed(node, error, Some(*last))
                     }
-                    (RootError::Singular { unknown, .. }, Some(last), _) => {
-                        CircleError::Singular { unknown, last: Box::new(last) }
-                    }
-                    (RootError::NotConverged { .. }, Some(last), _) => {
-                        CircleError::NotConverged { last: Box::new(last) }
-                    }
-                    (other, ..) => CircleError::Root(other),
+                    (Failure::Singular { unknown }, _) => CircleError::Singular { unknown, last },
+                    _ => CircleError::NotConverged { last },
                 });
             }
         };

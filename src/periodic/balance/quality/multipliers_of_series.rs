@@ -14,8 +14,8 @@ use crate::periodic::balance::quality::series_flow::SeriesFlow;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::samples_for;
-use crate::periodic::balance::switching::instants::{Event, Switching};
 use crate::periodic::balance::settings::Balance;
+use crate::periodic::balance::switching::instants::{Event, Switching};
 use crate::periodic::multipliers::{MultiplierError, Multipliers};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
@@ -83,8 +83,13 @@ impl Balance {
             return Err(MultiplierError::Breaks { count: breaks.len(), max: MAX_EDGES });
         }
         let (smooth, meter) = (Smooth { breaks, jumps }, self.budget.begin());
-        let multipliers =
-            orbit.multipliers_between(model, &rigid, &smooth, &|fewer| Some(fewer.breaks(model).0), &meter)?;
+        let multipliers = orbit.multipliers_between(
+            model,
+            &rigid,
+            &smooth,
+            &|fewer| Some(fewer.breaks(model).0),
+            &meter,
+        )?;
         meter.left()?;
         Ok(multipliers)
     }
