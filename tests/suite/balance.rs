@@ -189,7 +189,10 @@ fn jumping_forces_have_an_exact_jacobian() {
     let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
     assert!(cycle.crossings() >= 2);
     assert!((cycle.states()[0].q[0] - orbit.state(0.0).q[0]).abs() < 1e-4);
-    assert_eq!(Balance::new(orbit.harmonics().clone()).multipliers(&model, &orbit).unwrap().stability(), Stability::Undecided);
+    assert_eq!(
+        Balance::new(orbit.harmonics().clone()).multipliers(&model, &orbit).unwrap().stability(),
+        Stability::Undecided
+    );
 }
 
 /// `hbm_R1` of tests/data/nfg.json: the coefficients of the balance of Liu 2021 with 15 unknowns. The force
@@ -489,7 +492,8 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
     );
     assert!(cycle.first_correction() < 1e-3);
     // Neither the series nor the flow lists the multipliers of the rigid motion.
-    let (series, flow) = (Balance::new(orbit.harmonics().clone()).multipliers(&ring, &orbit).unwrap(), cycle.multipliers());
+    let (series, flow) =
+        (Balance::new(orbit.harmonics().clone()).multipliers(&ring, &orbit).unwrap(), cycle.multipliers());
     assert_eq!(series.values().len(), flow.values().len());
     let apart = (series.largest() - flow.largest()).abs();
     println!(
@@ -821,7 +825,8 @@ fn orbits_of_another_model_are_refused_by_name() {
     let orbit =
         FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
     assert!(matches!(orbit.contacts(&pair), Err(ParameterError::Length { .. })));
-    let multipliers = |model: &dyn Periodic| Balance::new(orbit.harmonics().clone()).multipliers(model, &orbit);
+    let multipliers =
+        |model: &dyn Periodic| Balance::new(orbit.harmonics().clone()).multipliers(model, &orbit);
     assert_eq!(multipliers(&pair), Err(MultiplierError::Coordinates { expected: 1, found: orbit.dof() }));
     assert!(multipliers(&chain).is_ok());
     assert!(Shooting::new().solve_from(&pair, &orbit).is_err());

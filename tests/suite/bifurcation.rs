@@ -161,9 +161,8 @@ fn two_motions_side_by_side() {
 #[test]
 fn a_diagram_says_where_it_cannot_decide() {
     let omegas = [0.60, 0.62, 0.64];
-    let run = |sweep: Sweep| {
-        Bifurcation::strobed("q1").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap()
-    };
+    let run =
+        |sweep: Sweep| Bifurcation::strobed("q1").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap();
     let hasty = run(over(&omegas).settle(1).measure(4));
     assert_eq!((hasty.hysteresis(1e-3).unwrap(), hasty.undecided()), (vec![], omegas.to_vec()));
     assert!(run(over(&omegas).settle(1).measure(4).periodic_tolerance(0.5)).undecided().is_empty());
@@ -184,8 +183,7 @@ fn points_that_fail_leave_the_rest_of_the_diagram() {
     let some = |p: &Point<'_>| {
         if p["omega"] == 0.62 { Err("no pair".to_owned()) } else { gentle(p).map_err(|e| e.to_string()) }
     };
-    let (bifurcation, sweep) =
-        (Bifurcation::strobed("v1"), over(&[0.60, 0.62, 0.64]).settle(60).measure(4));
+    let (bifurcation, sweep) = (Bifurcation::strobed("v1"), over(&[0.60, 0.62, 0.64]).settle(60).measure(4));
     let diagram = bifurcation.run(&sweep.runner(&engine(), some, in_contact)).unwrap();
     assert_eq!(diagram.up().iter().map(|point| point.parameter).collect::<Vec<_>>(), [0.60, 0.64]);
     assert_eq!((diagram.hysteresis(1e-3).unwrap(), diagram.undecided()), (vec![], vec![0.62]));

@@ -291,8 +291,9 @@ fn symmetry_breaking() {
     ]);
     let family = ByConstant::new(&model, "speed").unwrap();
     let range = Continuation::new(2.2, 1.0).bounds(0.9, 2.4);
-    let start =
-        Shooting::new().solve(&model.with("speed", 2.2).unwrap(), &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
+    let start = Shooting::new()
+        .solve(&model.with("speed", 2.2).unwrap(), &[State::new(0.0, &[2.8], &[0.0])])
+        .unwrap();
     let branch = range.run(&family, start.states()).unwrap();
     println!("{branch}");
     let point = branch.of_kind("symmetry-breaking")[0];

@@ -51,8 +51,12 @@ fn counts_without_bound_are_refused_by_name() {
         too_many("series of the centre", InstantCentre::new(0.2).unwrap().rotation_series(count));
         // Runs are refused before they begin.
         let solver = Dop853::new();
-        let failed = strobe(&solver, &Swing, &State::at_rest(1), count).unwrap_err();
-        assert!(matches!(failed.error, IntegrateError::Parameter(ParameterError::TooMany { .. })), "{}", failed.error);
+        let failed = strobe(&solver, &Swing, &State::at_rest(1), count, &Budget::new()).unwrap_err();
+        assert!(
+            matches!(failed.error, IntegrateError::Parameter(ParameterError::TooMany { .. })),
+            "{}",
+            failed.error
+        );
         let unsettled =
             Settle::new().max_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
         assert!(matches!(

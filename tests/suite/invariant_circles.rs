@@ -1,7 +1,7 @@
 //! Invariant circles: against the balance, long runs and closed forms.
 
 use crate::api::*;
-use crate::common::two_tones::{from_rest, SlippingPair, TwoToneDuffing, round, van_der_pol};
+use crate::common::two_tones::{SlippingPair, TwoToneDuffing, from_rest, round, van_der_pol};
 use crate::data::read;
 use gear_dynamics::trains::{Body, MeshPart, Parts, Warning};
 use proptest::prelude::*;
@@ -25,11 +25,12 @@ fn strobed<M: Model>(
 #[test]
 fn duffing_circle_equals_the_torus() {
     let reference = &read("periodic_orbits.json")["extra"]["duffing_two_tone_torus"];
-    let torus = from_rest(&TorusBalance::new(WaveVectors::within(&[17, 17]).unwrap()), &TwoToneDuffing, &[0.0])
-        .unwrap();
+    let torus =
+        from_rest(&TorusBalance::new(WaveVectors::within(&[17, 17]).unwrap()), &TwoToneDuffing, &[0.0])
+            .unwrap();
     let coarse = torus.on(&WaveVectors::within(&[3, 3]).unwrap());
     for strobe in [0, 1] {
-        let shooting = CircleShooting::new().strobe(strobe).between(1e-10);
+        let shooting = CircleShooting::new().strobed_frequency(strobe).between(1e-10);
         let circle = shooting.solve(&TwoToneDuffing, &coarse.section(strobe, 41).unwrap()).unwrap();
         assert!((circle.at(0.0).q[0] - reference["x0"].as_f64().unwrap()).abs() < 2e-12);
         assert!((circle.at(0.0).v[0] - reference["v0"].as_f64().unwrap()).abs() < 2e-12);
@@ -69,7 +70,8 @@ fn flow_tolerance_determines_the_error() {
 #[test]
 fn residual_between_the_nodes_of_a_gear_pair_in_contact() {
     let pair = SlippingPair::new(3.3, 6.8e-6 / 6.2e-4);
-    let torus = from_rest(&TorusBalance::new(WaveVectors::within(&[5, 60]).unwrap()), &pair, &[-1.1]).unwrap();
+    let torus =
+        from_rest(&TorusBalance::new(WaveVectors::within(&[5, 60]).unwrap()), &pair, &[-1.1]).unwrap();
     // Measured: residuals 8.0e-5, 1.8e-8, 1.4e-12; errors 8.8e-6, 1.2e-9, 4.2e-10, the last that of the torus.
     for (nodes, between, error) in [(41, 1e-4, 1e-5), (81, 2e-8, 2e-9), (161, 1e-11, 5e-10)] {
         let shooting = CircleShooting::new().between(1e-3);
@@ -294,7 +296,8 @@ fn train_with_a_load_of_another_shaft() {
     let by_steps = Dop853::new().rtol(1e-12).atol(1e-15).end(&model, &settled, settled.t + 50.0).unwrap();
     assert!((by_series.q[0] - by_steps.q[0]).abs() < 1e-10);
     // Sections of constant load are smooth circles over the mesh angle.
-    let circle = CircleShooting::new().strobe(1).nodes(61).between(1e-8).solve(&model, &guess).unwrap();
+    let circle =
+        CircleShooting::new().strobed_frequency(1).nodes(61).between(1e-8).solve(&model, &guess).unwrap();
     // Measured: 1.1e-13.
     assert!(circle.residual_between() < 1e-11 && circle.crossings() == 0);
     for (k, point) in points.iter().enumerate() {

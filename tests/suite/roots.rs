@@ -2,8 +2,8 @@
 //! invalid input.
 
 use crate::api::*;
-use gear_dynamics::ParameterError as P;
 use approx::assert_relative_eq;
+use gear_dynamics::ParameterError as P;
 use proptest::prelude::*;
 
 /// Rosenbrock's valley as equations, with the root (1, 1).

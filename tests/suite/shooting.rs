@@ -360,7 +360,10 @@ fn guesses_and_instants() {
 fn bad_guesses() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.0, amplitude: 0.0, stiffness: 0.0 };
     let (shooting, rest) = (Shooting::new(), State::at_rest(1));
-    assert!(matches!(shooting.solve(&model, &[]), Err(ShootingError::Parameter(ParameterError::Empty { .. }))));
+    assert!(matches!(
+        shooting.solve(&model, &[]),
+        Err(ShootingError::Parameter(ParameterError::Empty { .. }))
+    ));
     assert!(matches!(
         shooting.solve(&model, &[State::at_rest(2)]),
         Err(ShootingError::Parameter(ParameterError::Length { .. }))

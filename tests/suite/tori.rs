@@ -1,7 +1,7 @@
 //! Balance of tori: a reference torus, closed forms, long runs.
 
 use crate::api::*;
-use crate::common::two_tones::{from_rest, LinearTones, SlippingPair, TwoToneDuffing, duffing, within};
+use crate::common::two_tones::{LinearTones, SlippingPair, TwoToneDuffing, duffing, from_rest, within};
 use crate::data::read;
 use num_complex::Complex64;
 use proptest::prelude::*;

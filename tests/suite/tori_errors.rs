@@ -1,8 +1,8 @@
 //! Refusals and failures of balances of tori and of invariant circles: every error by name.
 
 use crate::api::*;
-use crate::common::two_tones::{from_rest, 
-    Forced, PeriodicallyForced, SlippingPair, TwoToneDuffing, duffing, round, van_der_pol, within,
+use crate::common::two_tones::{
+    Forced, PeriodicallyForced, SlippingPair, TwoToneDuffing, duffing, from_rest, round, van_der_pol, within,
 };
 use std::f64::consts::TAU;
 
@@ -23,7 +23,10 @@ fn invalid_settings_and_guesses_of_tori() {
     assert_eq!(wrong, TorusError::Coordinates { expected: 1, found: 2 });
     assert!(wrong.last().is_none());
     let loose = balance.clone().newton(Newton::new().tolerance(2.0));
-    assert!(matches!(from_rest(&loose, &model, &[0.0]), Err(TorusError::Parameter(ParameterError::OutOfRange { .. }))));
+    assert!(matches!(
+        from_rest(&loose, &model, &[0.0]),
+        Err(TorusError::Parameter(ParameterError::OutOfRange { .. }))
+    ));
     let states: Vec<State> = (0..20).map(|k| State::new(f64::from(k), &[1.0], &[0.0])).collect();
     let fit = |states: &[State]| Torus::fit(&within(&[3, 3]), &[1.0, 3f64.sqrt()], states).unwrap_err();
     assert_eq!(fit(&states), TorusError::Unspread { states: 20, unknowns: 25 });
@@ -96,7 +99,8 @@ fn commensurate_frequencies_are_refused_by_name() {
 fn iterations_that_fail_keep_the_last_iterate() {
     let balance = TorusBalance::new(within(&[4, 4]));
     let model = duffing([0.0; 2]);
-    let one = from_rest(&balance.clone().newton(Newton::new().max_iterations(1)), &model, &[0.0]).unwrap_err();
+    let one =
+        from_rest(&balance.clone().newton(Newton::new().max_iterations(1)), &model, &[0.0]).unwrap_err();
     assert!(matches!(&one, TorusError::NotConverged { last } if last.history().len() == 2));
     assert!(one.last().unwrap().amplitude(0, &[1, 0]) > 0.1);
 
@@ -227,7 +231,10 @@ fn invalid_settings_and_guesses_of_circles() {
     assert!(matches!(parameter(new().nodes(4)), ParameterError::OutOfRange { .. }));
     assert!(matches!(parameter(new().nodes(1)), ParameterError::TooFew { .. }));
     assert!(matches!(parameter(new().nodes(65_535)), ParameterError::TooMany { .. }));
-    assert!(matches!(parameter(new().strobe(2)), ParameterError::TooMany { value: 2, max: 1, .. }));
+    assert!(matches!(
+        parameter(new().strobed_frequency(2)),
+        ParameterError::TooMany { value: 2, max: 1, .. }
+    ));
     assert!(matches!(parameter(new().between(0.0)), ParameterError::NotPositive { .. }));
     assert!(matches!(parameter(new().flow_tolerance(1.0)), ParameterError::OutOfRange { .. }));
     let loose = new().newton(Newton::new().tolerance(2.0)).solve(&TwoToneDuffing, &guess).unwrap_err();

@@ -74,8 +74,10 @@ fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
         assert!(
             (through.matrix[(0, 0)] - exact).abs() < 1e-9 && (through.matrix[(1, 1)] - exact).abs() < 1e-9
         );
-        let cycle =
-            Shooting::new().budget(Budget::new().steps(20_000)).solve(&Still(e), &[Still(e).orbit()]).unwrap();
+        let cycle = Shooting::new()
+            .budget(Budget::new().steps(20_000))
+            .solve(&Still(e), &[Still(e).orbit()])
+            .unwrap();
         assert!((cycle.states()[0].q[1] - Still(e).orbit().q[1]).abs() < 1e-13);
     }
 }
@@ -143,7 +145,8 @@ fn a_force_that_jumps_needs_no_held_pieces() {
     assert!((&held.matrix - &bare.matrix).amax() < 1e-10, "{} {}", held.matrix, bare.matrix);
     let settled = Dop853::new().end(&Jumping { pieces: true }, &start, 40.0 * TAU / 0.9).unwrap();
     let guess = [State { t: 0.0, ..settled }];
-    let [held, bare] = [true, false].map(|pieces| Shooting::new().solve(&Jumping { pieces }, &guess).unwrap());
+    let [held, bare] =
+        [true, false].map(|pieces| Shooting::new().solve(&Jumping { pieces }, &guess).unwrap());
     assert!((held.states()[0].q[0] - bare.states()[0].q[0]).abs() < 1e-10);
     assert!((held.monodromy() - bare.monodromy()).amax() < 1e-9);
 }
@@ -294,7 +297,15 @@ fn one_budget_ends_flows_shooting_settling_and_balance() {
         assert!(matches!(solved, Err(BalanceError::Budget { .. })), "{solved:?}");
         let multipliers = balance.budget(budget.clone()).multipliers(&pair, &guess);
         assert!(matches!(multipliers, Err(MultiplierError::Budget(_))), "{multipliers:?}");
-        assert!(Shooting::new().budget(budget).solve_from(&pair, &guess).is_err());
+        assert!(Shooting::new().budget(budget.clone()).solve_from(&pair, &guess).is_err());
+        let failed = strobe(&Dop853::new(), &pair, &start, 5, &budget).unwrap_err();
+        assert!(matches!(failed.error, IntegrateError::Budget { .. }), "{failed}");
+        let calm = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() }).unwrap();
+        let orbit = Shooting::new().solve(&calm, &[calm.static_start().unwrap()]).unwrap();
+        let orbit = orbit.budget(budget);
+        let far = orbit.states()[0].t + 0.999 * orbit.period();
+        assert!(matches!(orbit.at(&calm, far), Err(IntegrateError::Budget { .. })));
+        assert!(matches!(orbit.record(&calm), Err(IntegrateError::Budget { .. })));
     }
 }
 

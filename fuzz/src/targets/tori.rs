@@ -104,7 +104,7 @@ pub fn circle(case: &mut Case) -> Run {
     }
     let mut shooting = CircleShooting::new().budget(budget(2_000)).between(case.number(1.0));
     if case.chance(0.3) {
-        shooting = shooting.nodes(case.count(5)).strobe(case.below(3));
+        shooting = shooting.nodes(case.count(5)).strobed_frequency(case.below(3));
     }
     if case.chance(0.3) {
         shooting = shooting.flow_tolerance(case.number(1e-9));

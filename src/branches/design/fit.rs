@@ -149,7 +149,7 @@ impl Fit {
             let mut last = orbits.borrow_mut();
             let (mut sum, mut slope, mut found) = (0.0, vec![0.0; values.len()], Vec::new());
             for ((p, m), orbit) in measured.iter().zip(&last.1) {
-                meter.look()?;
+                meter.check()?;
                 let [from, to] = [&last.0, &values].map(|values| [&values[..], &[(place, *p)]].concat());
                 let orbit = reach(constants, &self.search.shooting, orbit, &from, &to)?;
                 let model = constants.with_values(&to)?;

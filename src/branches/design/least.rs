@@ -97,7 +97,7 @@ impl Least {
         let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {
             let values = space.values(x);
             let mut last = last.borrow_mut();
-            meter.look()?;
+            meter.check()?;
             let orbit = reach(constants, shooting, &last.1, &last.0, &values)?;
             let model = constants.with_values(&values)?;
             let value = self.figure.value(&*model, &orbit, &self.channel)?;

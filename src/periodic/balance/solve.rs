@@ -17,18 +17,33 @@ use crate::roots::newton::Newton;
 use crate::roots::residual::Residual;
 use crate::roots::root::{Root, RootError};
 
+/// Factor on the number of samples or panels that shows whether they are enough.
+pub(crate) const FINER: usize = 2;
+
 impl Balance {
     /// The equations of the balance. Their unknowns are scaled by the sizes of the coordinates of `near`.
     ///
     /// # Errors
-    /// [`BalanceError`] for too few samples, a way of integration that is not available for the model, or an
-    /// orbit that does not fit the model.
+    /// [`BalanceError`] for too few samples, a way of integration that is not available for the model, an
+    /// orbit that does not fit the model, or a call that exceeds its time or is cancelled.
     pub fn equations<'m, M: Periodic + ?Sized>(
         &self,
         model: &'m M,
         near: &FourierOrbit,
     ) -> Result<BalanceEquations<'m, M>, BalanceError> {
-        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 1)
+        self.set_up(model, near, 1, &self.budget.begin())
+    }
+
+    /// [`equations`](Balance::equations) with the rest of a budget. `finer`: factor on the number of samples, or on
+    /// the number of panels.
+    pub(crate) fn set_up<'m, M: Periodic + ?Sized>(
+        &self,
+        model: &'m M,
+        near: &FourierOrbit,
+        finer: usize,
+        meter: &Meter<'_>,
+    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
+        BalanceEquations::new(model, &self.harmonics, self.integrals, near, finer, meter)
     }
 
     /// The orbit with every contact fixed on one piece: the usual guess for [`solve`](Balance::solve). It is
@@ -62,9 +77,9 @@ impl Balance {
             vec![0.0; model.dof() * width],
             model.dof(),
         );
-        let mut equations = self.equations(model, &rest)?.on_fixed_pieces(pieces);
-        let x = equations.unknowns(&rest);
         let meter = self.budget.begin();
+        let mut equations = self.set_up(model, &rest, 1, &meter)?.on_fixed_pieces(pieces);
+        let x = equations.unknowns(&rest);
         let root = Newton::new().solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
         self.finish(&equations, root, &meter, pieces.iter().position(|&p| p == Piece::Gap))
     }
@@ -84,8 +99,8 @@ impl Balance {
         guess: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_equations(self.equations(model, guess)?, guess, meter, |orbit| {
-            self.finer_equations(model, orbit)
+        self.solve_equations(self.set_up(model, guess, 1, meter)?, guess, meter, |orbit| {
+            self.set_up(model, orbit, FINER, meter)
         })
     }
 
@@ -112,8 +127,8 @@ impl Balance {
         guess: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_equations(self.truncating_equations(model, guess)?, guess, meter, |orbit| {
-            Ok(self.finer_equations(model, orbit)?.truncating_forces())
+        self.solve_equations(self.truncating_equations(model, guess, meter)?, guess, meter, |orbit| {
+            Ok(self.set_up(model, orbit, FINER, meter)?.truncating_forces())
         })
     }
 
@@ -122,21 +137,13 @@ impl Balance {
         &self,
         model: &'m Machine<G>,
         near: &FourierOrbit,
+        meter: &Meter<'_>,
     ) -> Result<BalanceEquations<'m, Machine<G>>, BalanceError> {
-        let equations = self.equations(model, near)?;
+        let equations = self.set_up(model, near, 1, meter)?;
         if equations.integrals() == Integrals::Panels {
             return Err(BalanceError::NotAvailable { integrals: self.integrals });
         }
         Ok(equations.truncating_forces())
-    }
-
-    /// The equations with integrals twice as fine.
-    pub(crate) fn finer_equations<'m, M: Periodic + ?Sized>(
-        &self,
-        model: &'m M,
-        near: &FourierOrbit,
-    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
-        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 2)
     }
 
     fn solve_equations<'m, M: Periodic + ?Sized>(

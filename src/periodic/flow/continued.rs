@@ -24,10 +24,10 @@ pub(crate) struct Continued<'m, M: ?Sized> {
     rigid: Vec<[bool; 2]>,
     /// Sizes of coordinates and velocities.
     scale: &'m [f64],
-    room: RefCell<Room>,
+    scratch: RefCell<Scratch>,
 }
 
-struct Room {
+struct Scratch {
     contacts: Vec<Contact>,
     /// Gradients of the distance past the piece, one contact after the other.
     gradients: Vec<f64>,
@@ -44,7 +44,7 @@ struct Room {
 const INSIDE: f64 = 1e-9;
 
 /// Step of the differences of a deflection, as a share of the size of the component.
-const STEP: f64 = 1e-4;
+const DIFFERENCE_STEP: f64 = 1e-4;
 
 /// Maximum number of projections onto all edges. One is enough unless contacts share coordinates.
 const SWEEPS: usize = 8;
@@ -68,7 +68,7 @@ pub(crate) fn gradient(
     let n = y.len() / 2;
     for j in 0..y.len() {
         let here = y[j];
-        let step = STEP * scale[j].max(1e-3 * here.abs());
+        let step = DIFFERENCE_STEP * scale[j].max(1e-3 * here.abs());
         let mut side = |at: f64| {
             y[j] = at;
             h(&y[..n], &y[n..])
@@ -84,16 +84,16 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
         let (n, contacts) = (model.dof(), model.contacts());
         let offers = Offers::of(model);
         let own = offers.fixed_pieces();
-        let (m, room) = if own { (0, 0) } else { (2 * n, contacts) };
-        let room = Room {
-            contacts: vec![Contact::default(); room],
-            gradients: vec![0.0; room * m],
-            left: Vec::with_capacity(room),
+        let (m, scratch) = if own { (0, 0) } else { (2 * n, contacts) };
+        let scratch = Scratch {
+            contacts: vec![Contact::default(); scratch],
+            gradients: vec![0.0; scratch * m],
+            left: Vec::with_capacity(scratch),
             inside: vec![0.0; m],
             further: vec![0.0; m],
             a: vec![0.0; m / 2],
         };
-        Continued { model, own, rigid: offers.rigid_edges(), scale, room: RefCell::new(room) }
+        Continued { model, own, rigid: offers.rigid_edges(), scale, scratch: RefCell::new(scratch) }
     }
 
     /// Computes `inside` = y_i and `further` = y_i + φ Δ and returns φ; `None` if the state is inside all
@@ -101,9 +101,16 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
     ///
     /// Each projection moves y by -(p + m)/|S g|² S² g, with p the distance past the edge, m the margin, g =
     /// ∂p/∂y and S = diag(scale).
-    fn move_inside(&self, room: &mut Room, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64]) -> Option<f64> {
+    fn move_inside(
+        &self,
+        scratch: &mut Scratch,
+        pieces: &[Piece],
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+    ) -> Option<f64> {
         let (model, n) = (self.model, q.len());
-        let Room { contacts, gradients, left, inside, further, .. } = room;
+        let Scratch { contacts, gradients, left, inside, further, .. } = scratch;
         model.contact(u, q, v, contacts);
         left.clear();
         let gap = |c: &Contact| Some(c.upper - c.lower).filter(|gap| gap.is_finite());
@@ -211,15 +218,15 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
         if self.own {
             return self.model.accel_on_pieces(pieces, u, q, v, a);
         }
-        let room = &mut *self.room.borrow_mut();
-        let Some(share) = self.move_inside(room, pieces, u, q, v) else {
+        let scratch = &mut *self.scratch.borrow_mut();
+        let Some(share) = self.move_inside(scratch, pieces, u, q, v) else {
             self.model.accel(u, q, v, a);
             return true;
         };
         let n = q.len();
-        self.model.accel(u, &room.inside[..n], &room.inside[n..], a);
-        self.model.accel(u, &room.further[..n], &room.further[n..], &mut room.a);
-        a.iter_mut().zip(&room.a).for_each(|(a, further)| *a += (*a - further) / share);
+        self.model.accel(u, &scratch.inside[..n], &scratch.inside[n..], a);
+        self.model.accel(u, &scratch.further[..n], &scratch.further[n..], &mut scratch.a);
+        a.iter_mut().zip(&scratch.a).for_each(|(a, further)| *a += (*a - further) / share);
         true
     }
     fn jacobian(
@@ -233,10 +240,12 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
         let Some(fixed) = pieces.filter(|_| !self.own) else {
             return self.model.jacobian(pieces, u, q, v, out);
         };
-        let room = &mut *self.room.borrow_mut();
-        match self.move_inside(room, fixed, u, q, v) {
+        let scratch = &mut *self.scratch.borrow_mut();
+        match self.move_inside(scratch, fixed, u, q, v) {
             None => self.model.jacobian(pieces, u, q, v, out),
-            Some(_) => self.model.jacobian(pieces, u, &room.inside[..q.len()], &room.inside[q.len()..], out),
+            Some(_) => {
+                self.model.jacobian(pieces, u, &scratch.inside[..q.len()], &scratch.inside[q.len()..], out)
+            }
         }
     }
 }

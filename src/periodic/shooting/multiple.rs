@@ -61,7 +61,7 @@ impl Default for Shooting {
 }
 
 /// Maximum number of periods and of segments of an orbit.
-const MAX: usize = 1_000_000;
+const MAX_COUNT: usize = 1_000_000;
 
 /// Minimum damping factor; the iteration fails below it.
 const MIN_DAMPING: f64 = 1.0 / 1024.0;
@@ -71,7 +71,7 @@ const MIN_DAMPING: f64 = 1.0 / 1024.0;
 const NOISE: f64 = 1e-9;
 
 /// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
-const LOOSER: f64 = 100.0;
+pub(crate) const LOOSER: f64 = 100.0;
 
 impl Shooting {
     /// Defaults: orbits of one period, tolerance 1e-12, flow tolerance 1e-13, 40 iterations, the default
@@ -205,8 +205,8 @@ impl Shooting {
         if let Some(&(name, value)) = counts.iter().find(|(_, value)| *value == 0) {
             return Err(ParameterError::TooFew { name: name.into(), value, min: 1 }.into());
         }
-        check::count("multiple", &[self.multiple], MAX)?;
-        check::count("segments", &[segments], MAX)?;
+        check::count("multiple", &[self.multiple], MAX_COUNT)?;
+        check::count("segments", &[segments], MAX_COUNT)?;
         check::positive("tolerance", self.tolerance)?;
         check::tolerance("flow_tolerance", self.flow_tolerance)?;
         Ok(())

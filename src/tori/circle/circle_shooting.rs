@@ -108,7 +108,7 @@ impl CircleShooting {
     /// Index of the base frequency that is strobed, 0 or 1, for [`solve`](CircleShooting::solve). Default: 0. The
     /// circle depends on the other angle: strobe the higher frequency to save time, the other one if the
     /// motion has high orders of the lower one.
-    pub fn strobe(self, strobe: usize) -> Self {
+    pub fn strobed_frequency(self, strobe: usize) -> Self {
         CircleShooting { strobe, ..self }
     }
     /// Largest accepted residual midway between the nodes, as a share of the range of motion of each

@@ -13,7 +13,7 @@ use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
 use gear_dynamics::periodic::{FourierOrbit, Stability};
 use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Located, Point, Points, TableRk4};
 use gear_dynamics::{
-    Backlash, Balance, Dop853, Harmonics, Integrator, Machine, Mesh, Model, ParameterError, Periodic, Rattle,
+    Backlash, Balance, Budget, Dop853, Harmonics, Integrator, Machine, Mesh, Model, ParameterError, Periodic, Rattle,
     RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
 };
 
@@ -205,7 +205,7 @@ fn settling_rattle_and_sections() {
     let ours = steady(&Dop853::new());
     assert_eq!(ours, steady(&Heun(0.002)));
     assert_eq!(ours.1, RattleState::Unilateral);
-    assert_eq!(strobe(&Heun(0.01), &knock(1.0), &start(), 5).unwrap().len(), 5);
+    assert_eq!(strobe(&Heun(0.01), &knock(1.0), &start(), 5, &Budget::new()).unwrap().len(), 5);
 }
 
 /// The algebra on four runs at once gives the bits of four single runs.

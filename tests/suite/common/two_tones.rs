@@ -252,10 +252,6 @@ pub fn duffing(phases: [f64; 2]) -> Forced<impl Fn(f64, f64) -> f64> {
 }
 
 /// The torus that a balance finds from a motion at rest.
-pub fn from_rest(
-    balance: &TorusBalance,
-    model: &dyn QuasiPeriodic,
-    q: &[f64],
-) -> Result<Torus, TorusError> {
+pub fn from_rest(balance: &TorusBalance, model: &dyn QuasiPeriodic, q: &[f64]) -> Result<Torus, TorusError> {
     balance.solve(model, &balance.at_rest(model, q)?)
 }

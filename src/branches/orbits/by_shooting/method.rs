@@ -12,12 +12,10 @@ use crate::model::equations::{Channel, State};
 use crate::ode::budget::Budget;
 use crate::periodic::flow::variation::unscaled;
 use crate::periodic::multipliers::Multipliers;
+use crate::periodic::shooting::multiple::LOOSER;
 use crate::periodic::shooting::segments::orthonormal;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::DVector;
-
-/// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
-const LOOSER: f64 = 100.0;
 
 /// A state whose negative repeats half a period later within this share of its range belongs to a symmetric
 /// orbit.

@@ -22,7 +22,7 @@ use std::f64::consts::TAU;
 
 /// Length of a step as a phase of the fastest local oscillation `[rad]`. Over ten oscillations the error of
 /// the multipliers is then about 1e-8 or less.
-const STEP: f64 = 1.2;
+const PHASE_STEP: f64 = 1.2;
 
 /// Number of corrections of an instant at which a contact passes an edge.
 const CORRECTIONS: usize = 2;
@@ -112,13 +112,14 @@ impl FourierOrbit {
             if i / n == half { mode[i % n] } else { 0.0 }
         });
         let mut flow = SeriesFlow::new(self, model, meter);
-        let multipliers = Multipliers::without(&flow.monodromy(self, &smooth.breaks, STEP)?, &basis, 0.0)?;
+        let multipliers =
+            Multipliers::without(&flow.monodromy(self, &smooth.breaks, PHASE_STEP)?, &basis, 0.0)?;
         if smooth.jumps {
             return Ok(multipliers.with_error(f64::INFINITY));
         }
         let highest = self.harmonics().highest();
         let rough = self.below(highest - highest.div_ceil(4)).and_then(|fewer| {
-            let monodromy = flow.monodromy(&fewer, &again(&fewer)?, 2.0 * STEP).ok()?;
+            let monodromy = flow.monodromy(&fewer, &again(&fewer)?, 2.0 * PHASE_STEP).ok()?;
             Multipliers::without(&monodromy, &basis, 0.0).ok()
         });
         let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));

@@ -16,6 +16,7 @@ use crate::periodic::balance::quadrature::pulses::pulses;
 use crate::periodic::balance::quality::coarseness;
 use crate::periodic::balance::quality::coarseness::{COARSE, correction};
 use crate::periodic::balance::settings::Balance;
+use crate::periodic::balance::solve::FINER;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::DMatrix;
@@ -80,13 +81,13 @@ impl Balance {
         meter: &Meter<'_>,
     ) -> Result<Proof, BalanceError> {
         let finer = self.on(self.harmonics().extended()).find(model, orbit, meter)?;
-        let pulsed = !pulses(model, orbit, self.harmonics()).is_empty();
+        let pulsed = !pulses(model, orbit, self.harmonics(), meter).is_empty();
         let better = match self.integrals {
-            _ if pulsed => self.clone().integrals(Integrals::Panels).equations(model, orbit)?,
+            _ if pulsed => self.clone().integrals(Integrals::Panels).set_up(model, orbit, 1, meter)?,
             Integrals::Sampled { .. } if model.contacts() > 0 => {
-                Balance::new(self.harmonics().clone()).equations(model, orbit)?
+                Balance::new(self.harmonics().clone()).set_up(model, orbit, 1, meter)?
             }
-            _ => self.finer_equations(model, orbit)?,
+            _ => self.set_up(model, orbit, FINER, meter)?,
         };
         proof(model, orbit, finer, correction(better, orbit), meter)
     }
@@ -107,7 +108,7 @@ impl Balance {
     ) -> Result<Proof, BalanceError> {
         let meter = self.budget.begin();
         let finer = self.on(self.harmonics().extended()).find_truncating(model, orbit, &meter)?;
-        let aliasing = correction(self.finer_equations(model, orbit)?.truncating_forces(), orbit);
+        let aliasing = correction(self.set_up(model, orbit, FINER, &meter)?.truncating_forces(), orbit);
         proof(&model, orbit, finer, aliasing, &meter)
     }
 
@@ -243,9 +244,9 @@ fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) 
     let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
     let mut stiffest = 0.0f64;
     let instants = m.min(if n == 1 { 128 } else { 64 });
-    for look in 0..instants {
+    for probe in 0..instants {
         // Evenly spread, but not in phase with any drive.
-        let s = if instants == m { look } else { (weyl(look, 0) * m as f64) as usize };
+        let s = if instants == m { probe } else { (weyl(probe, 0) * m as f64) as usize };
         equations.grid.state(s, &mut q, &mut v);
         for flank in &flanks {
             equations.slopes.at(flank.as_deref(), equations.grid.drives(s), &q, &v);
