@@ -10,7 +10,8 @@ use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::periodic::{FourierOrbit, Integrals};
 use gear_dynamics::roots::{Newton, Residual};
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Integrator, Model, NfgPair, NfgParams, Periodic, Ring, Settle, State,
+    Balance, Dop853, Harmonics, Integrator, Model, NfgPair, NfgParams, Periodic, Ring, Settle, Shooting,
+    State,
 };
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -54,7 +55,7 @@ fn rattling_pair(c: &mut Criterion) {
     });
     let orbit = balance.solve(&pair, &guess).expect("converges");
     c.bench_function("pair, H = 1000: polish by shooting", |b| {
-        b.iter(|| orbit.polish(&pair).expect("converges"))
+        b.iter(|| Shooting::new().solve_from(&pair, &orbit).expect("converges"))
     });
 }
 
@@ -109,7 +110,7 @@ fn duffing(c: &mut Criterion) {
     c.bench_function("Duffing, H = 10: point with multipliers", |b| {
         b.iter(|| {
             let point = balance.solve(&next, black_box(&orbit)).expect("converges");
-            point.multipliers(&next).expect("finite")
+            Balance::new(point.harmonics().clone()).multipliers(&next, &point).expect("finite")
         })
     });
 }

@@ -12,17 +12,17 @@ fn polish(c: &mut Criterion) {
     let Ok(pair) = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()) else { return };
     let Ok(start) = pair.static_start() else { return };
     let Ok(settled) = Settle::new().tolerance(1e-6).run(&Dop853::new(), &pair, &start) else { return };
-    let Ok(cycle) = Shooting::new().segments(63).run(&pair, &[settled.state]) else { return };
+    let Ok(cycle) = Shooting::new().segments(63).solve(&pair, &[settled.state]) else { return };
     let push =
         |i: usize, part: usize| 1e-3 * cycle.range()[part] * if i.is_multiple_of(2) { 1.0 } else { -0.7 };
     let guess: Vec<State> = (cycle.states().iter().enumerate())
         .map(|(i, s)| State::new(s.t, &[s.q[0] + push(i, 0)], &[s.v[0] + push(i / 2, 1)]))
         .collect();
     c.bench_function("polish the pair, 63 segments", |b| {
-        b.iter(|| Shooting::new().run(&pair, black_box(&guess)))
+        b.iter(|| Shooting::new().solve(&pair, black_box(&guess)))
     });
     let one = &guess[..1];
-    c.bench_function("the same from one state", |b| b.iter(|| Shooting::new().run(&pair, black_box(one))));
+    c.bench_function("the same from one state", |b| b.iter(|| Shooting::new().solve(&pair, black_box(one))));
 }
 
 criterion_group! {

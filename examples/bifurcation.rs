@@ -29,8 +29,9 @@ fn main() -> Outcome<()> {
     // Exponents for a picture: 40 turns, at a tolerance of 1e-7.
     let exponents = Lyapunov::new().align(3).periods(40).tolerance(1e-7);
     let sweep = Sweep::new(Points::on_axis(speeds)).settle(30).measure(40).lyapunov(exponents);
-    let diagram = Bifurcation::strobed(sweep, "q1").run(
-        &Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])),
+    let engine = Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14]));
+    let diagram = Bifurcation::strobed("q1").run(&sweep.runner(
+        &engine,
         |p| {
             NfgPair::with_reading(
                 &NfgParams { speed: p["omega_1"], ..NfgParams::table1() },
@@ -38,7 +39,7 @@ fn main() -> Outcome<()> {
             )
         },
         |_, pair| pair.static_start(),
-    )?;
+    ))?;
 
     let mut marked = csv_file(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;
     let mut grown =

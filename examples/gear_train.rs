@@ -126,7 +126,7 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
     let cycles = train.shape().cycles_in_a_period() as usize;
     let steps = (64 * cycles).max((2.0 * fastest * slowest.period()).ceil() as usize);
     let sweep = Sweep::new(points)
-        .periodic_within(5e-3)
+        .periodic_tolerance(5e-3)
         .settle(periods)
         .measure(periods / 2)
         .channels(&["deflection 1"])

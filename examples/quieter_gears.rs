@@ -183,7 +183,7 @@ fn grid(pair: &Machine<SpurPair>) -> Outcome<Vec<[f64; 4]>> {
 
 /// x over one mesh cycle of the orbit, over φ/2π, and its peak-to-peak value.
 fn cycle(pair: &Machine<SpurPair>) -> Outcome<(Vec<(f64, f64)>, f64)> {
-    let orbit = Shooting::new().run(pair, &[State::new(0.0, &[70.0], &[0.0])])?;
+    let orbit = Shooting::new().solve(pair, &[State::new(0.0, &[70.0], &[0.0])])?;
     let mut statistics = Statistics::new(pair, &["q1"])?;
     orbit.observe(pair, &mut statistics)?;
     let at = |k: u32| -> Outcome<(f64, f64)> {

@@ -174,7 +174,7 @@ fn rattle_map(pair: &NfgPair, speeds: [f64; 2], loads: [f64; 2], side: usize) ->
         Axis::linear("speed", speeds[0], speeds[1], side)?,
         Axis::linear("load", loads[0], loads[1], side)?,
     ])?;
-    let sweep = Sweep::new(points).periodic_within(5e-3).settle(20).measure(10).rattle();
+    let sweep = Sweep::new(points).periodic_tolerance(5e-3).settle(20).measure(10).rattle();
     let bar = progress("map", side * side);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let model = |p: &Point<'_>| pair.with("speed", p["speed"])?.with("load torque", p["load"]);

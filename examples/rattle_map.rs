@@ -51,7 +51,7 @@ fn main() -> Outcome<()> {
     // Fixed steps across edges keep weakly stable motions from repeating to less than some per mille. Their
     // results are accurate nevertheless.
     let sweep = Sweep::new(points)
-        .periodic_within(5e-3)
+        .periodic_tolerance(5e-3)
         .settle(SETTLE)
         .measure(MEASURE)
         .channels(&["q1", "deflection"])

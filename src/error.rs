@@ -12,13 +12,13 @@ use thiserror::Error;
 /// use gear_dynamics::{Backlash, ParameterError};
 /// let error = Backlash::new(-1e-5).unwrap_err();
 /// assert_eq!(error, ParameterError::Negative { name: "half width b".into(), value: -1e-5 });
-/// assert_eq!(error.to_string(), "half width b is -0.00001: it must not be negative");
+/// assert_eq!(error.to_string(), "half width b is -1e-5: it must not be negative");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ParameterError {
     /// The value is a NaN or an infinity.
-    #[error("{name} is {value}: it must be a finite number")]
+    #[error("{name} is {value:?}: it must be a finite number")]
     NotFinite {
         /// Name of the parameter.
         name: String,
@@ -26,7 +26,7 @@ pub enum ParameterError {
         value: f64,
     },
     /// The value is zero or negative; it must be positive.
-    #[error("{name} is {value}: it must be positive")]
+    #[error("{name} is {value:?}: it must be positive")]
     NotPositive {
         /// Name of the parameter.
         name: String,
@@ -34,7 +34,7 @@ pub enum ParameterError {
         value: f64,
     },
     /// The value is negative; it must be zero or positive.
-    #[error("{name} is {value}: it must not be negative")]
+    #[error("{name} is {value:?}: it must not be negative")]
     Negative {
         /// Name of the parameter.
         name: String,
@@ -42,7 +42,7 @@ pub enum ParameterError {
         value: f64,
     },
     /// The value is outside its range.
-    #[error("{name} is {value}: it must lie in {allowed}")]
+    #[error("{name} is {value:?}: it must lie in {allowed}")]
     OutOfRange {
         /// Name of the parameter.
         name: String,
@@ -96,7 +96,7 @@ pub enum ParameterError {
         max: usize,
     },
     /// A computed quantity exceeds the largest `f64`.
-    #[error("{name} overflows: the largest of the values it is computed from is {value}")]
+    #[error("{name} overflows: the largest of the values it is computed from is {value:?}")]
     Overflow {
         /// Name of the computed quantity.
         name: String,
@@ -120,7 +120,7 @@ pub enum ParameterError {
         gears: usize,
     },
     /// A wave does not have the period that its shape states.
-    #[error("{name} does not repeat after {period} rad")]
+    #[error("{name} does not repeat after {period:?} rad")]
     NotPeriodic {
         /// Name of the wave.
         name: String,
@@ -128,7 +128,7 @@ pub enum ParameterError {
         period: f64,
     },
     /// Relative coordinates or rates do not satisfy the closure of the ring.
-    #[error("{name} is {found}: the closure of the ring requires {expected}")]
+    #[error("{name} is {found:?}: the closure of the ring requires {expected:?}")]
     Inconsistent {
         /// Name of the sum.
         name: String,
@@ -255,6 +255,24 @@ pub(crate) mod check {
             quantity(name, value)
         } else {
             wrong(name, value, |name| E::NotPositive { name, value })
+        }
+    }
+
+    /// A positive number of any size.
+    pub(crate) fn above_zero(name: impl Into<String>, value: f64) -> Checked {
+        if value > 0.0 && value.is_finite() {
+            Ok(value)
+        } else {
+            wrong(name, value, |name| E::NotPositive { name, value })
+        }
+    }
+
+    /// A share above 0 and below 1.
+    pub(crate) fn share(name: impl Into<String>, value: f64) -> Checked {
+        if value > 0.0 && value < 1.0 {
+            Ok(value)
+        } else {
+            wrong(name, value, |name| E::OutOfRange { name, value, allowed: "(0, 1)" })
         }
     }
 

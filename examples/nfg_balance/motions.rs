@@ -95,7 +95,8 @@ pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {
     let state = orbit.contacts(pair)?[0].statistics.rattle_state();
     let elastic = Summary::from_samples(&orbit.history(SAMPLES)?.channel(pair, ELASTIC)?)?.peak_to_peak();
     // Multipliers of the published equations linearised along the series; Liu 2021 does not state stability.
-    let stable = word(orbit.multipliers(pair).map(|m| m.stability()));
+    let multipliers = Balance::new(orbit.harmonics().clone()).multipliers(pair, orbit);
+    let stable = word(multipliers.ok().map(|m| m.stability()));
     Ok(Point { state, ppv: orbit.peak_to_peak(0), elastic, stable })
 }
 
@@ -127,7 +128,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         };
     let state = State { t: 0.0, ..state };
     if multiple > 0
-        && let Ok(cycle) = shooting().multiple(multiple).run(pair, std::slice::from_ref(&state))
+        && let Ok(cycle) = shooting().multiple(multiple).solve(pair, std::slice::from_ref(&state))
         && cycle.stability() == Stability::Stable
     {
         let point = on_cycle(pair, &cycle)?;

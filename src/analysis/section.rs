@@ -3,8 +3,8 @@
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic, State};
 use crate::numeric::gauss::FIVE;
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
+use crate::ode::budget::Budget;
+use crate::ode::integrator::{Integrator, sample};
 use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use crate::ode::trajectory::{Failed, Trajectory};
@@ -14,42 +14,32 @@ use std::ops::ControlFlow;
 /// the drives.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, NfgPair, NfgParams, analysis::strobe};
+/// use gear_dynamics::{Budget, Dop853, NfgPair, NfgParams, analysis::strobe};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let section = strobe(&Dop853::new(), &pair, &pair.static_start()?, 3)?;
+/// let section = strobe(&Dop853::new(), &pair, &pair.static_start()?, 3, &Budget::new())?;
 /// assert_eq!(section.len(), 3);
 /// assert!((section.q(2)[0] - section.q(1)[0]).abs() < 1e-9); // nearly periodic after two turns
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// [`Failed`], which contains the states before the failure. A count with count (2 dof + 1) > 2²⁶ or a period
+/// [`Failed`], which contains the states before the failure or the end of the budget. A count with count (2 dof + 1) > 2²⁶ or a period
 /// outside 1e-50 .. 1e50 fails before the run.
 pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
     integrator: &I,
     model: &M,
     start: &State,
     count: usize,
+    budget: &Budget,
 ) -> Result<Trajectory, Failed> {
-    let width = 2 * model.dof() + 1;
-    if check::count("states", &[count, width], check::NUMBERS).is_err() {
-        let error = IntegrateError::Setting {
-            name: "count",
-            value: count as f64,
-            allowed: "small enough for count (2 dof + 1) numbers to be at most 2^26",
-        };
-        return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
-    }
-    if !(1e-50..=1e50).contains(&model.period()) {
-        let error = IntegrateError::Setting {
-            name: "period of the model",
-            value: model.period(),
-            allowed: "in [1e-50, 1e50]",
-        };
-        return Err(Failed { error, trajectory: Box::new(Trajectory::empty(model.dof(), start.t)) });
+    let checked = check::count("numbers of the states", &[count, 2 * model.dof() + 1], check::NUMBERS)
+        .and_then(|_| check::scale("period of the model", model.period()));
+    if let Err(error) = checked {
+        let trajectory = Box::new(Trajectory::empty(model.dof(), start.t));
+        return Err(Failed { error: error.into(), trajectory });
     }
     let times: Vec<f64> = (1..=count).map(|k| start.t + k as f64 * model.period()).collect();
-    integrator.sample(model, start, &times)
+    sample(integrator, model, start, &times, Some(&budget.begin()))
 }
 
 /// The direction in which a channel crosses the level of a [`Section`].

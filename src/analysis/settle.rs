@@ -2,6 +2,7 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
+use crate::error::{ParameterError, check};
 use crate::model::equations::{Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Budget;
@@ -76,20 +77,10 @@ impl Settle {
         model: &M,
         start: &State,
     ) -> Result<Steady, Unsettled> {
-        let within = |name, value: f64, range: bool, allowed| {
-            let error = IntegrateError::Setting { name, value, allowed };
-            if range { Ok(()) } else { Err(Unsettled::Failed { error, state: start.clone(), periods: 0 }) }
-        };
-        within(
-            "tolerance",
-            self.tolerance,
-            self.tolerance > 0.0 && self.tolerance < 1.0,
-            "above 0 and below 1",
-        )?;
-        let multiple = self.max_multiple;
-        within("max_multiple", multiple as f64, (1..=LONGEST).contains(&multiple), "1 to 65536 periods")?;
         let period = model.period();
-        within("period of the model", period, (1e-50..=1e50).contains(&period), "in [1e-50, 1e50]")?;
+        if let Err(error) = self.check(period) {
+            return Err(Unsettled::Failed { error: error.into(), state: start.clone(), periods: 0 });
+        }
         let joined = |state: &State| [&state.q[..], &state.v].concat();
         let mut section: Vec<Vec<f64>> = vec![joined(start)];
         let mut last = start.clone();
@@ -144,6 +135,15 @@ impl Settle {
             closest,
             multiple: self.max_multiple,
         })
+    }
+
+    fn check(&self, period: f64) -> Result<(), ParameterError> {
+        check::share("tolerance", self.tolerance)?;
+        if self.max_multiple == 0 {
+            return Err(ParameterError::TooFew { name: "max_multiple".into(), value: 0, min: 1 });
+        }
+        check::count("max_multiple", &[self.max_multiple], LONGEST)?;
+        check::scale("period of the model", period).map(drop)
     }
 }
 

@@ -182,7 +182,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     }
 
     /// All channels at `t` of a step; at the ends of the step, the limits from inside it.
-    fn look(&mut self, step: &mut Step<'_>, t: f64) -> &[f64] {
+    fn read(&mut self, step: &mut Step<'_>, t: f64) -> &[f64] {
         self.probe.read_step(step, t, &mut self.y)
     }
 
@@ -201,7 +201,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
                 break;
             }
             let index = self.chosen[c];
-            let value = sign * self.look(step, t)[index];
+            let value = sign * self.read(step, t)[index];
             let gained = value - best;
             // The new bracket consists of the largest value and its neighbours.
             (x, f) = match (t > x[1], value > f[1]) {
@@ -227,7 +227,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
             *time = middle + half * x;
         }
         for (p, &t) in times.iter().enumerate() {
-            self.look(step, t);
+            self.read(step, t);
             let values = self.probe.values();
             for (c, &index) in self.chosen.iter().enumerate() {
                 self.points[c][p] = values[index];

@@ -165,7 +165,7 @@ fn without_gaps(
     let along = |flank: Piece, start: &State| {
         let on_flank = OnFlank { model, pieces: vec![flank; model.contacts()] };
         let passage = Variation::new().budget(budget.clone()).run(&on_flank, start, start.t + period).ok()?;
-        Multipliers::without(&passage.matrix, &rigid, 0.0)
+        Multipliers::without(&passage.matrix, &rigid, 0.0).ok()
     };
     let rest = State { t: 0.0, q: vec![0.0; model.dof()], v: vec![0.0; model.dof()] };
     let upper = along(Piece::Upper, &rest)?;

@@ -24,14 +24,14 @@ pub enum BranchError {
     #[error("{0}")]
     Parameter(#[from] ParameterError),
     /// The range of the parameter has length zero.
-    #[error("the continuation starts and ends at the same parameter {value}: the ends must differ")]
+    #[error("the continuation starts and ends at the same parameter {value:?}: the ends must differ")]
     EmptyRange {
         /// Start and end.
         value: f64,
     },
     /// The bounds are reversed or do not contain the start.
     #[error(
-        "the bounds of the parameter are {low} .. {high}: the lower one must be smaller, and {start} must lie between them"
+        "the bounds of the parameter are {low:?} .. {high:?}: the lower one must be smaller, and {start:?} must lie between them"
     )]
     Bounds {
         /// Lower bound.
@@ -75,7 +75,7 @@ pub enum BranchError {
     },
     /// No orbit comes back from infinity.
     #[error(
-        "no large orbit of the opposite sign near the border {border}{}",
+        "no large orbit of the opposite sign near the border {border:?}{}",
         error.as_ref().map_or(String::new(), |error| format!(": {error}"))
     )]
     NoReturn {

@@ -6,7 +6,7 @@ use crate::excitation::angle::earlier;
 use crate::excitation::side::Side;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
-use crate::numeric::bracket::Bracket;
+use crate::numeric::bracket::{Bracket, rounding};
 use crate::scalar::Scalar;
 use crate::series::Series;
 
@@ -171,22 +171,10 @@ impl PhaseLaw {
     fn time_in_fluctuation(&self, phase: f64) -> f64 {
         let target = self.frequency * phase.abs() / self.knots[0][1];
         let lo = (target - self.swing).max(target / (1.0 + self.swing));
-        let mut bracket = Bracket { lo, hi: target + self.swing };
-        let mut x = lo;
-        for _ in 0..200 {
+        let x = Bracket { lo, hi: target + self.swing }.solve(lo, true, rounding, |x| {
             let (sine, cosine) = libm::sincos(x);
-            let off = x + self.swing * sine - target;
-            if off == 0.0 {
-                break;
-            }
-            bracket.narrow(x, off < 0.0);
-            let next = bracket.newton_or_middle(x, off, 1.0 + self.swing * cosine);
-            let step = (next - x).abs();
-            x = next;
-            if step <= 2.0 * f64::EPSILON * x || bracket.hi <= bracket.lo {
-                break;
-            }
-        }
+            (x + self.swing * sine - target, 1.0 + self.swing * cosine)
+        });
         (x / self.frequency).copysign(phase)
     }
     /// The time of the first knot after `t`.

@@ -29,7 +29,7 @@ pub enum LinearError {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The derivative of the accelerations is not a number.
-    #[error("the Jacobian of the model at t = {t} is not finite")]
+    #[error("the Jacobian of the model at t = {t:?} is not finite")]
     NotFinite {
         /// Time.
         t: f64,
@@ -47,7 +47,7 @@ pub enum LinearError {
         tried: usize,
     },
     /// A body that the contacts leave free stands under load.
-    #[error("the load moves the model freely: the residual acceleration is {residual} of the largest")]
+    #[error("the load moves the model freely: the residual acceleration is {residual:?} of the largest")]
     Free {
         /// Largest acceleration that is left, over the largest acceleration at rest.
         residual: f64,

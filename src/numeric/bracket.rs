@@ -1,5 +1,14 @@
 //! Newton's method within a bracket.
 
+/// Maximum number of steps of [`Bracket::solve`]. Bisection alone needs about 60.
+const MAX_STEPS: usize = 200;
+
+/// Two rounding errors of x: the usual end of [`Bracket::solve`].
+#[inline]
+pub(crate) fn rounding(x: f64) -> f64 {
+    2.0 * f64::EPSILON * x.abs()
+}
+
 /// An interval that contains a root: the root lies between `lo` and `hi`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bracket {
@@ -33,6 +42,35 @@ impl Bracket {
         self.newton(x, f, slope).unwrap_or(self.middle())
     }
 
+    /// The root of a function from a guess inside the bracket.
+    ///
+    /// `f` returns value and slope; the value is positive above the root if `rises`, otherwise below it. The
+    /// iteration ends at a value of 0, or after a step of at most `close(x)` to x.
+    #[inline]
+    pub(crate) fn solve(
+        mut self,
+        guess: f64,
+        rises: bool,
+        close: impl Fn(f64) -> f64,
+        mut f: impl FnMut(f64) -> (f64, f64),
+    ) -> f64 {
+        let mut x = guess;
+        for _ in 0..MAX_STEPS {
+            let (value, slope) = f(x);
+            if value == 0.0 {
+                break;
+            }
+            self.narrow(x, (value < 0.0) == rises);
+            let next = self.newton_or_middle(x, value, slope);
+            let step = (next - x).abs();
+            x = next;
+            if step <= close(x) {
+                break;
+            }
+        }
+        x
+    }
+
     #[inline]
     pub(crate) fn middle(&self) -> f64 {
         0.5 * (self.lo + self.hi)
@@ -41,7 +79,7 @@ impl Bracket {
 
 #[cfg(test)]
 mod tests {
-    use super::Bracket;
+    use super::{Bracket, rounding};
 
     /// f = x³ - 2 x - 5, the example of Wallis (1685), and atan, for which Newton's method alone diverges
     /// from 2.
@@ -51,14 +89,14 @@ mod tests {
         let cubic: WithSlope = |x| (x * x * x - 2.0 * x - 5.0, 3.0 * x * x - 2.0);
         let atan: WithSlope = |x| (x.atan(), 1.0 / (1.0 + x * x));
         for (f, lo, hi, root) in [(cubic, 0.0, 10.0, 2.094_551_481_542_326_5), (atan, -3.0, 7.0, 0.0)] {
-            let (mut bracket, mut x) = (Bracket { lo, hi }, 2.0);
-            for _ in 0..60 {
-                let (value, slope) = f(x);
-                bracket.narrow(x, value < 0.0);
-                x = bracket.newton_or_middle(x, value, slope);
-                assert!(x >= bracket.lo && x <= bracket.hi);
-            }
+            let inside = |x: f64| {
+                assert!(x >= lo && x <= hi);
+                f(x)
+            };
+            let x = Bracket { lo, hi }.solve(2.0, true, rounding, inside);
             assert!((x - root).abs() < 1e-15, "{x} {root}");
+            let falls = |x: f64| (-f(x).0, -f(x).1);
+            assert_eq!(Bracket { lo, hi }.solve(2.0, false, rounding, falls), x);
         }
     }
 

@@ -123,17 +123,17 @@ impl Meter<'_> {
         if spent <= self.budget.steps && spent % 64 != 1 {
             return Ok(());
         }
-        self.look()
+        self.check()
     }
 
     /// Counts one step and checks all limits. For steps that take long compared with reading the clock.
     pub(crate) fn spend_slowly(&self) -> Result<(), Exhausted> {
         self.spent.set(self.spent.get() + 1);
-        self.look()
+        self.check()
     }
 
     /// Checks all limits and counts no step. For work that is not counted in steps.
-    pub(crate) fn look(&self) -> Result<(), Exhausted> {
+    pub(crate) fn check(&self) -> Result<(), Exhausted> {
         let Budget { steps, time, cancel } = self.budget;
         let exhausted = if self.spent.get() > *steps {
             Some(Exhausted::Steps { limit: *steps })

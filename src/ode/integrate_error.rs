@@ -19,7 +19,9 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum IntegrateError {
     /// The end time is not after the start time, or its magnitude exceeds 1e50.
-    #[error("the time span from {start} to {end} is not allowed: it must be positive and end within ±1e50")]
+    #[error(
+        "the time span from {start:?} to {end:?} is not allowed: it must be positive and end within ±1e50"
+    )]
     TimeSpan {
         /// Start time.
         start: f64,
@@ -28,7 +30,7 @@ pub enum IntegrateError {
     },
     /// The output times decrease, lie before the start, or are not finite.
     #[error(
-        "output time {index} is {value}: times must be finite, not decreasing, not before the start {start}"
+        "output time {index} is {value:?}: times must be finite, not decreasing, not before the start {start:?}"
     )]
     OutputTime {
         /// Index in the list of times, from 0.
@@ -38,34 +40,13 @@ pub enum IntegrateError {
         /// Start time of the run.
         start: f64,
     },
-    /// A setting of the solver (step, tolerance, controller) is outside its range.
-    #[error("{name} is {value}: it must be {allowed}")]
-    Setting {
-        /// Name of the setting.
-        name: &'static str,
-        /// The value given.
-        value: f64,
-        /// The range allowed, in words.
-        allowed: &'static str,
-    },
-    /// The number of absolute tolerances does not fit the model.
-    #[error(
-        "{found} absolute tolerances for {expected} components: give one, or one for each coordinate and \
-         velocity"
-    )]
-    ToleranceLength {
-        /// Components of the state, 2 dof.
-        expected: usize,
-        /// Number of tolerances given.
-        found: usize,
-    },
-    /// The start state does not fit the model.
-    #[error("start: {0}")]
-    Start(#[from] ParameterError),
+    /// A setting of the solver is outside its range, or the start state does not fit the model.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// The model returned a NaN or an infinity, or the motion exceeds 1e100.
     #[error(
         "component {component} of (coordinates, velocities) exceeds 1e100, or its derivative is not finite, \
-         after t = {t}; components count from 0"
+         after t = {t:?}; components count from 0"
     )]
     NotFinite {
         /// The last time with a valid state.
@@ -77,7 +58,7 @@ pub enum IntegrateError {
     /// An entry of ∂a/∂q or ∂a/∂v is not finite, although the motion is finite.
     #[error(
         "the derivative of acceleration {acceleration} with respect to {of} {coordinate} is not finite after \
-         t = {t}; indices count from 0"
+         t = {t:?}; indices count from 0"
     )]
     Slope {
         /// The last time with a valid state.
@@ -106,7 +87,7 @@ pub enum IntegrateError {
         what: &'static str,
     },
     /// The acceleration has no Taylor series at an instant, and steps towards it shrink to nothing.
-    #[error("the steps of the Taylor series shrink to nothing at t = {t}, because of {what}")]
+    #[error("the steps of the Taylor series shrink to nothing at t = {t:?}, because of {what}")]
     Singular {
         /// The time reached.
         t: f64,
@@ -116,7 +97,7 @@ pub enum IntegrateError {
     /// The step size is below the resolution of the time, about 4 ε |t| (ε = 2.2e-16): an adaptive solver
     /// cannot meet its tolerance, or the fixed step is too small.
     #[error(
-        "the step {h} at t = {t} is below the resolution of the time: the tolerance cannot be met, or the \
+        "the step {h:?} at t = {t:?} is below the resolution of the time: the tolerance cannot be met, or the \
          fixed step is too small"
     )]
     StepUnderflow {
@@ -126,7 +107,7 @@ pub enum IntegrateError {
         h: f64,
     },
     /// The run reached the maximum number of steps, rejected steps included.
-    #[error("the limit of {limit} steps was reached at t = {t}: raise max_steps, or loosen the tolerance")]
+    #[error("the limit of {limit} steps was reached at t = {t:?}: raise max_steps, or loosen the tolerance")]
     TooManySteps {
         /// The time reached.
         t: f64,
@@ -135,7 +116,7 @@ pub enum IntegrateError {
     },
     /// [`Model::next_edge`](crate::Model::next_edge) returned a drive edge that is not later than the given
     /// time.
-    #[error("the model gives {edge} as its next drive edge after t = {t}: it must be later than t")]
+    #[error("the model gives {edge:?} as its next drive edge after t = {t:?}: it must be later than t")]
     DriveEdge {
         /// The time given to `next_edge`.
         t: f64,
@@ -144,7 +125,7 @@ pub enum IntegrateError {
     },
     /// The lower edge of a gap lies above its upper edge: the backlash is negative.
     #[error(
-        "the gap of contact {contact} is negative at t = {t}: lower edge {lower} is above upper edge {upper}"
+        "the gap of contact {contact} is negative at t = {t:?}: lower edge {lower:?} is above upper edge {upper:?}"
     )]
     NegativeGap {
         /// Time of the check.
@@ -157,7 +138,7 @@ pub enum IntegrateError {
         upper: f64,
     },
     /// The [`Budget`](crate::Budget) of the call is spent, or the call was cancelled.
-    #[error("stopped at t = {t}: {exhausted}")]
+    #[error("stopped at t = {t:?}: {exhausted}")]
     Budget {
         /// The time reached.
         t: f64,
@@ -167,7 +148,7 @@ pub enum IntegrateError {
     /// A contact comes to rest on a rigid stop, after a sequence of ever lower rebounds or immediately. The
     /// motion that follows, with the contact pressed against the stop, is not modelled.
     #[error(
-        "contact {contact} comes to rest on its rigid stop at t = {t}: motion along a stop is not modelled"
+        "contact {contact} comes to rest on its rigid stop at t = {t:?}: motion along a stop is not modelled"
     )]
     RestsOnStop {
         /// Time at which it rests.
@@ -176,7 +157,7 @@ pub enum IntegrateError {
         contact: usize,
     },
     /// The start lies beyond a rigid stop, or a stop jumped past its contact at a drive edge.
-    #[error("contact {contact} lies {depth} beyond its rigid stop at t = {t}")]
+    #[error("contact {contact} lies {depth:?} beyond its rigid stop at t = {t:?}")]
     BeyondStop {
         /// Time of the check.
         t: f64,
@@ -194,7 +175,7 @@ pub enum IntegrateError {
     /// A contact crosses its edges repeatedly while the time does not advance, or the location of an edge
     /// does not converge.
     #[error(
-        "contact {contact} stalls on its edge at t = {t}: it crosses the edge repeatedly without advance in \
+        "contact {contact} stalls on its edge at t = {t:?}: it crosses the edge repeatedly without advance in \
          time, or the location of the edge does not converge"
     )]
     EdgeStall {

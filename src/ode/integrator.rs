@@ -1,6 +1,7 @@
 //! The trait that all solvers implement.
 
 use crate::model::equations::{Model, State};
+use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
@@ -78,36 +79,55 @@ pub trait Integrator {
         start: &State,
         times: &[f64],
     ) -> Result<Trajectory, Failed> {
-        let mut trajectory = Trajectory::empty(model.dof(), start.t);
-        if let Err(error) = start
-            .check(model.dof())
-            .map_err(IntegrateError::from)
-            .and_then(|()| crate::ode::trajectory::check_times(start.t, times))
+        sample(self, model, start, times, None)
+    }
+}
+
+/// [`Integrator::sample`], until the budget of a meter is spent.
+pub(crate) fn sample<I: Integrator + ?Sized, M: Model + ?Sized>(
+    integrator: &I,
+    model: &M,
+    start: &State,
+    times: &[f64],
+    meter: Option<&Meter<'_>>,
+) -> Result<Trajectory, Failed> {
+    let mut trajectory = Trajectory::empty(model.dof(), start.t);
+    if let Err(error) = start
+        .check(model.dof())
+        .map_err(IntegrateError::from)
+        .and_then(|()| crate::ode::trajectory::check_times(start.t, times))
+    {
+        return trajectory.or_failed(Err(error));
+    }
+    let mut left = times;
+    while let [first, rest @ ..] = left
+        && *first == start.t
+    {
+        trajectory.push_state(start);
+        left = rest;
+    }
+    let Some(&last) = left.last() else {
+        return Ok(trajectory);
+    };
+    let mut y = vec![0.0; 2 * model.dof()];
+    let mut keep = |step: &mut Step<'_>| {
+        while let [t, rest @ ..] = left
+            && *t <= step.t1()
         {
-            return trajectory.or_failed(Err(error));
-        }
-        let mut left = times;
-        while let [first, rest @ ..] = left
-            && *first == start.t
-        {
-            trajectory.push_state(start);
+            step.at(*t, &mut y);
+            trajectory.push(*t, &y);
             left = rest;
         }
-        let Some(&last) = left.last() else {
-            return Ok(trajectory);
-        };
-        let mut y = vec![0.0; 2 * model.dof()];
-        let mut keep = |step: &mut Step<'_>| {
-            while let [t, rest @ ..] = left
-                && *t <= step.t1()
-            {
-                step.at(*t, &mut y);
-                trajectory.push(*t, &y);
-                left = rest;
-            }
-            ControlFlow::Continue(())
-        };
-        let run = self.run(model, start, last, &mut keep);
-        trajectory.or_failed(run)
-    }
+        match meter {
+            Some(mut meter) => meter.step(step),
+            None => ControlFlow::Continue(()),
+        }
+    };
+    let run = integrator.run(model, start, last, &mut keep).and_then(|finish| {
+        match meter.and_then(Meter::exhausted) {
+            Some(exhausted) => Err(IntegrateError::Budget { t: finish.state.t, exhausted }),
+            None => Ok(finish),
+        }
+    });
+    trajectory.or_failed(run)
 }

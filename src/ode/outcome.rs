@@ -61,3 +61,14 @@ pub struct Stats {
     /// Number of drive edges passed.
     pub drive_edges: u64,
 }
+
+impl Stats {
+    /// Adds the work of another run.
+    pub(crate) fn add(&mut self, other: &Stats) {
+        self.steps += other.steps;
+        self.rejected += other.rejected;
+        self.evaluations += other.evaluations;
+        self.crossings += other.crossings;
+        self.drive_edges += other.drive_edges;
+    }
+}

@@ -3,6 +3,7 @@
 pub(crate) mod balance;
 pub(crate) mod flow;
 pub(crate) mod lyapunov;
+pub(crate) mod metered;
 pub(crate) mod multipliers;
 pub(crate) mod shooting;
 
@@ -19,8 +20,9 @@ pub use crate::periodic::flow::flow_method::FlowMethod;
 pub use crate::periodic::flow::variation::{Transition, Variation};
 pub use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 pub use crate::periodic::lyapunov::run::Lyapunov;
-pub use crate::periodic::multipliers::{Multipliers, Stability};
+pub use crate::periodic::multipliers::{MultiplierError, Multipliers, Stability};
 pub use crate::periodic::shooting::failure::{Iterate, ShootingError};
 pub use crate::periodic::shooting::multiple::Shooting;
+pub use crate::periodic::shooting::neighbour::Neighbour;
 pub use crate::periodic::shooting::recorded::RecordedOrbit;
 pub use crate::periodic::shooting::shooting_orbit::ShootingOrbit;

@@ -1,8 +1,10 @@
 //! Floquet multipliers, and the stability that follows from them.
 
 use crate::error::{ParameterError, check};
+use crate::ode::budget::Exhausted;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
+use thiserror::Error;
 
 /// Stability of an orbit, from its Floquet multipliers and their error.
 ///
@@ -33,6 +35,63 @@ impl std::fmt::Display for Stability {
             Stability::Undecided => "undecided",
         })
     }
+}
+
+/// The reasons why [`Balance::multipliers`](crate::Balance::multipliers) fails.
+///
+/// ```
+/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, Periodic};
+/// use gear_dynamics::periodic::{FourierOrbit, MultiplierError};
+/// let (pair, orders) = (NfgPair::new(&NfgParams::table1())?, Harmonics::up_to(0));
+/// let two = FourierOrbit::new(&orders, pair.period(), &[vec![0.0], vec![0.0]])?;
+/// let error = Balance::new(orders).multipliers(&pair, &two).unwrap_err();
+/// assert_eq!(error, MultiplierError::Coordinates { expected: 1, found: 2 });
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MultiplierError {
+    /// The orbit has another number of coordinates than the model.
+    #[error("the orbit has {found} coordinates and the model has {expected}: these numbers must be equal")]
+    Coordinates {
+        /// Number of coordinates of the model.
+        expected: usize,
+        /// Number of coordinates of the orbit.
+        found: usize,
+    },
+    /// The model has a rigid stop, at which the linearised motion jumps. [`Shooting`](crate::Shooting)
+    /// computes that jump.
+    #[error("contact {contact} has a rigid stop, at which the linearised motion jumps: use Shooting")]
+    RigidStop {
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
+    /// The orbit has too many switches and drive edges.
+    #[error("the orbit has {count} switches and drive edges: at most {max} are allowed")]
+    Breaks {
+        /// Number of switches and drive edges.
+        count: usize,
+        /// Maximum number.
+        max: usize,
+    },
+    /// A slope of the model is not finite along the orbit.
+    #[error("a derivative of the accelerations is not finite after t = {t:?}")]
+    Slope {
+        /// Start time of the step.
+        t: f64,
+    },
+    /// The equations of a step are singular.
+    #[error("the equations of the step from t = {t:?} are singular")]
+    Singular {
+        /// Start time of the step.
+        t: f64,
+    },
+    /// The monodromy matrix has no finite eigenvalues.
+    #[error(transparent)]
+    Monodromy(#[from] ParameterError),
+    /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
+    #[error("the multipliers were not computed: {0}")]
+    Budget(#[from] Exhausted),
 }
 
 /// Floquet multipliers μ of an orbit, the eigenvalues of its monodromy matrix: a small difference grows by μ
@@ -110,16 +169,20 @@ impl Multipliers {
     ///
     /// The columns of `rigid` are r along the coordinates and r along the velocities. The flow maps their
     /// span into itself with multipliers 1, 1. The span is projected out.
-    pub(crate) fn without(monodromy: &DMatrix<f64>, rigid: &DMatrix<f64>, error: f64) -> Option<Self> {
+    pub(crate) fn without(
+        monodromy: &DMatrix<f64>,
+        rigid: &DMatrix<f64>,
+        error: f64,
+    ) -> Result<Self, ParameterError> {
         if rigid.ncols() == 0 {
-            return Multipliers::from_monodromy(monodromy, error).ok();
+            return Multipliers::from_monodromy(monodromy, error);
         }
         // [R Z] is orthogonal and the span of R is invariant: Zᵀ M Z has the other eigenvalues.
         let (m, k) = rigid.shape();
         let mut basis = DMatrix::identity(m, m);
         rigid.clone().qr().q_tr_mul(&mut basis);
         let z = basis.rows(k, m - k).transpose();
-        Multipliers::from_monodromy(&(z.transpose() * monodromy * z), error).ok()
+        Multipliers::from_monodromy(&(z.transpose() * monodromy * z), error)
     }
 
     /// All multipliers, the largest |μ| first.

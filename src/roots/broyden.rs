@@ -1,10 +1,11 @@
 //! Broyden's methods.
 
+use crate::error::{ParameterError, check};
 use crate::numeric::norms::{dot, largest};
 use crate::roots::factors::Factors;
 use crate::roots::matrix::Matrix;
 use crate::roots::residual::{Residual, is_root, jacobian_of};
-use crate::roots::root::{Root, RootError, check_share};
+use crate::roots::root::{Root, RootError};
 
 /// First Jacobian of [`Broyden`].
 ///
@@ -108,18 +109,18 @@ impl Broyden {
     /// # Errors
     /// [`RootError`]; [`RootError::last`] returns the last iterate.
     pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
-        check_share("tolerance", self.tolerance)?;
+        check::share("tolerance", self.tolerance)?;
         if self.restart == 0 {
-            return Err(RootError::Setting { name: "restart", value: 0.0, allowed: "at least 1" });
+            return Err(ParameterError::TooFew { name: "restart".into(), value: 0, min: 1 }.into());
         }
         let n = equations.size();
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;
         let mut jacobian = match &self.first {
-            FirstJacobian::Given(matrix) if matrix.size() != n => {
-                return Err(RootError::Length { expected: n, found: matrix.size() });
+            FirstJacobian::Given(matrix) => {
+                check::length("unknowns of the first Jacobian", matrix.size(), n)?;
+                Some(matrix.clone())
             }
-            FirstJacobian::Given(matrix) => Some(matrix.clone()),
             FirstJacobian::Own => {
                 let mut matrix = equations.matrix();
                 jacobian_of(equations, guess, &mut matrix);

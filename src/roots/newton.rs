@@ -1,10 +1,11 @@
 //! Newton's method, damped by the natural monotonicity test.
 
+use crate::error::check;
 use crate::numeric::norms::{dot, largest};
 use crate::roots::factors::Factors;
 use crate::roots::matrix::Matrix;
 use crate::roots::residual::{Residual, is_root, jacobian_of};
-use crate::roots::root::{Root, RootError, check_share};
+use crate::roots::root::{Root, RootError};
 
 /// Newton's method with damping: x ← x + λ Δx, J Δx = -r(x).
 ///
@@ -66,8 +67,8 @@ impl Newton {
     /// # Errors
     /// [`RootError`]; [`RootError::last`] returns the last iterate.
     pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
-        check_share("tolerance", self.tolerance)?;
-        check_share("minimum damping", self.min_damping)?;
+        check::share("tolerance", self.tolerance)?;
+        check::share("minimum damping", self.min_damping)?;
         let n = equations.size();
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;

@@ -1,5 +1,6 @@
 //! Roots of equations, and the errors of root finders.
 
+use crate::error::{ParameterError, check};
 use crate::numeric::norms::largest;
 use crate::roots::factors::Floating;
 use crate::roots::matrix::Matrix;
@@ -41,27 +42,9 @@ pub struct Root {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RootError {
-    /// The guess or a given first Jacobian has the wrong size.
-    #[error("the guess or the first Jacobian has the size {found}: the equations have {expected} unknowns")]
-    Length {
-        /// Number of unknowns of the equations.
-        expected: usize,
-        /// Size of the guess or of the first Jacobian.
-        found: usize,
-    },
-    /// There are no equations.
-    #[error("there are no equations: at least one is needed")]
-    Empty,
-    /// A setting is not allowed.
-    #[error("{name} is {value}: it must be {allowed}")]
-    Setting {
-        /// Name of the setting.
-        name: &'static str,
-        /// The value given.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    /// A setting is not valid, the guess or a given first Jacobian has the wrong size, or there are no equations.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A residual is NaN or infinite: at the guess, after a step of Broyden's method, or after a step of
     /// Newton's method with the minimum damping.
     #[error("the residual of equation {equation} is not finite after {} iterations", last.iterations)]
@@ -73,7 +56,7 @@ pub enum RootError {
     },
     /// An entry of the Jacobian is NaN or infinite.
     #[error(
-        "the slope of equation {equation} with respect to unknown {unknown} is {value} after {} iterations: \
+        "the slope of equation {equation} with respect to unknown {unknown} is {value:?} after {} iterations: \
          it must be a finite number",
         last.iterations
     )]
@@ -100,7 +83,7 @@ pub enum RootError {
     },
     /// The maximum number of iterations is reached, or no damping is accepted.
     #[error(
-        "no convergence: the largest residual is {} after {} iterations and {} at the guess",
+        "no convergence: the largest residual is {:?} after {} iterations and {:?} at the guess",
         last.residual, last.iterations, last.history[0]
     )]
     NotConverged {
@@ -110,14 +93,14 @@ pub enum RootError {
 }
 
 impl RootError {
-    /// The last iterate, with the history of residuals; `None` for `Length`, `Empty` and `Setting`.
+    /// The last iterate, with the history of residuals; `None` for `Parameter`.
     pub fn last(&self) -> Option<&Root> {
         match self {
             RootError::NotFinite { last, .. }
             | RootError::Slope { last, .. }
             | RootError::Singular { last, .. }
             | RootError::NotConverged { last } => Some(last),
-            _ => None,
+            RootError::Parameter(_) => None,
         }
     }
 }
@@ -129,11 +112,11 @@ impl Root {
         guess: &[f64],
         r: &mut [f64],
     ) -> Result<Self, RootError> {
-        if guess.len() != equations.size() {
-            return Err(RootError::Length { expected: equations.size(), found: guess.len() });
-        }
+        check::length("guess", guess.len(), equations.size())?;
         if guess.is_empty() {
-            return Err(RootError::Empty);
+            return Err(
+                ParameterError::TooFew { name: "number of equations".into(), value: 0, min: 1 }.into()
+            );
         }
         equations.residual(guess, r);
         let residual = largest(r);
@@ -171,14 +154,5 @@ impl Root {
 
     pub(crate) fn not_converged(self) -> RootError {
         RootError::NotConverged { last: Box::new(self) }
-    }
-}
-
-/// Checks that a setting lies above 0 and below 1.
-pub(crate) fn check_share(name: &'static str, value: f64) -> Result<(), RootError> {
-    if value > 0.0 && value < 1.0 {
-        Ok(())
-    } else {
-        Err(RootError::Setting { name, value, allowed: "above 0 and below 1" })
     }
 }

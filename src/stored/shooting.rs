@@ -3,6 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::model::equations::State;
 use crate::numeric::not_finite::{AnyNumber, numbers, plain};
+use crate::ode::budget::Budget;
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
@@ -134,6 +135,7 @@ impl StoredShootingOrbit {
             crossings: self.crossings,
             flow: self.flow,
             method: self.method,
+            budget: Budget::new(),
         })
     }
 }

@@ -30,6 +30,12 @@ pub struct Monitor<'w> {
     cancel: Option<&'w AtomicBool>,
 }
 
+impl std::fmt::Debug for Monitor<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Monitor").field("cancel", &self.cancel).finish_non_exhaustive()
+    }
+}
+
 impl<'w> Monitor<'w> {
     /// A monitor without functions and without a flag.
     pub fn new() -> Self {

@@ -10,23 +10,13 @@ use thiserror::Error;
 ///
 /// ```
 /// use gear_dynamics::sweep::SweepError;
-/// let error = SweepError::Setting { name: "measure", value: 0.0, allowed: "at least 1 period" };
-/// assert_eq!(error.to_string(), "measure is 0: it must be at least 1 period");
+/// let error = SweepError::Chunk { chunk: 3, chunks: 2 };
+/// assert_eq!(error.to_string(), "chunk is 3: it must be below the number of chunks, 2");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SweepError {
-    /// A setting that is not allowed.
-    #[error("{name} is {value}: it must be {allowed}")]
-    Setting {
-        /// Name of the setting.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
-    /// A parameter, a channel name or a range that is not allowed.
+    /// A setting, a parameter, a channel name or a range that is not allowed.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// A drive table of this number of steps is not possible.
@@ -77,7 +67,7 @@ pub enum PointError {
     #[error("results of the run: {0}")]
     Value(ParameterError),
     /// A period that is not positive and finite.
-    #[error("the period of the model is {period}: it must be positive and finite")]
+    #[error("the period of the model is {period:?}: it must be positive and finite")]
     Period {
         /// The period, in the model's time unit.
         period: f64,

@@ -22,7 +22,7 @@ pub enum TeethError {
     Parameter(#[from] ParameterError),
     /// The rack that makes the gear cuts into the involute.
     #[error(
-        "gear {gear} with {teeth} teeth is undercut: its profile shift is {shift}, at least {least} is needed \
+        "gear {gear} with {teeth} teeth is undercut: its profile shift is {shift:?}, at least {least:?} is needed \
          (InvoluteGear::allow_undercut accepts it)"
     )]
     Undercut {
@@ -37,7 +37,7 @@ pub enum TeethError {
     },
     /// The flanks of a tooth meet below its tip circle.
     #[error(
-        "the teeth of gear {gear} are pointed: their thickness at the tip is {thickness} m, it must be positive"
+        "the teeth of gear {gear} are pointed: their thickness at the tip is {thickness:?} m, it must be positive"
     )]
     Pointed {
         /// Place of the gear.
@@ -46,7 +46,7 @@ pub enum TeethError {
         thickness: f64,
     },
     /// The tip circle of a gear does not lie outside its base circle, where the involute begins.
-    #[error("the tip radius of gear {gear} is {tip} m: it must exceed the base radius {base} m")]
+    #[error("the tip radius of gear {gear} is {tip:?} m: it must exceed the base radius {base:?} m")]
     TipBelowBase {
         /// Place of the gear.
         gear: usize,
@@ -56,7 +56,7 @@ pub enum TeethError {
         base: f64,
     },
     /// The root circle does not lie below the tip circle (external) or beyond it (internal).
-    #[error("the teeth of gear {gear} have the height {height} m: it must be positive")]
+    #[error("the teeth of gear {gear} have the height {height:?} m: it must be positive")]
     NoTooth {
         /// Place of the gear.
         gear: usize,
@@ -64,15 +64,15 @@ pub enum TeethError {
         height: f64,
     },
     /// The transverse contact ratio is below one: no pair of teeth is in contact at times.
-    #[error("the transverse contact ratio is {value}: at least 1 is needed")]
+    #[error("the transverse contact ratio is {value:?}: at least 1 is needed")]
     ContactRatio {
         /// Transverse contact ratio `[1]`.
         value: f64,
     },
     /// Contact would extend beyond the involute of a gear, into its fillet.
     #[error(
-        "the mesh interferes with the root of gear {gear}: contact extends to the radius {contact} m, \
-         the involute that a rack makes to {involute} m (InvoluteGear::allow_undercut accepts another tool)"
+        "the mesh interferes with the root of gear {gear}: contact extends to the radius {contact:?} m, \
+         the involute that a rack makes to {involute:?} m (InvoluteGear::allow_undercut accepts another tool)"
     )]
     Interference {
         /// Place of the gear.
@@ -84,7 +84,7 @@ pub enum TeethError {
     },
     /// The tips of the pinion and of the internal gear meet outside the path of contact.
     #[error(
-        "the tips of the pinion and of the internal gear overlap by {overlap} rad: use a larger difference of \
+        "the tips of the pinion and of the internal gear overlap by {overlap:?} rad: use a larger difference of \
          tooth numbers or shorter teeth"
     )]
     TipInterference {
@@ -93,7 +93,7 @@ pub enum TeethError {
     },
     /// The tip of one gear touches the root of the other one.
     #[error(
-        "the clearance between the tip of gear {gear} and the root of the other one is {clearance} m: it must be \
+        "the clearance between the tip of gear {gear} and the root of the other one is {clearance:?} m: it must be \
          positive"
     )]
     NoClearance {
@@ -103,13 +103,13 @@ pub enum TeethError {
         clearance: f64,
     },
     /// The centre distance is too small (external) or too large (internal) for the profile shifts.
-    #[error("the teeth jam: the profile shifts and the centre distance leave a backlash of {backlash} m")]
+    #[error("the teeth jam: the profile shifts and the centre distance leave a backlash of {backlash:?} m")]
     NoBacklash {
         /// Circumferential backlash at the working circle `[m]`.
         backlash: f64,
     },
     /// The centre distance or the profile shifts have no working pressure angle.
-    #[error("there is no working pressure angle: {name} is {value}, the limit is {limit}")]
+    #[error("there is no working pressure angle: {name} is {value:?}, the limit is {limit:?}")]
     NoWorkingAngle {
         /// "centre distance" `[m]` or "sum of profile shifts" `[1]`.
         name: &'static str,
@@ -119,7 +119,7 @@ pub enum TeethError {
         limit: f64,
     },
     /// The two gears have different modules, pressure angles or helix angles.
-    #[error("{name} of the two gears must be equal: {first} and {second}")]
+    #[error("{name} of the two gears must be equal: {first:?} and {second:?}")]
     Different {
         /// Name of the quantity.
         name: &'static str,
@@ -148,7 +148,7 @@ pub enum TeethError {
         teeth: &'static str,
     },
     /// A value is outside the range for which a method is stated.
-    #[error("{method} is not stated for {name} = {value}: the range is {allowed}")]
+    #[error("{method} is not stated for {name} = {value:?}: the range is {allowed}")]
     OutsideMethod {
         /// Name of the method.
         method: &'static str,

@@ -72,7 +72,7 @@ impl<M: QuasiPeriodic + ?Sized> QuasiPeriodic for &M {
 ///     fn frequencies(&self) -> Vec<f64> { vec![1.0, 3f64.sqrt()] }
 ///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
 /// }
-/// let error = TorusBalance::new(WaveVectors::within(&[3, 3])?).solve_from(&Forgetful, &[0.0]).unwrap_err();
+/// let error = TorusBalance::new(WaveVectors::within(&[3, 3])?).at_rest(&Forgetful, &[0.0]).unwrap_err();
 /// assert!(matches!(
 ///     error,
 ///     TorusError::Drives(QuasiPeriodicError::DriveMismatch { drive: 0, by_time, .. }) if by_time > 1.0
@@ -87,7 +87,7 @@ pub enum QuasiPeriodicError {
     Frequency(#[from] ParameterError),
     /// `drive` and `drive_at` differ.
     #[error(
-        "drive {drive} at time {t} is {by_time} by Model::drive and {by_angles} by QuasiPeriodic::drive_at: \
+        "drive {drive} at time {t:?} is {by_time:?} by Model::drive and {by_angles:?} by QuasiPeriodic::drive_at: \
          both must be equal"
     )]
     DriveMismatch {
@@ -102,7 +102,7 @@ pub enum QuasiPeriodicError {
     },
     /// A drive does not repeat after 2π of an angle.
     #[error(
-        "drive {drive} changes by {change} when angle {angle} increases by 2π: it must repeat after 2π of \
+        "drive {drive} changes by {change:?} when angle {angle} increases by 2π: it must repeat after 2π of \
          every angle"
     )]
     NotPeriodic {
@@ -115,7 +115,7 @@ pub enum QuasiPeriodicError {
     },
     /// `next_edge` reports drive edges and `edge_after` none.
     #[error(
-        "Model::next_edge reports a drive edge at time {edge} and QuasiPeriodic::edge_after reports none: \
+        "Model::next_edge reports a drive edge at time {edge:?} and QuasiPeriodic::edge_after reports none: \
          implement edge_after"
     )]
     EdgeNotAtAngles {

@@ -180,10 +180,13 @@ fn jumping_forces_have_an_exact_jacobian() {
     let orbit = Balance::new(harmonics.clone())
         .solve(&model, &FourierOrbit::project(&solver, &model, &steady.state, &harmonics).unwrap())
         .unwrap();
-    let cycle = orbit.polish(&model).unwrap();
+    let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
     assert!(cycle.crossings() >= 2);
     assert!((cycle.states()[0].q[0] - orbit.state(0.0).q[0]).abs() < 1e-4);
-    assert_eq!(orbit.multipliers(&model).unwrap().stability(), Stability::Undecided);
+    assert_eq!(
+        Balance::new(orbit.harmonics().clone()).multipliers(&model, &orbit).unwrap().stability(),
+        Stability::Undecided
+    );
 }
 
 /// `hbm_R1` of tests/data/nfg.json: the coefficients of the balance of Liu 2021 with 15 unknowns. The force
@@ -363,7 +366,7 @@ fn coexisting_orbits_and_their_multipliers() {
             )
             .unwrap();
             let orbit = Balance::new(Harmonics::up_to(40)).solve(&*model, &exact).unwrap();
-            let cycle = orbit.polish(&*model).unwrap();
+            let cycle = Shooting::new().solve_from(&*model, &orbit).unwrap();
             let mut expected: Vec<f64> = state.clone();
             expected
                 .iter_mut()
@@ -382,7 +385,7 @@ fn coexisting_orbits_and_their_multipliers() {
             let apart = |m: &Multipliers| {
                 m.values().iter().zip(reference.values()).fold(0.0, |w: f64, (a, b)| w.max((a - b).norm()))
             };
-            let cheap = orbit.multipliers(&*model).unwrap();
+            let cheap = Balance::new(orbit.harmonics().clone()).multipliers(&*model, &orbit).unwrap();
             println!(
                 "{name} {}: shooting {:.1e}, series {:.1e} (estimate {:.1e})",
                 point["Omega"],
@@ -437,7 +440,7 @@ fn subharmonic_orbit_over_two_periods() {
     let guess = FourierOrbit::project(&solver, &model, &steady.state, &harmonics).unwrap();
     let orbit = Balance::new(harmonics).solve(&model, &guess).unwrap();
     assert!(orbit.amplitude(0, 1) > 0.05 && (orbit.span() - 2.0 * model.period()).abs() < 1e-12);
-    let cycle = orbit.polish(&model).unwrap();
+    let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
     assert_eq!(cycle.least_multiple(), 2);
     let at = steady.state.t % orbit.span();
     assert!((orbit.state(at).q[0] - steady.state.q[0]).abs() < 1e-3);
@@ -474,7 +477,7 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
         assert!((alpha / share - 712.736_412).abs() < 1e-6, "{alpha}");
         assert!((alpha / share / ring.rigid_acceleration() - 1.0).abs() < 1e-9);
     }
-    let cycle = orbit.polish(&ring).unwrap();
+    let cycle = Shooting::new().solve_from(&ring, &orbit).unwrap();
     println!(
         "{rpm} r/min: first shooting correction {:.1e}, {} switches, {}",
         cycle.first_correction(),
@@ -483,7 +486,8 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
     );
     assert!(cycle.first_correction() < 1e-3);
     // Neither the series nor the flow lists the multipliers of the rigid motion.
-    let (series, flow) = (orbit.multipliers(&ring).unwrap(), cycle.multipliers());
+    let (series, flow) =
+        (Balance::new(orbit.harmonics().clone()).multipliers(&ring, &orbit).unwrap(), cycle.multipliers());
     assert_eq!(series.values().len(), flow.values().len());
     let apart = (series.largest() - flow.largest()).abs();
     println!(
@@ -586,7 +590,7 @@ fn stiffness_steps_split_the_integrals() {
         let x = equations.unknowns(&guess);
         assert!(highest > 20 || jacobian_error(&mut equations, &x) < 1e-7);
         let orbit = balance.solve(&model, &guess).unwrap();
-        let cycle = orbit.polish(&model).unwrap();
+        let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
         assert!(cycle.crossings() >= 2);
         errors.push((orbit.state(0.0).q[0] - cycle.states()[0].q[0]).abs());
     }
@@ -817,8 +821,11 @@ fn orbits_of_another_model_are_refused_by_name() {
     let orbit =
         FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
     assert!(matches!(orbit.contacts(&pair), Err(ParameterError::Length { .. })));
-    assert!(orbit.multipliers(&pair).is_none() && orbit.multipliers(&chain).is_some());
-    assert!(orbit.polish(&pair).is_err());
+    let multipliers =
+        |model: &dyn Periodic| Balance::new(orbit.harmonics().clone()).multipliers(model, &orbit);
+    assert_eq!(multipliers(&pair), Err(MultiplierError::Coordinates { expected: 1, found: orbit.dof() }));
+    assert!(multipliers(&chain).is_ok());
+    assert!(Shooting::new().solve_from(&pair, &orbit).is_err());
     assert!(FourierOrbit::project(&Dop853::new(), &pair, &State::at_rest(2), &Harmonics::up_to(1)).is_err());
     let balance = Balance::new(Harmonics::up_to(3));
     assert!(matches!(balance.prove(&pair, &orbit), Err(BalanceError::Coordinates { expected: 1, found: 2 })));

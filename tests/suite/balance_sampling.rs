@@ -294,7 +294,8 @@ fn slopes_that_are_no_numbers_have_an_error_of_their_own() -> Result<(), Paramet
     let guess = FourierOrbit::new(balance.harmonics(), TAU, &[vec![0.1, 0.5, 0.1, 0.0, 0.0, 0.0, 0.0]])?;
     let error = balance.solve(&Torn, &guess).unwrap_err();
     assert!(matches!(error, BalanceError::Slope { acceleration: 0, coordinate: 0, .. }), "{error}");
-    assert_eq!(guess.multipliers(&Torn), None);
+    let multipliers = Balance::new(guess.harmonics().clone()).multipliers(&Torn, &guess);
+    assert!(matches!(multipliers, Err(MultiplierError::Slope { .. })), "{multipliers:?}");
     let error = Variation::new().run(&Torn, &State::new(0.0, &[0.4], &[1.0]), 1.0).unwrap_err();
     assert!(
         matches!(error, IntegrateError::Slope { acceleration: 0, of: "coordinate", coordinate: 0, .. }),

@@ -63,7 +63,7 @@ fn linear(omega: f64) -> (f64, bool) {
 fn a_fold_is_crossed_both_ways() {
     let omegas: Vec<f64> = (0..=13).map(|i| 0.46 + 0.03 * f64::from(i)).collect();
     let sweep = over(&omegas).settle(200).measure(16);
-    let diagram = Bifurcation::strobed(sweep, "q1").run(&engine(), gentle, in_contact).unwrap();
+    let diagram = Bifurcation::strobed("q1").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap();
     let hysteresis = diagram.hysteresis(1e-3).unwrap();
     println!("{hysteresis:?}, undecided {:?}", diagram.undecided());
     for (up, down) in diagram.up().iter().zip(diagram.down()) {
@@ -152,10 +152,7 @@ fn two_motions_side_by_side() {
             "{state:?} {end:?}"
         );
     }
-    assert!(matches!(
-        Attractors::find(&rows, f64::NAN),
-        Err(SweepError::Parameter(ParameterError::NotFinite { .. }))
-    ));
+    assert!(matches!(Attractors::find(&rows, f64::NAN), Err(ParameterError::NotFinite { .. })));
     assert!(Attractors::find(&rows, 0.0).is_err());
 }
 
@@ -164,10 +161,11 @@ fn two_motions_side_by_side() {
 #[test]
 fn a_diagram_says_where_it_cannot_decide() {
     let omegas = [0.60, 0.62, 0.64];
-    let run = |sweep: Sweep| Bifurcation::strobed(sweep, "q1").run(&engine(), gentle, in_contact).unwrap();
+    let run =
+        |sweep: Sweep| Bifurcation::strobed("q1").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap();
     let hasty = run(over(&omegas).settle(1).measure(4));
     assert_eq!((hasty.hysteresis(1e-3).unwrap(), hasty.undecided()), (vec![], omegas.to_vec()));
-    assert!(run(over(&omegas).settle(1).measure(4).periodic_within(0.5)).undecided().is_empty());
+    assert!(run(over(&omegas).settle(1).measure(4).periodic_tolerance(0.5)).undecided().is_empty());
     assert!(hasty.hysteresis(f64::NAN).is_err() && hasty.hysteresis(0.0).is_err());
 
     // Points stay in the order of the axis, also for repeated values.
@@ -185,13 +183,13 @@ fn points_that_fail_leave_the_rest_of_the_diagram() {
     let some = |p: &Point<'_>| {
         if p["omega"] == 0.62 { Err("no pair".to_owned()) } else { gentle(p).map_err(|e| e.to_string()) }
     };
-    let bifurcation = Bifurcation::strobed(over(&[0.60, 0.62, 0.64]).settle(60).measure(4), "v1");
-    let diagram = bifurcation.run(&engine(), some, in_contact).unwrap();
+    let (bifurcation, sweep) = (Bifurcation::strobed("v1"), over(&[0.60, 0.62, 0.64]).settle(60).measure(4));
+    let diagram = bifurcation.run(&sweep.runner(&engine(), some, in_contact)).unwrap();
     assert_eq!(diagram.up().iter().map(|point| point.parameter).collect::<Vec<_>>(), [0.60, 0.64]);
     assert_eq!((diagram.hysteresis(1e-3).unwrap(), diagram.undecided()), (vec![], vec![0.62]));
 
     let none = |_: &Point<'_>| Err::<SpurPair, _>("no pair");
-    let diagram = bifurcation.run(&engine(), none, in_contact).unwrap();
+    let diagram = bifurcation.run(&sweep.runner(&engine(), none, in_contact)).unwrap();
     assert_eq!((diagram.up().len(), diagram.undecided()), (0, vec![0.60, 0.62, 0.64]));
     assert_eq!(diagram.rows()[1].errors()[&2], PointError::Model("no pair".into()));
 }
@@ -203,8 +201,10 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
         started.fetch_add(1, Relaxed);
         in_contact(p, m)
     };
-    let wrong =
-        Bifurcation::strobed(over(&[0.6, 0.7]), "deflection").run(&engine(), gentle, start).unwrap_err();
+    let run = |diagram: Bifurcation, sweep: Sweep| {
+        diagram.run(&sweep.runner(&engine(), gentle, start)).unwrap_err()
+    };
+    let wrong = run(Bifurcation::strobed("deflection"), over(&[0.6, 0.7]));
     assert_eq!(
         wrong,
         SweepError::Parameter(ParameterError::NoSuchChannel {
@@ -212,12 +212,10 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
             known: "q1, v1".into()
         })
     );
-    let wrong = Bifurcation::extremes(over(&[0.6, 0.7]), "q2").run(&engine(), gentle, start).unwrap_err();
+    let wrong = run(Bifurcation::extremes("q2"), over(&[0.6, 0.7]));
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::NoSuchChannel { .. })));
     let axes = vec![Axis::list("omega", &[0.6, 0.7]).unwrap(), Axis::list("load", &[1.0]).unwrap()];
-    let wrong = Bifurcation::strobed(Sweep::new(Points::grid(axes).unwrap()), "q1")
-        .run(&engine(), gentle, start)
-        .unwrap_err();
+    let wrong = run(Bifurcation::strobed("q1"), Sweep::new(Points::grid(axes).unwrap()));
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::Length { expected: 1, found: 2, .. })));
     assert_eq!(started.load(Relaxed), 0);
 }
@@ -225,7 +223,9 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
 #[test]
 fn a_diagram_is_watched_and_stopped() {
     let omegas: Vec<f64> = (0..20).map(|i| 0.60 + 0.01 * f64::from(i)).collect();
-    let bifurcation = Bifurcation::strobed(over(&omegas).settle(20).measure(4), "q1");
+    let (bifurcation, sweep, engine) =
+        (Bifurcation::strobed("q1"), over(&omegas).settle(20).measure(4), engine());
+    let runner = || sweep.runner(&engine, gentle, in_contact);
     let (most, rows, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
     let progress = |done: usize, total: usize| {
         assert!(total == 40 && done <= total);
@@ -235,16 +235,15 @@ fn a_diagram_is_watched_and_stopped() {
         rows.fetch_add(1, Relaxed);
     };
     let watch = Monitor::new().progress(&progress).rows(&row).cancel(&stop);
-    let whole = bifurcation.run_monitored(&engine(), gentle, in_contact, &watch).unwrap();
+    let whole = bifurcation.run(&runner().monitor(&watch)).unwrap();
     assert_eq!(
         (most.load(Relaxed), rows.load(Relaxed), whole.up().len(), whole.down().len()),
         (40, 40, 20, 20)
     );
 
     let stopping = |_: &Row<'_>| stop.store(rows.fetch_add(1, Relaxed) > 42, Relaxed);
-    let part = bifurcation
-        .run_monitored(&engine(), gentle, in_contact, &Monitor::new().rows(&stopping).cancel(&stop))
-        .unwrap();
+    let watch = Monitor::new().rows(&stopping).cancel(&stop);
+    let part = bifurcation.run(&runner().monitor(&watch)).unwrap();
     assert!((2..10).contains(&(part.up().len() + part.down().len())));
     assert!(!part.rows()[0].is_complete() && part.up().iter().zip(whole.up()).all(|(a, b)| a == b));
 }

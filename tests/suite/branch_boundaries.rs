@@ -157,7 +157,7 @@ fn symmetry_breaking_over_two_parameters() {
     let breaking = |force: f64, from: f64, to: f64| {
         let model = model.with("force", force).unwrap();
         let at = model.with("speed", from).unwrap();
-        let start = Shooting::new().run(&at, &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
+        let start = Shooting::new().solve(&at, &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
         let family = ByConstant::new(&model, "speed").unwrap();
         let branch = Continuation::new(from, to).run(&family, start.states()).unwrap();
         branch.of_kind(PointKind::SymmetryBreaking)[0].clone()

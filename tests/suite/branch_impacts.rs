@@ -173,7 +173,7 @@ fn branches_with_impacts_on_many_segments() {
     let model = stop(1.2, 1.0);
     let family = ByConstant::new(&model, "amplitude").unwrap();
     let start = Oscillator::new(DAMPING, 1.2, 1.0).guess(1, -1.618_119_618_100_248_4);
-    let orbit = Shooting::new().run(&model, &[start]).unwrap();
+    let orbit = Shooting::new().solve(&model, &[start]).unwrap();
     for segments in [30, 64] {
         let times: Vec<f64> = (0..segments)
             .map(|i| orbit.states()[0].t + orbit.period() * f64::from(i) / f64::from(segments))
@@ -282,7 +282,7 @@ fn symmetric_stops() {
     let settled = Settle::new().run(&Dop853::new(), &strong, &State::at_rest(1)).unwrap();
     // A segment for each impact.
     let start = State { t: 0.0, ..settled.state };
-    let orbit = Shooting::new().run(&strong, &[start]).unwrap();
+    let orbit = Shooting::new().solve(&strong, &[start]).unwrap();
     let nodes: Vec<State> = [0.0, 0.5].map(|share| orbit.at(&strong, share * orbit.period()).unwrap()).into();
     let striking = Continuation::new(1.5, 0.1).bounds(0.05, 1.6).run(&family, &nodes).unwrap();
     println!("{striking}");

@@ -24,7 +24,7 @@ fn figures<M: Periodic>(model: &M, orbit: &ShootingOrbit, channel: &str) -> [f64
 
 /// All derivatives of one orbit against differences, in units of figure over constant.
 fn check(model: &Machine<Oscillator>, start: &State, channel: &str, worst: f64) {
-    let orbit = Shooting::new().run(model, std::slice::from_ref(start)).unwrap();
+    let orbit = Shooting::new().solve(model, std::slice::from_ref(start)).unwrap();
     let slopes = Sensitivity::of(model, &orbit, &[channel]).unwrap();
     let multiplier = Sensitivity::of_largest_multiplier(model, &orbit).unwrap();
     let reference = figures(model, &orbit, channel);
@@ -36,7 +36,7 @@ fn check(model: &Machine<Oscillator>, start: &State, channel: &str, worst: f64) 
         let figure = |which: usize| {
             move |c: f64| {
                 let moved = model.with(&constant.name, c).unwrap();
-                let orbit = Shooting::new().run(&moved, std::slice::from_ref(start)).unwrap();
+                let orbit = Shooting::new().solve(&moved, std::slice::from_ref(start)).unwrap();
                 figures(&moved, &orbit, channel)[which]
             }
         };
@@ -72,7 +72,7 @@ fn pair() -> Machine<Oscillator> {
 #[test]
 fn figures_of_a_pair_that_loses_contact() {
     let start = State::new(0.0, &[1.0], &[0.25]);
-    let orbit = Shooting::new().run(&pair(), std::slice::from_ref(&start)).unwrap();
+    let orbit = Shooting::new().solve(&pair(), std::slice::from_ref(&start)).unwrap();
     assert!(orbit.crossings() > 0);
     check(&pair(), &start, "deflection", 1e-7);
     check(&pair(), &start, "mesh force", 1e-7);
@@ -156,7 +156,7 @@ fn multipliers_at_a_grazing_have_one_sided_derivatives() {
         // A difference of third order on the side where it is bounded.
         let h = 1e-5 * value * way;
         let largest = |c: f64| {
-            let orbit = Shooting::new().again(&at.with(name, c).unwrap(), &point.orbit).unwrap();
+            let orbit = Shooting::new().solve_from(&at.with(name, c).unwrap(), &point.orbit).unwrap();
             orbit.multipliers().largest()
         };
         let weights = [-11.0 / 6.0, 3.0, -1.5, 1.0 / 3.0];
@@ -185,7 +185,7 @@ fn moved_point(model: &Machine<Oscillator>, name: &str, value: f64, point: &Bran
 #[ignore = "half a minute without optimisation: cargo test --release --test suite -- --ignored"]
 fn the_face_gear_pair() {
     let pair = NfgPair::new(&NfgParams { speed: 110.0, ..NfgParams::table1() }).unwrap();
-    let orbit = Shooting::new().run(&pair, &[pair.static_start().unwrap()]).unwrap();
+    let orbit = Shooting::new().solve(&pair, &[pair.static_start().unwrap()]).unwrap();
     let slopes = Sensitivity::of(&pair, &orbit, &["deflection"]).unwrap();
     let ours = slopes.peak_to_peak("deflection").unwrap();
     for (k, constant) in pair.names().iter().enumerate() {
@@ -193,7 +193,7 @@ fn the_face_gear_pair() {
         let unit = if value == 0.0 { continue } else { value.abs() };
         let figure = |c: f64| {
             let moved = pair.with(&constant.name, c).unwrap();
-            figures(&moved, &Shooting::new().again(&moved, &orbit).unwrap(), "deflection")[2]
+            figures(&moved, &Shooting::new().solve_from(&moved, &orbit).unwrap(), "deflection")[2]
         };
         let theirs = difference(&figure, value, 1e-5 * unit);
         let off = (ours[k] - theirs).abs() * unit / figures(&pair, &orbit, "deflection")[2];
@@ -239,7 +239,7 @@ fn least_peak_to_peak_value() {
         for j in 0..=20 {
             let [a, d] = [-0.2 + 0.3 * f64::from(i) / 40.0, 0.3 * f64::from(j) / 20.0];
             let moved = model.with("inertia force", a).unwrap().with("depth", d).unwrap();
-            let orbit = Shooting::new().run(&moved, &guess).unwrap();
+            let orbit = Shooting::new().solve(&moved, &guess).unwrap();
             let value = figures(&moved, &orbit, "deflection")[2];
             if value < grid.0 {
                 grid = (value, [a, d]);
@@ -285,13 +285,13 @@ fn derivatives_by_constants_without_a_size() {
     let guess = [State::new(0.0, &[1.3], &[0.0])];
     let by_cubic = |cubic: f64| {
         let model = oscillator(&[&given[..], &[("cubic", cubic)]].concat());
-        let orbit = Shooting::new().run(&model, &guess).unwrap();
+        let orbit = Shooting::new().solve(&model, &guess).unwrap();
         let slopes = Sensitivity::of(&model, &orbit, &["deflection"]).unwrap();
         slopes.mean("deflection").unwrap()[model.names().iter().position(|c| c.name == "cubic").unwrap()]
     };
     let mean = |cubic: f64| {
         let model = oscillator(&[&given[..], &[("cubic", cubic)]].concat());
-        figures(&model, &Shooting::new().run(&model, &guess).unwrap(), "deflection")[0]
+        figures(&model, &Shooting::new().solve(&model, &guess).unwrap(), "deflection")[0]
     };
     let theirs = difference(&mean, 0.0, 1e-3);
     for cubic in [0.0, 1e-14, 1e-9] {
@@ -300,7 +300,7 @@ fn derivatives_by_constants_without_a_size() {
         assert!((ours / theirs - 1.0).abs() < 1e-7);
     }
     let model = oscillator(&given);
-    let orbit = Shooting::new().run(&model, &guess).unwrap();
+    let orbit = Shooting::new().solve(&model, &guess).unwrap();
     let other = Sensitivity::of(&model.with("speed", 0.75).unwrap(), &orbit, &["deflection"]);
     assert!(matches!(other, Err(BranchError::Curve(CurveError::NoSolution { .. }))), "{other:?}");
 }

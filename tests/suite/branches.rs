@@ -114,7 +114,7 @@ fn spur_pairs_of_the_classics() {
             let other = window[0].parameter;
             let stability = |speed: f64| {
                 let model = model.with("speed", speed).unwrap();
-                Shooting::new().run(&model, window[0].orbit.states()).unwrap().stability()
+                Shooting::new().solve(&model, window[0].orbit.states()).unwrap().stability()
             };
             let sides = [stability(other - 1e-5), stability(other + 1e-5)];
             assert_eq!(sides, [Stability::Stable, Stability::Unstable]);
@@ -294,8 +294,9 @@ fn symmetry_breaking() {
     ]);
     let family = ByConstant::new(&model, "speed").unwrap();
     let range = Continuation::new(2.2, 1.0).bounds(0.9, 2.4);
-    let start =
-        Shooting::new().run(&model.with("speed", 2.2).unwrap(), &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
+    let start = Shooting::new()
+        .solve(&model.with("speed", 2.2).unwrap(), &[State::new(0.0, &[2.8], &[0.0])])
+        .unwrap();
     let branch = range.run(&family, start.states()).unwrap();
     println!("{branch}");
     let point = branch.of_kind(PointKind::SymmetryBreaking)[0];
@@ -390,7 +391,7 @@ fn refusals_and_ends() {
         Continuation::new(0.18, 0.2).run(&plane, &fold),
         Err(BranchError::Kind { kind: None, .. })
     ));
-    let orbit = Shooting::new().run(&CubicChain { omega: 1.0 }, &[State::at_rest(2)]).unwrap();
+    let orbit = Shooting::new().solve(&CubicChain { omega: 1.0 }, &[State::at_rest(2)]).unwrap();
     let none = Sensitivity::of(&CubicChain { omega: 1.0 }, &orbit, &["q1"]);
     assert!(matches!(none, Err(BranchError::NoConstants)));
 }
@@ -415,7 +416,7 @@ fn idler_of_the_classics() {
     let near = |point: &&BranchPoint| (point.parameter - 0.93).abs() < 1e-3;
     let other = branch.of_kind(PointKind::PeriodDoubling).into_iter().find(near).unwrap();
     let beyond = |omega: f64| {
-        let orbit = Shooting::new().again(&Idler { omega, phase: 0.0 }, &other.orbit).unwrap();
+        let orbit = Shooting::new().solve_from(&Idler { omega, phase: 0.0 }, &other.orbit).unwrap();
         orbit.multipliers().values().iter().any(|m| m.im == 0.0 && m.re < -1.0)
     };
     assert_ne!(beyond(other.parameter - 1e-5), beyond(other.parameter + 1e-5));

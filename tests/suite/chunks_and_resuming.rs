@@ -362,7 +362,7 @@ fn rows_of_another_sweep_are_refused() {
         of(|s| s.rattle()),
         of(|s| s.warm_start(WarmStart::Up)),
         of(|s| s.check_every(2)),
-        of(|s| s.periodic_within(1e-5)),
+        of(|s| s.periodic_tolerance(1e-5)),
         of(|s| s.until_repeats(1e-5)),
         of(|s| s.lyapunov(Lyapunov::new())),
     ];

@@ -155,8 +155,9 @@ fn a_mistyped_channel_is_found_before_anything_runs() {
 fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let ensemble = Ensemble::new(300, 5.0, 1).unwrap().channels(&["q1"]);
-    let run =
-        |watch: &Monitor<'_>| one.install(|| ensemble.run_monitored(&Rk4::new(0.25), member(0.5), watch));
+    let run = |watch: &Monitor<'_>| {
+        one.install(|| ensemble.clone().monitor(watch).run(&Rk4::new(0.25), member(0.5)))
+    };
     let (shown, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     let count = |done: usize, total: usize| assert_eq!((1 + shown.fetch_add(1, Relaxed), 300), (done, total));
     assert_eq!(run(&Monitor::new().progress(&count)).unwrap().members(), 300);

@@ -531,7 +531,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
         // The orbit without impacts is proportional to A. It grazes when its maximum reaches the stop.
         let top = |amplitude: f64| {
             let model = Oscillator::new(c, omega, amplitude);
-            let cycle = shooting.run(&model, &[State::at_rest(1)]).unwrap();
+            let cycle = shooting.solve(&model, &[State::at_rest(1)]).unwrap();
             assert_eq!(cycle.crossings(), 0);
             let mut statistics = Statistics::new(&model, &["q1"]).unwrap();
             cycle.observe(&model, &mut statistics).unwrap();
@@ -544,7 +544,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
         let v = get("v_at_A_1").unwrap();
         let model = Oscillator::new(c, omega, 1.0);
         assert!((model.closed(n, v).1 - 1.0).abs() < 1e-12);
-        let mut cycle = shooting.run(&model, &[model.guess(n, 1.001 * v)]).unwrap();
+        let mut cycle = shooting.solve(&model, &[model.guess(n, 1.001 * v)]).unwrap();
         let mut speed = f64::NAN;
         let mut watch = |step: &mut Step<'_>| {
             speed = if step.crossings().is_empty() { speed } else { -0.8 * step.v1()[0] };
@@ -555,7 +555,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
         // Towards the bifurcation, each orbit is found from the previous one.
         let mut orbit = |amplitude: f64| {
             let model = Oscillator::new(c, omega, amplitude);
-            cycle = shooting.again(&model, &cycle).unwrap();
+            cycle = shooting.solve_from(&model, &cycle).unwrap();
             assert_eq!(cycle.crossings(), 1);
             let product = 0.64 * (-c * n as f64 * model.period()).exp();
             let det = cycle.monodromy().determinant();
@@ -608,7 +608,7 @@ fn multipliers_of_orbits_of_one_impact() {
         let s = DMatrix::from_row_slice(2, 2, &[-e, 0.0, (behind + e * before) / (-v / e), -e]);
         let free = model.free(span);
         let closed = s * DMatrix::from_row_slice(2, 2, &free.concat());
-        let cycle = Shooting::new().multiple(n).run(&model, &[model.guess(n, v)]).unwrap();
+        let cycle = Shooting::new().multiple(n).solve(&model, &[model.guess(n, v)]).unwrap();
         let ours = cycle.monodromy();
         let off = (ours.trace() - closed.trace()).abs() / closed.amax()
             + (ours.determinant() / closed.determinant() - 1.0).abs();
@@ -630,9 +630,9 @@ fn the_bouncing_ball_between_its_bounds() {
         let get = |name: &str| entry[name].as_f64().unwrap();
         let (r, lower, doubling) = (get("r"), get("lower"), get("pd"));
         let start = Ball::new(0.6, r);
-        let mut cycle = Shooting::new().run(&start, &[start.top(lower)]).unwrap();
+        let mut cycle = Shooting::new().solve(&start, &[start.top(lower)]).unwrap();
         let mut orbit = |gamma: f64| {
-            cycle = Shooting::new().again(&Ball::new(gamma, r), &cycle).unwrap();
+            cycle = Shooting::new().solve_from(&Ball::new(gamma, r), &cycle).unwrap();
             assert_eq!((cycle.crossings(), cycle.drift().0.len()), (1, 1));
             assert_eq!(cycle.drift().0, [0.0]);
             let det = cycle.monodromy().determinant();
@@ -777,7 +777,8 @@ fn stops_are_refused_where_they_cannot_be_kept() {
     assert_eq!(balance.solve(&model, &near), Err(refused.clone()));
     assert_eq!(balance.linearised(&model, Piece::Gap), Err(refused.clone()));
     assert_eq!(balance.flank_jacobian(&model, Piece::Upper, &near).unwrap_err(), refused);
-    assert!(near.multipliers(&model).is_none());
+    let multipliers = Balance::new(near.harmonics().clone()).multipliers(&model, &near);
+    assert_eq!(multipliers, Err(MultiplierError::RigidStop { contact: 0 }));
 }
 
 #[test]

@@ -51,13 +51,17 @@ fn counts_without_bound_are_refused_by_name() {
         too_many("series of the centre", InstantCentre::new(0.2).unwrap().rotation_series(count));
         // Runs are refused before they begin.
         let solver = Dop853::new();
-        let failed = strobe(&solver, &Swing, &State::at_rest(1), count).unwrap_err();
-        assert!(matches!(failed.error, IntegrateError::Setting { name: "count", .. }), "{}", failed.error);
+        let failed = strobe(&solver, &Swing, &State::at_rest(1), count, &Budget::new()).unwrap_err();
+        assert!(
+            matches!(failed.error, IntegrateError::Parameter(ParameterError::TooMany { .. })),
+            "{}",
+            failed.error
+        );
         let unsettled =
             Settle::new().max_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
         assert!(matches!(
             unsettled,
-            Unsettled::Failed { error: IntegrateError::Setting { name: "max_multiple", .. }, .. }
+            Unsettled::Failed { error: IntegrateError::Parameter(ParameterError::TooMany { .. }), .. }
         ));
         let sweep =
             Sweep::new(Points::on_axis(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);
@@ -338,7 +342,7 @@ fn models_without_coordinates_are_refused() {
         }
     }
     let none = |error: &P| matches!(error, P::TooFew { name, value: 0, .. } if name == "degrees of freedom");
-    let shot = Shooting::new().run(&Nothing, &[State::at_rest(0)]).unwrap_err();
+    let shot = Shooting::new().solve(&Nothing, &[State::at_rest(0)]).unwrap_err();
     assert!(matches!(&shot, ShootingError::Parameter(error) if none(error)), "{shot}");
     let grown = Lyapunov::new().run(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");

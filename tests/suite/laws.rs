@@ -331,7 +331,7 @@ fn several_switches_serve_flows_and_shooting() {
     }
     // A periodic orbit, its crossings and its rattle state.
     let settled = fine().end(&model, &start, 60.0 * model.period()).unwrap();
-    let orbit = Shooting::new().run(&model, &[State { t: 0.0, ..settled }]).unwrap();
+    let orbit = Shooting::new().solve(&model, &[State { t: 0.0, ..settled }]).unwrap();
     let around = fine().end(&model, &orbit.states()[0], model.period()).unwrap();
     assert_relative_eq!(around.q[0], orbit.states()[0].q[0], epsilon = 1e-10);
     let mut rattle = Rattle::new(&model);

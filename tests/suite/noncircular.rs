@@ -416,7 +416,7 @@ fn a_train_that_is_held_has_a_stable_orbit() {
     let start = gear_dynamics::linear::static_state(&train, 0.0).unwrap();
     let start = State::new(0.0, &start.q, &[0.0; 2]);
     let settled = Dop853::new().rtol(1e-11).atol(1e-16).end(&train, &start, 8.0 * train.period()).unwrap();
-    let orbit = Shooting::new().run(&train, &[State { t: 0.0, ..settled }]).unwrap();
+    let orbit = Shooting::new().solve(&train, &[State { t: 0.0, ..settled }]).unwrap();
     let multipliers = orbit.multipliers();
     assert!(multipliers.largest() < 0.9, "{multipliers:?}");
     let balance = Balance::new(Harmonics::up_to(40));

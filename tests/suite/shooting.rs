@@ -54,7 +54,7 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
     let all = &read("periodic_orbits.json")["time_domain"][system];
     for point in all["points"].as_array().unwrap() {
         let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
-        let cycle = Shooting::new().run(&model, &[pushed(&x0)]).unwrap();
+        let cycle = Shooting::new().solve(&model, &[pushed(&x0)]).unwrap();
         let (state, multipliers) =
             (off(&cycle, &x0), apart(cycle.multipliers().values(), &complex(&point["multipliers"])));
         println!(
@@ -78,7 +78,7 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
         assert!(error < 1e-9);
         assert_eq!(turn.crossings, point["n_switch"].as_u64().unwrap());
         if point["type"] != "LP" {
-            let cycle = Shooting::new().run(&model, &[pushed(&x0)]).unwrap();
+            let cycle = Shooting::new().solve(&model, &[pushed(&x0)]).unwrap();
             println!("    state {:.1e}, corrections {}", off(&cycle, &x0), powers(cycle.corrections()));
             assert!(off(&cycle, &x0) < 1e-9);
             assert_eq!(cycle.stability(), Stability::Undecided);
@@ -134,7 +134,7 @@ fn spur_pairs_of_the_classics() {
                     stiffness: numbers(&equation["a"]).first().copied().unwrap_or(0.0),
                 };
                 let y = [number(&solution["x0"]), number(&solution["v0"])];
-                let cycle = Shooting::new().run(&model, &[pushed(&y)]).unwrap();
+                let cycle = Shooting::new().solve(&model, &[pushed(&y)]).unwrap();
                 let multipliers = apart(cycle.multipliers().values(), &complex(&solution["floquet"]));
                 println!("{omega}: state {:.1e}, multipliers {multipliers:.1e}", off(&cycle, &y));
                 assert!(off(&cycle, &y) < 1e-9 && multipliers < 1e-9);
@@ -165,7 +165,7 @@ fn idlers_of_the_classics() {
         let case = &read("classic_orbits.json")["multi_dof"][name];
         for point in case["points"].as_array().unwrap() {
             let (model, y) = (Idler { omega: number(&point["W"]), phase }, numbers(&point["state"]));
-            let cycle = Shooting::new().run(&model, &[pushed(&y)]).unwrap();
+            let cycle = Shooting::new().solve(&model, &[pushed(&y)]).unwrap();
             let largest = (cycle.multipliers().largest() - number(&point["max_multiplier_modulus"])).abs();
             println!(
                 "{name} {}: state {:.1e}, multiplier {largest:.1e}, reference {}",
@@ -208,7 +208,7 @@ fn check_face_gear_pair(wanted: &[f64]) {
         let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
         let settled =
             Settle::new().tolerance(1e-4).run(&Dop853::new(), &pair, &pair.static_start().unwrap()).unwrap();
-        let cycle = Shooting::new().segments(63).run(&pair, &[settled.state]).unwrap();
+        let cycle = Shooting::new().segments(63).solve(&pair, &[settled.state]).unwrap();
         let first = &cycle.states()[0];
         let ppv = number(&case["ppv"]);
         let off = ((first.q[0] - number(&case["q0"])) / ppv)
@@ -251,7 +251,7 @@ fn ring_of_three() {
         Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 1e4 * ring.period()).unwrap();
     let near =
         Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 30.0 * ring.period()).unwrap();
-    let cycle = Shooting::new().run(&ring, &[State { t: 0.0, ..near }]).unwrap();
+    let cycle = Shooting::new().solve(&ring, &[State { t: 0.0, ..near }]).unwrap();
     let view = ring.relative(2.65e-5, 1000.0).unwrap();
     let (ours, theirs) = (view.of(&cycle.states()[0]), view.of(&State { t: 0.0, ..settled }));
     for (ours, theirs) in [(&ours.0, &theirs.0), (&ours.1, &theirs.1)] {
@@ -271,7 +271,7 @@ fn ring_of_three_at_speed() {
     let ring = Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid);
     let near =
         Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 300.0 * ring.period()).unwrap();
-    let cycle = Shooting::new().run(&ring, &[State { t: 0.0, ..near }]).unwrap();
+    let cycle = Shooting::new().solve(&ring, &[State { t: 0.0, ..near }]).unwrap();
     println!("corrections{}, largest {}", powers(cycle.corrections()), cycle.multipliers().largest());
     assert_eq!(cycle.multipliers().values().len(), 12);
     assert_eq!(cycle.stability(), Stability::Unstable);
@@ -293,7 +293,7 @@ fn ring_of_three_at_speed() {
     }
 
     let inertial = Ring::as_printed(&params).unwrap();
-    let same = Shooting::new().run(&inertial, std::slice::from_ref(start)).unwrap();
+    let same = Shooting::new().solve(&inertial, std::slice::from_ref(start)).unwrap();
     for (a, r) in same.mean_acceleration().iter().zip(inertial.rigid_motion()) {
         assert!((a / (r * inertial.rigid_acceleration()) - 1.0).abs() < 1e-9, "{a}");
     }
@@ -309,8 +309,8 @@ fn apart_by(a: &Multipliers, b: &Multipliers) -> f64 {
 #[test]
 fn least_multiple() {
     let model = DeadZone { omega: 0.7, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 };
-    let once = Shooting::new().run(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
-    let twice = Shooting::new().multiple(2).run(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
+    let once = Shooting::new().solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
+    let twice = Shooting::new().multiple(2).solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
     assert_eq!((once.least_multiple(), twice.period_multiple(), twice.least_multiple()), (1, 2, 1));
     let squared: Vec<Complex64> = once.multipliers().values().iter().map(|m| m * m).collect();
     assert!(apart(twice.multipliers().values(), &squared) < 1e-9);
@@ -323,7 +323,7 @@ fn least_multiple() {
         .run(&Dop853::new(), &model, &State::new(0.0, &[2.26], &[0.84]))
         .unwrap();
     println!("settled to {} periods", settled.period_multiple);
-    let cycle = Shooting::new().multiple(settled.period_multiple).run(&model, &[settled.state]).unwrap();
+    let cycle = Shooting::new().multiple(settled.period_multiple).solve(&model, &[settled.state]).unwrap();
     assert_eq!(cycle.least_multiple(), settled.period_multiple);
     assert_eq!(cycle.stability(), Stability::Stable);
 }
@@ -335,12 +335,12 @@ fn guesses_and_instants() {
     let model =
         |omega| DeadZone { omega, zeta: 0.05, mean: 0.1, amplitude: 0.05 * omega * omega, stiffness: 0.0 };
     let at = model(0.75);
-    let one = Shooting::new().run(&at, &[State::new(0.0, &[0.834], &[0.164])]).unwrap();
+    let one = Shooting::new().solve(&at, &[State::new(0.0, &[0.834], &[0.164])]).unwrap();
     let times = uniform_times(0.0, at.period(), 40).unwrap();
     let run = Dop853::new().sample(&at, &one.states()[0], &times).unwrap();
     let list: Vec<State> = (0..run.len()).map(|i| run.state(i)).collect();
-    let many = Shooting::new().run(&at, &list).unwrap();
-    let thin = Shooting::new().segments(7).run(&at, &list).unwrap();
+    let many = Shooting::new().solve(&at, &list).unwrap();
+    let thin = Shooting::new().segments(7).solve(&at, &list).unwrap();
     assert_eq!((many.states().len(), thin.states().len()), (40, 7));
     assert!(many.first_correction() < 1e-7);
     for t in [0.3, 5.0, -3.0, 40.0] {
@@ -351,8 +351,8 @@ fn guesses_and_instants() {
             assert_eq!(here.t, t);
         }
     }
-    let next = Shooting::new().again(&model(0.76), &thin).unwrap();
-    let direct = Shooting::new().run(&model(0.76), &[State::new(0.0, &[0.834], &[0.164])]).unwrap();
+    let next = Shooting::new().solve_from(&model(0.76), &thin).unwrap();
+    let direct = Shooting::new().solve(&model(0.76), &[State::new(0.0, &[0.834], &[0.164])]).unwrap();
     assert!(off(&next, &[direct.states()[0].q[0], direct.states()[0].v[0]]) < 1e-11);
 }
 
@@ -360,18 +360,21 @@ fn guesses_and_instants() {
 fn bad_guesses() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.0, amplitude: 0.0, stiffness: 0.0 };
     let (shooting, rest) = (Shooting::new(), State::at_rest(1));
-    assert!(matches!(shooting.run(&model, &[]), Err(ShootingError::Parameter(ParameterError::Empty { .. }))));
     assert!(matches!(
-        shooting.run(&model, &[State::at_rest(2)]),
+        shooting.solve(&model, &[]),
+        Err(ShootingError::Parameter(ParameterError::Empty { .. }))
+    ));
+    assert!(matches!(
+        shooting.solve(&model, &[State::at_rest(2)]),
         Err(ShootingError::Parameter(ParameterError::Length { .. }))
     ));
     assert!(matches!(
-        shooting.run(&model, &[State::new(0.0, &[f64::NAN], &[0.0])]),
+        shooting.solve(&model, &[State::new(0.0, &[f64::NAN], &[0.0])]),
         Err(ShootingError::Parameter(_))
     ));
     for times in [[0.0, 0.0], [0.0, -1.0], [0.0, 100.0]] {
         let guess = times.map(|t| State { t, ..rest.clone() });
-        assert!(matches!(shooting.run(&model, &guess), Err(ShootingError::GuessTime { index: 1, .. })));
+        assert!(matches!(shooting.solve(&model, &guess), Err(ShootingError::GuessTime { index: 1, .. })));
     }
     for bad in [
         shooting.clone().multiple(0),
@@ -380,10 +383,10 @@ fn bad_guesses() {
         shooting.clone().flow_tolerance(f64::NAN),
         shooting.clone().max_iterations(0),
     ] {
-        assert!(matches!(bad.run(&model, std::slice::from_ref(&rest)), Err(ShootingError::Parameter(_))));
+        assert!(matches!(bad.solve(&model, std::slice::from_ref(&rest)), Err(ShootingError::Parameter(_))));
     }
     // Without load nothing restores the position in the gap: component 0 is undetermined.
-    match shooting.run(&model, std::slice::from_ref(&rest)) {
+    match shooting.solve(&model, std::slice::from_ref(&rest)) {
         Err(ShootingError::Singular { component: 0, last }) => assert_eq!(last.states.len(), 1),
         other => panic!("{other:?}"),
     }
@@ -403,7 +406,7 @@ fn bad_guesses() {
         }
     }
     assert!(matches!(
-        shooting.run(&Breaks, &[State::at_rest(1)]),
+        shooting.solve(&Breaks, &[State::at_rest(1)]),
         Err(ShootingError::Flow { segment: 0, .. })
     ));
 }
@@ -412,7 +415,7 @@ fn bad_guesses() {
 #[test]
 fn a_recorded_orbit_needs_no_further_integration() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.05 * 0.5625, stiffness: 0.0 };
-    let orbit = Shooting::new().run(&model, &[State::new(0.0, &[1.0], &[0.25])]).unwrap();
+    let orbit = Shooting::new().solve(&model, &[State::new(0.0, &[1.0], &[0.25])]).unwrap();
     assert_eq!(orbit.crossings(), 2);
     let recorded = orbit.record(&model).unwrap();
     let figures = |replayed: bool| {

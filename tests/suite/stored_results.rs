@@ -87,7 +87,7 @@ fn parameters_and_orbits_keep_their_bits() {
     let read = stored(&orbit);
     assert_eq!(read.coefficients(0), orbit.coefficients(0));
     assert_eq!((read.notes(), read.residual()), (orbit.notes(), orbit.residual()));
-    let shot = orbit.polish(&pair).unwrap();
+    let shot = Shooting::new().solve_from(&pair, &orbit).unwrap();
     let read = stored(&shot);
     assert_eq!(read.states(), shot.states());
     assert_eq!((read.monodromy(), read.multipliers()), (shot.monodromy(), shot.multipliers()));

@@ -214,7 +214,7 @@ fn chaos_is_flagged_and_periods_are_found() {
         |rows: &Rows| rows.iter().map(|row| (row.period_multiple(), row.is_sensitive())).collect::<Vec<_>>();
     assert_eq!(of(&rows), [(Some(1), false), (None, true), (None, true), (None, false), (Some(1), false)]);
     let fine = Sweep::new(speeds(&[180.0])).settle(60).measure(4).channels(&["q1", "deflection"]).rattle();
-    let fine = fine.periodic_within(1e-4).run(&LaneRk4::<4>::new(4 * 4032), nfg, at_rest).unwrap();
+    let fine = fine.periodic_tolerance(1e-4).run(&LaneRk4::<4>::new(4 * 4032), nfg, at_rest).unwrap();
     assert_eq!(of(&fine), [(Some(1), false)]);
     let (coarse, fine) = (rows.get(3).unwrap(), fine.get(0).unwrap());
     assert_eq!(coarse.rattle_state(0), fine.rattle_state(0));
@@ -422,9 +422,9 @@ fn zero_steps_per_period_and_zero_periods() {
         Err(SweepError::Table(TableError::Size { steps: 0, .. }))
     ));
     let nothing = sweep.clone().measure(0).run(&LaneRk4::<4>::new(8), pair, rest);
-    assert!(matches!(nothing, Err(SweepError::Setting { name: "measure", .. })));
+    assert!(matches!(nothing, Err(SweepError::Parameter(ParameterError::TooFew { .. }))));
     let never = sweep.clone().until_repeats(f64::NAN).run(&LaneRk4::<4>::new(8), pair, rest);
-    assert!(matches!(never, Err(SweepError::Setting { name: "until_repeats", .. })));
+    assert!(matches!(never, Err(SweepError::Parameter(ParameterError::NotFinite { .. }))));
     let chunk = sweep.runner(&LaneRk4::<4>::new(8), pair, rest).chunk(3, 3);
     assert_eq!(chunk.unwrap_err(), SweepError::Chunk { chunk: 3, chunks: 3 });
 }
@@ -612,10 +612,8 @@ fn up_and_down_agree() {
 #[ignore = "half a minute without optimisation: cargo test --release --test suite sweeps -- --ignored"]
 fn up_and_down_agree_with_located_edges() {
     let sweep = Sweep::new(speeds(&[163.5, 164.0])).settle(60).measure(4);
-    let diagram = Bifurcation::strobed(sweep, "q1");
-    let diagram = diagram
-        .run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest)
-        .unwrap();
+    let engine = Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]));
+    let diagram = Bifurcation::strobed("q1").run(&sweep.runner(&engine, reading_a, at_rest)).unwrap();
     for way in [diagram.up(), diagram.down()] {
         assert_eq!(way.iter().map(|mark| mark.period).collect::<Vec<_>>(), [Some(2), Some(1)]);
     }

@@ -164,10 +164,11 @@ fn models_without_series_are_refused() {
         ("max_step", Taylor::new().max_step(0.0)),
     ] {
         let error = solver.end(&pair, &start, 1.0).unwrap_err();
-        assert!(matches!(error, IntegrateError::Setting { name: n, .. } if n == name), "{name}: {error}");
+        assert!(matches!(error, IntegrateError::Parameter(_)), "{name}: {error}");
+        assert!(error.to_string().starts_with(&format!("{name} is ")), "{name}: {error}");
     }
     let error = Taylor::new().atol_each(&[1e-9; 3]).end(&pair, &start, 1.0).unwrap_err();
-    assert_eq!(error, IntegrateError::ToleranceLength { expected: 2, found: 3 });
+    assert_eq!(error, ParameterError::Length { name: "atol".into(), expected: 2, found: 3 }.into());
     let error = Taylor::new().max_steps(3).end(&pair, &start, 1000.0).unwrap_err();
     assert!(matches!(error, IntegrateError::TooManySteps { limit: 3, .. }), "{error}");
 }

@@ -1,7 +1,7 @@
 //! Balance of tori: a reference torus, closed forms, long runs.
 
 use crate::api::*;
-use crate::common::two_tones::{LinearTones, SlippingPair, TwoToneDuffing, duffing, within};
+use crate::common::two_tones::{LinearTones, SlippingPair, TwoToneDuffing, duffing, from_rest, within};
 use crate::data::read;
 use num_complex::Complex64;
 use proptest::prelude::*;
@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 fn duffing_torus_of_the_reference() {
     let reference = &read("periodic_orbits.json")["extra"]["duffing_two_tone_torus"];
     let number = |name: &str| reference[name].as_f64().unwrap();
-    let torus = TorusBalance::new(within(&[21, 21])).solve_from(&TwoToneDuffing, &[0.0]).unwrap();
+    let torus = from_rest(&TorusBalance::new(within(&[21, 21])), &TwoToneDuffing, &[0.0]).unwrap();
     let coefficients = reference["coefs"].as_object().unwrap();
     assert_eq!(coefficients.len(), 10);
     for (key, values) in coefficients {
@@ -41,7 +41,7 @@ fn measures_of_error_follow_the_error() {
     let bounds =
         [(5, 3e-4, 1e-4, 2e-3), (9, 1e-6, 3e-6, 3e-5), (13, 4e-8, 2e-8, 2e-7), (17, 1e-10, 3e-10, 4e-9)];
     for (highest, error, residual, outermost) in bounds {
-        let torus = TorusBalance::new(within(&[highest; 2])).solve_from(&TwoToneDuffing, &[0.0]).unwrap();
+        let torus = from_rest(&TorusBalance::new(within(&[highest; 2])), &TwoToneDuffing, &[0.0]).unwrap();
         assert!((torus.at(&[0.0; 2]).q[0] - x0).abs() < error, "{highest}");
         assert!(
             torus.residual_between() < residual && torus.residual_between() > 0.1 * residual,
@@ -56,7 +56,7 @@ fn measures_of_error_follow_the_error() {
     }
     // 2 H + 1 points along an angle alias cubic forces.
     let coarse =
-        TorusBalance::new(within(&[5, 5])).oversampling(1).solve_from(&TwoToneDuffing, &[0.0]).unwrap();
+        from_rest(&TorusBalance::new(within(&[5, 5])).oversampling(1), &TwoToneDuffing, &[0.0]).unwrap();
     assert!(coarse.aliasing() > 1e-8, "{}", coarse.aliasing());
 }
 
@@ -64,7 +64,7 @@ fn measures_of_error_follow_the_error() {
 fn linear_model_in_closed_form_with_one_two_and_three_angles() {
     for frequencies in [vec![0.8], vec![0.8, 2f64.sqrt()], vec![0.8, 2f64.sqrt(), 3f64.sqrt()]] {
         let (model, count) = (LinearTones { frequencies: frequencies.clone() }, frequencies.len());
-        let torus = TorusBalance::new(within(&vec![2; count])).solve_from(&model, &[0.0, 0.0]).unwrap();
+        let torus = from_rest(&TorusBalance::new(within(&vec![2; count])), &model, &[0.0, 0.0]).unwrap();
         assert!(torus.iterations() <= 2, "{:?}", torus.history());
         assert!((torus.mean(0) - 0.2).abs() < 1e-11 && (torus.mean(1) - 0.1).abs() < 1e-11);
         for (d, omega) in frequencies.iter().enumerate() {
@@ -110,7 +110,7 @@ fn one_angle_gives_the_periodic_balance() {
             u[0] = 0.4 * angles[0].cos();
         }
     }
-    let torus = TorusBalance::new(within(&[15])).solve_from(&Hard, &[0.0]).unwrap();
+    let torus = from_rest(&TorusBalance::new(within(&[15])), &Hard, &[0.0]).unwrap();
     let balance = Balance::new(Harmonics::up_to(15));
     let rest = FourierOrbit::new(balance.harmonics(), TAU / 0.6, &[vec![0.0; 31]]).unwrap();
     let orbit = balance.solve(&Hard, &rest).unwrap();
@@ -128,7 +128,7 @@ fn gear_pair_in_contact_against_a_long_run() {
     // Measured: 4.2e-6, 7.3e-7, 1.2e-8, 1.8e-10.
     for (highest, error) in [([2, 20], 5e-6), ([3, 30], 1e-6), ([4, 40], 2e-8), ([5, 60], 3e-10)] {
         let balance = TorusBalance::new(within(&highest));
-        let torus = balance.solve_from(&pair, &[-1.1]).unwrap();
+        let torus = from_rest(&balance, &pair, &[-1.1]).unwrap();
         assert_eq!(torus.iterations(), 1);
         let fixed = balance.linearised(&pair, Piece::Lower).unwrap();
         assert!((fixed.at(&[1.0, 2.0]).q[0] - torus.at(&[1.0, 2.0]).q[0]).abs() < 1e-13);
@@ -163,8 +163,8 @@ proptest! {
     #[test]
     fn phases_of_the_drives_shift_the_torus(a in 0.0..TAU, b in 0.0..TAU, c in 0.0..TAU, d in 0.0..TAU) {
         let balance = TorusBalance::new(within(&[6, 6]));
-        let torus = balance.solve_from(&duffing([0.0; 2]), &[0.0]).unwrap();
-        let shifted = balance.solve_from(&duffing([a, b]), &[0.0]).unwrap();
+        let torus = from_rest(&balance, &duffing([0.0; 2]), &[0.0]).unwrap();
+        let shifted = from_rest(&balance, &duffing([a, b]), &[0.0]).unwrap();
         let (here, there) = (shifted.at(&[c, d]), torus.at(&[a + c, b + d]));
         prop_assert!((here.q[0] - there.q[0]).abs() < 1e-9 && (here.v[0] - there.v[0]).abs() < 1e-9);
     }

@@ -2,7 +2,7 @@
 
 use crate::api::*;
 use crate::common::two_tones::{
-    Forced, PeriodicallyForced, SlippingPair, TwoToneDuffing, duffing, round, van_der_pol, within,
+    Forced, PeriodicallyForced, SlippingPair, TwoToneDuffing, duffing, from_rest, round, van_der_pol, within,
 };
 use std::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 fn invalid_settings_and_guesses_of_tori() {
     let balance = TorusBalance::new(within(&[3, 3]));
     let model = duffing([0.0; 2]);
-    let parameter = |balance: TorusBalance| match balance.solve_from(&model, &[0.0]).unwrap_err() {
+    let parameter = |balance: TorusBalance| match from_rest(&balance, &model, &[0.0]).unwrap_err() {
         TorusError::Parameter(error) => error,
         other => panic!("{other}"),
     };
@@ -19,11 +19,14 @@ fn invalid_settings_and_guesses_of_tori() {
     assert!(matches!(parameter(balance.clone().separation(1.0)), ParameterError::OutOfRange { .. }));
     assert!(matches!(parameter(TorusBalance::new(within(&[3]))), ParameterError::Length { .. }));
     assert!(matches!(parameter(TorusBalance::new(within(&[200, 200]))), ParameterError::TooMany { .. }));
-    let wrong = balance.solve_from(&model, &[0.0, 0.0]).unwrap_err();
+    let wrong = from_rest(&balance, &model, &[0.0, 0.0]).unwrap_err();
     assert_eq!(wrong, TorusError::Coordinates { expected: 1, found: 2 });
     assert!(wrong.last().is_none());
     let loose = balance.clone().newton(Newton::new().tolerance(2.0));
-    assert!(matches!(loose.solve_from(&model, &[0.0]), Err(TorusError::Root(RootError::Setting { .. }))));
+    assert!(matches!(
+        from_rest(&loose, &model, &[0.0]),
+        Err(TorusError::Parameter(ParameterError::OutOfRange { .. }))
+    ));
     let states: Vec<State> = (0..20).map(|k| State::new(f64::from(k), &[1.0], &[0.0])).collect();
     let fit = |states: &[State]| Torus::fit(&within(&[3, 3]), &[1.0, 3f64.sqrt()], states).unwrap_err();
     assert_eq!(fit(&states), TorusError::Unspread { states: 20, unknowns: 25 });
@@ -59,7 +62,7 @@ fn drives_that_are_no_functions_of_the_angles() {
         }
     }
     let both = vec![1.0, 3f64.sqrt()];
-    let error = |model: Drives| match TorusBalance::new(within(&[2, 2])).solve_from(&model, &[0.0]) {
+    let error = |model: Drives| match from_rest(&TorusBalance::new(within(&[2, 2])), &model, &[0.0]) {
         Err(TorusError::Drives(error)) => error,
         other => panic!("{other:?}"),
     };
@@ -83,24 +86,25 @@ fn commensurate_frequencies_are_refused_by_name() {
     let model =
         Forced { frequencies: vec![1.0, 1.5 + 1e-8], phases: [0.0; 2], law: |q: f64, v: f64| -q - 0.3 * v };
     let balance = TorusBalance::new(within(&[6, 6]));
-    let error = balance.solve_from(&model, &[0.0]).unwrap_err();
+    let error = from_rest(&balance, &model, &[0.0]).unwrap_err();
     let TorusError::Commensurate { vector, rate, limit } = error else { panic!("{error}") };
     assert_eq!(vector, [3, -2]);
     assert!((rate - 2e-8).abs() < 1e-14 && (limit - 1.5e-6).abs() < 1e-13);
     // Fewer orders, or a smaller separation, accept the frequencies.
-    assert!(TorusBalance::new(within(&[4, 4])).solve_from(&model, &[0.0]).is_ok());
-    assert_eq!(balance.separation(0.0).solve_from(&model, &[0.0]).unwrap().smallest_rate().1, [3, -2]);
+    assert!(from_rest(&TorusBalance::new(within(&[4, 4])), &model, &[0.0]).is_ok());
+    assert_eq!(from_rest(&balance.separation(0.0), &model, &[0.0]).unwrap().smallest_rate().1, [3, -2]);
 }
 
 #[test]
 fn iterations_that_fail_keep_the_last_iterate() {
     let balance = TorusBalance::new(within(&[4, 4]));
     let model = duffing([0.0; 2]);
-    let one = balance.clone().newton(Newton::new().max_iterations(1)).solve_from(&model, &[0.0]).unwrap_err();
+    let one =
+        from_rest(&balance.clone().newton(Newton::new().max_iterations(1)), &model, &[0.0]).unwrap_err();
     assert!(matches!(&one, TorusError::NotConverged { last } if last.history().len() == 2));
     assert!(one.last().unwrap().amplitude(0, &[1, 0]) > 0.1);
 
-    let spent = balance.clone().budget(Budget::new().steps(2)).solve_from(&model, &[0.0]).unwrap_err();
+    let spent = from_rest(&balance.clone().budget(Budget::new().steps(2)), &model, &[0.0]).unwrap_err();
     let TorusError::Budget { exhausted, last } = spent else { panic!("{spent}") };
     assert_eq!(exhausted, Exhausted::Steps { limit: 2 });
     assert!(last.history()[0].is_finite());
@@ -108,12 +112,12 @@ fn iterations_that_fail_keep_the_last_iterate() {
     // Nothing restores the mean in the gap.
     let pair = SlippingPair::new(0.45, 0.01);
     assert!(matches!(balance.linearised(&pair, Piece::Gap), Err(TorusError::Undetermined { .. })));
-    let gap = balance.solve_from(&pair, &[0.0]).unwrap_err();
+    let gap = from_rest(&balance, &pair, &[0.0]).unwrap_err();
     assert!(matches!(gap, TorusError::Undetermined { coordinate: 0, ref vector, .. } if vector == &[0, 0]));
 
     let law = |q: f64, _: f64| if q.abs() > 1e-3 { f64::NAN } else { -q };
     let nan = Forced { frequencies: model.frequencies.clone(), phases: [0.0; 2], law };
-    assert!(matches!(balance.solve_from(&nan, &[1.0]), Err(TorusError::NotFinite { .. })));
+    assert!(matches!(from_rest(&balance, &nan, &[1.0]), Err(TorusError::NotFinite { .. })));
 
     struct Steep(Forced<fn(f64, f64) -> f64>, usize);
     impl Model for Steep {
@@ -148,7 +152,7 @@ fn iterations_that_fail_keep_the_last_iterate() {
         Forced { frequencies: model.frequencies.clone(), phases: [0.0; 2], law: |q, v| -q - 0.1 * v },
         0,
     );
-    let error = balance.solve_from(&steep, &[0.0]).unwrap_err();
+    let error = from_rest(&balance, &steep, &[0.0]).unwrap_err();
     assert!(matches!(error, TorusError::Slope { acceleration: 0, coordinate: 0, .. }), "{error}");
     // A contact without laws on fixed pieces.
     assert_eq!(balance.linearised(&Steep(steep.0, 1), Piece::Lower), Err(TorusError::NotAvailable));
@@ -189,7 +193,7 @@ fn rigid_stops_are_refused() {
         }
     }
     let balance = TorusBalance::new(within(&[3, 3]));
-    assert_eq!(balance.solve_from(&Ball, &[1.0]), Err(TorusError::RigidStop { contact: 0 }));
+    assert_eq!(from_rest(&balance, &Ball, &[1.0]), Err(TorusError::RigidStop { contact: 0 }));
     assert_eq!(balance.linearised(&Ball, Piece::Gap), Err(TorusError::RigidStop { contact: 0 }));
 }
 
@@ -223,7 +227,7 @@ fn curves_are_checked() {
 #[test]
 fn invalid_settings_and_guesses_of_circles() {
     let guess = round(5, 0.5);
-    let parameter = |shooting: CircleShooting| match shooting.run(&TwoToneDuffing, &guess).unwrap_err() {
+    let parameter = |shooting: CircleShooting| match shooting.solve(&TwoToneDuffing, &guess).unwrap_err() {
         CircleError::Parameter(error) => error,
         other => panic!("{other}"),
     };
@@ -231,27 +235,30 @@ fn invalid_settings_and_guesses_of_circles() {
     assert!(matches!(parameter(new().nodes(4)), ParameterError::OutOfRange { .. }));
     assert!(matches!(parameter(new().nodes(1)), ParameterError::TooFew { .. }));
     assert!(matches!(parameter(new().nodes(65_535)), ParameterError::TooMany { .. }));
-    assert!(matches!(parameter(new().strobe(2)), ParameterError::TooMany { value: 2, max: 1, .. }));
+    assert!(matches!(
+        parameter(new().strobed_frequency(2)),
+        ParameterError::TooMany { value: 2, max: 1, .. }
+    ));
     assert!(matches!(parameter(new().between(0.0)), ParameterError::NotPositive { .. }));
     assert!(matches!(parameter(new().flow_tolerance(1.0)), ParameterError::OutOfRange { .. }));
-    let loose = new().newton(Newton::new().tolerance(2.0)).run(&TwoToneDuffing, &guess).unwrap_err();
-    assert!(matches!(loose, CircleError::Root(RootError::Setting { .. })));
+    let loose = new().newton(Newton::new().tolerance(2.0)).solve(&TwoToneDuffing, &guess).unwrap_err();
+    assert!(matches!(loose, CircleError::Parameter(ParameterError::OutOfRange { .. })));
     let point = round(5, 0.0);
-    let error = new().run(&TwoToneDuffing, &point).unwrap_err();
+    let error = new().solve(&TwoToneDuffing, &point).unwrap_err();
     assert!(matches!(error, CircleError::Parameter(ParameterError::NotPositive { .. })));
     let two = ClosedCurve::new(&[0.0, 1.0, 2.0].map(|q| State::new(0.0, &[q, 0.0], &[0.0, 0.0]))).unwrap();
-    let error = new().run(&TwoToneDuffing, &two).unwrap_err();
+    let error = new().solve(&TwoToneDuffing, &two).unwrap_err();
     assert_eq!(error, CircleError::Coordinates { expected: 1, found: 2 });
     assert!(error.last().is_none());
     let mut three = Forced { frequencies: vec![1.0, 1.5, 2.5], phases: [0.0; 2], law: |q: f64, _: f64| -q };
-    let error = new().run(&three, &guess).unwrap_err();
+    let error = new().solve(&three, &guess).unwrap_err();
     assert!(matches!(error, CircleError::Parameter(ParameterError::Length { expected: 2, found: 3, .. })));
     three.frequencies = vec![1.0, f64::NAN];
-    let error = new().run(&three, &guess).unwrap_err();
+    let error = new().solve(&three, &guess).unwrap_err();
     assert!(matches!(error, CircleError::Drives(QuasiPeriodicError::Frequency(_))));
-    let error = new().run_free(&van_der_pol(1.0, 0.0, 1.0), &guess, f64::NAN).unwrap_err();
+    let error = new().solve_free(&van_der_pol(1.0, 0.0, 1.0), &guess, f64::NAN).unwrap_err();
     assert!(matches!(error, CircleError::Parameter(ParameterError::NotFinite { .. })));
-    let taylor = new().flow_method(FlowMethod::Taylor).run(&TwoToneDuffing, &guess).unwrap_err();
+    let taylor = new().flow_method(FlowMethod::Taylor).solve(&TwoToneDuffing, &guess).unwrap_err();
     assert!(matches!(
         taylor,
         CircleError::Flow { node: 0, error: IntegrateError::NoSeries { .. }, last: None }
@@ -263,23 +270,23 @@ fn searches_that_fail_keep_the_last_iterate() {
     let new = CircleShooting::new;
     let model = van_der_pol(1.0, 0.0, TAU / 2.0);
     let one =
-        new().newton(Newton::new().max_iterations(1)).run_free(&model, &round(21, 2.0), 1.9).unwrap_err();
+        new().newton(Newton::new().max_iterations(1)).solve_free(&model, &round(21, 2.0), 1.9).unwrap_err();
     assert!(matches!(&one, CircleError::NotConverged { last } if last.history().len() == 2));
     assert!(one.last().is_some_and(|last| last.curve().nodes() == 21 && last.residual_between().is_nan()));
 
-    let early = new().budget(Budget::new().steps(10)).run_free(&model, &round(21, 2.0), 1.9).unwrap_err();
+    let early = new().budget(Budget::new().steps(10)).solve_free(&model, &round(21, 2.0), 1.9).unwrap_err();
     assert!(matches!(early, CircleError::Budget { exhausted: Exhausted::Steps { limit: 10 }, last: None }));
-    let late = new().budget(Budget::new().steps(2000)).run_free(&model, &round(21, 2.0), 1.9).unwrap_err();
+    let late = new().budget(Budget::new().steps(2000)).solve_free(&model, &round(21, 2.0), 1.9).unwrap_err();
     assert!(matches!(late, CircleError::Budget { last: Some(_), .. }), "{late}");
 
     // Nothing restores the mean of a free mass.
     let free = Forced { frequencies: vec![1.0, 3f64.sqrt()], phases: [0.0; 2], law: |_: f64, _: f64| 0.0 };
-    let error = new().run(&free, &round(5, 0.5)).unwrap_err();
+    let error = new().solve(&free, &round(5, 0.5)).unwrap_err();
     assert!(matches!(error, CircleError::Singular { .. }), "{error}");
 
     // A damped linear oscillator has no circle, only a periodic orbit.
     let damped = PeriodicallyForced { amplitude: 1.0, omega: 2.3, law: |q: f64, v: f64| -q - 0.2 * v };
-    let error = new().run_free(&damped, &round(9, 1.0), 1.0).unwrap_err();
+    let error = new().solve_free(&damped, &round(9, 1.0), 1.0).unwrap_err();
     assert!(matches!(error, CircleError::Collapsed { share, .. } if share < 1e-9), "{error}");
 
     let wall = PeriodicallyForced {
@@ -287,12 +294,12 @@ fn searches_that_fail_keep_the_last_iterate() {
         omega: 1.0,
         law: |q: f64, _: f64| if q > 1.0 { f64::NAN } else { -q },
     };
-    let error = new().run_free(&wall, &round(9, 2.0), 1.0).unwrap_err();
+    let error = new().solve_free(&wall, &round(9, 2.0), 1.0).unwrap_err();
     assert!(matches!(error, CircleError::Flow { node: 0, last: None, .. }), "{error}");
 
     // An overdamped orbit has real multipliers.
     let over = PeriodicallyForced { amplitude: 1.0, omega: 1.0, law: |q: f64, v: f64| -q - 3.0 * v };
-    let orbit = Shooting::new().run(&over, &[State::at_rest(1)]).unwrap();
+    let orbit = Shooting::new().solve(&over, &[State::at_rest(1)]).unwrap();
     let error = ClosedCurve::about(&orbit, 0.1, 11).unwrap_err();
     assert!(matches!(error, CircleError::NoPair { largest } if largest < 1.0));
     assert!(matches!(ClosedCurve::about(&orbit, 0.0, 11), Err(CircleError::Parameter(_))));

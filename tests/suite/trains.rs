@@ -151,7 +151,7 @@ fn state(y: &[f64]) -> State {
 fn orbit(train: &Train, y: &[f64]) -> (ShootingOrbit, f64) {
     let near: Vec<f64> =
         y.iter().enumerate().map(|(i, y)| y + if i % 2 == 0 { 1e-3 } else { -1e-3 }).collect();
-    let cycle = Shooting::new().run(train, &[state(&near)]).unwrap();
+    let cycle = Shooting::new().solve(train, &[state(&near)]).unwrap();
     let first = &cycle.states()[0];
     let off = first.q.iter().chain(&first.v).zip(y).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
     (cycle, off)

@@ -76,8 +76,10 @@ fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
         assert!(
             (through.matrix[(0, 0)] - exact).abs() < 1e-9 && (through.matrix[(1, 1)] - exact).abs() < 1e-9
         );
-        let cycle =
-            Shooting::new().budget(Budget::new().steps(20_000)).run(&Still(e), &[Still(e).orbit()]).unwrap();
+        let cycle = Shooting::new()
+            .budget(Budget::new().steps(20_000))
+            .solve(&Still(e), &[Still(e).orbit()])
+            .unwrap();
         assert!((cycle.states()[0].q[1] - Still(e).orbit().q[1]).abs() < 1e-13);
     }
 }
@@ -147,7 +149,8 @@ fn a_force_that_jumps_needs_no_held_pieces() {
     assert!((&held.matrix - &bare.matrix).amax() < 1e-10, "{} {}", held.matrix, bare.matrix);
     let settled = Dop853::new().end(&Jumping { pieces: true }, &start, 40.0 * TAU / 0.9).unwrap();
     let guess = [State { t: 0.0, ..settled }];
-    let [held, bare] = [true, false].map(|pieces| Shooting::new().run(&Jumping { pieces }, &guess).unwrap());
+    let [held, bare] =
+        [true, false].map(|pieces| Shooting::new().solve(&Jumping { pieces }, &guess).unwrap());
     assert!((held.states()[0].q[0] - bare.states()[0].q[0]).abs() < 1e-10);
     assert!((held.monodromy() - bare.monodromy()).amax() < 1e-9);
 }
@@ -292,7 +295,7 @@ fn one_budget_ends_flows_shooting_settling_and_balance() {
     for budget in spent {
         let flow = Variation::new().budget(budget.clone()).run(&pair, &start, pair.period());
         assert!(matches!(flow, Err(IntegrateError::Budget { .. })));
-        let shot = Shooting::new().budget(budget.clone()).run(&pair, std::slice::from_ref(&start));
+        let shot = Shooting::new().budget(budget.clone()).solve(&pair, std::slice::from_ref(&start));
         assert!(matches!(shot, Err(ShootingError::Flow { error: IntegrateError::Budget { .. }, .. })));
         let settled = Settle::new().budget(budget.clone()).run(&Dop853::new(), &pair, &start);
         assert!(matches!(settled, Err(Unsettled::Failed { error: IntegrateError::Budget { .. }, .. })));
@@ -300,8 +303,17 @@ fn one_budget_ends_flows_shooting_settling_and_balance() {
         let guess = balance.linearised(&pair, Piece::Lower).unwrap();
         let solved = balance.clone().budget(budget.clone()).solve(&pair, &guess);
         assert!(matches!(solved, Err(BalanceError::Budget { .. })), "{solved:?}");
-        assert!(guess.multipliers_within(&pair, &budget).is_err());
-        assert!(guess.polish_within(&pair, &budget).is_err());
+        let multipliers = balance.budget(budget.clone()).multipliers(&pair, &guess);
+        assert!(matches!(multipliers, Err(MultiplierError::Budget(_))), "{multipliers:?}");
+        assert!(Shooting::new().budget(budget.clone()).solve_from(&pair, &guess).is_err());
+        let failed = strobe(&Dop853::new(), &pair, &start, 5, &budget).unwrap_err();
+        assert!(matches!(failed.error, IntegrateError::Budget { .. }), "{failed}");
+        let calm = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() }).unwrap();
+        let orbit = Shooting::new().solve(&calm, &[calm.static_start().unwrap()]).unwrap();
+        let orbit = orbit.budget(budget);
+        let far = orbit.states()[0].t + 0.999 * orbit.period();
+        assert!(matches!(orbit.at(&calm, far), Err(IntegrateError::Budget { .. })));
+        assert!(matches!(orbit.record(&calm), Err(IntegrateError::Budget { .. })));
     }
 }
 
@@ -312,7 +324,7 @@ fn absurd_counts_are_refused_or_cost_nothing() {
     assert!(matches!(error, ParameterError::TooMany { max: 10_000, .. }));
     assert!(NfgPair2::with_reading(&NfgParams::table1(), 0.01, reading).is_err());
     for shooting in [Shooting::new().multiple(usize::MAX), Shooting::new().segments(usize::MAX)] {
-        let error = shooting.run(&Still(1.0), &[Still(1.0).orbit()]).unwrap_err();
+        let error = shooting.solve(&Still(1.0), &[Still(1.0).orbit()]).unwrap_err();
         assert!(matches!(error, ShootingError::Parameter(ParameterError::TooMany { max: 1_000_000, .. })));
     }
     assert!(matches!(Harmonics::list(&[1, usize::MAX]), Err(ParameterError::TooMany { max: 65_536, .. })));

@@ -144,7 +144,7 @@ pub fn settling(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let solver = solvers::solver(case, model.period(), 2 * model.dof());
     if case.chance(0.5) {
-        let points = strobe(&solver, &model, &start, case.effort(5))?;
+        let points = strobe(&solver, &model, &start, case.effort(5), &Budget::new().steps(20_000))?;
         for i in 0..points.len() {
             all_finite("strobed q", points.q(i))?;
         }
@@ -185,7 +185,7 @@ pub fn varying(case: &mut Case) -> Run {
     case.note(|| format!("{law:?}"));
     let varying = VaryingSpeed::new(pair, law);
     let end = span(case, 0.5 * turn);
-    let waterfall = Waterfall::new(case.count(1), case.count(16))?;
+    let waterfall = Waterfall::new(case.count(1), case.count(16))?.budget(Budget::new().steps(20_000));
     let name = case.pick(&["q1", "deflection", "mesh force", "no such channel"]);
     for line in waterfall.run(&solver, &varying, &start, end, name)? {
         all_finite("time and speed of a line", &[line.t, line.speed])?;

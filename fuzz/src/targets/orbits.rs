@@ -5,7 +5,9 @@ use crate::case::{Case, Run, all_finite, finite, holds};
 use crate::models::{self, Erased};
 use crate::solvers::Solver;
 use gear_dynamics::contact::Piece;
-use gear_dynamics::periodic::{FourierOrbit, Integrals, Multipliers, ShootingOrbit, Variation};
+use gear_dynamics::periodic::{
+    FourierOrbit, Integrals, MultiplierError, Multipliers, ShootingOrbit, Variation,
+};
 use gear_dynamics::{
     Balance, Budget, Harmonics, Lyapunov, Model, NfgPair, ParameterError, Periodic, Rattle, Rk4, Shooting,
     State,
@@ -67,10 +69,10 @@ pub fn shooting(case: &mut Case) -> Run {
         shooting = shooting.tolerance(case.number(1e-9)).flow_tolerance(case.number(1e-10));
     }
     case.note(|| format!("{shooting:?}, guess {guess:?}"));
-    match shooting.run(&model, &guess) {
+    match shooting.solve(&model, &guess) {
         Ok(found) => {
             cycle(&model, &found, case.unit())?;
-            let again = shooting.again(&model, &found)?;
+            let again = shooting.solve_from(&model, &found)?;
             cycle(&model, &again, case.unit())
         }
         Err(error) => {
@@ -227,8 +229,10 @@ pub fn balance(case: &mut Case) -> Run {
         all_finite("times of a contact", &history.statistics.time)?;
     }
     holds(!orbit.distance(&guess).is_nan(), || "distance is NaN".into())?;
-    if let Some(all) = orbit.multipliers_within(&model, &budget())? {
-        multipliers(&all)?;
+    match balance.multipliers(&model, &orbit) {
+        Ok(all) => multipliers(&all)?,
+        Err(error @ MultiplierError::Budget(_)) => return Err(error.into()),
+        Err(_) => {}
     }
     if case.chance(0.2) {
         let proof = balance.prove(&model, &orbit)?;

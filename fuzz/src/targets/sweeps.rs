@@ -46,7 +46,7 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
         sweep = sweep.until_repeats(case.number(1e-6));
     }
     if case.chance(0.3) {
-        sweep = sweep.periodic_within(case.number(1e-6));
+        sweep = sweep.periodic_tolerance(case.number(1e-6));
     }
     if case.chance(0.7) {
         sweep = sweep.channels(if case.hostile() { &["q1", "q9"] } else { &["q1", "v1"] });
@@ -203,12 +203,11 @@ pub fn bifurcation(case: &mut Case) -> Run {
     let points = Points::on_axis(axis(case, "force", 0.1, 1.0, count)?);
     let sweep = sweep(case, points);
     let name = if case.hostile() { "contact force 9" } else { "q1" };
-    let diagram =
-        if case.chance(0.5) { Bifurcation::strobed(sweep, name) } else { Bifurcation::extremes(sweep, name) };
-    case.note(|| format!("{diagram:?}"));
+    let diagram = if case.chance(0.5) { Bifurcation::strobed(name) } else { Bifurcation::extremes(name) };
+    case.note(|| format!("{sweep:?} {diagram:?}"));
     let engine = TableRk4::new(100);
     let start = |_: &Point<'_>, model: &Erased| Ok::<_, ParameterError>(State::at_rest(model.dof()));
-    let drawn = diagram.run(&engine, |p| erased(&user, p["force"]), start)?;
+    let drawn = diagram.run(&sweep.runner(&engine, |p| erased(&user, p["force"]), start))?;
     for point in drawn.up().iter().chain(drawn.down()) {
         finite("parameter", point.parameter)?;
         all_finite("drawn values", &point.values)?;

@@ -59,7 +59,7 @@ pub fn torus(case: &mut Case) -> Run {
                 .collect();
             Torus::fit(&vectors, &gear_dynamics::tori::QuasiPeriodic::frequencies(&model), &states)
         }
-        _ => balance.solve_from(&model, &start.q),
+        _ => balance.at_rest(&model, &start.q).and_then(|guess| balance.solve(&model, &guess)),
     };
     let found = match guess {
         Ok(guess) => {
@@ -104,16 +104,16 @@ pub fn circle(case: &mut Case) -> Run {
     }
     let mut shooting = CircleShooting::new().budget(budget(2_000)).between(case.number(1.0));
     if case.chance(0.3) {
-        shooting = shooting.nodes(case.count(5)).strobe(case.below(3));
+        shooting = shooting.nodes(case.count(5)).strobed_frequency(case.below(3));
     }
     if case.chance(0.3) {
         shooting = shooting.flow_tolerance(case.number(1e-9));
     }
     case.note(|| format!("{shooting:?} from {guess:?}"));
     let found = if case.chance(0.5) {
-        shooting.run(&model, &guess)
+        shooting.solve(&model, &guess)
     } else {
-        shooting.run_free(model.bare(), &guess, rotation)
+        shooting.solve_free(model.bare(), &guess, rotation)
     };
     match found {
         Ok(circle) => read(&circle),

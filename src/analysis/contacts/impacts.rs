@@ -8,7 +8,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::export::table::ResultTable;
 use crate::model::equations::Model;
-use crate::numeric::bracket::Bracket;
+use crate::numeric::bracket::{Bracket, rounding};
 use crate::numeric::gauss::FIVE;
 use crate::ode::edges::hermite::{Distance, Hermite};
 use crate::ode::step::{Observer, Step};
@@ -311,14 +311,7 @@ fn root(flank: Piece, (t0, before): (f64, Contact), (t1, now): (f64, Contact)) -
         return (t1, d1.rate);
     }
     let cubic = Hermite::over(width, d0, d1);
-    let (mut bracket, mut sigma) = (Bracket { lo: 0.0, hi: 1.0 }, 0.5);
-    for _ in 0..STEPS {
-        let value = cubic.at(sigma);
-        bracket.narrow(sigma, (value > 0.0) == (d0.value > 0.0));
-        sigma = bracket.newton_or_middle(sigma, value, cubic.slope(sigma));
-    }
+    let unit = Bracket { lo: 0.0, hi: 1.0 };
+    let sigma = unit.solve(0.5, d0.value <= 0.0, rounding, |sigma| (cubic.at(sigma), cubic.slope(sigma)));
     (t0 + width * sigma, cubic.slope(sigma) / width)
 }
-
-/// Number of Newton steps or bisections for the root of a cubic.
-const STEPS: usize = 60;

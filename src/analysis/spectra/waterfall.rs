@@ -6,7 +6,8 @@ use crate::drives::phase::VaryingSpeed;
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, State};
 use crate::model::shape::Shape;
-use crate::ode::integrator::Integrator;
+use crate::ode::budget::Budget;
+use crate::ode::integrator::{Integrator, sample};
 use crate::ode::probe::Probe;
 use crate::ode::trajectory::Failed;
 use std::f64::consts::TAU;
@@ -27,10 +28,11 @@ use thiserror::Error;
 /// assert!(lines[2].speed > lines[0].speed && lines[1].order(63.0) > 1e-7); // [m], of the mesh
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Waterfall {
     turns: usize,
     samples: usize,
+    budget: Budget,
 }
 
 /// The error of [`Waterfall::run`].
@@ -96,7 +98,11 @@ impl Waterfall {
             }
         }
         check::count("samples in a window", &[turns, samples], check::NUMBERS)?;
-        Ok(Waterfall { turns, samples })
+        Ok(Waterfall { turns, samples, budget: Budget::new() })
+    }
+    /// Maximum number of steps and maximum time of a run. Default: the default [`Budget`].
+    pub fn budget(self, budget: Budget) -> Self {
+        Waterfall { budget, ..self }
     }
 
     /// Integrates from `start`, at time 0, to `end`, and returns a line for each complete window. A Hann
@@ -105,7 +111,7 @@ impl Waterfall {
     /// # Errors
     /// [`WaterfallError::Parameter`] for an `end` that is not positive, a channel that the model does not
     /// have, or a run of more than 2²⁶ numbers, a state and a time for each sample.
-    /// [`WaterfallError::Failed`] if the integration fails.
+    /// [`WaterfallError::Failed`] if the integration fails or the budget is spent.
     pub fn run<I: Integrator, G: Shape>(
         &self,
         solver: &I,
@@ -126,7 +132,7 @@ impl Waterfall {
             check::NUMBERS,
         )?;
         let times: Vec<f64> = (0..count).map(|k| law.time(k as f64 * step)).collect();
-        let run = solver.sample(model, start, &times).map_err(Box::new)?;
+        let run = sample(solver, model, start, &times, Some(&self.budget.begin())).map_err(Box::new)?;
         let values = run.channel(model, channel)?;
         times
             .chunks_exact(window)

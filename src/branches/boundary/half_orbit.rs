@@ -33,7 +33,7 @@ pub(crate) fn whole(half: ShootingOrbit, multipliers: &Multipliers) -> (Shooting
         monodromy[(i, j)] * half.scale[j] / half.scale[i]
     });
     let none = DMatrix::zeros(scaled.nrows(), 0);
-    let found = Multipliers::without(&scaled, &none, error).unwrap_or_else(|| multipliers.clone());
+    let found = Multipliers::without(&scaled, &none, error).unwrap_or_else(|_| multipliers.clone());
     let (end, crossings) = (half.end + time, 2 * half.crossings);
     let orbit = ShootingOrbit { states, end, monodromy, multipliers: found.clone(), crossings, ..half };
     (orbit, found)

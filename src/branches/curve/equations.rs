@@ -47,7 +47,7 @@ pub(crate) struct Linear<S> {
 #[non_exhaustive]
 pub enum CurveError {
     /// There is no model with this parameter.
-    #[error("no model with the parameter {parameter}: {error}")]
+    #[error("no model with the parameter {parameter:?}: {error}")]
     Model {
         /// The parameter.
         parameter: f64,
@@ -55,7 +55,7 @@ pub enum CurveError {
         error: ParameterError,
     },
     /// The equations of the balance cannot be set up for this parameter.
-    #[error("no equations of a balance with the parameter {parameter}: {error}")]
+    #[error("no equations of a balance with the parameter {parameter:?}: {error}")]
     Balance {
         /// The parameter.
         parameter: f64,
@@ -93,7 +93,7 @@ pub enum CurveError {
     },
     /// The curve turned by too large an angle over the step: another branch was reached, or the step is too
     /// long.
-    #[error("the tangent turned by {angle} rad over a step of {step:e}")]
+    #[error("the tangent turned by {angle:?} rad over a step of {step:e}")]
     Turned {
         /// The angle `[rad]`.
         angle: f64,

@@ -112,7 +112,7 @@ impl Fit {
         check::all_finite("measured parameters", parameters)?;
         let start = constants.with_values(&[(place, first)])?;
         let shooting = &self.search.shooting;
-        let mut orbits = vec![shooting.run(&*start, guess)?];
+        let mut orbits = vec![shooting.solve(&*start, guess)?];
         for two in parameters.windows(2) {
             let last = &orbits[orbits.len() - 1];
             orbits.push(reach(constants, shooting, last, &[(place, two[0])], &[(place, two[1])])?);
@@ -149,7 +149,7 @@ impl Fit {
             let mut last = orbits.borrow_mut();
             let (mut sum, mut slope, mut found) = (0.0, vec![0.0; values.len()], Vec::new());
             for ((p, m), orbit) in measured.iter().zip(&last.1) {
-                meter.look()?;
+                meter.check()?;
                 let [from, to] = [&last.0, &values].map(|values| [&values[..], &[(place, *p)]].concat());
                 let orbit = reach(constants, &self.search.shooting, orbit, &from, &to)?;
                 let model = constants.with_values(&to)?;

@@ -91,13 +91,13 @@ impl Least {
         let (constants, model) = (constants_of(model)?, model as &dyn Periodic);
         let (space, start) = Space::new(constants, &self.search.over)?;
         let (shooting, meter) = (&self.search.shooting, Rc::new(self.search.budget.begin()));
-        let orbit = shooting.run(model, guess)?;
+        let orbit = shooting.solve(model, guess)?;
         let last = RefCell::new((space.values(&start), orbit));
         let best: RefCell<Option<(f64, ShootingOrbit)>> = RefCell::new(None);
         let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {
             let values = space.values(x);
             let mut last = last.borrow_mut();
-            meter.look()?;
+            meter.check()?;
             let orbit = reach(constants, shooting, &last.1, &last.0, &values)?;
             let model = constants.with_values(&values)?;
             let value = self.figure.value(&*model, &orbit, &self.channel)?;

@@ -90,7 +90,7 @@ pub enum DesignError {
     Parameter(#[from] ParameterError),
     /// The bounds of a constant are reversed, or the model lies outside them.
     #[error(
-        "the bounds of {name} are {low} .. {high}: the lower one must be smaller, and the value of the model, {value}, must lie between them"
+        "the bounds of {name} are {low:?} .. {high:?}: the lower one must be smaller, and the value of the model, {value:?}, must lie between them"
     )]
     Bounds {
         /// Name of the constant.
@@ -116,7 +116,7 @@ pub enum DesignError {
     Exhausted(#[from] Exhausted),
     /// The optimiser stopped before it converged.
     #[error(
-        "the optimiser stopped after {evaluations} evaluations: {reason}; the best value is {best} at {constants:?}"
+        "the optimiser stopped after {evaluations} evaluations: {reason}; the best value is {best:?} at {constants:?}"
     )]
     NotConverged {
         /// Why it stopped.

@@ -23,7 +23,7 @@ pub(crate) fn reach(
         let blend = |(a, b): (&(usize, f64), &(usize, f64))| (a.0, a.1 + next * (b.1 - a.1));
         let values: Vec<(usize, f64)> = from.iter().zip(to).map(blend).collect();
         let model = constants.with_values(&values)?;
-        match shooting.again(&*model, &orbit) {
+        match shooting.solve_from(&*model, &orbit) {
             Ok(found) => {
                 (at, orbit) = (next, found);
                 part = (2.0 * part).min(1.0);

@@ -9,17 +9,8 @@ use crate::branches::orbits::contact_trace::{ContactTrace, Tracer};
 use crate::branches::orbits::symmetries::Symmetries;
 use crate::error::ParameterError;
 use crate::model::equations::{Channel, Model};
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
-use crate::ode::methods::dop853::Dop853;
 use crate::ode::probe::Probe;
-use crate::ode::step::{Observer, Step};
-use crate::ode::taylor::integrate::Prepared;
-use crate::ode::taylor::settings::Taylor;
-use crate::periodic::flow::continued::Continued;
-use crate::periodic::flow::flow_method::FlowMethod;
-use crate::periodic::flow::tangent::{NONE, finest};
-use std::ops::ControlFlow;
+use crate::periodic::flow::walk::Walk;
 
 /// Figures of one orbit.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,47 +50,15 @@ pub(crate) fn measure(
         let mut along = motion.along(plain);
         let mut second = (&mut tracer, &mut along);
         let mut third = (&mut second, &mut symmetries);
-        pass(curve, plain, passage, &mut (&mut first, &mut third))?;
+        Walk::new(plain, curve.scale(), curve.flow_tolerance(), passage.method())
+            .follow(&passage.states, passage.end, &mut (&mut first, &mut third), curve.meter())
+            .map_err(OrbitCurve::failed)?;
     }
     let summaries = names.iter().filter_map(|name| statistics.summary(name).ok()).collect();
     let rattle = rattle.contacts().iter().map(|contact| contact.rattle_state()).collect();
     let (ranges, units) = (motion.ranges(), motion.units(curve.flow_tolerance()));
     let symmetries = symmetries.held(&units);
     Ok(Measured { summaries, rattle, trace: tracer.trace, ranges, units, symmetries })
-}
-
-/// Integrates over all segments of an orbit.
-fn pass(
-    curve: &OrbitCurve<'_>,
-    model: &dyn Model,
-    passage: &Passage,
-    observer: &mut dyn Observer,
-) -> Result<(), CurveError> {
-    let (scale, tolerance, meter) = (curve.scale(), curve.flow_tolerance(), curve.meter());
-    let continued = Continued::new(model, scale);
-    let mut prepared = match passage.method() {
-        FlowMethod::Taylor => Prepared::new(&continued).ok(),
-        FlowMethod::Dop853 => None,
-    };
-    let mut spend = meter;
-    let mut watch = |step: &mut Step<'_>| {
-        if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
-    };
-    for (i, state) in passage.states.iter().enumerate() {
-        let until = passage.states.get(i + 1).map_or(passage.end, |next| next.t);
-        let values = state.q.iter().chain(&state.v);
-        let atol: Vec<f64> = scale.iter().zip(values).map(|(s, y)| finest(tolerance * s, *y)).collect();
-        let run = match &mut prepared {
-            Some(prepared) => {
-                let settings = Taylor::new().rtol(NONE).atol_each(&atol).order(Taylor::order_for(tolerance));
-                prepared.run(&settings, &continued, state, until, &mut watch)
-            }
-            None => Dop853::new().rtol(NONE).atol_each(&atol).run(&continued, state, until, &mut watch),
-        };
-        run.map_err(|error: IntegrateError| CurveError::Flow { segment: i, error })?;
-        meter.left()?;
-    }
-    Ok(())
 }
 
 /// The wanted channels; otherwise the first deflection, or the first coordinate of a model without contacts.

@@ -26,7 +26,7 @@ use std::rc::Rc;
 /// ```
 /// use gear_dynamics::{Shooting, State, branches::Sensitivity, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
-/// let orbit = Shooting::new().run(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let orbit = Shooting::new().solve(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
 /// let slopes = Sensitivity::of(&pair, &orbit, &["deflection"])?;
 /// // Teeth stay in contact: the mean deflection is half the backlash plus a static deflection.
 /// assert!((slopes.mean("deflection")?[slopes.place("mesh half backlash")?] - 1.0).abs() < 1e-9);

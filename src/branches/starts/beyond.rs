@@ -65,7 +65,7 @@ impl<F: Family> Start<F> for Beyond<'_> {
             let times = model.period() * last.orbit.period_multiple() as f64 / last.orbit.period();
             let guess: Vec<State> =
                 last.orbit.states().iter().map(|s| State { t: s.t * times, ..opposite(s) }).collect();
-            match shooting.run(&*model, &guess) {
+            match shooting.solve(&*model, &guess) {
                 Ok(orbit) => {
                     let (found, wanted) = (&orbit.states()[0], &guess[0]);
                     let places = |state: &State| -> Vec<f64> {

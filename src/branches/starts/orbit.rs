@@ -19,7 +19,7 @@ impl<F: Family> Start<F> for &[State] {
     type Point = BranchPoint;
 
     fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
-        let orbit = settings.shooting.run(&*family.at(settings.from)?, self)?;
+        let orbit = settings.shooting.solve(&*family.at(settings.from)?, self)?;
         settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
     }
 }
@@ -52,7 +52,7 @@ impl<F: Family> Start<F> for &ShootingOrbit {
     type Point = BranchPoint;
 
     fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
-        let orbit = settings.shooting.again(&*family.at(settings.from)?, self)?;
+        let orbit = settings.shooting.solve_from(&*family.at(settings.from)?, self)?;
         settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
     }
 }

@@ -1,6 +1,6 @@
 //! Step sizes: settings of the solvers, PI controller.
 
-use crate::ode::integrate_error::IntegrateError;
+use crate::error::{ParameterError, check};
 use crate::ode::stepping::engine::Tableau;
 
 /// Settings of all solvers.
@@ -44,40 +44,29 @@ impl StepRule<'_> {
     /// Checks the settings and returns the absolute tolerance of every component; empty for a fixed step.
     ///
     /// # Errors
-    /// [`IntegrateError::Setting`] or [`IntegrateError::ToleranceLength`].
-    pub(crate) fn check(&self, components: usize) -> Result<Vec<f64>, IntegrateError> {
-        let positive = |name: &'static str, value: f64| {
-            if value > 0.0 && (value.is_finite() || name == "max_step") {
-                Ok(())
-            } else {
-                Err(IntegrateError::Setting { name, value, allowed: "positive and finite" })
-            }
-        };
+    /// A setting outside its range.
+    pub(crate) fn check(&self, components: usize) -> Result<Vec<f64>, ParameterError> {
         match self {
             StepRule::Fixed(step) => {
-                positive("step", *step)?;
+                check::above_zero("step", *step)?;
                 Ok(Vec::new())
             }
-            StepRule::Adaptive(tolerances) => {
-                positive("rtol", tolerances.rtol)?;
-                positive("max_step", tolerances.max)?;
-                tolerances.first.map_or(Ok(()), |step| positive("first_step", step))?;
-                tolerances.atol.iter().try_for_each(|&atol| positive("atol", atol))?;
-                if !(0.0..0.2).contains(&tolerances.beta) {
-                    return Err(IntegrateError::Setting {
-                        name: "pi_beta",
-                        value: tolerances.beta,
-                        allowed: "in [0, 0.2)",
-                    });
+            StepRule::Adaptive(Tolerances { rtol, atol, first, max, beta, .. }) => {
+                check::above_zero("rtol", *rtol)?;
+                if *max != f64::INFINITY {
+                    check::above_zero("max_step", *max)?;
                 }
-                match tolerances.atol[..] {
-                    [one] => Ok(vec![one; components]),
-                    _ if tolerances.atol.len() == components => Ok(tolerances.atol.clone()),
-                    _ => Err(IntegrateError::ToleranceLength {
-                        expected: components,
-                        found: tolerances.atol.len(),
-                    }),
+                first.map_or(Ok(0.0), |step| check::above_zero("first_step", step))?;
+                atol.iter().try_for_each(|&atol| check::above_zero("atol", atol).map(drop))?;
+                if !(0.0..0.2).contains(beta) {
+                    let (name, value) = ("pi_beta".into(), *beta);
+                    return Err(ParameterError::OutOfRange { name, value, allowed: "[0, 0.2)" });
                 }
+                if let [one] = atol[..] {
+                    return Ok(vec![one; components]);
+                }
+                check::length("atol", atol.len(), components)?;
+                Ok(atol.clone())
             }
         }
     }

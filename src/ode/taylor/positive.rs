@@ -1,6 +1,6 @@
 //! The first instant at which a polynomial ceases to be positive.
 
-use crate::numeric::bracket::Bracket;
+use crate::numeric::bracket::{Bracket, rounding};
 use crate::ode::taylor::expansion::coefficients::ORDERS;
 use crate::ode::taylor::expansion::sums::SECOND;
 
@@ -122,16 +122,6 @@ impl Polynomial {
 
     /// The root between `lo` with p > 0 and `hi` with p <= 0, from a guess.
     fn root_between(&self, lo: f64, hi: f64, guess: f64) -> f64 {
-        let (mut bracket, mut s) = (Bracket { lo, hi }, guess);
-        for _ in 0..60 {
-            let (value, slope) = self.with_slope(s);
-            bracket.narrow(s, value > 0.0);
-            let next = if value == 0.0 { s } else { bracket.newton_or_middle(s, value, slope) };
-            if (next - s).abs() <= 2.0 * f64::EPSILON * s {
-                return next;
-            }
-            s = next;
-        }
-        s
+        Bracket { lo, hi }.solve(guess, false, rounding, |s| self.with_slope(s))
     }
 }

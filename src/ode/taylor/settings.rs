@@ -1,6 +1,6 @@
 //! The Taylor integrator and its settings.
 
-use crate::ode::integrate_error::IntegrateError;
+use crate::error::ParameterError;
 use crate::ode::stepping::control::{Limits, StepRule, Tolerances};
 use crate::ode::taylor::expansion::coefficients::ORDERS;
 
@@ -97,26 +97,23 @@ impl Taylor {
     /// Checks the relative tolerance of a run without absolute tolerances that are chosen for it.
     ///
     /// # Errors
-    /// [`IntegrateError::Setting`].
-    pub(super) fn check_rtol(&self) -> Result<(), IntegrateError> {
-        let value = self.tolerances.rtol;
+    /// [`ParameterError::OutOfRange`].
+    pub(super) fn check_rtol(&self) -> Result<(), ParameterError> {
+        let (name, value) = ("rtol".into(), self.tolerances.rtol);
         let ok = (RTOL[0]..=RTOL[1]).contains(&value);
-        ok.then_some(()).ok_or(IntegrateError::Setting { name: "rtol", value, allowed: "in 1e-16 ..= 0.1" })
+        ok.then_some(()).ok_or(ParameterError::OutOfRange { name, value, allowed: "[1e-16, 0.1]" })
     }
 
     /// The order and the absolute tolerance of every component.
     ///
     /// # Errors
     /// A setting outside its range.
-    pub(super) fn check(&self, components: usize) -> Result<(usize, Vec<f64>), IntegrateError> {
+    pub(super) fn check(&self, components: usize) -> Result<(usize, Vec<f64>), ParameterError> {
         let atol = StepRule::Adaptive(&self.tolerances).check(components)?;
         let order = self.order.unwrap_or(Taylor::order_for(self.tolerances.rtol));
         if !(RANGE[0]..=RANGE[1]).contains(&order) {
-            return Err(IntegrateError::Setting {
-                name: "order",
-                value: order as f64,
-                allowed: "in 4 ..= 28",
-            });
+            let (name, value) = ("order".into(), order as f64);
+            return Err(ParameterError::OutOfRange { name, value, allowed: "[4, 28]" });
         }
         Ok((order, atol))
     }

@@ -3,7 +3,6 @@
 use crate::error::ParameterError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
-use crate::roots::root::RootError;
 use thiserror::Error;
 
 /// Errors of [`Balance`](crate::Balance).
@@ -113,7 +112,7 @@ pub enum BalanceError {
     },
     /// The root finder did not converge.
     #[error(
-        "the balance did not converge in {} iterations: the largest residual is {}; try a guess projected \
+        "the balance did not converge in {} iterations: the largest residual is {:?}; try a guess projected \
          from a settled motion, over several periods if the motion repeats only after several",
         last.iterations(), last.residual()
     )]
@@ -133,8 +132,8 @@ pub enum BalanceError {
     },
     /// The accuracy was not reached.
     #[error(
-        "the accuracy {wanted} was not reached with orders up to {highest}: the estimated error is \
-         {reached}{}",
+        "the accuracy {wanted:?} was not reached with orders up to {highest}: the estimated error is \
+         {reached:?}{}",
         cause.as_ref().map_or(String::new(), |c| format!("; more orders fail: {c}"))
     )]
     Accuracy {
@@ -159,7 +158,19 @@ pub enum BalanceError {
         /// Largest residual of every iterate, the guess first; may be empty.
         history: Vec<f64>,
     },
-    /// Another error of the root finder, for example of its settings.
-    #[error(transparent)]
-    Root(RootError),
+}
+
+impl BalanceError {
+    /// The last iterate, or the best orbit; `None` if the iteration did not begin.
+    pub fn last(&self) -> Option<&FourierOrbit> {
+        match self {
+            BalanceError::Slope { last, .. }
+            | BalanceError::Undetermined { last, .. }
+            | BalanceError::NotConverged { last, .. }
+            | BalanceError::NotFinite { last, .. }
+            | BalanceError::Budget { last, .. }
+            | BalanceError::Accuracy { best: last, .. } => Some(last),
+            _ => None,
+        }
+    }
 }

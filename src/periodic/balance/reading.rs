@@ -1,8 +1,7 @@
-//! Results of an orbit: time histories, contacts, the orbit of the equation by shooting.
+//! Results of an orbit: time histories, contacts.
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Periodic, State};
-use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrator::Integrator;
 use crate::ode::trajectory::{Failed, Trajectory};
 use crate::periodic::balance::fourier_orbit::{FourierOrbit, hermite_extreme};
@@ -12,9 +11,6 @@ use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::{Transform, samples_for, spread, unpack, write};
 use crate::periodic::balance::switching::contact_history::ContactHistory;
 use crate::periodic::balance::switching::instants::Switching;
-use crate::periodic::shooting::failure::ShootingError;
-use crate::periodic::shooting::multiple::Shooting;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -67,39 +63,6 @@ impl FourierOrbit {
             }
         }
         FourierOrbit::of(harmonics, span, coefficients, n)
-    }
-
-    /// Finds the orbit of the equation near this series by multiple shooting, to 1e-12 of its range, with its
-    /// monodromy matrix.
-    ///
-    /// Its first correction measures the error of the series. If it exceeds 0.1, there is no orbit of the
-    /// equation near the series.
-    ///
-    /// # Errors
-    /// [`ShootingError`].
-    pub fn polish<M: Periodic + ?Sized>(&self, model: &M) -> Result<ShootingOrbit, ShootingError> {
-        self.polish_within(model, &Budget::new())
-    }
-
-    /// [`polish`](FourierOrbit::polish) within a budget of steps and time over all integrations.
-    ///
-    /// # Errors
-    /// [`ShootingError`].
-    pub fn polish_within<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        budget: &Budget,
-    ) -> Result<ShootingOrbit, ShootingError> {
-        self.polish_metered(&model, &budget.begin())
-    }
-
-    pub(crate) fn polish_metered(
-        &self,
-        model: &dyn Periodic,
-        meter: &Meter<'_>,
-    ) -> Result<ShootingOrbit, ShootingError> {
-        let nodes = (self.harmonics.highest() / 16).clamp(1, 16);
-        Shooting::new().multiple(self.harmonics.periods()).run_within(model, &self.states(nodes)?, meter)
     }
 
     /// Time history: `samples` states at uniform instants over one span, from t = 0. The trajectory also

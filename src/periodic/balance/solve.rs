@@ -7,27 +7,42 @@ use crate::model::shape::Shape;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
-use crate::periodic::balance::equations::metered::Metered;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::settings::{Balance, Roots};
+use crate::periodic::metered::{Failure, Metered};
 use crate::roots::broyden::FirstJacobian;
 use crate::roots::newton::Newton;
 use crate::roots::residual::Residual;
 use crate::roots::root::{Root, RootError};
 
+/// Factor on the number of samples or panels that shows whether they are enough.
+pub(crate) const FINER: usize = 2;
+
 impl Balance {
     /// The equations of the balance. Their unknowns are scaled by the sizes of the coordinates of `near`.
     ///
     /// # Errors
-    /// [`BalanceError`] for too few samples, a way of integration that is not available for the model, or an
-    /// orbit that does not fit the model.
+    /// [`BalanceError`] for too few samples, a way of integration that is not available for the model, an
+    /// orbit that does not fit the model, or a call that exceeds its time or is cancelled.
     pub fn equations<'m, M: Periodic + ?Sized>(
         &self,
         model: &'m M,
         near: &FourierOrbit,
     ) -> Result<BalanceEquations<'m, M>, BalanceError> {
-        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 1)
+        self.set_up(model, near, 1, &self.budget.begin())
+    }
+
+    /// [`equations`](Balance::equations) with the rest of a budget. `finer`: factor on the number of samples, or on
+    /// the number of panels.
+    pub(crate) fn set_up<'m, M: Periodic + ?Sized>(
+        &self,
+        model: &'m M,
+        near: &FourierOrbit,
+        finer: usize,
+        meter: &Meter<'_>,
+    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
+        BalanceEquations::new(model, &self.harmonics, self.integrals, near, finer, meter)
     }
 
     /// The orbit with every contact fixed on one piece: the usual guess for [`solve`](Balance::solve). It is
@@ -36,11 +51,7 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`]: the linear system is singular, for example with contacts fixed in their gap, or the
     /// model does not evaluate its laws on fixed pieces.
-    pub fn linearised<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        flank: Piece,
-    ) -> Result<FourierOrbit, BalanceError> {
+    pub fn linearised(&self, model: &dyn Periodic, flank: Piece) -> Result<FourierOrbit, BalanceError> {
         self.linearised_on(model, &vec![flank; model.contacts()])
     }
 
@@ -48,15 +59,11 @@ impl Balance {
     ///
     /// # Errors
     /// As [`linearised`](Balance::linearised); also a wrong number of pieces.
-    pub fn linearised_on<M: Periodic + ?Sized>(
+    pub fn linearised_on(
         &self,
-        model: &M,
+        model: &dyn Periodic,
         pieces: &[Piece],
     ) -> Result<FourierOrbit, BalanceError> {
-        self.linearised_any(&model, pieces)
-    }
-
-    fn linearised_any(&self, model: &dyn Periodic, pieces: &[Piece]) -> Result<FourierOrbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
         crate::periodic::balance::admission::refuse_stops(model)?;
         if model.contacts() > 0 && !model.offers().pieces {
@@ -69,9 +76,9 @@ impl Balance {
             vec![0.0; model.dof() * width],
             model.dof(),
         );
-        let mut equations = self.equations(model, &rest)?.on_fixed_pieces(pieces);
-        let x = equations.unknowns(&rest);
         let meter = self.budget.begin();
+        let mut equations = self.set_up(model, &rest, 1, &meter)?.on_fixed_pieces(pieces);
+        let x = equations.unknowns(&rest);
         let root = Newton::new().solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
         self.finish(&equations, root, &meter, pieces.iter().position(|&p| p == Piece::Gap))
     }
@@ -80,23 +87,19 @@ impl Balance {
     ///
     /// # Errors
     /// [`BalanceError`]; the errors of the root finder contain the last iterate.
-    pub fn solve<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        guess: &FourierOrbit,
-    ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_within(&model, guess, &self.budget.begin())
+    pub fn solve(&self, model: &dyn Periodic, guess: &FourierOrbit) -> Result<FourierOrbit, BalanceError> {
+        self.find(model, guess, &self.budget.begin())
     }
 
-    /// [`solve`](Balance::solve) within the rest of a budget.
-    pub(crate) fn solve_within(
+    /// [`solve`](Balance::solve) with the rest of a budget.
+    pub(crate) fn find(
         &self,
         model: &dyn Periodic,
         guess: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_equations(self.equations(model, guess)?, guess, meter, |orbit| {
-            self.finer_equations(model, orbit)
+        self.solve_equations(self.set_up(model, guess, 1, meter)?, guess, meter, |orbit| {
+            self.set_up(model, orbit, FINER, meter)
         })
     }
 
@@ -113,17 +116,18 @@ impl Balance {
         model: &Machine<G>,
         guess: &FourierOrbit,
     ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_truncating_within(model, guess, &self.budget.begin())
+        self.find_truncating(model, guess, &self.budget.begin())
     }
 
-    pub(crate) fn solve_truncating_within<G: Shape>(
+    /// [`solve_truncating_forces`](Balance::solve_truncating_forces) with the rest of a budget.
+    pub(crate) fn find_truncating<G: Shape>(
         &self,
         model: &Machine<G>,
         guess: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_equations(self.truncating_equations(model, guess)?, guess, meter, |orbit| {
-            Ok(self.finer_equations(model, orbit)?.truncating_forces())
+        self.solve_equations(self.truncating_equations(model, guess, meter)?, guess, meter, |orbit| {
+            Ok(self.set_up(model, orbit, FINER, meter)?.truncating_forces())
         })
     }
 
@@ -132,21 +136,13 @@ impl Balance {
         &self,
         model: &'m Machine<G>,
         near: &FourierOrbit,
+        meter: &Meter<'_>,
     ) -> Result<BalanceEquations<'m, Machine<G>>, BalanceError> {
-        let equations = self.equations(model, near)?;
+        let equations = self.set_up(model, near, 1, meter)?;
         if equations.integrals() == Integrals::Panels {
             return Err(BalanceError::NotAvailable { integrals: self.integrals });
         }
         Ok(equations.truncating_forces())
-    }
-
-    /// The equations with integrals twice as fine.
-    pub(crate) fn finer_equations<'m, M: Periodic + ?Sized>(
-        &self,
-        model: &'m M,
-        near: &FourierOrbit,
-    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
-        BalanceEquations::new(model, &self.harmonics, self.integrals, near, 2)
     }
 
     fn solve_equations<'m, M: Periodic + ?Sized>(
@@ -178,16 +174,7 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`] if the model does not evaluate its laws on fixed pieces, or as for
     /// [`equations`](Balance::equations).
-    pub fn flank_jacobian<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        flank: Piece,
-        near: &FourierOrbit,
-    ) -> Result<FirstJacobian, BalanceError> {
-        self.flank_jacobian_any(&model, flank, near)
-    }
-
-    fn flank_jacobian_any(
+    pub fn flank_jacobian(
         &self,
         model: &dyn Periodic,
         flank: Piece,
@@ -218,36 +205,29 @@ impl Balance {
             orbit.notes = equations.notes();
             orbit
         };
-        root.map(|root| orbit(&root)).map_err(|error| match error {
-            RootError::Slope { equation, unknown, last, .. } => BalanceError::Slope {
-                acceleration: equations.layout.coordinate(equation),
-                coordinate: equations.layout.coordinate(unknown),
-                last: Box::new(orbit(&last)),
-                history: last.history,
-            },
-            // Residuals after the end of the budget are NaN.
-            RootError::NotFinite { last, .. }
-            | RootError::NotConverged { last }
-            | RootError::Singular { last, .. }
-                if let Some(exhausted) = meter.exhausted() =>
-            {
-                BalanceError::Budget { exhausted, last: Box::new(orbit(&last)), history: last.history }
-            }
-            RootError::Singular { .. } if let Some(contact) = start_in_gap => {
+        let error = match root {
+            Ok(root) => return Ok(orbit(&root)),
+            Err(error) => error,
+        };
+        let coordinate = |unknown| equations.layout.coordinate(unknown);
+        let (failure, root) = Failure::of(error, meter)?;
+        let (last, history) = (Box::new(orbit(&root)), root.history);
+        Err(match failure {
+            Failure::Singular { .. } if let Some(contact) = start_in_gap => {
                 BalanceError::StartInGap { contact }
             }
-            RootError::Singular { unknown, last } => BalanceError::Undetermined {
-                coordinate: equations.layout.coordinate(unknown),
-                last: Box::new(orbit(&last)),
-                history: last.history,
+            Failure::Budget(exhausted) => BalanceError::Budget { exhausted, last, history },
+            Failure::Slope { equation, unknown } => BalanceError::Slope {
+                acceleration: coordinate(equation),
+                coordinate: coordinate(unknown),
+                last,
+                history,
             },
-            RootError::NotConverged { last } => {
-                BalanceError::NotConverged { last: Box::new(orbit(&last)), history: last.history }
+            Failure::Singular { unknown } => {
+                BalanceError::Undetermined { coordinate: coordinate(unknown), last, history }
             }
-            RootError::NotFinite { last, .. } => {
-                BalanceError::NotFinite { last: Box::new(orbit(&last)), history: last.history }
-            }
-            other => BalanceError::Root(other),
+            Failure::NotConverged => BalanceError::NotConverged { last, history },
+            Failure::NotFinite => BalanceError::NotFinite { last, history },
         })
     }
 }

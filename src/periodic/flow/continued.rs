@@ -25,10 +25,10 @@ pub(crate) struct Continued<'m, M: ?Sized> {
     rigid: Vec<[bool; 2]>,
     /// Sizes of coordinates and velocities.
     scale: &'m [f64],
-    room: RefCell<Room>,
+    scratch: RefCell<Scratch>,
 }
 
-struct Room {
+struct Scratch {
     contacts: Vec<Contact>,
     /// Gradients of the distance past the piece, one contact after the other.
     gradients: Vec<f64>,
@@ -45,7 +45,7 @@ struct Room {
 const INSIDE: f64 = 1e-9;
 
 /// Step of the differences of a deflection, as a share of the size of the component.
-const STEP: f64 = 1e-4;
+const DIFFERENCE_STEP: f64 = 1e-4;
 
 /// Maximum number of projections onto all edges. One is enough unless contacts share coordinates.
 const SWEEPS: usize = 8;
@@ -69,7 +69,7 @@ pub(crate) fn gradient(
     let n = y.len() / 2;
     for j in 0..y.len() {
         let here = y[j];
-        let step = STEP * scale[j].max(1e-3 * here.abs());
+        let step = DIFFERENCE_STEP * scale[j].max(1e-3 * here.abs());
         let mut side = |at: f64| {
             y[j] = at;
             h(&y[..n], &y[n..])
@@ -83,17 +83,23 @@ pub(crate) fn gradient(
 impl<'m, M: Model + ?Sized> Continued<'m, M> {
     pub(crate) fn new(model: &'m M, scale: &'m [f64]) -> Self {
         let (n, contacts) = (model.dof(), model.contacts());
-        let own = model.contacts() == 0 || model.offers().pieces;
-        let (m, room) = if own { (0, 0) } else { (2 * n, contacts) };
-        let room = Room {
-            contacts: vec![Contact::default(); room],
-            gradients: vec![0.0; room * m],
-            left: Vec::with_capacity(room),
+        let own = contacts == 0 || model.offers().pieces;
+        let (m, scratch) = if own { (0, 0) } else { (2 * n, contacts) };
+        let scratch = Scratch {
+            contacts: vec![Contact::default(); scratch],
+            gradients: vec![0.0; scratch * m],
+            left: Vec::with_capacity(scratch),
             inside: vec![0.0; m],
             further: vec![0.0; m],
             a: vec![0.0; m / 2],
         };
-        Continued { model, own, rigid: model.offers().rigid_edges(contacts), scale, room: RefCell::new(room) }
+        Continued {
+            model,
+            own,
+            rigid: model.offers().rigid_edges(contacts),
+            scale,
+            scratch: RefCell::new(scratch),
+        }
     }
 
     /// Computes `inside` = y_i and `further` = y_i + φ Δ and returns φ; `None` if the state is inside all
@@ -101,9 +107,16 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
     ///
     /// Each projection moves y by -(p + m)/|S g|² S² g, with p the distance past the edge, m the margin, g =
     /// ∂p/∂y and S = diag(scale).
-    fn move_inside(&self, room: &mut Room, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64]) -> Option<f64> {
+    fn move_inside(
+        &self,
+        scratch: &mut Scratch,
+        pieces: &[Piece],
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+    ) -> Option<f64> {
         let (model, n) = (self.model, q.len());
-        let Room { contacts, gradients, left, inside, further, .. } = room;
+        let Scratch { contacts, gradients, left, inside, further, .. } = scratch;
         model.contact(u, q, v, contacts);
         left.clear();
         let gap = |c: &Contact| Some(c.upper - c.lower).filter(|gap| gap.is_finite());
@@ -214,23 +227,25 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
         if self.own {
             return accelerate(self.model, Some(pieces), u, q, v, a);
         }
-        let room = &mut *self.room.borrow_mut();
-        let Some(share) = self.move_inside(room, pieces, u, q, v) else {
+        let scratch = &mut *self.scratch.borrow_mut();
+        let Some(share) = self.move_inside(scratch, pieces, u, q, v) else {
             return self.model.accel(u, q, v, a);
         };
         let n = q.len();
-        self.model.accel(u, &room.inside[..n], &room.inside[n..], a);
-        self.model.accel(u, &room.further[..n], &room.further[n..], &mut room.a);
-        a.iter_mut().zip(&room.a).for_each(|(a, further)| *a += (*a - further) / share);
+        self.model.accel(u, &scratch.inside[..n], &scratch.inside[n..], a);
+        self.model.accel(u, &scratch.further[..n], &scratch.further[n..], &mut scratch.a);
+        a.iter_mut().zip(&scratch.a).for_each(|(a, further)| *a += (*a - further) / share);
     }
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         let Some(fixed) = pieces.filter(|_| !self.own) else {
             return self.model.jacobian(offered(self.model, pieces), u, q, v, out);
         };
-        let room = &mut *self.room.borrow_mut();
-        match self.move_inside(room, fixed, u, q, v) {
+        let scratch = &mut *self.scratch.borrow_mut();
+        match self.move_inside(scratch, fixed, u, q, v) {
             None => self.model.jacobian(None, u, q, v, out),
-            Some(_) => self.model.jacobian(None, u, &room.inside[..q.len()], &room.inside[q.len()..], out),
+            Some(_) => {
+                self.model.jacobian(None, u, &scratch.inside[..q.len()], &scratch.inside[q.len()..], out)
+            }
         }
     }
 }

@@ -26,7 +26,7 @@ pub(crate) enum Stop {
 pub(crate) struct Interrupter<'t, 'w, 'm, M: ?Sized> {
     pub(crate) tangent: &'t Tangent<'m, M>,
     pub(crate) watch: Option<&'w mut dyn Observer>,
-    pub(crate) meter: Option<&'t Meter<'t>>,
+    pub(crate) meter: &'t Meter<'t>,
     pub(crate) saltation: Saltation<'t, Continued<'m, M>>,
     /// Sizes of the differences up to which the tolerances are valid; empty: all sizes.
     pub(crate) serves: Vec<f64>,
@@ -40,7 +40,7 @@ impl<M: Model + ?Sized> Observer for Interrupter<'_, '_, '_, M> {
         if let Some(watch) = &mut self.watch {
             let _ = watch.step(step);
         }
-        if self.meter.is_some_and(|meter| meter.spend().is_err()) {
+        if self.meter.spend().is_err() {
             self.stop = Stop::Budget;
             return ControlFlow::Break(());
         }

@@ -9,3 +9,4 @@ pub(crate) mod saltation;
 pub(crate) mod tangent;
 pub(crate) mod tangent_tape;
 pub(crate) mod variation;
+pub(crate) mod walk;

@@ -8,7 +8,7 @@ use crate::periodic::flow::impact::Impact;
 use crate::periodic::flow::saltation::{CENTRAL, Saltation, distance, edge_rate};
 
 /// Step of the differences of the velocities after an impact, as a share of the size of the motion `[1]`.
-const STEP: f64 = 3e-4;
+const PROBE_STEP: f64 = 3e-4;
 
 /// A start at this distance from a stop, as a share of the deflection, is on the stop `[1]`.
 const ON_STOP: f64 = 1e-12;
@@ -26,7 +26,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             }
             self.q.copy_from_slice(&state.q);
             self.v.copy_from_slice(&state.v);
-            let (c, way) = (self.look(contact, state.t), if lower { 1.0 } else { -1.0 });
+            let (c, way) = (self.contact_at(contact, state.t), if lower { 1.0 } else { -1.0 });
             self.pieces.iter_mut().zip(&self.contacts).for_each(|(piece, c)| *piece = c.piece());
             self.pieces[contact] = Piece::Gap;
             let [past, rate] = [distance(&c, lower), c.rate - edge_rate(&c, lower)].map(|d| way * d);
@@ -50,7 +50,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     /// For one coordinate and a stop at rest the saltation matrix is [[-e, 0], [(a⁺ + e a)/v, -e]].
     pub(crate) fn rebound(&mut self, contact: usize, on: Piece, t: f64) {
         let n = self.n;
-        let (c, lower) = (self.look(contact, t), on == Piece::Lower);
+        let (c, lower) = (self.contact_at(contact, t), on == Piece::Lower);
         self.slope(contact, lower);
         self.move_onto(distance(&c, lower));
         let rate = c.rate - edge_rate(&c, lower);
@@ -80,7 +80,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             }
         }
         self.v[..n].copy_from_slice(&self.impact.after);
-        let c = self.look(contact, t);
+        let c = self.contact_at(contact, t);
         let speed = (c.rate - edge_rate(&c, lower)).abs();
         if self.impact.flights[contact].lands(t, speed, ON_STOP * c.deflection.abs()) {
             self.rests = Some(contact);
@@ -108,7 +108,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         if length == 0.0 {
             return;
         }
-        let mut step = STEP / length;
+        let mut step = PROBE_STEP / length;
         for _ in 0..QUARTERINGS {
             let reach = 2.0 * step * dt.abs();
             if model.next_edge(t - reach).is_none_or(|edge| edge > t + reach) {

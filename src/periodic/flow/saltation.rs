@@ -201,7 +201,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     }
 
     /// Reads a contact at time `t`, before the drives jump.
-    pub(crate) fn look(&mut self, contact: usize, t: f64) -> Contact {
+    pub(crate) fn contact_at(&mut self, contact: usize, t: f64) -> Contact {
         let n = self.n;
         self.model.drive(t, Side::Before, &mut self.u);
         self.model.contact(&self.u, &self.q[..n], &self.v[..n], &mut self.contacts);
@@ -212,7 +212,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     /// differences changed by more than [`NEGLIGIBLE`].
     fn cross(&mut self, contact: usize, to: Piece, times: [f64; 2]) -> bool {
         let n = self.n;
-        let c = self.look(contact, times[1]);
+        let c = self.contact_at(contact, times[1]);
         // If the gap has no width, the contact reaches the other flank at the same instant.
         let to = match (self.pieces[contact], to) {
             (Piece::Lower, Piece::Gap) if c.upper <= c.lower => Piece::Upper,

@@ -174,12 +174,12 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
 
     /// Runs to `t_end` with fixed tolerances. Returns the state and the number of crossings. If the budget is
     /// spent, the state is the last one reached.
-    pub(crate) fn run_metered(
+    pub(crate) fn flow_with_fixed_tolerances(
         &self,
         tolerance: f64,
         start: State,
         t_end: f64,
-        meter: Option<&Meter<'_>>,
+        meter: &Meter<'_>,
     ) -> Result<(State, u64), IntegrateError> {
         // The tolerances depend on the state: they are not below the rounding error of the motion.
         let atol = self.tolerances(tolerance, &start, &vec![1.0; self.columns]);
@@ -207,7 +207,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         meter: &Meter<'_>,
         watch: Option<&mut dyn Observer>,
     ) -> Result<(State, u64), IntegrateError> {
-        let (state, crossings) = self.follow(start, t_end, Some(meter), watch, &mut |state| {
+        let (state, crossings) = self.follow(start, t_end, meter, watch, &mut |state| {
             let sizes: Vec<f64> =
                 (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
             (self.tolerances(tolerance, state, &sizes), sizes.iter().map(|size| GROWTH * size).collect())
@@ -223,7 +223,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         &self,
         start: State,
         t_end: f64,
-        meter: Option<&Meter<'_>>,
+        meter: &Meter<'_>,
         watch: Option<&mut dyn Observer>,
         choose: &mut Choose<'_>,
     ) -> Result<(State, u64), IntegrateError> {

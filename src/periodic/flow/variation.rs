@@ -1,6 +1,7 @@
 //! The flow and its derivative with respect to the start.
 
 use crate::analysis::motion_size::MotionSize;
+use crate::error::check;
 use crate::model::equations::{Model, State};
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
@@ -73,23 +74,8 @@ impl Variation {
     ///
     /// # Errors
     /// [`IntegrateError`].
-    pub fn run<M: Model + ?Sized>(
-        &self,
-        model: &M,
-        start: &State,
-        t_end: f64,
-    ) -> Result<Transition, IntegrateError> {
-        self.run_any(&model, start, t_end)
-    }
-
-    fn run_any(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
-        if !(1e-16..1.0).contains(&self.tolerance) {
-            return Err(IntegrateError::Setting {
-                name: "tolerance",
-                value: self.tolerance,
-                allowed: "in [1e-16, 1)",
-            });
-        }
+    pub fn run(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
+        check::tolerance("tolerance", self.tolerance)?;
         start.check(model.dof())?;
         let meter = self.budget.begin();
         let mut motion = MotionSize::new(model.dof(), &[]);

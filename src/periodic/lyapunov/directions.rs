@@ -70,7 +70,8 @@ impl Flow<'_, '_> {
             let share = (-f64::from(self.halvings)).exp2();
             let next = done + share;
             let end = if next < 1.0 { from + (until - from) * next } else { until };
-            let ahead = self.tangent.run_metered(self.tolerance, all.clone(), end, Some(self.meter))?.0;
+            let ahead =
+                self.tangent.flow_with_fixed_tolerances(self.tolerance, all.clone(), end, self.meter)?.0;
             self.meter.left()?;
             let least = self.directions.measure(&ahead);
             if least.1 >= LEAST || (least.1 > 0.0 && self.halvings == HALVINGS) {

@@ -120,7 +120,7 @@ pub enum LyapunovError {
     /// The length of a direction falls to zero at one instant, for example where a body sticks. The flow is
     /// singular there and the direction has no finite exponent.
     #[error(
-        "direction {direction} shrinks to zero at t = {t} after {} measured periods: \
+        "direction {direction} shrinks to zero at t = {t:?} after {} measured periods: \
          the flow is singular there",
         so_far.measured()
     )]

@@ -119,7 +119,7 @@ impl Lyapunov {
     /// # Errors
     /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the periods measured
     /// so far.
-    pub fn run<M: Periodic + ?Sized>(&self, model: &M, start: &State) -> Result<Exponents, LyapunovError> {
+    pub fn run(&self, model: &dyn Periodic, start: &State) -> Result<Exponents, LyapunovError> {
         self.run_over(model, start, model.period())
     }
 
@@ -128,28 +128,13 @@ impl Lyapunov {
     /// # Errors
     /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the spans measured so
     /// far.
-    pub fn run_over<M: Model + ?Sized>(
-        &self,
-        model: &M,
-        start: &State,
-        span: f64,
-    ) -> Result<Exponents, LyapunovError> {
+    pub fn run_over(&self, model: &dyn Model, start: &State, span: f64) -> Result<Exponents, LyapunovError> {
         self.run_while(model, start, span, &|| true)
     }
 
     /// [`run_over`](Lyapunov::run_over) while `go_on` returns `true`. Then it returns the exponents over the
     /// spans measured so far.
-    pub(crate) fn run_while<M: Model + ?Sized>(
-        &self,
-        model: &M,
-        start: &State,
-        span: f64,
-        go_on: &dyn Fn() -> bool,
-    ) -> Result<Exponents, LyapunovError> {
-        self.run_any(&model, start, span, go_on)
-    }
-
-    fn run_any(
+    pub(crate) fn run_while(
         &self,
         model: &dyn Model,
         start: &State,
@@ -262,10 +247,7 @@ impl Lyapunov {
                 return Err(ParameterError::TooFew { name: name.into(), value, min: 1 });
             }
         }
-        if self.renormalisations > MAX {
-            let (name, value) = ("renormalisations".into(), self.renormalisations as f64);
-            return Err(ParameterError::OutOfRange { name, value, allowed: "[1, 65536] per period" });
-        }
+        check::count("renormalisations", &[self.renormalisations], MAX_RENORMALISATIONS)?;
         check::tolerance("tolerance", self.tolerance).map(drop)
     }
 
@@ -274,19 +256,14 @@ impl Lyapunov {
         if components == 0 {
             return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, min: 1 }.into());
         }
-        if count > components {
-            let allowed = "[1, number of coordinates and velocities]";
-            return Err(
-                ParameterError::OutOfRange { name: "count".into(), value: count as f64, allowed }.into()
-            );
-        }
+        check::count("count", &[count], components)?;
         check::scale("span", span)?;
         Ok(start.check(components / 2)?)
     }
 }
 
 /// Maximum number of renormalisations per period.
-const MAX: usize = 1 << 16;
+const MAX_RENORMALISATIONS: usize = 1 << 16;
 
 /// Minimum standard error per period, in tolerances of the flow. The scatter of the growth does not show the
 /// local errors of the flow.

@@ -31,12 +31,12 @@ pub(crate) struct Guess {
 }
 
 /// Default number of segments: one per 32 steps of the coarse run, at most 128.
-const STEPS: usize = 32;
+const STEPS_PER_SEGMENT: usize = 32;
 
-const MAX: usize = 128;
+const MAX_SEGMENTS: usize = 128;
 
 /// A last state within this share of the period of the end repeats the first state and is dropped.
-const SAME: f64 = 1e-9;
+const SAME_TIME: f64 = 1e-9;
 
 impl Guess {
     pub(crate) fn of(
@@ -51,7 +51,7 @@ impl Guess {
         let period = plan.multiple as f64 * check::scale("period of the model", model.period())?;
         let end = first.t + period;
         let mut states = guess.to_vec();
-        if states.len() > 1 && states.last().is_some_and(|last| (last.t - end).abs() <= SAME * period) {
+        if states.len() > 1 && states.last().is_some_and(|last| (last.t - end).abs() <= SAME_TIME * period) {
             states.pop();
         }
         let mut after = f64::NEG_INFINITY;
@@ -83,7 +83,7 @@ impl Guess {
                 .map_err(|error| fail(i, error, &states))?;
         }
         if states.len() == 1 {
-            let count = plan.segments.unwrap_or((motion.steps / STEPS).clamp(1, MAX));
+            let count = plan.segments.unwrap_or((motion.steps / STEPS_PER_SEGMENT).clamp(1, MAX_SEGMENTS));
             let times: Vec<f64> = (0..count).map(|i| first.t + period * (i as f64 / count as f64)).collect();
             let (mut nodes, mut y) = (vec![first.clone()], vec![0.0; 2 * model.dof()]);
             let mut left = &times[1..];

@@ -5,9 +5,11 @@ use crate::model::equations::{Model, Periodic, State};
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::flow::walk::SegmentError;
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::guess::{Guess, NodePlan};
+use crate::periodic::shooting::neighbour::Neighbour;
 use crate::periodic::shooting::segments::{Round, Segments};
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use crate::roots::newton::is_monotone;
@@ -37,19 +39,19 @@ use crate::roots::newton::is_monotone;
 /// impl Periodic for Swing {
 ///     fn period(&self) -> f64 { std::f64::consts::PI }
 /// }
-/// let cycle = Shooting::new().run(&Swing, &[State::at_rest(1)])?;
+/// let cycle = Shooting::new().solve(&Swing, &[State::at_rest(1)])?;
 /// assert!((cycle.states()[0].q[0] + 3.0 / 9.04).abs() < 1e-10); // (1 - Ω²)/((1 - Ω²)² + (0.1 Ω)²)
 /// # Ok::<(), gear_dynamics::periodic::ShootingError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shooting {
-    multiple: usize,
+    pub(crate) multiple: usize,
     segments: Option<usize>,
     tolerance: f64,
-    flow_tolerance: f64,
+    pub(crate) flow_tolerance: f64,
     max_iterations: usize,
     method: Option<FlowMethod>,
-    budget: Budget,
+    pub(crate) budget: Budget,
 }
 
 impl Default for Shooting {
@@ -59,7 +61,7 @@ impl Default for Shooting {
 }
 
 /// Maximum number of periods and of segments of an orbit.
-const MAX: usize = 1_000_000;
+const MAX_COUNT: usize = 1_000_000;
 
 /// Minimum damping factor; the iteration fails below it.
 const MIN_DAMPING: f64 = 1.0 / 1024.0;
@@ -69,7 +71,7 @@ const MIN_DAMPING: f64 = 1.0 / 1024.0;
 const NOISE: f64 = 1e-9;
 
 /// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
-const LOOSER: f64 = 100.0;
+pub(crate) const LOOSER: f64 = 100.0;
 
 impl Shooting {
     /// Defaults: orbits of one period, tolerance 1e-12, flow tolerance 1e-13, 40 iterations, the default
@@ -130,16 +132,46 @@ impl Shooting {
     /// # Errors
     /// [`ShootingError`]; after the first integration it holds the last iterate and the history of
     /// corrections.
-    pub fn run<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        guess: &[State],
-    ) -> Result<ShootingOrbit, ShootingError> {
-        self.run_within(&model, guess, &self.budget.begin())
+    pub fn solve(&self, model: &dyn Periodic, guess: &[State]) -> Result<ShootingOrbit, ShootingError> {
+        self.find(model, guess, &self.budget.begin())
     }
 
-    /// [`run`](Shooting::run) within the rest of a budget.
-    pub(crate) fn run_within(
+    /// Finds the orbit near a known motion: the orbit of a neighbouring model, or a Fourier series. Its states
+    /// keep their phases; the velocities are scaled with the frequency. The period multiple is that of the
+    /// neighbour.
+    ///
+    /// From a series of the same model it finds the orbit of the equation itself. The first correction then
+    /// measures the error of the series. If it exceeds 0.1, there is no orbit of the equation near the series.
+    ///
+    /// # Errors
+    /// [`ShootingError`].
+    pub fn solve_from(
+        &self,
+        model: &dyn Periodic,
+        neighbour: &dyn Neighbour,
+    ) -> Result<ShootingOrbit, ShootingError> {
+        self.find_near(model, neighbour, &self.budget.begin())
+    }
+
+    /// [`solve_from`](Shooting::solve_from) with the rest of a budget.
+    pub(crate) fn find_near(
+        &self,
+        model: &dyn Periodic,
+        neighbour: &dyn Neighbour,
+        meter: &Meter<'_>,
+    ) -> Result<ShootingOrbit, ShootingError> {
+        let multiple = neighbour.period_multiple();
+        let stretch = multiple as f64 * model.period() / neighbour.period();
+        let mut guess = neighbour.nodes()?;
+        for state in &mut guess {
+            state.t *= stretch;
+            state.v.iter_mut().for_each(|v| *v /= stretch);
+        }
+        Shooting { multiple, ..self.clone() }.find(model, &guess, meter)
+    }
+
+    /// [`solve`](Shooting::solve) with the rest of a budget.
+    fn find(
         &self,
         model: &dyn Periodic,
         guess: &[State],
@@ -153,27 +185,6 @@ impl Shooting {
             method: self.method,
         };
         self.newton(model, Guess::of(model, &plan, guess, meter)?, meter)
-    }
-
-    /// Finds the orbit of a neighbouring model from a known orbit. The nodes keep their phases; the
-    /// velocities are scaled with the frequency.
-    ///
-    /// # Errors
-    /// [`ShootingError`].
-    pub fn again<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        cycle: &ShootingOrbit,
-    ) -> Result<ShootingOrbit, ShootingError> {
-        let multiple = cycle.period_multiple();
-        let stretch = multiple as f64 * model.period() / cycle.period();
-        let moved = |state: &State| State {
-            t: state.t * stretch,
-            q: state.q.clone(),
-            v: state.v.iter().map(|v| v / stretch).collect(),
-        };
-        let guess: Vec<State> = cycle.states().iter().map(moved).collect();
-        Shooting { multiple, ..self.clone() }.run(model, &guess)
     }
 
     pub(crate) fn correction_tolerance(&self) -> f64 {
@@ -194,8 +205,8 @@ impl Shooting {
         if let Some(&(name, value)) = counts.iter().find(|(_, value)| *value == 0) {
             return Err(ParameterError::TooFew { name: name.into(), value, min: 1 }.into());
         }
-        check::count("multiple", &[self.multiple], MAX)?;
-        check::count("segments", &[segments], MAX)?;
+        check::count("multiple", &[self.multiple], MAX_COUNT)?;
+        check::count("segments", &[segments], MAX_COUNT)?;
         check::positive("tolerance", self.tolerance)?;
         check::tolerance("flow_tolerance", self.flow_tolerance)?;
         Ok(())
@@ -225,12 +236,13 @@ impl Shooting {
             let range = segments.range()[component];
             ShootingError::NotConverged { component, range, correction: share * range, last }
         };
-        let mut here = match segments.round(guess.states, None, self.flow_tolerance, meter) {
-            Ok(round) => round,
-            Err((segment, error, states)) => {
-                return Err(ShootingError::Flow { segment, error, last: fail(&states, &corrections) });
-            }
-        };
+        let mut here = segments.round(&guess.states, None, self.flow_tolerance, meter).map_err(
+            |SegmentError { segment, error }| ShootingError::Flow {
+                segment,
+                error,
+                last: fail(&guess.states, &corrections),
+            },
+        )?;
         for _ in 0..self.max_iterations {
             let last = |corrections: &[f64]| fail(&here.states, corrections);
             let system = match Cyclic::factor(&here.transitions, segments.rigid()) {
@@ -254,14 +266,14 @@ impl Shooting {
             let mut damping = 1.0;
             let next = loop {
                 let (states, slack) = segments.moved(&here, &step, &slack, damping);
-                match segments.round(states, Some(&slack), self.flow_tolerance, meter) {
+                match segments.round(&states, Some(&slack), self.flow_tolerance, meter) {
                     Ok(trial) => {
                         let simplified = segments.norm(&system.solve(&trial.defects).0);
                         if is_monotone(simplified / size, damping) || simplified <= self.tolerance {
                             break Some(trial);
                         }
                     }
-                    Err((segment, error @ IntegrateError::Budget { .. }, _)) => {
+                    Err(SegmentError { segment, error: error @ IntegrateError::Budget { .. } }) => {
                         return Err(ShootingError::Flow { segment, error, last: last(&corrections) });
                     }
                     Err(_) => {}
@@ -291,17 +303,10 @@ impl Shooting {
         corrections: Vec<f64>,
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
-        let looser = segments
-            .round(round.states.clone(), Some(&round.slack), LOOSER * self.flow_tolerance, meter)
-            .ok();
-        ShootingOrbit::new(
-            model,
-            segments,
-            round,
-            looser,
-            self.multiple,
-            self.flow_tolerance,
-            (first, corrections),
-        )
+        let looser =
+            segments.round(&round.states, Some(&round.slack), LOOSER * self.flow_tolerance, meter).ok();
+        let mut orbit = ShootingOrbit::new(self, segments, round, looser, (first, corrections))?;
+        orbit.find_least_multiple(model, segments, meter)?;
+        Ok(orbit)
     }
 }

@@ -21,7 +21,7 @@ use std::ops::ControlFlow;
 /// ```
 /// use gear_dynamics::{Harmonics, Shooting, State, Statistics, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
-/// let orbit = Shooting::new().run(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let orbit = Shooting::new().solve(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
 /// let recorded = orbit.record(&pair)?;
 /// let mut statistics = Statistics::new(&pair, &["deflection"])?;
 /// recorded.replay(&mut statistics);
@@ -65,7 +65,7 @@ impl ShootingOrbit {
     ///
     /// # Errors
     /// [`IntegrateError`].
-    pub fn record<M: Model + ?Sized>(&self, model: &M) -> Result<RecordedOrbit, IntegrateError> {
+    pub fn record(&self, model: &dyn Model) -> Result<RecordedOrbit, IntegrateError> {
         let dof = model.dof();
         let mut recorded = RecordedOrbit { dof, steps: Vec::new(), period: self.period() };
         let mut y = vec![0.0; 2 * dof];

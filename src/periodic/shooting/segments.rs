@@ -4,10 +4,10 @@ use crate::model::constants::DriveSlope;
 use crate::model::equations::{Model, State};
 use crate::numeric::norms::remove;
 use crate::ode::budget::Meter;
-use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::transition;
+use crate::periodic::flow::walk::{SegmentError, segments};
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
@@ -38,6 +38,14 @@ pub(crate) struct Round {
     /// ∂φ(x_i)/∂p at fixed phases, one column for each parameter.
     pub(crate) by_parameters: Vec<DMatrix<f64>>,
     pub(crate) crossings: u64,
+}
+
+impl Round {
+    /// Monodromy matrix: the product X_{N-1} ... X_1 X_0 of all transition matrices.
+    pub(crate) fn monodromy(&self) -> DMatrix<f64> {
+        let m = 2 * self.states[0].q.len();
+        self.transitions.iter().fold(DMatrix::identity(m, m), |product, x| x * product)
+    }
 }
 
 impl<'m, M: Model + ?Sized> Segments<'m, M> {
@@ -71,32 +79,28 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     }
 
     /// Integrates over all segments. Without a given slack, the slack is the one that makes the rigid part of
-    /// the last defect zero. An error holds the index of its segment and the states.
+    /// the last defect zero.
     pub(crate) fn round(
         &self,
-        states: Vec<State>,
+        states: &[State],
         slack: Option<&DVector<f64>>,
         tolerance: f64,
         meter: &Meter<'_>,
-    ) -> Result<Round, (usize, IntegrateError, Vec<State>)> {
+    ) -> Result<Round, SegmentError> {
         let count = states.len();
         let (mut transitions, mut defects, mut crossings) =
             (Vec::with_capacity(count), Vec::with_capacity(count), 0);
         let (m, all) = (self.scale.len(), self.scale.len() + self.forced.len());
         let flow = Tangent::new(self.model, all, &self.forced, &self.scale, tolerance, &self.expansion);
         let mut by_parameters = Vec::with_capacity(count);
-        for (i, state) in states.iter().enumerate() {
-            let next = states.get(i + 1).unwrap_or(&states[0]);
-            let until = if i + 1 < count { next.t } else { self.end };
-            match transition(&flow, tolerance, state, until, meter) {
-                Ok((end, matrix, crossed)) => {
-                    crossings += crossed;
-                    by_parameters.push(matrix.columns(m, self.forced.len()).into_owned());
-                    transitions.push(matrix.resize_horizontally(m, 0.0));
-                    defects.push(self.difference(next, &end));
-                }
-                Err(error) => return Err((i, error, states)),
-            }
+        for (segment, state, until) in segments(states, self.end) {
+            let next = states.get(segment + 1).unwrap_or(&states[0]);
+            let (end, matrix, crossed) = transition(&flow, tolerance, state, until, meter)
+                .map_err(|error| SegmentError { segment, error })?;
+            crossings += crossed;
+            by_parameters.push(matrix.columns(m, self.forced.len()).into_owned());
+            transitions.push(matrix.resize_horizontally(m, 0.0));
+            defects.push(self.difference(next, &end));
         }
         let slack = match (slack, defects.last()) {
             (None, Some(last)) => -self.rigid.tr_mul(last),
@@ -106,7 +110,7 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         if let Some(last) = defects.last_mut() {
             *last += &self.rigid * &slack;
         }
-        Ok(Round { states, slack, transitions, defects, by_parameters, crossings })
+        Ok(Round { states: states.to_vec(), slack, transitions, defects, by_parameters, crossings })
     }
 
     /// The ends of all segments.
@@ -115,17 +119,13 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         states: &[State],
         tolerance: f64,
         meter: &Meter<'_>,
-    ) -> Result<Vec<State>, (usize, IntegrateError, Vec<State>)> {
+    ) -> Result<Vec<State>, SegmentError> {
         let flow = Tangent::new(self.model, 0, &[], &self.scale, tolerance, &self.expansion);
-        let mut ends = Vec::with_capacity(states.len());
-        for (i, state) in states.iter().enumerate() {
-            let until = states.get(i + 1).map_or(self.end, |next| next.t);
-            match transition(&flow, tolerance, state, until, meter) {
-                Ok((end, ..)) => ends.push(end),
-                Err(error) => return Err((i, error, states.to_vec())),
-            }
-        }
-        Ok(ends)
+        let end = |(segment, state, until): (usize, &State, f64)| {
+            let found = transition(&flow, tolerance, state, until, meter);
+            found.map(|(end, ..)| end).map_err(|error| SegmentError { segment, error })
+        };
+        segments(states, self.end).map(end).collect()
     }
 
     /// a - b in units of `scale`.
@@ -176,12 +176,6 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     }
     pub(crate) fn elastic(&self, z: &DVector<f64>) -> DVector<f64> {
         z - &self.rigid * self.rigid.tr_mul(z)
-    }
-
-    /// Monodromy matrix: the product X_{N-1} ... X_1 X_0 of all transition matrices.
-    pub(crate) fn monodromy(&self, round: &Round) -> DMatrix<f64> {
-        let m = self.scale.len();
-        round.transitions.iter().fold(DMatrix::identity(m, m), |product, x| x * product)
     }
 
     /// Drift B s of the coordinates and of the velocities over one period, in the units of the model.

@@ -1,19 +1,19 @@
 //! A periodic orbit to the accuracy of the integration.
 
 use crate::model::equations::{Model, State};
+use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
-use crate::ode::methods::dop853::Dop853;
 use crate::ode::outcome::Stats;
 use crate::ode::step::{Observer, Step};
-use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::FlowMethod;
-use crate::periodic::flow::tangent::{NONE, finest};
 use crate::periodic::flow::variation::unscaled;
+use crate::periodic::flow::walk::{SegmentError, Walk};
 use crate::periodic::multipliers::{Multipliers, Stability};
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
+use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::segments::{Round, Segments};
 use nalgebra::DMatrix;
+use std::ops::ControlFlow;
 
 /// A periodic orbit found by [`Shooting`](crate::Shooting): states at the nodes, monodromy matrix, Floquet
 /// multipliers, and the history of the corrections.
@@ -21,7 +21,7 @@ use nalgebra::DMatrix;
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Periodic, Shooting, Statistics, periodic::Stability};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let cycle = Shooting::new().run(&pair, &[pair.static_start()?])?;
+/// let cycle = Shooting::new().solve(&pair, &[pair.static_start()?])?;
 /// assert_eq!((cycle.crossings(), cycle.stability()), (0, Stability::Stable));
 ///
 /// let mut statistics = Statistics::new(&pair, &["q1"])?;
@@ -47,55 +47,38 @@ pub struct ShootingOrbit {
     pub(crate) crossings: u64,
     pub(crate) flow: f64,
     pub(crate) method: FlowMethod,
-}
-
-/// The parts of an orbit found by continuation.
-pub(crate) struct OrbitParts {
-    pub(crate) states: Vec<State>,
-    pub(crate) end: f64,
-    pub(crate) multiple: usize,
-    pub(crate) scale: Vec<f64>,
-    pub(crate) range: Vec<f64>,
-    pub(crate) drift: [Vec<f64>; 2],
-    pub(crate) monodromy: DMatrix<f64>,
-    pub(crate) multipliers: Multipliers,
-    pub(crate) corrections: Vec<f64>,
-    pub(crate) crossings: u64,
-    pub(crate) flow: f64,
-    pub(crate) method: FlowMethod,
+    pub(crate) budget: Budget,
 }
 
 /// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.
 const REPEATS: f64 = 1e-8;
 
 impl ShootingOrbit {
+    /// The orbit of a converged round. `looser`: the round with a larger flow tolerance, which shows the error of
+    /// the multipliers.
     pub(crate) fn new(
-        model: &dyn Model,
+        shooting: &Shooting,
         segments: &Segments<'_, dyn Model + '_>,
         round: Round,
         looser: Option<Round>,
-        periods: usize,
-        flow: f64,
         (first, corrections): (f64, Vec<f64>),
     ) -> Result<Self, ShootingError> {
-        let monodromy = segments.monodromy(&round);
-        let last = || Iterate { states: round.states.clone(), corrections: corrections.clone() };
-        let multipliers =
-            Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY).ok_or_else(|| {
-                ShootingError::NotConverged {
-                    component: 0,
-                    range: segments.range()[0],
-                    correction: f64::NAN,
-                    last: last(),
-                }
-            })?;
-        let other = looser
-            .and_then(|looser| Multipliers::without(&segments.monodromy(&looser), segments.rigid(), 0.0));
+        let monodromy = round.monodromy();
+        let multipliers = match Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY) {
+            Ok(multipliers) => multipliers,
+            Err(_) => {
+                let (component, range) = (0, segments.range()[0]);
+                let last = Iterate { states: round.states, corrections };
+                return Err(ShootingError::NotConverged { component, range, correction: f64::NAN, last });
+            }
+        };
+        let other =
+            looser.and_then(|looser| Multipliers::without(&looser.monodromy(), segments.rigid(), 0.0).ok());
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
-        let mut cycle = ShootingOrbit {
+        Ok(ShootingOrbit {
             end: segments.end(),
-            multiple: periods,
-            least: periods,
+            multiple: shooting.multiple,
+            least: shooting.multiple,
             scale: segments.scale().to_vec(),
             range: segments.range().to_vec(),
             drift: segments.drift(&round.slack),
@@ -103,41 +86,34 @@ impl ShootingOrbit {
             multipliers: multipliers.with_error(error),
             first,
             crossings: round.crossings,
-            flow,
-            states: round.states.clone(),
-            corrections: corrections.clone(),
+            flow: shooting.flow_tolerance,
+            states: round.states,
+            corrections,
             method: segments.method(),
-        };
-        for shorter in (1..cycle.multiple).filter(|p| cycle.multiple.is_multiple_of(*p)) {
-            let start = &cycle.states[0];
-            let later = cycle
-                .at(model, start.t + cycle.period() * shorter as f64 / cycle.multiple as f64)
-                .map_err(|error| ShootingError::Flow { segment: 0, error, last: last() })?;
+            budget: shooting.budget.clone(),
+        })
+    }
+
+    /// Finds the smallest number of periods of the drives after which the state repeats.
+    pub(crate) fn find_least_multiple(
+        &mut self,
+        model: &dyn Model,
+        segments: &Segments<'_, dyn Model + '_>,
+        meter: &Meter<'_>,
+    ) -> Result<(), ShootingError> {
+        for shorter in (1..self.multiple).filter(|p| self.multiple.is_multiple_of(*p)) {
+            let start = &self.states[0];
+            let t = start.t + self.period() * shorter as f64 / self.multiple as f64;
+            let later = self.state_at(model, t, meter).map_err(|error| {
+                let last = Iterate { states: self.states.clone(), corrections: self.corrections.clone() };
+                ShootingError::Flow { segment: 0, error, last }
+            })?;
             if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
-                cycle.least = shorter;
+                self.least = shorter;
                 break;
             }
         }
-        Ok(cycle)
-    }
-
-    pub(crate) fn from_parts(parts: OrbitParts) -> Self {
-        ShootingOrbit {
-            states: parts.states,
-            end: parts.end,
-            multiple: parts.multiple,
-            least: parts.multiple,
-            scale: parts.scale,
-            range: parts.range,
-            drift: parts.drift,
-            monodromy: parts.monodromy,
-            multipliers: parts.multipliers,
-            first: parts.corrections.first().copied().unwrap_or(0.0),
-            corrections: parts.corrections,
-            crossings: parts.crossings,
-            flow: parts.flow,
-            method: parts.method,
-        }
+        Ok(())
     }
 
     /// States at the nodes, over one period of the orbit.
@@ -212,20 +188,22 @@ impl ShootingOrbit {
         self.drift[1].iter().map(|dv| dv / self.period()).collect()
     }
 
-    fn solver(&self, from: &State) -> Dop853 {
-        let atol = from.q.iter().chain(&from.v).zip(&self.scale).map(|(y, s)| finest(self.flow * s, *y));
-        Dop853::new().rtol(NONE).atol_each(&atol.collect::<Vec<_>>())
+    /// The same orbit with another limit on the steps and the time of one integration along it: of
+    /// [`at`](ShootingOrbit::at), [`observe`](ShootingOrbit::observe) and [`record`](ShootingOrbit::record).
+    /// Default: the [`Budget`] of the shooting; after a continuation or reading the default budget.
+    pub fn budget(self, budget: Budget) -> Self {
+        ShootingOrbit { budget, ..self }
     }
 
-    /// State at any time, integrated from the node before it.
+    /// State at any time, integrated from the node before it by DOP853.
     ///
     /// # Errors
     /// [`IntegrateError`]; also for a time that is not finite.
-    pub fn at<M: Model + ?Sized>(&self, model: &M, t: f64) -> Result<State, IntegrateError> {
-        self.at_any(&model, t)
+    pub fn at(&self, model: &dyn Model, t: f64) -> Result<State, IntegrateError> {
+        self.state_at(model, t, &self.budget.begin())
     }
 
-    fn at_any(&self, model: &dyn Model, t: f64) -> Result<State, IntegrateError> {
+    fn state_at(&self, model: &dyn Model, t: f64, meter: &Meter<'_>) -> Result<State, IntegrateError> {
         let (start, period) = (self.states[0].t, self.period());
         if !t.is_finite() {
             return Err(IntegrateError::OutputTime { index: 0, value: t, start });
@@ -233,10 +211,13 @@ impl ShootingOrbit {
         let turns = ((t - start) / period).floor();
         let inside = (t - turns * period).clamp(start, self.end);
         let node = self.states.partition_point(|state| state.t <= inside).max(1) - 1;
-        let from = &self.states[node];
-        let continued = Continued::new(model, &self.scale);
-        let mut state =
-            if inside > from.t { self.solver(from).end(&continued, from, inside)? } else { from.clone() };
+        let mut state = self.states[node].clone();
+        if inside > state.t {
+            // To prepare a Taylor series takes longer than one segment.
+            let mut walk = Walk::new(model, &self.scale, self.flow, FlowMethod::Dop853);
+            let mut quiet = |_: &mut Step<'_>| ControlFlow::Continue(());
+            state = walk.run(&state, inside, &mut quiet, meter)?.state;
+        }
         // Drift of the rigid motion after n whole periods T, at time τ within the period:
         // q += n Δq + n ((n - 1) T/2 + τ) Δv, v += n Δv.
         let since = inside - start;
@@ -250,32 +231,15 @@ impl ShootingOrbit {
         Ok(state)
     }
 
-    /// Integrates one period of the orbit and passes every step to an observer. Each segment starts from its
-    /// node, so that the run also stays on an unstable orbit.
+    /// Integrates one period of the orbit, by the [method](ShootingOrbit::flow_method) that found it, and passes
+    /// every step to an observer. Each segment starts from its node, so that the run also stays on an unstable
+    /// orbit.
     ///
     /// # Errors
     /// [`IntegrateError`].
-    pub fn observe<M: Model + ?Sized, O: Observer>(
-        &self,
-        model: &M,
-        observer: &mut O,
-    ) -> Result<Stats, IntegrateError> {
-        let continued = Continued::new(model, &self.scale);
-        let mut all = Stats::default();
-        for (i, from) in self.states.iter().enumerate() {
-            let until = self.states.get(i + 1).map_or(self.end, |next| next.t);
-            let run = self
-                .solver(from)
-                .run(&continued, from, until, &mut |step: &mut Step<'_>| observer.step(step))?;
-            all.steps += run.stats.steps;
-            all.rejected += run.stats.rejected;
-            all.evaluations += run.stats.evaluations;
-            all.crossings += run.stats.crossings;
-            all.drive_edges += run.stats.drive_edges;
-            if run.stopped {
-                break;
-            }
-        }
-        Ok(all)
+    pub fn observe(&self, model: &dyn Model, observer: &mut dyn Observer) -> Result<Stats, IntegrateError> {
+        Walk::new(model, &self.scale, self.flow, self.method)
+            .follow(&self.states, self.end, observer, &self.budget.begin())
+            .map_err(|SegmentError { error, .. }| error)
     }
 }

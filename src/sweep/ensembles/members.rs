@@ -42,13 +42,14 @@ use thiserror::Error;
 /// assert!((bands.at("q1", 4)?.mean() - 0.52).abs() < 0.01);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct Ensemble {
+#[derive(Clone, Debug)]
+pub struct Ensemble<'w> {
     members: u64,
     pub(crate) times: Vec<f64>,
     pub(crate) channels: Vec<String>,
     pub(crate) peaks: Vec<String>,
     rattle: bool,
+    monitor: Monitor<'w>,
 }
 
 /// Errors of an [`Ensemble`] as a whole.
@@ -90,7 +91,7 @@ const MAX_MEMBERS: u64 = u32::MAX as u64;
 /// Maximum number of distributions, channels × spans: two gigabytes if all their bins are in use.
 const MAX_FIGURES: usize = 1 << 18;
 
-impl Ensemble {
+impl<'w> Ensemble<'w> {
     /// Members 0, 1, ... from time 0 to `end`, sampled at `spans + 1` equally spaced times, both ends
     /// included.
     ///
@@ -113,7 +114,14 @@ impl Ensemble {
         check::positive("end of the ensemble", end)?;
         let mut times = uniform_times(0.0, end, spans)?;
         times.push(end);
-        Ok(Ensemble { members, times, channels: Vec::new(), peaks: Vec::new(), rattle: false })
+        Ok(Ensemble {
+            members,
+            times,
+            channels: Vec::new(),
+            peaks: Vec::new(),
+            rattle: false,
+            monitor: Monitor::new(),
+        })
     }
     /// Requests the distribution of these channels at every time. Maximum: channels × spans = 2¹⁸.
     pub fn channels(self, names: &[&str]) -> Self {
@@ -128,12 +136,18 @@ impl Ensemble {
     pub fn rattle(self) -> Self {
         Ensemble { rattle: true, ..self }
     }
+    /// Reports the progress to a monitor after every member, but no rows. If the monitor cancels the runs, the
+    /// result holds the members that finished.
+    pub fn monitor(self, monitor: &Monitor<'w>) -> Self {
+        Ensemble { monitor: *monitor, ..self }
+    }
 
     /// Runs all members. `family` maps a member number to the model and its start state at time 0.
     ///
     /// # Errors
     /// [`EnsembleError`]. If at least one member succeeds, members that fail are counted in
-    /// [`Bands::failed`] instead.
+    /// [`Bands::failed`] instead. [`EnsembleError::Cancelled`] if the monitor cancels before any member
+    /// finished.
     pub fn run<M, I, X>(
         &self,
         solver: &I,
@@ -144,25 +158,7 @@ impl Ensemble {
         I: Integrator + Sync,
         X: Display,
     {
-        self.run_monitored(solver, family, &Monitor::new())
-    }
-
-    /// As [`run`](Ensemble::run), with a [`Monitor`]. The monitor receives the progress after every member,
-    /// but no rows. After cancelling, the result holds the members that finished.
-    ///
-    /// # Errors
-    /// As [`run`](Ensemble::run); [`EnsembleError::Cancelled`] if no member finished.
-    pub fn run_monitored<M, I, X>(
-        &self,
-        solver: &I,
-        family: impl Fn(u64) -> Result<(M, State), X> + Sync,
-        monitor: &Monitor<'_>,
-    ) -> Result<Bands, EnsembleError>
-    where
-        M: Model,
-        I: Integrator + Sync,
-        X: Display,
-    {
+        let monitor = &self.monitor;
         let figures = check::count(
             "distributions, one for each channel and time",
             &[self.channels.len(), self.times.len() - 1],
@@ -194,7 +190,7 @@ impl Ensemble {
             let waiting = ((1 << 20) / (figures as u64 + 1)).clamp(1, WAITING);
             let until = (next + waiting * rayon::current_num_threads() as u64).min(self.members);
             let run = |member| {
-                let seen = self.member(solver, &family, member, monitor).transpose();
+                let seen = self.member(solver, &family, member).transpose();
                 if seen.is_some() {
                     monitor.show(1 + shown.fetch_add(1, Ordering::Relaxed), self.members as usize);
                 }
@@ -226,7 +222,6 @@ impl Ensemble {
         solver: &I,
         family: &impl Fn(u64) -> Result<(M, State), X>,
         member: u64,
-        monitor: &Monitor<'_>,
     ) -> Result<Option<MemberResults>, PointError> {
         let (model, start) = family(member).map_err(|e| PointError::Model(e.to_string()))?;
         start.check(model.dof()).map_err(PointError::Start)?;
@@ -272,7 +267,7 @@ impl Ensemble {
             if let Some(rattle) = &mut rattle {
                 let _ = rattle.step(step);
             }
-            if monitor.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if self.monitor.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let end = self.times[self.times.len() - 1];
         let finish = solver.run(&model, &start, end, &mut observe)?;

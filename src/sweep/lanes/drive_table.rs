@@ -31,7 +31,7 @@ pub enum TableError {
     },
     /// A drive edge that is not on a whole step.
     #[error(
-        "a drive jumps at the fraction {edge} of the period, at step {at} of {steps}: it must jump at a \
+        "a drive jumps at the fraction {edge:?} of the period, at step {at:?} of {steps}: it must jump at a \
          whole step; change the number of steps or use the engine Located"
     )]
     EdgeOffGrid {
@@ -43,7 +43,7 @@ pub enum TableError {
         steps: usize,
     },
     /// A drive that is infinite or NaN.
-    #[error("drive {drive} is {value} at the fraction {phase} of the period: it must be finite")]
+    #[error("drive {drive} is {value:?} at the fraction {phase:?} of the period: it must be finite")]
     NotFinite {
         /// Index of the drive.
         drive: usize,

@@ -1,9 +1,8 @@
 //! The motions on which the runs of a sweep ended: attractors and their basins.
 
-use crate::error::check;
+use crate::error::{ParameterError, check};
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
-use crate::sweep::sweep_error::SweepError;
 
 /// The motions on which the runs of a sweep ended, distinguished by their strobed states. If the points of
 /// the sweep are starts, the labels are the basins of attraction.
@@ -76,17 +75,12 @@ impl Attractors {
     /// periods than strobed states counts as one that does not repeat.
     ///
     /// # Errors
-    /// [`SweepError::Setting`] if the rows have no strobed states; a tolerance that is not positive and
-    /// finite.
-    pub fn find(rows: &Rows, tolerance: f64) -> Result<Self, SweepError> {
+    /// Rows without strobed states; a tolerance that is not positive and finite.
+    pub fn find(rows: &Rows, tolerance: f64) -> Result<Self, ParameterError> {
         check::positive("tolerance of one motion", tolerance)?;
         // Without rows the list of motions is empty; this is not an error.
         if rows.layout.strobes == 0 && rows.iter().next().is_some() {
-            return Err(SweepError::Setting {
-                name: "strobe",
-                value: 0.0,
-                allowed: "at least the number of periods of the longest orbit",
-            });
+            return Err(ParameterError::TooFew { name: "strobed states of a row".into(), value: 0, min: 1 });
         }
         let n = rows.layout.dof;
         let mut scale = [f64::MIN_POSITIVE; 2];

@@ -1,16 +1,13 @@
 //! Bifurcation diagrams along the axis (up) and back (down).
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Periodic, State};
+use crate::model::equations::Periodic;
 use crate::sweep::engines::sweep_engine::SweepEngine;
-use crate::sweep::monitor::Monitor;
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
-use crate::sweep::settings::points::Point;
-use crate::sweep::settings::sweep::Sweep;
+use crate::sweep::schedule::runner::Runner;
 use crate::sweep::settings::sweep::WarmStart;
 use crate::sweep::sweep_error::SweepError;
-use std::fmt::Display;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering;
 
@@ -23,97 +20,73 @@ use std::sync::atomic::Ordering;
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
 /// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 120.0, 3)?);
-/// let diagram = Bifurcation::strobed(Sweep::new(speeds).settle(20).measure(4), "q1").run(
-///     &LaneRk4::<4>::new(63 * 32),
+/// let (sweep, engine) = (Sweep::new(speeds).settle(20).measure(4), LaneRk4::<4>::new(63 * 32));
+/// let diagram = Bifurcation::strobed("q1").run(&sweep.runner(
+///     &engine,
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
-/// )?;
+/// ))?;
 /// assert_eq!(diagram.up().iter().map(|p| p.parameter).collect::<Vec<_>>(), [100.0, 110.0, 120.0]);
 /// assert!(diagram.hysteresis(1e-3)?.is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bifurcation {
-    sweep: Sweep,
     channel: String,
     strobed: bool,
 }
 
 impl Bifurcation {
     /// Samples a coordinate or velocity (`q1`, `v1`, ...) once per measured period.
-    pub fn strobed(sweep: Sweep, channel: &str) -> Self {
-        Bifurcation { sweep, channel: channel.into(), strobed: true }
+    pub fn strobed(channel: &str) -> Self {
+        Bifurcation { channel: channel.into(), strobed: true }
     }
     /// Takes the minimum and the maximum of a channel in every measured period.
-    pub fn extremes(sweep: Sweep, channel: &str) -> Self {
-        Bifurcation { sweep, channel: channel.into(), strobed: false }
+    pub fn extremes(channel: &str) -> Self {
+        Bifurcation { channel: channel.into(), strobed: false }
     }
 
-    /// Runs both branches, up and down. The first run of each branch starts from `start`.
+    /// Runs both branches of a sweep, up and down. The first run of each branch starts from the start state of
+    /// the runner. The progress of its [`Monitor`](crate::sweep::Monitor) counts both branches together; the
+    /// monitor gets the rows of both. After cancelling, the diagram holds the points done so far.
     ///
     /// # Errors
-    /// As [`Sweep::run`]; a sweep over more than one parameter; for strobed values a channel that is not a
+    /// As [`Runner::run`]; a sweep over more than one parameter; for strobed values a channel that is not a
     /// coordinate or velocity.
-    pub fn run<M, E, X, Y>(
+    pub fn run<M: Periodic, E: SweepEngine<M>>(
         &self,
-        engine: &E,
-        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
-        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
-    ) -> Result<Diagram, SweepError>
-    where
-        M: Periodic,
-        E: SweepEngine<M>,
-        X: Display,
-        Y: Display,
-    {
-        self.run_monitored(engine, family, start, &Monitor::new())
-    }
-
-    /// As [`run`](Bifurcation::run), with a [`Monitor`]. Its progress counts both branches together; it gets
-    /// the rows of both. After cancelling, the diagram holds the points done so far.
-    ///
-    /// # Errors
-    /// As [`run`](Bifurcation::run).
-    pub fn run_monitored<M, E, X, Y>(
-        &self,
-        engine: &E,
-        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
-        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
-        monitor: &Monitor<'_>,
-    ) -> Result<Diagram, SweepError>
-    where
-        M: Periodic,
-        E: SweepEngine<M>,
-        X: Display,
-        Y: Display,
-    {
-        let points = self.sweep.points();
+        runner: &Runner<'_, M, E>,
+    ) -> Result<Diagram, SweepError> {
+        let (points, monitor) = (runner.sweep.points(), runner.monitor);
         check::length("parameters of a bifurcation diagram", points.names().len(), 1)?;
         let model = (0..points.len())
             .take_while(|_| !monitor.is_cancelled())
-            .find_map(|i| family(&points.point(i)).ok());
+            .find_map(|i| (runner.family)(&points.point(i)).ok());
         let component = match model {
             Some(model) if self.strobed => component(&self.channel, model.dof())?,
             _ => 0,
         };
-        let mut names: Vec<&str> = self.sweep.names().iter().map(String::as_str).collect();
+        let mut names: Vec<&str> = runner.sweep.names().iter().map(String::as_str).collect();
         if !names.contains(&self.channel.as_str()) {
             names.push(&self.channel);
         }
         // Strobed states of all measured periods: the sweep reduces the count to their number.
-        let sweep = self.sweep.clone().channels(&names).strobe(usize::MAX);
+        let sweep = runner.sweep.clone().channels(&names).strobe(usize::MAX);
         let done = [const { AtomicUsize::new(0) }; 2];
         let way = |way: usize, warm_start: WarmStart| {
             let show = |now: usize, total: usize| {
                 let now = done[way].fetch_max(now, Ordering::Relaxed).max(now);
                 monitor.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
             };
-            sweep
-                .clone()
-                .warm_start(warm_start)
-                .runner(engine, &family, &start)
-                .monitor(&monitor.progress(&show))
-                .run()
+            let sweep = sweep.clone().warm_start(warm_start);
+            let way = Runner {
+                sweep: &sweep,
+                engine: runner.engine,
+                family: Box::new(|point| (runner.family)(point)),
+                start: Box::new(|point, model| (runner.start)(point, model)),
+                monitor: monitor.progress(&show),
+            };
+            way.run()
         };
         let (up, down) = rayon::join(|| way(0, WarmStart::Up), || way(1, WarmStart::Down));
         let (up_rows, down_rows) = (up?, down?);
@@ -242,7 +215,7 @@ impl Diagram {
     }
 
     /// The values of the parameter at which hysteresis cannot be decided: neither branch repeats (chaos, not
-    /// settled, or a step too coarse for [`periodic_within`](Sweep::periodic_within)), or a branch failed.
+    /// settled, or a step too coarse for [`periodic_tolerance`](Sweep::periodic_tolerance)), or a branch failed.
     pub fn undecided(&self) -> Vec<f64> {
         let decided: Vec<usize> = self.decided().map(|(a, _)| a.index).collect();
         let points = self.up_rows.points();

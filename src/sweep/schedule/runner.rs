@@ -35,11 +35,11 @@ use std::sync::atomic::AtomicUsize;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Runner<'a, M, E> {
-    sweep: &'a Sweep,
-    engine: &'a E,
-    family: Box<Family<'a, M>>,
-    start: Box<Start<'a, M>>,
-    monitor: Monitor<'a>,
+    pub(crate) sweep: &'a Sweep,
+    pub(crate) engine: &'a E,
+    pub(crate) family: Box<Family<'a, M>>,
+    pub(crate) start: Box<Start<'a, M>>,
+    pub(crate) monitor: Monitor<'a>,
 }
 
 impl Sweep {

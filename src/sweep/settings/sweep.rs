@@ -1,9 +1,9 @@
 //! The settings of a sweep: points, settling and measured periods, requested results.
 
+use crate::error::{ParameterError, check};
 use crate::ode::budget::Budget;
 use crate::periodic::lyapunov::run::Lyapunov;
 use crate::sweep::settings::points::Points;
-use crate::sweep::sweep_error::SweepError;
 
 /// The start of a run: the start of its own point, or the state in which the neighbouring point ended.
 ///
@@ -85,7 +85,7 @@ impl Sweep {
     /// Tolerance within which a motion must repeat to count as periodic, in the same unit as in
     /// [`until_repeats`](Sweep::until_repeats) `[1]`. Default: 1e-6. Period multiples up to 16 are
     /// recognised.
-    pub fn periodic_within(self, tolerance: f64) -> Self {
+    pub fn periodic_tolerance(self, tolerance: f64) -> Self {
         Sweep { tolerance, ..self }
     }
 
@@ -156,16 +156,13 @@ impl Sweep {
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`SweepError::Setting`], [`SweepError::Parameter`].
-    pub(crate) fn check(&self) -> Result<(), SweepError> {
+    /// A setting outside its range.
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
         if self.measure == 0 {
-            return Err(SweepError::Setting { name: "measure", value: 0.0, allowed: "at least 1 period" });
+            return Err(ParameterError::TooFew { name: "measure".into(), value: 0, min: 1 });
         }
-        for (name, value) in [("periodic_within", Some(self.tolerance)), ("until_repeats", self.repeat)] {
-            if let Some(value) = value.filter(|x| !(x.is_finite() && *x > 0.0)) {
-                return Err(SweepError::Setting { name, value, allowed: "positive and finite" });
-            }
-        }
+        check::above_zero("periodic_tolerance", self.tolerance)?;
+        self.repeat.map_or(Ok(0.0), |value| check::above_zero("until_repeats", value))?;
         if let Some(lyapunov) = &self.lyapunov {
             lyapunov.check_settings()?;
         }

@@ -1,6 +1,6 @@
 //! The involute function and its inverse.
 
-use crate::numeric::bracket::Bracket;
+use crate::numeric::bracket::{Bracket, rounding};
 
 /// inv α = tan α - α.
 pub(crate) fn involute(angle: f64) -> f64 {
@@ -9,22 +9,12 @@ pub(crate) fn involute(angle: f64) -> f64 {
 
 /// The angle α in [0, 1.5] rad with inv α = `value`; `None` if there is none.
 pub(crate) fn inverse(value: f64) -> Option<f64> {
-    let mut bracket = Bracket { lo: 0.0, hi: 1.5 };
+    let bracket = Bracket { lo: 0.0, hi: 1.5 };
     if !(value >= 0.0 && value <= involute(bracket.hi)) {
         return None;
     }
-    let mut angle = libm::cbrt(3.0 * value).min(1.4);
-    for _ in 0..100 {
-        let residual = involute(angle) - value;
-        bracket.narrow(angle, residual < 0.0);
-        let slope = libm::tan(angle) * libm::tan(angle);
-        let next = bracket.newton_or_middle(angle, residual, slope);
-        if (next - angle).abs() <= 2.0 * f64::EPSILON * next {
-            return Some(next);
-        }
-        angle = next;
-    }
-    Some(angle)
+    let residual = |angle: f64| (involute(angle) - value, libm::tan(angle) * libm::tan(angle));
+    Some(bracket.solve(libm::cbrt(3.0 * value).min(1.4), true, rounding, residual))
 }
 
 #[cfg(test)]

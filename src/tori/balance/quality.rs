@@ -116,7 +116,7 @@ pub(crate) fn between<M: QuasiPeriodic + ?Sized>(
     let [mut q, mut v, mut second, mut a] = [(); 4].map(|()| vec![0.0; n]);
     let (mut miss, mut size) = (vec![0.0; n], vec![0.0f64; n]);
     for index in 0..count {
-        meter.look()?;
+        meter.check()?;
         angles.iter_mut().enumerate().for_each(|(d, angle)| *angle = TAU * weyl(index, d));
         torus.motion(&angles, [&mut q, &mut v, &mut second]);
         model.drive_at(&angles, Side::After, &mut u);

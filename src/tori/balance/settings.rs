@@ -3,7 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::ode::budget::{Budget, Meter};
-use crate::periodic::balance::equations::metered::Metered;
+use crate::periodic::metered::{Failure, Metered};
 use crate::roots::newton::Newton;
 use crate::roots::residual::Residual;
 use crate::roots::root::{Root, RootError};
@@ -47,7 +47,8 @@ use crate::tori::quasi_periodic::{QuasiPeriodic, checked_frequencies};
 ///         u[0] = 0.3 * angles[0].cos() + 0.2 * angles[1].cos();
 ///     }
 /// }
-/// let torus = TorusBalance::new(WaveVectors::within(&[13, 13])?).solve_from(&Duffing, &[0.0])?;
+/// let balance = TorusBalance::new(WaveVectors::within(&[13, 13])?);
+/// let torus = balance.solve(&Duffing, &balance.at_rest(&Duffing, &[0.0])?)?;
 /// assert!((torus.rms(0) - 0.502_479_824_8).abs() < 1e-9);
 /// assert!(torus.residual_between() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -99,23 +100,13 @@ impl TorusBalance {
         &self.vectors
     }
 
-    /// Finds a torus from a motion at rest, `q` constant. For contacts with moving edges start from
-    /// [`linearised`](TorusBalance::linearised) instead.
+    /// The torus of a motion at rest, `q` constant: a guess for [`solve`](TorusBalance::solve). For contacts
+    /// with moving edges start from [`linearised`](TorusBalance::linearised) instead.
     ///
     /// # Errors
-    /// [`TorusError`].
-    pub fn solve_from<M: QuasiPeriodic + ?Sized>(&self, model: &M, q: &[f64]) -> Result<Torus, TorusError> {
-        let frequencies = checked_frequencies(&model)?;
-        self.solve_any(&model, &Torus::constant(&self.vectors, &frequencies, q)?, &frequencies)
-    }
-
-    /// Finds a torus from a guess: the torus of a neighbouring model, or of the same model with other orders.
-    ///
-    /// # Errors
-    /// [`TorusError`]; [`TorusError::last`] returns the last iterate.
-    pub fn solve<M: QuasiPeriodic + ?Sized>(&self, model: &M, guess: &Torus) -> Result<Torus, TorusError> {
-        let frequencies = checked_frequencies(&model)?;
-        self.solve_any(&model, guess, &frequencies)
+    /// [`TorusError`] for frequencies, drives or coordinates that are not valid.
+    pub fn at_rest(&self, model: &dyn QuasiPeriodic, q: &[f64]) -> Result<Torus, TorusError> {
+        Ok(Torus::constant(&self.vectors, &checked_frequencies(model)?, q)?)
     }
 
     /// The torus with every contact fixed on one piece: the usual guess for a model with contacts. The residual
@@ -123,12 +114,7 @@ impl TorusBalance {
     ///
     /// # Errors
     /// [`TorusError`]; [`TorusError::NotAvailable`] if the model does not evaluate its laws on fixed pieces.
-    pub fn linearised<M: QuasiPeriodic + ?Sized>(
-        &self,
-        model: &M,
-        flank: Piece,
-    ) -> Result<Torus, TorusError> {
-        let model: &dyn QuasiPeriodic = &model;
+    pub fn linearised(&self, model: &dyn QuasiPeriodic, flank: Piece) -> Result<Torus, TorusError> {
         let frequencies = checked_frequencies(model)?;
         let rest = Torus::constant(&self.vectors, &frequencies, &vec![0.0; model.dof()])?;
         self.check(model, &rest, &frequencies)?;
@@ -143,17 +129,17 @@ impl TorusBalance {
         finish(&equations, root, &meter)
     }
 
-    fn solve_any(
-        &self,
-        model: &dyn QuasiPeriodic,
-        guess: &Torus,
-        frequencies: &[f64],
-    ) -> Result<Torus, TorusError> {
-        self.check(model, guess, frequencies)?;
+    /// Finds a torus from a guess: a motion at rest, a linearised or fitted torus, the torus of a neighbouring
+    /// model, or of the same model with other orders.
+    ///
+    /// # Errors
+    /// [`TorusError`]; [`TorusError::last`] returns the last iterate.
+    pub fn solve(&self, model: &dyn QuasiPeriodic, guess: &Torus) -> Result<Torus, TorusError> {
+        let frequencies = checked_frequencies(model)?;
+        self.check(model, guess, &frequencies)?;
         let meter = self.budget.begin();
         // The velocities of the guess follow the frequencies of the model.
-        let guess =
-            Torus::of(self.vectors.clone(), frequencies.to_vec(), guess.on(&self.vectors).all().to_vec());
+        let guess = Torus::of(self.vectors.clone(), frequencies, guess.on(&self.vectors).all().to_vec());
         let mut equations = TorusEquations::new(model, &self.vectors, &guess, self.oversampling)?;
         let x = equations.unknowns(&guess);
         let root = self.newton.solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
@@ -206,26 +192,22 @@ fn finish<M: QuasiPeriodic + ?Sized>(
         torus
     };
     let width = equations.size() / equations.dof();
-    root.map(torus).map_err(|error| match error {
-        // Residuals after the end of the budget are NaN.
-        RootError::NotFinite { last, .. }
-        | RootError::NotConverged { last }
-        | RootError::Singular { last, .. }
-            if let Some(exhausted) = meter.exhausted() =>
-        {
-            TorusError::Budget { exhausted, last: Box::new(torus(*last)) }
+    let error = match root {
+        Ok(root) => return Ok(torus(root)),
+        Err(error) => error,
+    };
+    let (failure, root) = Failure::of(error, meter)?;
+    let last = Box::new(torus(root));
+    Err(match failure {
+        Failure::Budget(exhausted) => TorusError::Budget { exhausted, last },
+        Failure::Slope { equation, unknown } => {
+            TorusError::Slope { acceleration: equation / width, coordinate: unknown / width, last }
         }
-        RootError::Slope { equation, unknown, last, .. } => TorusError::Slope {
-            acceleration: equation / width,
-            coordinate: unknown / width,
-            last: Box::new(torus(*last)),
-        },
-        RootError::Singular { unknown, last } => {
+        Failure::Singular { unknown } => {
             let (coordinate, vector) = equations.meaning(unknown);
-            TorusError::Undetermined { coordinate, vector, last: Box::new(torus(*last)) }
+            TorusError::Undetermined { coordinate, vector, last }
         }
-        RootError::NotConverged { last } => TorusError::NotConverged { last: Box::new(torus(*last)) },
-        RootError::NotFinite { last, .. } => TorusError::NotFinite { last: Box::new(torus(*last)) },
-        other => TorusError::Root(other),
+        Failure::NotConverged => TorusError::NotConverged { last },
+        Failure::NotFinite => TorusError::NotFinite { last },
     })
 }

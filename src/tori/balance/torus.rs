@@ -24,7 +24,8 @@ use std::f64::consts::TAU;
 ///     fn frequencies(&self) -> Vec<f64> { vec![2f64.sqrt(), 3f64.sqrt()] }
 ///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
 /// }
-/// let torus = TorusBalance::new(WaveVectors::within(&[1, 1])?).solve_from(&TwoTones, &[0.0])?;
+/// let balance = TorusBalance::new(WaveVectors::within(&[1, 1])?);
+/// let torus = balance.solve(&TwoTones, &balance.at_rest(&TwoTones, &[0.0])?)?;
 /// assert!((torus.amplitude(0, &[1, 0]) - 1.0 / 1.02f64.sqrt()).abs() < 1e-12); // 1/√((1 - 2)² + 0.01·2)
 /// assert!((torus.amplitude(0, &[0, 1]) - 1.0 / 4.03f64.sqrt()).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -2,7 +2,6 @@
 
 use crate::error::ParameterError;
 use crate::ode::budget::Exhausted;
-use crate::roots::root::RootError;
 use crate::tori::balance::torus::Torus;
 use crate::tori::quasi_periodic::QuasiPeriodicError;
 use thiserror::Error;
@@ -22,9 +21,10 @@ use thiserror::Error;
 ///     fn frequencies(&self) -> Vec<f64> { vec![2.0, 3.0] }
 ///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
 /// }
-/// let error = TorusBalance::new(WaveVectors::in_box(&[3, 3])?).solve_from(&Resonant, &[0.0]).unwrap_err();
+/// let balance = TorusBalance::new(WaveVectors::in_box(&[3, 3])?);
+/// let error = balance.solve(&Resonant, &balance.at_rest(&Resonant, &[0.0])?).unwrap_err();
 /// assert!(matches!(error, TorusError::Commensurate { vector, rate: 0.0, .. } if vector == [3, -2]));
-/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// # Ok::<(), TorusError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -56,8 +56,8 @@ pub enum TorusError {
     },
     /// The base frequencies are commensurate within the kept orders.
     #[error(
-        "the base frequencies are commensurate: |k·ω| is {rate} at the wave vector {vector:?}, and at least \
-         {limit} is required; a periodic motion is found by Balance, a nearly resonant one with fewer orders \
+        "the base frequencies are commensurate: |k·ω| is {rate:?} at the wave vector {vector:?}, and at least \
+         {limit:?} is required; a periodic motion is found by Balance, a nearly resonant one with fewer orders \
          or a smaller separation"
     )]
     Commensurate {
@@ -114,7 +114,7 @@ pub enum TorusError {
     },
     /// The root finder did not converge.
     #[error(
-        "the balance did not converge in {} iterations: the largest residual is {}",
+        "the balance did not converge in {} iterations: the largest residual is {:?}",
         last.iterations(), last.residual()
     )]
     NotConverged {
@@ -135,9 +135,6 @@ pub enum TorusError {
         /// The last iterate, or the guess.
         last: Box<Torus>,
     },
-    /// Another error of the root finder, for example of its settings.
-    #[error(transparent)]
-    Root(RootError),
 }
 
 impl TorusError {

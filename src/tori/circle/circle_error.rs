@@ -3,7 +3,6 @@
 use crate::error::ParameterError;
 use crate::ode::budget::Exhausted;
 use crate::ode::integrate_error::IntegrateError;
-use crate::roots::root::RootError;
 use crate::tori::circle::invariant_circle::InvariantCircle;
 use crate::tori::quasi_periodic::QuasiPeriodicError;
 use thiserror::Error;
@@ -27,7 +26,7 @@ use thiserror::Error;
 ///     State::new(0.0, &[2.0 * angle.cos()], &[-2.0 * angle.sin()])
 /// };
 /// let guess = ClosedCurve::new(&(0..15).map(round).collect::<Vec<_>>())?;
-/// let error = CircleShooting::new().run_free(&VanDerPol, &guess, 1.9).unwrap_err();
+/// let error = CircleShooting::new().solve_free(&VanDerPol, &guess, 1.9).unwrap_err();
 /// let CircleError::Between { tolerance, last } = error else { panic!("the nodes are too few") };
 /// assert!(last.residual() < 1e-9 && last.residual_between() > tolerance);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -52,7 +51,7 @@ pub enum CircleError {
     /// The points do not determine a curve with so many nodes: they are too few, or they repeat, as on an
     /// orbit of a few periods.
     #[error(
-        "{points} points at the rotation {rotation} do not determine {nodes} nodes: they are too few, or the \
+        "{points} points at the rotation {rotation:?} do not determine {nodes} nodes: they are too few, or the \
          motion is periodic"
     )]
     Unspread {
@@ -64,7 +63,9 @@ pub enum CircleError {
         nodes: usize,
     },
     /// The orbit has no pair of complex multipliers from which a circle could begin.
-    #[error("the orbit has no pair of complex multipliers: its largest multiplier has the modulus {largest}")]
+    #[error(
+        "the orbit has no pair of complex multipliers: its largest multiplier has the modulus {largest:?}"
+    )]
     NoPair {
         /// Largest modulus of a multiplier `[1]`.
         largest: f64,
@@ -94,7 +95,7 @@ pub enum CircleError {
     },
     /// Newton's method did not converge.
     #[error(
-        "the circle did not converge in {} iterations: the largest residual is {} of the range",
+        "the circle did not converge in {} iterations: the largest residual is {:?} of the range",
         last.iterations(), last.residual()
     )]
     NotConverged {
@@ -103,7 +104,7 @@ pub enum CircleError {
     },
     /// The iteration ended in a fixed point of the map.
     #[error(
-        "the circle shrank to {share} of the guess, that is, to a periodic orbit: start with a larger \
+        "the circle shrank to {share:?} of the guess, that is, to a periodic orbit: start with a larger \
          amplitude or nearer to the circle"
     )]
     Collapsed {
@@ -114,7 +115,7 @@ pub enum CircleError {
     },
     /// The equations are satisfied at the nodes, but not between them.
     #[error(
-        "the residual between the nodes is {} of the range and at most {tolerance} is accepted: {} nodes are \
+        "the residual between the nodes is {:?} of the range and at most {tolerance:?} is accepted: {} nodes are \
          too few",
         last.residual_between(), last.curve().nodes()
     )]
@@ -132,9 +133,6 @@ pub enum CircleError {
         /// The last iterate; `None` before the first evaluation.
         last: Option<Box<InvariantCircle>>,
     },
-    /// Another error of the root finder, for example of its settings.
-    #[error(transparent)]
-    Root(RootError),
 }
 
 impl CircleError {

@@ -5,8 +5,9 @@ use crate::model::equations::{Periodic, State};
 use crate::ode::budget::Budget;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::FlowMethod;
+use crate::periodic::metered::Failure;
 use crate::roots::newton::Newton;
-use crate::roots::root::{Root, RootError};
+use crate::roots::root::Root;
 use crate::tori::circle::circle_equations::CircleEquations;
 use crate::tori::circle::circle_error::CircleError;
 use crate::tori::circle::closed_curve::{ClosedCurve, checked_nodes};
@@ -50,8 +51,9 @@ use std::f64::consts::TAU;
 ///         u[0] = 0.3 * angles[0].cos() + 0.2 * angles[1].cos();
 ///     }
 /// }
-/// let coarse = TorusBalance::new(WaveVectors::within(&[5, 5])?).solve_from(&Duffing, &[0.0])?;
-/// let circle = CircleShooting::new().run(&Duffing, &coarse.section(0, 31)?)?;
+/// let balance = TorusBalance::new(WaveVectors::within(&[5, 5])?);
+/// let coarse = balance.solve(&Duffing, &balance.at_rest(&Duffing, &[0.0])?)?;
+/// let circle = CircleShooting::new().solve(&Duffing, &coarse.section(0, 31)?)?;
 /// assert!((circle.at(0.0).q[0] + 0.004_735_427_589).abs() < 1e-8);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -103,10 +105,10 @@ impl CircleShooting {
     pub fn nodes(self, nodes: usize) -> Self {
         CircleShooting { nodes: Some(nodes), ..self }
     }
-    /// Index of the base frequency that is strobed, 0 or 1, for [`run`](CircleShooting::run). Default: 0. The
+    /// Index of the base frequency that is strobed, 0 or 1, for [`solve`](CircleShooting::solve). Default: 0. The
     /// circle depends on the other angle: strobe the higher frequency to save time, the other one if the
     /// motion has high orders of the lower one.
-    pub fn strobe(self, strobe: usize) -> Self {
+    pub fn strobed_frequency(self, strobe: usize) -> Self {
         CircleShooting { strobe, ..self }
     }
     /// Largest accepted residual midway between the nodes, as a share of the range of motion of each
@@ -139,35 +141,34 @@ impl CircleShooting {
     ///
     /// # Errors
     /// [`CircleError`]; [`CircleError::last`] returns the last iterate.
-    pub fn run<M: QuasiPeriodic + ?Sized>(
+    pub fn solve(
         &self,
-        model: &M,
+        model: &dyn QuasiPeriodic,
         guess: &ClosedCurve,
     ) -> Result<InvariantCircle, CircleError> {
-        let model: &dyn QuasiPeriodic = &model;
         let frequencies = checked_frequencies(model)?;
         check::length("frequencies", frequencies.len(), 2)?;
         check::count("strobe", &[self.strobe], 1)?;
         let frequencies = [frequencies[0], frequencies[1]];
-        self.solve(&Strobed::TwoAngles { model, frequencies, strobe: self.strobe }, guess, 0.0)
+        self.find(&Strobed::TwoAngles { model, frequencies, strobe: self.strobe }, guess, 0.0)
     }
 
     /// Finds a circle of a model with one period from a guess and its rotation `[rad]`.
     ///
     /// # Errors
     /// [`CircleError`]; [`CircleError::last`] returns the last iterate.
-    pub fn run_free<M: Periodic + ?Sized>(
+    pub fn solve_free(
         &self,
-        model: &M,
+        model: &dyn Periodic,
         guess: &ClosedCurve,
         rotation: f64,
     ) -> Result<InvariantCircle, CircleError> {
         check::scale("period of the model", model.period())?;
         check::quantity("rotation", rotation)?;
-        self.solve(&Strobed::Periodic(&model), guess, rotation)
+        self.find(&Strobed::Periodic(model), guess, rotation)
     }
 
-    fn solve(
+    fn find(
         &self,
         strobed: &Strobed<'_>,
         guess: &ClosedCurve,
@@ -205,20 +206,16 @@ impl CircleShooting {
         let mut found = match root {
             Ok(root) => circle(&root, &equations),
             Err(error) => {
-                let last = error.last().map(|last| circle(last, &equations));
-                return Err(match (error, last, equations.failure.take()) {
+                let (failure, root) = Failure::of(error, &meter)?;
+                let last = Box::new(circle(&root, &equations));
+                return Err(match (failure, equations.failure.take()) {
+                    (Failure::Budget(exhausted), _) => CircleError::Budget { exhausted, last: Some(last) },
                     // The residual is NaN where an integration failed.
-                    (RootError::NotFinite { .. }, last, Some((node, error))) => failed(node, error, last),
-                    (_, last, _) if let Some(exhausted) = meter.exhausted() => {
-                        CircleError::Budget { exhausted, last: last.map(Box::new) }
+                    (Failure::NotFinite | Failure::Slope { .. }, Some((node, error))) => {
+                        failed(node, error, Some(*last))
                     }
-                    (RootError::Singular { unknown, .. }, Some(last), _) => {
-                        CircleError::Singular { unknown, last: Box::new(last) }
-                    }
-                    (RootError::NotConverged { .. }, Some(last), _) => {
-                        CircleError::NotConverged { last: Box::new(last) }
-                    }
-                    (other, ..) => CircleError::Root(other),
+                    (Failure::Singular { unknown }, _) => CircleError::Singular { unknown, last },
+                    _ => CircleError::NotConverged { last },
                 });
             }
         };

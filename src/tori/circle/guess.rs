@@ -66,7 +66,7 @@ impl ClosedCurve {
     /// eigenvector. ε is the amplitude as a share of the range of the orbit, for the component with the
     /// largest share `[1]`.
     ///
-    /// The map of [`CircleShooting::run_free`](crate::tori::CircleShooting::run_free) has the period of the
+    /// The map of [`CircleShooting::solve_free`](crate::tori::CircleShooting::solve_free) has the period of the
     /// drives: the orbit must have that period, too.
     ///
     /// # Errors

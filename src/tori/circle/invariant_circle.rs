@@ -23,7 +23,7 @@ use crate::tori::circle::closed_curve::ClosedCurve;
 ///     State::new(0.0, &[2.0 * angle.cos()], &[-2.0 * angle.sin()])
 /// };
 /// let guess = ClosedCurve::new(&(0..25).map(round).collect::<Vec<_>>())?;
-/// let circle = CircleShooting::new().run_free(&VanDerPol, &guess, 2.0)?;
+/// let circle = CircleShooting::new().solve_free(&VanDerPol, &guess, 2.0)?;
 /// // The frequency is 1 - ε²/16 + 17 ε⁴/3072 with ε = 0.1 (Linstedt and Poincaré).
 /// let frequency = 1.0 - 0.01 / 16.0 + 17e-4 / 3072.0;
 /// assert!((circle.rotation() - 2.0 * frequency).abs() < 1e-7);

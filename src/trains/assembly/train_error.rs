@@ -80,8 +80,8 @@ pub enum TrainError {
     },
     /// A mesh or shaft contradicts the speeds that follow from the others.
     #[error(
-        "the train cannot turn: \"{part}\" requires \"{body}\" to turn at {found} times the reference speed, \
-         other parts at {expected} times"
+        "the train cannot turn: \"{part}\" requires \"{body}\" to turn at {found:?} times the reference speed, \
+         other parts at {expected:?} times"
     )]
     Locked {
         /// The part that closes the loop.
@@ -118,7 +118,7 @@ pub enum TrainError {
     },
     /// Base radii do not have the ratio of the tooth numbers.
     #[error(
-        "the base radii of \"{mesh}\" have the ratio {radii}, its tooth numbers {teeth}: compute the radii from \
+        "the base radii of \"{mesh}\" have the ratio {radii:?}, its tooth numbers {teeth:?}: compute the radii from \
          the teeth"
     )]
     RadiiContradictTeeth {
@@ -138,7 +138,7 @@ pub enum TrainError {
         why: &'static str,
     },
     /// The radius of a noncircular gear jumps.
-    #[error("a base radius of \"{mesh}\" jumps at {angle} rad: the ratio of its gears would jump")]
+    #[error("a base radius of \"{mesh}\" jumps at {angle:?} rad: the ratio of its gears would jump")]
     RadiusJumps {
         /// The mesh.
         mesh: String,
@@ -147,7 +147,7 @@ pub enum TrainError {
     },
     /// The mean ratio of noncircular gears contradicts their tooth numbers.
     #[error(
-        "the mean ratio of the noncircular gears of \"{mesh}\" is {ratio}, that of their teeth {teeth}: scale a base \
+        "the mean ratio of the noncircular gears of \"{mesh}\" is {ratio:?}, that of their teeth {teeth:?}: scale a base \
          radius"
     )]
     MeanRatio {
@@ -200,7 +200,7 @@ pub enum TrainError {
         planet: String,
     },
     /// The radius of a planet does not fit its meshes.
-    #[error("\"{mesh}\" requires the centre of \"{planet}\" at the radius {required} m, not {found} m")]
+    #[error("\"{mesh}\" requires the centre of \"{planet}\" at the radius {required:?} m, not {found:?} m")]
     CentreDistance {
         /// The mesh.
         mesh: String,
@@ -219,8 +219,8 @@ pub enum TrainError {
     },
     /// A planet cannot be put in at its angle.
     #[error(
-        "the planet \"{planet}\" does not assemble at {angle} rad: the nearest angle at which its teeth fit is \
-         {nearest} rad"
+        "the planet \"{planet}\" does not assemble at {angle:?} rad: the nearest angle at which its teeth fit is \
+         {nearest:?} rad"
     )]
     DoesNotAssemble {
         /// The planet.
@@ -232,7 +232,7 @@ pub enum TrainError {
     },
     /// A phase stated for a mesh contradicts tooth numbers.
     #[error(
-        "the phase of \"{mesh}\" is stated as {stated} mesh cycles: it is {computed} by its teeth and place, or by \
+        "the phase of \"{mesh}\" is stated as {stated:?} mesh cycles: it is {computed:?} by its teeth and place, or by \
          MeshPart::phase"
     )]
     PhaseContradicts {
@@ -254,7 +254,7 @@ pub enum TrainError {
     },
     /// The teeth of gears in a loop do not meet.
     #[error(
-        "the gears of \"{mesh}\" cannot be put in at their places: the teeth of its loop miss by {gap} of a pitch, \
+        "the gears of \"{mesh}\" cannot be put in at their places: the teeth of its loop miss by {gap:?} of a pitch, \
          0.001 is allowed"
     )]
     TeethMiss {

@@ -13,8 +13,8 @@ use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
 use gear_dynamics::periodic::{FourierOrbit, Stability};
 use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Located, Point, Points, TableRk4};
 use gear_dynamics::{
-    Backlash, Balance, Dop853, Harmonics, Integrator, Machine, Mesh, Model, ParameterError, Periodic, Rattle,
-    RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
+    Backlash, Balance, Budget, Dop853, Harmonics, Integrator, Machine, Mesh, Model, ParameterError, Periodic,
+    Rattle, RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
 };
 
 fn knock(stiffness: f64) -> Machine<Knock> {
@@ -83,7 +83,7 @@ fn the_pair_has_one_orbit() {
     accurate().run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle).unwrap();
     assert_eq!((steady.period_multiple, rattle.contact(0).rattle_state()), (1, RattleState::Unilateral));
 
-    let cycle = Shooting::new().run(&pair, std::slice::from_ref(&steady.state)).unwrap();
+    let cycle = Shooting::new().solve(&pair, std::slice::from_ref(&steady.state)).unwrap();
     let at = cycle.at(&pair, steady.state.t).unwrap();
     assert!((at.q[0] - steady.state.q[0]).abs() < 1e-8 * 3e-5, "{} {}", at.q[0], steady.state.q[0]);
     assert_eq!(cycle.multipliers().stability(), Stability::Stable);
@@ -205,7 +205,7 @@ fn settling_rattle_and_sections() {
     let ours = steady(&Dop853::new());
     assert_eq!(ours, steady(&Heun(0.002)));
     assert_eq!(ours.1, RattleState::Unilateral);
-    assert_eq!(strobe(&Heun(0.01), &knock(1.0), &start(), 5).unwrap().len(), 5);
+    assert_eq!(strobe(&Heun(0.01), &knock(1.0), &start(), 5, &Budget::new()).unwrap().len(), 5);
 }
 
 /// The algebra on four runs at once gives the bits of four single runs.

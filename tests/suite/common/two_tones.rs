@@ -246,3 +246,8 @@ pub fn duffing(phases: [f64; 2]) -> Forced<impl Fn(f64, f64) -> f64> {
         law: |q: f64, v: f64| -0.1 * v - q - 0.2 * q * q * q,
     }
 }
+
+/// The torus that a balance finds from a motion at rest.
+pub fn from_rest(balance: &TorusBalance, model: &dyn QuasiPeriodic, q: &[f64]) -> Result<Torus, TorusError> {
+    balance.solve(model, &balance.at_rest(model, q)?)
+}

@@ -199,7 +199,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
             let again = |fewer: &FourierOrbit| fewer.switches_near(model, switches()).map(ends);
             orbit.multipliers_between(&model, &self.modes, &smooth, &again, &self.meter)
         });
-        found.ok().flatten()
+        found.ok()?.ok()
     }
 }
 

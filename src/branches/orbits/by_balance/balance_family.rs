@@ -146,7 +146,7 @@ where
         model: &'m Machine<G>,
         near: &FourierOrbit,
     ) -> Result<BalanceEquations<'m, Machine<G>>, BalanceError> {
-        balance.truncating_equations(model, near)
+        balance.truncating_equations(model, near, &balance.budget.begin())
     }
     fn solve(
         &self,

@@ -4,19 +4,18 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::orbits::by_shooting::nodes::clear;
-use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, product};
+use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
 use crate::branches::orbits::measure::{Measured, measure};
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::stability_method::StabilityMethod;
 use crate::model::equations::{Channel, State};
+use crate::ode::budget::Budget;
 use crate::periodic::flow::variation::unscaled;
 use crate::periodic::multipliers::Multipliers;
+use crate::periodic::shooting::multiple::LOOSER;
 use crate::periodic::shooting::segments::orthonormal;
-use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::DVector;
-
-/// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
-const LOOSER: f64 = 100.0;
 
 /// A state whose negative repeats half a period later within this share of its range belongs to a symmetric
 /// orbit.
@@ -45,7 +44,7 @@ impl OrbitMethod for OrbitCurve<'_> {
         let (start, half) =
             (&point.solution.states[0], 0.5 * (point.solution.end - point.solution.states[0].t));
         let later = self.model(point.p).ok().zip(self.orbit(point).ok());
-        let later = later.and_then(|(model, (orbit, _))| orbit.at(&&*model, start.t + half).ok());
+        let later = later.and_then(|(model, (orbit, _))| orbit.at(&*model, start.t + half).ok());
         later.is_some_and(|later| {
             let sums = later.q.iter().chain(&later.v).zip(start.q.iter().chain(&start.v));
             sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= SYMMETRIC * range)
@@ -71,7 +70,7 @@ impl OrbitMethod for OrbitCurve<'_> {
         let model = self.model(point.p)?;
         let mut later = orbit.clone();
         for state in &mut later.states {
-            let at = orbit.at(&&*model, state.t + shift * orbit.period());
+            let at = orbit.at(&*model, state.t + shift * orbit.period());
             *state = at.map_err(|error| CurveError::Flow { segment: 0, error })?;
         }
         later.end += shift * orbit.period();
@@ -100,28 +99,31 @@ impl OrbitMethod for OrbitCurve<'_> {
         if let Some(Err(CurveError::Exhausted(exhausted))) = looser {
             return Err(exhausted.into());
         }
-        let other = looser.and_then(Result::ok).and_then(|at| {
-            Multipliers::without(&product(&at.round.transitions, self.scale.len()), &at.rigid, 0.0)
-        });
+        let other = looser
+            .and_then(Result::ok)
+            .and_then(|at| Multipliers::without(&at.round.monodromy(), &at.rigid, 0.0).ok());
         let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let drift = &rigid * &passage.slack;
         let unscaled_drift: Vec<f64> = drift.iter().zip(&passage.scale).map(|(d, s)| d * s).collect();
         let (of_q, of_v) = unscaled_drift.split_at(unscaled_drift.len() / 2);
         let multipliers = multipliers.with_error(error);
-        let orbit = ShootingOrbit::from_parts(OrbitParts {
+        let orbit = ShootingOrbit {
             states: passage.states.clone(),
             end: passage.end,
             multiple: self.multiple,
+            least: self.multiple,
             scale: passage.scale.clone(),
             range: self.range.clone(),
             drift: [of_q.to_vec(), of_v.to_vec()],
             monodromy: unscaled(&passage.monodromy, &passage.scale),
             multipliers: multipliers.clone(),
+            first: corrections.first().copied().unwrap_or(0.0),
             corrections: corrections.clone(),
             crossings: passage.crossings,
             flow: self.flow_tolerance,
             method: passage.method,
-        });
+            budget: Budget::new(),
+        };
         Ok((orbit, multipliers))
     }
 }

@@ -10,6 +10,7 @@ use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::flow::walk::SegmentError;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::segments::{Round, Segments, orthonormal};
@@ -233,10 +234,10 @@ impl<'f> OrbitCurve<'f> {
         Ok(Segments::new(model, scales, &self.modes, self.end(period), forced, expansion))
     }
 
-    pub(crate) fn failed(error: (usize, IntegrateError, Vec<State>)) -> CurveError {
+    pub(crate) fn failed(SegmentError { segment, error }: SegmentError) -> CurveError {
         match error {
-            (_, IntegrateError::Budget { exhausted, .. }, _) => CurveError::Exhausted(exhausted),
-            (segment, error, _) => CurveError::Flow { segment, error },
+            IntegrateError::Budget { exhausted, .. } => CurveError::Exhausted(exhausted),
+            error => CurveError::Flow { segment, error },
         }
     }
 
@@ -253,7 +254,7 @@ impl<'f> OrbitCurve<'f> {
         let segments = self.segments(model, period, m, forced)?;
         let nodes = self.phases.len() * m;
         let slack = self.coupling(segments.rigid()) * x.rows(nodes, x.len() - nodes);
-        let round = segments.round(self.states(x, period), Some(&slack), tolerance, &self.meter);
+        let round = segments.round(&self.states(x, period), Some(&slack), tolerance, &self.meter);
         Ok(Evaluated {
             round: round.map_err(Self::failed)?,
             rigid: segments.rigid().clone(),
@@ -296,9 +297,9 @@ impl<'f> OrbitCurve<'f> {
     }
 
     fn passage(&self, at: Evaluated) -> Passage {
-        let monodromy = product(&at.round.transitions, self.scale.len());
+        let monodromy = at.round.monodromy();
         Passage {
-            multipliers: Multipliers::without(&monodromy, &at.rigid, 0.0),
+            multipliers: Multipliers::without(&monodromy, &at.rigid, 0.0).ok(),
             monodromy,
             slack: at.round.slack,
             states: at.round.states,
@@ -330,11 +331,6 @@ impl<'f> OrbitCurve<'f> {
     pub(crate) fn pass(&self, model: &dyn Periodic, x: &DVector<f64>) -> Result<Passage, CurveError> {
         Ok(self.passage(self.round(model, x, Vec::new(), self.flow_tolerance)?))
     }
-}
-
-/// X_{N-1} ... X_1 X_0.
-pub(super) fn product(transitions: &[DMatrix<f64>], m: usize) -> DMatrix<f64> {
-    transitions.iter().fold(DMatrix::identity(m, m), |product, x| x * product)
 }
 
 impl Curve for OrbitCurve<'_> {

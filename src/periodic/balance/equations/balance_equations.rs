@@ -7,6 +7,7 @@ use crate::model::equations::{Model, Periodic};
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 use crate::model::slopes::Slopes;
+use crate::ode::budget::Meter;
 use crate::periodic::balance::admission::{free_motions, refuse_stops};
 use crate::periodic::balance::amplitudes::sizes_apart;
 use crate::periodic::balance::balance_error::BalanceError;
@@ -71,6 +72,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         integrals: Integrals,
         near: &FourierOrbit,
         finer: usize,
+        meter: &Meter<'_>,
     ) -> Result<Self, BalanceError> {
         let n = model.dof();
         refuse_stops(model)?;
@@ -90,11 +92,19 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let contacts = model.contacts();
         let has_fixed_pieces = contacts > 0 && model.offers().pieces;
         let couplings = Couplings::find(&mut slopes, has_fixed_pieces);
+        let (size, rates) = (&size[..], &rates[..]);
         let demand =
-            Demand { model, harmonics, integrals, near, finer, size: &size, rates: &rates, has_fixed_pieces };
+            Demand { model, harmonics, integrals, near, finer, size, rates, has_fixed_pieces, meter };
         let (grid, integration) = demand.choose(&couplings, &mut slopes)?;
+        if let Some(exhausted) = meter.exhausted() {
+            return Err(BalanceError::Budget {
+                exhausted,
+                last: Box::new(near.clone()),
+                history: Vec::new(),
+            });
+        }
         let (samples, varying) = (grid.samples(), couplings.varying.len());
-        let layout = JacobianLayout::new(harmonics, omega, size, rigid, &couplings);
+        let layout = JacobianLayout::new(harmonics, omega, size.to_vec(), rigid, &couplings);
         check::count("entries of the Jacobian", &[layout.entries(&couplings)], MAX_ENTRIES)?;
         Ok(BalanceEquations {
             spectra: Spectra::new(n, varying, harmonics),

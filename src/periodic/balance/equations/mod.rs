@@ -1,5 +1,4 @@
 //! The equations of a balance and their Jacobian.
 
 pub(crate) mod balance_equations;
-pub(crate) mod metered;
 pub(crate) mod rebinding;

@@ -12,7 +12,7 @@ use crate::periodic::balance::switching::instants::Switching;
 use std::f64::consts::TAU;
 
 /// Relative difference of two constant slopes that is rounding.
-const SAME: f64 = 1e-13;
+const SAME_SLOPE: f64 = 1e-13;
 
 /// The equations of a balance without their model. With a model they are equations again.
 ///
@@ -103,7 +103,7 @@ impl<M: Periodic + ?Sized> Unbound<M> {
         layout.omega = TAU / grid.span();
         if integration.needs_slopes() {
             let has_fixed_pieces = model.contacts() > 0 && model.offers().pieces;
-            if !couplings.reread(slopes, has_fixed_pieces, SAME) {
+            if !couplings.reread(slopes, has_fixed_pieces, SAME_SLOPE) {
                 return None;
             }
         }

@@ -5,6 +5,7 @@ use crate::error::check;
 use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
+use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
@@ -42,6 +43,7 @@ pub(crate) struct Demand<'a, 'm, M: ?Sized> {
     pub(crate) rates: &'a [f64],
     /// Whether the model has contacts and evaluates them on fixed pieces.
     pub(crate) has_fixed_pieces: bool,
+    pub(crate) meter: &'a Meter<'a>,
 }
 
 impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
@@ -60,7 +62,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
         let edges = any_edges(model, model.period() * harmonics.periods() as f64)?;
         let by_panels = integrals == Integrals::Panels
             || (integrals == Integrals::Exact && (edges || (contacts > 0 && !self.has_fixed_pieces)));
-        let mut drives = DriveSampler::new(model, [self.size, self.rates], self.pieces());
+        let mut drives = DriveSampler::new(model, [self.size, self.rates], self.pieces(), Some(self.meter));
         let samples = match integrals {
             Integrals::Closed | Integrals::Kinks if edges || !self.has_fixed_pieces => {
                 return Err(BalanceError::NotAvailable { integrals });
@@ -90,7 +92,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
         let sampled = || Samples::new(n, varying, grid.samples());
         let integration: Box<dyn Integration<M>> = match integrals {
             Integrals::Panels => {
-                let pulses = pulses(model, self.near, harmonics);
+                let pulses = pulses(model, self.near, harmonics, self.meter);
                 Box::new(Panels::new(&grid, varying, &mut drives, finer, &pulses))
             }
             _ if by_panels => Box::new(Panels::new(&grid, varying, &mut drives, finer, &[])),

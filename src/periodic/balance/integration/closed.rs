@@ -37,7 +37,7 @@ const INSTANTS_AGAIN: usize = 2;
 
 /// Largest deviation of the sum of the series from the model, as a share of the sum of all absolute values
 /// `[1]`.
-const AGREE: f64 = 1e-11;
+const SERIES_AGREE: f64 = 1e-11;
 
 /// Integration in closed form: the series of a model, and scratch.
 #[derive(Clone)]
@@ -67,12 +67,12 @@ type Parts = (SeriesPart, Vec<[SeriesPart; 2]>);
 
 /// First and maximum number of samples of the drives.
 const FEWEST: usize = 64;
-const MAX: usize = 16_384;
+const MAX_ORDER_SAMPLES: usize = 16_384;
 
 /// Number of instants at which linearity is tested: for the first model, and for a model with another
 /// parameter.
-const LOOKS: usize = 8;
-const LOOKS_AGAIN: usize = 2;
+const PROBE_STATES: usize = 8;
+const PROBE_STATES_AGAIN: usize = 2;
 
 impl Closed {
     /// Finds the series of a model.
@@ -85,7 +85,7 @@ impl Closed {
         couplings: &Couplings,
         slopes: &mut Slopes<'m, M>,
     ) -> Option<Self> {
-        if !is_linear_on_pieces(model, slopes, LOOKS) {
+        if !is_linear_on_pieces(model, slopes, PROBE_STATES) {
             return None;
         }
         let (base, flanks) = Closed::settled(model, couplings, slopes, FEWEST, INSTANTS)?;
@@ -118,7 +118,7 @@ impl Closed {
         mut samples: usize,
         instants: usize,
     ) -> Option<Parts> {
-        while samples <= MAX {
+        while samples <= MAX_ORDER_SAMPLES {
             if let Some(parts) = Closed::sampled(model, couplings, slopes, samples, instants) {
                 return Some(parts);
             }
@@ -202,7 +202,7 @@ impl Closed {
                         let value = value_at(&series(part)[i], share);
                         (sum + value, size + value.abs())
                     });
-                    (sum - sampled[0]).abs() <= AGREE * size
+                    (sum - sampled[0]).abs() <= SERIES_AGREE * size
                 })
             };
             agree(&sampled.accelerations, &|part| &part.accelerations)
@@ -226,7 +226,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
     }
     fn adapt(&mut self, grid: &Grid<'_, M>, couplings: &Couplings, slopes: &mut Slopes<'_, M>) -> bool {
         let model = slopes.model();
-        if !is_linear_on_pieces(model, slopes, LOOKS_AGAIN) {
+        if !is_linear_on_pieces(model, slopes, PROBE_STATES_AGAIN) {
             return false;
         }
         // Three eighths of the samples must exceed the number of orders.

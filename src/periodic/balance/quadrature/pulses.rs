@@ -3,6 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
 use crate::numeric::gauss::ten;
+use crate::ode::budget::Meter;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::quadrature::panel_points::{drive_edges, panels};
@@ -11,23 +12,23 @@ use crate::periodic::balance::series::harmonics::Harmonics;
 
 /// Number of instants of a period at which the drives are searched. Every pulse wider than 1/130 000 of the
 /// period contains one of them.
-const LOOKS: usize = 1 << 17;
+const INSTANTS: usize = 1 << 17;
 
 /// Smallest departure of a pulse from the interpolation on the panels, as a share of the largest value at
 /// their nodes `[1]`. A smaller departure over 1e-5 of the period changes the integrals by less than 1e-8.
 const DEPARTS: f64 = 1e-3;
 
 /// Halving ends when it changes the integrals by at most this share `[1]`.
-const AGREE: f64 = 1e-12;
+const HALVES_AGREE: f64 = 1e-12;
 
 /// Maximum number of halvings of a pulse. Its parts then reach the rounding of time.
 const DEEPEST: usize = 40;
 
 /// Maximum number of ends of panels of one pulse.
-const MAX: usize = 1 << 12;
+const MAX_ENDS_OF_A_PULSE: usize = 1 << 12;
 
 /// Maximum number of ends of panels of all pulses together.
-const MAX_OF_ALL: usize = 1 << 16;
+const MAX_ENDS: usize = 1 << 16;
 
 /// Ends of additional panels within one span. They resolve pulses of the drives that lie between the nodes of
 /// the panels for the kept orders and the orders of the drives.
@@ -35,12 +36,13 @@ pub(crate) fn pulses<M: Periodic + ?Sized>(
     model: &M,
     near: &FourierOrbit,
     harmonics: &Harmonics,
+    meter: &Meter<'_>,
 ) -> Vec<f64> {
     let (size, period) = (sizes(near), model.period());
     let rates: Vec<f64> =
         size.iter().map(|s| s * near.frequency() * harmonics.highest().max(1) as f64).collect();
     let fixed = (model.contacts() > 0 && model.offers().pieces).then(|| vec![Piece::Upper; model.contacts()]);
-    let mut drives = DriveSampler::new(model, [&size, &rates], vec![fixed]);
+    let mut drives = DriveSampler::new(model, [&size, &rates], vec![fixed], Some(meter));
     let mut breaks = drive_edges(model, period);
     breaks.extend([0.0, period]);
     breaks.sort_by(f64::total_cmp);
@@ -74,21 +76,21 @@ impl<M: Periodic + ?Sized> SignalReader<'_, M> {
                 }
             }
         }
-        let apart = self.period / LOOKS as f64;
+        let apart = self.period / INSTANTS as f64;
         let mut ends = Vec::new();
         // Start and end of the last pulse. Departures at neighbouring instants extend it.
         let mut pulse: Option<(f64, f64)> = None;
         let mut done = |pulse: Option<(f64, f64)>, signals: &mut Self| {
             if let Some((start, end)) = pulse {
                 ends.extend([start, end]);
-                let most = (ends.len() + MAX).min(MAX_OF_ALL);
+                let most = (ends.len() + MAX_ENDS_OF_A_PULSE).min(MAX_ENDS);
                 signals.halve((start, end), &largest, 0, most, &mut ends);
             }
         };
         for (foreseen, &(middle, half)) in foreseen.iter().zip(&panels) {
             let first = ((middle - half) / apart - 0.5).ceil().max(0.0) as usize;
-            for look in first.. {
-                let t = (look as f64 + 0.5) * apart;
+            for instant in first.. {
+                let t = (instant as f64 + 0.5) * apart;
                 if t >= middle + half {
                     break;
                 }
@@ -132,7 +134,7 @@ impl<M: Periodic + ?Sized> SignalReader<'_, M> {
             (self.integrals(start, end), self.integrals(start, middle), self.integrals(middle, end));
         let settled = |s: usize| {
             let all = (largest[s] * self.period).max(size[s] + more[s]);
-            (whole[s] - first[s] - second[s]).abs() <= AGREE * all
+            (whole[s] - first[s] - second[s]).abs() <= HALVES_AGREE * all
         };
         if depth > 2 && (0..largest.len()).all(settled) {
             return;

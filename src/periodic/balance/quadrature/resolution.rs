@@ -7,6 +7,7 @@ use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::model::slopes::accelerate;
 use crate::numeric::spread::weyl;
+use crate::ode::budget::Meter;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::quadrature::at_rest::{Series, series, value_at};
@@ -34,15 +35,15 @@ pub(crate) enum Signals {
 }
 
 /// Maximum number of samples of a period.
-const MAX: usize = 16_384;
+const MAX_SAMPLES_PER_PERIOD: usize = 16_384;
 
 /// Number of instants between the samples at which the series are compared with the model.
-const LOOKS: usize = 4;
+const PROBES: usize = 4;
 
 /// Largest deviation of the series from the model at these instants, as a share of the sum of all |c_k|
 /// `[1]`. Also the largest change of the integrals by panels of half the width, as a share of the integral of
 /// the absolute value `[1]`.
-const AGREE: f64 = 1e-11;
+const INTEGRALS_AGREE: f64 = 1e-11;
 
 /// Coefficients up to this share of the largest count as rounding `[1]`.
 const COUNTS: f64 = 1e-13;
@@ -63,12 +64,20 @@ pub(crate) struct DriveSampler<'m, M: ?Sized> {
     a: Vec<f64>,
     u: Vec<f64>,
     contacts: Vec<Contact>,
+    /// Time limit and flag of the call. When it is exhausted, nothing is evaluated any more.
+    meter: Option<&'m Meter<'m>>,
+    reads: usize,
 }
 
 impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     /// A sampler at a state within the given sizes of coordinates and velocities. `ways`: fixed pieces for
     /// the accelerations, or `None` for evaluation by deflection.
-    pub(crate) fn new(model: &'m M, size: [&[f64]; 2], ways: Vec<Option<Vec<Piece>>>) -> Self {
+    pub(crate) fn new(
+        model: &'m M,
+        size: [&[f64]; 2],
+        ways: Vec<Option<Vec<Piece>>>,
+        meter: Option<&'m Meter<'m>>,
+    ) -> Self {
         let part = |half: usize| {
             size[half].iter().enumerate().map(|(j, s)| s * (2.0 * weyl(0, 1 + 2 * j + half) - 1.0)).collect()
         };
@@ -81,7 +90,17 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
             a: vec![0.0; model.dof()],
             u: vec![0.0; model.drives()],
             contacts: vec![Contact::default(); model.contacts()],
+            meter,
+            reads: 0,
         }
+    }
+
+    /// Whether the time limit or the flag ends the call; checked at every 64th evaluation.
+    fn is_exhausted(&mut self) -> bool {
+        self.reads += 1;
+        self.meter.is_some_and(|meter| {
+            if self.reads.is_multiple_of(64) { meter.check().is_err() } else { meter.exhausted().is_some() }
+        })
     }
 
     /// Number of signals: the distances of every contact from its two edges, then the accelerations for every
@@ -93,6 +112,9 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     /// Writes the signals at time t to `out`: the distances of the contacts from their edges, then as many
     /// accelerations as `out` has entries for. `drives`: the drives at t, if they are known.
     pub(crate) fn read(&mut self, t: f64, drives: Option<&[f64]>, out: &mut [f64]) {
+        if self.is_exhausted() {
+            return;
+        }
         let u = match drives {
             Some(u) => u,
             None => {
@@ -115,7 +137,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     }
 
     /// The orders of the signals. The number of samples is doubled until the spectra have decayed; `None` if
-    /// they have not decayed with `MAX` samples. `known`: a grid whose drives may be used.
+    /// they have not decayed with [`MAX_SAMPLES_PER_PERIOD`] samples. `known`: a grid whose drives may be used.
     pub(crate) fn orders(&mut self, of: Signals, known: Option<&Grid<'_, M>>) -> Option<Orders> {
         let mut samples = 64;
         loop {
@@ -124,7 +146,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
                 samples,
                 known.filter(|g| g.samples().is_multiple_of(samples) && g.harmonics().periods() == 1),
             );
-            if orders.is_some() || samples == MAX {
+            if orders.is_some() || samples == MAX_SAMPLES_PER_PERIOD {
                 return orders;
             }
             samples *= 2;
@@ -156,22 +178,20 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
             }
         }
         // Aliased orders show as deviations between the samples.
-        for look in 0..LOOKS {
-            let share = weyl(look, 0);
+        for probe in 0..PROBES {
+            let share = weyl(probe, 0);
             self.read(period * share, None, &mut now);
             let size = |spectrum: &Series| spectrum.iter().map(|c| c.norm()).sum::<f64>();
-            if now
-                .iter()
-                .zip(&spectra)
-                .any(|(now, spectrum)| (now - value_at(spectrum, share)).abs() > AGREE * size(spectrum))
-            {
+            if now.iter().zip(&spectra).any(|(now, spectrum)| {
+                (now - value_at(spectrum, share)).abs() > INTEGRALS_AGREE * size(spectrum)
+            }) {
                 return None;
             }
         }
         Some(Orders { highest, weighed: weighed.ceil() as usize })
     }
 
-    /// The order whose panels integrate the accelerations to `AGREE` between drive edges: the first of
+    /// The order whose panels integrate the accelerations to `INTEGRALS_AGREE` between drive edges: the first of
     /// `least`, 2 `least`, 4 `least`, ... that does, or `least` if none up to max(16 `least`, 512) does.
     ///
     /// With factors of -4 and 4 the coordinates are well past the tooth edges. A model without fixed pieces
@@ -202,7 +222,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
         while order <= (16 * least).max(512) {
             let fine = integrals(2 * order);
             let agree = |(rough, fine): (&[f64; 4], &[f64; 4])| {
-                (1..4).all(|k| (rough[k] - fine[k]).abs() <= AGREE * fine[0])
+                (1..4).all(|k| (rough[k] - fine[k]).abs() <= INTEGRALS_AGREE * fine[0])
             };
             if rough.iter().zip(&fine).all(agree) {
                 return order;
@@ -228,7 +248,7 @@ pub(crate) fn samples_along<M: Periodic + ?Sized>(model: &M, orbit: &FourierOrbi
     let (size, fastest) = (sizes(orbit), orbit.frequency() * orbit.harmonics().highest().max(1) as f64);
     let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
     samples_following(
-        &mut DriveSampler::new(model, [&size, &rates], Vec::new()),
+        &mut DriveSampler::new(model, [&size, &rates], Vec::new(), None),
         Signals::Edges,
         orbit.harmonics(),
     )

@@ -24,7 +24,7 @@ pub(crate) const COARSE: f64 = 1e-6;
 const SMOOTH: f64 = 1e-9;
 
 /// Number of instants between the samples at which the interpolation is checked.
-const LOOKS: usize = 3;
+const INSTANTS_BETWEEN: usize = 3;
 
 /// Returns [`BalanceNote::Coarse`] if the Fourier coefficients of the accelerations change by more than
 /// [`COARSE`] of the largest one when twice as many samples or panels are used.
@@ -94,26 +94,27 @@ fn between_samples<M: Periodic + ?Sized>(
         z.iter().map(|z| z.iter().fold(0.0, |largest: f64, z| largest.max(z.re.abs()))).collect();
     let largest = against(&largest, &equations.layout.scales);
     z.iter_mut().for_each(|z| grid.transform.analyse(z));
-    let shares: [f64; LOOKS] = std::array::from_fn(|look| weyl(look, 1));
+    let shares: [f64; INSTANTS_BETWEEN] = std::array::from_fn(|probe| weyl(probe, 1));
     let times = shares.map(|share| span * share);
     let [sin, cos] = turned(shares);
-    let mut motion = [vec![[0.0; LOOKS]; n], vec![[0.0; LOOKS]; n]];
+    let mut motion = [vec![[0.0; INSTANTS_BETWEEN]; n], vec![[0.0; INSTANTS_BETWEEN]; n]];
     let [positions, rates] = &mut motion;
     orbit.motions(times, [sin, cos], positions, rates);
-    let mut there = vec![[0.0; LOOKS]; n];
+    let mut there = vec![[0.0; INSTANTS_BETWEEN]; n];
     let mut u = vec![0.0; grid.model.drives()];
-    for look in 0..LOOKS {
+    for probe in 0..INSTANTS_BETWEEN {
         let [positions, rates] = &motion;
-        q.iter_mut().zip(positions).chain(v.iter_mut().zip(rates)).for_each(|(x, looks)| *x = looks[look]);
-        grid.model.drive(times[look], Side::After, &mut u);
+        q.iter_mut().zip(positions).chain(v.iter_mut().zip(rates)).for_each(|(x, values)| *x = values[probe]);
+        grid.model.drive(times[probe], Side::After, &mut u);
         grid.model.accel(&u, &q, &v, &mut a);
-        there.iter_mut().zip(&a).for_each(|(looks, a)| looks[look] = *a);
+        there.iter_mut().zip(&a).for_each(|(values, a)| values[probe] = *a);
     }
-    let turns: [Complex64; LOOKS] = std::array::from_fn(|look| Complex64::new(cos[look], sin[look]));
+    let turns: [Complex64; INSTANTS_BETWEEN] =
+        std::array::from_fn(|probe| Complex64::new(cos[probe], sin[probe]));
     let mut worst = 0.0f64;
     for ((z, there), largest) in z.iter().zip(&there).zip(&largest) {
         // Horner's rule from the highest order down.
-        let mut sums = [Complex64::ZERO; LOOKS];
+        let mut sums = [Complex64::ZERO; INSTANTS_BETWEEN];
         for k in (1..m.div_ceil(2)).rev() {
             let term = unpack(z, k).0;
             sums.iter_mut().zip(&turns).for_each(|(sum, turn)| *sum = (*sum + term) * turn);

@@ -5,7 +5,7 @@ use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::model::rigid::rigid_modes;
-use crate::ode::budget::{Budget, Exhausted, Meter};
+use crate::ode::budget::Meter;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::quadrature::panel_points::{MAX_EDGES, drive_edges};
@@ -13,14 +13,15 @@ use crate::periodic::balance::quality::series_flow::SeriesFlow;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::samples_for;
+use crate::periodic::balance::settings::Balance;
 use crate::periodic::balance::switching::instants::{Event, Switching};
-use crate::periodic::multipliers::Multipliers;
+use crate::periodic::multipliers::{MultiplierError, Multipliers};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// Length of a step as a phase of the fastest local oscillation `[rad]`. Over ten oscillations the error of
 /// the multipliers is then about 1e-8 or less.
-const STEP: f64 = 1.2;
+const PHASE_STEP: f64 = 1.2;
 
 /// Number of corrections of an instant at which a contact passes an edge.
 const CORRECTIONS: usize = 2;
@@ -49,52 +50,51 @@ impl From<&Event> for Switch {
     }
 }
 
-impl FourierOrbit {
-    /// Y' = [0 1; ∂a/∂q ∂a/∂v] Y over one span: Floquet multipliers of the equation linearised along this
-    /// series.
+impl Balance {
+    /// Y' = [0 1; ∂a/∂q ∂a/∂v] Y over one span: Floquet multipliers of the equation linearised along a
+    /// series. Of the settings only the [`Budget`](crate::Budget) matters.
     ///
     /// The method is Gauss collocation of order 12 on the smooth intervals between switches and drive edges.
     /// Source: Hairer & Wanner II, Sect. IV.5.
     ///
     /// It is faster than shooting. The error estimate is the change when the top quarter of the orders is
     /// dropped and the steps are doubled. With rattle a truncated series switches at slightly wrong instants;
-    /// the multipliers of [`polish`](FourierOrbit::polish) are then the reference. If an acceleration jumps
-    /// at a switch, the error is infinite and the stability undecided.
-    ///
-    /// `None` if a slope is not finite, if the model has another number of coordinates, a rigid stop, or more
-    /// than 100 000 switches and drive edges, or if the default [`Budget`] is spent.
-    pub fn multipliers<M: Periodic + ?Sized>(&self, model: &M) -> Option<Multipliers> {
-        self.multipliers_within(model, &Budget::new()).ok().flatten()
-    }
-
-    /// [`multipliers`](FourierOrbit::multipliers) within a budget of steps and time.
+    /// the multipliers of [`Shooting::solve_from`](crate::Shooting::solve_from) are then the reference. If an
+    /// acceleration jumps at a switch, the error is infinite and the stability undecided.
     ///
     /// # Errors
-    /// [`Exhausted`]: the limit that was reached.
-    pub fn multipliers_within<M: Periodic + ?Sized>(
+    /// [`MultiplierError`].
+    pub fn multipliers(
         &self,
-        model: &M,
-        budget: &Budget,
-    ) -> Result<Option<Multipliers>, Exhausted> {
-        let meter = budget.begin();
-        let multipliers = self.multipliers_any(&model, &meter);
-        meter.exhausted().map_or(Ok(multipliers), Err)
-    }
-
-    fn multipliers_any(&self, model: &dyn Periodic, meter: &Meter<'_>) -> Option<Multipliers> {
-        let n = self.dof();
-        if model.dof() != n || model.offers().first_stop().is_some() {
-            return None;
+        model: &dyn Periodic,
+        orbit: &FourierOrbit,
+    ) -> Result<Multipliers, MultiplierError> {
+        let (n, found) = (model.dof(), orbit.dof());
+        if found != n {
+            return Err(MultiplierError::Coordinates { expected: n, found });
+        }
+        if let Some(contact) = model.offers().first_stop() {
+            return Err(MultiplierError::RigidStop { contact });
         }
         let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
-        let (breaks, jumps) = self.breaks(model);
+        let (breaks, jumps) = orbit.breaks(model);
         if breaks.len() > MAX_EDGES {
-            return None;
+            return Err(MultiplierError::Breaks { count: breaks.len(), max: MAX_EDGES });
         }
-        let smooth = Smooth { breaks, jumps };
-        self.multipliers_between(model, &rigid, &smooth, &|fewer| Some(fewer.breaks(model).0), meter)
+        let (smooth, meter) = (Smooth { breaks, jumps }, self.budget.begin());
+        let multipliers = orbit.multipliers_between(
+            model,
+            &rigid,
+            &smooth,
+            &|fewer| Some(fewer.breaks(model).0),
+            &meter,
+        )?;
+        meter.left()?;
+        Ok(multipliers)
     }
+}
 
+impl FourierOrbit {
     /// Multipliers with known smooth intervals. `again`: ends of the smooth intervals of the series with fewer
     /// orders that estimates the error; `None` if they are not found, and the error is then infinite.
     pub(crate) fn multipliers_between(
@@ -104,24 +104,25 @@ impl FourierOrbit {
         smooth: &Smooth,
         again: &dyn Fn(&FourierOrbit) -> Option<Vec<f64>>,
         meter: &Meter<'_>,
-    ) -> Option<Multipliers> {
+    ) -> Result<Multipliers, MultiplierError> {
         let n = self.dof();
         let basis = DMatrix::from_fn(2 * n, 2 * rigid.len(), |i, k| {
             let (mode, half) = (&rigid[k / 2], k % 2);
             if i / n == half { mode[i % n] } else { 0.0 }
         });
         let mut flow = SeriesFlow::new(self, model, meter);
-        let multipliers = Multipliers::without(&flow.monodromy(self, &smooth.breaks, STEP)?, &basis, 0.0)?;
+        let multipliers =
+            Multipliers::without(&flow.monodromy(self, &smooth.breaks, PHASE_STEP)?, &basis, 0.0)?;
         if smooth.jumps {
-            return Some(multipliers.with_error(f64::INFINITY));
+            return Ok(multipliers.with_error(f64::INFINITY));
         }
         let highest = self.harmonics().highest();
         let rough = self.below(highest - highest.div_ceil(4)).and_then(|fewer| {
-            let monodromy = flow.monodromy(&fewer, &again(&fewer)?, 2.0 * STEP)?;
-            Multipliers::without(&monodromy, &basis, 0.0)
+            let monodromy = flow.monodromy(&fewer, &again(&fewer)?, 2.0 * PHASE_STEP).ok()?;
+            Multipliers::without(&monodromy, &basis, 0.0).ok()
         });
         let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
-        Some(multipliers.with_error(error))
+        Ok(multipliers.with_error(error))
     }
 
     /// The instants at which contacts of this orbit pass their edges, near those of a similar orbit. `None` if

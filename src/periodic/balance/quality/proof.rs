@@ -16,6 +16,8 @@ use crate::periodic::balance::quadrature::pulses::pulses;
 use crate::periodic::balance::quality::coarseness;
 use crate::periodic::balance::quality::coarseness::{COARSE, correction};
 use crate::periodic::balance::settings::Balance;
+use crate::periodic::balance::solve::FINER;
+use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
@@ -67,28 +69,25 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`] if the balance with 1.3 H orders finds no orbit from this one: this orbit is then not
     /// reliable.
-    pub fn prove<M: Periodic + ?Sized>(
-        &self,
-        model: &M,
-        orbit: &FourierOrbit,
-    ) -> Result<Proof, BalanceError> {
-        self.prove_within(&model, orbit, &self.budget.begin())
+    pub fn prove(&self, model: &dyn Periodic, orbit: &FourierOrbit) -> Result<Proof, BalanceError> {
+        self.estimate(model, orbit, &self.budget.begin())
     }
 
-    fn prove_within(
+    /// [`prove`](Balance::prove) with the rest of a budget.
+    fn estimate(
         &self,
         model: &dyn Periodic,
         orbit: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<Proof, BalanceError> {
-        let finer = self.on(self.harmonics().extended()).solve_within(model, orbit, meter)?;
-        let pulsed = !pulses(model, orbit, self.harmonics()).is_empty();
+        let finer = self.on(self.harmonics().extended()).find(model, orbit, meter)?;
+        let pulsed = !pulses(model, orbit, self.harmonics(), meter).is_empty();
         let better = match self.integrals {
-            _ if pulsed => self.clone().integrals(Integrals::Panels).equations(model, orbit)?,
+            _ if pulsed => self.clone().integrals(Integrals::Panels).set_up(model, orbit, 1, meter)?,
             Integrals::Sampled { .. } if model.contacts() > 0 => {
-                Balance::new(self.harmonics().clone()).equations(model, orbit)?
+                Balance::new(self.harmonics().clone()).set_up(model, orbit, 1, meter)?
             }
-            _ => self.finer_equations(model, orbit)?,
+            _ => self.set_up(model, orbit, FINER, meter)?,
         };
         proof(model, orbit, finer, correction(better, orbit), meter)
     }
@@ -108,8 +107,8 @@ impl Balance {
         orbit: &FourierOrbit,
     ) -> Result<Proof, BalanceError> {
         let meter = self.budget.begin();
-        let finer = self.on(self.harmonics().extended()).solve_truncating_within(model, orbit, &meter)?;
-        let aliasing = correction(self.finer_equations(model, orbit)?.truncating_forces(), orbit);
+        let finer = self.on(self.harmonics().extended()).find_truncating(model, orbit, &meter)?;
+        let aliasing = correction(self.set_up(model, orbit, FINER, &meter)?.truncating_forces(), orbit);
         proof(&model, orbit, finer, aliasing, &meter)
     }
 
@@ -121,9 +120,9 @@ impl Balance {
     /// # Errors
     /// [`BalanceError::Accuracy`] with the best orbit if this requires more orders than `highest`, or if no
     /// orbit is found with more orders; another [`BalanceError`] if there is no orbit from the guess.
-    pub fn solve_to<M: Periodic + ?Sized>(
+    pub fn solve_to(
         &self,
-        model: &M,
+        model: &dyn Periodic,
         guess: &FourierOrbit,
         accuracy: f64,
         highest: usize,
@@ -136,7 +135,7 @@ impl Balance {
             );
         }
         let (mut balance, meter) = (self.clone(), self.budget.begin());
-        let mut orbit = balance.solve_within(&model, guess, &meter)?;
+        let mut orbit = balance.find(model, guess, &meter)?;
         let mut reached = f64::INFINITY;
         loop {
             let further = balance.harmonics().extended();
@@ -149,7 +148,7 @@ impl Balance {
                     cause: None,
                 });
             }
-            let proof = match balance.prove_within(&model, &orbit, &meter) {
+            let proof = match balance.estimate(model, &orbit, &meter) {
                 Ok(proof) => proof,
                 Err(error) => {
                     let (highest, cause) = (balance.harmonics().highest(), Some(Box::new(error)));
@@ -179,7 +178,7 @@ fn proof(
     aliasing: f64,
     meter: &Meter<'_>,
 ) -> Result<Proof, BalanceError> {
-    let polished = orbit.polish_metered(model, meter).ok();
+    let polished = Shooting::new().find_near(model, orbit, meter).ok();
     if let Some(exhausted) = meter.exhausted() {
         return Err(BalanceError::Budget { exhausted, last: Box::new(finer), history: Vec::new() });
     }
@@ -245,9 +244,9 @@ fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) 
     let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
     let mut stiffest = 0.0f64;
     let instants = m.min(if n == 1 { 128 } else { 64 });
-    for look in 0..instants {
+    for probe in 0..instants {
         // Evenly spread, but not in phase with any drive.
-        let s = if instants == m { look } else { (weyl(look, 0) * m as f64) as usize };
+        let s = if instants == m { probe } else { (weyl(probe, 0) * m as f64) as usize };
         equations.grid.state(s, &mut q, &mut v);
         for flank in &flanks {
             equations.slopes.at(flank.as_deref(), equations.grid.drives(s), &q, &v);

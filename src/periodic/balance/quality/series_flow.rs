@@ -9,6 +9,7 @@ use crate::numeric::gauss::SIX_ON_UNIT;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::fourier_orbit::{FourierOrbit, turned};
+use crate::periodic::multipliers::MultiplierError;
 use crate::roots::factors::Factors;
 use crate::roots::matrix::Matrix;
 use nalgebra::DMatrix;
@@ -141,13 +142,13 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
         }
     }
 
-    /// Monodromy matrix ∂x(span)/∂x(0) along a series. `None` if [`advance`](SeriesFlow::advance) fails.
+    /// Monodromy matrix ∂x(span)/∂x(0) along a series.
     pub(crate) fn monodromy(
         &mut self,
         orbit: &FourierOrbit,
         breaks: &[f64],
         step: f64,
-    ) -> Option<DMatrix<f64>> {
+    ) -> Result<DMatrix<f64>, MultiplierError> {
         let m = 2 * orbit.dof();
         self.ahead.0 = 0.0;
         self.y.fill(0.0);
@@ -155,15 +156,22 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
         for stretch in breaks.windows(2) {
             self.advance(orbit, stretch[0], stretch[1], step)?;
         }
-        Some(DMatrix::from_column_slice(m, m, &self.y))
+        Ok(DMatrix::from_column_slice(m, m, &self.y))
     }
 
-    /// Integrates Y over a smooth interval. `None` if a slope is not finite, a step is singular, or the
-    /// budget is spent.
-    fn advance(&mut self, orbit: &FourierOrbit, start: f64, end: f64, step: f64) -> Option<()> {
+    /// Integrates Y over a smooth interval.
+    ///
+    /// Error: a slope is not finite, a step is singular, or the budget is spent.
+    fn advance(
+        &mut self,
+        orbit: &FourierOrbit,
+        start: f64,
+        end: f64,
+        step: f64,
+    ) -> Result<(), MultiplierError> {
         let mut t = start;
         if end <= start {
-            return Some(());
+            return Ok(());
         }
         orbit.motion(0.5 * (start + end), &mut self.q, &mut self.v);
         self.model.drive(0.5 * (start + end), Side::After, &mut self.u);
@@ -172,19 +180,20 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
         let mut fastest = self.read();
         let mut h = f64::INFINITY;
         while t < end {
-            if !fastest.is_finite() || self.meter.spend().is_err() {
-                return None;
+            if !fastest.is_finite() {
+                return Err(MultiplierError::Slope { t });
             }
+            self.meter.spend()?;
             // Equal steps to the end of the interval, at most `step` radians of the highest frequency so far.
             // That frequency counts as at least the base frequency.
             let longest = step / fastest.max(TAU / orbit.span());
             if h > longest {
                 h = (end - t) / ((end - t) / longest).ceil().max(1.0);
             }
-            fastest = fastest.max(self.step(orbit, t, h)?);
+            fastest = fastest.max(self.step(orbit, t, h).ok_or(MultiplierError::Singular { t })?);
             t = if (end - t) <= 1.5 * h { end } else { t + h };
         }
-        fastest.is_finite().then_some(())
+        if fastest.is_finite() { Ok(()) } else { Err(MultiplierError::Slope { t }) }
     }
 
     /// Reads the slopes at the current drives and motion. Returns the fastest local frequency: the maximum of
@@ -203,7 +212,7 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
     /// k_i = A_i (q + c_i h v + h² Σ_j a²_ij k_j) + B_i (v + h Σ_j a_ij k_j): one step of length h.
     ///
     /// k_i are the accelerations, A_i = ∂a/∂q and B_i = ∂a/∂v at stage i. Returns the fastest local frequency
-    /// at the stages.
+    /// at the stages; `None` if the equations of the step are singular.
     fn step(&mut self, orbit: &FourierOrbit, t: f64, h: f64) -> Option<f64> {
         let n = self.q.len();
         let mut fastest = 0.0f64;

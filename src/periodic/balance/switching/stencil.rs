@@ -106,22 +106,8 @@ impl Polynomial {
         if fa * fb > 0.0 {
             return if fa.abs() < fb.abs() { a } else { b };
         }
-        let mut bracket = Bracket { lo: a, hi: b };
-        let mut y = a + (b - a) * if fa == fb { 0.5 } else { fa / (fa - fb) };
-        for _ in 0..60 {
-            let (f, d) = self.at(y);
-            if f == 0.0 {
-                return y;
-            }
-            let beyond = f * fa < 0.0;
-            bracket.narrow(y, !beyond);
-            let next = bracket.newton_or_middle(y, f, d);
-            if (next - y).abs() <= 1e-16 {
-                return next;
-            }
-            y = next;
-        }
-        y
+        let guess = a + (b - a) * if fa == fb { 0.5 } else { fa / (fa - fb) };
+        Bracket { lo: a, hi: b }.solve(guess, fa < 0.0, |_| 1e-16, |y| self.at(y))
     }
 
     /// Root of the derivative inside the cell; `None` if the derivative has the same sign at both ends.

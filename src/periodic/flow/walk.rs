@@ -1,0 +1,106 @@
+//! The motion along an orbit, integrated from node to node.
+
+use crate::model::equations::{Model, State};
+use crate::ode::budget::Meter;
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::integrator::Integrator;
+use crate::ode::methods::dop853::Dop853;
+use crate::ode::outcome::{Finish, Stats};
+use crate::ode::step::{Observer, Step};
+use crate::ode::taylor::integrate::Prepared;
+use crate::ode::taylor::settings::Taylor;
+use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::flow_method::FlowMethod;
+use crate::periodic::flow::tangent::{NONE, finest};
+use std::ops::ControlFlow;
+
+/// The segments of an orbit: index, node, time of the next node or of the end.
+pub(crate) fn segments(states: &[State], end: f64) -> impl Iterator<Item = (usize, &State, f64)> {
+    let until = states.iter().skip(1).map(|next| next.t).chain([end]);
+    states.iter().zip(until).enumerate().map(|(i, (node, until))| (i, node, until))
+}
+
+/// The integration over a segment failed.
+#[derive(Debug)]
+pub(crate) struct SegmentError {
+    /// Index of the segment, from 0.
+    pub(crate) segment: usize,
+    pub(crate) error: IntegrateError,
+}
+
+/// Integrates the motion along an orbit. Each segment starts from its node, so that the motion also stays on an
+/// unstable orbit.
+pub(crate) struct Walk<'m> {
+    continued: Continued<'m, dyn Model + 'm>,
+    /// Units of coordinates and velocities.
+    scale: &'m [f64],
+    /// Local error in these units.
+    tolerance: f64,
+    /// The Taylor series; `None`: DOP853.
+    prepared: Option<Prepared>,
+}
+
+impl<'m> Walk<'m> {
+    pub(crate) fn new(
+        model: &'m (dyn Model + 'm),
+        scale: &'m [f64],
+        tolerance: f64,
+        method: FlowMethod,
+    ) -> Self {
+        let continued = Continued::new(model, scale);
+        let prepared = match method {
+            FlowMethod::Taylor => Prepared::new(&continued).ok(),
+            FlowMethod::Dop853 => None,
+        };
+        Walk { continued, scale, tolerance, prepared }
+    }
+
+    /// Integrates from a state to a time.
+    pub(crate) fn run(
+        &mut self,
+        from: &State,
+        until: f64,
+        observer: &mut dyn Observer,
+        meter: &Meter<'_>,
+    ) -> Result<Finish, IntegrateError> {
+        let values = from.q.iter().chain(&from.v);
+        let atol: Vec<f64> =
+            self.scale.iter().zip(values).map(|(s, y)| finest(self.tolerance * s, *y)).collect();
+        let mut spend = meter;
+        let mut watch = |step: &mut Step<'_>| {
+            if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
+        };
+        let finish = match &mut self.prepared {
+            Some(prepared) => {
+                let order = Taylor::order_for(self.tolerance);
+                let settings = Taylor::new().rtol(NONE).atol_each(&atol).order(order);
+                prepared.run(&settings, &self.continued, from, until, &mut watch)?
+            }
+            None => {
+                Dop853::new().rtol(NONE).atol_each(&atol).run(&self.continued, from, until, &mut watch)?
+            }
+        };
+        meter.left().map_err(|exhausted| IntegrateError::Budget { t: finish.state.t, exhausted })?;
+        Ok(finish)
+    }
+
+    /// Integrates over all segments, until the observer stops.
+    pub(crate) fn follow(
+        &mut self,
+        states: &[State],
+        end: f64,
+        observer: &mut dyn Observer,
+        meter: &Meter<'_>,
+    ) -> Result<Stats, SegmentError> {
+        let mut all = Stats::default();
+        for (segment, node, until) in segments(states, end) {
+            let finish =
+                self.run(node, until, observer, meter).map_err(|error| SegmentError { segment, error })?;
+            all.add(&finish.stats);
+            if finish.stopped {
+                break;
+            }
+        }
+        Ok(all)
+    }
+}
