@@ -58,7 +58,7 @@ where
         .measure(20)
         .channels(&["deflection 1"])
         .run(
-            &LaneRk4::<16>::new(64).instructions(InstructionSet::Best),
+            &LaneRk4::new(64).instructions(InstructionSet::Best),
             |p| with(p["torque"]),
             |_, model| Ok::<_, ParameterError>(State::at_rest(model.dof())),
         )
@@ -133,13 +133,13 @@ fn main() {
     let train = planetary();
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads start");
     alone.install(|| {
-        let lanes = || map(&train, 16, &LaneRk4::<16>::new(64));
+        let lanes = || map(&train, 16, &LaneRk4::new(64));
         let [median, least, most] = ratio(7, || one_by_one(&train, 16), lanes);
         println!("ratio planetary map one by one lanes {median:.2} ({least:.2} .. {most:.2}), one thread");
         let [median, least, most] = ratio(7, || map(&train, 16, &TableRk4::new(64)), lanes);
         println!("ratio planetary map tables lanes {median:.2} ({least:.2} .. {most:.2}), one thread");
     });
-    let all = || map(&train, 16, &LaneRk4::<16>::new(64));
+    let all = || map(&train, 16, &LaneRk4::new(64));
     let [median, least, most] = ratio(7, || one_by_one(&train, 16), all);
     println!("ratio planetary map one by one lanes {median:.2} ({least:.2} .. {most:.2}), all threads");
     face_gears();

@@ -149,7 +149,7 @@ impl Continuation {
     }
 
     /// Follows a branch from the orbit near a guess at the parameter `from`: states at increasing times
-    /// within one period, or one state.
+    /// within one period, or one state. Without any, the guess is the [static state](crate::linear::static_state).
     ///
     /// # Errors
     /// [`BranchError`]: settings out of range, or no orbit near the guess. What fails later ends the branch,

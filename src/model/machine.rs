@@ -20,13 +20,10 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// A model that consists of a [`Shape`] and the values of its constants.
+/// A model that consists of a [`Shape`] and the values of its constants. Copies share the shape and are cheap.
 ///
-/// Copies share the shape and are cheap.
-///
-/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle
-/// of its waves is φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are
-/// equal.
+/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle of its waves is
+/// φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are equal.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams};
@@ -114,12 +111,20 @@ impl<G: Shape> Machine<G> {
     /// The same machine with another value of one constant.
     ///
     /// # Errors
-    /// A name that the shape does not have; a value out of range; an acceleration that is not finite at rest.
+    /// A name that the shape does not have; a value out of range; an acceleration not finite at rest.
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
-        self.with_all(&[(self.fixed.place(name)?, value)])
+        self.with_places(&[(self.fixed.place(name)?, value)])
     }
-    /// [`with`](Machine::with) for several constants by their indices.
-    pub(crate) fn with_all(&self, values: &[(usize, f64)]) -> Result<Self, ParameterError> {
+    /// [`with`](Machine::with) for several constants, which are checked together.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_all(&self, values: &[(&str, f64)]) -> Result<Self, ParameterError> {
+        let placed = values.iter().map(|(name, value)| Ok((self.fixed.place(name)?, *value)));
+        self.with_places(&placed.collect::<Result<Vec<_>, _>>()?)
+    }
+    /// [`with_all`](Machine::with_all) by the indices of the constants.
+    pub(crate) fn with_places(&self, values: &[(usize, f64)]) -> Result<Self, ParameterError> {
         let mut constants = self.constants.clone();
         for &(place, value) in values {
             constants[place] = check::quantity(self.fixed.names[place].name.as_str(), value)?;

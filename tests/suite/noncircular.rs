@@ -111,7 +111,7 @@ fn the_face_gear_pair_of_parts_sweeps_in_lanes() {
         Sweep::new(Points::on_axis(speeds)).settle(0).measure(1).channels(&["deflection", "mesh force"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start = |p: &Point<'_>, _: &Train| pair.with("speed", p["speed"])?.static_start();
-    let lanes = sweep.run(&LaneRk4::<8>::new(63 * 64), model, start).unwrap();
+    let lanes = sweep.run(&LaneRk4::new(63 * 64).lanes::<8>(), model, start).unwrap();
     let single = sweep.run(&TableRk4::new(63 * 64), model, start).unwrap();
     for (a, b) in lanes.iter().zip(single.iter()) {
         let [a, b] = [a, b].map(|row| row.channel("mesh force").unwrap());
@@ -414,7 +414,7 @@ fn a_train_that_is_held_has_a_stable_orbit() {
     parts.torque("drive", "motor", 40.0).torque("load", "oval", -80.0);
     let train = parts.build("motor", 60.0).unwrap();
     let start = gear_dynamics::linear::static_state(&train, 0.0).unwrap();
-    let start = State::new(0.0, &start.q, &[0.0; 2]);
+    let start = start.state;
     let settled = Dop853::new().rtol(1e-11).atol(1e-16).end(&train, &start, 8.0 * train.period()).unwrap();
     let orbit = Shooting::new().run(&train, &[State { t: 0.0, ..settled }]).unwrap();
     let multipliers = orbit.multipliers();

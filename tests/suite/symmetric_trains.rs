@@ -7,7 +7,8 @@ use gear_dynamics::periodic::{FlowMethod, Lyapunov, Variation};
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, Rows};
 use gear_dynamics::trains::{Coordinates, Planetary, Train};
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Model, ParameterError, Periodic, Settle, Shooting, State, Sweep, Taylor, Wave,
+    Balance, Dop853, Harmonics, Model, ParameterError, Periodic, Settle, Shape, Shooting, State, Sweep,
+    Taylor, Wave,
 };
 
 fn wave(mean: f64, share: f64) -> Wave {
@@ -92,7 +93,7 @@ fn equal_planets_pass_every_method_in_relative_coordinates() {
     let steps = 512 * train.shape().cycles_in_a_period() as usize;
     let lanes = sweep
         .run(
-            &LaneRk4::<4>::new(steps),
+            &LaneRk4::new(steps).lanes::<4>(),
             |p| train.with("speed", p["speed"]),
             |_, _| Ok::<_, ParameterError>(start.clone()),
         )
@@ -158,7 +159,7 @@ fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     // The antisymmetric mode has ω² = 4.5e8 r²/J: twice ω is the mesh frequency near 1790 rad/s.
     let borders = [border(1600.0, 1780.0), border(1800.0, 1980.0)];
     let rest = static_state(&train, 0.0).unwrap();
-    let start = State::new(0.0, &rest.q, &vec![0.0; rest.q.len()]);
+    let start = rest.state;
     let family = ByConstant::new(&train, "speed").unwrap();
     let continuation = Continuation::new(1400.0, 2000.0);
     let branch = continuation.run(&family, &[start]).unwrap();

@@ -549,7 +549,7 @@ fn planetary_maps_in_lanes_are_those_one_by_one() {
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start =
         |_: &Point<'_>, train: &Train| Ok::<_, gear_dynamics::ParameterError>(State::at_rest(train.dof()));
-    let lanes = sweep.run(&LaneRk4::<8>::new(64), model, start).unwrap();
+    let lanes = sweep.run(&LaneRk4::new(64).lanes::<8>(), model, start).unwrap();
     let single = sweep.run(&TableRk4::new(64), model, start).unwrap();
     assert_eq!(lanes.iter().count(), 12);
     for (a, b) in lanes.iter().zip(single.iter()) {
@@ -978,4 +978,69 @@ fn parts_that_cannot_be_placed_are_refused() {
         parts.accept(Warning::Disconnected);
     });
     assert_eq!(locked, TrainError::AtRest { part: "torque".into() });
+}
+
+/// The load balances a torque over the angle, one over the speed and constant ones, at any values of their constants.
+#[test]
+fn a_load_balances_all_torques() {
+    let mut parts = Parts::new();
+    parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(4e-3));
+    parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], k()));
+    parts.torque("drive", "pinion", 30.0).load("wheel");
+    let train = parts.build("pinion", 100.0).unwrap();
+    assert_eq!((train.dof(), train.names().len()), (1, 4)); // relative; no constant of the load
+    let inertial = parts.clone().coordinates(Coordinates::Inertial).build("pinion", 100.0).unwrap();
+    for drive in [30.0, -12.0] {
+        for train in [&train, &inertial] {
+            let rest = static_state(&train.with("drive", drive).unwrap(), 0.0).unwrap();
+            assert!((rest.contacts[0].force - drive / 0.03).abs() < 1e-9 * drive.abs() / 0.03);
+            assert!(rest.acceleration.iter().all(|a| a.abs() < 1e-6));
+        }
+    }
+    // A mean of 1 over the turn, and half of the breakdown torque at a slip of 2 + √3 times the breakdown slip.
+    let over_turn = Wave::new(Fourier::new(1.0, &[[0.5, 0.0]]).unwrap());
+    let slip = 0.01 * (2.0 + 3f64.sqrt());
+    parts.torque_of_angle("engine", "pinion", 10.0, over_turn);
+    parts.motor("motor", "pinion", 40.0, 0.01, 100.0 / (1.0 - slip));
+    let train = parts.build("pinion", 100.0).unwrap();
+    let (mut u, mut a) = (vec![0.0; train.drives()], [0.0; 2]);
+    train.drive(0.25 * train.period(), Side::After, &mut u); // cos φ = 0: the engine has its mean torque
+    train.accel(&u, &[0.0; 2], &[0.0; 2], &mut a);
+    let torque = 30.0 + 10.0 + 0.5 * 40.0;
+    assert!((a[0] - torque / 1e-3).abs() < 1e-9 * a[0] && (a[1] + 2.0 * torque / 4e-3).abs() < 1e-9 * a[0], "{a:?}");
+    let error = parts.load("nobody").build("pinion", 100.0).unwrap_err();
+    assert!(error.to_string().starts_with("\"the load\" refers to the body \"nobody\""), "{error}");
+}
+
+/// Constants that bring the torques out of balance are refused one by one, and changed together.
+#[test]
+fn torques_out_of_balance_are_refused_later_too() {
+    let mut parts = Parts::new();
+    parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(4e-3));
+    parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], k()));
+    parts.torque("drive", "pinion", 30.0).torque("brake", "wheel", -60.0);
+    let train = parts.build("pinion", 100.0).unwrap();
+    let error = train.with("drive", 40.0).unwrap_err();
+    // 10 N m on 1e-3 + 4e-3/4 kg m².
+    assert!(matches!(error, ParameterError::Unbalanced { acceleration } if (acceleration - 5000.0).abs() < 1e-6));
+    assert!(train.with_all(&[("drive", 40.0), ("brake", -80.0)]).is_ok());
+    let free = parts.accept(Warning::Unbalanced).build("pinion", 100.0).unwrap();
+    assert!(free.dof() == 2 && free.with("drive", 40.0).is_ok());
+}
+
+/// The kinds of modes do not depend on the coordinates.
+#[test]
+fn kinds_in_relative_coordinates() {
+    let set = Planetary::torsional([30, 30, 90], 4, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [k(), k()]).unwrap();
+    let mut parts = set.parts();
+    parts.torque("drive", "sun", 30.0).load("carrier");
+    let kinds = |parts: &Parts| {
+        let train = parts.build("sun", 100.0).unwrap();
+        let modes = Modes::in_contact(&train, 0.0).unwrap();
+        let rigid = modes.rigid();
+        (rigid, train.kinds(&modes).split_off(rigid))
+    };
+    let (none, relative) = kinds(&parts);
+    let (one, inertial) = kinds(parts.coordinates(Coordinates::Inertial));
+    assert_eq!((none, one, relative), (0, 1, inertial));
 }

@@ -155,7 +155,7 @@ pub fn train(case: &mut Case) -> Run {
         }
     }
     if let Some(state) = case.accept(static_state(&train, 0.0)) {
-        all_finite("static state", &state.q)?;
+        all_finite("static state", &state.state.q)?;
     }
     Ok(())
 }
