@@ -1007,7 +1007,10 @@ fn a_load_balances_all_torques() {
     train.drive(0.25 * train.period(), Side::After, &mut u); // cos φ = 0: the engine has its mean torque
     train.accel(&u, &[0.0; 2], &[0.0; 2], &mut a);
     let torque = 30.0 + 10.0 + 0.5 * 40.0;
-    assert!((a[0] - torque / 1e-3).abs() < 1e-9 * a[0] && (a[1] + 2.0 * torque / 4e-3).abs() < 1e-9 * a[0], "{a:?}");
+    assert!(
+        (a[0] - torque / 1e-3).abs() < 1e-9 * a[0] && (a[1] + 2.0 * torque / 4e-3).abs() < 1e-9 * a[0],
+        "{a:?}"
+    );
     let error = parts.load("nobody").build("pinion", 100.0).unwrap_err();
     assert!(error.to_string().starts_with("\"the load\" refers to the body \"nobody\""), "{error}");
 }
@@ -1022,7 +1025,9 @@ fn torques_out_of_balance_are_refused_later_too() {
     let train = parts.build("pinion", 100.0).unwrap();
     let error = train.with("drive", 40.0).unwrap_err();
     // 10 N m on 1e-3 + 4e-3/4 kg m².
-    assert!(matches!(error, ParameterError::Unbalanced { acceleration } if (acceleration - 5000.0).abs() < 1e-6));
+    assert!(
+        matches!(error, gear_dynamics::ParameterError::Unbalanced { acceleration } if (acceleration - 5000.0).abs() < 1e-6)
+    );
     assert!(train.with_all(&[("drive", 40.0), ("brake", -80.0)]).is_ok());
     let free = parts.accept(Warning::Unbalanced).build("pinion", 100.0).unwrap();
     assert!(free.dof() == 2 && free.with("drive", 40.0).is_ok());
