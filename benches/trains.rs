@@ -9,7 +9,7 @@ use gear_dynamics::contact::Mesh;
 use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::models::nfg::NfgPair2;
 use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, SweepEngine, TableRk4};
-use gear_dynamics::trains::{Coordinates, Planetary, Train, Warning, nfg_parts, ring_parts};
+use gear_dynamics::trains::{Body, Members, Planetary, Train, Warning, nfg_parts, ring_parts};
 use gear_dynamics::{
     Dop853, Integrator, Model, NfgParams, ParameterError, Periodic, Ring, Rk4, State, Statistics, Sweep, Wave,
 };
@@ -69,10 +69,12 @@ where
 /// A torsional planetary set with backlash in six meshes.
 fn planetary() -> Train {
     let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).expect("it is in range"));
-    let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [wave(), wave()]);
-    let set = set.expect("it is in range").supports([0.0, f64::INFINITY, 0.0]);
+    let ring = (90, Body::new(5e-2).locked());
+    let members =
+        Members { sun: (30, Body::new(1e-3)), planet: (30, Body::new(1e-3)), ring, carrier: Body::new(3e-2) };
+    let set = Planetary::new(3, 0.03, members, [wave(), wave()]).expect("it is in range");
     let mut parts = set.damping(2000.0).half_backlash(3e-5).parts();
-    parts.torque("drive", "sun", 30.0).torque("load", "carrier", -120.0).coordinates(Coordinates::Relative);
+    parts.torque("drive", "sun", 30.0).load("carrier");
     parts.build("sun", 100.0).expect("it assembles")
 }
 

@@ -14,7 +14,7 @@ use gear_dynamics::excitation::Side;
 use gear_dynamics::linear::{Campbell, Modes};
 use gear_dynamics::sweep::{Axis, LaneRk4, Monitor};
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, PotentialEnergy, TransmissionError};
-use gear_dynamics::trains::{Body, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
+use gear_dynamics::trains::{Body, Members, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
 use gear_dynamics::{Model, ParameterError, Periodic, Sweep, Wave};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -46,7 +46,7 @@ fn two_stages(pairs: &[GearPair; 2]) -> Outcome<Parts> {
         let mesh = MeshPart::of_pair(&pairs[i], stiffness(&pairs[i])?).error(Wave::new(error));
         Ok(mesh.damping(1500.0).half_backlash(4e-5))
     };
-    let mut parts = two_stage(inertias, [2e4, 1.0], [mesh(0)?, mesh(1)?]);
+    let mut parts = two_stage(inertias, 2e4, 1.0, [mesh(0)?, mesh(1)?]);
     parts.body("motor", Body::new(5e-3)).body("load", Body::new(0.1));
     parts.shaft("input shaft", "motor", "pinion 1", 2e4, 1.0).shaft(
         "output shaft",
@@ -64,11 +64,18 @@ fn planetary(teeth: [u32; 3]) -> Outcome<Parts> {
     let wave = |a: f64| -> Result<Wave, ParameterError> {
         Ok(Wave::new(gear_dynamics::excitation::Fourier::new(3e8, &[[a, 0.0], [0.3 * a, 0.0]])?))
     };
-    let set = Planetary::torsional(teeth, 3, 0.04, [8e-4, 7e-4, 5e-2, 6e-2], [wave(6e7)?, wave(4e7)?])?;
+    let [sun, planet, ring] = teeth;
+    let members = Members {
+        sun: (sun, Body::new(8e-4)),
+        planet: (planet, Body::new(7e-4)),
+        ring: (ring, Body::new(5e-2).locked()),
+        carrier: Body::new(6e-2),
+    };
+    let set = Planetary::new(3, 0.04, members, [wave(6e7)?, wave(4e7)?])?;
     let error =
         || Ok::<_, ParameterError>(Wave::new(gear_dynamics::excitation::Fourier::new(0.0, &[[0.0, 1e-6]])?));
     let set = set.error([error()?, error()?]).damping(700.0).half_backlash(3e-5);
-    let mut parts = set.supports([0.0, f64::INFINITY, 0.0]).parts();
+    let mut parts = set.parts();
     parts.torque("drive torque", "sun", 80.0).load("carrier");
     Ok(parts)
 }

@@ -11,13 +11,17 @@
 //! use gear_dynamics::branches::{ByConstant, Continuation};
 //! use gear_dynamics::excitation::Fourier;
 //! use gear_dynamics::sweep::{Axis, LaneRk4};
-//! use gear_dynamics::trains::Planetary;
+//! use gear_dynamics::trains::{Body, Members, Planetary};
 //! use gear_dynamics::{Sweep, Wave};
 //! let wave = |k: f64| Fourier::new(k, &[[0.2 * k, 0.0]]).map(Wave::new); // N/m over the mesh angle
-//! let (teeth, inertias) = ([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]); // sun, planet, ring; then the carrier
-//! let set = Planetary::torsional(teeth, 3, 0.03, inertias, [wave(2e8)?, wave(2.5e8)?])?;
-//! let train = (set.damping(700.0).half_backlash(3e-5).parts())
-//!     .torque("drive", "sun", 80.0).load("carrier").build("sun", 400.0)?;
+//! let members = Members {
+//!     sun: (30, Body::new(1e-3)), // teeth, kg m²
+//!     planet: (30, Body::new(1e-3)),
+//!     ring: (90, Body::new(5e-2).locked()),
+//!     carrier: Body::new(3e-2),
+//! };
+//! let set = Planetary::new(3, 0.03, members, [wave(2e8)?, wave(2.5e8)?])?.damping(700.0).half_backlash(3e-5);
+//! let train = set.parts().torque("drive", "sun", 80.0).load("carrier").build("sun", 400.0)?;
 //! let branch = Continuation::new(400.0, 440.0).run(&ByConstant::new(&train, "speed")?, &[])?;
 //! let axes = vec![Axis::linear("speed", 400.0, 440.0, 4)?, Axis::linear("drive", 20.0, 80.0, 4)?];
 //! let sweep = Sweep::grid(axes)?.channels(&["deflection 1"]).rattle();

@@ -1,6 +1,7 @@
 //! Noncircular gears in trains: the face gear pair from parts, bodies that turn unevenly, refusals.
 
 use crate::api::*;
+use crate::common::planets::ring_locked;
 use gear_dynamics::excitation::{InstantCentre, Jet};
 use gear_dynamics::linear::Modes;
 use gear_dynamics::trains::*;
@@ -303,14 +304,14 @@ fn loops_of_noncircular_gears_must_turn_alike() {
 
 #[test]
 fn planetary_sets_turn_evenly() {
-    let set =
-        || Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [steel(), steel()]).unwrap();
-    let mut parts = set().supports([0.0, f64::INFINITY, 0.0]).parts();
+    let members = || ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
+    let set = || Planetary::new(3, 0.03, members(), [steel(), steel()]).unwrap();
+    let mut parts = set().parts();
     parts.body("motor", Body::new(1e-3));
     parts.mesh("drive", "motor", "sun", centre_mesh(0.2));
     assert_eq!(refused(parts), TrainError::Uneven { part: "sun 1".into(), body: "sun".into() });
     // Behind the carrier, a noncircular gear may turn other bodies.
-    let mut parts = set().supports([0.0, f64::INFINITY, 0.0]).parts();
+    let mut parts = set().parts();
     parts.body("motor", Body::new(1e-3)).shaft("input", "motor", "sun", 1e4, 0.0);
     parts.body("oval", Body::new(1e-2)).mesh("output", "carrier", "oval", centre_mesh(0.2));
     let train = parts.accept(Warning::Drifts).build("motor", 100.0).unwrap();

@@ -1,5 +1,6 @@
 //! Trains with equal members, whose differences rest at 0 in relative coordinates, and symmetries that break.
 
+use crate::common::planets::ring_locked;
 use gear_dynamics::branches::{ByConstant, Continuation};
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::linear::static_state;
@@ -18,7 +19,8 @@ fn wave(mean: f64, share: f64) -> Wave {
 /// A set of equal planets in phase, loaded by 40 N m on the sun.
 fn set(planets: u32, half_backlash: f64, coordinates: Coordinates) -> Train {
     let waves = [wave(2e8, 0.2), wave(2.5e8, 0.2)];
-    let set = Planetary::torsional([30, 30, 90], planets, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], waves).unwrap();
+    let members = ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
+    let set = Planetary::new(planets, 0.03, members, waves).unwrap();
     let mut parts = set.damping(1000.0).half_backlash(half_backlash).parts();
     parts.torque("drive", "sun", 40.0).torque("load", "carrier", -160.0).coordinates(coordinates);
     parts.build("sun", 100.0).unwrap()
@@ -152,7 +154,8 @@ fn border(mut low: f64, mut high: f64) -> f64 {
 #[test]
 fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     let waves = [wave(2e8, 0.2), wave(2.5e8, 0.2)];
-    let set = Planetary::torsional([30, 30, 90], 2, RADIUS, [1e-3, INERTIA, 5e-2, 3e-2], waves).unwrap();
+    let members = ring_locked([30, 30, 90], [1e-3, INERTIA, 5e-2, 3e-2]);
+    let set = Planetary::new(2, RADIUS, members, waves).unwrap();
     let mut parts = set.damping(DAMPING).half_backlash(2e-5).parts();
     parts.torque("drive", "sun", 400.0).torque("load", "carrier", -1600.0);
     let train = parts.coordinates(Coordinates::Relative).build("sun", 1400.0).unwrap();

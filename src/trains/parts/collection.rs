@@ -125,7 +125,8 @@ impl Parts {
         name: &str,
         from: &str,
         to: &str,
-        [stiffness, damping]: [f64; 2],
+        stiffness: f64,
+        damping: f64,
         half_clearance: f64,
     ) -> &mut Self {
         self.shaft(name, from, to, stiffness, damping);
