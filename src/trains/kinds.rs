@@ -111,14 +111,14 @@ impl<N: Nonlinearity> Train<N> {
             });
             let x = of(&mut pair(tooth.at, tooth.levers).chain(more).chain(varying));
             let stiffness = shape.single[tooth.stiffness as usize].value(angle, Side::After);
-            energies.push((shape.tooth_name(i), stiffness * x * x));
+            energies.push((shape.contact_names[i].name.clone(), stiffness * x * x));
         }
         for (i, journal) in shape.journals.iter().enumerate() {
             let squares = journal.levers.iter().map(|levers| {
                 let x = of(&mut shape.entries[levers.clone()].iter().copied());
                 x * x
             });
-            let name = shape.tooth_name(shape.teeth.len() + i);
+            let name = shape.contact_names[shape.teeth.len() + i].name.clone();
             energies.push((name, journal.stiffness * squares.sum::<f64>()));
         }
         let all: f64 = energies.iter().map(|energy| energy.1).sum();
@@ -129,12 +129,6 @@ impl<N: Nonlinearity> Train<N> {
 }
 
 impl<N: Nonlinearity> TrainShape<N> {
-    /// Name of contact i.
-    fn tooth_name(&self, i: usize) -> String {
-        let name = &self.names[1 + self.torques.len() + i].name;
-        name.strip_suffix(" damping").unwrap_or(name).to_string()
-    }
-
     /// Bᵀ P B for the projection P on the modes of a kind, of vectors in coordinates √m q.
     fn projected(&self, set: &PlanetSet, basis: &DMatrix<f64>, kind: ModeKind) -> DMatrix<f64> {
         let mut image = DMatrix::zeros(basis.nrows(), basis.ncols());

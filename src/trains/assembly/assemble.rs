@@ -141,6 +141,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             frame: None,
             torque_waves: Vec::new(),
             names: Vec::new(),
+            contact_names: Vec::new(),
             ratio: orders.ratio,
         };
         let (torque_values, dampings, halves, frictions) = Default::default();

@@ -104,6 +104,8 @@ pub struct TrainShape<N = Backlash> {
     /// Torques that are waves: place of the wave among `single`, of the constant among the torques, pulls.
     pub(crate) torque_waves: Vec<(usize, usize, std::ops::Range<usize>)>,
     pub(crate) names: Vec<Channel>,
+    /// Names of the contacts and units of their deflections: meshes, clearances of shafts, clearances of bearings.
+    pub(crate) contact_names: Vec<Channel>,
     /// φ'/speed.
     pub(crate) ratio: f64,
 }
@@ -248,13 +250,10 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     }
 
     fn channels(&self) -> Vec<Channel> {
-        let names = self.names[1 + self.torques.len()..].iter();
-        let of = |damping: &Channel| {
-            let unit = if damping.unit == "N s/m" { "m" } else { "rad" };
-            let name = damping.name.strip_suffix(" damping").unwrap_or(&damping.name);
-            Channel::new(format!("{name} transmission error"), unit)
+        let of = |contact: &Channel| {
+            Channel::new(format!("{} transmission error", contact.name), contact.unit.clone())
         };
-        names.take(self.teeth.len()).map(of).collect()
+        self.contact_names[..self.teeth.len()].iter().map(of).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let at = self.drives(u);
