@@ -118,9 +118,8 @@ impl<G: Shape> Machine<G> {
     /// # Errors
     /// As there.
     pub fn with_all(&self, values: &[(&str, f64)]) -> Result<Self, ParameterError> {
-        let placed: Result<Vec<_>, _> =
-            values.iter().map(|(name, value)| Ok((self.fixed.place(name)?, *value))).collect();
-        self.with_places(&placed?)
+        let places = values.iter().map(|(name, value)| Ok((self.fixed.place(name)?, *value)));
+        self.with_places(&places.collect::<Result<Vec<_>, _>>()?)
     }
     /// [`with_all`](Machine::with_all) by the indices of the constants.
     pub(crate) fn with_places(&self, values: &[(usize, f64)]) -> Result<Self, ParameterError> {
