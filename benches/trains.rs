@@ -82,10 +82,7 @@ fn planetary() -> Train {
 fn map(train: &Train, side: usize, engine: &impl SweepEngine<Train>) {
     let axis = |name, low, high| Axis::linear(name, low, high, side).expect("the range is in order");
     let points = Points::grid(vec![axis("speed", 80.0, 200.0), axis("load", 0.1, 2.0)]).expect("two axes");
-    let model = |p: &Point<'_>| {
-        let loaded = train.with("drive", 30.0 * p["load"])?.with("load", -120.0 * p["load"])?;
-        loaded.with("speed", p["speed"])
-    };
+    let model = |p: &Point<'_>| train.with_all(&[("drive", 30.0 * p["load"]), ("speed", p["speed"])]);
     let start = |_: &Point<'_>, train: &Train| Ok::<_, ParameterError>(State::at_rest(train.dof()));
     let sweep = Sweep::new(points).settle(20).measure(10).channels(&["deflection 1"]);
     black_box(sweep.run(engine, model, start).expect("the map runs"));
@@ -96,8 +93,7 @@ fn one_by_one(train: &Train, side: usize) {
     for i in 0..side * side {
         let share = |k: usize| k as f64 / (side - 1) as f64;
         let (speed, load) = (80.0 + 120.0 * share(i % side), 0.1 + 1.9 * share(i / side));
-        let loaded = train.with("drive", 30.0 * load).and_then(|t| t.with("load", -120.0 * load));
-        let run = loaded.and_then(|t| t.with("speed", speed)).expect("it is in range");
+        let run = train.with_all(&[("drive", 30.0 * load), ("speed", speed)]).expect("it is in range");
         let solver = Rk4::new(run.period() / 64.0).plain();
         let settled = solver.end(&run, &State::at_rest(run.dof()), 20.0 * run.period()).expect("it runs");
         let mut statistics = Statistics::new(&run, &["deflection 1"]).expect("the channel exists");
