@@ -58,7 +58,7 @@ fn least(rounds: usize, mut jobs: [&mut dyn FnMut(); 2]) -> [f64; 2] {
 /// Prints the time of one batch of W runs. The time per run is that of additional periods, so that the drive
 /// table, which many runs share, is not counted; the time of the table is printed separately.
 fn report<const W: usize>(set: InstructionSet) {
-    let engine = LaneRk4::<W>::new(STEPS).instructions(set);
+    let engine = LaneRk4::new(STEPS).lanes::<W>().instructions(set);
     let sweeps = [5, 20].map(|periods| ensemble_over(W, periods));
     let job = |sweep| drop(black_box(run(sweep, &engine)));
     let [short, long] = one_thread(|| least(100, [&mut || job(&sweeps[0]), &mut || job(&sweeps[1])]));
@@ -89,7 +89,7 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEng
 
 fn report_ring<const W: usize>(gears: usize) {
     const STEPS: usize = 1000;
-    let engine = LaneRk4::<W>::new(STEPS);
+    let engine = LaneRk4::new(STEPS).lanes::<W>();
     let job = |periods| drop(black_box(ring_sweep(gears, W, periods, &engine)));
     let [short, long] = one_thread(|| least(100, [&mut || job(1), &mut || job(5)]));
     let each = (long - short) / (4 * W * 4 * STEPS) as f64;
@@ -105,8 +105,7 @@ fn report_speeds() {
         Sweep::new(Points::on_axis(speeds)).settle(10).measure(10).channels(&["deflection 1"]).rattle();
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let family = |p: &Point<'_>| sample.with("mesh frequency", p["omega"]);
-    let lanes =
-        || drop(black_box(sweep.run(&LaneRk4::<16>::new(1000), family, start).expect("the rings run")));
+    let lanes = || drop(black_box(sweep.run(&LaneRk4::new(1000), family, start).expect("the rings run")));
     let tables = || drop(black_box(sweep.run(&TableRk4::new(1000), family, start).expect("the rings run")));
     let [median, least, most] = one_thread(|| ratio(9, tables, lanes));
     println!("ratio sweeps ring of 3 tables lanes {median:.1} ({least:.1} .. {most:.1})");
@@ -117,7 +116,7 @@ fn workload_c(c: &mut Criterion) {
     group.sample_size(10).measurement_time(Duration::from_secs(3));
     let sweep = ensemble(96);
     group.bench_function("96 trajectories, lanes", |b| {
-        b.iter(|| one_thread(|| run(&sweep, &LaneRk4::<32>::new(STEPS))))
+        b.iter(|| one_thread(|| run(&sweep, &LaneRk4::new(STEPS).lanes::<32>())))
     });
     let sweep = ensemble(4);
     group.bench_function("4 trajectories, table", |b| {
@@ -142,7 +141,7 @@ fn main() {
     report_ring::<16>(16);
     report_speeds();
     let sweep = ensemble(512);
-    let lanes = LaneRk4::<16>::new(STEPS);
+    let lanes = LaneRk4::new(STEPS);
     let baseline = lanes.instructions(InstructionSet::Baseline);
     let [median, least, most] =
         one_thread(|| ratio(9, || drop(run(&sweep, &lanes)), || drop(run(&sweep, &baseline))));

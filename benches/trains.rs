@@ -9,7 +9,7 @@ use gear_dynamics::contact::Mesh;
 use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::models::nfg::NfgPair2;
 use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, SweepEngine, TableRk4};
-use gear_dynamics::trains::{Coordinates, Planetary, Train, Warning, nfg_parts, ring_parts};
+use gear_dynamics::trains::{Body, Members, Planetary, Train, Warning, nfg_parts, ring_parts};
 use gear_dynamics::{
     Dop853, Integrator, Model, NfgParams, ParameterError, Periodic, Ring, Rk4, State, Statistics, Sweep, Wave,
 };
@@ -58,7 +58,7 @@ where
         .measure(20)
         .channels(&["deflection 1"])
         .run(
-            &LaneRk4::<16>::new(64).instructions(InstructionSet::Best),
+            &LaneRk4::new(64).instructions(InstructionSet::Best),
             |p| with(p["torque"]),
             |_, model| Ok::<_, ParameterError>(State::at_rest(model.dof())),
         )
@@ -69,10 +69,12 @@ where
 /// A torsional planetary set with backlash in six meshes.
 fn planetary() -> Train {
     let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).expect("it is in range"));
-    let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [wave(), wave()]);
-    let set = set.expect("it is in range").supports([0.0, f64::INFINITY, 0.0]);
+    let ring = (90, Body::new(5e-2).locked());
+    let members =
+        Members { sun: (30, Body::new(1e-3)), planet: (30, Body::new(1e-3)), ring, carrier: Body::new(3e-2) };
+    let set = Planetary::new(3, 0.03, members, [wave(), wave()]).expect("it is in range");
     let mut parts = set.damping(2000.0).half_backlash(3e-5).parts();
-    parts.torque("drive", "sun", 30.0).torque("load", "carrier", -120.0).coordinates(Coordinates::Relative);
+    parts.torque("drive", "sun", 30.0).load("carrier");
     parts.build("sun", 100.0).expect("it assembles")
 }
 
@@ -80,10 +82,7 @@ fn planetary() -> Train {
 fn map(train: &Train, side: usize, engine: &impl SweepEngine<Train>) {
     let axis = |name, low, high| Axis::linear(name, low, high, side).expect("the range is in order");
     let points = Points::grid(vec![axis("speed", 80.0, 200.0), axis("load", 0.1, 2.0)]).expect("two axes");
-    let model = |p: &Point<'_>| {
-        let loaded = train.with("drive", 30.0 * p["load"])?.with("load", -120.0 * p["load"])?;
-        loaded.with("speed", p["speed"])
-    };
+    let model = |p: &Point<'_>| train.with_all(&[("drive", 30.0 * p["load"]), ("speed", p["speed"])]);
     let start = |_: &Point<'_>, train: &Train| Ok::<_, ParameterError>(State::at_rest(train.dof()));
     let sweep = Sweep::new(points).settle(20).measure(10).channels(&["deflection 1"]);
     black_box(sweep.run(engine, model, start).expect("the map runs"));
@@ -94,8 +93,7 @@ fn one_by_one(train: &Train, side: usize) {
     for i in 0..side * side {
         let share = |k: usize| k as f64 / (side - 1) as f64;
         let (speed, load) = (80.0 + 120.0 * share(i % side), 0.1 + 1.9 * share(i / side));
-        let loaded = train.with("drive", 30.0 * load).and_then(|t| t.with("load", -120.0 * load));
-        let run = loaded.and_then(|t| t.with("speed", speed)).expect("it is in range");
+        let run = train.with_all(&[("drive", 30.0 * load), ("speed", speed)]).expect("it is in range");
         let solver = Rk4::new(run.period() / 64.0).plain();
         let settled = solver.end(&run, &State::at_rest(run.dof()), 20.0 * run.period()).expect("it runs");
         let mut statistics = Statistics::new(&run, &["deflection 1"]).expect("the channel exists");
@@ -133,13 +131,13 @@ fn main() {
     let train = planetary();
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads start");
     alone.install(|| {
-        let lanes = || map(&train, 16, &LaneRk4::<16>::new(64));
+        let lanes = || map(&train, 16, &LaneRk4::new(64));
         let [median, least, most] = ratio(7, || one_by_one(&train, 16), lanes);
         println!("ratio planetary map one by one lanes {median:.2} ({least:.2} .. {most:.2}), one thread");
         let [median, least, most] = ratio(7, || map(&train, 16, &TableRk4::new(64)), lanes);
         println!("ratio planetary map tables lanes {median:.2} ({least:.2} .. {most:.2}), one thread");
     });
-    let all = || map(&train, 16, &LaneRk4::<16>::new(64));
+    let all = || map(&train, 16, &LaneRk4::new(64));
     let [median, least, most] = ratio(7, || one_by_one(&train, 16), all);
     println!("ratio planetary map one by one lanes {median:.2} ({least:.2} .. {most:.2}), all threads");
     face_gears();

@@ -72,7 +72,7 @@ fn main() -> Outcome<()> {
         let starts =
             Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;
         let rows = Sweep::new(starts).settle(100).measure(20).strobe(16).run(
-            &LaneRk4::<16>::new(256),
+            &LaneRk4::new(256),
             |_| pair.with("speed", omega),
             |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
         )?;
@@ -112,7 +112,7 @@ fn main() -> Outcome<()> {
         Axis::linear("v", -4.0, 4.0, COARSE)?,
     ];
     let rows = Sweep::new(Points::grid(axes)?).settle(100).measure(20).rattle().run(
-        &LaneRk4::<16>::new(256),
+        &LaneRk4::new(256),
         |p| pair.with("amplitude", p["amplitude"]),
         |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
     )?;

@@ -11,11 +11,11 @@ mod published;
 mod support;
 
 use gear_dynamics::excitation::Side;
-use gear_dynamics::linear::{Campbell, Modes, static_state};
-use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points};
+use gear_dynamics::linear::{Campbell, Modes};
+use gear_dynamics::sweep::{Axis, LaneRk4, Monitor};
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, PotentialEnergy, TransmissionError};
-use gear_dynamics::trains::{Body, Coordinates, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
-use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep, Wave};
+use gear_dynamics::trains::{Body, Members, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
+use gear_dynamics::{Model, ParameterError, Periodic, Sweep, Wave};
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
@@ -36,7 +36,7 @@ fn stiffness(pair: &GearPair) -> Outcome<Wave> {
 }
 
 /// Motor, two stages and load.
-fn two_stages(pairs: &[GearPair; 2], coordinates: Coordinates) -> Outcome<Parts> {
+fn two_stages(pairs: &[GearPair; 2]) -> Outcome<Parts> {
     let inertia = |stage: usize, gear: usize| {
         pairs[stage].gears()[gear].blank(0.0, 7850.0).map(|blank| blank.polar_inertia)
     };
@@ -46,7 +46,7 @@ fn two_stages(pairs: &[GearPair; 2], coordinates: Coordinates) -> Outcome<Parts>
         let mesh = MeshPart::of_pair(&pairs[i], stiffness(&pairs[i])?).error(Wave::new(error));
         Ok(mesh.damping(1500.0).half_backlash(4e-5))
     };
-    let mut parts = two_stage(inertias, [2e4, 1.0], [mesh(0)?, mesh(1)?]);
+    let mut parts = two_stage(inertias, 2e4, 1.0, [mesh(0)?, mesh(1)?]);
     parts.body("motor", Body::new(5e-3)).body("load", Body::new(0.1));
     parts.shaft("input shaft", "motor", "pinion 1", 2e4, 1.0).shaft(
         "output shaft",
@@ -55,23 +55,28 @@ fn two_stages(pairs: &[GearPair; 2], coordinates: Coordinates) -> Outcome<Parts>
         8e4,
         5.0,
     );
-    parts.torque("drive torque", "motor", 10.0).torque("load torque", "load", -50.0).coordinates(coordinates);
+    parts.torque("drive torque", "motor", 10.0).load("load");
     Ok(parts)
 }
 
 /// A planetary set whose ring is locked. Sequential planets: 31 teeth on three planets; in phase: 30 teeth.
-fn planetary(teeth: [u32; 3], coordinates: Coordinates) -> Outcome<Parts> {
+fn planetary(teeth: [u32; 3]) -> Outcome<Parts> {
     let wave = |a: f64| -> Result<Wave, ParameterError> {
         Ok(Wave::new(gear_dynamics::excitation::Fourier::new(3e8, &[[a, 0.0], [0.3 * a, 0.0]])?))
     };
-    let set = Planetary::torsional(teeth, 3, 0.04, [8e-4, 7e-4, 5e-2, 6e-2], [wave(6e7)?, wave(4e7)?])?;
+    let [sun, planet, ring] = teeth;
+    let members = Members {
+        sun: (sun, Body::new(8e-4)),
+        planet: (planet, Body::new(7e-4)),
+        ring: (ring, Body::new(5e-2).locked()),
+        carrier: Body::new(6e-2),
+    };
+    let set = Planetary::new(3, 0.04, members, [wave(6e7)?, wave(4e7)?])?;
     let error =
         || Ok::<_, ParameterError>(Wave::new(gear_dynamics::excitation::Fourier::new(0.0, &[[0.0, 1e-6]])?));
     let set = set.error([error()?, error()?]).damping(700.0).half_backlash(3e-5);
-    let mut parts = set.supports([0.0, f64::INFINITY, 0.0]).parts();
-    let ratio = 1.0 + f64::from(teeth[2]) / f64::from(teeth[0]);
-    parts.torque("drive torque", "sun", 80.0).torque("load torque", "carrier", -80.0 * ratio);
-    parts.coordinates(coordinates);
+    let mut parts = set.parts();
+    parts.torque("drive torque", "sun", 80.0).load("carrier");
     Ok(parts)
 }
 
@@ -100,32 +105,13 @@ fn modes(csv: &mut Csv, name: &str, train: &Train) -> Outcome<Modes> {
 
 /// Rattle over speed and load in lanes: shares of contact loss in the first mesh and peak-to-peak of its deflection.
 fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods: usize) -> Outcome<[Map; 2]> {
-    let load = train.constant("load torque")?;
     let drive = train.constant("drive torque")?;
-    let points = Points::grid(vec![
+    let axes = vec![
         Axis::linear("speed", speeds[0], speeds[1], side)?,
-        Axis::linear("load", 0.1, 3.0, side)?,
-    ])?;
-    let model = |p: &Point<'_>| -> Result<Train, ParameterError> {
-        let loaded = train.with("load torque", p["load"] * load)?.with("drive torque", p["load"] * drive)?;
-        loaded.with("speed", p["speed"])
-    };
-    // The static deflection is linear in the load while all teeth carry.
-    let loaded = |factor: f64| -> Outcome<Vec<f64>> {
-        let train = train.with("load torque", factor * load)?.with("drive torque", factor * drive)?;
-        Ok(static_state(&train, 0.0)?.q)
-    };
-    let (one, two) = (loaded(1.0)?, loaded(2.0)?);
-    let start = |p: &Point<'_>, _: &Train| {
-        let q: Vec<f64> = one.iter().zip(&two).map(|(a, b)| a + (p["load"] - 1.0) * (b - a)).collect();
-        Ok::<_, ParameterError>(State::new(0.0, &q, &vec![0.0; q.len()]))
-    };
-    // Half a step per radian of the fastest mode at the lowest speed, and 64 steps for each mesh cycle.
-    let slowest = train.with("speed", speeds[0])?;
-    let fastest = Modes::mean_in_contact(&slowest)?.frequencies().last().copied().unwrap_or(0.0);
-    let cycles = train.shape().cycles_in_a_period() as usize;
-    let steps = (64 * cycles).max((2.0 * fastest * slowest.period()).ceil() as usize);
-    let sweep = Sweep::new(points)
+        Axis::linear("drive torque", 0.1 * drive, 3.0 * drive, side)?,
+    ];
+    let engine = LaneRk4::for_model(&train.with("speed", speeds[0])?)?;
+    let sweep = Sweep::grid(axes)?
         .periodic_tolerance(5e-3)
         .settle(periods)
         .measure(periods / 2)
@@ -134,10 +120,7 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
     let bar = progress(name, side * side);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows = sweep
-        .runner(&LaneRk4::<8>::new(steps), model, start)
-        .monitor(&Monitor::new().progress(&advance))
-        .run()?;
+    let rows = sweep.of_machine(&engine, train)?.monitor(&Monitor::new().progress(&advance)).run()?;
     bar.finish_and_clear();
     let lost = rows.iter().filter(|row| row.contact(0).loss_fraction() > 0.0).count();
     println!(
@@ -239,11 +222,9 @@ fn all_modes(folder: &Path, pairs: &[GearPair; 2]) -> Outcome<[Modes; 2]> {
     for (name, train) in published::sets()? {
         modes(&mut csv, &name, &train)?;
     }
-    let inertial = Coordinates::Inertial;
-    let two = modes(&mut csv, "two_stage", &two_stages(pairs, inertial)?.build("motor", 200.0)?)?;
-    let sequential =
-        modes(&mut csv, "planetary_sequential", &planetary([31, 29, 89], inertial)?.build("sun", 200.0)?)?;
-    modes(&mut csv, "planetary_in_phase", &planetary([30, 30, 90], inertial)?.build("sun", 200.0)?)?;
+    let two = modes(&mut csv, "two_stage", &two_stages(pairs)?.build("motor", 200.0)?)?;
+    let sequential = modes(&mut csv, "planetary_sequential", &planetary([31, 29, 89])?.build("sun", 200.0)?)?;
+    modes(&mut csv, "planetary_in_phase", &planetary([30, 30, 90])?.build("sun", 200.0)?)?;
     csv.finish()?;
     Ok([two, sequential])
 }
@@ -253,25 +234,24 @@ fn main() -> Outcome<()> {
     let pairs = stages()?;
     geometry(&pairs)?;
     let [two, sequential] = all_modes(&folder, &pairs)?;
-    let inertial = two_stages(&pairs, Coordinates::Inertial)?.build("motor", 200.0)?;
+    let train = two_stages(&pairs)?.build("motor", 200.0)?;
     let second = 25.0 * 24.0 / 50.0;
     figure(
         folder.join("train.svg"),
         2,
         &[
             stiffness_panel(&pairs)?,
-            campbell_panel(&inertial, &[second, 25.0, 50.0], 800.0)?,
+            campbell_panel(&train, &[second, 25.0, 50.0], 800.0)?,
             modes_panel("modes of the two-stage train", &two),
             modes_panel("modes of the sequential planetary set", &sequential),
         ],
     )?;
     println!();
     let side = if coarse() { 12 } else { 100 };
-    let relative = Coordinates::Relative;
     let trains = [
-        ("two stages", two_stages(&pairs, relative)?.build("motor", 200.0)?, [250.0, 2500.0], 10),
-        ("sequential planets", planetary([31, 29, 89], relative)?.build("sun", 200.0)?, [300.0, 2500.0], 100),
-        ("planets in phase", planetary([30, 30, 90], relative)?.build("sun", 200.0)?, [300.0, 2500.0], 100),
+        ("two stages", two_stages(&pairs)?.build("motor", 200.0)?, [250.0, 2500.0], 10),
+        ("sequential planets", planetary([31, 29, 89])?.build("sun", 200.0)?, [300.0, 2500.0], 100),
+        ("planets in phase", planetary([30, 30, 90])?.build("sun", 200.0)?, [300.0, 2500.0], 100),
     ];
     let mut all = Vec::new();
     for (name, train, speeds, periods) in &trains {

@@ -166,7 +166,7 @@ fn grid(pair: &Machine<SpurPair>) -> Outcome<Vec<[f64; 4]>> {
     ])?;
     let sweep = Sweep::new(points).settle(100).until_repeats(1e-7).measure(1).channels(&["q1"]).rattle();
     let rows = sweep.run(
-        &LaneRk4::<16>::new(256),
+        &LaneRk4::new(256),
         |p: &Point<'_>| pair.with("tip relief", p["relief"])?.with("phase", p["phase"]),
         |_, _| Ok::<_, ParameterError>(State::new(0.0, &[70.0], &[0.0])),
     )?;

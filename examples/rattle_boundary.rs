@@ -180,7 +180,7 @@ fn rattle_map(pair: &NfgPair, speeds: [f64; 2], loads: [f64; 2], side: usize) ->
     let model = |p: &Point<'_>| pair.with("speed", p["speed"])?.with("load torque", p["load"]);
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
     // 64 steps per mesh period.
-    let engine = LaneRk4::<16>::new(63 * 64);
+    let engine = LaneRk4::new(63 * 64);
     let rows = sweep.runner(&engine, model, start).monitor(&Monitor::new().progress(&advance)).run()?;
     bar.finish_and_clear();
     Ok(rows)

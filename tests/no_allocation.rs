@@ -133,7 +133,7 @@ fn a_million_points_fit_into_200_megabytes() {
     };
     let chunk = |i, n| {
         sweep
-            .runner(&LaneRk4::<16>::new(63 * 2), family, |_, pair: &NfgPair| pair.static_start())
+            .runner(&LaneRk4::new(63 * 2), family, |_, pair: &NfgPair| pair.static_start())
             .chunk(i, n)
             .unwrap()
     };

@@ -3,7 +3,7 @@
 
 use crate::support::Outcome;
 use gear_dynamics::Wave;
-use gear_dynamics::trains::{Bearing, Planetary, Train, Warning};
+use gear_dynamics::trains::{Bearing, Body, Members, Planetary, Train, Warning};
 
 /// Mass `[kg]`, I/r² `[kg]`, bearing stiffness [N/m] and torsional stiffness at the base circle [N/m] of a member.
 struct Member {
@@ -47,24 +47,26 @@ impl Set {
         let angle = self.pressure_angle.to_radians();
         let radii = [0.03, 0.03, 0.09, 0.06 / angle.cos()];
         let of = |i: usize| &self.members[i];
-        let inertias = [0, 1, 2, 3].map(|i| of(i).inertia * radii[i] * radii[i]);
-        let bearings = [0, 1, 2, 3].map(|i| Bearing::new(of(i).mass, of(i).bearing));
-        let turn = |i: usize| of(i).turn * radii[i] * radii[i];
+        let body = |i: usize| {
+            let square = radii[i] * radii[i];
+            let body = Body::new(of(i).inertia * square).on(Bearing::new(of(i).mass, of(i).bearing));
+            body.restrained(if i == 1 { 0.0 } else { of(i).turn * square }, 0.0)
+        };
+        let ring = (90, body(2).held(of(2).turn * radii[2] * radii[2], 0.0));
+        let members = Members { sun: (30, body(0)), planet: (30, body(1)), ring, carrier: body(3) };
         let mesh = || Wave::constant(self.mesh);
-        let set = Planetary::torsional([30, 30, 90], planets, radii[0], inertias, [mesh()?, mesh()?])?
-            .pressure_angle(angle)
-            .on_bearings(bearings)
-            .supports([turn(0), turn(2), turn(3)]);
+        let set = Planetary::new(planets, radii[0], members, [mesh()?, mesh()?])?.pressure_angle(angle);
         Ok(set.parts().build("sun", 100.0)?)
     }
 }
 
 /// Kahraman 1994, J. Sound Vib. 173, 125: fixed ring, in the units of the paper.
 fn kahraman() -> Outcome<Train> {
-    let inertias = [0.5, 0.75, 1.0, 4.0];
+    let ring = (90, Body::new(1.0).locked());
+    let members =
+        Members { sun: (30, Body::new(0.5)), planet: (30, Body::new(0.75)), ring, carrier: Body::new(4.0) };
     let meshes = [Wave::constant(7.0)?, Wave::constant(11.0)?];
-    let set = Planetary::torsional([30, 30, 90], 3, 0.5, inertias, meshes)?;
-    let mut parts = set.supports([0.0, f64::INFINITY, 0.0]).parts();
+    let mut parts = Planetary::new(3, 0.5, members, meshes)?.parts();
     Ok(parts.accept(Warning::UnusualValue).build("sun", 1.0)?)
 }
 

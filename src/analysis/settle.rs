@@ -3,6 +3,8 @@
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
 use crate::error::{ParameterError, check};
+use crate::linear::modes::LinearError;
+use crate::linear::statics::static_state;
 use crate::model::equations::{Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Budget;
@@ -23,7 +25,7 @@ use thiserror::Error;
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let steady = Settle::new().tolerance(1e-7).run(&Dop853::new(), &pair, &pair.static_start()?)?;
+/// let steady = Settle::new().tolerance(1e-7).run(&Dop853::new(), &pair, None)?; // from the static state
 /// assert_eq!(steady.period_multiple, 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -65,24 +67,33 @@ impl Settle {
         Settle { budget, ..self }
     }
 
-    /// Integrates from `start` until the state repeats.
+    /// Integrates from `start` until the state repeats; from the [static state](static_state) at t = 0 if `start` is
+    /// `None`.
     ///
     /// # Errors
+    /// [`Unsettled::NoStart`] if no start is given and the model has no static state.
     /// [`Unsettled::Aperiodic`] if the state does not repeat within the maximum number of periods (chaos,
     /// quasi-periodicity or slow decay). [`Unsettled::Failed`] if the integration fails, the budget is spent,
     /// a setting is outside its range, or the period of the model is outside 1e-50 .. 1e50.
-    pub fn run<I: Integrator, M: Periodic + ?Sized>(
+    pub fn run<'s, I: Integrator, M: Periodic + ?Sized>(
         &self,
         integrator: &I,
         model: &M,
-        start: &State,
+        start: impl Into<Option<&'s State>>,
     ) -> Result<Steady, Unsettled> {
+        let start = match start.into() {
+            Some(start) => start.clone(),
+            None => match static_state(model, 0.0) {
+                Ok(rest) => rest.state,
+                Err(error) => return Err(Unsettled::NoStart { error, state: State::at_rest(model.dof()) }),
+            },
+        };
         let period = model.period();
         if let Err(error) = self.check(period) {
             return Err(Unsettled::Failed { error: error.into(), state: start.clone(), periods: 0 });
         }
         let joined = |state: &State| [&state.q[..], &state.v].concat();
-        let mut section: Vec<Vec<f64>> = vec![joined(start)];
+        let mut section: Vec<Vec<f64>> = vec![joined(&start)];
         let mut last = start.clone();
         // With one coordinate a rigid motion would leave no relative motion.
         let rigid = if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() };
@@ -208,6 +219,14 @@ pub enum Unsettled {
         /// Maximum period multiple.
         multiple: usize,
     },
+    /// No start was given, and the model has no static state.
+    #[error("no static state to start from: {error}")]
+    NoStart {
+        /// Error of the static state.
+        error: LinearError,
+        /// The coordinates 0 at rest.
+        state: State,
+    },
     /// The integration failed, or a setting was outside its range.
     #[error("after {periods} periods: {error}")]
     Failed {
@@ -221,10 +240,12 @@ pub enum Unsettled {
 }
 
 impl Unsettled {
-    /// The last state at the end of a period.
+    /// The last state at the end of a period; at rest if there was no start.
     pub fn state(&self) -> &State {
         match self {
-            Unsettled::Aperiodic { state, .. } | Unsettled::Failed { state, .. } => state,
+            Unsettled::Aperiodic { state, .. }
+            | Unsettled::NoStart { state, .. }
+            | Unsettled::Failed { state, .. } => state,
         }
     }
 }

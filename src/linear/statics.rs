@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::linear::modes::LinearError;
-use crate::model::equations::{Model, Periodic};
+use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::model::slopes::{Slopes, accelerate};
 use nalgebra::{DMatrix, DVector};
@@ -20,16 +20,17 @@ use nalgebra::{DMatrix, DVector};
 /// let mesh = MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?).half_backlash(5e-5);
 /// parts.mesh("mesh", "pinion", "wheel", mesh);
 /// parts.torque("drive", "pinion", 30.0).torque("load", "wheel", -60.0);
-/// let state = static_state(&parts.build("pinion", 100.0)?, 0.0)?;
-/// let contact = state.contacts[0]; // 30 N m/0.03 m = 1000 N on 2e8 N/m past half the backlash
+/// let rest = static_state(&parts.build("pinion", 100.0)?, 0.0)?;
+/// let contact = rest.contacts[0]; // 30 N m/0.03 m = 1000 N on 2e8 N/m past half the backlash
 /// assert!((contact.force - 1000.0).abs() < 1e-9);
 /// assert!((contact.deflection - 5.5e-5).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct StaticState {
-    /// Coordinates. A rigid motion of the model is left at rest.
-    pub q: Vec<f64>,
+    /// The state at rest at the time t: a start of integrations and solvers. A rigid motion of the model is left at
+    /// rest.
+    pub state: State,
     /// Contacts with their deflections and forces.
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
@@ -69,7 +70,8 @@ pub fn static_state<M: Periodic + ?Sized>(model: &M, t: f64) -> Result<StaticSta
         let found: Vec<Piece> =
             (0..pieces.len()).map(|i| next_piece(pieces[i], &contacts[i], &mut left[i])).collect();
         if found == pieces {
-            return Ok(StaticState { q, contacts, pieces, acceleration });
+            let state = State { t, q, v: rest };
+            return Ok(StaticState { state, contacts, pieces, acceleration });
         }
         pieces = found;
     }

@@ -21,13 +21,10 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// A model that consists of a [`Shape`] and the values of its constants.
+/// A model that consists of a [`Shape`] and the values of its constants. Copies share the shape and are cheap.
 ///
-/// Copies share the shape and are cheap.
-///
-/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle
-/// of its waves is φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are
-/// equal.
+/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle of its waves is
+/// φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are equal.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams};
@@ -57,7 +54,6 @@ struct Fixed<G> {
     table: OnceLock<Option<WaveTable>>,
 }
 
-/// Prints the constants with their names.
 impl<G> fmt::Debug for Machine<G> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let named = self.fixed.names.iter().map(|channel| &channel.name).zip(&self.constants);
@@ -80,13 +76,12 @@ impl<G> Clone for Machine<G> {
 const BESIDE: f64 = 1e-12;
 
 impl<G: Shape> Machine<G> {
-    /// The machine of a shape with the given constants. Every constant of the shape is given once, by its
-    /// name.
+    /// The machine of a shape. Every constant is given once, by its name.
     ///
     /// # Errors
-    /// A name that the shape does not have, that is missing or that is given twice; a value out of range; a
-    /// shape that contradicts its [`size`](Shape::size), whose waves do not repeat, or whose contacts lack
-    /// edges; an acceleration that is not finite at rest.
+    /// A name that the shape does not have, that is missing or that is given twice; a value out of range; a shape
+    /// that contradicts its [`size`](Shape::size), whose waves do not repeat, or whose contacts lack edges; an
+    /// acceleration that is not finite at rest.
     pub fn with_constants(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
         let fixed = Fixed::new(shape);
         let names = &fixed.names;
@@ -115,12 +110,20 @@ impl<G: Shape> Machine<G> {
     /// The same machine with another value of one constant.
     ///
     /// # Errors
-    /// A name that the shape does not have; a value out of range; an acceleration that is not finite at rest.
+    /// An unknown name; a value out of range; an acceleration not finite at rest.
     pub fn with(&self, name: &str, value: f64) -> Result<Self, ParameterError> {
-        self.with_all(&[(self.fixed.place(name)?, value)])
+        self.with_all(&[(name, value)])
     }
-    /// [`with`](Machine::with) for several constants by their indices.
-    pub(crate) fn with_all(&self, values: &[(usize, f64)]) -> Result<Self, ParameterError> {
+    /// [`with`](Machine::with) for several constants, which are checked together.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_all(&self, values: &[(&str, f64)]) -> Result<Self, ParameterError> {
+        let places = values.iter().map(|(name, value)| Ok((self.fixed.place(name)?, *value)));
+        self.with_places(&places.collect::<Result<Vec<_>, _>>()?)
+    }
+    /// [`with_all`](Machine::with_all) by the indices of the constants.
+    pub(crate) fn with_places(&self, values: &[(usize, f64)]) -> Result<Self, ParameterError> {
         let mut constants = self.constants.clone();
         for &(place, value) in values {
             constants[place] = check::quantity(self.fixed.names[place].name.as_str(), value)?;

@@ -24,7 +24,7 @@ impl<G: Shape> Constants for Machine<G> {
         self.constants()
     }
     fn with_values(&self, values: &[(usize, f64)]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        Ok(Box::new(self.with_all(values)?))
+        Ok(Box::new(self.with_places(values)?))
     }
     fn drive_slope(&self, i: usize) -> DriveSlope {
         let prepared: Vec<Dual> = self.shape().prepare(&self.along(i));

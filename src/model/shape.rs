@@ -249,6 +249,11 @@ pub trait Shape: PartialEq {
     fn repeats(&self) -> u32 {
         1
     }
+    /// Number of cycles of the fastest wave in a period, for example of the mesh with the most teeth. Engines choose
+    /// their steps by it ([`LaneRk4::for_model`](crate::sweep::LaneRk4::for_model)). Default: 1.
+    fn cycles_in_a_period(&self) -> u32 {
+        1
+    }
     /// Returns the constants that the algebra reads, from the named constants in their order. The first one
     /// is φ', the speed of the angle over the time of the model. Default: the named constants.
     ///

@@ -49,8 +49,8 @@ const PURE: f64 = 1.0 - 1e-6;
 
 impl<N: Nonlinearity> Train<N> {
     /// The kind of each mode, in the order of [`Modes::list`], by projection on the symmetries of the first
-    /// planetary set. Frequencies that agree to 1e-7 are separated by kind. A train without planets in inertial
-    /// coordinates, with unequal spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
+    /// planetary set. Frequencies that agree to 1e-7 are separated by kind. A train without planets, with unequal
+    /// spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
     pub fn kinds(&self, modes: &Modes) -> Vec<ModeKind> {
         let list = modes.list();
         let own = list.iter().all(|mode| mode.shape().len() == self.shape().coordinates.len());
@@ -58,7 +58,7 @@ impl<N: Nonlinearity> Train<N> {
             return vec![ModeKind::Mixed; list.len()];
         };
         let shape = self.shape();
-        let root: Vec<f64> = shape.per_inertia.iter().map(|inverse| (1.0 / inverse).sqrt()).collect();
+        let root: Vec<f64> = shape.masses.iter().map(|mass| mass.sqrt()).collect();
         let mut kinds = Vec::with_capacity(list.len());
         let most = list.last().map_or(0.0, Mode::frequency);
         while kinds.len() < list.len() {
@@ -69,7 +69,9 @@ impl<N: Nonlinearity> Train<N> {
             };
             let count = list[start..].iter().take_while(near).count();
             // An orthonormal basis of the cluster, in coordinates √m q.
-            let cluster = DMatrix::from_fn(root.len(), count, |i, k| root[i] * list[start + k].shape()[i]);
+            let motions: Vec<Vec<f64>> =
+                list[start..start + count].iter().map(|mode| shape.in_inertial(mode.shape())).collect();
+            let cluster = DMatrix::from_fn(root.len(), count, |i, k| root[i] * motions[k][i]);
             let basis = cluster.qr().q();
             let mut left = count;
             for kind in [ModeKind::Rotational, ModeKind::Translational, ModeKind::Planet] {
@@ -109,14 +111,14 @@ impl<N: Nonlinearity> Train<N> {
             });
             let x = of(&mut pair(tooth.at, tooth.levers).chain(more).chain(varying));
             let stiffness = shape.single[tooth.stiffness as usize].value(angle, Side::After);
-            energies.push((shape.tooth_name(i), stiffness * x * x));
+            energies.push((shape.contact_names[i].name.clone(), stiffness * x * x));
         }
         for (i, journal) in shape.journals.iter().enumerate() {
             let squares = journal.levers.iter().map(|levers| {
                 let x = of(&mut shape.entries[levers.clone()].iter().copied());
                 x * x
             });
-            let name = shape.tooth_name(shape.teeth.len() + i);
+            let name = shape.contact_names[shape.teeth.len() + i].name.clone();
             energies.push((name, journal.stiffness * squares.sum::<f64>()));
         }
         let all: f64 = energies.iter().map(|energy| energy.1).sum();
@@ -127,21 +129,14 @@ impl<N: Nonlinearity> Train<N> {
 }
 
 impl<N: Nonlinearity> TrainShape<N> {
-    /// Name of contact i.
-    fn tooth_name(&self, i: usize) -> String {
-        let name = &self.names[1 + self.torques.len() + i].name;
-        name.strip_suffix(" damping").unwrap_or(name).to_string()
-    }
-
     /// Bᵀ P B for the projection P on the modes of a kind, of vectors in coordinates √m q.
     fn projected(&self, set: &PlanetSet, basis: &DMatrix<f64>, kind: ModeKind) -> DMatrix<f64> {
         let mut image = DMatrix::zeros(basis.nrows(), basis.ncols());
-        let sideways = |row: usize| self.coordinates[row].unit == "m";
-        let centre_moves = set.central.iter().any(|&row| sideways(row));
+        let centre_moves = set.central.iter().any(|&(_, sideways)| sideways);
         let (central, set) = (&set.central, &set.planets[..]);
         for k in 0..basis.ncols() {
-            for &row in central {
-                let own = if sideways(row) { ModeKind::Translational } else { ModeKind::Rotational };
+            for &(row, sideways) in central {
+                let own = if sideways { ModeKind::Translational } else { ModeKind::Rotational };
                 if own == kind {
                     image[(row, k)] = basis[(row, k)];
                 }

@@ -13,7 +13,7 @@ pub use crate::trains::parts::collection::{Coordinates, Parts};
 pub use crate::trains::parts::mesh_part::{MeshPart, OfMesh};
 pub use crate::trains::ready::chains::{geared_rotor, idler, robot_joint, split_torque, two_stage};
 pub use crate::trains::ready::nfg::nfg_parts;
-pub use crate::trains::ready::planetary::{Central, Planetary};
+pub use crate::trains::ready::planetary::{Members, Planetary};
 pub use crate::trains::ready::ring::ring_parts;
 pub use crate::trains::ready::spur_pair::{Dimensionless, SpurPair};
 pub use crate::trains::shape::train_shape::{Train, TrainShape};

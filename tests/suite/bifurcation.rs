@@ -34,7 +34,7 @@ impl Shape for Spur {
 }
 
 fn engine() -> LaneRk4<8> {
-    LaneRk4::new(256)
+    LaneRk4::new(256).lanes()
 }
 
 fn gentle(p: &Point<'_>) -> Result<SpurPair, ParameterError> {
@@ -129,7 +129,7 @@ fn two_motions_side_by_side() {
     let start = |p: &Point<'_>, _: &SpurPair| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
     // Steps across edges keep a periodic motion from returning exactly. The distance falls with the square of
     // the step: 1.4e-4 with 256 steps, 1e-5 with 1024.
-    let engine = LaneRk4::<8>::new(2048);
+    let engine = LaneRk4::new(2048).lanes::<8>();
     let rows = Sweep::new(starts)
         .settle(60)
         .measure(16)

@@ -438,7 +438,7 @@ fn trains_in_inertial_coordinates() {
         parts.torque("drive torque", "pinion", 20.0).torque("load torque", "wheel", -50.0);
         let train = parts.coordinates(coordinates).build("pinion", 400.0).unwrap();
         let static_state = gear_dynamics::linear::static_state(&train, 0.0).unwrap();
-        let start = State::new(0.0, &static_state.q, &vec![0.0; static_state.q.len()]);
+        let start = static_state.state;
         let family = ByConstant::new(&train, "speed").unwrap();
         Continuation::new(400.0, 900.0).run(&family, &[start]).unwrap()
     };

@@ -104,7 +104,9 @@ fn along(count: usize) -> Sweep {
         .strobe(1)
 }
 fn chunks(sweep: &Sweep, count: usize) -> Vec<Rows> {
-    (0..count).map(|i| sweep.runner(&LaneRk4::<4>::new(16), swing, rest).chunk(i, count).unwrap()).collect()
+    (0..count)
+        .map(|i| sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).chunk(i, count).unwrap())
+        .collect()
 }
 fn pool(threads: usize) -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
@@ -119,7 +121,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
             .unwrap();
     let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q1"]).warm_start(WarmStart::Up);
     for sweep in [along(10).check_every(4), lines.check_every(4)] {
-        let whole = sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap();
+        let whole = sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, rest).unwrap();
         let checked: Vec<usize> =
             whole.iter().filter(|row| row.checked().is_some()).map(|row| row.index()).collect();
         assert_eq!(
@@ -134,8 +136,8 @@ fn chunks_check_the_points_that_the_whole_checks() {
             }
         }
         let (one, other) = (sweep.clone().check_every(0), sweep.check_every(3));
-        let prints =
-            [one, other].map(|sweep| sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap().fingerprint());
+        let prints = [one, other]
+            .map(|sweep| sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, rest).unwrap().fingerprint());
         assert!(prints[0] != prints[1] && !prints.contains(&whole.fingerprint()));
     }
 }
@@ -184,12 +186,12 @@ fn a_line_goes_on_after_a_point_that_fails() {
     for warm_start in [WarmStart::Up, WarmStart::Down] {
         for bad in [0, 3, 8] {
             let off = |p: &Point<'_>| Swing::with_edge(if p.index() == bad { 0.501 } else { 0.5 }, p["w"]);
-            check(&LaneRk4::<4>::new(16), off, bad, warm_start, true);
+            check(&LaneRk4::new(16).lanes::<4>(), off, bad, warm_start, true);
             check(&TableRk4::new(16), off, bad, warm_start, true);
             let pulled = |p: &Point<'_>| {
                 Swing::made(0.5, None, if p.index() == bad { f64::NAN } else { 1.0 }, p["w"], 2.0)
             };
-            check(&LaneRk4::<4>::new(16), pulled, bad, warm_start, false);
+            check(&LaneRk4::new(16).lanes::<4>(), pulled, bad, warm_start, false);
             check(&Located(Rk4::new(0.1)), pulled, bad, warm_start, false);
         }
     }
@@ -273,7 +275,7 @@ fn a_check_counts_only_beside_its_row() {
     let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q1"]).check_every(2);
     let kicked =
         |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
-    let rows = sweep.run(&LaneRk4::<4>::new(16), swing, kicked).unwrap();
+    let rows = sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, kicked).unwrap();
     assert!(matches!(rows.get(2), Err(PointError::Diverged { .. })));
     let [first, next, last] = [0, 1, 3].map(|i| rows.get(i).unwrap());
     // The estimate is a few per cent of the range, since 16 samples in a period may miss (π/16)²/2 of each
@@ -293,7 +295,7 @@ fn a_check_that_fails_is_told() {
         Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"])
     };
     let sweep = along(5).settle(100).check_every(2);
-    let rows = sweep.run(&LaneRk4::<4>::new(16), family, rest).unwrap();
+    let rows = sweep.run(&LaneRk4::new(16).lanes::<4>(), family, rest).unwrap();
     let row = rows.get(2).unwrap();
     assert!(matches!(row.checked(), Some(Err(PointError::Table(TableError::EdgeOffGrid { .. })))));
     assert!(row.is_sensitive() && row.error("q1").is_none());
@@ -311,23 +313,19 @@ fn a_check_that_fails_is_told() {
 #[test]
 fn rows_are_equal_whatever_ran_alone() {
     let sweep = along(145);
-    let run =
-        |threads: usize| pool(threads).install(|| sweep.run(&LaneRk4::<16>::new(16), swing, rest)).unwrap();
+    let run = |threads: usize| pool(threads).install(|| sweep.run(&LaneRk4::new(16), swing, rest)).unwrap();
     let (one, two) = (run(1), run(2));
     assert_ne!(one.alone(), two.alone());
     assert_eq!(one, two);
     // With warm starts every point of a line runs alone.
-    assert_eq!(
-        along(9).warm_start(WarmStart::Up).run(&LaneRk4::<16>::new(16), swing, rest).unwrap().alone(),
-        9
-    );
+    assert_eq!(along(9).warm_start(WarmStart::Up).run(&LaneRk4::new(16), swing, rest).unwrap().alone(), 9);
 }
 
 /// More chunks than points, merged in any order.
 #[test]
 fn empty_parts_in_any_order() {
     let sweep = along(3);
-    let whole = sweep.run(&LaneRk4::<4>::new(16), swing, rest).unwrap();
+    let whole = sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, rest).unwrap();
     for turn in 0..7 {
         let mut parts = chunks(&sweep, 7);
         parts.rotate_left(turn);
@@ -368,10 +366,10 @@ fn rows_of_another_sweep_are_refused() {
     ];
     let parts = chunks(&sweep, 2);
     for other in others {
-        let resumed = other.runner(&LaneRk4::<4>::new(16), swing, rest).resume(stored(&parts[0]));
+        let resumed = other.runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).resume(stored(&parts[0]));
         assert!(matches!(resumed, Err(RowsError { error: SweepError::Parts { row: 0 }, .. })), "{other:?}");
         if other.points().names() == ["w"] {
-            let second = other.runner(&LaneRk4::<4>::new(16), swing, rest).chunk(1, 2).unwrap();
+            let second = other.runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).chunk(1, 2).unwrap();
             assert_eq!(
                 Rows::merge(vec![parts[0].clone(), second]).map_err(|refused| refused.error),
                 Err(SweepError::Parts { row: 4 })
@@ -396,7 +394,7 @@ fn progress_ends_at_the_end() {
                 totals.lock().unwrap().insert(total);
             };
             sweep
-                .runner(&LaneRk4::<4>::new(16), family, rest)
+                .runner(&LaneRk4::new(16).lanes::<4>(), family, rest)
                 .monitor(&Monitor::new().progress(&progress))
                 .chunk(i, n)
                 .unwrap();
@@ -430,12 +428,12 @@ fn a_family_without_a_model_is_left_when_cancelled() {
         Err::<Machine<Swing<'_>>, _>("never")
     };
     let rows = along(1000)
-        .runner(&LaneRk4::<4>::new(16), never, rest)
+        .runner(&LaneRk4::new(16).lanes::<4>(), never, rest)
         .monitor(&Monitor::new().cancel(&stop))
         .run()
         .unwrap();
     assert_eq!((asked.into_inner(), rows.errors().len(), rows.is_complete()), (10, 10, false));
-    let whole = along(1000).runner(&LaneRk4::<4>::new(16), swing, rest).resume(rows).unwrap();
+    let whole = along(1000).runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).resume(rows).unwrap();
     assert_eq!((whole.errors().len(), whole.iter().count()), (10, 990));
 }
 
@@ -461,13 +459,13 @@ fn two_threads_may_show_rows_at_once() {
     };
     let watch = Monitor::new().rows(&rows);
     let made = pool(2)
-        .install(|| along(64).runner(&LaneRk4::<4>::new(16), swing, rest).monitor(&watch).run())
+        .install(|| along(64).runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).monitor(&watch).run())
         .unwrap();
     assert!(together.into_inner() && made.iter().count() == 64);
     let busy = |_: &Row<'_>| assert_eq!(rayon::join(|| 1, || 2), (1, 2));
     let watch = Monitor::new().rows(&busy);
     let made = pool(2)
-        .install(|| along(64).runner(&LaneRk4::<4>::new(16), swing, rest).monitor(&watch).run())
+        .install(|| along(64).runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).monitor(&watch).run())
         .unwrap();
     assert_eq!(made.iter().count(), 64);
 }
@@ -495,13 +493,13 @@ fn a_cancel_is_seen_within_64_steps() {
     }
     for last in [[100, 0], [5000, 0]] {
         for [drives, accelerations] in
-            [asked(&LaneRk4::<4>::new(5000), last), asked(&TableRk4::new(5000), last)]
+            [asked(&LaneRk4::new(5000).lanes::<4>(), last), asked(&TableRk4::new(5000), last)]
         {
             assert!(drives <= last[0] + 64 && accelerations == 0, "{drives} after {}", last[0]);
         }
     }
     for [_, accelerations] in
-        [asked(&LaneRk4::<4>::new(5000), [0, 1001]), asked(&TableRk4::new(5000), [0, 1001])]
+        [asked(&LaneRk4::new(5000).lanes::<4>(), [0, 1001]), asked(&TableRk4::new(5000), [0, 1001])]
     {
         assert!(accelerations <= 1001 + 4 * 64, "{accelerations}");
     }
@@ -511,7 +509,7 @@ fn a_cancel_is_seen_within_64_steps() {
 #[test]
 fn tables_have_a_size() {
     let run = |steps: usize, every: usize| {
-        along(3).check_every(every).run(&LaneRk4::<4>::new(steps), swing, rest).map(|_| ())
+        along(3).check_every(every).run(&LaneRk4::new(steps).lanes::<4>(), swing, rest).map(|_| ())
     };
     for steps in [0, 500_000_000, usize::MAX] {
         assert_eq!(run(steps, 0), Err(SweepError::Table(TableError::Size { steps, drives: 1 })));
@@ -576,7 +574,7 @@ fn a_cancelled_run_is_resumed() {
     ])
     .unwrap();
     let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q1"]).warm_start(WarmStart::Down);
-    let engine = LaneRk4::<4>::new(16);
+    let engine = LaneRk4::new(16).lanes::<4>();
     for sweep in [along(120), along(120).check_every(3), lines.clone(), lines.check_every(3)] {
         let count = sweep.points().len();
         let whole = sweep.run(&engine, swing, rest).unwrap();

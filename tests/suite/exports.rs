@@ -129,7 +129,7 @@ fn rows_of_a_sweep() {
         .channels(&["q1", "mesh force"])
         .rattle()
         .run(
-            &LaneRk4::<4>::new(63 * 32),
+            &LaneRk4::new(63 * 32).lanes::<4>(),
             |p| pair.with("speed", p["speed"])?.with("load torque", p["load torque"]),
             |_, pair| pair.static_start(),
         )
@@ -158,7 +158,11 @@ fn rows_of_a_sweep() {
     let rows = Sweep::new(clash)
         .settle(0)
         .measure(1)
-        .run(&LaneRk4::<4>::new(63 * 16), |_| pair.with("speed", 100.0), |_, pair| pair.static_start())
+        .run(
+            &LaneRk4::new(63 * 16).lanes::<4>(),
+            |_| pair.with("speed", 100.0),
+            |_, pair| pair.static_start(),
+        )
         .unwrap();
     assert_eq!(rows.table(), Err(ParameterError::Twice { name: "scatter".into() }));
 }

@@ -32,7 +32,7 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
         };
         let rows = sweep
             .run(
-                &LaneRk4::<4>::new(63 * 16),
+                &LaneRk4::new(63 * 16).lanes::<4>(),
                 |p: &Point<'_>| Ok::<_, ParameterError>(family(p["share"])),
                 start,
             )

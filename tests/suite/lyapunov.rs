@@ -246,7 +246,7 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let lyapunov = Lyapunov::new().align(1).periods(4).tolerance(1e-7);
     let speeds = Points::on_axis(Axis::list("speed", &[155.0, 180.0]).unwrap());
     let sweep = Sweep::new(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
-    let rows = sweep.run(&LaneRk4::<4>::new(4032), pair, start).unwrap();
+    let rows = sweep.run(&LaneRk4::new(4032).lanes::<4>(), pair, start).unwrap();
     for row in rows.iter() {
         let end = row.strobes().next().unwrap();
         let alone = lyapunov
@@ -258,7 +258,8 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
         assert_eq!(row.lyapunov(), Some(alone.per_period()[0]));
         assert_eq!(row.lyapunov_error(), Some(alone.standard_error()[0]));
     }
-    let parts = (0..3).map(|i| sweep.runner(&LaneRk4::<8>::new(4032), pair, start).chunk(i, 3).unwrap());
+    let parts =
+        (0..3).map(|i| sweep.runner(&LaneRk4::new(4032).lanes::<8>(), pair, start).chunk(i, 3).unwrap());
     assert_eq!(Rows::merge(parts.collect()).unwrap().fingerprint(), rows.fingerprint());
 }
 

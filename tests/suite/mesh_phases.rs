@@ -1,6 +1,7 @@
 //! Phases of meshes that follow from teeth: idlers, several wheels on one gear, planets, loops.
 
 use crate::api::*;
+use crate::common::planets::ring_locked;
 use gear_dynamics::Wave;
 use gear_dynamics::teeth::{GearPair, InvoluteGear};
 use gear_dynamics::trains::*;
@@ -207,7 +208,8 @@ fn equal_tooth_numbers_of_different_gears() {
 fn ring_phases_of_planetary_sets() {
     for (planet, stated) in [(25, 0.0), (26, 0.5)] {
         let teeth = [30, planet, 30 + 2 * planet];
-        let set = || Planetary::torsional(teeth, 1, 0.03, [1e-3; 4], [steel(), wave()]).unwrap();
+        let members = || ring_locked(teeth, [1e-3; 4]);
+        let set = || Planetary::new(1, 0.03, members(), [steel(), wave()]).unwrap();
         let [from_teeth, by_hand] = [set().ring_phase_from_teeth(), set().ring_phase(stated)]
             .map(|set| set.parts().build("sun", 100.0).unwrap());
         assert!(from_teeth.shares_lanes_with(&by_hand), "{planet}");

@@ -1,6 +1,7 @@
 //! Noncircular gears in trains: the face gear pair from parts, bodies that turn unevenly, refusals.
 
 use crate::api::*;
+use crate::common::planets::ring_locked;
 use gear_dynamics::excitation::{InstantCentre, Jet};
 use gear_dynamics::linear::Modes;
 use gear_dynamics::trains::*;
@@ -111,7 +112,7 @@ fn the_face_gear_pair_of_parts_sweeps_in_lanes() {
         Sweep::new(Points::on_axis(speeds)).settle(0).measure(1).channels(&["deflection", "mesh force"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start = |p: &Point<'_>, _: &Train| pair.with("speed", p["speed"])?.static_start();
-    let lanes = sweep.run(&LaneRk4::<8>::new(63 * 64), model, start).unwrap();
+    let lanes = sweep.run(&LaneRk4::new(63 * 64).lanes::<8>(), model, start).unwrap();
     let single = sweep.run(&TableRk4::new(63 * 64), model, start).unwrap();
     for (a, b) in lanes.iter().zip(single.iter()) {
         let [a, b] = [a, b].map(|row| row.channel("mesh force").unwrap());
@@ -303,14 +304,14 @@ fn loops_of_noncircular_gears_must_turn_alike() {
 
 #[test]
 fn planetary_sets_turn_evenly() {
-    let set =
-        || Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [steel(), steel()]).unwrap();
-    let mut parts = set().supports([0.0, f64::INFINITY, 0.0]).parts();
+    let members = || ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
+    let set = || Planetary::new(3, 0.03, members(), [steel(), steel()]).unwrap();
+    let mut parts = set().parts();
     parts.body("motor", Body::new(1e-3));
     parts.mesh("drive", "motor", "sun", centre_mesh(0.2));
     assert_eq!(refused(parts), TrainError::Uneven { part: "sun 1".into(), body: "sun".into() });
     // Behind the carrier, a noncircular gear may turn other bodies.
-    let mut parts = set().supports([0.0, f64::INFINITY, 0.0]).parts();
+    let mut parts = set().parts();
     parts.body("motor", Body::new(1e-3)).shaft("input", "motor", "sun", 1e4, 0.0);
     parts.body("oval", Body::new(1e-2)).mesh("output", "carrier", "oval", centre_mesh(0.2));
     let train = parts.accept(Warning::Drifts).build("motor", 100.0).unwrap();
@@ -414,7 +415,7 @@ fn a_train_that_is_held_has_a_stable_orbit() {
     parts.torque("drive", "motor", 40.0).torque("load", "oval", -80.0);
     let train = parts.build("motor", 60.0).unwrap();
     let start = gear_dynamics::linear::static_state(&train, 0.0).unwrap();
-    let start = State::new(0.0, &start.q, &[0.0; 2]);
+    let start = start.state;
     let settled = Dop853::new().rtol(1e-11).atol(1e-16).end(&train, &start, 8.0 * train.period()).unwrap();
     let orbit = Shooting::new().solve(&train, &[State { t: 0.0, ..settled }]).unwrap();
     let multipliers = orbit.multipliers();

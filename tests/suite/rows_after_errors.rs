@@ -129,7 +129,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
         let family = |_: &Point<'_>| Machine::with_constants(Far, &[("speed", 1.0)]);
         let start =
             |p: &Point<'_>, _: &Machine<Far>| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
-        let lanes = sweep.run(&LaneRk4::<4>::new(256), family, start).unwrap();
+        let lanes = sweep.run(&LaneRk4::new(256).lanes::<4>(), family, start).unwrap();
         let alone = sweep.run(&TableRk4::new(256), family, start).unwrap();
         let located = sweep.run(&Located(Dop853::new()), family, start).unwrap();
         let found = |rows: &Rows| rows.iter().next().unwrap().channel("q1").unwrap();
@@ -225,7 +225,7 @@ fn a_stop_on_one_side_alone() {
             .rattle();
         sweep
             .run(
-                &LaneRk4::<4>::new(256),
+                &LaneRk4::new(256).lanes::<4>(),
                 |_| Ok::<_, ParameterError>(ring.clone()),
                 |_, _| Ok::<_, ParameterError>(start.clone()),
             )

@@ -166,7 +166,7 @@ fn rings_of_any_speed_share_lanes() {
         let points = Points::on_axis(Axis::list("rpm", speeds).unwrap());
         let sweep =
             Sweep::new(points).settle(1).measure(2).channels(&["deflection 1", "mesh force 2"]).rattle();
-        sweep.run(&LaneRk4::<4>::new(200), family, start).unwrap()
+        sweep.run(&LaneRk4::new(200).lanes::<4>(), family, start).unwrap()
     };
     let speeds = [2000.0, 2500.0, 3000.0, 4000.0];
     let together = sweep(&speeds);
@@ -459,9 +459,10 @@ fn lanes_refuse_rigid_stops() {
         .measure(2)
         .channels(&["q1"]);
     let refused = PointError::from(IntegrateError::StopNotLocated { contact: 0 });
-    for rows in
-        [sweep.run(&LaneRk4::<4>::new(64), family, start), sweep.run(&TableRk4::new(64), family, start)]
-    {
+    for rows in [
+        sweep.run(&LaneRk4::new(64).lanes::<4>(), family, start),
+        sweep.run(&TableRk4::new(64), family, start),
+    ] {
         assert_eq!(rows.unwrap().get(0).unwrap_err(), refused);
     }
     // From a height of 1/2 it falls for 1 s and is back at the top after 2 s.

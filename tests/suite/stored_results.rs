@@ -23,7 +23,7 @@ fn pair(p: &Point<'_>) -> Result<NfgPair, String> {
 }
 
 fn rows() -> Rows {
-    let engine = LaneRk4::<4>::new(63 * 16);
+    let engine = LaneRk4::new(63 * 16).lanes::<4>();
     sweep().run(&engine, pair, |_, pair| pair.static_start()).unwrap()
 }
 
@@ -48,7 +48,7 @@ fn a_row_file_of_the_repository_is_read() {
     assert_eq!(row.channel("q1").unwrap().mean, fresh.get(3).unwrap().channel("q1").unwrap().mean);
     assert_eq!(read.get(4).unwrap_err().to_string(), "no model: left out");
     // Rows that were read can be resumed by the same sweep.
-    let (sweep, engine) = (sweep(), LaneRk4::<4>::new(63 * 16));
+    let (sweep, engine) = (sweep(), LaneRk4::new(63 * 16).lanes::<4>());
     let runner = sweep.runner(&engine, pair, |_, pair| pair.static_start());
     assert_eq!(runner.resume(read).unwrap().fingerprint(), fresh.fingerprint());
 }
@@ -100,7 +100,7 @@ fn parameters_and_orbits_keep_their_bits() {
 #[test]
 fn stored_chunks_are_merged() {
     let third = |p: &Point<'_>| if (2..4).contains(&p.index()) { Err("left out".into()) } else { pair(p) };
-    let (sweep, engine) = (sweep().check_every(0), LaneRk4::<4>::new(63 * 16));
+    let (sweep, engine) = (sweep().check_every(0), LaneRk4::new(63 * 16).lanes::<4>());
     let runner = sweep.runner(&engine, third, |_, pair| pair.static_start());
     let parts = |read: fn(Rows) -> Rows| (0..3).map(|i| read(runner.chunk(i, 3).unwrap())).collect();
     let whole = runner.run().unwrap();

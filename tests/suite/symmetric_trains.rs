@@ -1,16 +1,17 @@
 //! Trains with equal members, whose differences rest at 0 in relative coordinates, and symmetries that break.
 
+use crate::common::planets::ring_locked;
 use gear_dynamics::branches::{ByConstant, Continuation, PointKind, Switch};
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::linear::static_state;
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::periodic::{FlowMethod, Lyapunov, Variation};
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, Rows};
-use gear_dynamics::tori::{CircleShooting, TorusBalance, WaveVectors, WithShafts};
+use gear_dynamics::tori::{CircleShooting, QuasiPeriodic, Torus, TorusBalance, WaveVectors, WithShafts};
 use gear_dynamics::trains::{Coordinates, Planetary, Train, ring_parts};
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shooting, State, Sweep,
-    Taylor, Wave,
+    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shape, Shooting, State,
+    Sweep, Taylor, Wave,
 };
 
 fn wave(mean: f64, share: f64) -> Wave {
@@ -20,7 +21,8 @@ fn wave(mean: f64, share: f64) -> Wave {
 /// A set of equal planets in phase, loaded by 40 N m on the sun.
 fn set(planets: u32, half_backlash: f64, coordinates: Coordinates) -> Train {
     let waves = [wave(2e8, 0.2), wave(2.5e8, 0.2)];
-    let set = Planetary::torsional([30, 30, 90], planets, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], waves).unwrap();
+    let members = ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
+    let set = Planetary::new(planets, 0.03, members, waves).unwrap();
     let mut parts = set.damping(1000.0).half_backlash(half_backlash).parts();
     parts.torque("drive", "sun", 40.0).torque("load", "carrier", -160.0).coordinates(coordinates);
     parts.build("sun", 100.0).unwrap()
@@ -95,7 +97,7 @@ fn equal_planets_pass_every_method_in_relative_coordinates() {
     let steps = 512 * train.shape().cycles_in_a_period() as usize;
     let lanes = sweep
         .run(
-            &LaneRk4::<4>::new(steps),
+            &LaneRk4::new(steps).lanes::<4>(),
             |p| train.with("speed", p["speed"]),
             |_, _| Ok::<_, ParameterError>(start.clone()),
         )
@@ -154,14 +156,13 @@ fn border(mut low: f64, mut high: f64) -> f64 {
 /// A set with little damping at a speed below its doublings, and its state at rest under load.
 fn lightly_damped(planets: u32) -> (Train, State) {
     let waves = [wave(2e8, 0.2), wave(2.5e8, 0.2)];
-    let inertias = [1e-3, INERTIA, 5e-2, 3e-2];
-    let set = Planetary::torsional([30, 30, 90], planets, RADIUS, inertias, waves).unwrap();
+    let members = ring_locked([30, 30, 90], [1e-3, INERTIA, 5e-2, 3e-2]);
+    let set = Planetary::new(planets, RADIUS, members, waves).unwrap();
     let mut parts = set.damping(DAMPING).half_backlash(2e-5).parts();
     parts.torque("drive", "sun", 400.0).torque("load", "carrier", -1600.0);
     let train = parts.coordinates(Coordinates::Relative).build("sun", 1400.0).unwrap();
     let rest = static_state(&train, 0.0).unwrap();
-    let start = State::new(0.0, &rest.q, &vec![0.0; rest.q.len()]);
-    (train, start)
+    (train, rest.state)
 }
 
 /// The speeds at which the antisymmetric motion doubles. It has ω² = 4.5e8 r²/J: twice ω is the mesh frequency near
@@ -181,7 +182,7 @@ fn multipliers_of_three_planets_pass_together() {
     let (train, start) = lightly_damped(3);
     let family = ByConstant::new(&train, "speed").unwrap();
     let branch = Continuation::new(1400.0, 2000.0).run(&family, &[start]).unwrap();
-    let doublings = branch.of_kind("period-doubling");
+    let doublings = branch.of_kind(PointKind::PeriodDoubling);
     let near: Vec<f64> = doublings.iter().map(|point| point.parameter).collect();
     for border in borders() {
         assert!(nearest(&near, border) < 1e-9, "{border} {near:?}");
@@ -189,7 +190,7 @@ fn multipliers_of_three_planets_pass_together() {
         let critical = at.multipliers.values().iter().filter(|m| (*m + 1.0).norm() < 1e-6).count();
         assert_eq!(critical, 2, "{:?}", at.multipliers);
     }
-    assert!(branch.of_kind("neimark-sacker").is_empty() && branch.notes().is_empty(), "{branch}");
+    assert!(branch.of_kind(PointKind::NeimarkSacker).is_empty() && branch.notes().is_empty(), "{branch}");
 }
 
 /// A ripple of the torque whose frequency has no common measure with the mesh: the torus in relative coordinates
@@ -199,15 +200,17 @@ fn equal_planets_have_tori_in_relative_coordinates() {
     let train = set(3, 0.0, Coordinates::Relative);
     let (slot, frequency) = (train.slot("drive").unwrap(), std::f64::consts::SQRT_2 * 700.0);
     let ripple = Wave::new(Fourier::new(0.0, &[[4.0, 0.0]]).unwrap());
-    let rest = static_state(&train, 0.0).unwrap().q;
+    let rest = static_state(&train, 0.0).unwrap().state.q;
     let model = WithShafts::new(train).add(slot, frequency, ripple).unwrap();
-    let torus = TorusBalance::new(WaveVectors::within(&[6, 3]).unwrap()).solve_from(&model, &rest).unwrap();
+    let vectors = WaveVectors::within(&[6, 3]).unwrap();
+    let guess = Torus::constant(&vectors, &model.frequencies(), &rest).unwrap();
+    let torus = TorusBalance::new(vectors).solve(&model, &guess).unwrap();
     let start = torus.at_time(0.0);
     let end = Dop853::new().rtol(1e-11).atol(1e-18).end(&model, &start, 0.05).unwrap();
     let (expected, size) = (torus.at_time(0.05), torus.peak_to_peak(0, 64).unwrap());
     assert!(size > 0.0 && (end.q[0] - expected.q[0]).abs() < 1e-6 * size, "{end:?} {expected:?}");
     let circle = torus.section(0, 17).unwrap();
-    let found = CircleShooting::new().run(&model, &circle).unwrap();
+    let found = CircleShooting::new().solve(&model, &circle).unwrap();
     let off = found.curve().at(0.7).q[0] - circle.at(0.7).q[0];
     assert!(off.abs() < 1e-6 * size, "{off:e} {size:e}");
 }
@@ -220,7 +223,7 @@ fn a_ring_without_load_rests() {
         set.half_backlash = 0.0;
         let parts = ring_parts(&set.params().unwrap(), set.teeth);
         let train = parts.unwrap().coordinates(coordinates).build("gear 1", 100.0).unwrap();
-        let orbit = Shooting::new().run(&train, &[State::at_rest(train.dof())]).unwrap();
+        let orbit = Shooting::new().solve(&train, &[State::at_rest(train.dof())]).unwrap();
         assert!(orbit.states()[0].q.iter().all(|q| *q == 0.0));
         // A mesh without gap is a spring: each free motion of the linear ring decays.
         let largest = orbit.multipliers().largest();

@@ -1,6 +1,7 @@
 //! Gear trains from parts: published frequencies and orbits, the ring of parts, refusals.
 
 use crate::api::*;
+use crate::common::planets::{on_bearings, ring_held, ring_locked, turning};
 use crate::data::read;
 use gear_dynamics::linear::{Campbell, Modes, static_state};
 use gear_dynamics::trains::*;
@@ -32,11 +33,11 @@ fn planetary(
     let bearing = |key: &str, k: f64| Bearing::new(number(&mass[key]), k);
     let [ks, kp, kr, kc] = bearings;
     let k = || Wave::constant(mesh).unwrap();
-    let set = Planetary::torsional([30, 30, 90], n, radii[0], inertias, [k(), k()])
-        .unwrap()
-        .pressure_angle(alpha.to_radians())
-        .on_bearings([bearing("s", ks), bearing("p", kp), bearing("r", kr), bearing("c", kc)])
-        .supports([turn[0] * radii[0].powi(2), turn[1] * radii[2].powi(2), turn[2] * radii[3].powi(2)]);
+    let bearings = [bearing("s", ks), bearing("p", kp), bearing("r", kr), bearing("c", kc)];
+    let mut members = on_bearings(ring_held([30, 30, 90], inertias, turn[1] * radii[2].powi(2)), bearings);
+    members.sun.1 = members.sun.1.restrained(turn[0] * radii[0].powi(2), 0.0);
+    members.carrier = members.carrier.restrained(turn[2] * radii[3].powi(2), 0.0);
+    let set = Planetary::new(n, radii[0], members, [k(), k()]).unwrap().pressure_angle(alpha.to_radians());
     set.parts().build("sun", 100.0).unwrap()
 }
 
@@ -126,14 +127,8 @@ fn kahraman_fixed_ring() {
     let p = &read("gear_trains.json")["kahraman_1994_fixed_ring"];
     let k = |key: &str| Wave::constant(number(&p["params"][key])).unwrap();
     let inertias = numbers(&p["params"]["inertia_diag"]);
-    let set = Planetary::torsional(
-        [30, 30, 90],
-        3,
-        0.5,
-        [inertias[4], inertias[1], 1.0, inertias[0]],
-        [k("k_sp"), k("k_rp")],
-    );
-    let mut parts = set.unwrap().supports([0.0, f64::INFINITY, 0.0]).parts();
+    let members = ring_locked([30, 30, 90], [inertias[4], inertias[1], 1.0, inertias[0]]);
+    let mut parts = Planetary::new(3, 0.5, members, [k("k_sp"), k("k_rp")]).unwrap().parts();
     let train = parts.accept(Warning::UnusualValue).build("sun", 1.0).unwrap();
     let modes = Modes::in_contact(&train, 0.0).unwrap();
     for (ours, theirs) in modes.hertz().iter().zip(numbers(&p["published_Hz"])) {
@@ -341,7 +336,7 @@ fn values_out_of_range_are_refused() {
         parameter(refused(|parts| drop(parts.shaft("s", "pinion", "wheel", value, 0.0).clone())));
         parameter(refused(|parts| drop(parts.shaft("s", "pinion", "wheel", 0.0, value).clone())));
         parameter(refused(|parts| {
-            parts.shaft_with_clearance("s", "pinion", "wheel", [1.0, 0.0], value);
+            parts.shaft_with_clearance("s", "pinion", "wheel", 1.0, 0.0, value);
         }));
         parameter(refused(|parts| drop(parts.motor("m", "pinion", 1.0, value, 1.0).clone())));
         parameter(refused(|parts| drop(parts.motor("m", "pinion", 1.0, 1.0, value).clone())));
@@ -369,7 +364,7 @@ fn values_out_of_range_are_refused() {
     let mesh = MeshPart::external([0, 40], [0.03, 0.06], k());
     let error = refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone()));
     assert_eq!(error, TrainError::ToothNumber { mesh: "second".into(), teeth: 0 });
-    let error = Planetary::torsional([30, 30, 90], 0, 0.03, [1.0; 4], [k(), k()]).unwrap_err();
+    let error = Planetary::new(0, 0.03, ring_locked([30, 30, 90], [1.0; 4]), [k(), k()]).unwrap_err();
     assert!(matches!(error, gear_dynamics::ParameterError::TooFew { .. }));
 }
 
@@ -396,10 +391,11 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     held.body("pinion", Body::new(1.0).held(1e5, 0.0));
     assert!(matches!(held.build("pinion", 1.0), Err(TrainError::ReferenceAtRest { .. })));
 
+    let inertias = [1e-3, 1e-3, 1e-2, 1e-2];
     let set = |teeth: [u32; 3], n: u32| {
-        Planetary::torsional(teeth, n, 0.03, [1e-3, 1e-3, 1e-2, 1e-2], [k(), k()]).unwrap()
+        Planetary::new(n, 0.03, ring_held(teeth, inertias, 1e6), [k(), k()]).unwrap()
     };
-    let locked = |set: Planetary| set.supports([0.0, 1e6, 0.0]).parts();
+    let locked = |set: Planetary| set.parts();
     let mut parts = locked(set([30, 30, 90], 3));
     parts.body("planet 4", Body::new(1e-3).carried_by("carrier", 0.1).at_radius(0.07));
     parts.mesh("sun 4", "sun", "planet 4", MeshPart::external([30, 30], [0.03, 0.03], k()));
@@ -414,7 +410,8 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     let angles = [0.0, nearest, 2.0 * nearest];
     assert!((nearest / std::f64::consts::TAU - 0.33).abs() < 1e-12);
     assert!(locked(set([30, 20, 70], 3).at_angles(&angles)).build("sun", 1.0).is_ok());
-    let loose = set([30, 30, 90], 3).all_turning().parts().build("sun", 1.0).unwrap_err();
+    let loose = Planetary::new(3, 0.03, turning([30, 30, 90], inertias), [k(), k()]).unwrap();
+    let loose = loose.parts().build("sun", 1.0).unwrap_err();
     assert!(matches!(loose, TrainError::SpeedUndetermined { .. }), "{loose}");
     let mut parts = locked(set([30, 30, 90], 3));
     parts.body("planet 4", Body::new(1e-3).carried_by("planet 1", 0.1));
@@ -471,32 +468,26 @@ fn unusual_trains_are_warned_of() {
 fn elaborate(clearance: f64) -> Parts {
     let wave = |mean: f64, a: f64| Wave::new(Fourier::new(mean, &[[a, 0.3 * a]]).unwrap());
     let bearing = |mass: f64| Bearing::new(mass, 1e8).damping(300.0);
-    let set = Planetary::torsional(
-        [30, 30, 90],
-        3,
-        0.03,
-        [1e-3, 1e-3, 5e-2, 3e-2],
-        [wave(2e8, 4e7), wave(3e8, 3e7)],
-    )
-    .unwrap()
-    .on_bearings([
+    let bearings = [
         bearing(1.0).clearance(clearance),
         bearing(0.6).clearance(2.0 * clearance),
         bearing(3.0),
         bearing(4.0),
-    ])
-    .error([wave(0.0, 2e-6), wave(0.0, 1e-6)])
-    .supports([0.0, 1e6, 0.0])
-    .at_angles(&[0, 39, 82].map(|place| std::f64::consts::TAU * f64::from(place) / 120.0))
-    .damping(2000.0)
-    .half_backlash(3e-5);
+    ];
+    let members = on_bearings(ring_held([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2], 1e6), bearings);
+    let set = Planetary::new(3, 0.03, members, [wave(2e8, 4e7), wave(3e8, 3e7)])
+        .unwrap()
+        .error([wave(0.0, 2e-6), wave(0.0, 1e-6)])
+        .at_angles(&[0, 39, 82].map(|place| std::f64::consts::TAU * f64::from(place) / 120.0))
+        .damping(2000.0)
+        .half_backlash(3e-5);
     let mut parts = Parts::new();
     parts.join("set", set.parts());
     parts
         .body("motor", Body::new(2e-2).drag(0.2))
         .body("load", Body::new(0.5))
         .body("flange", Body::new(1e-2));
-    parts.shaft_with_clearance("input shaft", "motor", "set sun", [5e4, 2.0], 1e-4);
+    parts.shaft_with_clearance("input shaft", "motor", "set sun", 5e4, 2.0, 1e-4);
     parts.shaft("output shaft", "set carrier", "load", 1e6, 50.0);
     let mesh = MeshPart::external([40, 60], [0.04, 0.06], wave(2e8, 5e7))
         .damping(1000.0)
@@ -539,9 +530,9 @@ fn an_elaborate_train_is_consistent() {
 #[test]
 fn planetary_maps_in_lanes_are_those_one_by_one() {
     let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).unwrap());
-    let set =
-        Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [wave(), wave()]).unwrap();
-    let mut parts = set.supports([0.0, f64::INFINITY, 0.0]).damping(2000.0).half_backlash(3e-5).parts();
+    let members = ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
+    let set = Planetary::new(3, 0.03, members, [wave(), wave()]).unwrap();
+    let mut parts = set.damping(2000.0).half_backlash(3e-5).parts();
     parts.torque("drive", "sun", 30.0).torque("load", "carrier", -120.0).coordinates(Coordinates::Relative);
     let train = parts.build("sun", 100.0).unwrap();
     let speeds = Axis::linear("speed", 80.0, 200.0, 12).unwrap();
@@ -549,7 +540,7 @@ fn planetary_maps_in_lanes_are_those_one_by_one() {
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start =
         |_: &Point<'_>, train: &Train| Ok::<_, gear_dynamics::ParameterError>(State::at_rest(train.dof()));
-    let lanes = sweep.run(&LaneRk4::<8>::new(64), model, start).unwrap();
+    let lanes = sweep.run(&LaneRk4::new(64).lanes::<8>(), model, start).unwrap();
     let single = sweep.run(&TableRk4::new(64), model, start).unwrap();
     assert_eq!(lanes.iter().count(), 12);
     for (a, b) in lanes.iter().zip(single.iter()) {
@@ -638,8 +629,9 @@ fn mesh_phasing_of_planets() {
         let of = |key: &str| case[key].as_u64().unwrap() as u32;
         if !case["assembles"].as_bool().unwrap() {
             let teeth = [of("Zs"), (of("Zr") - of("Zs")) / 2, of("Zr")];
-            let set = Planetary::torsional(teeth, of("N"), 0.03, [1e-3; 4], [k(), k()]).unwrap();
-            let error = set.supports([0.0, 1e6, 0.0]).parts().build("sun", 10.0).unwrap_err();
+            let members = ring_held(teeth, [1e-3; 4], 1e6);
+            let set = Planetary::new(of("N"), 0.03, members, [k(), k()]).unwrap();
+            let error = set.parts().build("sun", 10.0).unwrap_err();
             assert!(matches!(error, TrainError::DoesNotAssemble { .. }), "{error}");
             continue;
         }
@@ -648,12 +640,12 @@ fn mesh_phasing_of_planets() {
         };
         let bearing = |mass: f64| Bearing::new(mass, 1e8);
         let teeth = [of("Zs"), of("Zp"), of("Zr")];
-        let set = Planetary::torsional(teeth, of("N"), 0.03, [3e-4, 5e-4, 2e-2, 3e-2], [k(), k()])
+        let bearings = [bearing(0.4), bearing(0.7), bearing(2.0), bearing(5.0)];
+        let members = on_bearings(ring_held(teeth, [3e-4, 5e-4, 2e-2, 3e-2], 1e6), bearings);
+        let set = Planetary::new(of("N"), 0.03, members, [k(), k()])
             .unwrap()
             .pressure_angle(if of("Zs") == 19 { 0.49075 } else { 25f64.to_radians() })
-            .on_bearings([bearing(0.4), bearing(0.7), bearing(2.0), bearing(5.0)])
-            .error([error(), error()])
-            .supports([0.0, 1e6, 0.0]);
+            .error([error(), error()]);
         let train = set.parts().build("sun", 10.0).unwrap();
         let modes = Modes::in_contact(&train, 0.0).unwrap();
         let kinds = train.kinds(&modes);
@@ -861,8 +853,8 @@ fn a_cracked_sun_tooth_meets_the_planets_in_turn() {
 #[test]
 fn joined_sets_have_kinds_of_their_own() {
     let set = |n: u32| {
-        let set = Planetary::torsional([30, 30, 90], n, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], [k(), k()]);
-        set.unwrap().parts()
+        let members = ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
+        Planetary::new(n, 0.03, members, [k(), k()]).unwrap().parts()
     };
     let mut parts = Parts::new();
     parts.join("a", set(3)).join("b", set(4)).shaft("shaft", "a carrier", "b sun", 1e5, 0.0);
@@ -891,9 +883,9 @@ fn resonances_lie_on_orders() {
 #[test]
 fn further_refusals() {
     let planetary = |bearing: Bearing| {
-        let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3; 4], [k(), k()]).unwrap();
-        set.on_bearings([Bearing::new(1.0, 1e8), bearing, Bearing::new(1.0, 1e8), Bearing::new(1.0, 1e8)])
-            .parts()
+        let other = Bearing::new(1.0, 1e8);
+        let members = on_bearings(ring_locked([30, 30, 90], [1e-3; 4]), [other, bearing, other, other]);
+        Planetary::new(3, 0.03, members, [k(), k()]).unwrap().parts()
     };
     let error = planetary(Bearing::new(1.0, 1e8).along_y()).build("sun", 1.0).unwrap_err();
     assert!(matches!(error, TrainError::NotIsotropic { .. }), "{error}");
@@ -954,7 +946,7 @@ fn parts_that_cannot_be_placed_are_refused() {
 
     let mut parts = Parts::new();
     parts.body("one", Body::new(1.0)).body("two", Body::new(1.0));
-    parts.shaft_with_clearance("coupling", "one", "two", [1e4, 1.0], 1e-3);
+    parts.shaft_with_clearance("coupling", "one", "two", 1e4, 1.0, 1e-3);
     let error = parts.build("one", 1.0).unwrap_err();
     assert_eq!(error, TrainError::CouplingAlone { shaft: "coupling".into() });
 
@@ -978,4 +970,75 @@ fn parts_that_cannot_be_placed_are_refused() {
         parts.accept(Warning::Disconnected);
     });
     assert_eq!(locked, TrainError::AtRest { part: "torque".into() });
+}
+
+/// The load balances a torque over the angle, one over the speed and constant ones, at any values of their constants.
+#[test]
+fn a_load_balances_all_torques() {
+    let mut parts = Parts::new();
+    parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(4e-3));
+    parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], k()));
+    parts.torque("drive", "pinion", 30.0).load("wheel");
+    let train = parts.build("pinion", 100.0).unwrap();
+    assert_eq!((train.dof(), train.names().len()), (1, 4)); // relative; no constant of the load
+    let inertial = parts.clone().coordinates(Coordinates::Inertial).build("pinion", 100.0).unwrap();
+    for drive in [30.0, -12.0] {
+        for train in [&train, &inertial] {
+            let rest = static_state(&train.with("drive", drive).unwrap(), 0.0).unwrap();
+            assert!((rest.contacts[0].force - drive / 0.03).abs() < 1e-9 * drive.abs() / 0.03);
+            assert!(rest.acceleration.iter().all(|a| a.abs() < 1e-6));
+        }
+    }
+    // A mean of 1 over the turn, and half of the breakdown torque at a slip of 2 + √3 times the breakdown slip.
+    let over_turn = Wave::new(Fourier::new(1.0, &[[0.5, 0.0]]).unwrap());
+    let slip = 0.01 * (2.0 + 3f64.sqrt());
+    parts.torque_of_angle("engine", "pinion", 10.0, over_turn);
+    parts.motor("motor", "pinion", 40.0, 0.01, 100.0 / (1.0 - slip));
+    let train = parts.build("pinion", 100.0).unwrap();
+    let (mut u, mut a) = (vec![0.0; train.drives()], [0.0; 2]);
+    train.drive(0.25 * train.period(), Side::After, &mut u); // cos φ = 0: the engine has its mean torque
+    train.accel(&u, &[0.0; 2], &[0.0; 2], &mut a);
+    let torque = 30.0 + 10.0 + 0.5 * 40.0;
+    assert!(
+        (a[0] - torque / 1e-3).abs() < 1e-9 * a[0] && (a[1] + 2.0 * torque / 4e-3).abs() < 1e-9 * a[0],
+        "{a:?}"
+    );
+    let error = parts.load("nobody").build("pinion", 100.0).unwrap_err();
+    assert!(error.to_string().starts_with("\"the load\" refers to the body \"nobody\""), "{error}");
+}
+
+/// Constants that bring the torques out of balance are refused one by one, and changed together.
+#[test]
+fn torques_out_of_balance_are_refused_later_too() {
+    let mut parts = Parts::new();
+    parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(4e-3));
+    parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], k()));
+    parts.torque("drive", "pinion", 30.0).torque("brake", "wheel", -60.0);
+    let train = parts.build("pinion", 100.0).unwrap();
+    let error = train.with("drive", 40.0).unwrap_err();
+    // 10 N m on 1e-3 + 4e-3/4 kg m².
+    assert!(
+        matches!(error, gear_dynamics::ParameterError::Unbalanced { acceleration } if (acceleration - 5000.0).abs() < 1e-6)
+    );
+    assert!(train.with_all(&[("drive", 40.0), ("brake", -80.0)]).is_ok());
+    let free = parts.accept(Warning::Unbalanced).build("pinion", 100.0).unwrap();
+    assert!(free.dof() == 2 && free.with("drive", 40.0).is_ok());
+}
+
+/// The kinds of modes do not depend on the coordinates.
+#[test]
+fn kinds_in_relative_coordinates() {
+    let members = ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
+    let set = Planetary::new(4, 0.03, members, [k(), k()]).unwrap();
+    let mut parts = set.parts();
+    parts.torque("drive", "sun", 30.0).load("carrier");
+    let kinds = |parts: &Parts| {
+        let train = parts.build("sun", 100.0).unwrap();
+        let modes = Modes::in_contact(&train, 0.0).unwrap();
+        let rigid = modes.rigid();
+        (rigid, train.kinds(&modes).split_off(rigid))
+    };
+    let (none, relative) = kinds(&parts);
+    let (one, inertial) = kinds(parts.coordinates(Coordinates::Inertial));
+    assert_eq!((none, one, relative), (0, 1, inertial));
 }

@@ -251,7 +251,8 @@ fn workload_c() {
         f();
         start.elapsed().as_secs_f64()
     };
-    let lanes = |set| move || drop(black_box(ensemble(COUNT, &LaneRk4::<32>::new(STEPS).instructions(set))));
+    let lanes =
+        |set| move || drop(black_box(ensemble(COUNT, &LaneRk4::new(STEPS).lanes::<32>().instructions(set))));
     let (mut best, mut avx2, mut table) = (lanes(InstructionSet::Best), lanes(InstructionSet::Avx2), || {
         drop(black_box(ensemble(2, &TableRk4::new(STEPS))))
     });

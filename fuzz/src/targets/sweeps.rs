@@ -164,7 +164,7 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
         .channels(&["q1", "deflection"])
         .rattle()
         .strobe(2);
-    let engine = LaneRk4::<4>::new(if case.hostile() { steps(case, 100) } else { 60 });
+    let engine = LaneRk4::new(if case.hostile() { steps(case, 100) } else { 60 }).lanes::<4>();
     case.note(|| format!("{sweep:?}, {engine:?}"));
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(machine.dof()));
     let rows = sweep.run(&engine, |p| machine.with(name, p[name]), start)?;
@@ -180,7 +180,7 @@ pub fn lanes(case: &mut Case) -> Run {
     let sweep = sweep(case, points);
     let steps = if case.hostile() { steps(case, 200) } else { 64 + case.below(400) };
     let set = case.pick(&InstructionSet::available());
-    let engine = LaneRk4::<4>::new(steps).instructions(set);
+    let engine = LaneRk4::new(steps).lanes::<4>().instructions(set);
     case.note(|| format!("{sweep:?}, {engine:?}"));
     let family = |p: &Point<'_>| NfgPair::new(&NfgParams { load_torque: p["load"], ..params.clone() });
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();

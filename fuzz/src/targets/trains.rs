@@ -4,7 +4,9 @@ use super::build::speaks_numbers;
 use crate::case::{Case, Run, all_finite, holds};
 use gear_dynamics::excitation::{Fourier, InstantCentre};
 use gear_dynamics::linear::{Modes, static_state};
-use gear_dynamics::trains::{Bearing, Body, Coordinates, MeshPart, OfMesh, Parts, Planetary, Warning};
+use gear_dynamics::trains::{
+    Bearing, Body, Coordinates, Members, MeshPart, OfMesh, Parts, Planetary, Warning,
+};
 use gear_dynamics::{Model, ParameterError, State, Wave};
 
 /// A number, in most cases a sensible one.
@@ -82,21 +84,24 @@ pub fn train(case: &mut Case) -> Run {
         } else {
             [(); 3].map(|()| case.pick(&[0, 19, 20, 30, 90, 89, 1_000_000, u32::MAX]))
         };
-        let inertias = [(); 4].map(|()| number(case, 1e-3));
+        let bearings = case.chance(0.5);
+        let mut body = || {
+            let body = Body::new(number(case, 1e-3));
+            if bearings { body.on(Bearing::new(number(case, 1.0), number(case, 1e8))) } else { body }
+        };
+        let [sun, planet, ring, carrier] = [(); 4].map(|()| body());
+        let ring = ring.held(number(case, 1e6), 0.0);
+        let members =
+            Members { sun: (teeth[0], sun), planet: (teeth[1], planet), ring: (teeth[2], ring), carrier };
         let stiffness = [wave(case, 2e8)?, wave(case, 2e8)?];
-        let set = Planetary::torsional(teeth, case.below(6) as u32, number(case, 0.03), inertias, stiffness)?;
+        let set = Planetary::new(case.below(6) as u32, number(case, 0.03), members, stiffness)?;
         let set = set
             .pressure_angle(number(case, 0.35))
             .half_backlash(number(case, 1e-5))
             .damping(number(case, 1e3));
-        let set = if case.chance(0.5) {
-            set.on_bearings([(); 4].map(|()| Bearing::new(number(case, 1.0), number(case, 1e8))))
-        } else {
-            set
-        };
         let angles = case.list(3, 1.0);
         let set = if case.chance(0.2) { set.at_angles(&angles) } else { set };
-        parts.join("b0", set.supports([0.0, number(case, 1e6), 0.0]).parts());
+        parts.join("b0", set.parts());
     }
     let count = case.below(5);
     for i in 0..count {
@@ -114,7 +119,8 @@ pub fn train(case: &mut Case) -> Run {
                 &format!("s{i}"),
                 &a,
                 &b,
-                [number(case, 1e4), number(case, 1.0)],
+                number(case, 1e4),
+                number(case, 1.0),
                 number(case, 1e-3),
             ),
             1 => parts.torque(&format!("t{i}"), &a, number(case, 10.0)),
@@ -155,7 +161,7 @@ pub fn train(case: &mut Case) -> Run {
         }
     }
     if let Some(state) = case.accept(static_state(&train, 0.0)) {
-        all_finite("static state", &state.q)?;
+        all_finite("static state", &state.state.q)?;
     }
     Ok(())
 }

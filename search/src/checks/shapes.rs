@@ -212,7 +212,7 @@ fn lanes<G: Shape + Send + Sync>(
     let per_cycle = if is_in_si { (128.0 * (400.0 / speed).max(1.0)) as usize } else { STEPS };
     let steps = cycles * per_cycle;
     let points = || Axis::list("speed", &speeds).map(Points::on_axis).map_err(told);
-    let lanes = LaneRk4::<4>::new(steps);
+    let lanes = LaneRk4::new(steps).lanes::<4>();
     let plain = InstructionSet::available().into_iter().next().ok_or("no instructions")?;
     let together = rows(machine, points()?, &lanes)?;
     let again = rows(machine, points()?, &lanes.instructions(plain))?;

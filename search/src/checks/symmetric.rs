@@ -11,7 +11,7 @@ use gear_dynamics::periodic::{BalanceError, FlowMethod, Lyapunov, ShootingOrbit,
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 use gear_dynamics::trains::{Coordinates, Train};
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shooting, State,
+    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shape, Shooting, State,
     Statistics, Sweep, Taylor,
 };
 
@@ -263,7 +263,7 @@ impl Figures {
                 // Mesh cycles are long at low speeds, the fastest mode is not.
                 let steps = (128.0 * (400.0 / speed).max(1.0)) as usize;
                 let steps = steps * train.shape().cycles_in_a_period() as usize;
-                by_rows(train, start, &LaneRk4::<4>::new(steps))?
+                by_rows(train, start, &LaneRk4::new(steps).lanes::<4>())?
             }];
         let family = ByConstant::new(train, "speed").map_err(|e| said("family", &e))?;
         let continuation = Continuation::new(speed, 1.03 * speed).max_points(200);

@@ -5,7 +5,7 @@ use gear_dynamics::Wave;
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::trains::{
-    Coordinates, MeshPart, Parts, Planetary, Train, idler, ring_parts, split_torque,
+    Body, Coordinates, Members, MeshPart, Parts, Planetary, Train, idler, ring_parts, split_torque,
 };
 
 /// A train with equal members that have the same motion, or one that is shifted in phase.
@@ -87,15 +87,20 @@ impl Symmetric {
         Ok(match self.kind {
             Kind::Planetary(teeth, planets) => {
                 let waves = [self.wave(0)?, self.wave(1)?];
-                let set = Planetary::torsional(teeth, planets, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], waves);
+                let members = Members {
+                    sun: (teeth[0], Body::new(1e-3)),
+                    planet: (teeth[1], Body::new(1e-3)),
+                    ring: (teeth[2], Body::new(5e-2).locked()),
+                    carrier: Body::new(3e-2),
+                };
+                let set = Planetary::new(planets, 0.03, members, waves);
                 let set = set.map_err(said)?.damping(self.damping).half_backlash(self.half_backlash);
                 let ratio = 1.0 + f64::from(teeth[2]) / f64::from(teeth[0]);
                 (set.parts(), "sun", [("sun", 1.0), ("carrier", -ratio)])
             }
             Kind::Split(paths) => {
                 let meshes = [self.mesh(0, [20, 60], [0.02, 0.06])?, self.mesh(1, [20, 80], [0.02, 0.08])?];
-                let parts =
-                    split_torque([1e-3, 2e-2, 1e-3, 8e-2], paths, [1e5, 5.0], meshes).map_err(said)?;
+                let parts = split_torque([1e-3, 2e-2, 1e-3, 8e-2], paths, 1e5, 5.0, meshes).map_err(said)?;
                 (parts, "input", [("input", 1.0), ("output", -12.0)])
             }
             Kind::Idler => {

@@ -186,6 +186,10 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         let count = if N::HALF_WIDTH { 6 } else { 5 };
         constants[..count].iter().map(|(name, unit)| Channel::new(*name, *unit)).collect()
     }
+    fn cycles_in_a_period(&self) -> u32 {
+        // The conversion saturates.
+        self.teeth.ceil() as u32
+    }
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         check::scale("speed", constants[0])?;
         check::not_negative("load torque", constants[1])?;

@@ -1,6 +1,7 @@
 //! Errors of shooting.
 
 use crate::error::ParameterError;
+use crate::linear::modes::LinearError;
 use crate::model::equations::State;
 use crate::ode::integrate_error::IntegrateError;
 use thiserror::Error;
@@ -40,6 +41,9 @@ pub enum ShootingError {
     /// A guess or a setting is not valid.
     #[error("shooting: {0}")]
     Parameter(#[from] ParameterError),
+    /// No guess was given, and the model has no static state.
+    #[error("shooting: no guess, and no static state to start from: {0}")]
+    NoStaticState(LinearError),
     /// The times of the guess do not increase, or a time lies outside the period.
     #[error(
         "state {index} of the guess has t = {time:?}: times must increase and lie in the period [{from:?}, {to:?})"
@@ -99,7 +103,9 @@ impl ShootingError {
     /// The last iterate; `None` if the guess or a setting was refused.
     pub fn last(&self) -> Option<&Iterate> {
         match self {
-            ShootingError::Parameter(_) | ShootingError::GuessTime { .. } => None,
+            ShootingError::Parameter(_)
+            | ShootingError::NoStaticState(_)
+            | ShootingError::GuessTime { .. } => None,
             ShootingError::Flow { last, .. }
             | ShootingError::Singular { last, .. }
             | ShootingError::NotConverged { last, .. } => Some(last),

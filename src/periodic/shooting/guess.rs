@@ -1,7 +1,8 @@
 //! The initial guess of shooting: checked states at the nodes, the ranges of motion, the rigid modes.
 
 use crate::analysis::motion_size::MotionSize;
-use crate::error::{ParameterError, check};
+use crate::error::check;
+use crate::linear::statics::static_state;
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
@@ -45,12 +46,13 @@ impl Guess {
         guess: &[State],
         meter: &Meter<'_>,
     ) -> Result<Guess, ShootingError> {
-        let Some(first) = guess.first() else {
-            return Err(ParameterError::Empty { name: "guess".into(), min: 1 }.into());
-        };
         let period = plan.multiple as f64 * check::scale("period of the model", model.period())?;
-        let end = first.t + period;
         let mut states = guess.to_vec();
+        if states.is_empty() {
+            states.push(static_state(model, 0.0).map_err(ShootingError::NoStaticState)?.state);
+        }
+        let first = &states[0].clone();
+        let end = first.t + period;
         if states.len() > 1 && states.last().is_some_and(|last| (last.t - end).abs() <= SAME_TIME * period) {
             states.pop();
         }

@@ -127,7 +127,8 @@ impl Shooting {
         Shooting { budget, ..self }
     }
 
-    /// Finds an orbit from a guess: states at increasing times within one period of the orbit, or one state.
+    /// Finds an orbit from a guess: states at increasing times within one period of the orbit, or one state. Without
+    /// any, the guess is the [static state](crate::linear::static_state) at t = 0.
     ///
     /// # Errors
     /// [`ShootingError`]; after the first integration it holds the last iterate and the history of

@@ -1,5 +1,8 @@
 //! The engine that runs machines side by side: RK4 in vector lanes over a shared table of waves.
 
+use crate::error::check;
+use crate::linear::modes::{LinearError, Modes};
+use crate::model::equations::Periodic;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 use crate::sweep::engines::batch::{Batch, LaneRun, refuse};
@@ -13,7 +16,7 @@ use crate::sweep::sweep_error::{PointError, SweepError};
 use std::collections::VecDeque;
 
 /// Engine for every [`Machine`]: RK4 with a fixed number of steps per period, W runs side by side in the
-/// lanes of the vector registers.
+/// lanes of the vector registers. Default: 16 lanes.
 ///
 /// The drives come from a table that is computed once for all runs that share lanes. Two runs share lanes if
 /// and only if their [shapes](Shape) are equal. A run whose shape no other run has runs alone.
@@ -23,8 +26,9 @@ use std::collections::VecDeque;
 /// measures it. Drive edges must fall on whole steps, otherwise the point fails with
 /// [`TableError::EdgeOffGrid`](crate::sweep::TableError::EdgeOffGrid).
 /// A row depends on its point only, with a warm start on its line: its bits are the same for any W,
-/// instruction set, number of threads, order and neighbouring lanes. W = 16 suits all models. W = 32 is
-/// faster for one or two degrees of freedom and for small rings, W = 8 for a ring of 16.
+/// instruction set, number of threads, order and neighbouring lanes. W = 16 suits all models. W = 32
+/// ([`lanes`](LaneRk4::lanes)) is faster for one or two degrees of freedom and for small rings, W = 8 for a ring
+/// of 16.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, SweepEngine};
@@ -38,10 +42,10 @@ use std::collections::VecDeque;
 ///     )?;
 ///     Ok(rows.fingerprint())
 /// }
-/// let eight = LaneRk4::<8>::new(63 * 16);
-/// let four = LaneRk4::<4>::new(63 * 16).instructions(InstructionSet::Baseline);
-/// assert_eq!(eight.steps(), 1008);
-/// assert_eq!(fingerprint(&eight)?, fingerprint(&four)?);
+/// let sixteen = LaneRk4::new(63 * 16);
+/// let four = LaneRk4::new(63 * 16).lanes::<4>().instructions(InstructionSet::Baseline);
+/// assert_eq!(sixteen.steps(), 1008);
+/// assert_eq!(fingerprint(&sixteen)?, fingerprint(&four)?);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -61,20 +65,56 @@ use std::collections::VecDeque;
 /// let points = Points::on_axis(Axis::list("x", &[1.0])?);
 /// let model = |_: &Point<'_>| Ok::<_, ParameterError>(Rest);
 /// let start = |_: &Point<'_>, _: &Rest| Ok::<_, ParameterError>(State::at_rest(1));
-/// let engine = LaneRk4::<16>::new(64); // with `TableRk4::new(64)` it compiles
+/// let engine = LaneRk4::new(64); // with `TableRk4::new(64)` it compiles
 /// Sweep::new(points).run(&engine, model, start)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LaneRk4<const W: usize> {
+pub struct LaneRk4<const W: usize = 16> {
     steps: usize,
     set: InstructionSet,
 }
 
-impl<const W: usize> LaneRk4<W> {
-    /// An engine with this number of steps per period of the model. Default: [`InstructionSet::Best`].
+/// Steps in a cycle of the fastest wave.
+const STEPS_PER_CYCLE: usize = 64;
+
+/// Steps per radian of the fastest mode.
+const STEPS_PER_RADIAN: f64 = 2.0;
+
+impl LaneRk4 {
+    /// An engine with this number of steps per period of the model. Defaults: 16 lanes, [`InstructionSet::Best`].
     pub fn new(steps: usize) -> Self {
         LaneRk4 { steps, set: InstructionSet::Best }
+    }
+    /// An engine with steps for this model: 64 in each [cycle](Shape::cycles_in_a_period) of its fastest wave, and 2 per radian
+    /// of its fastest [mode](Modes::mean_in_contact). Give the slowest of the models of a sweep, which has the most
+    /// radians in a period.
+    ///
+    /// # Errors
+    /// As [`Modes::mean_in_contact`]; more steps than a table may have.
+    ///
+    /// ```
+    /// use gear_dynamics::sweep::LaneRk4;
+    /// use gear_dynamics::{NfgPair, NfgParams, Periodic};
+    /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+    /// assert_eq!(LaneRk4::for_model(&pair)?.steps(), 63 * 64); // 63 cycles of the mesh in a period
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn for_model<G: Shape>(model: &Machine<G>) -> Result<Self, LinearError> {
+        let fastest = Modes::mean_in_contact(model)?.frequencies().last().copied().unwrap_or(0.0);
+        let radians = fastest * model.period();
+        let cycles = STEPS_PER_CYCLE.saturating_mul(model.shape().cycles_in_a_period() as usize);
+        // The conversion saturates.
+        let steps = cycles.max((STEPS_PER_RADIAN * radians).ceil() as usize);
+        check::count("steps in a period", &[steps], check::NUMBERS)?;
+        Ok(LaneRk4::new(steps))
+    }
+}
+
+impl<const W: usize> LaneRk4<W> {
+    /// The same engine with another number of lanes.
+    pub fn lanes<const OTHER: usize>(self) -> LaneRk4<OTHER> {
+        LaneRk4 { steps: self.steps, set: self.set }
     }
     /// The instruction set. Default: [`InstructionSet::Best`].
     pub fn instructions(self, set: InstructionSet) -> Self {

@@ -23,7 +23,7 @@ use crate::sweep::sweep_error::{PointError, SweepError};
 ///     Ok(rows.get(0)?.channel("q1")?.mean)
 /// }
 /// let (lanes, located) =
-///     (mean(&LaneRk4::<4>::new(63 * 64))?, mean(&Located(Dop853::new().rtol(1e-8).atol(1e-13)))?);
+///     (mean(&LaneRk4::new(63 * 64))?, mean(&Located(Dop853::new().rtol(1e-8).atol(1e-13)))?);
 /// assert!((lanes / located - 1.0).abs() < 1e-4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

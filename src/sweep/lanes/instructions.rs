@@ -12,7 +12,7 @@ use pulp::WithSimd;
 /// let sweep = Sweep::new(speeds).settle(0).measure(1).channels(&["q1"]);
 /// let bits = |set| {
 ///     sweep.run(
-///         &LaneRk4::<8>::new(63 * 16).instructions(set),
+///         &LaneRk4::new(63 * 16).instructions(set),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )

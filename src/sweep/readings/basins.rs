@@ -11,7 +11,7 @@ use crate::sweep::rows::row::Row;
 /// use gear_dynamics::{sweep::{Attractors, Axis, LaneRk4, Points}, NfgPair, NfgParams, State, Sweep};
 /// let starts = Points::grid(vec![Axis::linear("q", -8e-4, -6e-4, 3)?, Axis::linear("v", -1e-5, 1e-5, 2)?])?;
 /// let rows = Sweep::new(starts).settle(20).measure(4).strobe(4).run(
-///     &LaneRk4::<16>::new(63 * 32),
+///     &LaneRk4::new(63 * 32),
 ///     |_| NfgPair::new(&NfgParams { speed: 110.0, ..NfgParams::table1() }),
 ///     |p, _| Ok::<_, gear_dynamics::ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
 /// )?;

@@ -20,7 +20,7 @@ use std::sync::atomic::Ordering;
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
 /// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 120.0, 3)?);
-/// let (sweep, engine) = (Sweep::new(speeds).settle(20).measure(4), LaneRk4::<4>::new(63 * 32));
+/// let (sweep, engine) = (Sweep::new(speeds).settle(20).measure(4), LaneRk4::new(63 * 32));
 /// let diagram = Bifurcation::strobed("q1").run(&sweep.runner(
 ///     &engine,
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
@@ -163,7 +163,7 @@ pub struct DiagramPoint {
 /// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
 /// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 110.0, 2)?);
 /// let diagram = Bifurcation::extremes(Sweep::new(speeds).settle(3).measure(1), "deflection").run(
-///     &LaneRk4::<4>::new(63 * 32),
+///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
 /// )?;

@@ -12,7 +12,7 @@ use crate::sweep::sweep_error::PointError;
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
 /// let rows = Sweep::new(Points::on_axis(Axis::list("speed", &[180.0])?)).settle(4).measure(1).rattle().run(
-///     &LaneRk4::<16>::new(63 * 32),
+///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
 /// )?;

@@ -22,7 +22,7 @@ impl Rows {
     /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
     /// let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
     /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q1"]).run(
-    ///     &LaneRk4::<16>::new(63 * 32),
+    ///     &LaneRk4::new(63 * 32),
     ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
     ///     |_, pair| pair.static_start(),
     /// )?;

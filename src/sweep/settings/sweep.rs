@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::ode::budget::Budget;
 use crate::periodic::lyapunov::run::Lyapunov;
-use crate::sweep::settings::points::Points;
+use crate::sweep::settings::points::{Axis, Points};
 
 /// The start of a run: the start of its own point, or the state in which the neighbouring point ended.
 ///
@@ -16,7 +16,7 @@ use crate::sweep::settings::points::Points;
 /// let ppv = |warm_start, settle| -> Result<f64, Box<dyn std::error::Error>> {
 ///     let sweep = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q1"]);
 ///     let rows = sweep.warm_start(warm_start).run(
-///         &LaneRk4::<4>::new(63 * 16),
+///         &LaneRk4::new(63 * 16),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;
@@ -58,6 +58,14 @@ impl Sweep {
             warm_start: WarmStart::No,
             check_every: 0,
         }
+    }
+
+    /// A sweep over every combination of the values of the axes, with the same defaults.
+    ///
+    /// # Errors
+    /// As [`Points::grid`].
+    pub fn grid(axes: Vec<Axis>) -> Result<Self, ParameterError> {
+        Ok(Sweep::new(Points::grid(axes)?))
     }
 
     /// Number of settling periods. Default: 60.
@@ -185,7 +193,7 @@ impl Sweep {
 ///     .channels(&["q1"])
 ///     .rattle()
 ///     .run(
-///         &LaneRk4::<16>::new(63 * 32),
+///         &LaneRk4::new(63 * 32),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;

@@ -13,7 +13,7 @@ use crate::trains::assembly::places::{Planet, planets};
 use crate::trains::assembly::rotation::{Rotations, rotations};
 use crate::trains::assembly::rows::{Layout, Row};
 use crate::trains::assembly::train_error::TrainError;
-use crate::trains::parts::collection::{Coordinates, Parts};
+use crate::trains::parts::collection::Parts;
 use crate::trains::shape::elements::{Entry, PlanetPlace, PlanetSet, RowSpring, Spring};
 use crate::trains::shape::train_shape::{Train, TrainShape};
 use crate::trains::shape::walk::Walk;
@@ -55,9 +55,12 @@ fn build<N: Nonlinearity + Clone>(parts: &Parts<N>, body: &str, speed: f64) -> R
         centre.push([place("x", bearing.is_some_and(|b| !b.along_y)), place("y", bearing.is_some())]);
     }
     let layout = Layout { parts, kinematics: &kinematics, planets: &planets, angle, centre };
+    let balance = layout.balance()?;
     let orders = Orders::of(parts, &names, &kinematics)?;
     let rotations = rotations(parts, &names, &kinematics, &orders, reference)?;
-    let mut assembly = Assembly::new(&layout, &names, &orders, &rotations, coordinates);
+    let relative = layout.is_relative(balance.as_ref());
+    let mut assembly = Assembly::new(&layout, &names, &orders, &rotations, coordinates, relative);
+    assembly.shape.balance = balance;
     assembly.linear()?;
     assembly.uneven();
     assembly.torques()?;
@@ -65,7 +68,6 @@ fn build<N: Nonlinearity + Clone>(parts: &Parts<N>, body: &str, speed: f64) -> R
     assembly.bearings()?;
     assembly.rotating()?;
     let (shape, values) = assembly.finish(speed)?;
-    checks::balance(&layout, &shape)?;
     checks::held(parts, &shape)?;
     let names = shape.names.clone();
     let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
@@ -95,6 +97,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
         orders: &'p Orders,
         rotations: &'p Rotations,
         coordinates: Vec<Channel>,
+        relative: bool,
     ) -> Self {
         let mut per_inertia = Vec::new();
         for (_, body) in &layout.parts.bodies {
@@ -106,7 +109,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
                     .extend(std::iter::repeat_n(1.0 / bearing.mass, if bearing.along_y { 1 } else { 2 }));
             }
         }
-        let dropped = (layout.parts.coordinates == Coordinates::Relative).then(|| {
+        let dropped = relative.then(|| {
             let rigid = layout.rigid(coordinates.len());
             let last = layout.angle.iter().rev().flatten().copied().find(|&at| rigid[at] != 0.0).unwrap_or(0);
             (last, rigid.iter().map(|r| r / rigid[last]).collect())
@@ -133,8 +136,12 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             spring_names: Default::default(),
             walk: None,
             torques: Vec::new(),
+            balance: None,
+            masses: per_inertia.iter().map(|inverse| 1.0 / inverse).collect(),
+            frame: None,
             torque_waves: Vec::new(),
             names: Vec::new(),
+            contact_names: Vec::new(),
             ratio: orders.ratio,
         };
         let (torque_values, dampings, halves, frictions) = Default::default();
@@ -178,6 +185,10 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             Some((dropped, _)) if at > *dropped => at - 1,
             _ => at,
         }
+    }
+    pub(crate) fn kept_pulls(&mut self, row: &Row) -> Range<usize> {
+        let pulls = self.pulls(row);
+        self.kept(&pulls)
     }
     pub(crate) fn kept(&mut self, entries: &[Entry]) -> Range<usize> {
         let start = self.shape.entries.len();
@@ -232,6 +243,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
     fn finish(self, speed: f64) -> Result<(TrainShape<N>, Vec<f64>), TrainError> {
         let turning_support = self.turning_support();
         let mut shape = self.shape;
+        let sideways: Vec<bool> = shape.coordinates.iter().map(|channel| channel.unit == "m").collect();
         if let Some((dropped, _)) = &self.dropped {
             let part = [
                 (self.layout.parts.rotating.is_some(), "a rotating frame"),
@@ -247,7 +259,8 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             // Torques are prepared as accelerations.
             shape.per_inertia = vec![1.0; shape.coordinates.len()];
         }
-        if self.dropped.is_none() {
+        shape.frame = self.dropped;
+        {
             let planets = self.layout.planets.iter().flatten();
             let mut carriers: Vec<usize> = planets.map(|planet| planet.carrier).collect();
             carriers.sort_unstable();
@@ -278,8 +291,8 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
                 bodies.dedup();
                 let own = |body: usize| [self.layout.angle[body]].into_iter().chain(self.layout.centre[body]);
                 let planets = (0..parts.bodies.len()).filter_map(|body| Some(place((body, carried(body)?))));
-                let central = bodies.into_iter().flat_map(own).flatten().collect();
-                PlanetSet { planets: planets.collect(), central }
+                let central = bodies.into_iter().flat_map(own).flatten().map(|at| (at, sideways[at]));
+                PlanetSet { planets: planets.collect(), central: central.collect() }
             };
             shape.sets = carriers.into_iter().map(of).collect();
         }

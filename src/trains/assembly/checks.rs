@@ -6,7 +6,6 @@ use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
 use crate::trains::assembly::names::Names;
 use crate::trains::assembly::places::SAME;
-use crate::trains::assembly::rows::Layout;
 use crate::trains::assembly::train_error::{TrainError, Warning};
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Course, Parts};
@@ -212,47 +211,6 @@ pub(crate) fn parts<N: Nonlinearity>(parts: &Parts<N>, names: &Names) -> Result<
         let [one, other] = [&parts.bodies[0].0, &parts.bodies[body].0];
         warn(Warning::Disconnected, format!("\"{other}\" is not connected with \"{one}\""))
     })
-}
-
-/// Power of the torques in the rigid motion, as a share of that of all of them, above which they do not balance.
-const BALANCED: f64 = 1e-6;
-
-/// Whether constant torques accelerate the train.
-pub(crate) fn balance<N: Nonlinearity>(
-    layout: &Layout<'_, N>,
-    shape: &TrainShape<N>,
-) -> Result<(), TrainError> {
-    let parts = layout.parts;
-    let turning = parts.bodies.iter().filter(|body| !body.1.held);
-    let loose = turning.into_iter().all(|body| body.1.drag == 0.0 && body.1.support == [0.0; 2]);
-    if !loose || !shape.motors.is_empty() || parts.accepted.contains(&Warning::Unbalanced) {
-        return Ok(());
-    }
-    let (mut power, mut size) = (0.0, 0.0f64);
-    for torque in &parts.torques {
-        let mean = match &torque.course {
-            Course::OfAngle(factor) => crate::models::ring::ring_params::mean(factor),
-            _ => 1.0,
-        };
-        let body = parts.bodies.iter().position(|body| body.0 == torque.body).unwrap_or(0);
-        let share = layout.kinematics.speeds[body].value().abs() * torque.value * mean;
-        (power, size) = (power + share, size + share.abs());
-    }
-    if power.abs() <= BALANCED * size {
-        return Ok(());
-    }
-    let rigid = layout.rigid(shape.coordinates.len() + 1);
-    let mut inertia = 0.0;
-    for (body, (_, part)) in parts.bodies.iter().enumerate() {
-        inertia += layout.angle[body].map_or(0.0, |at| rigid[at] * rigid[at] * part.inertia);
-        let mass = part.bearing.map_or(0.0, |bearing| bearing.mass);
-        inertia += layout.centre[body].iter().flatten().map(|&at| mass * rigid[at] * rigid[at]).sum::<f64>();
-    }
-    let message = format!(
-        "the torques do not balance: they accelerate the reference body by {:e} rad/s²",
-        power / inertia
-    );
-    Err(TrainError::Warning { warning: Warning::Unbalanced, message })
 }
 
 /// Whether something holds a train with bodies that turn unevenly to its kinematic rotation.

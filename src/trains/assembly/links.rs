@@ -76,6 +76,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
                 .with_contact_damping(part.contact_damping)
                 .per_turn(tooth_order.unwrap_or(1))?;
             self.tooth(&row, varying, [stiffness, error], mesh);
+            self.shape.contact_names.push(Channel::new(name, "m"));
             self.dampings.push((Channel::new(format!("{name} damping"), "N s/m"), part.damping));
             if N::HALF_WIDTH {
                 self.halves.push((Channel::new(format!("{name} half backlash"), "m"), part.half_backlash));
@@ -100,6 +101,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             let mesh = Mesh::new(Wave::new(Constant::zero()), Wave::new(Constant::zero()), mesh.law.clone());
             let waves = [Wave::constant(shaft.stiffness)?, Wave::new(Constant::zero())];
             self.tooth(&row, 0..0, waves, mesh);
+            self.shape.contact_names.push(Channel::new(&shaft.name, "rad"));
             self.dampings.push((Channel::new(format!("{} damping", shaft.name), "N m s/rad"), shaft.damping));
             self.halves.push((Channel::new(format!("{} half backlash", shaft.name), "rad"), half));
         }
@@ -147,6 +149,7 @@ impl<N: Nonlinearity + Clone> Assembly<'_, N> {
             let least = (1e-9 * bearing.clearance).powi(2);
             let stiffness = bearing.stiffness[0];
             self.shape.journals.push(Journal { levers, pulls, stiffness, least, law });
+            self.shape.contact_names.push(Channel::new(format!("{name} bearing"), "m"));
             self.dampings
                 .push((Channel::new(format!("{name} bearing damping"), "N s/m"), bearing.damping[0]));
             self.halves

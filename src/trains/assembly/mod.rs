@@ -1,6 +1,7 @@
 //! Checks the parts of a train and makes its shape.
 
 pub(crate) mod assemble;
+pub(crate) mod balance;
 pub(crate) mod checks;
 pub(crate) mod fraction;
 pub(crate) mod kinematics;

@@ -23,7 +23,7 @@ pub(crate) struct Layout<'p, N> {
 pub(crate) struct Row(pub(crate) Vec<Entry>);
 
 impl Row {
-    fn add(&mut self, at: usize, by: f64) {
+    pub(crate) fn add(&mut self, at: usize, by: f64) {
         match self.0.iter_mut().find(|entry| entry.at == at) {
             Some(entry) => entry.by += by,
             None => self.0.push(Entry { at, by }),

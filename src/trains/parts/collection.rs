@@ -36,7 +36,9 @@ pub(crate) struct TorquePart {
     pub(crate) course: Course,
 }
 
-/// The frame of the coordinates of a train. Default: inertial.
+/// The frame of the coordinates of a train. Default: relative if the train has torques, they balance, and nothing holds
+/// its rotation; inertial otherwise. Supports, drag and torques over the speed of bodies that turn, noncircular gears and a
+/// rotating frame hold it.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts};
@@ -44,15 +46,15 @@ pub(crate) struct TorquePart {
 /// let mut parts = Parts::new();
 /// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
 /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
-/// parts.coordinates(Coordinates::Relative);
-/// assert_eq!(parts.build("pinion", 100.0)?.dof(), 1);
+/// parts.torque("drive", "pinion", 30.0).load("wheel");
+/// assert_eq!(parts.build("pinion", 100.0)?.dof(), 1); // relative
+/// assert_eq!(parts.coordinates(Coordinates::Inertial).build("pinion", 100.0)?.dof(), 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinates {
     /// One coordinate for every angle: deviations from the kinematic rotation at constant speed. They drift
     /// if the torques do not balance.
-    #[default]
     Inertial,
     /// Deviations from the rigid motion that the last turning body has, whose coordinate is left out: q_j - r_j
     /// q_last with the speed ratio r_j. Deflections are the same. Torques out of balance accelerate the train, and
@@ -76,10 +78,10 @@ pub enum Coordinates {
 ///     "wheel",
 ///     MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?).half_backlash(5e-5).damping(900.0),
 /// );
-/// parts.torque("drive torque", "motor", 30.0).torque("load torque", "wheel", -60.0);
+/// parts.torque("drive torque", "motor", 30.0).load("wheel"); // -60 N m
 /// let train = parts.build("motor", 100.0)?;
 /// let end = Dop853::new().end(&train, &State::at_rest(train.dof()), 1e-2)?;
-/// let heavier = train.with("load torque", -59.0)?; // shares lanes with `train`
+/// let heavier = train.with("drive torque", 35.0)?; // shares lanes with `train`
 /// assert!(end.q[0].is_finite() && heavier.shares_lanes_with(&train));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -89,7 +91,9 @@ pub struct Parts<N = Backlash> {
     pub(crate) shafts: Vec<ShaftPart>,
     pub(crate) meshes: Vec<(String, [String; 2], MeshPart<N>)>,
     pub(crate) torques: Vec<TorquePart>,
-    pub(crate) coordinates: Coordinates,
+    /// The body on which a torque balances all others.
+    pub(crate) load: Option<String>,
+    pub(crate) coordinates: Option<Coordinates>,
     pub(crate) rotating: Option<String>,
     pub(crate) accepted: Vec<Warning>,
 }
@@ -101,7 +105,8 @@ impl<N> Default for Parts<N> {
             shafts: Vec::new(),
             meshes: Vec::new(),
             torques: Vec::new(),
-            coordinates: Coordinates::Inertial,
+            load: None,
+            coordinates: None,
             rotating: None,
             accepted: Vec::new(),
         }
@@ -120,7 +125,8 @@ impl Parts {
         name: &str,
         from: &str,
         to: &str,
-        [stiffness, damping]: [f64; 2],
+        stiffness: f64,
+        damping: f64,
         half_clearance: f64,
     ) -> &mut Self {
         self.shaft(name, from, to, stiffness, damping);
@@ -186,13 +192,33 @@ impl<N> Parts<N> {
         let course = Course::OfSpeed(Characteristic::Polynomial(coefficients.into()));
         self.add_torque(name, body, value, course)
     }
+    /// Adds a torque on a body that balances all others at their mean and at the mean speeds, whatever the values of
+    /// their constants are: the power of all torques in the kinematic rotation is 0. It has no constant of its own. If it
+    /// is stated twice, the last body holds.
+    ///
+    /// ```
+    /// use gear_dynamics::linear::static_state;
+    /// use gear_dynamics::trains::{Body, MeshPart, Parts};
+    /// use gear_dynamics::Wave;
+    /// let mut parts = Parts::new();
+    /// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
+    /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
+    /// let train = parts.torque("drive", "pinion", 30.0).load("wheel").build("pinion", 100.0)?;
+    /// let heavier = static_state(&train.with("drive", 45.0)?, 0.0)?;
+    /// assert!((heavier.contacts[0].force - 1500.0).abs() < 1e-9); // 45 N m over 0.03 m
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn load(&mut self, body: &str) -> &mut Self {
+        self.load = Some(body.into());
+        self
+    }
     fn add_torque(&mut self, name: &str, body: &str, value: f64, course: Course) -> &mut Self {
         self.torques.push(TorquePart { name: name.into(), body: body.into(), value, course });
         self
     }
-    /// Sets the coordinates. Default: inertial.
+    /// Sets the coordinates. Default: see [`Coordinates`].
     pub fn coordinates(&mut self, coordinates: Coordinates) -> &mut Self {
-        self.coordinates = coordinates;
+        self.coordinates = Some(coordinates);
         self
     }
     /// States all displacements x and y in the frame that rotates with a carrier, with its gyroscopic and centripetal
@@ -207,7 +233,7 @@ impl<N> Parts<N> {
         self
     }
     /// Adds all parts of another train, with `name` and a space before each of their names, and the warnings that it
-    /// accepts. Its choice of coordinates is left out.
+    /// accepts. Its choice of coordinates is left out; of two loads, that of `self` remains.
     pub fn join(&mut self, name: &str, other: Parts<N>) -> &mut Self {
         let renamed = |own: String| format!("{name} {own}");
         self.bodies.extend(other.bodies.into_iter().map(|(own, mut body)| {
@@ -230,6 +256,7 @@ impl<N> Parts<N> {
             ..torque
         }));
         self.accepted.extend(other.accepted);
+        self.load = self.load.take().or(other.load.map(renamed));
         self.rotating = self.rotating.take().or(other.rotating.map(renamed));
         self
     }

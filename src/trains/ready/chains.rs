@@ -31,7 +31,7 @@ pub fn idler(inertias: [f64; 3], [first, second]: [MeshPart; 2]) -> Parts {
     parts
 }
 
-/// A two-stage train: `pinion 1` drives `wheel 1`, a shaft of stiffness [N m/rad] and damping [N m s/rad] turns `pinion
+/// A two-stage train of moments of inertia [kg m²] in the order of the power: `pinion 1` drives `wheel 1`, a shaft of stiffness [N m/rad] and damping [N m s/rad] turns `pinion
 /// 2`, which drives `wheel 2`. Meshes: `stage 1` and `stage 2`; shaft: `shaft`.
 ///
 /// ```
@@ -42,16 +42,12 @@ pub fn idler(inertias: [f64; 3], [first, second]: [MeshPart; 2]) -> Parts {
 ///     MeshPart::external([20, 50], [0.02, 0.05], k()?),
 ///     MeshPart::external([18, 45], [0.027, 0.0675], k()?),
 /// ];
-/// let train = two_stage([1e-3, 2e-2, 1e-3, 6e-2], [1e5, 1.0], meshes).build("pinion 1", 100.0)?;
+/// let train = two_stage([1e-3, 2e-2, 1e-3, 6e-2], 1e5, 1.0, meshes).build("pinion 1", 100.0)?;
 /// // Mesh frequencies 20 and 18 x 20/50 = 7.2 times the speed: both repeat after 0.8 of it.
 /// assert!((train.shape().ratio() - 0.8).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn two_stage(
-    inertias: [f64; 4],
-    [stiffness, damping]: [f64; 2],
-    [first, second]: [MeshPart; 2],
-) -> Parts {
+pub fn two_stage(inertias: [f64; 4], stiffness: f64, damping: f64, [first, second]: [MeshPart; 2]) -> Parts {
     let mut parts = Parts::new();
     for (name, inertia) in ["pinion 1", "wheel 1", "pinion 2", "wheel 2"].into_iter().zip(inertias) {
         parts.body(name, Body::new(inertia));
@@ -133,14 +129,15 @@ pub fn robot_joint(
 /// use gear_dynamics::{Model, Wave};
 /// let first = MeshPart::external([20, 60], [0.02, 0.06], Wave::constant(2e8)?);
 /// let second = MeshPart::external([20, 80], [0.02, 0.08], Wave::constant(2e8)?);
-/// let train = split_torque([1e-3, 2e-2, 1e-3, 8e-2], 2, [1e5, 1.0], [first, second])?.build("input", 300.0)?;
+/// let train = split_torque([1e-3, 2e-2, 1e-3, 8e-2], 2, 1e5, 1.0, [first, second])?.build("input", 300.0)?;
 /// assert_eq!((train.dof(), train.contacts()), (6, 4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn split_torque(
     [input, first, second, output]: [f64; 4],
     paths: usize,
-    [stiffness, damping]: [f64; 2],
+    stiffness: f64,
+    damping: f64,
     [inner, outer]: [MeshPart; 2],
 ) -> Result<Parts, ParameterError> {
     if paths == 0 {

@@ -4,24 +4,29 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::Constant;
 use crate::excitation::wave::Wave;
 use crate::trains::kinds::equally_spaced;
-use crate::trains::parts::body::{Bearing, Body};
+use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{MeshPart, Phase};
 
-/// A central member of a planetary set.
+/// The gears of a planetary set, each with its number of teeth, and the carrier, which has the masses of planets without
+/// bearings. A member may be on a bearing, locked, held or restrained.
 ///
 /// ```
-/// use gear_dynamics::trains::Central;
-/// assert_eq!(Central::Carrier as usize, 2);
+/// use gear_dynamics::trains::{Body, Members};
+/// let ring = (90, Body::new(5e-2).locked());
+/// let members = Members { sun: (30, Body::new(1e-3)), planet: (30, Body::new(1e-3)), ring, carrier: Body::new(3e-2) };
+/// assert_eq!(members.planet.0, 30);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Central {
-    /// The sun.
-    Sun = 0,
-    /// The ring.
-    Ring = 1,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Members {
+    /// Teeth and body of the sun.
+    pub sun: (u32, Body),
+    /// Teeth and body of each planet. Its bearing connects it to the carrier.
+    pub planet: (u32, Body),
+    /// Teeth and body of the ring.
+    pub ring: (u32, Body),
     /// The carrier.
-    Carrier = 2,
+    pub carrier: Body,
 }
 
 /// A planetary set of a sun, N planets on a carrier and a ring.
@@ -34,25 +39,21 @@ pub enum Central {
 /// r_p)/cos α.
 ///
 /// ```
-/// use gear_dynamics::trains::Planetary;
+/// use gear_dynamics::trains::{Body, Members, Planetary};
 /// use gear_dynamics::{Model, Wave};
-/// let stiffness = [Wave::constant(2e8)?, Wave::constant(2.5e8)?];
-/// let set = Planetary::torsional([30, 30, 90], 3, 0.03, [1e-3, 1e-3, 5e-2, 3e-2], stiffness)?;
-/// let parts = set.supports([0.0, 1e9, 0.0]).parts();
-/// assert_eq!(parts.build("sun", 100.0)?.dof(), 6);
+/// let ring = (90, Body::new(5e-2).held(1e9, 0.0)); // by a spring to the ground
+/// let members = Members { sun: (30, Body::new(1e-3)), planet: (30, Body::new(1e-3)), ring, carrier: Body::new(3e-2) };
+/// let set = Planetary::new(3, 0.03, members, [Wave::constant(2e8)?, Wave::constant(2.5e8)?])?;
+/// assert_eq!(set.parts().build("sun", 100.0)?.dof(), 6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Planetary {
-    teeth: [u32; 3],
+    members: Members,
     angles: Vec<f64>,
     sun_radius: f64,
-    inertias: [f64; 4],
     stiffness: [Wave; 2],
     error: [Wave; 2],
-    bearings: Option<[Bearing; 4]>,
-    supports: [f64; 3],
-    at_rest: Option<Central>,
     pressure_angle: f64,
     ring_phase: Phase,
     damping: f64,
@@ -60,17 +61,15 @@ pub struct Planetary {
 }
 
 impl Planetary {
-    /// A torsional set: teeth of sun, planets and ring; N equally spaced planets; base radius of the sun `[m]`; moments
-    /// of inertia [kg m²] of sun, each planet, ring, and the carrier (with the masses of the planets, if they have no bearings); stiffnesses of a
-    /// sun mesh and of a ring mesh over the mesh angle.
+    /// A set of N equally spaced planets: base radius of the sun `[m]`, members, stiffnesses of a sun mesh and of a ring
+    /// mesh over the mesh angle.
     ///
     /// # Errors
     /// No planets or more than 100; a base radius out of range. Other values are checked by [`Parts::build`].
-    pub fn torsional(
-        teeth: [u32; 3],
+    pub fn new(
         planets: u32,
         sun_base_radius: f64,
-        inertias: [f64; 4],
+        members: Members,
         stiffness: [Wave; 2],
     ) -> Result<Self, ParameterError> {
         if planets == 0 {
@@ -80,37 +79,16 @@ impl Planetary {
         check::scale("base radius of the sun", sun_base_radius)?;
         let zero = || Wave::new(Constant::zero());
         Ok(Planetary {
-            teeth,
+            members,
             angles: equally_spaced(planets),
             sun_radius: sun_base_radius,
-            inertias,
             stiffness,
             error: [zero(), zero()],
-            bearings: None,
-            supports: [0.0; 3],
-            at_rest: Some(Central::Ring),
             pressure_angle: 20f64.to_radians(),
             ring_phase: Phase::Ahead(0.0),
             damping: 0.0,
             half_backlash: 0.0,
         })
-    }
-    /// The same set with bearings of sun, each planet, ring and carrier, in this order: three coordinates a body.
-    pub fn on_bearings(self, bearings: [Bearing; 4]) -> Self {
-        Planetary { bearings: Some(bearings), ..self }
-    }
-    /// The same set with torsional supports of sun, ring and carrier [N m/rad]. An infinite stiffness locks the
-    /// member. Default: 0; the member at rest is locked then.
-    pub fn supports(self, supports: [f64; 3]) -> Self {
-        Planetary { supports, ..self }
-    }
-    /// The same set with another central member at rest. Default: the ring.
-    pub fn at_rest(self, member: Central) -> Self {
-        Planetary { at_rest: Some(member), ..self }
-    }
-    /// The same set with all three central members free to turn, to be joined with other parts.
-    pub fn all_turning(self) -> Self {
-        Planetary { at_rest: None, ..self }
     }
     /// The same set with planets at the given angles `[rad]`.
     pub fn at_angles(self, angles: &[f64]) -> Self {
@@ -146,42 +124,29 @@ impl Planetary {
     /// Its parts, to which shafts, torques and other bodies can be added.
     pub fn parts(&self) -> Parts {
         let mut parts = Parts::new();
-        let [zs, zp, zr] = self.teeth.map(f64::from);
+        let Members { sun, planet, ring, carrier } = &self.members;
+        let [zs, zp, zr] = [sun, planet, ring].map(|gear| f64::from(gear.0));
         let [rs, rp, rr] = [zs, zp, zr].map(|z| self.sun_radius * z / zs);
         let outer_angle = if zr - zp == zs + zp {
             self.pressure_angle
         } else {
             libm::acos((zr - zp) / (zs + zp) * libm::cos(self.pressure_angle))
         };
-        let on = |body: Body, i: usize| match self.bearings {
-            Some(bearings) => body.on(bearings[i]),
-            None => body,
-        };
-        let held = |body: Body, member: Central| match self.supports[member as usize] {
-            f64::INFINITY => body.locked(),
-            // At rest without a spring.
-            0.0 if self.at_rest == Some(member) => body.locked(),
-            stiffness if self.at_rest == Some(member) => body.held(stiffness, 0.0),
-            stiffness => body.restrained(stiffness, 0.0),
-        };
-        parts.body("sun", held(on(Body::new(self.inertias[0]), 0), Central::Sun));
-        parts.body("ring", held(on(Body::new(self.inertias[2]), 2), Central::Ring));
-        parts.body("carrier", held(on(Body::new(self.inertias[3]), 3), Central::Carrier));
+        parts.body("sun", sun.1.clone()).body("ring", ring.1.clone()).body("carrier", carrier.clone());
         for (p, angle) in (1..).zip(&self.angles) {
-            let planet = format!("planet {p}");
-            parts.body(&planet, on(Body::new(self.inertias[1]), 1).carried_by("carrier", *angle));
+            let name = format!("planet {p}");
+            parts.body(&name, planet.1.clone().carried_by("carrier", *angle));
             let finish = |mesh: MeshPart, i: usize| {
                 mesh.error(self.error[i].clone())
                     .damping(self.damping)
                     .half_backlash(self.half_backlash)
                     .pressure_angle([self.pressure_angle, outer_angle][i])
             };
-            let [sun, planet_teeth, ring] = self.teeth;
-            let inner = MeshPart::external([sun, planet_teeth], [rs, rp], self.stiffness[0].clone());
-            parts.mesh(&format!("sun {p}"), "sun", &planet, finish(inner, 0));
-            let outer = MeshPart::internal([planet_teeth, ring], [rp, rr], self.stiffness[1].clone());
+            let inner = MeshPart::external([sun.0, planet.0], [rs, rp], self.stiffness[0].clone());
+            parts.mesh(&format!("sun {p}"), "sun", &name, finish(inner, 0));
+            let outer = MeshPart::internal([planet.0, ring.0], [rp, rr], self.stiffness[1].clone());
             let outer = MeshPart { phase: self.ring_phase, ..finish(outer, 1) };
-            parts.mesh(&format!("ring {p}"), &planet, "ring", outer);
+            parts.mesh(&format!("ring {p}"), &name, "ring", outer);
         }
         parts
     }

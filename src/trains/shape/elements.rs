@@ -150,11 +150,13 @@ impl Characteristic {
     }
 }
 
-/// The planets of a carrier, and the coordinates of the carrier and of the gears that mesh with them.
+/// The planets of a carrier, and the coordinates of the carrier and of the gears that mesh with them. All places are those
+/// of inertial coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlanetSet {
     pub(crate) planets: Vec<PlanetPlace>,
-    pub(crate) central: Vec<usize>,
+    /// Places of the coordinates, and whether each is a displacement.
+    pub(crate) central: Vec<(usize, bool)>,
 }
 
 /// A planet: places of its angle and of x, which y follows; its angle on the carrier.

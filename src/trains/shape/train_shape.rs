@@ -13,6 +13,7 @@ use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
+use crate::trains::assembly::balance::Balance;
 use crate::trains::shape::elements::{
     Entry, Friction, Journal, Lever, Motor, PlanetSet, Rotating, RowSpring, Spring, Tooth, ToothRest, Uneven,
 };
@@ -84,19 +85,27 @@ pub struct TrainShape<N = Backlash> {
     /// which the second is the rate over φ.
     pub(crate) single: Vec<Wave>,
     pub(crate) jets: Vec<Wave>,
-    /// Planetary sets, in inertial coordinates; none in relative ones.
     pub(crate) sets: Vec<PlanetSet>,
+    /// Masses and inertias of the inertial coordinates.
+    pub(crate) masses: Vec<f64>,
+    /// In relative coordinates: the coordinate that is left out, and the rigid motion, which is 1 there.
+    pub(crate) frame: Option<(usize, Vec<f64>)>,
     /// Order of the fastest mesh.
     pub(crate) fastest: u32,
     /// Names of the springs, then of the row springs.
     pub(crate) spring_names: [Vec<String>; 2],
     /// The algebra of a train with nothing but shafts, constant torques and meshes of two coordinates.
     pub(crate) walk: Option<Walk<N>>,
-    /// Torques that are constants: for each named one, the coordinates and how much of it acts there.
+    /// For each torque, the coordinates on which its constant acts and how much of it: a constant torque, and the part of
+    /// the load that balances a torque. Torques over the angle and over the speed come first.
     pub(crate) torques: Vec<Vec<Entry>>,
+    /// `None` if the torques need not balance, or a load balances them.
+    pub(crate) balance: Option<Balance>,
     /// Torques that are waves: place of the wave among `single`, of the constant among the torques, pulls.
     pub(crate) torque_waves: Vec<(usize, usize, std::ops::Range<usize>)>,
     pub(crate) names: Vec<Channel>,
+    /// Names of the contacts and units of their deflections: meshes, clearances of shafts, clearances of bearings.
+    pub(crate) contact_names: Vec<Channel>,
     /// φ'/speed.
     pub(crate) ratio: f64,
 }
@@ -115,26 +124,38 @@ impl<N: Nonlinearity> TrainShape<N> {
         self.ratio
     }
 
-    /// Cycles of the fastest mesh in a period.
-    pub fn cycles_in_a_period(&self) -> u32 {
-        self.fastest.div_ceil(self.repeats())
-    }
-
     /// Number of contacts whose edges are waves.
     #[inline(always)]
     fn moving(&self) -> usize {
         if N::HALF_WIDTH { 0 } else { self.teeth.len() }
     }
 
-    /// Net torques by coordinate, from the named torques: b_j = Σ share · T.
-    fn net<S: Scalar>(&self, torques: &[S]) -> Vec<S> {
+    /// Net torques by coordinate, from the named torques: b_j = Σ share · T. A load balances a torque over the speed at
+    /// the speed φ'.
+    fn net<S: Scalar>(&self, torques: &[S], speed: S) -> Vec<S> {
         let mut net = vec![S::from(0.0); self.per_inertia.len()];
-        for (rows, torque) in self.torques.iter().zip(torques) {
+        let waves = self.torque_waves.len();
+        for (i, (rows, torque)) in self.torques.iter().zip(torques).enumerate() {
             for entry in rows {
-                net[entry.at] = net[entry.at] + *torque * entry.by;
+                let torque = match i.checked_sub(waves).and_then(|i| self.motors.get(i)) {
+                    Some(motor) => *torque * motor.characteristic.at(speed * motor.ratio),
+                    None => *torque,
+                };
+                net[entry.at] = net[entry.at] + torque * entry.by;
             }
         }
         net
+    }
+
+    /// A motion in the inertial coordinates, whose momentum along the rigid motion is 0.
+    pub(crate) fn in_inertial(&self, motion: &[f64]) -> Vec<f64> {
+        let Some((dropped, rigid)) = &self.frame else { return motion.to_vec() };
+        let mut all = motion.to_vec();
+        all.insert(*dropped, 0.0);
+        let sum = |x: &[f64]| -> f64 { (0..rigid.len()).map(|j| self.masses[j] * rigid[j] * x[j]).sum() };
+        let share = sum(&all) / sum(rigid);
+        all.iter_mut().zip(rigid).for_each(|(x, r)| *x -= share * r);
+        all
     }
 }
 
@@ -152,8 +173,9 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     }
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
         let (torques, rest) = constants[1..].split_at(self.torques.len());
-        let mut prepared = vec![constants[0] * self.ratio];
-        prepared.extend(self.net(torques));
+        let speed = constants[0] * self.ratio;
+        let mut prepared = vec![speed];
+        prepared.extend(self.net(torques, speed));
         // Waves and motors come first among the torques.
         prepared.extend_from_slice(&torques[..self.torque_waves.len() + self.motors.len()]);
         let contacts = self.teeth.len() + self.journals.len();
@@ -168,6 +190,9 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         check::scale("speed", constants[0])?;
         let rest = 1 + self.torques.len();
+        if let Some(balance) = &self.balance {
+            balance.check(&constants[1..rest])?;
+        }
         self.names[rest..]
             .iter()
             .zip(&constants[rest..])
@@ -220,15 +245,15 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let laws = self.rests.iter().map(|rest| rest.mesh.repeats_of_law());
         laws.fold(waves, crate::excitation::wave::divisor).max(1)
     }
+    fn cycles_in_a_period(&self) -> u32 {
+        self.fastest.div_ceil(self.repeats())
+    }
 
     fn channels(&self) -> Vec<Channel> {
-        let names = self.names[1 + self.torques.len()..].iter();
-        let of = |damping: &Channel| {
-            let unit = if damping.unit == "N s/m" { "m" } else { "rad" };
-            let name = damping.name.strip_suffix(" damping").unwrap_or(&damping.name);
-            Channel::new(format!("{name} transmission error"), unit)
+        let of = |contact: &Channel| {
+            Channel::new(format!("{} transmission error", contact.name), contact.unit.clone())
         };
-        names.take(self.teeth.len()).map(of).collect()
+        self.contact_names[..self.teeth.len()].iter().map(of).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let at = self.drives(u);

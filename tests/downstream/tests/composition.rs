@@ -109,8 +109,8 @@ fn the_pair_is_swept() {
     let sweep = Sweep::new(Points::grid(axes).unwrap()).settle(40).measure(2).channels(&names).rattle();
     let family = |p: &Point<'_>| pair.with("mesh frequency", p["mesh frequency"])?.with("load", p["load"]);
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(loaded());
-    let lanes = sweep.run(&LaneRk4::<8>::new(256), family, start).unwrap();
-    let two = sweep.run(&LaneRk4::<2>::new(256), family, start).unwrap();
+    let lanes = sweep.run(&LaneRk4::new(256).lanes::<8>(), family, start).unwrap();
+    let two = sweep.run(&LaneRk4::new(256).lanes::<2>(), family, start).unwrap();
     let table = sweep.run(&TableRk4::new(256), family, start).unwrap();
     let located = sweep.run(&Located(accurate()), family, start).unwrap();
     assert_eq!((lanes.alone(), lanes.errors().len()), (0, 0));

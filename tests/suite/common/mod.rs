@@ -3,6 +3,7 @@
 
 pub mod family;
 pub mod oscillators;
+pub mod planets;
 pub mod trains;
 pub mod two_tones;
 

@@ -1,0 +1,114 @@
+//! Whether the torques balance, and the torque that balances them.
+
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::error::ParameterError;
+use crate::models::ring::ring_params::mean;
+use crate::trains::assembly::rows::Layout;
+use crate::trains::assembly::train_error::{TrainError, Warning};
+use crate::trains::parts::collection::{Coordinates, Course, Parts, TorquePart};
+
+/// Power of the torques in the rigid motion, as a share of that of all of them, above which they do not balance.
+const BALANCED: f64 = 1e-6;
+
+/// The power of constant torques in the rigid motion of a train that turns freely.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Balance {
+    /// Power of a unit of each torque, over the speed of the reference body.
+    powers: Vec<f64>,
+    /// Inertia of all bodies, seen from the reference body [kg m²].
+    inertia: f64,
+}
+
+impl Balance {
+    /// Whether the torques balance.
+    ///
+    /// # Errors
+    /// [`ParameterError::Unbalanced`].
+    pub(crate) fn check(&self, torques: &[f64]) -> Result<(), ParameterError> {
+        let (mut power, mut size) = (0.0, 0.0f64);
+        for (of, torque) in self.powers.iter().zip(torques) {
+            (power, size) = (power + of * torque, size + (of * torque).abs());
+        }
+        if power.abs() <= BALANCED * size {
+            return Ok(());
+        }
+        Err(ParameterError::Unbalanced { acceleration: power / self.inertia })
+    }
+}
+
+/// The torques in the order of their constants: over the angle, over the speed, constant.
+pub(crate) fn in_order<N>(parts: &Parts<N>) -> impl Iterator<Item = &TorquePart> {
+    let over_angle = |torque: &&TorquePart| matches!(torque.course, Course::OfAngle(_));
+    let over_speed = |torque: &&TorquePart| matches!(torque.course, Course::OfSpeed(_));
+    let constant = |torque: &&TorquePart| torque.course == Course::Constant;
+    let torques = &parts.torques;
+    torques
+        .iter()
+        .filter(over_angle)
+        .chain(torques.iter().filter(over_speed))
+        .chain(torques.iter().filter(constant))
+}
+
+/// The mean of a torque over its constant, at the mean speed for one over the speed.
+pub(crate) fn mean_factor(torque: &TorquePart) -> f64 {
+    match &torque.course {
+        Course::OfAngle(factor) => mean(factor),
+        Course::Constant | Course::OfSpeed(_) => 1.0,
+    }
+}
+
+impl<N: Nonlinearity> Layout<'_, N> {
+    /// The balance of the torques; `None` if a load balances them, if they may be out of balance, or if something holds
+    /// the train.
+    ///
+    /// # Errors
+    /// [`Warning::Unbalanced`].
+    pub(crate) fn balance(&self) -> Result<Option<Balance>, TrainError> {
+        let parts = self.parts;
+        if parts.load.is_some() || !self.is_loose() || parts.accepted.contains(&Warning::Unbalanced) {
+            return Ok(None);
+        }
+        let dof = self.angle.iter().chain(self.centre.iter().flatten()).flatten().count();
+        let rigid = self.rigid(dof);
+        let mut inertia = 0.0;
+        for (body, (_, part)) in parts.bodies.iter().enumerate() {
+            inertia += self.angle[body].map_or(0.0, |at| rigid[at] * rigid[at] * part.inertia);
+            let mass = part.bearing.map_or(0.0, |bearing| bearing.mass);
+            inertia +=
+                self.centre[body].iter().flatten().map(|&at| mass * rigid[at] * rigid[at]).sum::<f64>();
+        }
+        let power = |torque: &TorquePart| {
+            let body = parts.bodies.iter().position(|body| body.0 == torque.body).unwrap_or(0);
+            self.kinematics.speeds[body].value().abs() * mean_factor(torque)
+        };
+        let balance = Balance { powers: in_order(parts).map(power).collect(), inertia };
+        let values: Vec<f64> = in_order(parts).map(|torque| torque.value).collect();
+        match balance.check(&values) {
+            Ok(()) => Ok(Some(balance)),
+            Err(error) => {
+                Err(TrainError::Warning { warning: Warning::Unbalanced, message: error.to_string() })
+            }
+        }
+    }
+
+    /// Whether neither support, drag nor a torque over the speed holds the rotation.
+    fn is_loose(&self) -> bool {
+        let mut turning = self.parts.bodies.iter().filter(|body| !body.1.held);
+        let motors = self.parts.torques.iter().any(|torque| matches!(torque.course, Course::OfSpeed(_)));
+        !motors && turning.all(|(_, body)| body.drag == 0.0 && body.support == [0.0; 2])
+    }
+
+    /// Whether the coordinates are relative: as stated, otherwise if torques act, balance, and nothing holds the train.
+    pub(crate) fn is_relative(&self, balance: Option<&Balance>) -> bool {
+        let parts = self.parts;
+        match parts.coordinates {
+            Some(coordinates) => coordinates == Coordinates::Relative,
+            None => {
+                let round = parts.meshes.iter().all(|(_, _, mesh)| mesh.is_round());
+                let balanced = parts.load.is_some() || balance.is_some();
+                let free = balanced && self.is_loose() && round && parts.rotating.is_none();
+                free && !parts.torques.is_empty()
+            }
+        }
+    }
+}
