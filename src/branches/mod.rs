@@ -1,6 +1,5 @@
 //! Branches of periodic orbits: continuation, located bifurcations.
 
-pub(crate) mod between;
 pub(crate) mod border;
 pub(crate) mod boundary;
 pub(crate) mod branch;
@@ -11,16 +10,13 @@ pub(crate) mod curve;
 pub(crate) mod design;
 pub(crate) mod family;
 pub(crate) mod following;
-pub(crate) mod grazings;
 pub(crate) mod line;
 pub(crate) mod orbits;
 pub(crate) mod points;
 pub(crate) mod sensitivity;
 pub(crate) mod stability_method;
 pub(crate) mod starts;
-pub(crate) mod stops;
-pub(crate) mod tracker;
-pub(crate) mod within;
+pub(crate) mod steps;
 
 pub use crate::branches::boundary::boundary_line::{BoundaryLine, BoundaryPoint, Turn};
 pub use crate::branches::boundary::plane::{ByConstants, ByFunctionOfTwo, Plane};
@@ -32,6 +28,7 @@ pub use crate::branches::curve::equations::CurveError;
 pub use crate::branches::design::fit::Fit;
 pub use crate::branches::design::least::{Least, Optimum};
 pub use crate::branches::design::objective::{DesignError, Figure};
+pub use crate::branches::design::search::Search;
 pub use crate::branches::family::{ByConstant, ByFunction, Family};
 pub use crate::branches::following::Following;
 pub use crate::branches::line::{BranchNote, Line};

@@ -301,7 +301,7 @@ fn symmetry_breaking() {
     println!("{branch}");
     let point = branch.of_kind(PointKind::SymmetryBreaking)[0];
     let switch = Switch::at(point);
-    for way in [switch, switch.reversed()] {
+    for way in [switch.clone(), switch.reversed()] {
         let other = range.clone().max_points(6).run(&family, way).unwrap();
         let last = other.points().last().unwrap();
         assert!(last.summaries[0].mean.abs() > 1e-3);

@@ -100,7 +100,7 @@ fn many_orders_give_the_points_of_shooting() {
         continuation.clone().balance(balance.clone()).run(&family, &guess(&model, [1.2, 0.1, 0.1])).unwrap();
     let shot = continuation.run(&family, &[State::new(0.0, &[1.25], &[0.0])]).unwrap();
     println!("{branch}\n{shot}");
-    fn located<O>(branch: &Branch<O>) -> Vec<(&str, f64, f64)> {
+    fn located<O>(branch: &Branch<O>) -> Vec<(PointKind, f64, f64)> {
         branch.located().map(|(what, point)| (what.kind(), point.parameter, point.peak_to_peak())).collect()
     }
     let (a, b) = (located(&branch), located(&shot));
@@ -318,7 +318,7 @@ fn broken_symmetry_of_a_balance() {
     println!("{branch}");
     let point = branch.of_kind(PointKind::SymmetryBreaking)[0];
     let switch = Switch::at(point);
-    for way in [switch, switch.reversed()] {
+    for way in [switch.clone(), switch.reversed()] {
         let other = range.clone().max_points(8).run(&family, way).unwrap();
         let last = other.points().last().unwrap();
         println!("{} mean {}", last.parameter, last.orbit.mean(0));

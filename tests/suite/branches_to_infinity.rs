@@ -108,7 +108,7 @@ fn a_resumed_branch_ends_where_the_whole_one_ends() -> Result<()> {
     // Stopped at a motion that is large already.
     let large = |point: &BranchPoint| point.peak_to_peak() > 200.0;
     following.by_ref().find(large).ok_or("a large motion")?;
-    let first = following.into_branch();
+    let first = following.into_line();
     let rest = range.resume(&family, &first)?.finish();
     let whole = range.run(&family, &[settled(&train)?])?;
     let [BranchEnd::Unbounded { border: Some(a), motion }, BranchEnd::Unbounded { border: Some(b), .. }] =
@@ -154,7 +154,7 @@ fn a_branch_comes_back_from_infinity() -> Result<()> {
     assert!((hill.border(border) - border).abs() < 1e-8);
     // A branch with another end has no way back.
     let short = Continuation::new(0.5, 0.55).run(&family, &[settled(&train)?])?;
-    let refused = continuation.beyond(&family, &short).err().ok_or("an error")?;
+    let refused = continuation.begin(&family, Beyond(&short)).err().ok_or("an error")?;
     assert!(matches!(refused, BranchError::NoBorder { .. }), "{refused}");
     Ok(())
 }

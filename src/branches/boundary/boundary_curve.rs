@@ -3,7 +3,7 @@
 use crate::branches::boundary::plane::Slice;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, Slopes};
-use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
+use crate::branches::orbits::contact_trace::{ContactTrace, Extremum, Rigid};
 use crate::branches::orbits::measure::measure;
 use crate::branches::points::test_functions::{doubling, fold, torus};
 use nalgebra::{DMatrix, DVector};
@@ -43,6 +43,8 @@ pub(crate) struct BoundaryCurve<'f> {
     pub(crate) slice: Rc<Slice<'f>>,
     pub(crate) orbits: OrbitCurve<'f>,
     pub(crate) boundary: Boundary,
+    /// Which edges of each contact are rigid stops, without those that are left out.
+    pub(crate) rigid: Rigid,
     /// Unit of p.
     pub(crate) unit: f64,
     /// Least unit of p.

@@ -2,7 +2,7 @@
 
 pub(crate) mod boundary_curve;
 pub(crate) mod boundary_line;
-pub(crate) mod following_boundary;
 pub(crate) mod grazed_stops;
 pub(crate) mod half_orbit;
 pub(crate) mod plane;
+pub(crate) mod steps;

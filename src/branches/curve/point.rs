@@ -24,6 +24,13 @@ impl<S> CurvePoint<S> {
     pub(crate) fn slope(&self) -> f64 {
         self.tangent[self.tangent.len() - 1]
     }
+    /// Unknown `k`; the parameter after the last one.
+    pub(crate) fn value(&self, k: usize) -> f64 {
+        if k < self.x.len() { self.x[k] } else { self.p }
+    }
+    pub(crate) fn value_mut(&mut self, k: usize) -> &mut f64 {
+        if k < self.x.len() { &mut self.x[k] } else { &mut self.p }
+    }
     /// The components of a vector of changes of (x, p) in the units of the point.
     pub(crate) fn scaled(&self, x: &DVector<f64>, p: f64) -> DVector<f64> {
         let n = self.x.len();

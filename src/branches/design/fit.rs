@@ -7,8 +7,6 @@ use crate::branches::design::search::{Search, Space};
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Periodic, State};
-use crate::ode::budget::Budget;
-use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -30,12 +28,14 @@ use std::rc::Rc;
 /// assert!((found.constants[0].1 - 0.16).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+pub type Fit = Search<Fitted>;
+
+/// What a [`Fit`] minimises.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
+pub struct Fitted {
     parameter: String,
     channel: String,
     figure: Figure,
-    search: Search,
 }
 
 /// Sum of the squares of relative deviations that counts as none `[1]`.
@@ -44,36 +44,9 @@ const EXACT: f64 = 1e-16;
 impl Fit {
     /// A fit to a figure of a channel, measured over the constant `parameter`.
     ///
-    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`] and [`Budget`].
+    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`](crate::Shooting) and [`Budget`](crate::Budget).
     pub fn new(parameter: &str, channel: &str, figure: Figure) -> Self {
-        Fit {
-            parameter: parameter.into(),
-            channel: channel.into(),
-            figure,
-            search: Search { least_unit: EXACT, ..Search::new() },
-        }
-    }
-    /// Adds a constant that is fitted and its bounds.
-    pub fn over(mut self, name: &str, low: f64, high: f64) -> Self {
-        self.search.over.push((name.into(), [low, high]));
-        self
-    }
-    /// Change of the constants, as a share of their bounds, below which the search ends `[1]`. Default: 1e-8.
-    pub fn tolerance(self, tolerance: f64) -> Self {
-        Fit { search: Search { tolerance, ..self.search }, ..self }
-    }
-    /// Maximum number of evaluations. Default: 200.
-    pub fn max_evaluations(self, max_evaluations: usize) -> Self {
-        Fit { search: Search { max_evaluations, ..self.search }, ..self }
-    }
-    /// The solver of the orbits.
-    pub fn shooting(self, shooting: Shooting) -> Self {
-        Fit { search: Search { shooting, ..self.search }, ..self }
-    }
-    /// Maximum number of integration steps of the derivatives, and maximum time of the search. Each orbit has the
-    /// budget of its [`Shooting`]. Default: default [`Budget`].
-    pub fn budget(self, budget: Budget) -> Self {
-        Fit { search: Search { budget, ..self.search }, ..self }
+        Search::of(Fitted { parameter: parameter.into(), channel: channel.into(), figure }, EXACT)
     }
 
     /// The figure of the model at each parameter. The first orbit is found from the guess, each further one
@@ -88,11 +61,11 @@ impl Fit {
         guess: &[State],
     ) -> Result<Vec<f64>, DesignError> {
         let constants = constants_of(model)?;
-        let place = constants.place(&self.parameter)?;
+        let place = constants.place(&self.objective.parameter)?;
         let orbits = self.orbits(model, parameters, guess)?;
         let figure = |(p, orbit): (&f64, &ShootingOrbit)| {
             let model = constants.with_values(&[(place, *p)])?;
-            self.figure.value(&*model, orbit, &self.channel)
+            self.objective.figure.value(&*model, orbit, &self.objective.channel)
         };
         parameters.iter().zip(&orbits).map(figure).collect()
     }
@@ -105,13 +78,13 @@ impl Fit {
         guess: &[State],
     ) -> Result<Vec<ShootingOrbit>, DesignError> {
         let constants = constants_of(model)?;
-        let place = constants.place(&self.parameter)?;
+        let place = constants.place(&self.objective.parameter)?;
         let Some(&first) = parameters.first() else {
             return Err(ParameterError::Empty { name: "measured points".into(), min: 1 }.into());
         };
         check::all_finite("measured parameters", parameters)?;
         let start = constants.with_values(&[(place, first)])?;
-        let shooting = &self.search.shooting;
+        let shooting = &self.shooting;
         let mut orbits = vec![shooting.solve(&*start, guess)?];
         for two in parameters.windows(2) {
             let last = &orbits[orbits.len() - 1];
@@ -132,16 +105,16 @@ impl Fit {
         guess: &[State],
     ) -> Result<Optimum, DesignError> {
         let constants = constants_of(model)?;
-        let place = constants.place(&self.parameter)?;
-        let (space, start) = Space::new(constants, &self.search.over)?;
-        if self.search.over.iter().any(|(name, _)| *name == self.parameter) {
-            return Err(ParameterError::ConstantTwice { name: self.parameter.clone() }.into());
+        let place = constants.place(&self.objective.parameter)?;
+        let (space, start) = Space::new(constants, &self.over)?;
+        if self.over.iter().any(|(name, _)| *name == self.objective.parameter) {
+            return Err(ParameterError::ConstantTwice { name: self.objective.parameter.clone() }.into());
         }
         let (parameters, values): (Vec<f64>, Vec<f64>) = measured.iter().copied().unzip();
         check::all_finite("measured values", &values)?;
         let size: f64 = values.iter().map(|m| m * m).sum();
         check::positive("sum of the squares of the measured values", size)?;
-        let meter = Rc::new(self.search.budget.begin());
+        let meter = Rc::new(self.budget.begin());
         let orbits = RefCell::new((space.values(&start), self.orbits(model, &parameters, guess)?));
         let best: RefCell<Option<(f64, ShootingOrbit)>> = RefCell::new(None);
         let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {
@@ -151,11 +124,13 @@ impl Fit {
             for ((p, m), orbit) in measured.iter().zip(&last.1) {
                 meter.check()?;
                 let [from, to] = [&last.0, &values].map(|values| [&values[..], &[(place, *p)]].concat());
-                let orbit = reach(constants, &self.search.shooting, orbit, &from, &to)?;
+                let orbit = reach(constants, &self.shooting, orbit, &from, &to)?;
                 let model = constants.with_values(&to)?;
-                let off = self.figure.value(&*model, &orbit, &self.channel)? - m;
-                let sensitivity = Sensitivity::within(&*model, &orbit, &[&self.channel], meter.clone())?;
-                let all = space.gradient(&self.figure.slopes(&sensitivity, &self.channel)?);
+                let off = self.objective.figure.value(&*model, &orbit, &self.objective.channel)? - m;
+                let sensitivity =
+                    Sensitivity::within(&*model, &orbit, &[&self.objective.channel], meter.clone())?;
+                let all =
+                    space.gradient(&self.objective.figure.slopes(&sensitivity, &self.objective.channel)?);
                 sum += off * off / size;
                 slope.iter_mut().zip(all).for_each(|(slope, by)| *slope += 2.0 * off * by / size);
                 found.push(orbit);
@@ -167,7 +142,7 @@ impl Fit {
             *last = (values, found);
             Ok((sum, slope))
         };
-        let found = self.search.minimise(&space, &start, &evaluate)?;
+        let found = self.minimise(&space, &start, &evaluate)?;
         let none = ParameterError::Empty { name: "measured points".into(), min: 1 };
         let (_, orbit) = best.into_inner().ok_or(none)?;
         let constants = space.named(&found.x);

@@ -5,8 +5,6 @@ use crate::branches::design::reach::reach;
 use crate::branches::design::search::{Search, Space};
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::model::equations::{Periodic, State};
-use crate::ode::budget::Budget;
-use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -24,11 +22,13 @@ use std::rc::Rc;
 /// assert!((best.constants[0].1 - 0.3).abs() < 1e-9); // the largest damping moves the teeth least
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+pub type Least = Search<Minimised>;
+
+/// What a [`Least`] minimises.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Least {
+pub struct Minimised {
     channel: String,
     figure: Figure,
-    search: Search,
 }
 
 /// The result of [`Least`] or [`Fit`](crate::branches::Fit).
@@ -56,41 +56,18 @@ pub struct Optimum {
 impl Least {
     /// The least `figure` of a channel (see [`Probe`](crate::analysis::Probe)).
     ///
-    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`] and [`Budget`].
+    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`](crate::Shooting) and [`Budget`](crate::Budget).
     pub fn new(channel: &str, figure: Figure) -> Self {
-        Least { channel: channel.into(), figure, search: Search::new() }
+        Search::of(Minimised { channel: channel.into(), figure }, 0.0)
     }
-    /// Adds a constant and its bounds.
-    pub fn over(mut self, name: &str, low: f64, high: f64) -> Self {
-        self.search.over.push((name.into(), [low, high]));
-        self
-    }
-    /// Change of the constants, as a share of their bounds, below which the search ends `[1]`. Default: 1e-8.
-    pub fn tolerance(self, tolerance: f64) -> Self {
-        Least { search: Search { tolerance, ..self.search }, ..self }
-    }
-    /// Maximum number of evaluations. Default: 200.
-    pub fn max_evaluations(self, max_evaluations: usize) -> Self {
-        Least { search: Search { max_evaluations, ..self.search }, ..self }
-    }
-    /// The solver of the orbits.
-    pub fn shooting(self, shooting: Shooting) -> Self {
-        Least { search: Search { shooting, ..self.search }, ..self }
-    }
-    /// Maximum number of integration steps of the derivatives, and maximum time of the search. Each orbit has the
-    /// budget of its [`Shooting`]. Default: default [`Budget`].
-    pub fn budget(self, budget: Budget) -> Self {
-        Least { search: Search { budget, ..self.search }, ..self }
-    }
-
     /// Searches from the constants of `model` and the orbit near a guess.
     ///
     /// # Errors
     /// [`DesignError`]; if the optimiser does not converge, the error holds the best constants.
     pub fn run<M: Periodic>(&self, model: &M, guess: &[State]) -> Result<Optimum, DesignError> {
         let (constants, model) = (constants_of(model)?, model as &dyn Periodic);
-        let (space, start) = Space::new(constants, &self.search.over)?;
-        let (shooting, meter) = (&self.search.shooting, Rc::new(self.search.budget.begin()));
+        let (space, start) = Space::new(constants, &self.over)?;
+        let (shooting, meter) = (&self.shooting, Rc::new(self.budget.begin()));
         let orbit = shooting.solve(model, guess)?;
         let last = RefCell::new((space.values(&start), orbit));
         let best: RefCell<Option<(f64, ShootingOrbit)>> = RefCell::new(None);
@@ -100,9 +77,10 @@ impl Least {
             meter.check()?;
             let orbit = reach(constants, shooting, &last.1, &last.0, &values)?;
             let model = constants.with_values(&values)?;
-            let value = self.figure.value(&*model, &orbit, &self.channel)?;
-            let sensitivity = Sensitivity::within(&*model, &orbit, &[&self.channel], meter.clone())?;
-            let all = self.figure.slopes(&sensitivity, &self.channel)?;
+            let value = self.objective.figure.value(&*model, &orbit, &self.objective.channel)?;
+            let sensitivity =
+                Sensitivity::within(&*model, &orbit, &[&self.objective.channel], meter.clone())?;
+            let all = self.objective.figure.slopes(&sensitivity, &self.objective.channel)?;
             let mut best = best.borrow_mut();
             if best.as_ref().is_none_or(|(least, _)| value < *least) {
                 *best = Some((value, orbit.clone()));
@@ -110,7 +88,7 @@ impl Least {
             *last = (values, orbit);
             Ok((value, space.gradient(&all)))
         };
-        let found = self.search.minimise(&space, &start, &evaluate)?;
+        let found = self.minimise(&space, &start, &evaluate)?;
         let orbit = best.into_inner().map_or_else(|| last.into_inner().1, |(_, orbit)| orbit);
         let constants = space.named(&found.x);
         Ok(Optimum { constants, value: found.value, evaluations: found.evaluations, orbit })

@@ -8,9 +8,17 @@ use crate::periodic::shooting::multiple::Shooting;
 use slsqp::{FailStatus, StopTols, SuccessStatus};
 use std::cell::RefCell;
 
-/// What [`Least`](crate::branches::Least) and [`Fit`](crate::branches::Fit) have in common.
+/// Settings of a search of the best constants: [`Least`](crate::branches::Least) or [`Fit`](crate::branches::Fit).
+///
+/// ```
+/// use gear_dynamics::branches::{Figure, Least};
+/// let least = Least::new("deflection", Figure::Rms).over("mesh damping", 0.02, 0.3).tolerance(1e-6);
+/// assert_eq!(least, Least::new("deflection", Figure::Rms).tolerance(1e-6).over("mesh damping", 0.02, 0.3));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Search {
+pub struct Search<T> {
+    /// What is minimised.
+    pub(crate) objective: T,
     /// Names and bounds of the constants.
     pub(crate) over: Vec<(String, [f64; 2])>,
     pub(crate) tolerance: f64,
@@ -18,7 +26,7 @@ pub(crate) struct Search {
     pub(crate) shooting: Shooting,
     pub(crate) budget: Budget,
     /// Least size of the objective.
-    pub(crate) least_unit: f64,
+    least_unit: f64,
 }
 
 /// The box of the constants, scaled to 0 .. 1.
@@ -87,16 +95,41 @@ pub(crate) struct Found {
     pub(crate) evaluations: usize,
 }
 
-impl Search {
-    pub(crate) fn new() -> Self {
+impl<T> Search<T> {
+    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`] and [`Budget`]. `least_unit`: least size of
+    /// the objective.
+    pub(crate) fn of(objective: T, least_unit: f64) -> Self {
         Search {
+            objective,
             over: Vec::new(),
             tolerance: 1e-8,
             max_evaluations: 200,
             shooting: Shooting::new(),
             budget: Budget::new(),
-            least_unit: 0.0,
+            least_unit,
         }
+    }
+    /// Adds a constant and its bounds.
+    pub fn over(mut self, name: &str, low: f64, high: f64) -> Self {
+        self.over.push((name.into(), [low, high]));
+        self
+    }
+    /// Change of the constants, as a share of their bounds, below which the search ends `[1]`. Default: 1e-8.
+    pub fn tolerance(self, tolerance: f64) -> Self {
+        Search { tolerance, ..self }
+    }
+    /// Maximum number of evaluations. Default: 200.
+    pub fn max_evaluations(self, max_evaluations: usize) -> Self {
+        Search { max_evaluations, ..self }
+    }
+    /// The solver of the orbits.
+    pub fn shooting(self, shooting: Shooting) -> Self {
+        Search { shooting, ..self }
+    }
+    /// Maximum number of integration steps of the derivatives, and maximum time of the search. Each orbit has the
+    /// budget of its [`Shooting`]. Default: default [`Budget`].
+    pub fn budget(self, budget: Budget) -> Self {
+        Search { budget, ..self }
     }
 
     /// Minimises a function with its gradient over the box by SLSQP.

@@ -8,20 +8,15 @@ use crate::model::equations::{Channel, State};
 use crate::periodic::multipliers::Multipliers;
 use nalgebra::DVector;
 
-/// A curve of periodic orbits: shooting or balance.
-pub(crate) trait OrbitMethod: Curve {
+/// A curve whose points are periodic orbits.
+pub(crate) trait Orbits: Curve {
     /// The orbit that is kept for each point.
     type Orbit: Clone;
 
-    /// The family of models.
-    fn family(&self) -> &dyn Family;
-    /// The unknowns of an orbit.
-    fn unknowns(&self, orbit: &Self::Orbit) -> DVector<f64>;
-    /// Floquet multipliers at a point; `None` if they were not found.
-    fn multipliers(&self, point: &CurvePoint<Self::Solution>) -> Option<Multipliers>;
-    /// Whether a multiplier passes 1 at every fold, to rounding. Default: yes.
-    fn multipliers_pass_at_folds(&self) -> bool {
-        true
+    /// Floquet multipliers at a point; `None` if they were not found. Default: they are not compared.
+    fn multipliers(&self, point: &CurvePoint<Self::Solution>) -> Option<Multipliers> {
+        let _ = point;
+        None
     }
     /// Whether the next point is predicted from the last two points rather than along the tangent. Default:
     /// no.
@@ -38,8 +33,6 @@ pub(crate) trait OrbitMethod: Curve {
         point: &CurvePoint<Self::Solution>,
         channels: &[Channel],
     ) -> Result<Measured, CurveError>;
-    /// Whether x(t + T/2) = -x(t) along the orbit of a point.
-    fn is_symmetric(&self, point: &CurvePoint<Self::Solution>) -> bool;
     /// A shift of the nodes, in periods, that keeps them clear of impacts at these phases; `None` if they are clear.
     /// Default: `None`.
     fn clear_of(&self, impacts: &[f64]) -> Option<f64> {
@@ -55,6 +48,20 @@ pub(crate) trait OrbitMethod: Curve {
     fn shift_nodes(&mut self, shift: f64, x: &DVector<f64>) {
         let _ = (shift, x);
     }
-    /// Takes the units of motion of an accepted point.
-    fn set_units(&mut self, measured: &Measured);
+    /// Takes over the units of an accepted point.
+    fn accept(&mut self, point: &CurvePoint<Self::Solution>, measured: &Measured);
+}
+
+/// A method by which the orbits of a branch are computed: shooting or balance.
+pub(crate) trait OrbitMethod: Orbits {
+    /// The family of models.
+    fn family(&self) -> &dyn Family;
+    /// The unknowns of an orbit.
+    fn unknowns(&self, orbit: &Self::Orbit) -> DVector<f64>;
+    /// Whether a multiplier passes 1 at every fold, to rounding. Default: yes.
+    fn multipliers_pass_at_folds(&self) -> bool {
+        true
+    }
+    /// Whether x(t + T/2) = -x(t) along the orbit of a point.
+    fn is_symmetric(&self, point: &CurvePoint<Self::Solution>) -> bool;
 }

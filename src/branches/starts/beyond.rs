@@ -74,9 +74,9 @@ impl<F: Family> Start<F> for Beyond<'_> {
                     };
                     let [found, wanted] = [found, wanted].map(places);
                     if dot(&found, &wanted) > LARGE * dot(&wanted, &wanted) {
-                        let mut tracker = settings.track(family, p, &orbit, p - border)?;
-                        tracker.starts_anywhere()?;
-                        return Ok(Following::new(tracker));
+                        let mut line = settings.track(family, p, &orbit, p - border)?;
+                        line.starts_anywhere()?;
+                        return Ok(Following::new(line));
                     }
                 }
                 Err(error) => failure = Some(error),

@@ -3,7 +3,6 @@
 use crate::branches::border::Reference;
 use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::{BoundaryHead, BoundaryLine, BoundaryPoint};
-use crate::branches::boundary::following_boundary::FollowingBoundary;
 use crate::branches::boundary::grazed_stops::{grazed_stops, softest_impact};
 use crate::branches::boundary::half_orbit::first_half;
 use crate::branches::boundary::plane::{Plane, Slice};
@@ -11,12 +10,12 @@ use crate::branches::branch_error::BranchError;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::following::Following;
-use crate::branches::line::Line;
 use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
 use crate::branches::orbits::measure::{Measured, measure};
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::{Located, PointKind};
 use crate::branches::starts::start::{Resume, Start};
+use crate::branches::steps::stepper::Stepper;
 use crate::contact::piece::Piece;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::cell::{Cell, RefCell};
@@ -63,7 +62,7 @@ impl Continuation {
         ([p, other], across): ([f64; 2], [f64; 2]),
         orbit: &ShootingOrbit,
         heading: f64,
-    ) -> Result<FollowingBoundary<'f>, BranchError> {
+    ) -> Result<Stepper<'f, BoundaryCurve<'f>>, BranchError> {
         let least_unit = if self.is_bounded_across() { SHARE * (across[1] - across[0]) } else { 0.0 };
         let slice = Rc::new(Slice { plane, other: Cell::new(other), left_out: RefCell::new(Rc::new([])) });
         let meter = Rc::new(self.budget.begin());
@@ -92,24 +91,30 @@ impl Continuation {
             }
             *slice.left_out.borrow_mut() = grazed.into();
         }
-        let sequence = boundary.sequence(&measured.trace);
         let other_unit = self.unit();
         let model = slice.model([p, other])?;
         let rigid = model.offers().rigid_edges(model.contacts()); // without those that are left out
         let reference = Reference::of_any_orbit(&*model, &measured);
         drop(model);
-        let motion = reference.motion(&measured);
-        let size = (reference, motion);
         let softest = softest_impact(&rigid, &measured.trace).map_or(1.0, |(share, _)| share);
-        let curve = BoundaryCurve { slice, orbits, boundary, unit, least_unit, other_unit, range, softest };
+        let curve = BoundaryCurve {
+            slice,
+            orbits,
+            boundary,
+            rigid: rigid.clone(),
+            unit,
+            least_unit,
+            other_unit,
+            range,
+            softest,
+        };
         let tolerance = self.shooting.correction_tolerance();
         let mut engine =
             Engine { curve, unit: other_unit, tolerance, max_corrections: 12, at_crossing: false };
         let n = x.len();
         let first = engine.start_towards(x.insert_row(n, p), other, heading)?;
         let head = BoundaryHead { parameters: plane.parameters(), what: *what, across };
-        let line = Line::new(head, first.slope());
-        Ok(FollowingBoundary::new(self, engine, first, rigid, size, sequence, line)?)
+        Ok(Stepper::new(self, engine, (first, measured), head, (reference, rigid), Some(across))?)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::starts::start::{Resume, Start};
-use crate::branches::tracker::Tracker;
+use crate::branches::steps::stepper::Stepper;
 use crate::model::equations::State;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::rc::Rc;
@@ -65,9 +65,9 @@ impl<F: Family> Resume<F> for BranchPoint {
         settings: &'f Continuation,
         family: &'f F,
     ) -> Result<Following<'f>, BranchError> {
-        let mut tracker = settings.track(family, self.parameter, &self.orbit, heading)?;
-        tracker.starts_anywhere()?;
-        Ok(Following::new(tracker))
+        let mut line = settings.track(family, self.parameter, &self.orbit, heading)?;
+        line.starts_anywhere()?;
+        Ok(Following::new(line))
     }
 }
 
@@ -79,7 +79,7 @@ impl Continuation {
         p: f64,
         orbit: &ShootingOrbit,
         heading: f64,
-    ) -> Result<Tracker<'f, OrbitCurve<'f>>, BranchError> {
+    ) -> Result<Stepper<'f, OrbitCurve<'f>>, BranchError> {
         let mut engine = self.shooting_engine(family, p, orbit)?;
         let x = engine.curve.unknowns(orbit);
         let point = engine.start_towards(x, p, heading)?;

@@ -12,7 +12,7 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
 use crate::branches::starts::start::Start;
-use crate::branches::tracker::Tracker;
+use crate::branches::steps::stepper::Stepper;
 use crate::error::ParameterError;
 use crate::model::equations::State;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
@@ -127,7 +127,7 @@ impl Continuation {
         x: DVector<f64>,
         p: f64,
         way: f64,
-    ) -> Result<Tracker<'f, C>, BranchError> {
+    ) -> Result<Stepper<'f, C>, BranchError> {
         let linear = engine.curve.linearise(&x, p)?;
         let (n, units) = (x.len(), engine.units());
         let matrix = DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {

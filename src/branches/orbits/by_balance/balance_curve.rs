@@ -2,15 +2,11 @@
 
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::curve::point::CurvePoint;
-use crate::branches::family::Family;
 use crate::branches::orbits::by_balance::balance_family::BalanceFamily;
 use crate::branches::orbits::by_balance::balance_room::{At, BalanceRoom};
 use crate::branches::orbits::by_balance::balance_slope::BalanceSlope;
-use crate::branches::orbits::by_balance::series_measure::measure_series;
-use crate::branches::orbits::measure::Measured;
-use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::stability_method::StabilityMethod;
-use crate::model::equations::{Channel, Periodic, State};
+use crate::model::equations::{Channel, Periodic};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
@@ -33,26 +29,26 @@ use std::rc::Rc;
 ///
 /// Unknowns: those of the [`BalanceEquations`], with the scales of the first orbit on the whole branch.
 pub(crate) struct BalanceCurve<'f, M: Periodic + ?Sized> {
-    family: Rc<dyn BalanceFamily<M> + 'f>,
-    room: RefCell<BalanceRoom<'f, M>>,
+    pub(super) family: Rc<dyn BalanceFamily<M> + 'f>,
+    pub(super) room: RefCell<BalanceRoom<'f, M>>,
     /// Equations at a neighbouring parameter, for differences.
     beside: BalanceRoom<'f, M>,
     slope: BalanceSlope<M>,
     matrix: Matrix,
     /// Scales of the coordinates, the number of unknowns of one, and the number of rigid motions.
-    scales: Vec<f64>,
-    width: usize,
+    pub(super) scales: Vec<f64>,
+    pub(super) width: usize,
     rigid: usize,
     modes: Vec<Vec<f64>>,
     /// Ranges of motion of the coordinates.
-    ranges: Vec<f64>,
+    pub(super) ranges: Vec<f64>,
     /// Step of the differences with respect to a parameter without exact derivative.
     difference: f64,
     /// Whether the equations have a continuous derivative.
     is_smooth: bool,
     channels: RefCell<(Vec<Channel>, Vec<usize>)>,
-    stability: StabilityMethod,
-    meter: Rc<Meter<'f>>,
+    pub(super) stability: StabilityMethod,
+    pub(super) meter: Rc<Meter<'f>>,
 }
 
 /// What is known of a point besides its unknowns.
@@ -68,9 +64,6 @@ const STEP: f64 = 1e-6;
 
 /// A correction after which the next one would be rounding, by quadratic convergence.
 const LAST: f64 = 1e-8;
-
-/// Coefficients up to this share of the range of motion count as zero.
-const SYMMETRIC: f64 = 1e-6;
 
 /// Ranges below this share of the size of a coordinate are rounding: the size is the unit then.
 const AT_REST: f64 = 1e-9;
@@ -129,7 +122,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
     }
 
     /// Calls `work` with the equations at a point, after an evaluation there.
-    fn evaluated<R>(
+    pub(super) fn evaluated<R>(
         &self,
         point: &CurvePoint<Series>,
         work: impl for<'m> FnOnce(&mut BalanceEquations<'m, M>, &'m M) -> R,
@@ -159,7 +152,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
     }
 
     /// Indices of channels in the order of [`Probe`].
-    fn places(&self, channels: &[Channel], p: f64) -> Result<Vec<usize>, CurveError> {
+    pub(super) fn places(&self, channels: &[Channel], p: f64) -> Result<Vec<usize>, CurveError> {
         let mut known = self.channels.borrow_mut();
         if known.0 != channels {
             let places = self.room.borrow_mut().at(p, |_, at| {
@@ -173,7 +166,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
     }
 
     /// The multipliers of the equation along the series, computed once.
-    fn multipliers_along(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
+    pub(super) fn multipliers_along(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
         point.solution.multipliers.get_or_init(|| self.along(point)).clone()
     }
 
@@ -267,96 +260,12 @@ fn weights<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> DVector
     weights
 }
 
-impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
-    type Orbit = FourierOrbit;
-
-    fn family(&self) -> &dyn Family {
-        self.family.family()
-    }
-
-    fn unknowns(&self, orbit: &FourierOrbit) -> DVector<f64> {
-        let found = self.room.borrow_mut().here(|equations| equations.unknowns(orbit));
-        DVector::from_vec(found.unwrap_or_default()) // the room holds the model of the first orbit
-    }
-
-    fn multipliers(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
-        // Those of the equation say nothing on the doublings of a balance with truncated forces.
-        let wanted = self.family.is_of_equation() && self.stability == StabilityMethod::Multipliers;
-        wanted.then(|| self.multipliers_along(point)).flatten()
-    }
-
-    /// The multipliers are those of the equation along a truncated series: 1 is passed near a fold of the
-    /// balance and not at it.
-    fn multipliers_pass_at_folds(&self) -> bool {
-        false
-    }
-
-    fn predicts_from_two_points(&self) -> bool {
-        true
-    }
-
-    fn orbit(&self, point: &CurvePoint<Series>) -> Result<(FourierOrbit, Multipliers), CurveError> {
-        let corrections = &point.corrections;
-        let orbit = self.evaluated(point, |equations, _| {
-            let mut residual = vec![0.0; point.x.len()];
-            equations.residual(point.x.as_slice(), &mut residual);
-            let mut orbit = equations.orbit(point.x.as_slice());
-            orbit.residual = crate::numeric::norms::largest(&residual);
-            (orbit.iterations, orbit.evaluations) = (corrections.len(), corrections.len());
-            orbit.notes = equations.notes();
-            orbit
-        })?;
-        self.meter.left()?;
-        let none = || CurveError::NotConverged { corrections: corrections.clone() };
-        let multipliers = match self.stability {
-            StabilityMethod::Skipped => Multipliers::new(Vec::new(), f64::INFINITY),
-            StabilityMethod::Multipliers => self.multipliers_along(point).ok_or_else(none)?,
-        };
-        Ok((orbit, multipliers))
-    }
-
-    fn first_state(&self, point: &CurvePoint<Series>) -> Option<(usize, State)> {
-        let orbit = self.evaluated(point, |equations, _| equations.orbit(point.x.as_slice())).ok()?;
-        Some((orbit.harmonics().periods(), orbit.state(0.0)))
-    }
-
-    fn measure(&self, point: &CurvePoint<Series>, channels: &[Channel]) -> Result<Measured, CurveError> {
-        let places = if channels.is_empty() { Vec::new() } else { self.places(channels, point.p)? };
-        self.evaluated(point, |equations, _| {
-            let orbit = equations.orbit(point.x.as_slice());
-            measure_series(equations, &orbit, &places)
-        })
-    }
-
-    /// Whether the even orders vanish.
-    fn is_symmetric(&self, point: &CurvePoint<Series>) -> bool {
-        let vanish = self.room.borrow_mut().here(|equations| {
-            let harmonics = &equations.layout.harmonics;
-            point.x.as_slice().chunks_exact(self.width).zip(&self.scales).zip(&self.ranges).all(
-                |((part, scale), range)| {
-                    harmonics.orders().iter().enumerate().filter(|(_, order)| *order % 2 == 0).all(
-                        |(at, order)| {
-                            let place = harmonics.place(at);
-                            let both = &part[place..=place + usize::from(*order > 0)];
-                            both.iter().all(|c| (c * scale).abs() <= SYMMETRIC * range)
-                        },
-                    )
-                },
-            )
-        });
-        vanish.unwrap_or(false)
-    }
-
-    fn set_units(&mut self, measured: &Measured) {
-        self.ranges.clone_from(&measured.ranges);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::branches::family::ByConstant;
     use crate::branches::orbits::by_balance::balance_family::Plain;
+    use crate::branches::orbits::orbit_method::OrbitMethod;
     use crate::models::nfg::{NfgPair, NfgParams};
     use crate::ode::budget::Budget;
     use crate::periodic::balance::series::harmonics::Harmonics;

@@ -5,4 +5,5 @@ pub(crate) mod balance_curve;
 pub(crate) mod balance_family;
 pub(crate) mod balance_room;
 pub(crate) mod balance_slope;
+pub(crate) mod method;
 pub(crate) mod series_measure;

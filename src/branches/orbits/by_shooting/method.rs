@@ -6,7 +6,7 @@ use crate::branches::family::Family;
 use crate::branches::orbits::by_shooting::nodes::clear;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
 use crate::branches::orbits::measure::{Measured, measure};
-use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::orbits::orbit_method::{OrbitMethod, Orbits};
 use crate::branches::stability_method::StabilityMethod;
 use crate::model::equations::{Channel, State};
 use crate::ode::budget::Budget;
@@ -21,12 +21,8 @@ use nalgebra::DVector;
 /// orbit.
 const SYMMETRIC: f64 = 1e-6;
 
-impl OrbitMethod for OrbitCurve<'_> {
+impl Orbits for OrbitCurve<'_> {
     type Orbit = ShootingOrbit;
-
-    fn family(&self) -> &dyn Family {
-        &*self.family
-    }
 
     fn multipliers(&self, point: &CurvePoint<Passage>) -> Option<Multipliers> {
         (self.stability == StabilityMethod::Multipliers).then(|| point.solution.multipliers.clone()).flatten()
@@ -40,22 +36,7 @@ impl OrbitMethod for OrbitCurve<'_> {
         measure(self, point.p, &point.solution, channels)
     }
 
-    fn is_symmetric(&self, point: &CurvePoint<Passage>) -> bool {
-        let (start, half) =
-            (&point.solution.states[0], 0.5 * (point.solution.end - point.solution.states[0].t));
-        let later = self.model(point.p).ok().zip(self.orbit(point).ok());
-        let later = later.and_then(|(model, (orbit, _))| orbit.at(&*model, start.t + half).ok());
-        later.is_some_and(|later| {
-            let sums = later.q.iter().chain(&later.v).zip(start.q.iter().chain(&start.v));
-            sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= SYMMETRIC * range)
-        })
-    }
-
-    fn unknowns(&self, orbit: &ShootingOrbit) -> DVector<f64> {
-        self.unknowns_of(orbit)
-    }
-
-    fn set_units(&mut self, measured: &Measured) {
+    fn accept(&mut self, _: &CurvePoint<Passage>, measured: &Measured) {
         self.scale.clone_from(&measured.units);
         self.range.clone_from(&measured.ranges);
     }
@@ -125,5 +106,26 @@ impl OrbitMethod for OrbitCurve<'_> {
             budget: Budget::new(),
         };
         Ok((orbit, multipliers))
+    }
+}
+
+impl OrbitMethod for OrbitCurve<'_> {
+    fn family(&self) -> &dyn Family {
+        &*self.family
+    }
+
+    fn is_symmetric(&self, point: &CurvePoint<Passage>) -> bool {
+        let (start, half) =
+            (&point.solution.states[0], 0.5 * (point.solution.end - point.solution.states[0].t));
+        let later = self.model(point.p).ok().zip(self.orbit(point).ok());
+        let later = later.and_then(|(model, (orbit, _))| orbit.at(&*model, start.t + half).ok());
+        later.is_some_and(|later| {
+            let sums = later.q.iter().chain(&later.v).zip(start.q.iter().chain(&start.v));
+            sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= SYMMETRIC * range)
+        })
+    }
+
+    fn unknowns(&self, orbit: &ShootingOrbit) -> DVector<f64> {
+        self.unknowns_of(orbit)
     }
 }

@@ -1,4 +1,4 @@
-//! Rigid stops along a branch: its end at the grazing of a stop, and nodes that keep clear of impacts.
+//! Rigid stops along a branch: its end at the grazing of a stop.
 
 use crate::branches::branch_end::BranchEnd;
 use crate::branches::curve::equations::Curve;
@@ -7,7 +7,8 @@ use crate::branches::orbits::contact_trace::Extremum;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::kind::Located;
-use crate::branches::tracker::{Impacts, Node, Tracker};
+use crate::branches::steps::followed::Followed;
+use crate::branches::steps::stepper::{Node, Stepper};
 
 /// Each step covers this share of the estimated distance to the stop `[1]`. The point then stays on the side without
 /// impacts.
@@ -34,13 +35,20 @@ const NEAR: f64 = 0.1;
 /// First step from orbits without the impact towards the stop, as a share of the step that passed the grazing.
 const TRIAL: f64 = 1e-3;
 
-/// Least |dp/ds| at which nodes are moved: the sign of dp/ds shows the direction of the curve `[1]`.
-pub(crate) const STEEP: f64 = 1e-3;
+/// What became of the impacts over a step.
+pub(crate) enum Impacts {
+    /// Their number is the same.
+    Same,
+    /// It changed over a step that is too long to tell where.
+    Unresolved,
+    /// The branch ends at the grazing of this contact.
+    End(usize),
+}
 
 /// A point with its distance from another.
 type Reached<C> = (f64, Node<<C as Curve>::Solution>);
 
-impl<C: OrbitMethod> Tracker<'_, C> {
+impl<C: OrbitMethod> Stepper<'_, C> {
     /// If the step failed because a contact would strike a rigid stop, goes up to the stop and returns that end
     /// of the branch. Beyond it the equations have no solution near this one: their derivative is unbounded.
     pub(crate) fn approach_stop(&mut self) -> Option<BranchEnd> {
@@ -65,7 +73,9 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         }
         let rattle = [node.measured.rattle[extremum.contact]; 2];
         let grazing = Located::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle };
-        located.push(self.columns(&node.point, node.measured, self.arclength + at, Some(grazing)).ok()?);
+        located.push(
+            self.engine.curve.columns(&node.point, node.measured, self.arclength + at, Some(grazing)).ok()?,
+        );
         self.waiting.extend(located);
         Some(BranchEnd::Stop { contact: extremum.contact })
     }
@@ -107,7 +117,12 @@ impl<C: OrbitMethod> Tracker<'_, C> {
         let contact = extremum.contact;
         let rattle = [&self.last.measured, &reached.measured].map(|measured| measured.rattle[contact]);
         let grazing = Located::Grazing { contact, edge: extremum.edge(), rattle };
-        match self.columns(&node.point, node.measured, self.arclength + (from + at).max(0.0), Some(grazing)) {
+        match self.engine.curve.columns(
+            &node.point,
+            node.measured,
+            self.arclength + (from + at).max(0.0),
+            Some(grazing),
+        ) {
             Ok(columns) => self.waiting.push_back(columns),
             Err(_) => return Impacts::Unresolved,
         }
@@ -129,7 +144,7 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             let next = at + SHARE * left;
             let (x, p) = base.along(&base.tangent, next);
             let Ok(point) = self.engine.correct(base, &base.tangent, next, x, p) else { break };
-            let Ok(measured) = self.engine.curve.measure(&point, &self.branch.head.channels) else { break };
+            let Ok(measured) = self.measure(&point) else { break };
             let Some(now) = measured.trace.nearest(extremum).map(|e| e.distance) else { break };
             if now * extremum.distance <= 0.0 {
                 break;
@@ -154,34 +169,5 @@ impl<C: OrbitMethod> Tracker<'_, C> {
             (at, Node::new(point, measured, multipliers))
         };
         Some((beside.map(node), node(reached.filter(|_| distance.abs() <= NEARLY * size)?)))
-    }
-
-    /// Moves the nodes of the last point if an impact comes near one of them: there the state jumps.
-    pub(crate) fn keep_clear_of_impacts(&mut self) {
-        let impacts: Vec<f64> =
-            self.last.measured.trace.at_stops(&self.rigid, true).map(|e| e.phase).collect();
-        let slope = self.last.point.slope();
-        if impacts.is_empty() || slope.abs() < STEEP {
-            return;
-        }
-        let Some(shift) = self.engine.curve.clear_of(&impacts) else { return };
-        let Ok(x) = self.engine.curve.shifted(&self.last.point, shift) else { return };
-        let first = self.first.take();
-        let later = first.as_ref().and_then(|first| self.engine.curve.shifted(first, shift).ok());
-        self.engine.curve.shift_nodes(shift, &x);
-        let moved = self.engine.start_towards(x, self.last.point.p, slope).ok().and_then(|point| {
-            let measured = self.engine.curve.measure(&point, &self.branch.head.channels).ok()?;
-            let multipliers = self.engine.curve.multipliers(&point);
-            Some(Node::new(point, measured, multipliers))
-        });
-        let Some(node) = moved else {
-            self.engine.curve.shift_nodes(-shift, &self.last.point.x);
-            self.first = first;
-            return;
-        };
-        self.last = node;
-        self.before = self.before.take().map(|(length, values)| (length, values.later(shift)));
-        self.first =
-            first.zip(later).and_then(|(first, x)| self.engine.start_towards(x, first.p, first.slope()).ok());
     }
 }

@@ -3,18 +3,19 @@
 use crate::analysis::contacts::rattle::RattleState;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::locate::Between;
-use crate::branches::grazings::Grazings;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
 use crate::branches::points::kind::{Located, PointKind};
 use crate::branches::points::test_functions::dips;
-use crate::branches::tracker::{Found, Node, SEPARATE, Tracker};
-use crate::branches::within::{Place, Within};
+use crate::branches::steps::grazings::Grazings;
+use crate::branches::steps::of_orbits::{Found, SEPARATE};
+use crate::branches::steps::stepper::{Node, Stepper};
+use crate::branches::steps::within::{Place, Within};
 
 /// Distance of two grazings that happen at the same time, as a share of the step `[1]`.
 const SAME: f64 = 1e-9;
 
-impl<C: OrbitMethod> Tracker<'_, C> {
+impl<C: OrbitMethod> Stepper<'_, C> {
     /// The located points between the last point and `reached`, in order, and what was not explained or located.
     ///
     /// Grazings are located first. They divide the step into parts with one contact sequence each, in which the

@@ -1,0 +1,9 @@
+//! Steps along a curve, and the search within a step of a branch.
+
+pub(crate) mod between;
+pub(crate) mod followed;
+pub(crate) mod grazings;
+pub(crate) mod of_orbits;
+pub(crate) mod stepper;
+pub(crate) mod stops;
+pub(crate) mod within;

@@ -1,0 +1,140 @@
+//! The steps of a branch of orbits: located points within a step, impacts that begin or end.
+
+use crate::branches::border::{Reference, border};
+use crate::branches::branch::BranchHead;
+use crate::branches::branch_end::BranchEnd;
+use crate::branches::branch_error::BranchError;
+use crate::branches::continuation::Continuation;
+use crate::branches::curve::engine::Engine;
+use crate::branches::curve::equations::{Curve, CurveError};
+use crate::branches::curve::point::CurvePoint;
+use crate::branches::orbits::measure::{Measured, chosen_channels};
+use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::points::branch_point::BranchPoint;
+use crate::branches::points::kind::Located;
+use crate::branches::steps::followed::{Followed, Over};
+use crate::branches::steps::stepper::{CORNER, Node, Stepper};
+use crate::branches::steps::stops::Impacts;
+use crate::error::ParameterError;
+use crate::model::equations::{Channel, Periodic};
+
+/// Shortest step, as a share of the maximum step, to separate changes that are not explained `[1]`.
+pub(crate) const SEPARATE: f64 = 1e-3;
+
+/// Located points with their distance from the last point and what they are.
+pub(crate) type Found<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, Located)>;
+
+impl Continuation {
+    /// Follows a branch from a point.
+    pub(crate) fn follow<'f, C: OrbitMethod>(
+        &'f self,
+        mut engine: Engine<C>,
+        mut point: CurvePoint<C::Solution>,
+    ) -> Result<Stepper<'f, C>, BranchError> {
+        let model = engine.curve.family().at(point.p)?;
+        let channels = chosen_channels(self.channels.as_deref(), &*model)?;
+        let rigid = model.offers().rigid_edges(model.contacts());
+        let measured = engine.curve.measure(&point, &channels)?;
+        let reference = Reference::new(&*model, &measured);
+        drop(model);
+        engine.curve.accept(&point, &measured);
+        engine.rescale(&mut point);
+        let head = BranchHead { parameter: engine.curve.family().parameter(), channels };
+        Ok(Stepper::new(self, engine, (point, measured), head, (reference, rigid), None)?)
+    }
+}
+
+impl<C: OrbitMethod> Stepper<'_, C> {
+    /// The columns of located points.
+    pub(crate) fn located(&self, found: Found<C>) -> Result<Vec<BranchPoint<C::Orbit>>, CurveError> {
+        let columns = |(sigma, point, what): (f64, CurvePoint<C::Solution>, Located)| {
+            let measured = self.measure(&point)?;
+            self.engine.curve.columns(&point, measured, self.arclength + sigma, Some(what))
+        };
+        found.into_iter().map(columns).collect()
+    }
+
+    /// Compares the size of motions without the first orbit, which may be a large one.
+    pub(crate) fn starts_anywhere(&mut self) -> Result<(), BranchError> {
+        let model = self.engine.curve.family().at(self.last.point.p)?;
+        self.reference = Reference::of_any_orbit(&*model, &self.last.measured);
+        Ok(())
+    }
+}
+
+impl<C: OrbitMethod> Followed for C {
+    type Point = BranchPoint<C::Orbit>;
+    type What = Located;
+    const FEW: usize = 6;
+
+    fn channels(head: &BranchHead) -> &[Channel] {
+        &head.channels
+    }
+
+    fn model(&self, point: &CurvePoint<C::Solution>) -> Result<Box<dyn Periodic + '_>, ParameterError> {
+        self.family().at(point.p)
+    }
+
+    fn columns(
+        &self,
+        point: &CurvePoint<C::Solution>,
+        measured: Measured,
+        arclength: f64,
+        located: Option<Located>,
+    ) -> Result<BranchPoint<C::Orbit>, CurveError> {
+        let (orbit, multipliers) = self.orbit(point)?;
+        Ok(BranchPoint {
+            parameter: point.p,
+            arclength,
+            summaries: measured.summaries,
+            rattle: measured.rattle,
+            crossings: measured.trace.crossings,
+            located,
+            multipliers,
+            orbit,
+        })
+    }
+
+    fn over(
+        stepper: &mut Stepper<'_, C>,
+        reached: &Node<C::Solution>,
+        step: f64,
+    ) -> Result<Over<Self::Point>, CurveError> {
+        match stepper.impacts(reached, step) {
+            Impacts::Same => {}
+            Impacts::Unresolved => {
+                return Err(CurveError::Unexplained { what: "impacts on a rigid stop began or ended" });
+            }
+            Impacts::End(contact) => return Ok(Over::Ends(BranchEnd::Stop { contact })),
+        }
+        let (found, unexplained) = stepper.between(reached, step)?;
+        if let Some(what) = unexplained.first().filter(|_| step > SEPARATE * stepper.settings.max_step) {
+            return Err(CurveError::Unexplained { what });
+        }
+        let [low, high] = stepper.settings.low_and_high();
+        let leaves = found.iter().any(|(_, point, _)| !(low..=high).contains(&point.p));
+        if leaves && step > CORNER {
+            let what = "the branch left the range of the parameter and came back";
+            return Err(CurveError::Unexplained { what });
+        }
+        Ok(Over::Passes(stepper.located(found)?, unexplained))
+    }
+
+    fn border(
+        stepper: &Stepper<'_, C>,
+        next: &CurvePoint<C::Solution>,
+        [before, motion]: [f64; 2],
+    ) -> Option<f64> {
+        let Engine { curve, unit, .. } = &stepper.engine;
+        let (multiple, state) = curve.first_state(next)?;
+        let budget = &stepper.settings.budget;
+        let border = border(curve.family(), next.p, *unit, multiple, (motion, &state), budget)?;
+        // Large motions grow as 1/(p - border).
+        let expected = (next.p * motion - stepper.last.point.p * before) / (motion - before);
+        ((border - expected).abs() < 0.5 * (border - next.p).abs()).then_some(border)
+    }
+
+    fn end_beside(stepper: &mut Stepper<'_, C>) -> Option<BranchEnd> {
+        stepper.approach_stop()
+    }
+}
