@@ -21,7 +21,8 @@ use crate::periodic::shooting::segments::orthonormal;
 /// What the size of a motion is compared with.
 #[derive(Clone, Debug)]
 pub(crate) enum Reference {
-    /// For each contact the largest of its gap, its static deflection past the edge and its motion along the first orbit.
+    /// For each contact the largest of its gap, its static deflection past the edge and its motion along the
+    /// first orbit.
     Contacts(Vec<f64>),
     /// The largest range of a coordinate along the first orbit.
     Coordinates(f64),
@@ -39,7 +40,8 @@ impl Reference {
         }
     }
 
-    /// The reference of a model whose first orbit may be large: on a branch from infinity, or a line that starts at a fold.
+    /// The reference of a model whose first orbit may be large: on a branch from infinity, or a line that
+    /// starts at a fold.
     pub(crate) fn of_any_orbit(model: &dyn Periodic, first: &Measured) -> Self {
         let sizes = Reference::without_orbit(model).filter(|sizes| sizes.iter().all(|size| *size > 0.0));
         sizes.map_or_else(|| Reference::new(model, first), Reference::Contacts)
@@ -59,9 +61,9 @@ impl Reference {
         Some(contacts_at_rest(model).iter().enumerate().map(size).collect())
     }
 
-    /// The reference for further motions, after one of this size without a border: load and gap of the model at its
-    /// parameter count as well. Without contacts the motion itself is the reference, since a motion that no border
-    /// explains is bounded.
+    /// The reference for further motions, after one of this size without a border: load and gap of the model
+    /// at its parameter count as well. Without contacts the motion itself is the reference, since a motion
+    /// that no border explains is bounded.
     pub(crate) fn raised(&self, model: &dyn Periodic, motion: f64) -> Self {
         match (self, Reference::without_orbit(model)) {
             (Reference::Contacts(old), Some(sizes)) if sizes.len() == old.len() => {
@@ -151,8 +153,9 @@ impl Model for OnFlank<'_> {
     }
 }
 
-/// Multipliers of the model without gaps over `multiple` periods; `None` if its equations are not linear, or differ
-/// from flank to flank. `large`: a state of a large motion, at which they are compared with those at rest.
+/// Multipliers of the model without gaps over `multiple` periods; `None` if its equations are not linear, or
+/// differ from flank to flank. `large`: a state of a large motion, at which they are compared with those at
+/// rest.
 fn without_gaps(
     model: &dyn Periodic,
     multiple: usize,
@@ -187,9 +190,10 @@ const DISTANCES: [f64; 7] = [0.1, 0.4, 1.6, 6.4, 25.6, 102.4, 409.6];
 /// Accuracy of the border, as a share of the parameter `[1]`.
 const CLOSE: f64 = 1e-15;
 
-/// The border of parametric instability near the parameter `p`: there the linear system without gaps has a multiplier 1
-/// over `multiple` periods, and no bounded motion. `motion`: size of the motion at p, whose largest state is `large`.
-/// `unit`: unit of the parameter. `None` if the model is not linear at large motions.
+/// The border of parametric instability near the parameter `p`: there the linear system without gaps has a
+/// multiplier 1 over `multiple` periods, and no bounded motion. `motion`: size of the motion at p, whose
+/// largest state is `large`. `unit`: unit of the parameter. `None` if the model is not linear at large
+/// motions.
 pub(crate) fn border(
     family: &dyn Family,
     p: f64,

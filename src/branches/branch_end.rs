@@ -21,28 +21,29 @@ pub enum BranchEnd {
     Bound,
     /// The branch is closed: its last step passes the first point.
     Closed,
-    /// The last point grazes a rigid stop: on one side of it the orbits strike the stop, on the other side they do
-    /// not.
+    /// The last point grazes a rigid stop: on one side of it the orbits strike the stop, on the other side
+    /// they do not.
     Stop {
         /// Index of the contact, from 0.
         contact: usize,
     },
-    /// The boundary approaches a resonant grazing, at which an impact has no speed: at the last point the squared
-    /// speed of the impact is below 1e-6 of the largest squared rate of the contact.
+    /// The boundary approaches a resonant grazing, at which an impact has no speed: at the last point the
+    /// squared speed of the impact is below 1e-6 of the largest squared rate of the contact.
     SoftImpact {
         /// Index of the contact, from 0.
         contact: usize,
     },
-    /// The motion exceeds the limit of [`Continuation::max_motion`](crate::branches::Continuation::max_motion). The
-    /// branch runs to infinity: at the border of parametric instability no periodic motion is bounded.
+    /// The motion exceeds the limit of
+    /// [`Continuation::max_motion`](crate::branches::Continuation::max_motion). The branch runs to infinity:
+    /// at the border of parametric instability no periodic motion is bounded.
     Unbounded {
         /// Size of the motion at the last point, as a multiple of the reference of
         /// [`max_motion`](crate::branches::Continuation::max_motion) `[1]`.
         motion: f64,
-        /// The parameter of the border. A large motion is that of the system without gaps, and at the border this
-        /// linear system has a multiplier 1 over the period of the orbit (1 or -1 over that of the model). `None` if
-        /// the system without gaps is not linear, if its flanks differ or there is only one, if an edge is a rigid stop,
-        /// or if the last points do not tend to such a border.
+        /// The parameter of the border. A large motion is that of the system without gaps, and at the border
+        /// this linear system has a multiplier 1 over the period of the orbit (1 or -1 over that of the
+        /// model). `None` if the system without gaps is not linear, if its flanks differ or there is only
+        /// one, if an edge is a rigid stop, or if the last points do not tend to such a border.
         border: Option<f64>,
     },
     /// The maximum number of points is reached.

@@ -23,9 +23,9 @@ use crate::periodic::shooting::multiple::Shooting;
 /// Numerical Solution of Bifurcation and Nonlinear Eigenvalue Problems, 1977; Govaerts, Numerical Methods for
 /// Bifurcations of Dynamical Equilibria, Ch. 2.
 ///
-/// A [`Start`] says what is followed: orbits by shooting or by harmonic balance, the branch that crosses at a located point
-/// or comes back from infinity, the boundary of a located point in a plane. The default solver of the first orbit is
-/// [`Shooting`] with its default settings.
+/// A [`Start`] says what is followed: orbits by shooting or by harmonic balance, the branch that crosses at a
+/// located point or comes back from infinity, the boundary of a located point in a plane. The default solver
+/// of the first orbit is [`Shooting`] with its default settings.
 ///
 /// ```
 /// use gear_dynamics::branches::{ByFunction, Continuation, PointKind};
@@ -68,10 +68,9 @@ pub struct Continuation {
 impl Continuation {
     /// A continuation from the parameter `from` towards `to`.
     ///
-    /// Defaults: bounds `from` and `to`, first step 0.01, steps of 1e-9 to 0.05, at most 2000 points, motions of
-    /// up to 5000 times the gap, the static deflection or the first orbit, the
-    /// first deflection as the measured channel (`q1` for a model without contacts), default [`Shooting`],
-    /// default [`Budget`].
+    /// Defaults: bounds `from` and `to`, first step 0.01, steps of 1e-9 to 0.05, at most 2000 points, motions
+    /// of up to 5000 times the gap, the static deflection or the first orbit, the first deflection as the
+    /// measured channel (`q1` for a model without contacts), default [`Shooting`], default [`Budget`].
     pub fn new(from: f64, to: f64) -> Self {
         Continuation {
             from,
@@ -95,15 +94,15 @@ impl Continuation {
     pub fn bounds(self, low: f64, high: f64) -> Self {
         Continuation { bounds: Some([low, high]), ..self }
     }
-    /// Bounds of the first parameter along a boundary, whose second parameter has
-    /// the [`bounds`](Continuation::bounds). They set the unit of this parameter near 0. Default: a tenth and ten
+    /// Bounds of the first parameter along a boundary, whose second parameter has the
+    /// [`bounds`](Continuation::bounds). They set the unit of this parameter near 0. Default: a tenth and ten
     /// times its value at the start, which must then be far from 0.
     pub fn bounds_across(self, low: f64, high: f64) -> Self {
         Continuation { across: Some([low, high]), ..self }
     }
-    /// Follows the branch from its start in both directions. The points are in order along the branch. It has no effect
-    /// on a continuation point by point ([`begin`](Continuation::begin)), a [`Switch`](crate::branches::Switch) and
-    /// [`Beyond`](crate::branches::Beyond), which go one way.
+    /// Follows the branch from its start in both directions. The points are in order along the branch. It has
+    /// no effect on a continuation point by point ([`begin`](Continuation::begin)), a
+    /// [`Switch`](crate::branches::Switch) and [`Beyond`](crate::branches::Beyond), which go one way.
     pub fn both_ways(self) -> Self {
         Continuation { both_ways: true, ..self }
     }
@@ -112,8 +111,8 @@ impl Continuation {
     pub fn first_step(self, first_step: f64) -> Self {
         Continuation { first_step, ..self }
     }
-    /// Maximum length of a step `[1]`; at large motions it is longer ([`max_motion`](Continuation::max_motion)). Default:
-    /// 0.05.
+    /// Maximum length of a step `[1]`; at large motions it is longer
+    /// ([`max_motion`](Continuation::max_motion)). Default: 0.05.
     pub fn max_step(self, max_step: f64) -> Self {
         Continuation { max_step, ..self }
     }
@@ -121,19 +120,19 @@ impl Continuation {
     pub fn min_step(self, min_step: f64) -> Self {
         Continuation { min_step, ..self }
     }
-    /// Maximum number of points in each direction; the located points of the last step may exceed it. Default:
-    /// 2000.
+    /// Maximum number of points in each direction; the located points of the last step may exceed it.
+    /// Default: 2000.
     pub fn max_points(self, max_points: usize) -> Self {
         Continuation { max_points, ..self }
     }
-    /// Maximum size of the motion of a contact, as a multiple of the largest of its gap, its static deflection and its
-    /// motion along the first orbit `[1]`. A boundary and a branch that is resumed, whose first
-    /// orbit may be large, leave that motion out. A branch whose motion grows beyond the limit ends: it runs to infinity
-    /// ([`BranchEnd::Unbounded`]). Default: 5000.
+    /// Maximum size of the motion of a contact, as a multiple of the largest of its gap, its static
+    /// deflection and its motion along the first orbit `[1]`. A boundary and a branch that is resumed, whose
+    /// first orbit may be large, leave that motion out. A branch whose motion grows beyond the limit ends: it
+    /// runs to infinity ([`BranchEnd::Unbounded`]). Default: 5000.
     ///
-    /// Without contacts the size is a multiple of the largest range of a coordinate along the first orbit, and a branch
-    /// ends only if the border is located. Steps at more than 20 times the reference are up to 20 times longer than
-    /// [`max_step`](Continuation::max_step).
+    /// Without contacts the size is a multiple of the largest range of a coordinate along the first orbit,
+    /// and a branch ends only if the border is located. Steps at more than 20 times the reference are up to
+    /// 20 times longer than [`max_step`](Continuation::max_step).
     pub fn max_motion(self, max_motion: f64) -> Self {
         Continuation { max_motion, ..self }
     }
@@ -147,18 +146,19 @@ impl Continuation {
     pub fn shooting(self, shooting: Shooting) -> Self {
         Continuation { shooting, ..self }
     }
-    /// The solver of a branch by harmonic balance, which starts at a [`FourierOrbit`](crate::FourierOrbit) and follows the
-    /// equations of this balance. Default: [`Balance`] with the harmonics of that orbit. The budget counts one step for
-    /// each evaluation of the equations and each step of the multipliers.
+    /// The solver of a branch by harmonic balance, which starts at a [`FourierOrbit`](crate::FourierOrbit)
+    /// and follows the equations of this balance. Default: [`Balance`] with the harmonics of that orbit. The
+    /// budget counts one step for each evaluation of the equations and each step of the multipliers.
     ///
-    /// Folds and branch points are those of the balance. With few orders the balance may have folds that the equation
-    /// has not; with sampled integrals of contacts it has spurious ones, so that exact integrals should be used. Period
-    /// doublings, Neimark-Sacker points and the stability are those of the equation linearised along the series
-    /// ([`FourierOrbit::multipliers`](crate::FourierOrbit::multipliers)).
+    /// Folds and branch points are those of the balance. With few orders the balance may have folds that the
+    /// equation has not; with sampled integrals of contacts it has spurious ones, so that exact integrals
+    /// should be used. Period doublings, Neimark-Sacker points and the stability are those of the equation
+    /// linearised along the series ([`FourierOrbit::multipliers`](crate::FourierOrbit::multipliers)).
     ///
-    /// The derivative of the residual with respect to a named constant is exact. With respect to the parameter of a
-    /// closure, and if accelerations jump at switches, it is computed by one-sided differences; they affect the number
-    /// of corrections, not the points that are found. The number of samples of the integrals is that of the first point.
+    /// The derivative of the residual with respect to a named constant is exact. With respect to the
+    /// parameter of a closure, and if accelerations jump at switches, it is computed by one-sided
+    /// differences; they affect the number of corrections, not the points that are found. The number of
+    /// samples of the integrals is that of the first point.
     ///
     /// ```
     /// use gear_dynamics::branches::{ByConstant, Continuation};
@@ -181,18 +181,18 @@ impl Continuation {
     pub fn stability(self, stability: StabilityMethod) -> Self {
         Continuation { stability, ..self }
     }
-    /// Maximum number of integration steps and maximum time of each direction. The first orbit has the budget of
-    /// its [`Shooting`].
+    /// Maximum number of integration steps and maximum time of each direction. The first orbit has the budget
+    /// of its [`Shooting`].
     pub fn budget(self, budget: Budget) -> Self {
         Continuation { budget, ..self }
     }
 
-    /// Follows a line from a [`Start`] to its end: in a [`Family`](crate::branches::Family) a branch of orbits, in a
-    /// [`Plane`](crate::branches::Plane) the boundary of a located point.
+    /// Follows a line from a [`Start`] to its end: in a [`Family`](crate::branches::Family) a branch of
+    /// orbits, in a [`Plane`](crate::branches::Plane) the boundary of a located point.
     ///
     /// # Errors
-    /// [`BranchError`]: settings out of range, or no orbit near the start. What fails later ends the line, see
-    /// [`Line::end`].
+    /// [`BranchError`]: settings out of range, or no orbit near the start. What fails later ends the line,
+    /// see [`Line::end`].
     pub fn run<F, S: Start<F>>(&self, family: &F, start: S) -> Result<Line<S::Point>, BranchError> {
         let both_ways = self.both_ways && start.goes_both_ways();
         let forward = self.begin(family, start)?.finish();
@@ -220,8 +220,8 @@ impl Continuation {
         start.begin(self, family)
     }
 
-    /// Continues a line from its last point in the direction in which it was followed. The result begins with that
-    /// point.
+    /// Continues a line from its last point in the direction in which it was followed. The result begins with
+    /// that point.
     ///
     /// # Errors
     /// As [`run`](Continuation::run); also for a line without points.

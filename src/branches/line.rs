@@ -21,8 +21,8 @@ pub trait LinePoint: Sized {
     fn summarise(line: &Line<Self>, f: &mut fmt::Formatter<'_>) -> fmt::Result;
 }
 
-/// A curve from a [`Continuation`](crate::branches::Continuation): a [`Branch`](crate::branches::Branch) of orbits over a
-/// parameter or a [`BoundaryLine`](crate::branches::BoundaryLine) over two.
+/// A curve from a [`Continuation`](crate::branches::Continuation): a [`Branch`](crate::branches::Branch) of
+/// orbits over a parameter or a [`BoundaryLine`](crate::branches::BoundaryLine) over two.
 ///
 /// ```
 /// use gear_dynamics::{State, branches::{BranchEnd, ByConstant, Continuation}, trains::SpurPair};
@@ -46,8 +46,8 @@ pub struct Line<P: LinePoint> {
     pub(crate) heading: f64,
 }
 
-/// A change along a branch or a boundary that is no point of it: it could not be located, or, on a boundary, the rest of
-/// the contact sequence changed.
+/// A change along a branch or a boundary that is no point of it: it could not be located, or, on a boundary,
+/// the rest of the contact sequence changed.
 ///
 /// ```
 /// use gear_dynamics::branches::BranchNote;
@@ -82,19 +82,19 @@ impl<P: LinePoint> Line<P> {
     pub fn end(&self) -> &BranchEnd {
         &self.end
     }
-    /// Why a line followed in both directions begins where it does; `None` for one direction, or if the second
-    /// one failed at its start.
+    /// Why a line followed in both directions begins where it does; `None` for one direction, or if the
+    /// second one failed at its start.
     pub fn start(&self) -> Option<&BranchEnd> {
         self.start.as_ref()
     }
-    /// Changes that were noticed and are no points of the line. On a branch they were not located. On a boundary the
-    /// rest of the contact sequence changed: from there on the orbits no longer have the sequence of the start, for
-    /// example because another tooth separated first.
+    /// Changes that were noticed and are no points of the line. On a branch they were not located. On a
+    /// boundary the rest of the contact sequence changed: from there on the orbits no longer have the
+    /// sequence of the start, for example because another tooth separated first.
     pub fn notes(&self) -> &[BranchNote] {
         &self.notes
     }
-    /// This line and the rest of it from [`resume`](crate::branches::Continuation::resume), whose first point is the
-    /// last one of this line.
+    /// This line and the rest of it from [`resume`](crate::branches::Continuation::resume), whose first point
+    /// is the last one of this line.
     ///
     /// # Errors
     /// [`BranchError::NotItsRest`] for a rest that begins elsewhere.

@@ -17,12 +17,12 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum StabilityMethod {
-    /// Floquet multipliers of every point: by shooting those of the monodromy matrix, with their error from a second
-    /// run; by balance those of the equation along the series.
+    /// Floquet multipliers of every point: by shooting those of the monodromy matrix, with their error from a
+    /// second run; by balance those of the equation along the series.
     #[default]
     Multipliers,
-    /// None. Folds, branch points and grazings are located, period doublings and Neimark-Sacker points are not. A
-    /// branch by balance takes about half the time. Points have no multipliers by balance, and multipliers of unknown
-    /// error by shooting: their stability is undecided.
+    /// None. Folds, branch points and grazings are located, period doublings and Neimark-Sacker points are
+    /// not. A branch by balance takes about half the time. Points have no multipliers by balance, and
+    /// multipliers of unknown error by shooting: their stability is undecided.
     Skipped,
 }

@@ -270,7 +270,7 @@ fn both_ways() {
     // The table has a row per point and the figures of the points.
     let table = branch.table().unwrap();
     assert_eq!(table.len(), branch.points().len());
-    assert_eq!(table.column("deflection peak-to-peak").unwrap()[0], branch.points()[0].peak_to_peak());
+    assert_eq!(table.column("peak-to-peak deflection").unwrap()[0], branch.points()[0].peak_to_peak());
     let codes: Vec<f64> = table.column("kind").unwrap().iter().copied().filter(|code| *code > 0.0).collect();
     assert_eq!(codes, [1.0, 1.0]);
     let (last, m) = (branch.points().len() - 1, branch.points().last().unwrap().multipliers.values()[1]);

@@ -36,7 +36,8 @@ impl Boundary {
     }
 }
 
-/// G(x, p, λ) = 0 and ψ(x, p, λ) = 0 for an orbit x and the test function ψ of a boundary. Unknowns: x, then p.
+/// G(x, p, λ) = 0 and ψ(x, p, λ) = 0 for an orbit x and the test function ψ of a boundary. Unknowns: x, then
+/// p.
 ///
 /// The derivatives of ψ are forward differences: one integration over the orbit for each unknown.
 pub(crate) struct BoundaryCurve<'f> {

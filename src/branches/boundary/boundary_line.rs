@@ -117,7 +117,8 @@ impl BoundaryLine {
         self.points.iter().filter_map(|point| point.turn.map(|turn| (turn, point)))
     }
 
-    /// One row per point: p, λ, `arclength`, `turn` (0 none, 1 extremum of λ, 2 cusp) and `largest multiplier` |μ|.
+    /// One row per point: p, λ, `arclength`, `turn` (0 none, 1 extremum of λ, 2 cusp) and `largest
+    /// multiplier` |μ|.
     ///
     /// # Errors
     /// [`ParameterError::Twice`] if both parameters have the same name.

@@ -6,12 +6,12 @@ use crate::contact::piece::Piece;
 /// Distance from a stop, over the range of motion, up to which an orbit grazes it `[1]`.
 pub(crate) const GRAZES: f64 = 1e-9;
 
-/// Squared speed of an impact, over the largest squared rate of its contact, below which it is a grazing, by rounding,
-/// or the softest impact that a boundary follows `[1]`.
+/// Squared speed of an impact, over the largest squared rate of its contact, below which it is a grazing, by
+/// rounding, or the softest impact that a boundary follows `[1]`.
 pub(crate) const SOFT: f64 = 1e-6;
 
-/// The rigid stops that an orbit grazes and strikes at no other time: contacts with their flanks. `range`: the range of
-/// motion.
+/// The rigid stops that an orbit grazes and strikes at no other time: contacts with their flanks. `range`:
+/// the range of motion.
 pub(crate) fn grazed_stops(rigid: &Rigid, trace: &ContactTrace, range: f64) -> Vec<(usize, Piece)> {
     let hard = |e: f64, contact: usize| e.abs() > SOFT * trace.fastest[contact].powi(2);
     let struck = |contact: usize, lower: bool| {
@@ -29,8 +29,8 @@ pub(crate) fn grazed_stops(rigid: &Rigid, trace: &ContactTrace, range: f64) -> V
     stops
 }
 
-/// The least squared speed of an impact over the largest squared rate of its contact, with the contact; `None` without
-/// impacts.
+/// The least squared speed of an impact over the largest squared rate of its contact, with the contact;
+/// `None` without impacts.
 pub(crate) fn softest_impact(rigid: &Rigid, trace: &ContactTrace) -> Option<(f64, usize)> {
     let shares = trace.at_stops(rigid, true).map(|e| {
         let largest = trace.fastest[e.contact];

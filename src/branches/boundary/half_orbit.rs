@@ -17,8 +17,8 @@ pub(crate) fn first_half(orbit: &ShootingOrbit) -> ShootingOrbit {
     half
 }
 
-/// The orbit whose first half is given, and its multipliers. A perturbation is reversed in each half: the monodromy
-/// matrix is the square of that of the half.
+/// The orbit whose first half is given, and its multipliers. A perturbation is reversed in each half: the
+/// monodromy matrix is the square of that of the half.
 pub(crate) fn whole(half: ShootingOrbit, multipliers: &Multipliers) -> (ShootingOrbit, Multipliers) {
     let time = half.period();
     let later = half.states.iter().map(|state| State {

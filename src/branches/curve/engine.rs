@@ -21,8 +21,8 @@ pub(crate) struct Engine<C> {
 /// A correction below this that no longer decreases is noise of the integration.
 const NOISE: f64 = 1e-9;
 
-/// Residual, in units of the motion, below which corrections that no longer decrease are noise even if they are
-/// larger; [`ShootingOrbit::accuracy`](crate::periodic::ShootingOrbit::accuracy) tells their size.
+/// Residual, in units of the motion, below which corrections that no longer decrease are noise even if they
+/// are larger; [`ShootingOrbit::accuracy`](crate::periodic::ShootingOrbit::accuracy) tells their size.
 const NOISY: f64 = 1e-10;
 
 /// Largest correction of that kind.
@@ -94,8 +94,9 @@ impl<C: Curve> Engine<C> {
         Ok(point)
     }
 
-    /// The point at the parameter `bound`, corrected from the prediction at the distance `ds` along the tangent of
-    /// `from`, with its tangent in the direction of the bound. For bounds beyond which there is no model.
+    /// The point at the parameter `bound`, corrected from the prediction at the distance `ds` along the
+    /// tangent of `from`, with its tangent in the direction of the bound. For bounds beyond which there is no
+    /// model.
     pub(crate) fn at_bound(
         &mut self,
         from: &CurvePoint<C::Solution>,
@@ -151,8 +152,8 @@ impl<C: Curve> Engine<C> {
             let before = corrections.last().copied().unwrap_or(f64::INFINITY);
             corrections.push(size);
             let stalled = size > 0.5 * before;
-            // Next to a branch point the equations hardly determine one direction: corrections along it do not
-            // decrease as they do elsewhere.
+            // Next to a branch point the equations hardly determine one direction: corrections along it do
+            // not decrease as they do elsewhere.
             let residual = linear.residual.amax().max(behind.abs());
             let solved = self.at_crossing && residual <= SOLVED;
             // The noise of an integration over hundreds of edges, amplified by the equations.

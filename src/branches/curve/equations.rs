@@ -73,8 +73,8 @@ pub enum CurveError {
     /// The equations do not determine the point: more than one direction is free.
     #[error("the equations with the arclength condition are singular: the point is a branch point")]
     Singular,
-    /// The equations are not satisfied: the orbit is that of another model or parameter, or the start does not lie on
-    /// the boundary.
+    /// The equations are not satisfied: the orbit is that of another model or parameter, or the start does
+    /// not lie on the boundary.
     #[error(
         "this is no orbit of the model with these constants: the residual is {residual:e} of the size of the motion"
     )]
@@ -110,7 +110,8 @@ pub enum CurveError {
     /// multipliers.
     #[error("the boundary ends: its extremum or its pair of multipliers is gone")]
     BoundaryEnds,
-    /// The orbits of a boundary would pass through a rigid stop that was left out because they graze it elsewhere.
+    /// The orbits of a boundary would pass through a rigid stop that was left out because they graze it
+    /// elsewhere.
     #[error("contact {contact} would pass its rigid stop at another time than that of the grazing")]
     Strikes {
         /// Index of the contact, from 0.

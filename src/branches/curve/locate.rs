@@ -21,7 +21,8 @@ const BESIDE_STEP: f64 = 0.02;
 /// Largest residual of an interpolated solution `[1]`.
 const INTERPOLATED: f64 = 1e-9;
 
-/// Largest value of a test at a located point, as a share of the values at the ends `[1]`. A larger one is a jump.
+/// Largest value of a test at a located point, as a share of the values at the ends `[1]`. A larger one is a
+/// jump.
 const JUMP: f64 = 1e-3;
 
 /// Maximum number of parabolas in the search of an extremum.
@@ -85,8 +86,8 @@ impl<C: Curve> Engine<C> {
         self.locate_within(&Between::new(a, b, ds), ends, test)
     }
 
-    /// The point between two distances σ with values of the test, at which the test changes its sign. `None` if the test
-    /// has no value at some point, or the same sign at both ends, or jumps over 0.
+    /// The point between two distances σ with values of the test, at which the test changes its sign. `None`
+    /// if the test has no value at some point, or the same sign at both ends, or jumps over 0.
     pub(crate) fn locate_within(
         &mut self,
         between: &Between<'_, C::Solution>,
@@ -127,8 +128,9 @@ impl<C: Curve> Engine<C> {
     /// The crossing of branches between two distances σ, at which `test` changes its sign.
     ///
     /// At the crossing itself the equations are singular. The place is that of the root of the cubic through
-    /// four values of the test beside the crossing, and the solution is interpolated in the same way. Also returns
-    /// whether the branch turns back at the crossing: dp/ds changes its sign between the places next to it.
+    /// four values of the test beside the crossing, and the solution is interpolated in the same way. Also
+    /// returns whether the branch turns back at the crossing: dp/ds changes its sign between the places next
+    /// to it.
     pub(crate) fn locate_crossing(
         &mut self,
         between: &Between<'_, C::Solution>,
@@ -177,8 +179,8 @@ impl<C: Curve> Engine<C> {
         Ok(Some((point, turns)))
     }
 
-    /// A distance between two others at which `test` has the opposite sign, and its value; `None` if none is found. The
-    /// extremum of the test is approached by parabolas, as long as they come near to 0.
+    /// A distance between two others at which `test` has the opposite sign, and its value; `None` if none is
+    /// found. The extremum of the test is approached by parabolas, as long as they come near to 0.
     pub(crate) fn dip_within(
         &mut self,
         between: &Between<'_, C::Solution>,

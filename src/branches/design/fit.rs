@@ -14,8 +14,8 @@ use std::rc::Rc;
 /// Fits named constants to a response measured over a parameter: minimises Σ_j (J(p_j) - m_j)²/Σ_j m_j².
 ///
 /// J is a figure of a channel on the orbit with the parameter p_j, and m_j its measured value. Gradients are
-/// exact, the optimiser is SLSQP, as for [`Least`](crate::branches::Least). The points should lie on one branch,
-/// in order along it: each orbit is found from its neighbour.
+/// exact, the optimiser is SLSQP, as for [`Least`](crate::branches::Least). The points should lie on one
+/// branch, in order along it: each orbit is found from its neighbour.
 ///
 /// ```
 /// use gear_dynamics::{State, branches::{Figure, Fit}, trains::SpurPair};
@@ -44,7 +44,8 @@ const EXACT: f64 = 1e-16;
 impl Fit {
     /// A fit to a figure of a channel, measured over the constant `parameter`.
     ///
-    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`](crate::Shooting) and [`Budget`](crate::Budget).
+    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`](crate::Shooting) and
+    /// [`Budget`](crate::Budget).
     pub fn new(parameter: &str, channel: &str, figure: Figure) -> Self {
         Search::of(Fitted { parameter: parameter.into(), channel: channel.into(), figure }, EXACT)
     }

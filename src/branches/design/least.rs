@@ -56,7 +56,8 @@ pub struct Optimum {
 impl Least {
     /// The least `figure` of a channel (see [`Probe`](crate::analysis::Probe)).
     ///
-    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`](crate::Shooting) and [`Budget`](crate::Budget).
+    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`](crate::Shooting) and
+    /// [`Budget`](crate::Budget).
     pub fn new(channel: &str, figure: Figure) -> Self {
         Search::of(Minimised { channel: channel.into(), figure }, 0.0)
     }

@@ -8,7 +8,8 @@ use crate::periodic::shooting::multiple::Shooting;
 use slsqp::{FailStatus, StopTols, SuccessStatus};
 use std::cell::RefCell;
 
-/// Settings of a search of the best constants: [`Least`](crate::branches::Least) or [`Fit`](crate::branches::Fit).
+/// Settings of a search of the best constants: [`Least`](crate::branches::Least) or
+/// [`Fit`](crate::branches::Fit).
 ///
 /// ```
 /// use gear_dynamics::branches::{Figure, Least};
@@ -96,8 +97,8 @@ pub(crate) struct Found {
 }
 
 impl<T> Search<T> {
-    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`] and [`Budget`]. `least_unit`: least size of
-    /// the objective.
+    /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`] and [`Budget`]. `least_unit`:
+    /// least size of the objective.
     pub(crate) fn of(objective: T, least_unit: f64) -> Self {
         Search {
             objective,
@@ -126,8 +127,8 @@ impl<T> Search<T> {
     pub fn shooting(self, shooting: Shooting) -> Self {
         Search { shooting, ..self }
     }
-    /// Maximum number of integration steps of the derivatives, and maximum time of the search. Each orbit has the
-    /// budget of its [`Shooting`]. Default: default [`Budget`].
+    /// Maximum number of integration steps of the derivatives, and maximum time of the search. Each orbit has
+    /// the budget of its [`Shooting`]. Default: default [`Budget`].
     pub fn budget(self, budget: Budget) -> Self {
         Search { budget, ..self }
     }
@@ -176,8 +177,8 @@ impl<T> Search<T> {
                     value / progress.unit
                 }
                 failed => {
-                    // Far from the last orbit there may be none: the large value makes the line search shorten its
-                    // step.
+                    // Far from the last orbit there may be none: the large value makes the line search
+                    // shorten its step.
                     if let Some(gradient) = gradient {
                         gradient.fill(0.0);
                     }

@@ -25,7 +25,8 @@ pub(crate) trait Orbits: Curve {
     }
     /// The orbit of a point, and its multipliers with their error.
     fn orbit(&self, point: &CurvePoint<Self::Solution>) -> Result<(Self::Orbit, Multipliers), CurveError>;
-    /// Number of periods of the model in the orbit of a point, and its first state; `None` if it was not found.
+    /// Number of periods of the model in the orbit of a point, and its first state; `None` if it was not
+    /// found.
     fn first_state(&self, point: &CurvePoint<Self::Solution>) -> Option<(usize, State)>;
     /// Figures of the orbit of a point.
     fn measure(
@@ -33,8 +34,8 @@ pub(crate) trait Orbits: Curve {
         point: &CurvePoint<Self::Solution>,
         channels: &[Channel],
     ) -> Result<Measured, CurveError>;
-    /// A shift of the nodes, in periods, that keeps them clear of impacts at these phases; `None` if they are clear.
-    /// Default: `None`.
+    /// A shift of the nodes, in periods, that keeps them clear of impacts at these phases; `None` if they are
+    /// clear. Default: `None`.
     fn clear_of(&self, impacts: &[f64]) -> Option<f64> {
         let _ = impacts;
         None

@@ -11,8 +11,9 @@ use crate::model::terms::Terms;
 
 /// A model without the impacts on some of its rigid stops.
 ///
-/// Along the grazing of a stop the orbits touch it. Rounding would decide whether they strike it, and an impact of
-/// any speed changes their derivatives without bound. Without the stop the orbit and the distance are smooth.
+/// Along the grazing of a stop the orbits touch it. Rounding would decide whether they strike it, and an
+/// impact of any speed changes their derivatives without bound. Without the stop the orbit and the distance
+/// are smooth.
 pub(crate) struct WithoutStops<'m> {
     model: Box<dyn Periodic + 'm>,
     /// The stops that are left.

@@ -29,8 +29,8 @@ pub enum PointKind {
 }
 
 impl PointKind {
-    /// The kind as a number in tables: 1 fold, 2 period doubling, 3 Neimark-Sacker point, 4 branch point, 5 symmetry
-    /// breaking, 6 grazing.
+    /// The kind as a number in tables: 1 fold, 2 period doubling, 3 Neimark-Sacker point, 4 branch point, 5
+    /// symmetry breaking, 6 grazing.
     pub fn code(self) -> u8 {
         self as u8 + 1
     }

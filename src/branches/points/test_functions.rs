@@ -11,8 +11,8 @@ const REAL: f64 = 1e-12;
 /// Distance from the unit circle that is rounding.
 const OUTSIDE: f64 = 1e-9;
 
-/// Whether a multiplier is real up to its error. Equal members have equal real multipliers, which errors may turn into
-/// a complex pair.
+/// Whether a multiplier is real up to its error. Equal members have equal real multipliers, which errors may
+/// turn into a complex pair.
 fn is_real(m: &Complex64, error: f64) -> bool {
     m.im.abs() <= (REAL * m.norm()).max(error)
 }
@@ -75,9 +75,10 @@ pub(crate) fn pairs_outside(multipliers: &Multipliers) -> usize {
     complex(multipliers).filter(|m| m.norm() > 1.0).count()
 }
 
-/// Π_{i<j} (1 - μ_i μ_j)/√(1 + |μ_i μ_j|²): vanishes where a complex pair passes the unit circle, and where the product of
-/// two real multipliers is 1. It is smooth where a pair becomes real. `None` for a single multiplier.   Source:
-/// Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, Ch. 4 (bialternate product).
+/// Π_{i<j} (1 - μ_i μ_j)/√(1 + |μ_i μ_j|²): vanishes where a complex pair passes the unit circle, and where
+/// the product of two real multipliers is 1. It is smooth where a pair becomes real. `None` for a single
+/// multiplier.   Source: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, Ch. 4
+/// (bialternate product).
 pub(crate) fn torus(multipliers: &Multipliers) -> Option<f64> {
     let values = multipliers.values();
     let factor = |product: Complex64| (1.0 - product) / (1.0 + product.norm_sqr()).sqrt();
@@ -124,7 +125,8 @@ impl Values {
     }
 }
 
-/// The bifurcations whose tests [may change their sign twice](may_dip) within the last of two steps, of lengths `steps`.
+/// The bifurcations whose tests [may change their sign twice](may_dip) within the last of two steps, of
+/// lengths `steps`.
 pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
     let all = |f: Read| Some([f(values[0])?, f(values[1])?, f(values[2])?]);
     let single: [(Change, Read); 4] = [
@@ -158,8 +160,8 @@ const CURVED: f64 = 4.0;
 /// How far outside of the last step the extremum of the parabola may lie, in steps.
 const OUTSIDE_STEP: f64 = 1.5;
 
-/// Whether a test with three values of one sign may pass 0 twice within the last of two steps: below a chord over the
-/// step h a parabola y = c x² + .. reaches c h²/4.
+/// Whether a test with three values of one sign may pass 0 twice within the last of two steps: below a chord
+/// over the step h a parabola y = c x² + .. reaches c h²/4.
 pub(crate) fn may_dip([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
     if y1 * y2 <= 0.0 || y0 * y1 <= 0.0 {
         return false;

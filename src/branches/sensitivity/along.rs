@@ -30,13 +30,13 @@ const ROUNDING: f64 = 1e-3;
 /// Places and weights of a one-sided difference of third order.
 pub(crate) const ONE_SIDED: [(f64, f64); 4] = [(0.0, -11.0 / 6.0), (1.0, 3.0), (2.0, -1.5), (3.0, 1.0 / 3.0)];
 
-/// [d-, d+] of a function of the multipliers at x + h `along` of the models `model(h)`: for decreasing and for
-/// increasing h.
+/// [d-, d+] of a function of the multipliers at x + h `along` of the models `model(h)`: for decreasing and
+/// for increasing h.
 ///
 /// Near a change of the contact sequence the multipliers bend sharply: if a step ten times smaller gives
 /// another derivative, smaller steps follow, and the two neighbours that agree best decide. If the number of
-/// crossings differs on both sides even over the smallest step, the derivatives of both sides follow. On a side without
-/// a model, where a constant is at the end of its range, the derivative is NaN.
+/// crossings differs on both sides even over the smallest step, the derivatives of both sides follow. On a
+/// side without a model, where a constant is at the end of its range, the derivative is NaN.
 pub(crate) fn along_direction<'m>(
     totals: &Totals<'_>,
     along: &DVector<f64>,

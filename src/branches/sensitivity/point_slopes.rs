@@ -25,8 +25,8 @@ impl Sensitivity {
     /// dp*/dc: derivatives of the parameter p* at which a located point lies, for example a jump speed or the
     /// onset of rattle, with respect to all constants c. The entry of the parameter itself is 0.
     ///
-    /// `model`: any model of the branch. `parameter`: the constant along which the branch was followed; it takes the
-    /// value at the point.
+    /// `model`: any model of the branch. `parameter`: the constant along which the branch was followed; it
+    /// takes the value at the point.
     ///
     /// - fold: dp*/dc = -(wᵀ ∂G/∂c)/(wᵀ ∂G/∂p) with the left null vector w of ∂G/∂x;
     /// - all other kinds: dp*/dc = -(dψ/dc)/(dψ/dp) with the test function ψ along the orbits; for a grazing ψ is
@@ -79,7 +79,8 @@ impl Sensitivity {
     }
 }
 
-/// The model without the rigid stop that the orbit of a grazing touches, unless it strikes it at another time.
+/// The model without the rigid stop that the orbit of a grazing touches, unless it strikes it at another
+/// time.
 fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -> Box<dyn Periodic + 'm> {
     match &point.located {
         Some(Located::Grazing { contact, edge, .. })
@@ -93,9 +94,9 @@ fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -
 
 /// dp*/dc where a function ψ of the multipliers vanishes.
 ///
-/// With the unit tangent (x_s, p_s) of the branch and the bounded solution of G_x x_c + G_p p_c = -G_c that is
-/// orthogonal to it, dp*/dc = p_c - p_s (dψ along (x_c, p_c, c))/(dψ along the tangent). Near a fold dx/dc itself
-/// is unbounded.
+/// With the unit tangent (x_s, p_s) of the branch and the bounded solution of G_x x_c + G_p p_c = -G_c that
+/// is orthogonal to it, dp*/dc = p_c - p_s (dψ along (x_c, p_c, c))/(dψ along the tangent). Near a fold dx/dc
+/// itself is unbounded.
 fn of_multipliers(
     totals: &Totals<'_>,
     constants: &dyn Constants,
@@ -161,8 +162,8 @@ fn grazing(
     Ok(gathered[0].at.iter().zip(&totals.units).map(|(slope, unit)| slope / unit).collect())
 }
 
-/// The left singular vector of the smallest singular value: a right one of the transposed matrix, since left ones are
-/// divided by the singular value, which is 0.
+/// The left singular vector of the smallest singular value: a right one of the transposed matrix, since left
+/// ones are divided by the singular value, which is 0.
 fn left_null(matrix: &DMatrix<f64>) -> Option<DVector<f64>> {
     let right = matrix.transpose().svd(false, true).v_t?;
     Some(right.row(right.nrows() - 1).transpose())

@@ -19,9 +19,9 @@ use std::rc::Rc;
 ///
 /// The derivatives of the flow are exact, with the jumps at tooth edges. The change of a channel along the
 /// change of the orbit is a central difference of fourth order, exact to rounding for channels that are
-/// linear in coordinates and constants. At the grazing of an elastic contact the derivatives of both sides are equal. An
-/// orbit that grazes a rigid stop has bounded derivatives on the side without the impact only: rounding decides which
-/// side is computed.   Source: Leine & Nijmeijer, Sect. 7.4.
+/// linear in coordinates and constants. At the grazing of an elastic contact the derivatives of both sides
+/// are equal. An orbit that grazes a rigid stop has bounded derivatives on the side without the impact only:
+/// rounding decides which side is computed.   Source: Leine & Nijmeijer, Sect. 7.4.
 ///
 /// ```
 /// use gear_dynamics::{Shooting, State, branches::Sensitivity, trains::SpurPair};
@@ -59,14 +59,14 @@ pub(crate) fn constants_of<M: Periodic + ?Sized>(model: &M) -> Result<&dyn Const
 }
 
 impl Sensitivity {
-    /// The derivatives for an orbit of `model`, with the parameter of that orbit, and the channels of these names (see
-    /// [`Probe`](crate::analysis::Probe)).
+    /// The derivatives for an orbit of `model`, with the parameter of that orbit, and the channels of these
+    /// names (see [`Probe`](crate::analysis::Probe)).
     ///
     /// # Errors
     /// [`BranchError::NoConstants`] for a model without named constants; an unknown channel;
-    /// [`CurveError::NoSolution`](crate::branches::CurveError::NoSolution) for the orbit of another model, for example
-    /// with another speed;
-    /// [`CurveError::Singular`](crate::branches::CurveError::Singular) if an orbit is not isolated. Near a fold the derivatives grow without bound.
+    /// [`CurveError::NoSolution`](crate::branches::CurveError::NoSolution) for the orbit of another model,
+    /// for example with another speed; [`CurveError::Singular`](crate::branches::CurveError::Singular) if an
+    /// orbit is not isolated. Near a fold the derivatives grow without bound.
     pub fn of<M: Periodic>(model: &M, orbit: &ShootingOrbit, channels: &[&str]) -> Result<Self, BranchError> {
         Self::within(model as &dyn Periodic, orbit, channels, Rc::new(Budget::new().begin()))
     }
@@ -143,19 +143,19 @@ impl Sensitivity {
     pub fn peak_to_peak(&self, channel: &str) -> Result<&[f64], ParameterError> {
         Ok(&self.figures(channel)?.peak_to_peak)
     }
-    /// Derivatives of the state at the first node, at a fixed phase: coordinates and velocities along the rows,
-    /// constants along the columns.
+    /// Derivatives of the state at the first node, at a fixed phase: coordinates and velocities along the
+    /// rows, constants along the columns.
     pub fn start(&self) -> &DMatrix<f64> {
         &self.start
     }
 
-    /// Derivatives [d-, d+] of the largest |μ| of an orbit with respect to all constants: for a decreasing and for an
-    /// increasing constant. They are central differences of fourth order of the monodromy matrix along the derivative
-    /// of the orbit, with an error of about 1e-8.
+    /// Derivatives [d-, d+] of the largest |μ| of an orbit with respect to all constants: for a decreasing
+    /// and for an increasing constant. They are central differences of fourth order of the monodromy matrix
+    /// along the derivative of the orbit, with an error of about 1e-8.
     ///
-    /// Both are equal unless the orbit grazes an edge, where the sequence of contacts changes. There one of them may
-    /// be unbounded: the multipliers change with the root of the penetration. It is then ±∞. Where a constant is at the
-    /// end of its range, the derivative towards values without a model is NaN.
+    /// Both are equal unless the orbit grazes an edge, where the sequence of contacts changes. There one of
+    /// them may be unbounded: the multipliers change with the root of the penetration. It is then ±∞. Where a
+    /// constant is at the end of its range, the derivative towards values without a model is NaN.
     ///
     /// # Errors
     /// As [`of`](Sensitivity::of).

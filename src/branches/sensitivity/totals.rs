@@ -60,8 +60,8 @@ impl<'f> Totals<'f> {
             units.iter().enumerate().map(|(i, unit)| constants.drive_slope(i).times(*unit)).collect()
         };
         let by_c = curve.slopes(alone.0, &x, &slopes(&units))?.by_c;
-        // A change by the unit of a constant moves the end of a segment by WEAK to 1 of the size of the motion: the
-        // value of a constant may be 0 or small in its unit.
+        // A change by the unit of a constant moves the end of a segment by WEAK to 1 of the size of the
+        // motion: the value of a constant may be 0 or small in its unit.
         let bounded = |(i, unit): (usize, &f64)| match by_c.column(i).amax() {
             0.0 => *unit,
             effect if effect < WEAK => unit * (WEAK / effect),

@@ -17,11 +17,11 @@ const LARGE: f64 = 0.02;
 /// The branch that comes back from infinity where this branch ends at a border of parametric instability
 /// ([`BranchEnd::Unbounded`]), as a [`Start`].
 ///
-/// Near the border the motion is A u(t) with a homogeneous solution u of the system without gaps and
-/// A ~ (f + g)/(p - p*): f is the projection of load and excitation, g that of the gap forces, which change their
-/// sign with A. The branch passes through infinity to the motions -A u(t). Where |f| > |g| they lie on the other
-/// side of the border, otherwise on the same side. Both sides are tried, at the distance of the last point from
-/// the border. The continuation leads away from it; its bounds must contain the start.
+/// Near the border the motion is A u(t) with a homogeneous solution u of the system without gaps and A ~ (f +
+/// g)/(p - p*): f is the projection of load and excitation, g that of the gap forces, which change their sign
+/// with A. The branch passes through infinity to the motions -A u(t). Where |f| > |g| they lie on the other
+/// side of the border, otherwise on the same side. Both sides are tried, at the distance of the last point
+/// from the border. The continuation leads away from it; its bounds must contain the start.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Model, Settle, State, branches::{Beyond, ByConstant, Continuation}, trains::SpurPair};
@@ -36,8 +36,8 @@ const LARGE: f64 = 0.02;
 /// ```
 ///
 /// # Errors
-/// [`BranchError::NoBorder`] for a branch with another end; [`BranchError::NoReturn`] if no large orbit of the
-/// opposite sign is found within the bounds.
+/// [`BranchError::NoBorder`] for a branch with another end; [`BranchError::NoReturn`] if no large orbit of
+/// the opposite sign is found within the bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beyond<'b>(pub &'b Branch);
 

@@ -19,21 +19,21 @@ use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::{DMatrix, DVector};
 
-/// The branch that crosses at a point, as a [`Start`]: at a period doubling the orbits of twice the period, at a branch
-/// point or a symmetry breaking the other branch. The first point of the result lies at the distance
-/// [`first_step`](Continuation::first_step) from the crossing.
+/// The branch that crosses at a point, as a [`Start`]: at a period doubling the orbits of twice the period,
+/// at a branch point or a symmetry breaking the other branch. The first point of the result lies at the
+/// distance [`first_step`](Continuation::first_step) from the crossing.
 ///
-/// The first direction is the vector of the null space of the equations without a change of the parameter, which is the
-/// tangent at a period doubling and at a symmetry breaking.
+/// The first direction is the vector of the null space of the equations without a change of the parameter,
+/// which is the tangent at a period doubling and at a symmetry breaking.
 ///
-/// On a branch by harmonic balance the harmonics of [`Continuation::balance`] are those of the branch at a branch point or
-/// a symmetry breaking, and harmonics over twice as many periods
-/// ([`Harmonics::over_periods`](crate::Harmonics::over_periods)) at a period doubling. A doubling of such a branch is that
-/// of the equation along the series. The doubled balance branches off nearby.
+/// On a branch by harmonic balance the harmonics of [`Continuation::balance`] are those of the branch at a
+/// branch point or a symmetry breaking, and harmonics over twice as many periods
+/// ([`Harmonics::over_periods`](crate::Harmonics::over_periods)) at a period doubling. A doubling of such a
+/// branch is that of the equation along the series. The doubled balance branches off nearby.
 ///
 /// # Errors
-/// [`BranchError::Kind`] for a point that is no crossing of branches; [`BranchError::Curve`] if no point of the other
-/// branch is found; [`ParameterError::OutOfRange`] for harmonics over another number of periods.
+/// [`BranchError::Kind`] for a point that is no crossing of branches; [`BranchError::Curve`] if no point of
+/// the other branch is found; [`ParameterError::OutOfRange`] for harmonics over another number of periods.
 ///
 /// ```
 /// use gear_dynamics::{State, branches::{ByConstant, Continuation, PointKind, Switch}, trains::SpurPair};
@@ -58,7 +58,8 @@ impl<'p, O> Switch<'p, O> {
     pub fn at(point: &'p BranchPoint<O>) -> Self {
         Switch { point, way: 1.0 }
     }
-    /// The same branch in the opposite direction. At a period doubling it has the same orbits, half a period apart.
+    /// The same branch in the opposite direction. At a period doubling it has the same orbits, half a period
+    /// apart.
     pub fn reversed(self) -> Self {
         Switch { way: -self.way, ..self }
     }

@@ -16,10 +16,11 @@ use crate::branches::steps::within::{Place, Within};
 const SAME: f64 = 1e-9;
 
 impl<C: OrbitMethod> Stepper<'_, C> {
-    /// The located points between the last point and `reached`, in order, and what was not explained or located.
+    /// The located points between the last point and `reached`, in order, and what was not explained or
+    /// located.
     ///
-    /// Grazings are located first. They divide the step into parts with one contact sequence each, in which the
-    /// multipliers are smooth. Each part is searched for bifurcations.
+    /// Grazings are located first. They divide the step into parts with one contact sequence each, in which
+    /// the multipliers are smooth. Each part is searched for bifurcations.
     pub(crate) fn between(
         &mut self,
         reached: &Node<C::Solution>,

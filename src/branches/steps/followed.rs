@@ -37,7 +37,8 @@ pub(crate) trait Followed: Orbits + Sized {
         reached: &Node<Self::Solution>,
         step: f64,
     ) -> Result<Over<Self::Point>, CurveError>;
-    /// The border of parametric instability that the last point and the next one tend to, with motions of these sizes.
+    /// The border of parametric instability that the last point and the next one tend to, with motions of
+    /// these sizes.
     fn border(
         stepper: &Stepper<'_, Self>,
         next: &CurvePoint<Self::Solution>,

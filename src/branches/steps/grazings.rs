@@ -32,7 +32,8 @@ pub(crate) struct Grazings<'w, 'p, C: OrbitMethod> {
 /// How often a part is halved until its extremes explain the contact sequence.
 const HALVED: usize = 12;
 
-/// Distance by which an extremum may move over a distance 1 of the curve, as a share of the largest extremum `[1]`.
+/// Distance by which an extremum may move over a distance 1 of the curve, as a share of the largest extremum
+/// `[1]`.
 const REACH: f64 = 4.0;
 
 /// Accuracy of the place at which extremes vanish, as a share of the step `[1]`.
@@ -48,8 +49,8 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         Ok(Traced { sigma, trace: self.engine.curve.measure(&point, &[])?.trace })
     }
 
-    /// Searches a step between the traces of its ends. `before`: length of the step before it and the extremes at its
-    /// start.
+    /// Searches a step between the traces of its ends. `before`: length of the step before it and the
+    /// extremes at its start.
     pub(crate) fn search(
         &mut self,
         before: Option<(f64, &[Extremum])>,
@@ -101,8 +102,8 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         Ok(())
     }
 
-    /// Appends places up to `b` between which no extremum near an edge vanishes or appears, except over distances below
-    /// `least`.
+    /// Appends places up to `b` between which no extremum near an edge vanishes or appears, except over
+    /// distances below `least`.
     fn divide(
         &mut self,
         a: &Traced,
@@ -174,8 +175,8 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
     }
 }
 
-/// Whether an extremum of the first orbit that is near its edge has none like it in the second one. `part`: distance of
-/// the two orbits.
+/// Whether an extremum of the first orbit that is near its edge has none like it in the second one. `part`:
+/// distance of the two orbits.
 fn vanishes(a: &ContactTrace, b: &ContactTrace, part: f64) -> bool {
     let size = |contact: usize| {
         let of = a.extremes.iter().filter(|e| e.contact == contact);

@@ -160,8 +160,8 @@ impl<'f, C: Followed> Stepper<'f, C> {
         Ok(Some(Next { point, step, angle, is_on_bound }))
     }
 
-    /// Makes one step: the next regular point and the located ones before it are put in the queue. Returns the end of
-    /// the line, if it is reached.
+    /// Makes one step: the next regular point and the located ones before it are put in the queue. Returns
+    /// the end of the line, if it is reached.
     fn advance(&mut self) -> Result<Option<BranchEnd>, CurveError> {
         let Some(Next { point, step, angle, is_on_bound }) = self.next_on_curve()? else {
             return Ok(Some(BranchEnd::Bound));

@@ -10,8 +10,8 @@ use crate::branches::points::kind::Located;
 use crate::branches::steps::followed::Followed;
 use crate::branches::steps::stepper::{Node, Stepper};
 
-/// Each step covers this share of the estimated distance to the stop `[1]`. The point then stays on the side without
-/// impacts.
+/// Each step covers this share of the estimated distance to the stop `[1]`. The point then stays on the side
+/// without impacts.
 const SHARE: f64 = 0.9;
 
 /// Maximum number of steps towards the stop.
@@ -32,7 +32,8 @@ const SHORT: f64 = 1e-3;
 /// Distance of the phases of the same impact in neighbouring orbits `[1]`.
 const NEAR: f64 = 0.1;
 
-/// First step from orbits without the impact towards the stop, as a share of the step that passed the grazing.
+/// First step from orbits without the impact towards the stop, as a share of the step that passed the
+/// grazing.
 const TRIAL: f64 = 1e-3;
 
 /// What became of the impacts over a step.
@@ -49,8 +50,9 @@ pub(crate) enum Impacts {
 type Reached<C> = (f64, Node<<C as Curve>::Solution>);
 
 impl<C: OrbitMethod> Stepper<'_, C> {
-    /// If the step failed because a contact would strike a rigid stop, goes up to the stop and returns that end
-    /// of the branch. Beyond it the equations have no solution near this one: their derivative is unbounded.
+    /// If the step failed because a contact would strike a rigid stop, goes up to the stop and returns that
+    /// end of the branch. Beyond it the equations have no solution near this one: their derivative is
+    /// unbounded.
     pub(crate) fn approach_stop(&mut self) -> Option<BranchEnd> {
         let (length, before) = self.before.as_ref()?;
         let near = |e: &Extremum| {
@@ -80,12 +82,12 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         Some(BranchEnd::Stop { contact: extremum.contact })
     }
 
-    /// Compares the impacts of the last point and the next one. Where an impact begins or ends, the branch ends: the
-    /// grazing is located from the orbits without it.
+    /// Compares the impacts of the last point and the next one. Where an impact begins or ends, the branch
+    /// ends: the grazing is located from the orbits without it.
     ///
     /// The equations are smooth up to the grazing as functions of the speed v of the impact, but a correction
-    /// converges only if it changes v by less than v itself. The steps of a branch of orbits with impacts therefore
-    /// decrease in proportion to v until one of them passes the grazing.
+    /// converges only if it changes v by less than v itself. The steps of a branch of orbits with impacts
+    /// therefore decrease in proportion to v until one of them passes the grazing.
     pub(crate) fn impacts(&mut self, reached: &Node<C::Solution>, step: f64) -> Impacts {
         let count = |node: &Node<C::Solution>| node.measured.trace.at_stops(&self.rigid, true).count();
         let counts = [count(&self.last), count(reached)];
@@ -129,9 +131,9 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         Impacts::End(contact)
     }
 
-    /// The grazing of the extremum, from a point whose orbit does not reach the stop, with its distance from that
-    /// point, and before it the last point beside it where rounding does not decide about an impact. `first`: the first
-    /// step, with its sign.
+    /// The grazing of the extremum, from a point whose orbit does not reach the stop, with its distance from
+    /// that point, and before it the last point beside it where rounding does not decide about an impact.
+    /// `first`: the first step, with its sign.
     fn reach_stop(
         &mut self,
         base: &CurvePoint<C::Solution>,

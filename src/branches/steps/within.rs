@@ -33,8 +33,8 @@ pub(crate) struct Within<'w, 'p, C: OrbitMethod> {
     pub(crate) unexplained: Vec<&'static str>,
 }
 
-/// Number of parts beside a grazing. Their ends lie at distances that grow quadratically: the multipliers vary as
-/// √σ with the distance σ from a grazing, where two crossings more or less appear.
+/// Number of parts beside a grazing. Their ends lie at distances that grow quadratically: the multipliers
+/// vary as √σ with the distance σ from a grazing, where two crossings more or less appear.
 const BESIDE: usize = 2;
 
 /// How often a part is divided to separate bifurcations.
@@ -105,8 +105,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         Ok(())
     }
 
-    /// Locates the bifurcations between two places, each in an interval of its own. The stretches on both sides of a
-    /// located point are searched again. `left`: how often a part may still be divided.
+    /// Locates the bifurcations between two places, each in an interval of its own. The stretches on both
+    /// sides of a located point are searched again. `left`: how often a part may still be divided.
     fn separate(
         &mut self,
         a: &Place<C::Solution>,
@@ -191,8 +191,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         }
     }
 
-    /// Locates a point at which several real multipliers pass -1 or 1 together, as those of equal members do. Returns
-    /// whether there is one.
+    /// Locates a point at which several real multipliers pass -1 or 1 together, as those of equal members do.
+    /// Returns whether there is one.
     fn locate_together(
         &mut self,
         a: &Place<C::Solution>,
@@ -292,8 +292,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
     }
 }
 
-/// The bifurcations whose tests may change their sign twice between the places k and k + 1, which lie at equal
-/// distances in √σ.
+/// The bifurcations whose tests may change their sign twice between the places k and k + 1, which lie at
+/// equal distances in √σ.
 fn near_zero<S>(places: &[&Place<S>], k: usize) -> Vec<Change> {
     let near = |change: &Change| {
         let at = |i: usize| value(*change, places[i]).unwrap_or(f64::NAN);

@@ -11,8 +11,8 @@ use std::rc::Rc;
 
 /// The accelerations da/dc = Σ_k ∂a/∂u_k ∂u_k/∂c + σ Σ_j ∂a/∂v_j v_j, with contacts and drives of the model.
 ///
-/// It is the derivative at a fixed phase and fixed Fourier coefficients: the velocities grow with the speed of
-/// the phase, dv/dc = σ v with σ = (∂φ'/∂c)/φ'.
+/// It is the derivative at a fixed phase and fixed Fourier coefficients: the velocities grow with the speed
+/// of the phase, dv/dc = σ v with σ = (∂φ'/∂c)/φ'.
 pub(crate) struct AlongConstant<'f> {
     model: Rc<dyn Periodic + 'f>,
     slope: DriveSlope,

@@ -72,11 +72,11 @@ impl<'f> BalanceFamily<dyn Periodic + 'f> for Plain<'f> {
     }
 }
 
-/// The machines that a closure makes, with contact forces that a balance truncates to its orders before they are
-/// multiplied by the stiffness, see [`Balance::solve_truncating_forces`].   Source: Liu 2021.
+/// The machines that a closure makes, with contact forces that a balance truncates to its orders before they
+/// are multiplied by the stiffness, see [`Balance::solve_truncating_forces`].   Source: Liu 2021.
 ///
-/// Folds, branch points and grazings are located. The multipliers of the points are those of the equation along the
-/// series; changes of them are not located.
+/// Folds, branch points and grazings are located. The multipliers of the points are those of the equation
+/// along the series; changes of them are not located.
 ///
 /// ```
 /// use gear_dynamics::branches::{ByFunction, Continuation, PointKind, TruncatedForces};

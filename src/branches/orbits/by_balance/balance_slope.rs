@@ -10,8 +10,8 @@ use nalgebra::DVector;
 
 /// ∂R/∂c = -2 (kω)² σ q_k - (∂a/∂c)_k, at fixed Fourier coefficients q_k, with σ = (∂φ'/∂c)/φ'.
 ///
-/// ∂a/∂c is a [model](crate::branches::orbits::by_balance::along_constant::AlongConstant), whose accelerations are
-/// integrated in the same way as those of the model itself.
+/// ∂a/∂c is a [model](crate::branches::orbits::by_balance::along_constant::AlongConstant), whose
+/// accelerations are integrated in the same way as those of the model itself.
 pub(crate) struct BalanceSlope<M: ?Sized> {
     arrays: Option<Arrays<M>>,
     /// The way of integration does not follow the derivative.

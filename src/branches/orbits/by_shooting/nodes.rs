@@ -18,8 +18,8 @@ fn apart(a: f64, b: f64) -> f64 {
     d.min(1.0 - d)
 }
 
-/// The shift of nodes at `phases` that keeps them farthest from the instants `impacts`, all in periods; `None` if
-/// no node is near an impact.
+/// The shift of nodes at `phases` that keeps them farthest from the instants `impacts`, all in periods;
+/// `None` if no node is near an impact.
 pub(crate) fn clear(phases: &[f64], impacts: &[f64]) -> Option<f64> {
     let least = |shift: f64| {
         let all = phases.iter().flat_map(|node| impacts.iter().map(move |at| apart(node + shift, *at)));

@@ -21,10 +21,11 @@ use std::rc::Rc;
 /// φ(x_i; p) - x_{i+1} = 0 at fixed phases of the period T(p), with x_N = x_0 + Φ s and P (x_0 - x_ref) = 0.
 ///
 /// Unknowns: coordinates and velocities at the nodes, one node after the other, then the drifts s along the
-/// rigid motions Φ, all in units of the model. P measures the position along the rigid motions in the units of the
-/// first orbit. B spans them in units of the motion, which change from point to point.
+/// rigid motions Φ, all in units of the model. P measures the position along the rigid motions in the units
+/// of the first orbit. B spans them in units of the motion, which change from point to point.
 ///
-/// Symmetric orbits may be followed over half their period, with x_N = -x_0: all other orbits are then excluded.
+/// Symmetric orbits may be followed over half their period, with x_N = -x_0: all other orbits are then
+/// excluded.
 pub(crate) struct OrbitCurve<'f> {
     pub(super) family: Rc<dyn Family + 'f>,
     pub(super) multiple: usize,
@@ -137,7 +138,8 @@ impl<'f> OrbitCurve<'f> {
         })
     }
 
-    /// The same curve for symmetric orbits over half their period; the orbit of [`new`](OrbitCurve::new) is that half.
+    /// The same curve for symmetric orbits over half their period; the orbit of [`new`](OrbitCurve::new) is
+    /// that half.
     pub(crate) fn over_half(self) -> Self {
         OrbitCurve { half: true, ..self }
     }
@@ -165,8 +167,8 @@ impl<'f> OrbitCurve<'f> {
     pub(crate) fn wanted(&self) -> Option<FlowMethod> {
         self.wanted
     }
-    /// Size of drift k: that over a period at a speed of the size of the velocities. The velocity along a rigid motion
-    /// is given at the first node only, so that the orbit may drift.
+    /// Size of drift k: that over a period at a speed of the size of the velocities. The velocity along a
+    /// rigid motion is given at the first node only, so that the orbit may drift.
     fn drift_size(&self, k: usize) -> f64 {
         let (q, v) = self.range.split_at(self.range.len() / 2);
         let ratios = q.iter().zip(v).filter(|(q, _)| **q > 0.0).map(|(q, v)| v * self.period / q);
@@ -241,7 +243,8 @@ impl<'f> OrbitCurve<'f> {
         }
     }
 
-    /// All segments at the parameter `p`, with the given flow tolerance and the slopes `forced` of the drives.
+    /// All segments at the parameter `p`, with the given flow tolerance and the slopes `forced` of the
+    /// drives.
     pub(super) fn round(
         &self,
         model: &dyn Periodic,
