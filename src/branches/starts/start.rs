@@ -22,7 +22,7 @@ use crate::branches::line::{Line, LinePoint};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
 /// let family = ByConstant::new(&pair, "speed")?;
 /// let guess = State::new(0.0, &[1.1], &[0.0]);
-/// let orbit = Shooting::new().run(&pair, &[guess.clone()])?;
+/// let orbit = Shooting::new().solve(&pair, &[guess.clone()])?;
 /// let range = Continuation::new(0.6, 0.65);
 /// let (a, b) = (range.run(&family, guess)?, range.run(&family, &orbit)?);
 /// assert_eq!(a.points()[0].orbit.states().len(), b.points()[0].orbit.states().len());
