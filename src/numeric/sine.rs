@@ -30,7 +30,8 @@ const COS: [f64; 6] = [
 
 /// (sin x, cos x), with an error of at most 3e-16 for |x| <= 1e6 rad, by sums and products alone.
 ///
-/// `libm::sincos` takes longer, since its branches depend on the quadrant, which the processor cannot predict.
+/// `libm::sincos` takes longer, since its branches depend on the quadrant, which the processor cannot
+/// predict.
 #[inline]
 pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
     if is_near(x) { near(x) } else { libm::sincos(x) }
@@ -70,7 +71,8 @@ fn near(x: f64) -> (f64, f64) {
     let s = SIN[0] + z * SIN[1] + w * ((SIN[2] + z * SIN[3]) + w * (SIN[4] + z * SIN[5]));
     let c = COS[0] + z * COS[1] + w * ((COS[2] + z * COS[3]) + w * (COS[4] + z * COS[5]));
     let (s, c) = (x + x * (z * s), (1.0 - 0.5 * z) + w * c);
-    // Both are exchanged in odd quadrants. The sine is negative in the quadrants 2 and 3, the cosine in 1 and 2.
+    // Both are exchanged in odd quadrants. The sine is negative in the quadrants 2 and 3, the cosine in 1 and
+    // 2.
     let (s, c) = (s.to_bits(), c.to_bits());
     let swap = (s ^ c) & (quadrant & 1).wrapping_neg();
     let sign = |quadrant: u64| (quadrant & 2) << 62;

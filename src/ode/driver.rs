@@ -1,4 +1,5 @@
-//! The main loop of the Runge-Kutta methods: make a step, locate edges in it, call the observer, prepare the next step.
+//! The main loop of the Runge-Kutta methods: make a step, locate edges in it, call the observer, prepare the
+//! next step.
 
 use crate::contact::piece::Piece;
 use crate::model::equations::{Model, State};

@@ -99,7 +99,8 @@ pub(crate) fn scale(c: &Contact) -> f64 {
     if gap > 0.0 && gap < f64::INFINITY { gap } else { size(c) }
 }
 
-/// The size of the deflection. Its lower limit keeps the slack, a share of it, above the smallest normal number.
+/// The size of the deflection. Its lower limit keeps the slack, a share of it, above the smallest normal
+/// number.
 #[inline(never)]
 fn size(c: &Contact) -> f64 {
     c.deflection.abs().max(f64::MIN_POSITIVE / SLACK)

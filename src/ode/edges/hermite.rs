@@ -107,8 +107,8 @@ impl Hermite {
     /// Whether a distance that deviates from the cubic by at most `off` stays above its value at the start.
     ///
     /// The distance and the cubic have the same values and rates at both ends. The deviation is assumed to be
-    /// 16 off σ² (1-σ)², the error of a cubic for a constant fourth derivative. The distance has then risen by
-    /// at least σ (a + b σ + c σ² - 16 off σ (1-σ)²). The maximum of σ (1-σ)² is 4/27.
+    /// 16 off σ² (1-σ)², the error of a cubic for a constant fourth derivative. The distance has then risen
+    /// by at least σ (a + b σ + c σ² - 16 off σ (1-σ)²). The maximum of σ (1-σ)² is 4/27.
     #[inline]
     pub(crate) fn rises(&self, off: f64) -> bool {
         let [a, b, c] = self.powers;

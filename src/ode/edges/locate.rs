@@ -75,7 +75,8 @@ impl Locator {
 
     /// Determines the piece of every contact at the start of a step from its deflection; on an edge, from its
     /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set. A
-    /// contact does not enter the flank of a rigid stop. A contact at rest in a gap without width is on its upper flank.
+    /// contact does not enter the flank of a rigid stop. A contact at rest in a gap without width is on its
+    /// upper flank.
     pub(crate) fn classify<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);

@@ -106,8 +106,8 @@ impl Passage {
         Ok(())
     }
 
-    /// Prepares the start of the next step: velocities after impacts, pieces, the next drive edge. Returns the
-    /// maximum length of that step; infinite without impacts.
+    /// Prepares the start of the next step: velocities after impacts, pieces, the next drive edge. Returns
+    /// the maximum length of that step; infinite without impacts.
     ///
     /// # Errors
     /// [`IntegrateError::NegativeGap`], [`IntegrateError::BeyondStop`], [`IntegrateError::DriveEdge`], if the

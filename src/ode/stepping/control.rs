@@ -141,8 +141,8 @@ impl Pace {
 /// h_new = 0.9 h err^(-α) err_old^β, α = 1/k - 0.75 β, 1/k = `exponent` of the tableau: PI control of the
 /// step size.   Source: Hairer, Nørsett & Wanner I, Eq. (4.13), and II, Sect. IV.2.
 ///
-/// err_old is the error of the last accepted step. The ratio h_new/h stays within `factors`. The step does not grow after
-/// a rejection.
+/// err_old is the error of the last accepted step. The ratio h_new/h stays within `factors`. The step does
+/// not grow after a rejection.
 pub(crate) struct Controller {
     /// α.
     exponent: f64,

@@ -1,7 +1,7 @@
 //! The drives at the nodes of a step.
 
-/// The drives at the nodes of a step, one row for each. The last node is the end of the step, where the drives
-/// are those before a jump.
+/// The drives at the nodes of a step, one row for each. The last node is the end of the step, where the
+/// drives are those before a jump.
 ///
 /// The rows may belong to several consecutive steps. Sines and cosines of many instants at once take hardly
 /// longer than those of one instant.

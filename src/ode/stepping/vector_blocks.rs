@@ -81,7 +81,8 @@ impl Blocks {
         weigh(out, k, h, row);
     }
 
-    /// Σ (e/size)², e = Σ e_l k_l, size = atol + rtol max(|y|, |y1|), as sixteen partial sums, for each row e.
+    /// Σ (e/size)², e = Σ e_l k_l, size = atol + rtol max(|y|, |y1|), as sixteen partial sums, for each row
+    /// e.
     #[inline(always)]
     pub(crate) fn squares<const L: usize, const R: usize>(
         ends: [&Self; 2],
@@ -172,7 +173,8 @@ impl WithSimd for Combine<'_> {
 }
 
 impl Combine<'_> {
-    /// A sum of L terms, whose derivatives are found before the loop over the blocks. RK4 has one and four terms.
+    /// A sum of L terms, whose derivatives are found before the loop over the blocks. RK4 has one and four
+    /// terms.
     #[inline(always)]
     fn run_short<const L: usize>(self) {
         let (outs, ys) = (self.out.as_chunks_mut::<WIDTH>().0, &self.y.blocks[..]);

@@ -68,19 +68,19 @@ impl Polynomial {
             self.root_between(a, b, a + (b - a) * value_a / (value_a - value_b))
         })
     }
-    /// A time up to which the polynomial is positive, close before its first root in (a, h]; `None` if there is no
-    /// root. It is positive in [0, a].
+    /// A time up to which the polynomial is positive, close before its first root in (a, h]; `None` if there
+    /// is no root. It is positive in [0, a].
     pub(super) fn positive_until(&self, a: f64, h: f64) -> Option<f64> {
         self.first_fall(a, h).map(|[[before, _], _]| before)
     }
-    /// A time at which the polynomial is not positive, close after its first root in (a, h]; `None` if there is no
-    /// root. It is positive in [0, a].
+    /// A time at which the polynomial is not positive, close after its first root in (a, h]; `None` if there
+    /// is no root. It is positive in [0, a].
     pub(super) fn negative_after(&self, a: f64, h: f64) -> Option<f64> {
         self.first_fall(a, h).map(|[_, [after, _]]| after)
     }
 
-    /// Returns time and value before and after the first root in (a, h]. The polynomial is positive in [0, a]; if
-    /// a = 0 and p(0) <= 0, the numbers are 0.
+    /// Returns time and value before and after the first root in (a, h]. The polynomial is positive in [0,
+    /// a]; if a = 0 and p(0) <= 0, the numbers are 0.
     ///
     /// An interval is left out only if a bound on the second derivative rules a root out. No root is missed,
     /// apart from pairs of roots closer than [`SHORTEST`], or [`COARSE`] after [`MANY`] intervals.

@@ -42,8 +42,8 @@ pub(crate) struct Choice {
     out: u32,
 }
 
-/// A tape with a column for every number, in blocks of eight columns. The order of the columns is: coordinates,
-/// velocities, all other numbers, and distances that no other number depends on.
+/// A tape with a column for every number, in blocks of eight columns. The order of the columns is:
+/// coordinates, velocities, all other numbers, and distances that no other number depends on.
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(crate) dof: usize,
@@ -75,8 +75,8 @@ pub(crate) struct Plan {
 /// Number of blocks of the columns of a small plan. Plans have at least this number.
 pub(crate) const SMALL: usize = 8;
 
-/// The plan of a model with few meshes and few coordinates. It has one block of operands, one batch of products
-/// and one block of accelerations. Fixed numbers of blocks save most of the time of its orders.
+/// The plan of a model with few meshes and few coordinates. It has one block of operands, one batch of
+/// products and one block of accelerations. Fixed numbers of blocks save most of the time of its orders.
 pub(crate) struct Small<'p> {
     pub(crate) operands: &'p Block,
     pub(crate) products: &'p mut Products,

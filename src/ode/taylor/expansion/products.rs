@@ -22,9 +22,9 @@ pub(crate) struct Products {
     of_power: [bool; BATCH],
     /// First of the result columns.
     out: usize,
-    /// Coefficients of the first factors, and those of the second ones in reversed order up to `LAST`. A batch
-    /// of one product has one number in each place, not four. `a` is cleared at order 0: the sums run on
-    /// beyond their last term, over zeros.
+    /// Coefficients of the first factors, and those of the second ones in reversed order up to `LAST`. A
+    /// batch of one product has one number in each place, not four. `a` is cleared at order 0: the sums run
+    /// on beyond their last term, over zeros.
     a: [Four; ROOM],
     b: [Four; ROOM],
 }
@@ -76,8 +76,8 @@ impl Products {
         }
         let newest_a: Four = std::array::from_fn(|l| x[self.factors[l][0] as usize]);
         let newest_b: Four = std::array::from_fn(|l| x[self.factors[l][1] as usize]);
-        // The newest coefficients come last, so that the other terms need not wait for them. They are not read
-        // from memory, where they have just been written one by one.
+        // The newest coefficients come last, so that the other terms need not wait for them. They are not
+        // read from memory, where they have just been written one by one.
         let (mut sum, mut other) = ([0.0; BATCH], [0.0; BATCH]);
         if !FIRST {
             // The terms after order n - 1 are 0.

@@ -24,13 +24,13 @@ impl Coefficients {
         self.arch.dispatch(Ranges { c: self, h, ranges });
     }
 
-    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above `least` for certain.
-    /// At the start d is above `least`.
+    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above `least` for
+    /// certain. At the start d is above `least`.
     pub(crate) fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
         self.samples::<0>(column, h).above_until(sign, least, h)
     }
-    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above its value at the start
-    /// for certain. The time is less than h if d is not above `least` at the end.
+    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above its value at the
+    /// start for certain. The time is less than h if d is not above `least` at the end.
     pub(crate) fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
         let samples = self.samples::<1>(column, h);
         let until = samples.above_until(sign, 0.0, h);
@@ -78,7 +78,8 @@ impl Samples {
         let mut before = sign * self.at_start;
         for l in 0..EIGHT {
             let (value, end) = (sign * self.values[l], (l + 1) as f64);
-            // Between two samples at the distance w a function lies above the smaller one less w²/8 max |p''|.
+            // Between two samples at the distance w a function lies above the smaller one less w²/8 max
+            // |p''|.
             let is_above = before.min(value) - least > self.bends[l] / (8.0 * end * end);
             if !is_above {
                 return h * (l as f64 / EIGHT as f64);
