@@ -23,8 +23,8 @@ use std::ops::ControlFlow;
 /// ```
 ///
 /// # Errors
-/// [`Failed`], which contains the states before the failure or the end of the budget. A count with count (2 dof + 1) > 2²⁶ or a period
-/// outside 1e-50 .. 1e50 fails before the run.
+/// [`Failed`], which contains the states before the failure or the end of the budget. A count with
+/// count (2 dof + 1) > 2²⁶ or a period outside 1e-50 .. 1e50 fails before the run.
 pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
     integrator: &I,
     model: &M,

@@ -232,7 +232,7 @@ impl Continuation {
     ) -> Result<Following<'f, P>, BranchError> {
         self.check()?;
         let last = line.points.last().ok_or(BranchError::NoPoints)?;
-        self.check_within(last.parameters()[last.parameters().len() - 1])?;
+        self.check_start(last.parameters()[last.parameters().len() - 1])?;
         let mut following = last.resume(line, line.heading, self, family)?;
         following.shift(last.arclength());
         Ok(following)
@@ -281,7 +281,7 @@ impl Continuation {
     }
 
     /// Checks that a continuation starts within the bounds of the parameter.
-    pub(crate) fn check_within(&self, start: f64) -> Result<(), BranchError> {
+    pub(crate) fn check_start(&self, start: f64) -> Result<(), BranchError> {
         let [low, high] = self.low_and_high();
         if (low..=high).contains(&start) { Ok(()) } else { Err(BranchError::Bounds { low, high, start }) }
     }

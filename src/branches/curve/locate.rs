@@ -83,12 +83,12 @@ impl<C: Curve> Engine<C> {
     ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
         let (Some(at_a), Some(at_b)) = (test(self, a), test(self, b)) else { return Ok(None) };
         let ends = [[0.0, at_a], [ds, at_b]];
-        self.locate_within(&Between::new(a, b, ds), ends, test)
+        self.locate_between(&Between::new(a, b, ds), ends, test)
     }
 
     /// The point between two distances σ with values of the test, at which the test changes its sign. `None`
     /// if the test has no value at some point, or the same sign at both ends, or jumps over 0.
-    pub(crate) fn locate_within(
+    pub(crate) fn locate_between(
         &mut self,
         between: &Between<'_, C::Solution>,
         [from, to]: [[f64; 2]; 2],
@@ -138,7 +138,7 @@ impl<C: Curve> Engine<C> {
         test: &mut Test<'_, C>,
     ) -> Result<Option<Turning<C::Solution>>, CurveError> {
         self.at_crossing = true;
-        let rough = self.locate_within(between, ends, test);
+        let rough = self.locate_between(between, ends, test);
         self.at_crossing = false;
         let Some(rough) = rough? else { return Ok(None) };
         let (width, middle) = (ends[1][0] - ends[0][0], self.distance(between.a, &rough));
@@ -181,7 +181,7 @@ impl<C: Curve> Engine<C> {
 
     /// A distance between two others at which `test` has the opposite sign, and its value; `None` if none is
     /// found. The extremum of the test is approached by parabolas, as long as they come near to 0.
-    pub(crate) fn dip_within(
+    pub(crate) fn dip_between(
         &mut self,
         between: &Between<'_, C::Solution>,
         [from, to]: [[f64; 2]; 2],

@@ -60,7 +60,7 @@ impl<F: Family> Start<F> for Beyond<'_> {
         let mut failure = None;
         for p in [2.0 * border - last.parameter, last.parameter] {
             // There may be no model beyond the border, or none within the bounds.
-            let (Ok(model), Ok(())) = (family.at(p), settings.check_within(p)) else { continue };
+            let (Ok(model), Ok(())) = (family.at(p), settings.check_start(p)) else { continue };
             // On another branch the phases of the nodes are the same, their times are not.
             let times = model.period() * last.orbit.period_multiple() as f64 / last.orbit.period();
             let guess: Vec<State> =

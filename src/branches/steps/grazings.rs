@@ -130,7 +130,7 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         let mut located = Vec::new();
         for [before, after] in passed {
             let ends = [[a.sigma, before.distance], [b.sigma, after.distance]];
-            match self.engine.locate_within(self.between, ends, &mut distance_of(after)) {
+            match self.engine.locate_between(self.between, ends, &mut distance_of(after)) {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Ok(Some(point)) => located.push((point, after)),
                 // The extremum of the other orbit is another one.
@@ -155,13 +155,13 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         }
         let [from, to] = [[a.sigma, from.distance], [b.sigma, to.distance]];
         let test = &mut distance_of(extremum);
-        let inside = match self.engine.dip_within(self.between, [from, to], test) {
+        let inside = match self.engine.dip_between(self.between, [from, to], test) {
             Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
             Err(_) | Ok(None) => return Ok(()), // nothing shows that the sign of the distance changes
             Ok(Some(inside)) => inside,
         };
         for ends in [[from, inside], [inside, to]] {
-            match self.engine.locate_within(self.between, ends, test) {
+            match self.engine.locate_between(self.between, ends, test) {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Ok(Some(point)) => self.keep(point, extremum),
                 _ => self.unexplained.push("a contact grazed an edge"),

@@ -235,7 +235,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         let located = if change == Change::Branch {
             self.engine.locate_crossing(self.between, [from, to], test)
         } else {
-            let point = self.engine.locate_within(self.between, [from, to], test);
+            let point = self.engine.locate_between(self.between, [from, to], test);
             point.map(|point| point.map(|point| (point, false)))
         };
         match located {
@@ -266,7 +266,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 continue;
             }
             let [from, to] = [[a.sigma, from], [b.sigma, to]];
-            match self.engine.dip_within(self.between, [from, to], &mut test_of(*change)) {
+            match self.engine.dip_between(self.between, [from, to], &mut test_of(*change)) {
                 Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
                 Err(_) | Ok(None) => {} // nothing shows that the sign of the test changes
                 Ok(Some(inside)) => {

@@ -23,9 +23,9 @@ use std::f64::consts::TAU;
 /// the equation is evaluated midway between the nodes. A circle whose residual there exceeds
 /// [`between`](CircleShooting::between) is an error, [`CircleError::Between`], that holds the circle.
 ///
-/// - [`run`](CircleShooting::run): two base frequencies ω_1, ω_2. P is the flow over 2π/ω_1, θ the second
+/// - [`solve`](CircleShooting::solve): two base frequencies ω_1, ω_2. P is the flow over 2π/ω_1, θ the second
 ///   angle, and ρ = 2π ω_2/ω_1 is known.
-/// - [`run_free`](CircleShooting::run_free): a model with one period, whose circle arises at a Neimark-Sacker
+/// - [`solve_free`](CircleShooting::solve_free): a model with one period, whose circle arises at a Neimark-Sacker
 ///   point. ρ is an unknown, and the phase condition Σ_j (x_j - g_j)·g'_j = 0 with the guess g fixes the
 ///   origin of θ.
 ///

@@ -191,8 +191,8 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
         Some(Orders { highest, weighed: weighed.ceil() as usize })
     }
 
-    /// The order whose panels integrate the accelerations to `INTEGRALS_AGREE` between drive edges: the first of
-    /// `least`, 2 `least`, 4 `least`, ... that does, or `least` if none up to max(16 `least`, 512) does.
+    /// The order whose panels integrate the accelerations to [`INTEGRALS_AGREE`] between drive edges: the first
+    /// of `least`, 2 `least`, 4 `least`, ... that does, or `least` if none up to max(16 `least`, 512) does.
     ///
     /// With factors of -4 and 4 the coordinates are well past the tooth edges. A model without fixed pieces
     /// is thus also evaluated on its flanks.
