@@ -3,10 +3,11 @@
 pub(crate) mod assembly;
 pub(crate) mod kinds;
 pub(crate) mod parts;
+pub(crate) mod plan;
 pub(crate) mod ready;
 pub(crate) mod shape;
+pub(crate) mod train_error;
 
-pub use crate::trains::assembly::train_error::{TrainError, Warning};
 pub use crate::trains::kinds::ModeKind;
 pub use crate::trains::parts::body::{Bearing, Body};
 pub use crate::trains::parts::collection::{Coordinates, Parts};
@@ -17,3 +18,4 @@ pub use crate::trains::ready::planetary::{Members, Planetary};
 pub use crate::trains::ready::ring::ring_parts;
 pub use crate::trains::ready::spur_pair::{Dimensionless, SpurPair};
 pub use crate::trains::shape::train_shape::{Train, TrainShape};
+pub use crate::trains::train_error::{TrainError, Warning};

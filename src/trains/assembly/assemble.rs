@@ -6,17 +6,17 @@ use crate::excitation::wave::Wave;
 use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::trains::assembly::checks;
-use crate::trains::assembly::kinematics::Kinematics;
-use crate::trains::assembly::names::Names;
-use crate::trains::assembly::orders::Orders;
-use crate::trains::assembly::places::{Planet, planets};
 use crate::trains::assembly::rotation::{Rotations, rotations};
 use crate::trains::assembly::rows::{Layout, Row};
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
+use crate::trains::plan::kinematics::Kinematics;
+use crate::trains::plan::names::Names;
+use crate::trains::plan::orders::Orders;
+use crate::trains::plan::places::{Planet, planets};
 use crate::trains::shape::elements::{Entry, PlanetPlace, PlanetSet, RowSpring, Spring};
 use crate::trains::shape::train_shape::{Train, TrainShape};
 use crate::trains::shape::walk::Walk;
+use crate::trains::train_error::TrainError;
 use std::ops::Range;
 
 impl<N: Nonlinearity + Clone> Parts<N> {

@@ -4,14 +4,14 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::check;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
-use crate::trains::assembly::names::Names;
-use crate::trains::assembly::places::SAME;
-use crate::trains::assembly::train_error::{TrainError, Warning};
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Course, Parts};
 use crate::trains::parts::mesh_part::Phase;
+use crate::trains::plan::names::Names;
+use crate::trains::plan::places::SAME;
 use crate::trains::shape::elements::Characteristic;
 use crate::trains::shape::train_shape::TrainShape;
+use crate::trains::train_error::{TrainError, Warning};
 use std::f64::consts::TAU;
 
 /// Stiffnesses of meshes of gears [N/m]; steel gears have some 1e8 to 1e10.

@@ -8,11 +8,11 @@ use crate::excitation::combine::{Product, Sum};
 use crate::excitation::wave::Wave;
 use crate::model::equations::Channel;
 use crate::trains::assembly::assemble::{Assembly, once};
-use crate::trains::assembly::fraction::Fraction;
-use crate::trains::assembly::phases::phases;
 use crate::trains::assembly::rows::Row;
-use crate::trains::assembly::train_error::TrainError;
+use crate::trains::plan::fraction::Fraction;
+use crate::trains::plan::phases::phases;
 use crate::trains::shape::elements::{Entry, Friction, Journal, Rotating, Tooth, ToothRest};
+use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
 use std::ops::Range;
 

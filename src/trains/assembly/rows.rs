@@ -1,12 +1,12 @@
 //! Rows of a train: how far each coordinate moves a contact, a bearing or a shaft.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::trains::assembly::kinematics::Kinematics;
-use crate::trains::assembly::places::{Planets, centre};
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{Kind, MeshPart};
+use crate::trains::plan::kinematics::Kinematics;
+use crate::trains::plan::places::{Planets, centre};
 use crate::trains::shape::elements::Entry;
+use crate::trains::train_error::TrainError;
 
 /// Where the coordinates of each body are, its planets and its sense of rotation.
 pub(crate) struct Layout<'p, N> {

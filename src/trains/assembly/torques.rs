@@ -5,9 +5,9 @@ use crate::model::equations::Channel;
 use crate::trains::assembly::assemble::{Assembly, once};
 use crate::trains::assembly::balance::{in_order, mean_factor};
 use crate::trains::assembly::rows::Row;
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Course;
 use crate::trains::shape::elements::Motor;
+use crate::trains::train_error::TrainError;
 
 impl<N: Nonlinearity + Clone> Assembly<'_, N> {
     /// Torques, and the load that balances them.

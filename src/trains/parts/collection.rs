@@ -2,10 +2,10 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::excitation::wave::Wave;
-use crate::trains::assembly::train_error::Warning;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::shape::elements::Characteristic;
+use crate::trains::train_error::Warning;
 
 /// A shaft between two bodies.
 #[derive(Clone, Debug, PartialEq)]

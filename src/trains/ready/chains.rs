@@ -2,10 +2,10 @@
 
 use crate::error::ParameterError;
 use crate::excitation::wave::Wave;
-use crate::trains::assembly::train_error::Warning;
 use crate::trains::parts::body::{Bearing, Body};
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::train_error::Warning;
 
 /// An idler train: `driver`, `idler` and `driven` of the moments of inertia J [kg m²], with the meshes `first mesh` and
 /// `second mesh`. The phase of the second mesh is that of its [`MeshPart`].

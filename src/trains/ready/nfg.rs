@@ -5,10 +5,10 @@ use crate::excitation::fourier::Fourier;
 use crate::excitation::wave::Wave;
 use crate::models::nfg::nfg_params::NfgParams;
 use crate::models::nfg::pair2::NfgPair2;
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{MeshPart, OfMesh};
+use crate::trains::train_error::TrainError;
 
 /// The parts of [`NfgPair2`](crate::models::nfg::NfgPair2) in its exact reading with the constant torque T2/i_j on the
 /// pinion: at a constant speed the same coordinates, contact and accelerations.   Source: Liu 2021, Eq. (4), corrected.

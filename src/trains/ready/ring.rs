@@ -2,10 +2,10 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::models::ring::ring_params::RingParams;
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::train_error::TrainError;
 
 /// The parts of a [`Ring`](crate::Ring) by [`Ring::as_printed`](crate::Ring::as_printed): the same coordinates,
 /// contacts and accelerations. `teeth`: number of teeth of gear 1; those of the others follow from the base radii.

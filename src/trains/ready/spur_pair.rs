@@ -4,10 +4,10 @@ use crate::error::{ParameterError, check};
 use crate::excitation::combine::Scaled;
 use crate::excitation::wave::Wave;
 use crate::models::ring::ring_params::mean;
-use crate::trains::assembly::train_error::Warning;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::train_error::Warning;
 
 /// The spur gear pair of Kahraman and Singh 1990 (J. Sound Vib. 142, 49), in SI units or dimensionless.
 ///

@@ -13,7 +13,7 @@ use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
-use crate::trains::assembly::balance::Balance;
+use crate::trains::shape::balance::Balance;
 use crate::trains::shape::elements::{
     Entry, Friction, Journal, Lever, Motor, PlanetSet, Rotating, RowSpring, Spring, Tooth, ToothRest, Uneven,
 };

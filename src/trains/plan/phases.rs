@@ -1,12 +1,12 @@
 //! Phases of the meshes: stated, from the places of planets, or from the teeth of a gear that two meshes share.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::trains::assembly::kinematics::Kinematics;
-use crate::trains::assembly::names::Names;
-use crate::trains::assembly::places::{Planets, SAME, centre, snapped};
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{Kind, MeshPart, Phase};
+use crate::trains::plan::kinematics::Kinematics;
+use crate::trains::plan::names::Names;
+use crate::trains::plan::places::{Planets, SAME, centre, snapped};
+use crate::trains::train_error::TrainError;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 

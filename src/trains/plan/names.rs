@@ -1,7 +1,7 @@
 //! Names of bodies.
 
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
+use crate::trains::train_error::TrainError;
 use std::collections::{HashMap, HashSet};
 
 /// The places of the bodies by name.

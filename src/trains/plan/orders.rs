@@ -2,12 +2,12 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::wave::Wave;
-use crate::trains::assembly::fraction::Fraction;
-use crate::trains::assembly::kinematics::Kinematics;
-use crate::trains::assembly::names::Names;
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::{Course, Parts};
 use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::plan::fraction::Fraction;
+use crate::trains::plan::kinematics::Kinematics;
+use crate::trains::plan::names::Names;
+use crate::trains::train_error::TrainError;
 
 /// The angle φ of all waves: the slowest one that every mesh and every turn repeats a whole number of times.
 pub(crate) struct Orders {

@@ -1,10 +1,10 @@
 //! Mean speeds of all bodies, exact from tooth numbers.
 
-use crate::trains::assembly::fraction::Fraction;
-use crate::trains::assembly::names::Names;
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::Kind;
+use crate::trains::plan::fraction::Fraction;
+use crate::trains::plan::names::Names;
+use crate::trains::train_error::TrainError;
 
 /// Σ coefficient · speed = 0, by the part `part`.
 struct Relation {

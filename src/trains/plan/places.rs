@@ -1,11 +1,11 @@
 //! Centres of the bodies, and whether planets fit their places.
 
 use crate::error::check;
-use crate::trains::assembly::kinematics::Kinematics;
-use crate::trains::assembly::names::Names;
-use crate::trains::assembly::train_error::TrainError;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{Kind, MeshPart};
+use crate::trains::plan::kinematics::Kinematics;
+use crate::trains::plan::names::Names;
+use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
 
 /// A planet: carrier, angle, radius of its centre, and the phase that its place gives to its meshes.
