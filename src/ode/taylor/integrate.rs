@@ -276,9 +276,7 @@ impl<'r> Run<'r> {
         let c = &mut self.prepared.c;
         let h = self.pace.length(c, room);
         let powers = c.plan.functions().any(|function| function.is_power());
-        let series = h;
-        // Towards a power of 0 steps may also shrink little by little.
-        if h > resolution && !self.pace.collapsed(h) && !(powers && self.pace.has_shrunk(h)) {
+        if h > resolution && !self.pace.collapsed(h) {
             // Beyond the distance of a root or power of 0 the terms after the last one do not decay.
             return Ok(if powers { POWERS * h } else { h });
         }
@@ -302,10 +300,6 @@ impl<'r> Run<'r> {
                 return Ok(h);
             }
             h *= 0.25;
-        }
-        if series > resolution {
-            c.expand(self.e.y.slice(), &self.prepared.series, self.degree, false);
-            return Ok(series);
         }
         Err(self.shrunk(h))
     }

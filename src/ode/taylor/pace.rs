@@ -101,7 +101,7 @@ impl Pace {
     }
     /// Length of the first attempt to leave a root or power of 0, in a time span `room`.
     pub(super) fn start_of_power(&self, room: f64) -> f64 {
-        0.01 * if self.longest > 0.0 { self.longest } else { room }
+        0.01 * if self.last > 0.0 && self.last.is_finite() { self.last } else { room }
     }
 
     /// The length at which each of the last two terms reaches its tolerance; infinite if both are 0 and NaN
