@@ -360,10 +360,9 @@ fn guesses_and_instants() {
 fn bad_guesses() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.0, amplitude: 0.0, stiffness: 0.0 };
     let (shooting, rest) = (Shooting::new(), State::at_rest(1));
-    assert!(matches!(
-        shooting.solve(&model, &[]),
-        Err(ShootingError::Parameter(ParameterError::Empty { .. }))
-    ));
+    // Without a guess it starts at the static state, which nothing restores in this gap.
+    let without = shooting.solve(&model, &[]).map(drop);
+    assert!(matches!(without, Err(ShootingError::Singular { .. })), "{without:?}");
     assert!(matches!(
         shooting.solve(&model, &[State::at_rest(2)]),
         Err(ShootingError::Parameter(ParameterError::Length { .. }))

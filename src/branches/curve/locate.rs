@@ -55,6 +55,11 @@ impl<'p, S> Between<'p, S> {
         Between { a, end, slope, ds }
     }
 
+    /// The distance of the two points.
+    pub(crate) fn length(&self) -> f64 {
+        self.ds
+    }
+
     /// The first of the two points.
     pub(crate) fn start(&self) -> &CurvePoint<S> {
         self.a

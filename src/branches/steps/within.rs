@@ -40,8 +40,9 @@ const BESIDE: usize = 2;
 /// How often a part is divided to separate bifurcations.
 const HALVED: usize = 10;
 
-/// Distance from a located point at which the stretch beside it begins, as a share of the part `[1]`.
-const ASIDE: f64 = 1e-4;
+/// Distance from a located point at which the stretch beside it begins, as a share of the step `[1]`. It is above the
+/// accuracy of a crossing of branches, at which the equations are singular.
+const ASIDE: f64 = 1e-3;
 
 /// What the search for a zero of a test found.
 enum Located {
@@ -149,7 +150,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 Located::Saddle | Located::Nothing => self.unexplained.push(change.unlocated()),
             }
         }
-        if left > 0 { self.search_beside(at, a, b, left) } else { Ok(()) }
+        // Beyond a crossing at which it turns back the branch repeats itself.
+        if left > 0 && !turns { self.search_beside(at, a, b, left) } else { Ok(()) }
     }
 
     fn halve(
@@ -172,7 +174,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         left: usize,
     ) -> Result<(), CurveError> {
         at.sort_by(f64::total_cmp);
-        let aside = ASIDE * (b.sigma - a.sigma);
+        let aside = ASIDE * self.between.length();
         let mut from = None;
         for sigma in at {
             let start = from.as_ref().unwrap_or(a);

@@ -4,6 +4,7 @@ use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::model::slopes::{Slopes, accelerate};
+use crate::periodic::balance::fourier_orbit::AT_REST;
 use crate::roots::matrix::Matrix;
 use crate::roots::residual::Residual;
 use crate::tori::balance::angle_grid::AngleGrid;
@@ -226,8 +227,8 @@ impl<'m, M: QuasiPeriodic + ?Sized> TorusEquations<'m, M> {
 }
 
 /// Sizes of the coordinates: the largest coefficient of `near`. A coordinate that is 0 gets its largest
-/// acceleration at rest over the square of the highest rate; if that is 0, the largest size of the others; if
-/// all are 0, the value 1.
+/// acceleration at rest over the square of the highest rate. A coordinate that rests but for rounding, as the difference
+/// of equal members does, gets the largest size of the others; if all are 0, the value 1.
 fn sizes_near<M: QuasiPeriodic + ?Sized>(model: &M, near: &Torus, drives: &[f64], fastest: f64) -> Vec<f64> {
     let n = model.dof();
     let mut sizes: Vec<f64> = (0..n).map(|i| near.largest_coefficient(i)).collect();
@@ -246,7 +247,7 @@ fn sizes_near<M: QuasiPeriodic + ?Sized>(model: &M, near: &Torus, drives: &[f64]
     }
     let all = sizes.iter().fold(0.0f64, |m, s| m.max(*s));
     let other = if all > 0.0 && all.is_finite() { all } else { 1.0 };
-    sizes.iter().map(|s| if *s > 0.0 && s.is_finite() { *s } else { other }).collect()
+    sizes.iter().map(|s| if *s > AT_REST * other && s.is_finite() { *s } else { other }).collect()
 }
 
 impl<M: QuasiPeriodic + ?Sized> Residual for TorusEquations<'_, M> {
