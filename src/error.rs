@@ -137,15 +137,6 @@ pub enum ParameterError {
         /// Required value.
         expected: f64,
     },
-    /// The torques of a gear train do not balance.
-    #[error(
-        "the torques do not balance: they accelerate the reference body by {acceleration:e} rad/s²; Parts::load balances \
-         them, Machine::with_all changes several at once"
-    )]
-    Unbalanced {
-        /// Acceleration of the reference body [rad/s²].
-        acceleration: f64,
-    },
     /// The model has no drive with this slot.
     #[error("drive slot {slot} does not exist: the model has {drives} drives; slots count from 0")]
     NoSuchSlot {

@@ -96,7 +96,7 @@ impl LaneRk4 {
     /// ```
     /// use gear_dynamics::sweep::LaneRk4;
     /// use gear_dynamics::{NfgPair, NfgParams, Periodic};
-    /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+    /// let pair = NfgPair::new(&NfgParams { speed: 200.0, ..NfgParams::table1() })?;
     /// assert_eq!(LaneRk4::for_model(&pair)?.steps(), 63 * 64); // 63 cycles of the mesh in a period
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

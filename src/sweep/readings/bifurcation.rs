@@ -134,11 +134,12 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 ///     fn period(&self) -> f64 { std::f64::consts::PI }
 /// }
 /// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
-/// let diagram = Bifurcation::strobed(Sweep::new(amplitudes).settle(20).measure(2), "q1").run(
-///     &TableRk4::new(64),
+/// let (sweep, engine) = (Sweep::new(amplitudes).settle(20).measure(2), TableRk4::new(64));
+/// let diagram = Bifurcation::strobed("q1").run(&sweep.runner(
+///     &engine,
 ///     |p| Ok::<_, ParameterError>(Swing(p["f"])),
 ///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
-/// )?;
+/// ))?;
 /// let point = &diagram.up()[1];
 /// assert_eq!((point.index, point.parameter, point.period), (1, 4.0, Some(1)));
 /// // Closed form: q = f (3 sin 2t - cos 2t)/20.
@@ -162,11 +163,12 @@ pub struct DiagramPoint {
 /// ```
 /// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
 /// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 110.0, 2)?);
-/// let diagram = Bifurcation::extremes(Sweep::new(speeds).settle(3).measure(1), "deflection").run(
-///     &LaneRk4::new(63 * 32),
+/// let (sweep, engine) = (Sweep::new(speeds).settle(3).measure(1), LaneRk4::new(63 * 32));
+/// let diagram = Bifurcation::extremes("deflection").run(&sweep.runner(
+///     &engine,
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
-/// )?;
+/// ))?;
 /// assert_eq!((diagram.down()[1].parameter, diagram.down()[1].values.len()), (110.0, 2));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

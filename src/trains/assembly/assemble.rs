@@ -55,12 +55,11 @@ fn build<N: Nonlinearity + Clone>(parts: &Parts<N>, body: &str, speed: f64) -> R
         centre.push([place("x", bearing.is_some_and(|b| !b.along_y)), place("y", bearing.is_some())]);
     }
     let layout = Layout { parts, kinematics: &kinematics, planets: &planets, angle, centre };
-    let balance = layout.balance()?;
+    let balances = layout.balances()?;
     let orders = Orders::of(parts, &names, &kinematics)?;
     let rotations = rotations(parts, &names, &kinematics, &orders, reference)?;
-    let relative = layout.is_relative(balance.as_ref());
+    let relative = layout.is_relative(balances);
     let mut assembly = Assembly::new(&layout, &names, &orders, &rotations, coordinates, relative);
-    assembly.shape.balance = balance;
     assembly.linear()?;
     assembly.uneven();
     assembly.torques()?;
@@ -136,7 +135,6 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             spring_names: Default::default(),
             walk: None,
             torques: Vec::new(),
-            balance: None,
             masses: per_inertia.iter().map(|inverse| 1.0 / inverse).collect(),
             frame: None,
             torque_waves: Vec::new(),

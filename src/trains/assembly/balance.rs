@@ -4,7 +4,6 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::models::ring::ring_params::mean;
 use crate::trains::assembly::rows::Layout;
 use crate::trains::parts::collection::{Coordinates, Course, Parts, TorquePart};
-use crate::trains::shape::balance::Balance;
 use crate::trains::train_error::{TrainError, Warning};
 
 /// The torques in the order of their constants: over the angle, over the speed, constant.
@@ -28,16 +27,19 @@ pub(crate) fn mean_factor(torque: &TorquePart) -> f64 {
     }
 }
 
+/// Power of the torques in the rigid motion, as a share of that of all of them, above which they do not balance.
+const BALANCED: f64 = 1e-6;
+
 impl<N: Nonlinearity> Layout<'_, N> {
-    /// The balance of the torques; `None` if a load balances them, if they may be out of balance, or if something holds
-    /// the train.
+    /// Whether the torques must balance, and do. They need not if a load balances them, if they may be out of balance, or if
+    /// something holds the train.
     ///
     /// # Errors
     /// [`Warning::Unbalanced`].
-    pub(crate) fn balance(&self) -> Result<Option<Balance>, TrainError> {
+    pub(crate) fn balances(&self) -> Result<bool, TrainError> {
         let parts = self.parts;
         if parts.load.is_some() || !self.is_loose() || parts.accepted.contains(&Warning::Unbalanced) {
-            return Ok(None);
+            return Ok(false);
         }
         let dof = self.angle.iter().chain(self.centre.iter().flatten()).flatten().count();
         let rigid = self.rigid(dof);
@@ -52,14 +54,19 @@ impl<N: Nonlinearity> Layout<'_, N> {
             let body = parts.bodies.iter().position(|body| body.0 == torque.body).unwrap_or(0);
             self.kinematics.speeds[body].value().abs() * mean_factor(torque)
         };
-        let balance = Balance { powers: in_order(parts).map(power).collect(), inertia };
-        let values: Vec<f64> = in_order(parts).map(|torque| torque.value).collect();
-        match balance.check(&values) {
-            Ok(()) => Ok(Some(balance)),
-            Err(error) => {
-                Err(TrainError::Warning { warning: Warning::Unbalanced, message: error.to_string() })
-            }
+        let (mut sum, mut size) = (0.0, 0.0f64);
+        for torque in in_order(parts) {
+            let power = power(torque) * torque.value;
+            (sum, size) = (sum + power, size + power.abs());
         }
+        if sum.abs() <= BALANCED * size {
+            return Ok(true);
+        }
+        let message = format!(
+            "the torques do not balance: they accelerate the reference body by {:e} rad/s²; Parts::load balances them",
+            sum / inertia
+        );
+        Err(TrainError::Warning { warning: Warning::Unbalanced, message })
     }
 
     /// Whether neither support, drag nor a torque over the speed holds the rotation.
@@ -70,13 +77,13 @@ impl<N: Nonlinearity> Layout<'_, N> {
     }
 
     /// Whether the coordinates are relative: as stated, otherwise if torques act, balance, and nothing holds the train.
-    pub(crate) fn is_relative(&self, balance: Option<&Balance>) -> bool {
+    pub(crate) fn is_relative(&self, balances: bool) -> bool {
         let parts = self.parts;
         match parts.coordinates {
             Some(coordinates) => coordinates == Coordinates::Relative,
             None => {
                 let round = parts.meshes.iter().all(|(_, _, mesh)| mesh.is_round());
-                let balanced = parts.load.is_some() || balance.is_some();
+                let balanced = parts.load.is_some() || balances;
                 let free = balanced && self.is_loose() && round && parts.rotating.is_none();
                 free && !parts.torques.is_empty()
             }

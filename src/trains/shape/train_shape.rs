@@ -13,7 +13,6 @@ use crate::model::equations::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
-use crate::trains::shape::balance::Balance;
 use crate::trains::shape::elements::{
     Entry, Friction, Journal, Lever, Motor, PlanetSet, Rotating, RowSpring, Spring, Tooth, ToothRest, Uneven,
 };
@@ -44,7 +43,7 @@ use crate::trains::shape::walk::Walk;
 /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
 /// parts.torque("motor", "pinion", 30.0).torque("load", "wheel", -60.0);
 /// let train = parts.build("pinion", 100.0)?;
-/// assert_eq!((train.dof(), train.constant("mesh damping")?), (2, 0.0));
+/// assert_eq!((train.dof(), train.constant("mesh damping")?), (1, 0.0)); // the torques balance: relative coordinates
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type Train<N = Backlash> = Machine<TrainShape<N>>;
@@ -99,8 +98,6 @@ pub struct TrainShape<N = Backlash> {
     /// For each torque, the coordinates on which its constant acts and how much of it: a constant torque, and the part of
     /// the load that balances a torque. Torques over the angle and over the speed come first.
     pub(crate) torques: Vec<Vec<Entry>>,
-    /// `None` if the torques need not balance, or a load balances them.
-    pub(crate) balance: Option<Balance>,
     /// Torques that are waves: place of the wave among `single`, of the constant among the torques, pulls.
     pub(crate) torque_waves: Vec<(usize, usize, std::ops::Range<usize>)>,
     pub(crate) names: Vec<Channel>,
@@ -190,9 +187,6 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         check::scale("speed", constants[0])?;
         let rest = 1 + self.torques.len();
-        if let Some(balance) = &self.balance {
-            balance.check(&constants[1..rest])?;
-        }
         self.names[rest..]
             .iter()
             .zip(&constants[rest..])
