@@ -24,7 +24,7 @@ const CASES: [(&str, u64, u64); 23] = [
     ("balance-of-pairs", 10, 6),
     ("conserved", 20, 20),
     ("cuts-of-lines", 1, 0),
-    ("symmetric-coordinates", 6, 4),
+    ("symmetric-coordinates", 6, 3),
     ("symmetric-solvers", 2, 1),
     ("symmetric-methods", 1, 1),
     ("stability-of-pairs", 3, 2),

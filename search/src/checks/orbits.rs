@@ -11,7 +11,7 @@ use gear_dynamics::branches::{
 use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::Side;
 use gear_dynamics::periodic::{FlowMethod, Integrals, ShootingOrbit};
-use gear_dynamics::trains::{Body, MeshPart, Parts, Train};
+use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train};
 use gear_dynamics::{
     Balance, Dop853, Harmonics, Integrator, Model, Periodic, Shooting, State, Statistics, Taylor, Wave,
 };
@@ -234,7 +234,7 @@ fn conserved(draw: &mut Draw) -> Outcome {
         parts.mesh("mesh", "pinion", "wheel", mesh);
         let load = -torque * radii[1] / radii[0];
         parts.torque("drive", "pinion", torque).torque("load", "wheel", load);
-        let train = parts.build("pinion", 100.0).map_err(told)?;
+        let train = parts.coordinates(Coordinates::Inertial).build("pinion", 100.0).map_err(told)?;
         // The velocity of the mesh is of the order of an oscillation through the whole gap.
         let frequency =
             (stiffness * (radii[0].powi(2) / inertias[0] + radii[1].powi(2) / inertias[1])).sqrt();
