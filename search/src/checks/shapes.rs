@@ -182,8 +182,7 @@ fn flow(draw: &mut Draw, chain: &Machine<Chain>) -> Compared {
             let [low, high] = [moved(-h)?, moved(h)?];
             by_step.push((0..2 * n).map(|i| (high[i] - low[i]) / (2.0 * h)).collect::<Vec<f64>>());
         }
-        for i in 0..2 * n {
-            let [coarse, fine] = [by_step[0][i], by_step[1][i]];
+        for (i, (coarse, fine)) in by_step[0].iter().zip(&by_step[1]).enumerate() {
             let uncertain = 3.0 * (coarse - fine).abs() + 1e-7 * growth;
             open = open.max(uncertain);
             if (a.matrix[(i, j)] - fine).abs() > uncertain {
