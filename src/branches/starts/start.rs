@@ -10,11 +10,11 @@ use crate::branches::line::{Line, LinePoint};
 /// | models | start | what is followed |
 /// |---|---|---|
 /// | [`Family`](crate::branches::Family) | [`State`](crate::State); `&[State]` at increasing times within one period | the orbit of the shooting near it |
-/// | | `&`[`ShootingOrbit`](crate::ShootingOrbit) | this orbit |
-/// | | `&`[`FourierOrbit`](crate::FourierOrbit) | the orbit of the balance near it |
+/// | | `&`[`ShootingOrbit`](crate::periodic::ShootingOrbit) | this orbit |
+/// | | `&`[`FourierOrbit`](crate::periodic::FourierOrbit) | the orbit of the balance near it |
 /// | | [`Switch`](crate::branches::Switch) | the branch that crosses at a located point |
 /// | | [`Beyond`](crate::branches::Beyond) | the branch that comes back from infinity |
-/// | [`TruncatedForces`](crate::branches::TruncatedForces) | `&`[`FourierOrbit`](crate::FourierOrbit), [`Switch`](crate::branches::Switch) | the same, with truncated contact forces |
+/// | [`TruncatedForces`](crate::branches::TruncatedForces) | `&`[`FourierOrbit`](crate::periodic::FourierOrbit), [`Switch`](crate::branches::Switch) | the same, with truncated contact forces |
 /// | [`Plane`](crate::branches::Plane) | `&`[`BranchPoint`](crate::branches::BranchPoint) | the boundary of the located point over two parameters |
 ///
 /// ```

@@ -15,7 +15,7 @@ use std::sync::atomic::Ordering;
 /// from the state in which the previous one ended.
 ///
 /// Settling periods, measured periods, the tolerance of a periodic motion and Lyapunov exponents are settings
-/// of the [`Sweep`].
+/// of the [`Sweep`](crate::Sweep).
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
@@ -217,7 +217,7 @@ impl Diagram {
     }
 
     /// The values of the parameter at which hysteresis cannot be decided: neither branch repeats (chaos, not
-    /// settled, or a step too coarse for [`periodic_tolerance`](Sweep::periodic_tolerance)), or a branch failed.
+    /// settled, or a step too coarse for [`periodic_tolerance`](crate::Sweep::periodic_tolerance)), or a branch failed.
     pub fn undecided(&self) -> Vec<f64> {
         let decided: Vec<usize> = self.decided().map(|(a, _)| a.index).collect();
         let points = self.up_rows.points();
