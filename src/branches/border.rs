@@ -1,7 +1,6 @@
 //! Branches that run to infinity: the size of a motion, and the border of parametric instability.
 
 use crate::branches::family::Family;
-use crate::branches::orbits::contact_trace::ContactTrace;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::points::test_functions::fold;
 use crate::contact::piece::Piece;
@@ -112,14 +111,6 @@ pub(crate) fn longest_step(max_step: f64, motion: f64) -> f64 {
 impl Measured {
     fn largest_range(&self) -> f64 {
         self.ranges[..self.ranges.len() / 2].iter().fold(0.0, |most: f64, range| most.max(*range))
-    }
-}
-
-impl ContactTrace {
-    /// The largest distance of a contact from its edges.
-    fn farthest(&self, contact: usize) -> f64 {
-        let of = self.extremes.iter().filter(|e| e.contact == contact);
-        of.map(|e| e.distance.abs()).fold(0.0, f64::max)
     }
 }
 

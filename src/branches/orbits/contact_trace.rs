@@ -53,6 +53,12 @@ pub(crate) struct ContactTrace {
 }
 
 impl ContactTrace {
+    /// The largest distance of a contact from its edges.
+    pub(crate) fn farthest(&self, contact: usize) -> f64 {
+        let of = self.extremes.iter().filter(|e| e.contact == contact);
+        of.map(|e| e.distance.abs()).fold(0.0, f64::max)
+    }
+
     pub(crate) fn new(contacts: usize) -> Self {
         ContactTrace { extremes: Vec::new(), crossings: vec![[0; 2]; contacts], fastest: vec![0.0; contacts] }
     }

@@ -178,12 +178,8 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
 /// Whether an extremum of the first orbit that is near its edge has none like it in the second one. `part`:
 /// distance of the two orbits.
 fn vanishes(a: &ContactTrace, b: &ContactTrace, part: f64) -> bool {
-    let size = |contact: usize| {
-        let of = a.extremes.iter().filter(|e| e.contact == contact);
-        of.map(|e| e.distance.abs()).fold(0.0, f64::max)
-    };
     a.extremes.iter().any(|e| {
-        e.distance.abs() < REACH * part * size(e.contact)
+        e.distance.abs() < REACH * part * a.farthest(e.contact)
             && b.nearest(e).is_none_or(|like| like.apart(e.phase) > NEAR)
     })
 }

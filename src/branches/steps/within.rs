@@ -40,12 +40,12 @@ const BESIDE: usize = 2;
 /// How often a part is divided to separate bifurcations.
 const HALVED: usize = 10;
 
-/// Distance from a located point at which the stretch beside it begins, as a share of the step `[1]`. It is above the
-/// accuracy of a crossing of branches, at which the equations are singular.
+/// Distance from a located point at which the stretch beside it begins, as a share of the step `[1]`. It is
+/// above the accuracy of a crossing of branches, at which the equations are singular.
 const ASIDE: f64 = 1e-3;
 
 /// What the search for a zero of a test found.
-enum Located {
+enum Zero {
     /// The distance of a point that is kept, and whether the branch turns back there though it is no fold.
     Point(f64, bool),
     /// A zero of the test of tori without a complex pair on the unit circle.
@@ -142,12 +142,12 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             }
             let ends = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
             match self.locate(change, ends)? {
-                Located::Point(sigma, turned) => {
+                Zero::Point(sigma, turned) => {
                     turns |= turned;
                     at.push(sigma);
                 }
-                Located::Saddle if left > 0 => return self.halve(a, b, left),
-                Located::Saddle | Located::Nothing => self.unexplained.push(change.unlocated()),
+                Zero::Saddle if left > 0 => return self.halve(a, b, left),
+                Zero::Saddle | Zero::Nothing => self.unexplained.push(change.unlocated()),
             }
         }
         // Beyond a crossing at which it turns back the branch repeats itself.
@@ -217,13 +217,13 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             let mut test = move |engine: &mut Engine<C>, point: &CurvePoint<C::Solution>| {
                 engine.curve.multipliers(point).as_ref().and_then(|m| number(m, k))
             };
-            found |= matches!(self.locate_by(change, ends, &mut test)?, Located::Point(..));
+            found |= matches!(self.locate_by(change, ends, &mut test)?, Zero::Point(..));
         }
         Ok(found)
     }
 
     /// Locates a bifurcation between two distances with values of its test, and keeps it.
-    fn locate(&mut self, change: Change, ends: [Option<[f64; 2]>; 2]) -> Result<Located, CurveError> {
+    fn locate(&mut self, change: Change, ends: [Option<[f64; 2]>; 2]) -> Result<Zero, CurveError> {
         self.locate_by(change, ends, &mut test_of(change))
     }
 
@@ -232,8 +232,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         change: Change,
         ends: [Option<[f64; 2]>; 2],
         test: &mut Test<'_, C>,
-    ) -> Result<Located, CurveError> {
-        let [Some(from), Some(to)] = ends else { return Ok(Located::Nothing) };
+    ) -> Result<Zero, CurveError> {
+        let [Some(from), Some(to)] = ends else { return Ok(Zero::Nothing) };
         let located = if change == Change::Branch {
             self.engine.locate_crossing(self.between, [from, to], test)
         } else {
@@ -245,13 +245,13 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             Ok(Some((point, turns))) => {
                 let is_pair = |m: &Multipliers| change != Change::NeimarkSacker || is_torus(m);
                 if !self.engine.curve.multipliers(&point).as_ref().is_none_or(is_pair) {
-                    return Ok(Located::Saddle);
+                    return Ok(Zero::Saddle);
                 }
                 let sigma = self.engine.distance(self.between.start(), &point);
                 self.found.push((sigma, point, change));
-                Ok(Located::Point(sigma, turns))
+                Ok(Zero::Point(sigma, turns))
             }
-            _ => Ok(Located::Nothing),
+            _ => Ok(Zero::Nothing),
         }
     }
 
@@ -273,7 +273,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 Err(_) | Ok(None) => {} // nothing shows that the sign of the test changes
                 Ok(Some(inside)) => {
                     for ends in [[from, inside], [inside, to]] {
-                        if let Located::Nothing = self.locate(*change, ends.map(Some))? {
+                        if let Zero::Nothing = self.locate(*change, ends.map(Some))? {
                             self.unexplained.push(change.unlocated());
                         }
                     }
