@@ -19,6 +19,9 @@ const SMOOTH: f64 = 0.03;
 /// Least share of the bend at the longer distance that the bend of a kink has at the shorter one `[1]`.
 const KINK: f64 = 0.5;
 
+/// Least ratio of the change of a value over a kink to the second differences beside it `[1]`.
+const CURVED: f64 = 4.0;
+
 /// Depths past an edge, each twice the one before, as shares of [`Line::length`].
 const DEPTHS: [f64; 3] = [0.1, 0.2, 0.4];
 
@@ -308,8 +311,11 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
         let mut per_force: Option<f64> = None;
         for seen in edges {
             let ([far, a], w, h) = (seen.acceleration[row], seen.force[1], seen.h);
-            // The bend of a power of the depth decreases towards the edge: terms that are smooth there have a share of it.
-            if !clear(a, h, self.terms[row]) || a.bend.abs() < KINK * far.bend.abs() {
+            // The bend of a power of the depth decreases towards the edge: smooth terms have a share of it. At both
+            // distances together they may hide it, but they have second differences of its size.
+            let curve = a.curve[0].abs().max(a.curve[1].abs());
+            let smooth = a.bend.abs() < KINK * far.bend.abs() || a.bend.abs() * h < CURVED * curve;
+            if !clear(a, h, self.terms[row]) || smooth {
                 continue;
             }
             let noise = ROUNDING * seen.largest;

@@ -70,23 +70,24 @@ impl PowerLaw {
         self.exponent
     }
 
-    /// y0 (y/y0) |y/y0|^(p-1) for a signed depth y.
+    /// y0 |y/y0|^p for a depth y. Its derivatives are powers of the depth alone, so that they hold at depth 0, too.
     #[inline(always)]
     fn of_depth<S: Scalar>(&self, y: S) -> S {
-        let z = y / S::from(self.depth);
-        y * z.abs_powf(self.exponent - 1.0)
+        let depth = S::from(self.depth);
+        depth * (y / depth).abs_powf(self.exponent)
     }
 }
 
 impl Nonlinearity for PowerLaw {
     #[inline(always)]
     fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
-        self.of_depth(x - x.max(lower).min(upper))
+        let y = x - x.max(lower).min(upper);
+        y * (y / S::from(self.depth)).abs_powf(self.exponent - 1.0)
     }
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
         match piece {
-            Piece::Lower if self.lower.is_finite() => self.of_depth(x - lower),
+            Piece::Lower if self.lower.is_finite() => -self.of_depth(x - lower),
             Piece::Upper if self.upper.is_finite() => self.of_depth(x - upper),
             _ => S::from(0.0),
         }
