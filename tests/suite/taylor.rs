@@ -260,6 +260,25 @@ fn hertz_contacts_in_closed_form() {
     }
 }
 
+/// The derivative of the flow through a contact of a power of the depth, whose second derivatives are infinite on the
+/// edge. With the contact time τ of the test above, which is proportional to v^(2/n - 1), the mass is at
+/// 1 - v (t - (1 - q)/v - τ(v)) at the end.
+#[test]
+fn derivatives_through_contacts_of_a_power() {
+    for (p, gammas) in [(1.2, 0.8611925590456704), (1.6, 0.8213823427602973)] {
+        let law = PowerLaw::new(0.0, p, 1.0).unwrap().with_edges(f64::NEG_INFINITY, 1.0).unwrap();
+        let model = Machine::with_constants(Bounce(law, 2), &[("speed", 1.0)]).unwrap();
+        let (v, n, t) = (2.0f64, p + 1.0, 5.0);
+        let time = 2.0 * (0.5 * n * v * v).powf(1.0 / n) / v * PI.sqrt() * gammas;
+        let start = State::new(0.0, &[0.0, 0.1, 0.2], &[v, 0.0, 0.0]);
+        let matrix = Variation::new().tolerance(1e-13).run(&model, &start, t).unwrap().matrix;
+        close("position by position", matrix[(0, 0)], -1.0, 1e-11);
+        close("position by velocity", matrix[(0, 3)], 2.0 / n * time - t, 1e-10);
+        close("velocity by position", 1.0 + matrix[(3, 0)], 1.0, 1e-11);
+        close("velocity by velocity", matrix[(3, 3)], -1.0, 1e-11);
+    }
+}
+
 /// A run that starts on the edge of a Hertz contact, with further coordinates that have a series there.
 #[test]
 fn starts_on_the_edge_of_a_hertz_contact() {
