@@ -1,5 +1,6 @@
 //! The targets: one for each part of the crate.
 
+mod branches;
 mod build;
 pub mod excitations;
 mod flows;
@@ -27,7 +28,7 @@ const fn target(name: &'static str, batch: u64, run: fn(&mut Case) -> Run) -> Ta
 }
 
 /// All targets. A case is named by its target, so that the order may change.
-pub const TARGETS: [Target; 43] = [
+pub const TARGETS: [Target; 44] = [
     target("excitation", 200, excitations::any),
     target("table", 200, excitations::tables),
     target("law", 200, laws::any),
@@ -67,6 +68,7 @@ pub const TARGETS: [Target; 43] = [
     target("lyapunov", 5, orbits::lyapunov),
     target("balance", 5, orbits::balance),
     target("truncated", 5, orbits::truncated),
+    target("branch", 2, branches::branch),
     target("sweep", 5, sweeps::users),
     target("lanes", 5, sweeps::lanes),
     target("bifurcation", 5, sweeps::bifurcation),

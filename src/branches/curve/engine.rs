@@ -203,11 +203,14 @@ impl<C: Curve> Engine<C> {
         point.units = units;
     }
 
-    /// The angle between the tangents of two points, in the units of the first `[rad]`.
-    pub(crate) fn angle(from: &CurvePoint<C::Solution>, to: &CurvePoint<C::Solution>) -> f64 {
+    /// By how much the curve turns between two points, in the units of the first `[rad]`: from the tangent of the first
+    /// to the chord, and on to the tangent of the second. Between equal tangents the curve may turn and turn back.
+    pub(crate) fn turn(from: &CurvePoint<C::Solution>, to: &CurvePoint<C::Solution>) -> f64 {
         let mut other = to.tangent.clone();
         other.component_mul_assign(&to.units);
         other.component_div_assign(&from.units);
-        from.tangent.dot(&other.normalize()).clamp(-1.0, 1.0).acos()
+        let chord = from.scaled_difference(to).normalize();
+        let angle = |cosine: f64| cosine.clamp(-1.0, 1.0).acos();
+        angle(from.tangent.dot(&chord)) + angle(chord.dot(&other.normalize()))
     }
 }

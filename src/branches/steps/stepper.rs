@@ -135,7 +135,7 @@ impl<'f, C: Followed> Stepper<'f, C> {
             }
             point => (point?, self.step, false),
         };
-        let angle = Engine::<C>::angle(last, &point);
+        let angle = Engine::<C>::turn(last, &point);
         if angle > TURN && step > CORNER {
             return Err(CurveError::Turned { angle, step });
         }

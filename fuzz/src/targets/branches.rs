@@ -1,0 +1,82 @@
+//! Branches of spur pairs over their constants, onto other branches, back from infinity, and boundaries.
+
+use crate::case::{Case, Run, all_finite, holds};
+use gear_dynamics::branches::{
+    Beyond, Branch, BranchEnd, BranchPoint, ByConstant, ByConstants, Continuation, Switch,
+};
+use gear_dynamics::trains::SpurPair;
+use gear_dynamics::{Budget, Shooting, State};
+
+/// The constants of a pair.
+const NAMES: [&str; 5] = ["speed", "drive", "load", "mesh half backlash", "no such constant"];
+
+/// Maximum number of points of a branch, which keeps cases short.
+const POINTS: usize = 12;
+
+fn continuation(case: &mut Case, [from, to]: [f64; 2]) -> Continuation {
+    let mut settings = Continuation::new(from, to)
+        .max_points(case.effort(POINTS))
+        .shooting(Shooting::new().budget(Budget::new().steps(20_000)))
+        .budget(Budget::new().steps(100_000));
+    if case.chance(0.3) {
+        settings = settings.bounds(case.number(0.3), case.number(2.0));
+    }
+    if case.chance(0.3) {
+        settings = settings.max_motion(case.number(100.0));
+    }
+    if case.chance(0.3) {
+        settings =
+            settings.first_step(case.number(0.01)).max_step(case.number(0.1)).min_step(case.number(1e-9));
+    }
+    if case.chance(0.2) {
+        settings = settings.measure(&[case.pick(&["q1", "deflection 1", "driver", "no such channel"])]);
+    }
+    if case.chance(0.3) { settings.both_ways() } else { settings }
+}
+
+fn points(branch: &Branch) -> Run {
+    for point in branch.points() {
+        all_finite("parameter, peak to peak", &[point.parameter, point.peak_to_peak()])?;
+        all_finite("q of a point", &point.orbit.states()[0].q)?;
+    }
+    holds(branch.end() != &BranchEnd::Open, || "a branch that has ended is open".into())?;
+    branch.table()?;
+    Ok(())
+}
+
+/// A branch over a constant; from it the branches and boundaries that start there.
+pub fn branch(case: &mut Case) -> Run {
+    let numbers = [case.number(0.05), case.number(0.3)];
+    let waves = [case.pairs(2, 0.2), case.pairs(2, 0.1)].map(|pairs| pairs.concat());
+    case.note(|| format!("numbers {numbers:?}, waves {waves:?}"));
+    let pair = SpurPair::of_numbers(numbers[0], numbers[1], &waves[0], &waves[1])?;
+    let train = pair.parts()?.build("driver", case.number(0.8))?;
+    let name = if case.chance(0.8) { "speed" } else { case.pick(&NAMES) };
+    let family = ByConstant::new(&train, name)?;
+    let range = [family.value(), case.number(1.0)];
+    let settings = continuation(case, range);
+    let start = State::new(0.0, &[case.number(1.0)], &[case.number(0.1)]);
+    case.note(|| format!("{name}: {settings:?}, start {start:?}"));
+    let branch =
+        settings.run(&family, if case.chance(0.7) { &[][..] } else { std::slice::from_ref(&start) })?;
+    points(&branch)?;
+    if matches!(branch.end(), BranchEnd::Unbounded { .. }) {
+        let beyond = case.accept(settings.run(&family, Beyond(&branch)));
+        beyond.iter().try_for_each(points)?;
+    }
+    if case.chance(0.2) {
+        case.accept(settings.run(&family, Beyond(&branch)));
+    }
+    let located: Option<&BranchPoint> = branch.located().map(|(_, point)| point).next();
+    let Some(point) = located.or(branch.points().first()) else { return Ok(()) };
+    if case.chance(0.5) {
+        let switched = case.accept(settings.run(&family, Switch::at(point)));
+        switched.iter().try_for_each(points)?;
+    }
+    let plane = ByConstants::new(&train, [name, case.pick(&NAMES)])?;
+    let [from, to] = [case.number(0.1), case.number(0.3)];
+    let settings = continuation(case, [from, to]).max_points(case.effort(4));
+    let line = case.accept(settings.run(&plane, point));
+    let mut points = line.iter().flat_map(|line| line.points());
+    points.try_for_each(|point| all_finite("parameters of a line", &point.parameters))
+}
