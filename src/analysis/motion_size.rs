@@ -3,7 +3,7 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::{Model, State};
-use crate::model::terms::Sizing;
+use crate::model::sizing::Sizing;
 use crate::numeric::norms::remove;
 use crate::ode::step::{Observer, Step};
 use std::f64::consts::TAU;

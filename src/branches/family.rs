@@ -1,8 +1,7 @@
 //! Families of models over one parameter.
 
 use crate::error::{ParameterError, check};
-use crate::model::constants::Constants;
-use crate::model::equations::{Channel, Model, Periodic};
+use crate::model::equations::{Channel, Constants, Model, Periodic};
 
 /// A family of models over one parameter p, along which orbits are continued.
 ///

@@ -2,7 +2,8 @@
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
-use crate::model::equations::{Jacobian, Periodic};
+use crate::model::equations::Periodic;
+use crate::model::jacobian::Jacobian;
 use crate::model::slopes::Slopes;
 use crate::numeric::spread::weyl;
 

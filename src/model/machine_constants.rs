@@ -3,9 +3,9 @@
 use crate::contact::piece::Piece;
 use crate::dual::Dual;
 use crate::error::ParameterError;
-use crate::model::constants::{Constants, DriveSlope};
-use crate::model::equations::{Channel, Model, Periodic};
-use crate::model::jacobian::slope_along;
+use crate::model::drive_slope::DriveSlope;
+use crate::model::dual_jacobian::slope_along;
+use crate::model::equations::{Channel, Constants, Model, Periodic};
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 

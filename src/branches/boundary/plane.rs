@@ -4,8 +4,7 @@ use crate::branches::family::Family;
 use crate::branches::orbits::without_stops::WithoutStops;
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
-use crate::model::constants::Constants;
-use crate::model::equations::{Channel, Model, Periodic};
+use crate::model::equations::{Channel, Constants, Model, Periodic};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 

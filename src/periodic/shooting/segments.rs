@@ -1,6 +1,6 @@
 //! The segments of multiple shooting: integration over all segments, and norms of the corrections.
 
-use crate::model::constants::DriveSlope;
+use crate::model::drive_slope::DriveSlope;
 use crate::model::equations::{Model, State};
 use crate::numeric::norms::remove;
 use crate::ode::budget::Meter;

@@ -2,8 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::linear::statics::static_state;
-use crate::model::constants::place_of;
-use crate::model::equations::{Periodic, State};
+use crate::model::equations::{Periodic, State, place_of};
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 use crate::ode::probe::Probe;

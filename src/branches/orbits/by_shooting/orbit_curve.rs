@@ -4,7 +4,7 @@ use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::family::Family;
 use crate::branches::stability_method::StabilityMethod;
 use crate::error::check;
-use crate::model::constants::DriveSlope;
+use crate::model::drive_slope::DriveSlope;
 use crate::model::equations::{Model, Periodic, State};
 use crate::model::rigid::rigid_modes;
 use crate::ode::budget::Meter;
