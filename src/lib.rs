@@ -117,7 +117,8 @@ pub use num_complex;
 ///
 /// # Contents
 ///
-/// - **Your own model**: [`Shape`] and [`Machine`], or two methods of [`Model`].
+/// - **Your own model**: [`Shape`] and [`Machine`], one formula by [`from_fn`](model::from_fn), or two methods of
+///   [`Model`].
 ///   [`check_model`](check::check_model) finds inconsistencies in it.
 /// - **Gear trains from parts** ([page](guide::trains)): [`Parts`](trains::Parts) of bodies, shafts, bearings, meshes
 ///   and torques make a [`Train`](trains::Train); ready are [`SpurPair`](trains::SpurPair),

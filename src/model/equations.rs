@@ -372,13 +372,9 @@ pub trait Constants {
 /// The state of a model: coordinates and velocities at a time.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, Integrator, Model, State};
-/// struct Load; // q'' = -1
-/// impl Model for Load {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -1.0; }
-/// }
-/// let end = Dop853::new().end(&Load, &State::new(0.0, &[0.5], &[2.0]), 3.0)?;
+/// use gear_dynamics::{Dop853, Integrator, State, model::from_fn};
+/// let pulled = from_fn(1, |_, _, _, a| a[0] = -1.0)?; // q'' = -1
+/// let end = Dop853::new().end(&pulled, &State::new(0.0, &[0.5], &[2.0]), 3.0)?;
 /// // q = 0.5 + 2 t - t²/2 and q' = 2 - t at t = 3
 /// assert!((end.q[0] - 2.0).abs() < 1e-9 && (end.v[0] + 1.0).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

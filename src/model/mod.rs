@@ -5,6 +5,7 @@ pub(crate) mod drive_slope;
 pub(crate) mod dual_jacobian;
 pub(crate) mod equations;
 pub(crate) mod expansion;
+pub(crate) mod formula;
 pub(crate) mod jacobian;
 pub(crate) mod machine;
 pub(crate) mod machine_constants;
@@ -19,6 +20,7 @@ pub(crate) mod terms;
 
 pub use crate::dual::Dual;
 pub use crate::model::equations::{Channel, Model, Periodic, State};
+pub use crate::model::formula::{Formula, from_fn};
 pub use crate::model::jacobian::Jacobian;
 pub use crate::model::machine::Machine;
 pub use crate::model::offers::Offers;
