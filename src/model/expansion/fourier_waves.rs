@@ -85,8 +85,7 @@ impl FourierWaves {
         });
         let orders: Vec<Order> = orders.collect();
         let few = orders.len() <= ORDERS && waves.iter().all(|(_, terms)| terms.len() <= TERMS);
-        let place = |n: usize| known.partition_point(|order| *order < n);
-        let placed = |(n, pair): &Term| (place(*n), *pair);
+        let placed = |(n, pair): &Term| (known.partition_point(|order| order < n), *pair);
         FourierWaves {
             means: waves.iter().map(|(mean, _)| *mean).collect(),
             terms: waves.iter().map(|(_, terms)| terms.iter().map(placed).collect()).collect(),
@@ -152,10 +151,8 @@ impl FourierWaves {
                 }
             }
         });
-        for &[copy, of] in &self.copies {
-            for i in 0..W {
-                u[i][copy] = u[i][of];
-            }
+        for row in u {
+            self.copies.iter().for_each(|&[copy, of]| row[copy] = row[of]);
         }
     }
 }

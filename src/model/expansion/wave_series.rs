@@ -33,19 +33,11 @@ impl FourierWaves {
         needed: &[bool],
         u: &mut [Series],
     ) {
+        let Some(weights) = &self.weights else { return };
         let mut turns = [[0.0; 2]; SPACE];
         self.turn([angle], |k, _, [[s], [c]]| turns[k] = [*s, *c]);
-        if let Some(weights) = &self.weights {
-            self.arch.dispatch(Expansion {
-                waves: self,
-                weights,
-                turns: &turns,
-                speed,
-                coefficients,
-                needed,
-                u,
-            });
-        }
+        let sums = Expansion { waves: self, weights, turns: &turns, speed, coefficients, needed, u };
+        self.arch.dispatch(sums);
     }
 }
 
