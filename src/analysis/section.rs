@@ -1,7 +1,8 @@
 //! Poincaré sections.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, Periodic, State};
+use crate::model::equations::{Model, Periodic};
+use crate::model::state::State;
 use crate::numeric::gauss::FIVE;
 use crate::ode::budget::Budget;
 use crate::ode::integrator::{Integrator, sample};

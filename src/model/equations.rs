@@ -2,8 +2,9 @@
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
-use crate::error::{ParameterError, check};
+use crate::error::ParameterError;
 use crate::excitation::side::Side;
+use crate::model::channel::{Channel, place_of};
 use crate::model::drive_slope::DriveSlope;
 use crate::model::expansion::expand::Expand;
 use crate::model::jacobian::Jacobian;
@@ -264,47 +265,6 @@ impl<M: Periodic + ?Sized> Periodic for &M {
     }
 }
 
-/// A quantity with a name and a unit that can be read from a model. Unit: `1` if dimensionless, empty if it
-/// depends on the units of the model.
-///
-/// ```
-/// let channel = gear_dynamics::model::Channel::new("mesh force", "N");
-/// assert_eq!(channel.to_string(), "mesh force [N]");
-/// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Channel {
-    /// Name.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-}
-
-impl Channel {
-    /// A channel with the given name and unit.
-    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Channel { name: name.into(), unit: unit.into() }
-    }
-}
-
-impl std::fmt::Display for Channel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.unit.is_empty() {
-            f.write_str(&self.name)
-        } else {
-            write!(f, "{} [{}]", self.name, self.unit)
-        }
-    }
-}
-
-/// Index of a name in a list of constants.
-pub(crate) fn place_of(names: &[Channel], name: &str) -> Result<usize, ParameterError> {
-    names.iter().position(|channel| channel.name == name).ok_or_else(|| {
-        let known: Vec<&str> = names.iter().map(|channel| channel.name.as_str()).collect();
-        ParameterError::NoSuchConstant { name: name.into(), known: known.join(", ") }
-    })
-}
-
 /// A model whose drives repeat. Poincaré sections, harmonic balance and drive tables require it.
 ///
 /// A model with held processes ([`Held`](crate::drives::Held)) is not periodic and does not implement this
@@ -366,48 +326,5 @@ pub trait Constants {
     /// [`ParameterError::NoSuchConstant`], which lists the names.
     fn place(&self, name: &str) -> Result<usize, ParameterError> {
         place_of(self.names(), name)
-    }
-}
-
-/// The state of a model: coordinates and velocities at a time.
-///
-/// ```
-/// use gear_dynamics::{Dop853, Integrator, State, model::from_fn};
-/// let pulled = from_fn(1, |_, _, _, a| a[0] = -1.0)?; // q'' = -1
-/// let end = Dop853::new().end(&pulled, &State::new(0.0, &[0.5], &[2.0]), 3.0)?;
-/// // q = 0.5 + 2 t - t²/2 and q' = 2 - t at t = 3
-/// assert!((end.q[0] - 2.0).abs() < 1e-9 && (end.v[0] + 1.0).abs() < 1e-9);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct State {
-    /// Time, in the time unit of the model.
-    pub t: f64,
-    /// Coordinates q.
-    pub q: Vec<f64>,
-    /// Velocities q'.
-    pub v: Vec<f64>,
-}
-
-impl State {
-    /// A state from a time, coordinates and velocities.
-    pub fn new(t: f64, q: &[f64], v: &[f64]) -> Self {
-        State { t, q: q.to_vec(), v: v.to_vec() }
-    }
-
-    /// The state at time 0 with all coordinates and velocities 0.
-    pub fn at_rest(dof: usize) -> Self {
-        State { t: 0.0, q: vec![0.0; dof], v: vec![0.0; dof] }
-    }
-
-    /// Checks that the state fits a model of `dof` degrees of freedom and that all numbers are within ±1e50.
-    pub(crate) fn check(&self, dof: usize) -> Result<(), ParameterError> {
-        check::length("start.q", self.q.len(), dof)?;
-        check::length("start.v", self.v.len(), dof)?;
-        check::quantity("start.t", self.t)?;
-        check::quantities("start.q", &self.q)?;
-        check::quantities("start.v", &self.v)
     }
 }

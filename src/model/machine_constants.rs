@@ -3,9 +3,10 @@
 use crate::contact::piece::Piece;
 use crate::dual::Dual;
 use crate::error::{ParameterError, check};
+use crate::model::channel::Channel;
 use crate::model::drive_slope::DriveSlope;
 use crate::model::dual_jacobian::slope_along;
-use crate::model::equations::{Channel, Constants, Model, Periodic};
+use crate::model::equations::{Constants, Model, Periodic};
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 

@@ -1,5 +1,6 @@
 //! Models: traits of the equations of motion, shapes and machines.
 
+pub(crate) mod channel;
 pub(crate) mod couplings;
 pub(crate) mod drive_slope;
 pub(crate) mod dual_jacobian;
@@ -16,15 +17,18 @@ pub(crate) mod shape;
 pub(crate) mod shape_checks;
 pub(crate) mod sizing;
 pub(crate) mod slopes;
+pub(crate) mod state;
 pub(crate) mod terms;
 
 pub use crate::dual::Dual;
-pub use crate::model::equations::{Channel, Model, Periodic, State};
+pub use crate::model::channel::Channel;
+pub use crate::model::equations::{Model, Periodic};
 pub use crate::model::formula::{Formula, from_fn};
 pub use crate::model::jacobian::Jacobian;
 pub use crate::model::machine::Machine;
 pub use crate::model::offers::Offers;
 pub use crate::model::shape::{Drives, Shape, Size};
+pub use crate::model::state::State;
 pub use crate::scalar::{Scalar, keep_rolled};
 pub use crate::series::Series;
 

@@ -6,7 +6,7 @@ use crate::contact::tooth::Contact;
 use crate::error::ParameterError;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Angle;
-use crate::model::equations::Channel;
+use crate::model::channel::Channel;
 use crate::scalar::Scalar;
 
 /// The size of a [`Shape`]: numbers of degrees of freedom, waves, contacts and constants.

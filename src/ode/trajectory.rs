@@ -3,7 +3,9 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::export::table::ResultTable;
-use crate::model::equations::{Channel, Model, State};
+use crate::model::channel::Channel;
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::probe::Probe;

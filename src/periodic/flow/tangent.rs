@@ -3,10 +3,11 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::model::drive_slope::DriveSlope;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
 use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
+use crate::model::state::State;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;

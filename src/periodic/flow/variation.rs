@@ -2,7 +2,8 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;

@@ -2,8 +2,9 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, Periodic, State};
+use crate::model::equations::{Model, Periodic};
 use crate::model::rigid::rigid_modes;
+use crate::model::state::State;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};

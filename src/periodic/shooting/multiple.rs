@@ -1,7 +1,8 @@
 //! Multiple shooting: periodic orbits to the accuracy of the integration.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, Periodic, State};
+use crate::model::equations::{Model, Periodic};
+use crate::model::state::State;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};

@@ -1,6 +1,6 @@
 //! Invariant circles.
 
-use crate::model::equations::State;
+use crate::model::state::State;
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::tori::circle::closed_curve::ClosedCurve;
 
