@@ -120,40 +120,50 @@ impl FourierWaves {
         if times.len() <= 2 { rows.run() } else { self.arch.dispatch(rows) }
     }
 
-    /// Calls `each` with every order and the sines and cosines of n times the angles.
-    #[inline(always)]
-    pub(super) fn turn<const W: usize>(
-        &self,
-        angles: [f64; W],
-        mut each: impl FnMut(usize, &Order, &[[f64; W]; 2]),
-    ) {
-        let [mut first, mut turned] = [[[0.0; W]; 2]; 2];
-        for (k, order) in self.orders.iter().enumerate() {
-            match order.rotated {
-                true => rotate(&mut turned, &first),
-                false => turned = sin_cos_each(angles.map(|angle| order.n * angle)),
-            }
-            if k == 0 {
-                first = turned;
-            }
-            each(k, order, &turned);
-        }
-    }
-
     /// Writes the waves that vary at several angles.
     #[inline(always)]
     fn write_rows<const W: usize>(&self, angles: [f64; W], u: [&mut [f64]; W]) {
-        self.turn(angles, |k, Order { terms, .. }, [s, c]| {
-            for &(wave, [a, b]) in terms {
+        let Some((lowest, others)) = self.orders.split_first() else { return };
+        let first = lowest.turned(&angles, [[0.0; W]; 2], &[[0.0; W]; 2]);
+        for &(wave, [a, b]) in &lowest.terms {
+            for i in 0..W {
+                u[i][wave] = self.means[wave] + (a * first[1][i] + b * first[0][i]);
+            }
+        }
+        let mut last = first;
+        for order in others {
+            last = order.turned(&angles, last, &first);
+            let [s, c] = &last;
+            for &(wave, [a, b]) in &order.terms {
                 for i in 0..W {
-                    let sum = if k == 0 { self.means[wave] } else { u[i][wave] };
-                    u[i][wave] = sum + (a * c[i] + b * s[i]);
+                    u[i][wave] += a * c[i] + b * s[i];
                 }
             }
-        });
+        }
         for row in u {
             self.copies.iter().for_each(|&[copy, of]| row[copy] = row[of]);
         }
+    }
+}
+
+impl Order {
+    /// Sines and cosines of n times the angles, from those of the order before and of the lowest order.
+    #[inline(always)]
+    pub(super) fn turned<const W: usize>(
+        &self,
+        angles: &[f64; W],
+        mut before: [[f64; W]; 2],
+        lowest: &[[f64; W]; 2],
+    ) -> [[f64; W]; 2] {
+        if self.rotated {
+            rotate(&mut before, lowest);
+            return before;
+        }
+        let mut turned = [0.0; W];
+        for i in 0..W {
+            turned[i] = self.n * angles[i];
+        }
+        sin_cos_each(turned)
     }
 }
 

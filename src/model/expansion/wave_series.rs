@@ -34,8 +34,10 @@ impl FourierWaves {
         u: &mut [Series],
     ) {
         let Some(weights) = &self.weights else { return };
-        let mut turns = [[0.0; 2]; SPACE];
-        self.turn([angle], |k, _, [[s], [c]]| turns[k] = [*s, *c]);
+        let mut turns = [[[0.0]; 2]; SPACE];
+        for (k, order) in self.orders.iter().enumerate() {
+            turns[k] = order.turned(&[angle], turns[k.saturating_sub(1)], &turns[0]);
+        }
         let sums = Expansion { waves: self, weights, turns: &turns, speed, coefficients, needed, u };
         self.arch.dispatch(sums);
     }
@@ -46,7 +48,7 @@ struct Expansion<'e> {
     waves: &'e FourierWaves,
     weights: &'e [WaveWeights],
     /// sin nφ and cos nφ of all orders.
-    turns: &'e [[f64; 2]],
+    turns: &'e [[[f64; 1]; 2]],
     speed: f64,
     coefficients: usize,
     needed: &'e [bool],
@@ -90,7 +92,7 @@ impl Expansion<'_> {
             let mut sums = [[0.0; EIGHT]; USED];
             sums[0][0] = *mean;
             for &(i, [a, b]) in terms {
-                let [s, c] = turns[i];
+                let [[s], [c]] = turns[i];
                 weights[i].add([a * c + b * s, b * c - a * s], &mut sums);
             }
             for (sum, powers) in sums.iter_mut().zip(&powers) {
