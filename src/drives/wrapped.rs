@@ -81,8 +81,8 @@ impl<M, R> Wrapped<M, R> {
     }
 }
 
-/// It has no named constants: [`Constants::with_values`](crate::model::recording::Constants::with_values) would return a
-/// model without the rule.
+/// It has no named constants: [`Constants::with_values`](crate::model::recording::Constants::with_values)
+/// would return a model without the rule.
 impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn dof(&self) -> usize {
         self.model.dof()

@@ -59,8 +59,8 @@ fn slope_along_in<G: Shape, L: PieceChoice<Dual>>(
     out.iter_mut().zip(a).for_each(|(out, a)| *out = a.slope[0]);
 }
 
-/// Calls `write` with `needed` numbers. Up to 512 stand on the stack, in an array that is not much longer: it is set to
-/// zero in each call.
+/// Calls `write` with `needed` numbers. Up to 512 stand on the stack, in an array that is not much longer: it
+/// is set to zero in each call.
 #[inline(always)]
 fn with_numbers<const N: usize>(needed: usize, mut write: impl FnMut(&mut [Dual<N>])) {
     let zero = Dual::from(0.0);

@@ -29,27 +29,30 @@ use crate::model::terms::Terms;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// The other methods provide located edges, exact Jacobians and rattle analysis.
-/// [`check_model`](crate::check::check_model) finds contradictions between the methods. `accel`, `drive` and
-/// `contact` must be pure functions.
+/// [`from_fn`](crate::model::from_fn) makes such a model of a closure. The other methods provide located
+/// edges, exact Jacobians and rattle analysis. [`check_model`](crate::check::check_model) finds
+/// contradictions between the methods. `accel`, `drive` and `contact` must be pure functions.
 pub trait Model {
     /// Number of degrees of freedom.
     fn dof(&self) -> usize;
     /// Writes the accelerations q'' to `a`, from drives `u`, coordinates `q` and velocities `v`.
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]);
 
-    /// The model whose drives, contacts and channels this model has, for a model that wraps another one. Default:
-    /// `None`.
+    /// The model whose drives, contacts and channels this model has, for a model that wraps another one.
+    /// Default: `None`.
     ///
-    /// It answers [`drives`](Model::drives) to [`next_edge`](Model::next_edge), [`contacts`](Model::contacts),
-    /// [`contact`](Model::contact), [`impact`](Model::impact), [`channels`](Model::channels) and
-    /// [`observe`](Model::observe), as far as the wrapper does not implement them. Three things remain to be decided:
+    /// It answers [`drives`](Model::drives) to [`next_edge`](Model::next_edge),
+    /// [`contacts`](Model::contacts), [`contact`](Model::contact), [`impact`](Model::impact),
+    /// [`channels`](Model::channels) and [`observe`](Model::observe), as far as the wrapper does not
+    /// implement them. Three things remain to be decided:
     ///
     /// - The algebra is the wrapper's own. Of `offers`, `accel_on_pieces`, `jacobian`, `terms`, `expand` and
-    ///   `named_constants` it has what it implements, since an answer of the base holds for other accelerations.
-    /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive`, `redrive_nodes` and `next_edge`.
-    /// - A wrapper with further coordinates or fewer contacts also implements what reads them: `contact`, `impact`,
-    ///   `channels` and `observe`.
+    ///   `named_constants` it has what it implements, since an answer of the base holds for other
+    ///   accelerations.
+    /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive`, `redrive_nodes` and
+    ///   `next_edge`.
+    /// - A wrapper with further coordinates or fewer contacts also implements what reads them: `contact`,
+    ///   `impact`, `channels` and `observe`.
     ///
     /// [`check_model`](crate::check::check_model) compares these methods with one another.
     ///
@@ -139,8 +142,8 @@ pub trait Model {
         }
     }
 
-    /// Declares rigid stops and which of the two following methods the model implements. The answer must always be
-    /// the same. Default: none.
+    /// Declares rigid stops and which of the two following methods the model implements. The answer must
+    /// always be the same. Default: none.
     fn offers(&self) -> Offers<'_> {
         Offers::default()
     }
@@ -150,9 +153,9 @@ pub trait Model {
         let _ = (pieces, u, q, v);
         a.fill(f64::NAN);
     }
-    /// Writes ∂a/∂q and ∂a/∂v to `out`, which contains zeros or an earlier Jacobian of the model. It is called
-    /// if [`Offers::jacobian`] declares it. `pieces`: evaluation by deflection for `None`; otherwise with every
-    /// contact on a given piece, for a model that also offers `pieces`. Default: NaN.
+    /// Writes ∂a/∂q and ∂a/∂v to `out`, which contains zeros or an earlier Jacobian of the model. It is
+    /// called if [`Offers::jacobian`] declares it. `pieces`: evaluation by deflection for `None`; otherwise
+    /// with every contact on a given piece, for a model that also offers `pieces`. Default: NaN.
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         let _ = (pieces, u, q, v);
         out.q.fill(f64::NAN);

@@ -3,7 +3,8 @@
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic};
 
-/// q'' = f(t, q, q'): the model of one formula, with `dof` coordinates. `accel(t, q, v, a)` writes q'' to `a`.
+/// q'' = f(t, q, q'): the model of one formula, with `dof` coordinates. `accel(t, q, v, a)` writes q'' to
+/// `a`.
 ///
 /// Contacts, jumps and exact derivatives need a [`Model`] or a [`Shape`](crate::Shape) of your own.
 ///

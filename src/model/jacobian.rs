@@ -6,20 +6,13 @@ use nalgebra::DMatrix;
 /// acceleration.
 ///
 /// ```
-/// use gear_dynamics::{contact::Piece, model::{Jacobian, Offers}, Model};
-/// struct Oscillator; // q'' = -4 q - 0.5 q'
-/// impl Model for Oscillator {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) { a[0] = -4.0 * q[0] - 0.5 * v[0]; }
-///     fn offers(&self) -> Offers<'_> { Offers { jacobian: true, ..Offers::default() } }
-///     fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
-///         out.q[(0, 0)] = -4.0;
-///         out.v[(0, 0)] = -0.5;
-///     }
-/// }
-/// let mut jacobian = Jacobian::new(1);
-/// Oscillator.jacobian(None, &[0.0], &[1.0], &[0.0], &mut jacobian);
-/// assert_eq!((-jacobian.q[(0, 0)]).sqrt(), 2.0); // undamped natural frequency
+/// use gear_dynamics::{Model, excitation::Side, model::Jacobian, trains::SpurPair};
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[])?.parts()?.build("driver", 0.6)?;
+/// let (mut u, mut jacobian) = (vec![0.0; pair.drives()], Jacobian::new(1));
+/// pair.drive(0.0, Side::After, &mut u);
+/// pair.jacobian(None, &u, &[1.5], &[0.0], &mut jacobian); // q'' = 0.1 - 0.1 q' - (q - 1) for q > 1
+/// assert!((jacobian.q[(0, 0)] + 1.0).abs() < 1e-12 && (jacobian.v[(0, 0)] + 0.1).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Jacobian {

@@ -20,10 +20,11 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// A model that consists of a [`Shape`] and the values of its constants. Copies share the shape and are cheap.
+/// A model that consists of a [`Shape`] and the values of its constants. Copies share the shape and are
+/// cheap.
 ///
-/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle of its waves is
-/// φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are equal.
+/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle of
+/// its waves is φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are equal.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams};
@@ -78,9 +79,9 @@ impl<G: Shape> Machine<G> {
     /// The machine of a shape. Every constant is given once, by its name.
     ///
     /// # Errors
-    /// A name that the shape does not have, that is missing or that is given twice; a value out of range; a shape
-    /// that contradicts its [`size`](Shape::size), whose waves do not repeat, or whose contacts lack edges; an
-    /// acceleration that is not finite at rest.
+    /// A name that the shape does not have, that is missing or that is given twice; a value out of range; a
+    /// shape that contradicts its [`size`](Shape::size), whose waves do not repeat, or whose contacts lack
+    /// edges; an acceleration that is not finite at rest.
     pub fn with_constants(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
         let fixed = Fixed::new(shape);
         let names = &fixed.names;
@@ -194,8 +195,8 @@ impl<G: Shape> Machine<G> {
     fn fast_waves(&self) -> Option<&FourierWaves> {
         self.fixed.waves.as_ref().filter(|waves| waves.is_fast)
     }
-    /// The waves as Fourier series that can be expanded; `None` if the shape has edges or waves whose harmonics do not
-    /// decay.
+    /// The waves as Fourier series that can be expanded; `None` if the shape has edges or waves whose
+    /// harmonics do not decay.
     pub(crate) fn wave_series(&self) -> Option<&FourierWaves> {
         let sampled = || self.fixed.sampled.get_or_init(|| FourierWaves::sampled(self.shape())).as_ref();
         self.fixed.waves.as_ref().or_else(sampled).filter(|waves| waves.weights.is_some())

@@ -6,16 +6,16 @@ use crate::model::equations::Model;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::model::terms::TermsRoom;
 
-/// Sizes of coordinates and velocities at a state, each the sum of the terms of which it is made over a step of
-/// length h:
+/// Sizes of coordinates and velocities at a state, each the sum of the terms of which it is made over a step
+/// of length h:
 ///
 /// Q_i = |q_i| + h |v_i| + h² T_i,   V_i = |v_i| + h T_i,
 ///
-/// with the sum T_i of the terms of acceleration i ([`Terms`]), which contain the sizes of the other coordinates.
-/// ε Q_i is the rounding error that the equations bring into coordinate i, even if it rests at 0 because all
-/// terms cancel.
+/// with the sum T_i of the terms of acceleration i ([`Terms`](crate::model::terms::Terms)), which contain the
+/// sizes of the other coordinates. ε Q_i is the rounding error that the equations bring into coordinate i,
+/// even if it rests at 0 because all terms cancel.
 ///
-/// For a model without [`Terms`], T_i = |a_i| + Σ_j (|∂a_i/∂q_j| Q_j + |∂a_i/∂v_j| V_j): what cancels within
+/// For a model without `Terms`, T_i = |a_i| + Σ_j (|∂a_i/∂q_j| Q_j + |∂a_i/∂v_j| V_j): what cancels within
 /// a slope is not seen.
 pub(crate) struct Sizing<'m, M: ?Sized> {
     model: &'m M,

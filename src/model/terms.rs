@@ -22,8 +22,8 @@ pub trait Terms {
     /// acceleration: its rounding error over ε = 2.2e-16, before anything cancels. By deflection for `None`,
     /// or with every contact on a given piece.
     ///
-    /// `sizes`: for each coordinate, then for each velocity, the sum of the terms that it is made of, at least
-    /// its absolute value. `room`: memory that is kept from call to call.
+    /// `sizes`: for each coordinate, then for each velocity, the sum of the terms that it is made of, at
+    /// least its absolute value. `room`: memory that is kept from call to call.
     #[allow(clippy::too_many_arguments, reason = "a state, its sizes and the room for the result")]
     fn terms(
         &self,

@@ -43,7 +43,8 @@ pub(super) struct Order {
     pub(super) n: f64,
     /// Whether it is the order before it, turned by the lowest order.
     rotated: bool,
-    /// Index of the wave, a and b of each term, without copies. The lowest order has one of every wave that varies.
+    /// Index of the wave, a and b of each term, without copies. The lowest order has one of every wave that
+    /// varies.
     terms: Vec<Term>,
 }
 

@@ -10,8 +10,8 @@ use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Largest and smallest number of samples of each wave over one repetition. The largest number is halved
-/// until all waves together have at most `ALL_SAMPLES`. The samples do not see a smooth pulse that is narrower
-/// than their spacing.
+/// until all waves together have at most `ALL_SAMPLES`. The samples do not see a smooth pulse that is
+/// narrower than their spacing.
 const SAMPLES: [usize; 2] = [4096, 512];
 const ALL_SAMPLES: usize = 1 << 22;
 
@@ -27,8 +27,8 @@ const TAIL: f64 = 1e-15;
 const DIFFERENCE: f64 = 1e-14;
 
 impl FourierWaves {
-    /// The waves of a shape from samples, exact to rounding; `None` if it has edges, or waves whose harmonics do not
-    /// decay.
+    /// The waves of a shape from samples, exact to rounding; `None` if it has edges, or waves whose harmonics
+    /// do not decay.
     pub(crate) fn sampled<G: Shape>(shape: &G) -> Option<Self> {
         if shape.next_edge(0.0).is_some() {
             return None;

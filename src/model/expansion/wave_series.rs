@@ -7,8 +7,8 @@ use crate::series::{BLOCKS, EIGHT, Series, WaveWeights};
 const FEW: usize = 16;
 
 impl FourierWaves {
-    /// Writes the needed waves after the angle φ as series over time, at the constant speed φ'. Waves beyond the
-    /// end of `needed` are needed, too.
+    /// Writes the needed waves after the angle φ as series over time, at the constant speed φ'. Waves beyond
+    /// the end of `needed` are needed, too.
     pub(crate) fn expand(
         &self,
         angle: f64,

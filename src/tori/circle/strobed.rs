@@ -52,8 +52,8 @@ impl Strobed<'_> {
     }
 }
 
-/// The drives of two base frequencies whose free angle is `theta` at time `t`. The strobed angle is ω t at every
-/// time.
+/// The drives of two base frequencies whose free angle is `theta` at time `t`. The strobed angle is ω t at
+/// every time.
 struct FromAngle {
     frequencies: [f64; 2],
     strobe: usize,
