@@ -31,7 +31,7 @@ use crate::periodic::shooting::multiple::Shooting;
 /// use gear_dynamics::branches::{ByFunction, Continuation, PointKind};
 /// use gear_dynamics::{State, model::from_fn};
 /// // q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ω t, example 1 of NLvib
-/// let family = ByFunction::new("speed", "1", |omega| {
+/// let family = ByFunction::new("speed", "1", |omega: f64| {
 ///     let force = move |t: f64| 0.18 * (omega * t).cos();
 ///     let duffing = from_fn(1, move |t, q, v, a| a[0] = force(t) - 0.05 * v[0] - q[0] - 0.1 * q[0].powi(3))?;
 ///     duffing.with_period(std::f64::consts::TAU / omega)

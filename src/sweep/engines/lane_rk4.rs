@@ -51,7 +51,7 @@ use std::collections::VecDeque;
 ///
 /// A model that is not a [`Machine`] does not compile:
 ///
-/// ```compile_fail,E0277
+/// ```compile_fail,E0271
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points};
 /// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
 /// let rest = from_fn(1, |_, _, _, a| a[0] = 0.0)?.with_period(1.0)?;
