@@ -67,9 +67,10 @@ pub use crate::contact::laws::backlash::Backlash;
 pub use crate::contact::mesh::Mesh;
 pub use crate::error::ParameterError;
 pub use crate::excitation::wave::Wave;
-pub use crate::model::equations::{Model, Periodic, State};
+pub use crate::model::equations::{Model, Periodic};
 pub use crate::model::machine::Machine;
 pub use crate::model::shape::Shape;
+pub use crate::model::state::State;
 pub use crate::models::nfg::nfg_params::NfgParams;
 pub use crate::models::nfg::pair::NfgPair;
 pub use crate::models::ring::ring_shape::Ring;
@@ -117,7 +118,8 @@ pub use num_complex;
 ///
 /// # Contents
 ///
-/// - **Your own model**: [`Shape`] and [`Machine`], or two methods of [`Model`].
+/// - **Your own model**: [`Shape`] and [`Machine`], one formula by [`from_fn`](model::from_fn), or two methods of
+///   [`Model`].
 ///   [`check_model`](check::check_model) finds inconsistencies in it.
 /// - **Gear trains from parts** ([page](guide::trains)): [`Parts`](trains::Parts) of bodies, shafts, bearings, meshes
 ///   and torques make a [`Train`](trains::Train); ready are [`SpurPair`](trains::SpurPair),

@@ -9,7 +9,7 @@ use std::ops::Sub;
 
 /// The operations of a number type in the algebra of a model. The types are `f64`,
 /// [`Dual`](crate::model::Dual), [`Lanes`](crate::sweep::Lanes), [`Series`](crate::model::Series) and
-/// [`Node`](crate::model::Node).
+/// [`Node`](crate::model::recording::Node).
 ///
 /// - There are no comparisons, since the lanes of one number may differ in their result.
 ///   [`step`](Scalar::step) gives 1 in contact and 0 in the gap without a branch.

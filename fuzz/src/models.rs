@@ -4,8 +4,8 @@
 use crate::case::{Case, Stop};
 use crate::targets::{excitations, laws};
 use gear_dynamics::contact::{Contact, ContactDamping, MixedLaw, Piece};
-use gear_dynamics::excitation::{Side, Sum};
-use gear_dynamics::model::{Channel, Jacobian, Offers};
+use gear_dynamics::excitation::Sum;
+use gear_dynamics::model::{Jacobian, Offers};
 use gear_dynamics::models::nfg::{
     CentreForcing, Damping, ErrorForcing, HalfWidth, NfgPair2, NfgReading, Radius,
 };
@@ -33,41 +33,17 @@ impl Model for Erased {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel(u, q, v, a);
     }
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&*self.model)
+    }
     fn offers(&self) -> Offers<'_> {
         self.model.offers()
-    }
-    fn drives(&self) -> usize {
-        self.model.drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.drive(t, side, u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.model.next_edge(t)
-    }
-    fn contacts(&self) -> usize {
-        self.model.contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.model.contact(u, q, v, out);
-    }
-    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.redrive(t, side, u);
-    }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
-        self.model.impact(contact, on, u, q, v);
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel_on_pieces(pieces, u, q, v, a);
     }
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         self.model.jacobian(pieces, u, q, v, out);
-    }
-    fn channels(&self) -> Vec<Channel> {
-        self.model.channels()
-    }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        self.model.observe(u, q, v, contacts, out);
     }
 }
 

@@ -2,8 +2,9 @@
 //! differences and errors.
 
 use crate::contact::piece::Piece;
-use crate::model::equations::{Model, State};
-use crate::model::terms::Sizing;
+use crate::model::equations::Model;
+use crate::model::sizing::Sizing;
+use crate::model::state::State;
 use crate::numeric::norms::remove;
 use crate::ode::step::{Observer, Step};
 use std::f64::consts::TAU;

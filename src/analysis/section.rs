@@ -1,7 +1,8 @@
 //! Poincaré sections.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, Periodic, State};
+use crate::model::equations::{Model, Periodic};
+use crate::model::state::State;
 use crate::numeric::gauss::FIVE;
 use crate::ode::budget::Budget;
 use crate::ode::integrator::{Integrator, sample};
@@ -45,15 +46,11 @@ pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
 /// The direction in which a channel crosses the level of a [`Section`].
 ///
 /// ```
-/// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, Model, State};
-/// struct Spring;
-/// impl Model for Spring {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-/// }
+/// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, State, model::from_fn};
+/// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
 /// let count = |direction| -> Result<usize, Box<dyn std::error::Error>> {
-///     let mut section = Section::new(&Spring, "q1", 0.0, direction)?;
-///     Dop853::new().run(&Spring, &State::new(0.0, &[1.0], &[0.0]), 10.0, &mut section)?;
+///     let mut section = Section::new(&spring, "q1", 0.0, direction)?;
+///     Dop853::new().run(&spring, &State::new(0.0, &[1.0], &[0.0]), 10.0, &mut section)?;
 ///     Ok(section.states().len())
 /// };
 /// // cos t is zero at π/2, 3π/2 and 5π/2 in 0 .. 10.
@@ -80,14 +77,10 @@ pub enum Direction {
 /// time of the first.
 ///
 /// ```
-/// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, Model, State};
-/// struct Spring;
-/// impl Model for Spring {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-/// }
-/// let mut section = Section::new(&Spring, "q1", 0.0, Direction::Rising)?;
-/// Dop853::new().run(&Spring, &State::new(0.0, &[1.0], &[0.0]), 10.0, &mut section)?;
+/// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, State, model::from_fn};
+/// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
+/// let mut section = Section::new(&spring, "q1", 0.0, Direction::Rising)?;
+/// Dop853::new().run(&spring, &State::new(0.0, &[1.0], &[0.0]), 10.0, &mut section)?;
 /// assert_eq!(section.states().len(), 1);
 /// assert!((section.states()[0].t - 1.5 * std::f64::consts::PI).abs() < 1e-8);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -5,8 +5,9 @@ use crate::analysis::returns::is_own_multiple;
 use crate::error::{ParameterError, check};
 use crate::linear::modes::LinearError;
 use crate::linear::statics::static_state;
-use crate::model::equations::{Periodic, State};
+use crate::model::equations::Periodic;
 use crate::model::rigid::rigid_modes;
+use crate::model::state::State;
 use crate::ode::budget::Budget;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
@@ -164,16 +165,11 @@ const LONGEST: usize = 1 << 16;
 /// The steady state that [`Settle`] found.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, Model, Periodic, Settle, State};
-/// struct Forced; // q'' + q' + q = cos t, with the steady state q = sin t
-/// impl Model for Forced {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) { a[0] = u[0].cos() - v[0] - q[0]; }
-/// }
-/// impl Periodic for Forced {
-///     fn period(&self) -> f64 { std::f64::consts::TAU }
-/// }
-/// let steady = Settle::new().tolerance(1e-7).run(&Dop853::new(), &Forced, &State::at_rest(1))?;
+/// use gear_dynamics::{Dop853, Settle, State, model::from_fn};
+/// // q'' + q' + q = cos t, with the steady state q = sin t
+/// let forced = from_fn(1, |t, q, v, a| a[0] = t.cos() - v[0] - q[0])?;
+/// let forced = forced.with_period(std::f64::consts::TAU)?;
+/// let steady = Settle::new().tolerance(1e-7).run(&Dop853::new(), &forced, &State::at_rest(1))?;
 /// assert_eq!(steady.period_multiple, 1);
 /// assert!(steady.state.q[0].abs() < 1e-5 && (steady.state.v[0] - 1.0).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -73,15 +73,11 @@ impl Summary {
 /// No samples are stored.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, Integrator, Model, State, Statistics};
-/// struct Spring;
-/// impl Model for Spring {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-/// }
-/// let mut statistics = Statistics::new(&Spring, &["q1"])?;
+/// use gear_dynamics::{Dop853, Integrator, State, Statistics, model::from_fn};
+/// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
+/// let mut statistics = Statistics::new(&spring, &["q1"])?;
 /// let start = State::new(0.0, &[1.0], &[0.0]);
-/// Dop853::new().rtol(1e-11).run(&Spring, &start, std::f64::consts::TAU, &mut statistics)?;
+/// Dop853::new().rtol(1e-11).run(&spring, &start, std::f64::consts::TAU, &mut statistics)?;
 /// let q = statistics.summary("q1")?;
 /// assert!((q.max - 1.0).abs() < 1e-9 && (q.min + 1.0).abs() < 1e-9);
 /// assert!((q.rms - 0.5f64.sqrt()).abs() < 1e-9);

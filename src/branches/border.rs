@@ -7,10 +7,12 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::linear::statics::static_state;
-use crate::model::equations::{Jacobian, Model, Periodic, State};
+use crate::model::equations::{Model, Periodic};
+use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
 use crate::model::rigid::rigid_modes;
 use crate::model::slopes::{accelerate, offered};
+use crate::model::state::State;
 use crate::numeric::brent::Brent;
 use crate::ode::budget::Budget;
 use crate::periodic::flow::variation::Variation;
@@ -127,17 +129,14 @@ impl Model for OnFlank<'_> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         accelerate(self.model, Some(&self.pieces), u, q, v, a);
     }
+    fn base(&self) -> Option<&dyn Model> {
+        Some(self.model)
+    }
     fn offers(&self) -> Offers<'_> {
         Offers { jacobian: self.model.offers().jacobian, ..Offers::default() }
     }
-    fn drives(&self) -> usize {
-        self.model.drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.drive(t, side, u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.model.next_edge(t)
+    fn contacts(&self) -> usize {
+        0
     }
     fn jacobian(&self, _: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         self.model.jacobian(offered(self.model, Some(&self.pieces)), u, q, v, out);

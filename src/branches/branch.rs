@@ -5,7 +5,7 @@ use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::{Located, PointKind};
 use crate::error::ParameterError;
 use crate::export::table::ResultTable;
-use crate::model::equations::Channel;
+use crate::model::channel::Channel;
 use crate::periodic::multipliers::Stability;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::fmt;

@@ -29,18 +29,13 @@ use crate::periodic::shooting::multiple::Shooting;
 ///
 /// ```
 /// use gear_dynamics::branches::{ByFunction, Continuation, PointKind};
-/// use gear_dynamics::{Model, Periodic, State};
-/// struct Duffing { omega: f64 } // q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ω t, example 1 of NLvib
-/// impl Model for Duffing {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-///         a[0] = 0.18 * (self.omega * u[0]).cos() - 0.05 * v[0] - q[0] - 0.1 * q[0].powi(3);
-///     }
-/// }
-/// impl Periodic for Duffing {
-///     fn period(&self) -> f64 { std::f64::consts::TAU / self.omega }
-/// }
-/// let family = ByFunction::new("speed", "1", |omega| Ok(Duffing { omega }));
+/// use gear_dynamics::{State, model::from_fn};
+/// // q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ω t, example 1 of NLvib
+/// let family = ByFunction::new("speed", "1", |omega: f64| {
+///     let force = move |t: f64| 0.18 * (omega * t).cos();
+///     let duffing = from_fn(1, move |t, q, v, a| a[0] = force(t) - 0.05 * v[0] - q[0] - 0.1 * q[0].powi(3))?;
+///     duffing.with_period(std::f64::consts::TAU / omega)
+/// });
 /// let branch = Continuation::new(1.0, 1.6).run(&family, State::at_rest(1))?;
 /// let folds: Vec<f64> = branch.of_kind(PointKind::Fold).iter().map(|point| point.parameter).collect();
 /// assert!((folds[0] - 1.269_601_955_5).abs() < 1e-9 && (folds[1] - 1.115_700_251_8).abs() < 1e-9);

@@ -1,8 +1,8 @@
 //! Families of models over one parameter.
 
 use crate::error::{ParameterError, check};
-use crate::model::constants::Constants;
-use crate::model::equations::{Channel, Model, Periodic};
+use crate::model::channel::Channel;
+use crate::model::equations::{Constants, Model, Periodic};
 
 /// A family of models over one parameter p, along which orbits are continued.
 ///

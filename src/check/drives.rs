@@ -2,7 +2,8 @@
 
 use crate::check::inconsistency::Inconsistency;
 use crate::excitation::side::Side;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::numeric::spread::golden;
 
 /// Number of intervals into which a span is divided in the search for jumps.

@@ -3,7 +3,8 @@
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
 use crate::contact::piece::Piece;
-use crate::model::equations::{Jacobian, Model};
+use crate::model::equations::Model;
+use crate::model::jacobian::Jacobian;
 
 impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// Compares what [`Model::offers`] declares with what the methods do. A method that is not implemented

@@ -5,7 +5,9 @@ use crate::check::tolerances::{FINE, ROUGH, ROUNDING, differ};
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
-use crate::model::equations::{Jacobian, Model, State};
+use crate::model::equations::Model;
+use crate::model::jacobian::Jacobian;
+use crate::model::state::State;
 use crate::model::terms::TermsRoom;
 use crate::ode::probe::Probe;
 

@@ -3,8 +3,9 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
-use crate::model::equations::{Channel, Jacobian, Model};
+use crate::model::equations::{Model, redrive_each};
 use crate::model::expansion::expand::{Expand, Recorded};
+use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
 use crate::model::terms::Terms;
 use crate::series::Series;
@@ -80,6 +81,8 @@ impl<M, R> Wrapped<M, R> {
     }
 }
 
+/// It has no named constants: [`Constants::with_values`](crate::model::recording::Constants::with_values)
+/// would return a model without the rule.
 impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn dof(&self) -> usize {
         self.model.dof()
@@ -88,21 +91,25 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel(u, q, v, a);
     }
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&self.model)
+    }
     fn offers(&self) -> Offers<'_> {
         self.model.offers()
-    }
-    fn drives(&self) -> usize {
-        self.model.drives()
     }
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.rule.drive(&self.model, t, side, u);
     }
+    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.drive(t, side, u);
+    }
+    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
+        redrive_each(self, times, u);
+    }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.rule.next_edge(&self.model, t)
     }
-    fn contacts(&self) -> usize {
-        self.model.contacts()
-    }
+    #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, q, v, out);
     }
@@ -118,15 +125,6 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     }
     fn terms(&self) -> Option<&dyn Terms> {
         self.model.terms()
-    }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
-        self.model.impact(contact, on, u, q, v);
-    }
-    fn channels(&self) -> Vec<Channel> {
-        self.model.channels()
-    }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        self.model.observe(u, q, v, contacts, out);
     }
 }
 

@@ -4,10 +4,9 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::{Excitation, same};
 use crate::excitation::jet::Jet;
 use crate::scalar::Scalar;
-use crate::series::{BLOCKS, EIGHT, Series, wave_weights};
+use crate::series::{BLOCKS, EIGHT, Series, WaveWeights};
 use std::cell::Cell;
 use std::f64::consts::TAU;
-use std::fmt;
 
 /// Fourier series f(φ) = mean + Σ_n c_n cos(n φ) + s_n sin(n φ), n = 1, 2, ...   Source: Liu 2021, Eqs. (6),
 /// (7).
@@ -22,34 +21,8 @@ use std::fmt;
 pub struct Fourier {
     mean: f64,
     pairs: Vec<[f64; 2]>,
-    expansion: Expansion,
-}
-
-/// The waves that are not 0, with the weights of their Taylor coefficients. It follows from the pairs.
-#[derive(Clone, Default)]
-struct Expansion {
-    /// Order n, and ±n^k/k! for each k.
-    waves: Vec<(usize, [[f64; EIGHT]; BLOCKS])>,
-}
-
-impl Expansion {
-    fn of(pairs: &[[f64; 2]]) -> Self {
-        let waves = (1..).zip(pairs).filter(|(_, pair)| **pair != [0.0; 2]);
-        let waves = waves.map(|(n, _)| (n, wave_weights(n as f64)));
-        Expansion { waves: waves.collect() }
-    }
-}
-
-impl PartialEq for Expansion {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl fmt::Debug for Expansion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} waves", self.waves.len())
-    }
+    /// The orders of the pairs that are not 0, with the weights of their Taylor coefficients.
+    weights: Vec<(usize, WaveWeights)>,
 }
 
 impl Fourier {
@@ -114,7 +87,9 @@ impl Fourier {
     }
 
     fn unchecked(mean: f64, pairs: Vec<[f64; 2]>) -> Self {
-        Fourier { mean, expansion: Expansion::of(&pairs), pairs }
+        let orders = (1..).zip(&pairs).filter(|(_, pair)| **pair != [0.0; 2]);
+        let weights = orders.map(|(n, _)| (n, WaveWeights::new(n as f64))).collect();
+        Fourier { mean, pairs, weights }
     }
 
     /// Mean of the series.
@@ -155,7 +130,7 @@ impl Fourier {
         sums[0][0] = self.mean;
         let first = libm::sincos(angle.at(0.0));
         let (mut s, mut c, mut at) = (first.0, first.1, 1);
-        for (n, weights) in &self.expansion.waves {
+        for (n, weights) in &self.weights {
             (s, c) = match n - at {
                 0 => (s, c),
                 1 => (s * first.1 + c * first.0, c * first.1 - s * first.0),
@@ -163,13 +138,7 @@ impl Fourier {
             };
             at = *n;
             let [cos, sin] = self.pairs[n - 1];
-            let (value, slope) = (cos * c + sin * s, sin * c - cos * s);
-            let turns = [value, slope, value, slope, value, slope, value, slope];
-            for (sums, weights) in sums.iter_mut().zip(weights) {
-                for l in 0..EIGHT {
-                    sums[l] += turns[l] * weights[l];
-                }
-            }
+            weights.add([cos * c + sin * s, sin * c - cos * s], &mut sums);
         }
         let sums = sums.as_flattened();
         let series = |derivative: usize| {
@@ -245,7 +214,7 @@ impl Fourier {
     /// The series, if it has at most [`WAVES`] waves, so that its expansion is faster than that of its parts.
     fn if_short(self) -> Option<Fourier> {
         let short = Fourier::unchecked(self.mean, self.pairs);
-        (short.expansion.waves.len() <= WAVES).then_some(short)
+        (short.weights.len() <= WAVES).then_some(short)
     }
 }
 

@@ -2,7 +2,8 @@
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
-use crate::model::equations::{Jacobian, Periodic};
+use crate::model::equations::Periodic;
+use crate::model::jacobian::Jacobian;
 use crate::model::slopes::Slopes;
 use crate::numeric::spread::weyl;
 
@@ -102,8 +103,8 @@ impl Couplings {
 impl Couplings {
     /// Reads the constant slopes of another model anew.
     ///
-    /// `false` if they are not constant, to `tolerance`, at the instants, states and pieces that are looked at:
-    /// the model has other couplings.
+    /// `false` if they are not constant, to `tolerance`, at the instants, states and pieces that are looked
+    /// at: the model has other couplings.
     pub(crate) fn reread<M: Periodic + ?Sized>(
         &mut self,
         slopes: &mut Slopes<'_, M>,

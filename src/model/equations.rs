@@ -2,57 +2,14 @@
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
-use crate::error::{ParameterError, check};
+use crate::error::ParameterError;
 use crate::excitation::side::Side;
-use crate::model::constants::Constants;
+use crate::model::channel::{Channel, place_of};
+use crate::model::drive_slope::DriveSlope;
 use crate::model::expansion::expand::Expand;
+use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
 use crate::model::terms::Terms;
-use nalgebra::DMatrix;
-
-/// The Jacobian of the accelerations: ∂a/∂q and ∂a/∂v, each `dof` x `dof`. Each row belongs to an
-/// acceleration.
-///
-/// ```
-/// use gear_dynamics::{contact::Piece, model::{Jacobian, Offers}, Model};
-/// struct Oscillator; // q'' = -4 q - 0.5 q'
-/// impl Model for Oscillator {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) { a[0] = -4.0 * q[0] - 0.5 * v[0]; }
-///     fn offers(&self) -> Offers<'_> { Offers { jacobian: true, ..Offers::default() } }
-///     fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
-///         out.q[(0, 0)] = -4.0;
-///         out.v[(0, 0)] = -0.5;
-///     }
-/// }
-/// let mut jacobian = Jacobian::new(1);
-/// Oscillator.jacobian(None, &[0.0], &[1.0], &[0.0], &mut jacobian);
-/// assert_eq!((-jacobian.q[(0, 0)]).sqrt(), 2.0); // undamped natural frequency
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct Jacobian {
-    /// ∂a_i/∂q_j.
-    pub q: DMatrix<f64>,
-    /// ∂a_i/∂v_j.
-    pub v: DMatrix<f64>,
-}
-
-impl Jacobian {
-    /// A Jacobian of zeros for `dof` degrees of freedom.
-    pub fn new(dof: usize) -> Self {
-        Jacobian { q: DMatrix::zeros(dof, dof), v: DMatrix::zeros(dof, dof) }
-    }
-
-    /// The first entry that is not finite: the index of the acceleration, the index of the coordinate, and
-    /// `true` for an entry of ∂a/∂v.
-    pub(crate) fn not_finite(&self) -> Option<(usize, usize, bool)> {
-        let first = |half: &DMatrix<f64>| {
-            half.iter().position(|x| !x.is_finite()).map(|k| (k % half.nrows(), k / half.nrows()))
-        };
-        let of_q = first(&self.q).map(|(i, j)| (i, j, false));
-        of_q.or_else(|| first(&self.v).map(|(i, j)| (i, j, true)))
-    }
-}
 
 /// A model q'' = a(u(t), q, q'), divided into drives u, algebra a and contacts.
 ///
@@ -72,36 +29,84 @@ impl Jacobian {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// The other methods provide located edges, exact Jacobians and rattle analysis.
-/// [`check_model`](crate::check::check_model) finds contradictions between the methods. `accel`, `drive` and
-/// `contact` must be pure functions.
+/// [`from_fn`](crate::model::from_fn) makes such a model of a closure. The other methods provide located
+/// edges, exact Jacobians and rattle analysis. [`check_model`](crate::check::check_model) finds
+/// contradictions between the methods. `accel`, `drive` and `contact` must be pure functions.
 pub trait Model {
     /// Number of degrees of freedom.
     fn dof(&self) -> usize;
     /// Writes the accelerations q'' to `a`, from drives `u`, coordinates `q` and velocities `v`.
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]);
 
+    /// The model whose drives, contacts and channels this model has, for a model that wraps another one.
+    /// Default: `None`.
+    ///
+    /// It answers [`drives`](Model::drives) to [`next_edge`](Model::next_edge),
+    /// [`contacts`](Model::contacts), [`contact`](Model::contact), [`impact`](Model::impact),
+    /// [`channels`](Model::channels) and [`observe`](Model::observe), as far as the wrapper does not
+    /// implement them. Three things remain to be decided:
+    ///
+    /// - The algebra is the wrapper's own. Of `offers`, `accel_on_pieces`, `jacobian`, `terms`, `expand` and
+    ///   `named_constants` it has what it implements, since an answer of the base holds for other
+    ///   accelerations.
+    /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive`, `redrive_nodes` and
+    ///   `next_edge`.
+    /// - A wrapper with further coordinates or fewer contacts also implements what reads them: `contact`,
+    ///   `impact`, `channels` and `observe`.
+    ///
+    /// [`check_model`](crate::check::check_model) compares these methods with one another.
+    ///
+    /// ```
+    /// use gear_dynamics::{excitation::Side, Model, NfgPair, NfgParams};
+    /// struct Braked<M>(M, f64); // a further damping
+    /// impl<M: Model> Model for Braked<M> {
+    ///     fn dof(&self) -> usize { self.0.dof() }
+    ///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+    ///         self.0.accel(u, q, v, a);
+    ///         a.iter_mut().zip(v).for_each(|(a, v)| *a -= self.1 * v);
+    ///     }
+    ///     fn base(&self) -> Option<&dyn Model> { Some(&self.0) }
+    /// }
+    /// let pair = NfgPair::new(&NfgParams::table1())?;
+    /// let (mut u, mut w) = (vec![0.0; pair.drives()], vec![0.0; pair.drives()]);
+    /// pair.drive(1.0, Side::After, &mut u);
+    /// Braked(pair, 0.1).drive(1.0, Side::After, &mut w);
+    /// assert_eq!(u, w);
+    /// # Ok::<(), gear_dynamics::ParameterError>(())
+    /// ```
+    fn base(&self) -> Option<&dyn Model> {
+        None
+    }
+
     /// Number of drives. Default: 1.
     fn drives(&self) -> usize {
-        1
+        self.base().map_or(1, |base| base.drives())
     }
     /// Writes the drives at `t` to `u`. `side`: before or after a jump at `t`. Default: time is the only
     /// drive.
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        let _ = side;
-        u[0] = t;
+        match self.base() {
+            Some(base) => base.drive(t, side, u),
+            None => u[0] = t,
+        }
     }
     /// Updates `u`, which contains the drives of another instant, to `t`. The implementation may skip drives
     /// that never change. Solvers call it at every stage. Default: [`drive`](Model::drive).
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.drive(t, side, u);
+        match self.base() {
+            Some(base) => base.redrive(t, side, u),
+            None => self.drive(t, side, u),
+        }
     }
     /// Updates the drives at the nodes of a step: row i of `u`, of length [`drives`](Model::drives), to
     /// `times[i]`. The last time is the end of the step, where the drives are those before a jump.
     /// The times may belong to several consecutive steps, if no drive jumps between them. Default:
     /// [`redrive`](Model::redrive) for each row.
     fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        redrive_each(self, times, u);
+        match self.base() {
+            Some(base) => base.redrive_nodes(times, u),
+            None => redrive_each(self, times, u),
+        }
     }
     /// Returns the first instant after `t` at which a drive jumps or has a kink. Solvers end a step there.
     /// Default: `None`.
@@ -110,56 +115,18 @@ pub trait Model {
     /// must give the values of the requested side. [`Wave::next_edge`](crate::Wave::next_edge) and
     /// [`Wave::value`](crate::Wave::value) allow for the rounding.
     fn next_edge(&self, t: f64) -> Option<f64> {
-        let _ = t;
-        None
+        self.base()?.next_edge(t)
     }
 
     /// Number of contacts. Default: 0.
     fn contacts(&self) -> usize {
-        0
+        self.base().map_or(0, |base| base.contacts())
     }
     /// Writes deflection, rate, edges and force of every contact to `out`.
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let _ = (u, q, v, out);
-    }
-
-    /// Returns the model as one that can be expanded into Taylor series, for [`Taylor`](crate::Taylor).
-    /// Default: `None`. A [`Machine`](crate::Machine) returns itself.
-    fn expand(&self) -> Option<&dyn Expand> {
-        None
-    }
-
-    /// Returns the model as one with named constants, for exact derivatives with respect to them. Default:
-    /// `None`. A [`Machine`](crate::Machine) returns itself.
-    fn named_constants(&self) -> Option<&dyn Constants> {
-        None
-    }
-
-    /// Returns the model as one that knows the terms of its accelerations, and with them its rounding errors.
-    /// Without it they are estimated from slopes, in which terms may have cancelled. Default: `None`. A
-    /// [`Machine`](crate::Machine) returns itself.
-    fn terms(&self) -> Option<&dyn Terms> {
-        None
-    }
-
-    /// Declares which of the three following parts the model implements. The answer must always be the same.
-    /// Default: none.
-    fn offers(&self) -> Offers<'_> {
-        Offers::default()
-    }
-    /// Writes q'' with every contact on a given piece, continued smoothly past its edges. It is called if
-    /// [`Offers::pieces`] declares it. Default: NaN.
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        let _ = (pieces, u, q, v);
-        a.fill(f64::NAN);
-    }
-    /// Writes ∂a/∂q and ∂a/∂v to `out`, which contains zeros or an earlier Jacobian of the model. It is called
-    /// if [`Offers::jacobian`] declares it. `pieces`: evaluation by deflection for `None`; otherwise with every
-    /// contact on a given piece, for a model that also offers `pieces`. Default: NaN.
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
-        let _ = (pieces, u, q, v);
-        out.q.fill(f64::NAN);
-        out.v.fill(f64::NAN);
+        if let Some(base) = self.base() {
+            base.contact(u, q, v, out);
+        }
     }
     /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`: replaces the
     /// velocities `v` before the impact by those after it. The contact stays in its gap. It is called for the
@@ -169,18 +136,59 @@ pub trait Model {
     /// The deflection at a stop must depend on drives and coordinates, not on velocities. `accel` must
     /// continue smoothly past the stop, as far as the stages of one step reach.
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
-        let _ = (contact, on, u, q);
-        v.fill(f64::NAN);
+        match self.base() {
+            Some(base) => base.impact(contact, on, u, q, v),
+            None => v.fill(f64::NAN),
+        }
+    }
+
+    /// Declares rigid stops and which of the two following methods the model implements. The answer must
+    /// always be the same. Default: none.
+    fn offers(&self) -> Offers<'_> {
+        Offers::default()
+    }
+    /// Writes q'' with every contact on a given piece, continued smoothly past its edges. It is called if
+    /// [`Offers::pieces`] declares it. Default: NaN.
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let _ = (pieces, u, q, v);
+        a.fill(f64::NAN);
+    }
+    /// Writes ∂a/∂q and ∂a/∂v to `out`, which contains zeros or an earlier Jacobian of the model. It is
+    /// called if [`Offers::jacobian`] declares it. `pieces`: evaluation by deflection for `None`; otherwise
+    /// with every contact on a given piece, for a model that also offers `pieces`. Default: NaN.
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+        let _ = (pieces, u, q, v);
+        out.q.fill(f64::NAN);
+        out.v.fill(f64::NAN);
+    }
+
+    /// Returns the model as one that can be expanded into Taylor series, for [`Taylor`](crate::Taylor).
+    /// Default: `None`. A [`Machine`](crate::Machine) returns itself.
+    fn expand(&self) -> Option<&dyn Expand> {
+        None
+    }
+    /// Returns the model as one with named constants, for exact derivatives with respect to them. Default:
+    /// `None`. A [`Machine`](crate::Machine) returns itself.
+    fn named_constants(&self) -> Option<&dyn Constants> {
+        None
+    }
+    /// Returns the model as one that knows the terms of its accelerations, and with them its rounding errors.
+    /// Without it they are estimated from slopes, in which terms may have cancelled. Default: `None`. A
+    /// [`Machine`](crate::Machine) returns itself.
+    fn terms(&self) -> Option<&dyn Terms> {
+        None
     }
 
     /// Channels of this model in addition to those that every model has (see
     /// [`Probe`](crate::analysis::Probe)). Default: none.
     fn channels(&self) -> Vec<Channel> {
-        Vec::new()
+        self.base().map_or_else(Vec::new, |base| base.channels())
     }
     /// Writes the values of the [`channels`](Model::channels) to `out`.
     fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        let _ = (u, q, v, contacts, out);
+        if let Some(base) = self.base() {
+            base.observe(u, q, v, contacts, out);
+        }
     }
 }
 
@@ -200,6 +208,9 @@ impl<M: Model + ?Sized> Model for &M {
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         (**self).accel(u, q, v, a);
+    }
+    fn base(&self) -> Option<&dyn Model> {
+        (**self).base()
     }
     fn drives(&self) -> usize {
         (**self).drives()
@@ -257,39 +268,6 @@ impl<M: Periodic + ?Sized> Periodic for &M {
     }
 }
 
-/// A quantity with a name and a unit that can be read from a model. Unit: `1` if dimensionless, empty if it
-/// depends on the units of the model.
-///
-/// ```
-/// let channel = gear_dynamics::model::Channel::new("mesh force", "N");
-/// assert_eq!(channel.to_string(), "mesh force [N]");
-/// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Channel {
-    /// Name.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-}
-
-impl Channel {
-    /// A channel with the given name and unit.
-    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Channel { name: name.into(), unit: unit.into() }
-    }
-}
-
-impl std::fmt::Display for Channel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.unit.is_empty() {
-            f.write_str(&self.name)
-        } else {
-            write!(f, "{} [{}]", self.name, self.unit)
-        }
-    }
-}
-
 /// A model whose drives repeat. Poincaré sections, harmonic balance and drive tables require it.
 ///
 /// A model with held processes ([`Held`](crate::drives::Held)) is not periodic and does not implement this
@@ -304,49 +282,52 @@ pub trait Periodic: Model {
     fn period(&self) -> f64;
 }
 
-/// The state of a model: coordinates and velocities at a time.
+/// A model with named constants that act through its drives. A [`Machine`](crate::Machine) is one.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, Integrator, Model, State};
-/// struct Load; // q'' = -1
-/// impl Model for Load {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -1.0; }
-/// }
-/// let end = Dop853::new().end(&Load, &State::new(0.0, &[0.5], &[2.0]), 3.0)?;
-/// // q = 0.5 + 2 t - t²/2 and q' = 2 - t at t = 3
-/// assert!((end.q[0] - 2.0).abs() < 1e-9 && (end.v[0] + 1.0).abs() < 1e-9);
+/// use gear_dynamics::{Model, NfgPair, NfgParams};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let model: &dyn Model = &pair;
+/// let constants = model.named_constants().ok_or("constants")?;
+/// let load = constants.place("load torque")?;
+/// assert_eq!(constants.values()[load], pair.constant("load torque")?);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct State {
-    /// Time, in the time unit of the model.
-    pub t: f64,
-    /// Coordinates q.
-    pub q: Vec<f64>,
-    /// Velocities q'.
-    pub v: Vec<f64>,
-}
+pub trait Constants {
+    /// Names and units.
+    fn names(&self) -> &[Channel];
+    /// Values, in the order of the names.
+    fn values(&self) -> &[f64];
+    /// The same model with other values of some constants: pairs of index and value.
+    ///
+    /// # Errors
+    /// A value out of range.
+    ///
+    /// # Panics
+    /// If a constant does not exist.
+    fn with_values(&self, values: &[(usize, f64)]) -> Result<Box<dyn Periodic + '_>, ParameterError>;
+    /// The derivative of the drives with respect to constant `i`, at a fixed phase.
+    ///
+    /// # Panics
+    /// If there is no constant `i`.
+    fn drive_slope(&self, i: usize) -> DriveSlope;
+    /// Writes Σ_k ∂a/∂u_k w_k, with every contact on a given piece: the derivative of the accelerations along
+    /// the change w = `along` of the drives.
+    fn accel_along(
+        &self,
+        along: &[f64],
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        out: &mut [f64],
+    );
 
-impl State {
-    /// A state from a time, coordinates and velocities.
-    pub fn new(t: f64, q: &[f64], v: &[f64]) -> Self {
-        State { t, q: q.to_vec(), v: v.to_vec() }
-    }
-
-    /// The state at time 0 with all coordinates and velocities 0.
-    pub fn at_rest(dof: usize) -> Self {
-        State { t: 0.0, q: vec![0.0; dof], v: vec![0.0; dof] }
-    }
-
-    /// Checks that the state fits a model of `dof` degrees of freedom and that all numbers are within ±1e50.
-    pub(crate) fn check(&self, dof: usize) -> Result<(), ParameterError> {
-        check::length("start.q", self.q.len(), dof)?;
-        check::length("start.v", self.v.len(), dof)?;
-        check::quantity("start.t", self.t)?;
-        check::quantities("start.q", &self.q)?;
-        check::quantities("start.v", &self.v)
+    /// Index of the constant of this name.
+    ///
+    /// # Errors
+    /// [`ParameterError::NoSuchConstant`], which lists the names.
+    fn place(&self, name: &str) -> Result<usize, ParameterError> {
+        place_of(self.names(), name)
     }
 }

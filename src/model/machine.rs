@@ -3,16 +3,15 @@
 use crate::contact::piece::Piece;
 use crate::contact::piece_choice::{ByDeflection, FixedPieces};
 use crate::contact::tooth::Contact;
-use crate::dual::Dual;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::excitation::wave::Angle;
-use crate::model::constants::{Constants, place_of};
-use crate::model::equations::{Channel, Jacobian, Model, Periodic, redrive_each};
+use crate::model::channel::{Channel, place_of};
+use crate::model::dual_jacobian::dual_jacobian;
+use crate::model::equations::{Constants, Model, Periodic, redrive_each};
 use crate::model::expansion::expand::Expand;
-use crate::model::expansion::turning_waves::TurningWaves;
-use crate::model::expansion::wave_table::WaveTable;
-use crate::model::jacobian::dual_jacobian;
+use crate::model::expansion::fourier_waves::FourierWaves;
+use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::model::terms::Terms;
@@ -21,10 +20,11 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// A model that consists of a [`Shape`] and the values of its constants. Copies share the shape and are cheap.
+/// A model that consists of a [`Shape`] and the values of its constants. Copies share the shape and are
+/// cheap.
 ///
-/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle of its waves is
-/// φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are equal.
+/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle of
+/// its waves is φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are equal.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams};
@@ -48,10 +48,10 @@ pub struct Machine<G> {
 struct Fixed<G> {
     shape: G,
     names: Vec<Channel>,
-    /// The waves in plain numbers, if they are finite Fourier series.
-    turning: Option<TurningWaves>,
-    /// The waves as Fourier series, made when they are first needed.
-    table: OnceLock<Option<WaveTable>>,
+    /// The waves, if they are finite Fourier series.
+    waves: Option<FourierWaves>,
+    /// The waves as Fourier series from samples, made when they are first needed.
+    sampled: OnceLock<Option<FourierWaves>>,
 }
 
 impl<G> fmt::Debug for Machine<G> {
@@ -79,9 +79,9 @@ impl<G: Shape> Machine<G> {
     /// The machine of a shape. Every constant is given once, by its name.
     ///
     /// # Errors
-    /// A name that the shape does not have, that is missing or that is given twice; a value out of range; a shape
-    /// that contradicts its [`size`](Shape::size), whose waves do not repeat, or whose contacts lack edges; an
-    /// acceleration that is not finite at rest.
+    /// A name that the shape does not have, that is missing or that is given twice; a value out of range; a
+    /// shape that contradicts its [`size`](Shape::size), whose waves do not repeat, or whose contacts lack
+    /// edges; an acceleration that is not finite at rest.
     pub fn with_constants(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
         let fixed = Fixed::new(shape);
         let names = &fixed.names;
@@ -190,9 +190,16 @@ impl<G: Shape> Machine<G> {
     pub fn prepared_constants(&self) -> &[f64] {
         &self.prepared
     }
-    /// The waves as Fourier series; `None` if the shape has edges or waves whose harmonics do not decay.
-    pub(crate) fn wave_table(&self) -> Option<&WaveTable> {
-        self.fixed.table.get_or_init(|| WaveTable::of(self.shape())).as_ref()
+    /// The waves as Fourier series whose values are fast.
+    #[inline]
+    fn fast_waves(&self) -> Option<&FourierWaves> {
+        self.fixed.waves.as_ref().filter(|waves| waves.is_fast)
+    }
+    /// The waves as Fourier series that can be expanded; `None` if the shape has edges or waves whose
+    /// harmonics do not decay.
+    pub(crate) fn wave_series(&self) -> Option<&FourierWaves> {
+        let sampled = || self.fixed.sampled.get_or_init(|| FourierWaves::sampled(self.shape())).as_ref();
+        self.fixed.waves.as_ref().or_else(sampled).filter(|waves| waves.weights.is_some())
     }
     /// The shape.
     #[inline(always)]
@@ -212,51 +219,6 @@ impl<G: Shape> Machine<G> {
     /// Whether both machines may run in lanes of one drive table: whether their shapes are equal.
     pub fn shares_lanes_with(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.fixed, &other.fixed) || self.fixed.shape == other.fixed.shape
-    }
-
-    /// The slot of a constant: its index among the drives, at which [`Held`](crate::drives::Held) and
-    /// [`Driven`](crate::drives::Driven) add to it.
-    ///
-    /// # Errors
-    /// A name that the shape does not have; a constant that [`Shape::prepare`] does not return unchanged;
-    /// the speed of the angle, for which [`VaryingSpeed`](crate::drives::VaryingSpeed) is used.
-    pub fn slot(&self, name: &str) -> Result<usize, ParameterError> {
-        let place = self.fixed.place(name)?;
-        let changed = |by: &Dual| by.slope[0] != 0.0;
-        let prepared = self.shape().prepare(&self.along(place));
-        let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
-        match reached[..] {
-            // The speed (i = 0) is excluded: adding to its drive would not change the angle of the waves.
-            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.constants[place] => {
-                Ok(self.slot_of(i))
-            }
-            _ => Err(ParameterError::NotADrive { name: name.into() }),
-        }
-    }
-    /// The index of a prepared constant among the drives.
-    pub(crate) fn slot_of(&self, prepared: usize) -> usize {
-        self.size().waves + if prepared == 0 { 0 } else { prepared + 1 }
-    }
-
-    /// The constants as dual numbers with the slope 1 at index `place` and 0 elsewhere.
-    pub(crate) fn along(&self, place: usize) -> Vec<Dual> {
-        let slope = |i: usize| [if i == place { 1.0 } else { 0.0 }];
-        self.constants.iter().enumerate().map(|(i, &value)| Dual { value, slope: slope(i) }).collect()
-    }
-
-    /// ∂a/∂c for a constant c, at a fixed angle of the waves. It is exact, by dual numbers through
-    /// [`Shape::prepare`].
-    ///
-    /// # Errors
-    /// A name that the shape does not have; drives, coordinates or velocities of the wrong number.
-    pub fn slope(&self, name: &str, u: &[f64], q: &[f64], v: &[f64]) -> Result<Vec<f64>, ParameterError> {
-        let (place, dof) = (self.fixed.place(name)?, self.size().dof);
-        check::length("drives", u.len(), self.drives())?;
-        check::length("coordinates", q.len(), dof)?;
-        check::length("velocities", v.len(), dof)?;
-        let mut a = vec![0.0; dof];
-        self.accel_along(&self.drive_slope(place).drives, None, u, q, v, &mut a);
-        Ok(a)
     }
 
     /// Writes the drives at an angle that turns with the given speed and acceleration.
@@ -286,8 +248,8 @@ impl<G: Shape> Machine<G> {
 
 impl<G: Shape> Fixed<G> {
     fn new(shape: G) -> Arc<Self> {
-        let (names, turning) = (shape.constants(), TurningWaves::of(&shape));
-        Arc::new(Fixed { shape, names, turning, table: OnceLock::new() })
+        let (names, waves) = (shape.constants(), FourierWaves::of(&shape));
+        Arc::new(Fixed { shape, names, waves, sampled: OnceLock::new() })
     }
 }
 
@@ -314,25 +276,25 @@ impl<G: Shape> Model for Machine<G> {
     #[inline]
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         let speed = self.speed();
-        let Some(turning) = &self.fixed.turning else {
+        let Some(fast) = self.fast_waves() else {
             return self.drive_at(speed * t, side, speed, 0.0, u);
         };
         let (waves, rest) = u.split_at_mut(self.size().waves);
-        turning.write(speed * t, waves);
+        fast.write(speed * t, waves);
         self.write_rest(speed, 0.0, rest);
     }
     #[inline]
     fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
         let waves = &mut u[..self.size().waves];
-        match &self.fixed.turning {
-            Some(turning) => turning.write_again(self.speed() * t, waves),
+        match self.fast_waves() {
+            Some(fast) => fast.write_again(self.speed() * t, waves),
             None => self.shape().waves_again(self.speed() * t, side, waves),
         }
     }
     #[inline]
     fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        match &self.fixed.turning {
-            Some(turning) => turning.write_nodes(self.speed(), times, u, self.drives()),
+        match self.fast_waves() {
+            Some(fast) => fast.write_nodes(self.speed(), times, u, self.drives()),
             None => redrive_each(self, times, u),
         }
     }

@@ -2,10 +2,11 @@
 
 use crate::contact::piece::Piece;
 use crate::dual::Dual;
-use crate::error::ParameterError;
-use crate::model::constants::{Constants, DriveSlope};
-use crate::model::equations::{Channel, Model, Periodic};
-use crate::model::jacobian::slope_along;
+use crate::error::{ParameterError, check};
+use crate::model::channel::Channel;
+use crate::model::drive_slope::DriveSlope;
+use crate::model::dual_jacobian::slope_along;
+use crate::model::equations::{Constants, Model, Periodic};
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
 
@@ -13,6 +14,53 @@ use crate::model::shape::Shape;
 impl<G: Shape> PartialEq for Machine<G> {
     fn eq(&self, other: &Self) -> bool {
         self.constants() == other.constants() && self.shares_lanes_with(other)
+    }
+}
+
+impl<G: Shape> Machine<G> {
+    /// The slot of a constant: its index among the drives, at which [`Held`](crate::drives::Held) and
+    /// [`Driven`](crate::drives::Driven) add to it.
+    ///
+    /// # Errors
+    /// A name that the shape does not have; a constant that [`Shape::prepare`] does not return unchanged;
+    /// the speed of the angle, for which [`VaryingSpeed`](crate::drives::VaryingSpeed) is used.
+    pub fn slot(&self, name: &str) -> Result<usize, ParameterError> {
+        let place = self.place(name)?;
+        let changed = |by: &Dual| by.slope[0] != 0.0;
+        let prepared = self.shape().prepare(&self.along(place));
+        let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
+        match reached[..] {
+            // The speed (i = 0) is excluded: adding to its drive would not change the angle of the waves.
+            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.constants()[place] => {
+                Ok(self.slot_of(i))
+            }
+            _ => Err(ParameterError::NotADrive { name: name.into() }),
+        }
+    }
+    /// The index of a prepared constant among the drives.
+    pub(crate) fn slot_of(&self, prepared: usize) -> usize {
+        self.size().waves + if prepared == 0 { 0 } else { prepared + 1 }
+    }
+
+    /// The constants as dual numbers with the slope 1 at index `place` and 0 elsewhere.
+    pub(crate) fn along(&self, place: usize) -> Vec<Dual> {
+        let slope = |i: usize| [if i == place { 1.0 } else { 0.0 }];
+        self.constants().iter().enumerate().map(|(i, &value)| Dual { value, slope: slope(i) }).collect()
+    }
+
+    /// ∂a/∂c for a constant c, at a fixed angle of the waves. It is exact, by dual numbers through
+    /// [`Shape::prepare`].
+    ///
+    /// # Errors
+    /// A name that the shape does not have; drives, coordinates or velocities of the wrong number.
+    pub fn slope(&self, name: &str, u: &[f64], q: &[f64], v: &[f64]) -> Result<Vec<f64>, ParameterError> {
+        let (place, dof) = (self.place(name)?, self.size().dof);
+        check::length("drives", u.len(), self.drives())?;
+        check::length("coordinates", q.len(), dof)?;
+        check::length("velocities", v.len(), dof)?;
+        let mut a = vec![0.0; dof];
+        self.accel_along(&self.drive_slope(place).drives, None, u, q, v, &mut a);
+        Ok(a)
     }
 }
 

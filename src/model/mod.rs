@@ -1,28 +1,45 @@
 //! Models: traits of the equations of motion, shapes and machines.
 
-pub(crate) mod constants;
+pub(crate) mod channel;
 pub(crate) mod couplings;
+pub(crate) mod drive_slope;
+pub(crate) mod dual_jacobian;
 pub(crate) mod equations;
 pub(crate) mod expansion;
+pub(crate) mod formula;
 pub(crate) mod jacobian;
 pub(crate) mod machine;
 pub(crate) mod machine_constants;
+pub(crate) mod machine_terms;
 pub(crate) mod offers;
 pub(crate) mod rigid;
 pub(crate) mod shape;
 pub(crate) mod shape_checks;
+pub(crate) mod sizing;
 pub(crate) mod slopes;
+pub(crate) mod state;
 pub(crate) mod terms;
 
 pub use crate::dual::Dual;
-pub use crate::model::constants::{Constants, DriveSlope};
-pub use crate::model::equations::{Channel, Jacobian, Model, Periodic, State};
-pub use crate::model::expansion::every_piece::EveryPiece;
-pub use crate::model::expansion::expand::{Expand, Recorded};
+pub use crate::model::channel::Channel;
+pub use crate::model::equations::{Model, Periodic};
+pub use crate::model::formula::{Formula, from_fn};
+pub use crate::model::jacobian::Jacobian;
 pub use crate::model::machine::Machine;
 pub use crate::model::offers::Offers;
 pub use crate::model::shape::{Drives, Shape, Size};
-pub use crate::model::terms::{Terms, TermsRoom};
+pub use crate::model::state::State;
 pub use crate::scalar::{Scalar, keep_rolled};
 pub use crate::series::Series;
-pub use crate::tape::node::Node;
+
+/// What a machine knows about its algebra beyond its values: a tape of it, named constants, the terms of its
+/// equations. A model of your own needs none of it, unless [`Taylor`](crate::Taylor) shall run it without a
+/// [`Shape`].
+pub mod recording {
+    pub use crate::model::drive_slope::DriveSlope;
+    pub use crate::model::equations::Constants;
+    pub use crate::model::expansion::every_piece::EveryPiece;
+    pub use crate::model::expansion::expand::{Expand, Recorded};
+    pub use crate::model::terms::{Terms, TermsRoom};
+    pub use crate::tape::node::Node;
+}

@@ -28,9 +28,9 @@ pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f6
 /// and on both flanks.
 ///
 /// The Jacobians are evaluated at up to nine instants in (0, `span`) and states of nine sizes, with all
-/// contacts on their lower and then on their upper flanks. Each exact one reduces the directions that are left.
-/// Contacts in their gaps are not evaluated, because they resist no motion. A direction that changes the
-/// deflection of a rigid stop is not a rigid motion: ∂d/∂q of these contacts counts as a Jacobian.
+/// contacts on their lower and then on their upper flanks. Each exact one reduces the directions that are
+/// left. Contacts in their gaps are not evaluated, because they resist no motion. A direction that changes
+/// the deflection of a rigid stop is not a rigid motion: ∂d/∂q of these contacts counts as a Jacobian.
 pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let n = model.dof();
     let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);

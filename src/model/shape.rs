@@ -6,7 +6,7 @@ use crate::contact::tooth::Contact;
 use crate::error::ParameterError;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Angle;
-use crate::model::equations::Channel;
+use crate::model::channel::Channel;
 use crate::scalar::Scalar;
 
 /// The size of a [`Shape`]: numbers of degrees of freedom, waves, contacts and constants.
@@ -220,8 +220,8 @@ pub trait Shape: PartialEq {
         let _ = (law, i, u, q, v);
         Contact::default()
     }
-    /// Writes the waves at an angle φ `[rad]`, a number or a series over time, to `u`, which has [`Size::waves`] entries. `side`: before or
-    /// after a jump at this angle. Default: no waves.
+    /// Writes the waves at an angle φ `[rad]`, a number or a series over time, to `u`, which has
+    /// [`Size::waves`] entries. `side`: before or after a jump at this angle. Default: no waves.
     ///
     /// All waves repeat with the angle 2π/[`repeats`](Shape::repeats). Rates are over the angle. At an edge
     /// the angle has a rounding error, for which a [`Wave`](crate::Wave) allows.
@@ -249,8 +249,8 @@ pub trait Shape: PartialEq {
     fn repeats(&self) -> u32 {
         1
     }
-    /// Number of cycles of the fastest wave in a period, for example of the mesh with the most teeth. Engines choose
-    /// their steps by it ([`LaneRk4::for_model`](crate::sweep::LaneRk4::for_model)). Default: 1.
+    /// Number of cycles of the fastest wave in a period, for example of the mesh with the most teeth. Engines
+    /// choose their steps by it ([`LaneRk4::for_model`](crate::sweep::LaneRk4::for_model)). Default: 1.
     fn cycles_in_a_period(&self) -> u32 {
         1
     }
@@ -272,8 +272,8 @@ pub trait Shape: PartialEq {
         Ok(())
     }
 
-    /// Whether the lower and the upper edge of each contact are rigid stops. Contacts past the end of the list
-    /// have no stop. Default: none. Lanes and drive tables reject a shape with stops.
+    /// Whether the lower and the upper edge of each contact are rigid stops. Contacts past the end of the
+    /// list have no stop. Default: none. Lanes and drive tables reject a shape with stops.
     fn stops(&self) -> &[[bool; 2]] {
         &[]
     }

@@ -1,7 +1,8 @@
 //! Jacobians ∂a/∂q and ∂a/∂v of any model: those that the model provides, or central differences.
 
 use crate::contact::piece::Piece;
-use crate::model::equations::{Jacobian, Model};
+use crate::model::equations::Model;
+use crate::model::jacobian::Jacobian;
 
 /// Evaluates the Jacobian of a model. Arrays for differences are allocated when they are first needed.
 pub(crate) struct Slopes<'m, M: ?Sized> {

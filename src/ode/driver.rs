@@ -2,7 +2,8 @@
 //! next step.
 
 use crate::contact::piece::Piece;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::edges::arrival::{note_jumps, step_to_edge};
 use crate::ode::edges::exit::Found;
 use crate::ode::edges::passage::Passage;

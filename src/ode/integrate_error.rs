@@ -6,14 +6,11 @@ use thiserror::Error;
 /// The reason why a time integration failed.
 ///
 /// ```
-/// use gear_dynamics::{ode::IntegrateError, Integrator, Model, Rk4, State};
-/// struct Rest;
-/// impl Model for Rest {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = 0.0; }
-/// }
-/// let error = Rk4::new(0.1).end(&Rest, &State::at_rest(1), -1.0).unwrap_err();
+/// use gear_dynamics::{ode::IntegrateError, Integrator, Rk4, State, model::from_fn};
+/// let rest = from_fn(1, |_, _, _, a| a[0] = 0.0)?;
+/// let error = Rk4::new(0.1).end(&rest, &State::at_rest(1), -1.0).unwrap_err();
 /// assert_eq!(error, IntegrateError::TimeSpan { start: 0.0, end: -1.0 });
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]

@@ -1,6 +1,7 @@
 //! The trait that all solvers implement.
 
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::Finish;
@@ -13,13 +14,9 @@ use std::ops::ControlFlow;
 /// All solvers have these four methods; the analysis functions accept any `Integrator`.
 ///
 /// ```
-/// use gear_dynamics::{Integrator, Model, Rk4, State};
-/// struct Spring;
-/// impl Model for Spring {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-/// }
-/// let run = Rk4::new(0.01).sample(&Spring, &State::new(0.0, &[1.0], &[0.0]), &[0.5, 1.0])?;
+/// use gear_dynamics::{Integrator, Rk4, State, model::from_fn};
+/// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
+/// let run = Rk4::new(0.01).sample(&spring, &State::new(0.0, &[1.0], &[0.0]), &[0.5, 1.0])?;
 /// assert_eq!(run.times(), [0.5, 1.0]);
 /// assert!((run.q(1)[0] - 1f64.cos()).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,22 +1,18 @@
 //! The result of a run: last state and counts of work.
 
-use crate::model::equations::State;
+use crate::model::state::State;
 
 /// The result of a run.
 ///
 /// ```
-/// use gear_dynamics::{Integrator, Model, Rk4, State, ode::Step};
+/// use gear_dynamics::{Integrator, Rk4, State, ode::Step, model::from_fn};
 /// use std::ops::ControlFlow;
-/// struct Fall;
-/// impl Model for Fall {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -2.0; }
-/// }
+/// let fall = from_fn(1, |_, _, _, a| a[0] = -2.0)?;
 /// // q = -t²: the first step that ends below -0.1 ends at t = 0.5.
 /// let mut watch = |step: &mut Step<'_>| {
 ///     if step.q1()[0] < -0.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 /// };
-/// let finish = Rk4::new(0.25).run(&Fall, &State::at_rest(1), 9.0, &mut watch)?;
+/// let finish = Rk4::new(0.25).run(&fall, &State::at_rest(1), 9.0, &mut watch)?;
 /// assert_eq!((finish.state.t, finish.stopped, finish.stats.steps), (0.5, true, 2));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -33,15 +29,11 @@ pub struct Finish {
 /// Counts of the work done in one run.
 ///
 /// ```
-/// use gear_dynamics::{Integrator, Model, Rk4, State, ode::Step};
+/// use gear_dynamics::{Integrator, Rk4, State, ode::Step, model::from_fn};
 /// use std::ops::ControlFlow;
-/// struct Rest;
-/// impl Model for Rest {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = 0.0; }
-/// }
+/// let rest = from_fn(1, |_, _, _, a| a[0] = 0.0)?;
 /// let mut quiet = |_: &mut Step<'_>| ControlFlow::Continue(());
-/// let stats = Rk4::new(0.25).run(&Rest, &State::at_rest(1), 1.0, &mut quiet)?.stats;
+/// let stats = Rk4::new(0.25).run(&rest, &State::at_rest(1), 1.0, &mut quiet)?.stats;
 /// assert_eq!((stats.steps, stats.evaluations), (4, 16));
 /// # Ok::<(), gear_dynamics::ode::IntegrateError>(())
 /// ```

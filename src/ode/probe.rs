@@ -3,7 +3,8 @@
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
-use crate::model::equations::{Channel, Model};
+use crate::model::channel::Channel;
+use crate::model::equations::Model;
 use crate::ode::step::Step;
 
 /// First and last distance from an edge at which a channel is sampled for its limit there, as shares of the

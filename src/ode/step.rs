@@ -56,18 +56,14 @@ pub trait StepView {
 /// One accepted step.
 ///
 /// ```
-/// use gear_dynamics::{Integrator, Model, Rk45, State, ode::Step};
+/// use gear_dynamics::{Integrator, Rk45, State, ode::Step, model::from_fn};
 /// use std::ops::ControlFlow;
-/// struct Fall;
-/// impl Model for Fall {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -1.0; }
-/// }
+/// let fall = from_fn(1, |_, _, _, a| a[0] = -1.0)?;
 /// // Stops the run after the first step that ends below zero.
 /// let mut watch = |step: &mut Step<'_>| {
 ///     if step.q1()[0] < 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 /// };
-/// let finish = Rk45::new().max_step(0.1).run(&Fall, &State::new(0.0, &[0.5], &[0.0]), 9.0, &mut watch)?;
+/// let finish = Rk45::new().max_step(0.1).run(&fall, &State::new(0.0, &[0.5], &[0.0]), 9.0, &mut watch)?;
 /// assert!(finish.stopped && finish.state.t < 1.2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

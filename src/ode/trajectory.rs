@@ -3,7 +3,9 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::export::table::ResultTable;
-use crate::model::equations::{Channel, Model, State};
+use crate::model::channel::Channel;
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::probe::Probe;
@@ -12,15 +14,11 @@ use thiserror::Error;
 /// The states of a run, in order of time.
 ///
 /// ```
-/// use gear_dynamics::{Integrator, Model, Rk4, State};
-/// struct Fall;
-/// impl Model for Fall {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -2.0; }
-/// }
-/// let run = Rk4::new(0.5).trajectory(&Fall, &State::at_rest(1), 1.0)?;
+/// use gear_dynamics::{Integrator, Rk4, State, model::from_fn};
+/// let fall = from_fn(1, |_, _, _, a| a[0] = -2.0)?;
+/// let run = Rk4::new(0.5).trajectory(&fall, &State::at_rest(1), 1.0)?;
 /// assert_eq!(run.times(), [0.0, 0.5, 1.0]);
-/// assert!((run.channel(&Fall, "q1")?[2] + 1.0).abs() < 1e-15);
+/// assert!((run.channel(&fall, "q1")?[2] + 1.0).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -153,17 +151,12 @@ impl Trajectory {
 /// A failed run: the error and the trajectory computed before it.
 ///
 /// ```
-/// use gear_dynamics::{ode::IntegrateError, Integrator, Model, Rk4, State};
-/// struct Breaks;
-/// impl Model for Breaks {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
-///         a[0] = if u[0] < 0.6 { 1.0 } else { f64::NAN };
-///     }
-/// }
-/// let failed = Rk4::new(0.25).trajectory(&Breaks, &State::at_rest(1), 1.0).unwrap_err();
+/// use gear_dynamics::{ode::IntegrateError, Integrator, Rk4, State, model::from_fn};
+/// let breaks = from_fn(1, |t, _, _, a| a[0] = if t < 0.6 { 1.0 } else { f64::NAN })?;
+/// let failed = Rk4::new(0.25).trajectory(&breaks, &State::at_rest(1), 1.0).unwrap_err();
 /// assert!(matches!(failed.error, IntegrateError::NotFinite { t: 0.5, .. }));
 /// assert_eq!(failed.trajectory.times(), [0.0, 0.25, 0.5]);
+/// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{error} ({} states before the error are kept)", trajectory.len())]

@@ -106,7 +106,8 @@ fn parity(forward: &[usize]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::model::equations::{Model, Periodic, State};
+    use crate::model::equations::{Model, Periodic};
+    use crate::model::state::State;
     use crate::models::ring::ring_params::RingSet;
     use crate::models::ring::ring_shape::{Frame, Ring};
     use crate::ode::integrator::Integrator;

@@ -1,7 +1,7 @@
 //! The stored form of the orbit of a shooting.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::State;
+use crate::model::state::State;
 use crate::numeric::not_finite::{AnyNumber, numbers, plain};
 use crate::ode::budget::Budget;
 use crate::periodic::flow::flow_method::FlowMethod;

@@ -1,6 +1,6 @@
 //! Recorded algebra: sums, products and functions in the order of their evaluation.
 //!
-//! An algebra that runs once on [`Node`](crate::model::Node)s leaves a [`Tape`](operations::Tape): its
+//! An algebra that runs once on [`Node`](crate::model::recording::Node)s leaves a [`Tape`](operations::Tape): its
 //! operations with operands that are weighted sums of coordinates, velocities, drives and earlier results.
 //! The tape is evaluated order by order to Taylor series ([`Taylor`](crate::Taylor)), for any set of pieces.
 

@@ -16,7 +16,7 @@ use std::ops::Sub;
 /// evaluates the tape to Taylor series. Constants are computed at once.
 ///
 /// ```
-/// use gear_dynamics::model::{Node, Scalar};
+/// use gear_dynamics::model::{recording::Node, Scalar};
 /// let product = Node::from(3.0) * Node::from(0.5);
 /// assert_eq!(product.sqrt().constant(), Some(1.5f64.sqrt()));
 /// ```

@@ -63,6 +63,18 @@ fn negative_backlash_damping_hold_time() {
 }
 
 #[test]
+fn models_of_a_formula_without_coordinates_or_period() {
+    let fall = |dof: usize| from_fn(dof, |_, _, _, a| a.fill(-1.0));
+    let name = || "degrees of freedom".to_owned();
+    assert_eq!(fall(0).err(), Some(P::TooFew { name: name(), value: 0, min: 1 }));
+    assert_eq!(fall(1 << 30).err(), Some(P::TooMany { name: name(), value: 1 << 30, max: 1 << 25 }));
+    let timed = |period: f64| fall(1).unwrap().with_period(period).err();
+    assert_eq!(timed(0.0), Some(not_positive("period", 0.0)));
+    assert!(matches!(timed(f64::NAN), Some(P::NotFinite { .. })));
+    assert!(timed(1e51).is_some() && timed(1.0).is_none());
+}
+
+#[test]
 fn contact_laws_with_impossible_numbers() {
     let negative = |name: &str, value: f64| P::Negative { name: name.into(), value };
     let outside =

@@ -856,17 +856,8 @@ impl<M: Model> Model for Plain<M> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.0.accel(u, q, v, a);
     }
-    fn drives(&self) -> usize {
-        self.0.drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.0.drive(t, side, u);
-    }
-    fn contacts(&self) -> usize {
-        self.0.contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.0.contact(u, q, v, out);
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&self.0)
     }
 }
 

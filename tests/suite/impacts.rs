@@ -800,20 +800,11 @@ fn a_stop_that_does_not_turn_its_contact_round_is_found() {
         fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
             self.0.accel(u, q, v, a);
         }
+        fn base(&self) -> Option<&dyn Model> {
+            Some(&self.0)
+        }
         fn offers(&self) -> Offers<'_> {
             Offers { stops: &[[true, true]], ..Offers::default() }
-        }
-        fn drives(&self) -> usize {
-            2
-        }
-        fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-            self.0.drive(t, side, u);
-        }
-        fn contacts(&self) -> usize {
-            1
-        }
-        fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-            self.0.contact(u, q, v, out);
         }
         fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
             v[0] *= self.1;

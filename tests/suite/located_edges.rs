@@ -16,11 +16,8 @@ impl<M: Model> Model for Unheld<M> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.0.accel(u, q, v, a);
     }
-    fn contacts(&self) -> usize {
-        self.0.contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.0.contact(u, q, v, out);
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&self.0)
     }
 }
 

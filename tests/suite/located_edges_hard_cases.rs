@@ -3,6 +3,7 @@
 //! solution of this file, for every solver.
 
 use crate::api::*;
+use gear_dynamics::model::recording::{Expand, Node, Recorded};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 

@@ -746,3 +746,43 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
         Err(ParameterError::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest"
     ));
 }
+
+/// Accelerations of one model, everything else from its base.
+struct Bare<M>(M);
+
+impl<M: Model> Model for Bare<M> {
+    fn dof(&self) -> usize {
+        self.0.dof()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.0.accel(u, q, v, a);
+    }
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&self.0)
+    }
+}
+
+#[test]
+fn a_wrapper_has_the_drives_contacts_and_channels_of_its_base() {
+    let pair = NfgPair::new(&NfgParams::table1()).unwrap();
+    let (bare, start) = (Bare(Bare(&pair)), pair.static_start().unwrap());
+    assert_eq!(check_model(&bare, &start), []);
+    let drives = pair.drives();
+    let sizes =
+        |model: &dyn Model| (model.drives(), model.contacts(), model.channels(), model.next_edge(0.3));
+    assert_eq!(sizes(&bare), sizes(&pair));
+    let values = |model: &dyn Model| {
+        let (times, mut nodes) = ([0.1, 0.2, 0.4], vec![0.0; 3 * drives]);
+        (0..3).for_each(|i| model.drive(0.0, Side::After, &mut nodes[i * drives..][..drives]));
+        model.redrive_nodes(&times, &mut nodes);
+        let u = &nodes[..drives];
+        let (mut contacts, mut out) = ([Contact::default()], vec![0.0; model.channels().len()]);
+        model.contact(u, &start.q, &start.v, &mut contacts);
+        model.observe(u, &start.q, &start.v, &contacts, &mut out);
+        (nodes, contacts, out)
+    };
+    assert_eq!(values(&bare), values(&pair));
+    // The algebra is the wrapper's own.
+    assert_eq!(bare.offers(), Offers::default());
+    assert!(bare.expand().is_none() && bare.named_constants().is_none() && bare.terms().is_none());
+}

@@ -8,7 +8,6 @@ use gear_dynamics::branches::{
     Beyond, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, Continuation, Family,
     PointKind,
 };
-use gear_dynamics::excitation::Side;
 use gear_dynamics::nalgebra::DMatrix;
 use gear_dynamics::{Dop853, Integrator, Model, Periodic, Shooting, State};
 
@@ -37,14 +36,11 @@ impl Model for Large<'_> {
         self.0.accel(u, &scaled(q, -LARGE), &scaled(v, -LARGE), &mut opposite);
         a.iter_mut().zip(&opposite).for_each(|(a, b)| *a = (*a - b) / (2.0 * LARGE));
     }
-    fn drives(&self) -> usize {
-        self.0.drives()
+    fn base(&self) -> Option<&dyn Model> {
+        Some(self.0)
     }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.0.drive(t, side, u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.0.next_edge(t)
+    fn contacts(&self) -> usize {
+        0
     }
 }
 

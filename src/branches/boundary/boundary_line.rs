@@ -4,7 +4,7 @@ use crate::branches::line::{Line, LinePoint};
 use crate::branches::points::kind::Located;
 use crate::error::ParameterError;
 use crate::export::table::ResultTable;
-use crate::model::equations::Channel;
+use crate::model::channel::Channel;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::fmt;

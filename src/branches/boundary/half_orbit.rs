@@ -1,6 +1,6 @@
 //! The halves of a symmetric orbit, x(t + T/2) = -x(t).
 
-use crate::model::equations::State;
+use crate::model::state::State;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::DMatrix;

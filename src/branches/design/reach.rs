@@ -1,6 +1,6 @@
 //! Orbits of a model whose constants have moved far.
 
-use crate::model::constants::Constants;
+use crate::model::equations::Constants;
 use crate::periodic::shooting::failure::ShootingError;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;

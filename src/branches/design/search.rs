@@ -2,7 +2,7 @@
 
 use crate::branches::design::objective::DesignError;
 use crate::error::{ParameterError, check};
-use crate::model::constants::Constants;
+use crate::model::equations::Constants;
 use crate::ode::budget::Budget;
 use crate::periodic::shooting::multiple::Shooting;
 use slsqp::{FailStatus, StopTols, SuccessStatus};

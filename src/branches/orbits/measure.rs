@@ -8,7 +8,8 @@ use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
 use crate::branches::orbits::contact_trace::{ContactTrace, Tracer};
 use crate::branches::orbits::symmetries::Symmetries;
 use crate::error::ParameterError;
-use crate::model::equations::{Channel, Model};
+use crate::model::channel::Channel;
+use crate::model::equations::Model;
 use crate::ode::probe::Probe;
 use crate::periodic::flow::walk::Walk;
 

@@ -4,7 +4,8 @@ use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::orbits::measure::Measured;
-use crate::model::equations::{Channel, State};
+use crate::model::channel::Channel;
+use crate::model::state::State;
 use crate::periodic::multipliers::Multipliers;
 use nalgebra::DVector;
 

@@ -1,11 +1,9 @@
 //! A model without some of its rigid stops.
 
 use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::constants::Constants;
-use crate::model::equations::{Channel, Jacobian, Model, Periodic};
+use crate::model::equations::{Constants, Model, Periodic};
 use crate::model::expansion::expand::Expand;
+use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
 use crate::model::terms::Terms;
 
@@ -39,29 +37,11 @@ impl Model for WithoutStops<'_> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel(u, q, v, a);
     }
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&*self.model)
+    }
     fn offers(&self) -> Offers<'_> {
         Offers { stops: &self.stops, ..self.model.offers() }
-    }
-    fn drives(&self) -> usize {
-        self.model.drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.drive(t, side, u);
-    }
-    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.redrive(t, side, u);
-    }
-    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        self.model.redrive_nodes(times, u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.model.next_edge(t)
-    }
-    fn contacts(&self) -> usize {
-        self.model.contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.model.contact(u, q, v, out);
     }
     fn expand(&self) -> Option<&dyn Expand> {
         self.model.expand()
@@ -72,20 +52,11 @@ impl Model for WithoutStops<'_> {
     fn terms(&self) -> Option<&dyn Terms> {
         self.model.terms()
     }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
-        self.model.impact(contact, on, u, q, v);
-    }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel_on_pieces(pieces, u, q, v, a);
     }
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         self.model.jacobian(pieces, u, q, v, out);
-    }
-    fn channels(&self) -> Vec<Channel> {
-        self.model.channels()
-    }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        self.model.observe(u, q, v, contacts, out);
     }
 }
 

@@ -6,8 +6,8 @@ use crate::branches::sensitivity::derivatives::{Derivatives, Neighbours, gather}
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::totals::{Alone, Totals};
 use crate::error::{ParameterError, check};
-use crate::model::constants::Constants;
-use crate::model::equations::{Channel, Periodic};
+use crate::model::channel::Channel;
+use crate::model::equations::{Constants, Periodic};
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::probe::Probe;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
@@ -103,7 +103,7 @@ impl Sensitivity {
     /// # Errors
     /// [`ParameterError::NoSuchConstant`], which lists the names.
     pub fn place(&self, name: &str) -> Result<usize, ParameterError> {
-        crate::model::constants::place_of(&self.constants, name)
+        crate::model::channel::place_of(&self.constants, name)
     }
     fn figures(&self, channel: &str) -> Result<&Figures, ParameterError> {
         Ok(&self.figures[check::channel_index(&self.channels, channel)?])

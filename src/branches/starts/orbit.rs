@@ -11,7 +11,7 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::starts::start::{Resume, Start};
 use crate::branches::steps::stepper::Stepper;
-use crate::model::equations::State;
+use crate::model::state::State;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use std::rc::Rc;
 

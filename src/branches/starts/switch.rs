@@ -14,7 +14,7 @@ use crate::branches::points::kind::PointKind;
 use crate::branches::starts::start::Start;
 use crate::branches::steps::stepper::Stepper;
 use crate::error::ParameterError;
-use crate::model::equations::State;
+use crate::model::state::State;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 use nalgebra::{DMatrix, DVector};

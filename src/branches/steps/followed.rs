@@ -8,7 +8,8 @@ use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::Orbits;
 use crate::branches::steps::stepper::{Node, Stepper};
 use crate::error::ParameterError;
-use crate::model::equations::{Channel, Periodic};
+use crate::model::channel::Channel;
+use crate::model::equations::Periodic;
 
 /// A curve with the points and the ends of its line: a branch or a boundary.
 pub(crate) trait Followed: Orbits + Sized {

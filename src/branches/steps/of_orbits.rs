@@ -16,7 +16,8 @@ use crate::branches::steps::followed::{Followed, Over};
 use crate::branches::steps::stepper::{CORNER, Node, Stepper};
 use crate::branches::steps::stops::Impacts;
 use crate::error::ParameterError;
-use crate::model::equations::{Channel, Periodic};
+use crate::model::channel::Channel;
+use crate::model::equations::Periodic;
 
 /// Shortest step, as a share of the maximum step, to separate changes that are not explained `[1]`.
 pub(crate) const SEPARATE: f64 = 1e-3;

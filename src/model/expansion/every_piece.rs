@@ -17,7 +17,7 @@ const PIECES: [Piece; 3] = [Piece::Lower, Piece::Gap, Piece::Upper];
 ///
 /// ```
 /// use gear_dynamics::contact::{Contact, Piece};
-/// use gear_dynamics::model::{Node, Recorded};
+/// use gear_dynamics::model::recording::{Node, Recorded};
 /// // q'' = -f(q): a wall at q = 1 with the force q - 1.
 /// let recorded = Recorded::of(1, 0, &|_| None, |every, _, q, _, a| {
 ///     let force = every.choice(0, 1, |pieces| match pieces {

@@ -21,9 +21,9 @@ impl<G: Shape> Expand for Machine<G> {
 
     fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
         let speed = self.speed();
-        if let Some(table) = self.wave_table() {
+        if let Some(series) = self.wave_series() {
             let (waves, rest) = u.split_at_mut(self.size().waves);
-            table.expand(speed * t, speed, coefficients, &[], waves);
+            series.expand(speed * t, speed, coefficients, &[], waves);
             return self.write_rest(speed.into(), 0.0.into(), rest);
         }
         let angle = Series::variable(speed * t, speed, coefficients);
@@ -31,8 +31,8 @@ impl<G: Shape> Expand for Machine<G> {
     }
     fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
         let (speed, waves) = (self.speed(), self.size().waves);
-        if let Some(table) = self.wave_table() {
-            return table.expand(speed * t, speed, coefficients, needed, &mut u[..waves]);
+        if let Some(series) = self.wave_series() {
+            return series.expand(speed * t, speed, coefficients, needed, &mut u[..waves]);
         }
         let angle = Series::variable(speed * t, speed, coefficients);
         self.shape().waves_again(angle, Side::After, &mut u[..waves]);

@@ -3,6 +3,7 @@
 pub(crate) mod every_piece;
 pub(crate) mod expand;
 pub(crate) mod fourier_angle;
+pub(crate) mod fourier_waves;
 pub(crate) mod machine_tape;
-pub(crate) mod turning_waves;
-pub(crate) mod wave_table;
+pub(crate) mod sampled_waves;
+pub(crate) mod wave_series;

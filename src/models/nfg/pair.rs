@@ -8,9 +8,10 @@ use crate::excitation::centre::InstantCentre;
 use crate::excitation::fourier::Fourier;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
 use crate::model::machine::Machine;
 use crate::model::shape::Drives;
+use crate::model::state::State;
 use crate::models::nfg::nfg_params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
 

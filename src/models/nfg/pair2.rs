@@ -10,9 +10,11 @@ use crate::excitation::centre::InstantCentre;
 use crate::excitation::fourier::Fourier;
 use crate::excitation::side::Side;
 use crate::excitation::wave::{Angle, Wave};
-use crate::model::equations::{Channel, Model, State};
+use crate::model::channel::Channel;
+use crate::model::equations::Model;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
+use crate::model::state::State;
 use crate::models::nfg::nfg_params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::scalar::Scalar;
 

@@ -3,7 +3,7 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
-use crate::model::equations::State;
+use crate::model::state::State;
 use crate::models::ring::ring_shape::Ring;
 use nalgebra::DMatrix;
 

@@ -9,7 +9,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::earliest;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Angle;
-use crate::model::equations::Channel;
+use crate::model::channel::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::models::ring::columns::{Columns, STRIDE};

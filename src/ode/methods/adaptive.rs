@@ -1,6 +1,7 @@
 //! The interface of the adaptive solvers.
 
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::driver::drive;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
@@ -18,14 +19,10 @@ use std::marker::PhantomData;
 /// [`plain`](Adaptive::plain) is set. No step extends over a drive edge.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, Integrator, Model, State};
-/// struct Spring;
-/// impl Model for Spring {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-/// }
+/// use gear_dynamics::{Dop853, Integrator, State, model::from_fn};
+/// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
 /// let solver = Dop853::new().rtol(1e-10).atol_each(&[1e-12, 1e-9]).max_step(0.1);
-/// let end = solver.end(&Spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
+/// let end = solver.end(&spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
 /// assert!((end.q[0] - 1f64.cos()).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

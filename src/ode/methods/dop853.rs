@@ -14,13 +14,9 @@ use crate::ode::stepping::vector::Vector;
 /// efficient.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, Integrator, Model, State};
-/// struct Spring;
-/// impl Model for Spring {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-/// }
-/// let end = Dop853::new().rtol(1e-12).atol(1e-14).end(&Spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
+/// use gear_dynamics::{Dop853, Integrator, State, model::from_fn};
+/// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
+/// let end = Dop853::new().rtol(1e-12).atol(1e-14).end(&spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
 /// assert!((end.q[0] - 1f64.cos()).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

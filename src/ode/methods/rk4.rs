@@ -1,6 +1,7 @@
 //! The classical Runge-Kutta method.
 
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::driver::drive;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
@@ -20,13 +21,9 @@ use crate::ode::stepping::vector::Vector;
 /// run across the edges, as in Yao 2020. No step extends over a drive edge.
 ///
 /// ```
-/// use gear_dynamics::{Integrator, Model, Rk4, State};
-/// struct Spring;
-/// impl Model for Spring {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-/// }
-/// let end = Rk4::new(0.01).end(&Spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
+/// use gear_dynamics::{Integrator, Rk4, State, model::from_fn};
+/// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
+/// let end = Rk4::new(0.01).end(&spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
 /// assert!((end.q[0] - 1f64.cos()).abs() < 1e-10);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

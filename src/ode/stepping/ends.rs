@@ -3,7 +3,8 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::nodes::Nodes;
 use crate::ode::stepping::vector::Vector;

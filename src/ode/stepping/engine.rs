@@ -2,7 +2,8 @@
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;

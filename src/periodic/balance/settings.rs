@@ -79,14 +79,11 @@ impl Balance {
 /// The model must be periodic: the compiler rejects any other.
 ///
 /// ```compile_fail,E0277
-/// use gear_dynamics::{Balance, Harmonics, Model, periodic::FourierOrbit};
-/// struct Pendulum;
-/// impl Model for Pendulum {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _u: &[f64], q: &[f64], _v: &[f64], a: &mut [f64]) { a[0] = -q[0].sin(); }
-/// }
-/// fn solve(guess: &FourierOrbit) {
-///     let _ = Balance::new(Harmonics::up_to(3)).solve(&Pendulum, guess); // `Pendulum` has no period
+/// use gear_dynamics::{Balance, Harmonics, periodic::FourierOrbit, model::from_fn};
+/// fn solve(guess: &FourierOrbit) -> Result<(), Box<dyn std::error::Error>> {
+///     let pendulum = from_fn(1, |_, q, _, a| a[0] = -q[0].sin())?;
+///     Balance::new(Harmonics::up_to(3)).solve(&pendulum, guess)?; // `pendulum` has no period
+///     Ok(())
 /// }
 /// ```
 #[derive(Clone, Debug)]

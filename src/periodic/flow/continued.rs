@@ -2,10 +2,9 @@
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::constants::Constants;
-use crate::model::equations::{Jacobian, Model};
+use crate::model::equations::{Constants, Model};
 use crate::model::expansion::expand::Expand;
+use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
 use crate::model::slopes::{accelerate, offered};
 use crate::model::terms::Terms;
@@ -192,23 +191,11 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel(u, q, v, a);
     }
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&self.model)
+    }
     fn offers(&self) -> Offers<'_> {
         Offers { pieces: true, ..self.model.offers() }
-    }
-    fn drives(&self) -> usize {
-        self.model.drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.drive(t, side, u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.model.next_edge(t)
-    }
-    fn contacts(&self) -> usize {
-        self.model.contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.model.contact(u, q, v, out);
     }
     fn expand(&self) -> Option<&dyn Expand> {
         if self.own { self.model.expand() } else { None }
@@ -218,9 +205,6 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
     }
     fn terms(&self) -> Option<&dyn Terms> {
         if self.own { self.model.terms() } else { None }
-    }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
-        self.model.impact(contact, on, u, q, v);
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! The method by which a flow and its derivative are integrated.
 
-use crate::model::constants::DriveSlope;
+use crate::model::drive_slope::DriveSlope;
 use crate::model::equations::Model;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::taylor::integrate::Prepared;

@@ -2,7 +2,8 @@
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::numeric::norms::dot;
 use crate::periodic::flow::impact::Impact;
 use crate::periodic::flow::saltation::{CENTRAL, Saltation, distance, edge_rate};

@@ -3,7 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
-use crate::model::constants::DriveSlope;
+use crate::model::drive_slope::DriveSlope;
 use crate::model::equations::Model;
 use crate::numeric::norms::dot;
 use crate::ode::step::Step;

@@ -2,12 +2,12 @@
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::constants::DriveSlope;
-use crate::model::equations::{Model, State};
+use crate::model::drive_slope::DriveSlope;
+use crate::model::equations::Model;
 use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::offers::Offers;
 use crate::model::slopes::{Slopes, accelerate};
+use crate::model::state::State;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
@@ -342,21 +342,11 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.evaluate(None, u, q, v, a);
     }
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&self.model)
+    }
     fn offers(&self) -> Offers<'_> {
         Offers { jacobian: false, ..self.model.offers() }
-    }
-    fn drives(&self) -> usize {
-        self.model.drives()
-    }
-    #[inline]
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.drive(t, side, u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.model.next_edge(t)
-    }
-    fn contacts(&self) -> usize {
-        self.model.contacts()
     }
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {

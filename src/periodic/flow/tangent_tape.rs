@@ -1,6 +1,6 @@
 //! The derivative of a tape: a tape of the motion together with small differences of it.
 
-use crate::model::constants::DriveSlope;
+use crate::model::drive_slope::DriveSlope;
 use crate::tape::form::Form;
 use crate::tape::operations::{FormId, Op, Parity, Tape};
 use crate::tape::recording::Recording;

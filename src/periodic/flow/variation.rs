@@ -2,7 +2,8 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
@@ -26,13 +27,9 @@ use std::ops::ControlFlow;
 /// implement it, they are computed from the accelerations on the two sides of the edge.
 ///
 /// ```
-/// use gear_dynamics::{Model, State, periodic::Variation};
-/// struct Spring;
-/// impl Model for Spring {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -q[0]; }
-/// }
-/// let turn = Variation::new().run(&Spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
+/// use gear_dynamics::{State, periodic::Variation, model::from_fn};
+/// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
+/// let turn = Variation::new().run(&spring, &State::new(0.0, &[1.0], &[0.0]), 1.0)?;
 /// assert!((turn.matrix[(0, 1)] - 1f64.sin()).abs() < 1e-9); // ∂q(1)/∂v(0)
 /// # Ok::<(), gear_dynamics::ode::IntegrateError>(())
 /// ```

@@ -1,6 +1,7 @@
 //! The motion along an orbit, integrated from node to node.
 
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;

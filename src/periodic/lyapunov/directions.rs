@@ -1,6 +1,7 @@
 //! Directions of perturbation growth: integrated along a motion and kept orthonormal.
 
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::numeric::norms::dot;
 use crate::ode::budget::{Exhausted, Meter};
 use crate::ode::integrate_error::IntegrateError;

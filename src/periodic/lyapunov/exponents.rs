@@ -1,7 +1,7 @@
 //! Lyapunov exponents: result and errors.
 
 use crate::error::ParameterError;
-use crate::model::equations::State;
+use crate::model::state::State;
 use crate::ode::budget::Exhausted;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::FlowMethod;

@@ -2,8 +2,9 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, Periodic, State};
+use crate::model::equations::{Model, Periodic};
 use crate::model::rigid::rigid_modes;
+use crate::model::state::State;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
@@ -28,18 +29,11 @@ use std::ops::ControlFlow;
 /// Each rigid mode adds two exponents of zero.
 ///
 /// ```
-/// use gear_dynamics::{Lyapunov, Model, Periodic, State};
-/// struct Swing; // q'' + 3 q' + 2 q = cos 2t: exponents -1 and -2
-/// impl Model for Swing {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-///         a[0] = (2.0 * u[0]).cos() - 3.0 * v[0] - 2.0 * q[0];
-///     }
-/// }
-/// impl Periodic for Swing {
-///     fn period(&self) -> f64 { std::f64::consts::PI }
-/// }
-/// let exponents = Lyapunov::new().periods(20).run(&Swing, &State::at_rest(1))?;
+/// use gear_dynamics::{Lyapunov, State, model::from_fn};
+/// // q'' + 3 q' + 2 q = cos 2t: exponents -1 and -2
+/// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
+/// let swing = swing.with_period(std::f64::consts::PI)?;
+/// let exponents = Lyapunov::new().periods(20).run(&swing, &State::at_rest(1))?;
 /// assert!((exponents.values()[0] + 1.0).abs() < 1e-7);
 /// assert!((exponents.values().iter().sum::<f64>() + 3.0).abs() < 1e-7); // the mean divergence
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::linear::modes::LinearError;
-use crate::model::equations::State;
+use crate::model::state::State;
 use crate::ode::integrate_error::IntegrateError;
 use thiserror::Error;
 

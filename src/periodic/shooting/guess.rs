@@ -3,8 +3,9 @@
 use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
 use crate::linear::statics::static_state;
-use crate::model::equations::{Model, Periodic, State};
+use crate::model::equations::{Model, Periodic};
 use crate::model::rigid::rigid_modes;
+use crate::model::state::State;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Step;

@@ -1,7 +1,8 @@
 //! Multiple shooting: periodic orbits to the accuracy of the integration.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, Periodic, State};
+use crate::model::equations::{Model, Periodic};
+use crate::model::state::State;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
@@ -28,18 +29,11 @@ use crate::roots::newton::is_monotone;
 /// 7.1.
 ///
 /// ```
-/// use gear_dynamics::{Model, Periodic, Shooting, State};
-/// struct Swing; // q'' + 0.1 q' + q = cos 2t
-/// impl Model for Swing {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-///         a[0] = (2.0 * u[0]).cos() - 0.1 * v[0] - q[0];
-///     }
-/// }
-/// impl Periodic for Swing {
-///     fn period(&self) -> f64 { std::f64::consts::PI }
-/// }
-/// let cycle = Shooting::new().solve(&Swing, &[State::at_rest(1)])?;
+/// use gear_dynamics::{Shooting, State, model::from_fn};
+/// // q'' + 0.1 q' + q = cos 2t
+/// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 0.1 * v[0] - q[0])?;
+/// let swing = swing.with_period(std::f64::consts::PI)?;
+/// let cycle = Shooting::new().solve(&swing, &[State::at_rest(1)])?;
 /// assert!((cycle.states()[0].q[0] + 3.0 / 9.04).abs() < 1e-10); // (1 - Ω²)/((1 - Ω²)² + (0.1 Ω)²)
 /// # Ok::<(), gear_dynamics::periodic::ShootingError>(())
 /// ```

@@ -2,7 +2,8 @@
 
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::{Crossing, Observer, Step, StepView};
 use crate::periodic::balance::fourier_orbit::FourierOrbit;

@@ -1,6 +1,7 @@
 //! A periodic orbit to the accuracy of the integration.
 
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::Stats;

@@ -51,20 +51,13 @@ use std::collections::VecDeque;
 ///
 /// A model that is not a [`Machine`] does not compile:
 ///
-/// ```compile_fail,E0277
+/// ```compile_fail,E0271
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points};
-/// use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep};
-/// struct Rest;
-/// impl Model for Rest {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = 0.0; }
-/// }
-/// impl Periodic for Rest {
-///     fn period(&self) -> f64 { 1.0 }
-/// }
+/// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
+/// let rest = from_fn(1, |_, _, _, a| a[0] = 0.0)?.with_period(1.0)?;
 /// let points = Points::on_axis(Axis::list("x", &[1.0])?);
-/// let model = |_: &Point<'_>| Ok::<_, ParameterError>(Rest);
-/// let start = |_: &Point<'_>, _: &Rest| Ok::<_, ParameterError>(State::at_rest(1));
+/// let model = |_: &Point<'_>| Ok::<_, ParameterError>(rest);
+/// let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(1));
 /// let engine = LaneRk4::new(64); // with `TableRk4::new(64)` it compiles
 /// Sweep::new(points).run(&engine, model, start)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -2,7 +2,8 @@
 
 use crate::analysis::contacts::rattle::Rattle;
 use crate::analysis::statistics::Statistics;
-use crate::model::equations::{Periodic, State};
+use crate::model::equations::Periodic;
+use crate::model::state::State;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::probe::Probe;

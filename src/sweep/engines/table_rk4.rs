@@ -15,21 +15,16 @@ use std::collections::VecDeque;
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Points, TableRk4};
-/// use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep};
-/// struct Swing(f64); // q'' + 3 q' + 2 q = f cos 2t
-/// impl Model for Swing {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-///         a[0] = self.0 * (2.0 * u[0]).cos() - 3.0 * v[0] - 2.0 * q[0];
-///     }
-/// }
-/// impl Periodic for Swing {
-///     fn period(&self) -> f64 { std::f64::consts::PI }
-/// }
+/// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
+/// // q'' + 3 q' + 2 q = f cos 2t
+/// let swing = |f: f64| {
+///     let swing = from_fn(1, move |t, q, v, a| a[0] = f * (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
+///     swing.with_period(std::f64::consts::PI)
+/// };
 /// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
 /// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q1"]).run(
 ///     &TableRk4::new(64),
-///     |p| Ok::<_, ParameterError>(Swing(p["f"])),
+///     |p| swing(p["f"]),
 ///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
 /// )?;
 /// // Closed form: q = f (3 sin 2t - cos 2t)/20, RMS = f √5/20.

@@ -2,8 +2,9 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
-use crate::model::equations::{Periodic, State};
+use crate::model::equations::Periodic;
 use crate::model::rigid::rigid_modes;
+use crate::model::state::State;
 use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::rows::layout::Layout;

@@ -15,13 +15,11 @@ pub(crate) struct MemberResults {
 /// counts.
 ///
 /// ```
-/// use gear_dynamics::{sweep::Ensemble, Model, ParameterError, Rk4, State};
-/// struct Fall(f64);
-/// impl Model for Fall {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -self.0; }
-/// }
-/// let family = |member: u64| Ok::<_, ParameterError>((Fall(member as f64), State::at_rest(1)));
+/// use gear_dynamics::{sweep::Ensemble, ParameterError, Rk4, State, model::from_fn};
+/// let family = |g: u64| {
+///     let fall = from_fn(1, move |_, _, _, a| a[0] = -(g as f64))?;
+///     Ok::<_, ParameterError>((fall, State::at_rest(1)))
+/// };
 /// let bands = Ensemble::new(5, 2.0, 2)?.channels(&["q1"]).run(&Rk4::new(0.5), family)?;
 /// // q = -g t²/2 with g = 0 .. 4: RK4 is exact on a parabola.
 /// assert_eq!(

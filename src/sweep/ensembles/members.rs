@@ -4,7 +4,8 @@ use crate::analysis::contacts::rattle::Rattle;
 use crate::analysis::statistics::Statistics;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::integrator::Integrator;
 use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
@@ -28,14 +29,11 @@ use thiserror::Error;
 /// memory does not depend on the number of members.
 ///
 /// ```
-/// use gear_dynamics::{sweep::Ensemble, Model, ParameterError, Rk4, State};
-/// struct Spring(f64);
-/// impl Model for Spring {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) { a[0] = -self.0 * q[0]; }
-/// }
+/// use gear_dynamics::{sweep::Ensemble, ParameterError, Rk4, State, model::from_fn};
 /// let family = |member: u64| {
-///     Ok::<_, ParameterError>((Spring(1.0 + 0.01 * member as f64), State::new(0.0, &[1.0], &[0.0])))
+///     let k = 1.0 + 0.01 * member as f64;
+///     let spring = from_fn(1, move |_, q, _, a| a[0] = -k * q[0])?;
+///     Ok::<_, ParameterError>((spring, State::new(0.0, &[1.0], &[0.0])))
 /// };
 /// let bands = Ensemble::new(10, 1.0, 4)?.channels(&["q1"]).run(&Rk4::new(0.05), family)?;
 /// // A little below cos 1 = 0.54, since the stiffnesses are 1 to 1.09.

@@ -31,21 +31,14 @@ pub struct Attractors {
 ///
 /// ```
 /// use gear_dynamics::sweep::{Attractors, Axis, Points, TableRk4};
-/// use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep};
-/// struct Swing; // q'' + 3 q' + 2 q = cos 2t
-/// impl Model for Swing {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-///         a[0] = (2.0 * u[0]).cos() - 3.0 * v[0] - 2.0 * q[0];
-///     }
-/// }
-/// impl Periodic for Swing {
-///     fn period(&self) -> f64 { std::f64::consts::PI }
-/// }
+/// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
+/// // q'' + 3 q' + 2 q = cos 2t
+/// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
+/// let swing = swing.with_period(std::f64::consts::PI)?;
 /// let starts = Points::on_axis(Axis::linear("q", -1.0, 1.0, 5)?);
 /// let rows = Sweep::new(starts).settle(20).measure(2).strobe(1).run(
 ///     &TableRk4::new(64),
-///     |_| Ok::<_, ParameterError>(Swing),
+///     |_| Ok::<_, ParameterError>(swing),
 ///     |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[0.0])),
 /// )?;
 /// let attractors = Attractors::find(&rows, 1e-6)?;

@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::export::table::ResultTable;
-use crate::model::equations::Channel;
+use crate::model::channel::Channel;
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
 

@@ -1,7 +1,8 @@
 //! The blocks of a sweep: order of the runs and storage of their rows.
 
 use crate::error::ParameterError;
-use crate::model::equations::{Periodic, State};
+use crate::model::equations::Periodic;
+use crate::model::state::State;
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::monitor::Monitor;

@@ -2,10 +2,11 @@
 
 use crate::error::ParameterError;
 use crate::linear::statics::static_state;
-use crate::model::constants::place_of;
-use crate::model::equations::{Periodic, State};
+use crate::model::channel::place_of;
+use crate::model::equations::Periodic;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
+use crate::model::state::State;
 use crate::ode::probe::Probe;
 use crate::sweep::engines::sweep_engine::SweepEngine;
 use crate::sweep::engines::track::Plan;

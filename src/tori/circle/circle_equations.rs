@@ -1,7 +1,8 @@
 //! The equations of an invariant circle and their Jacobian.
 
 use crate::analysis::motion_size::MotionSize;
-use crate::model::equations::{Model, State};
+use crate::model::equations::Model;
+use crate::model::state::State;
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};

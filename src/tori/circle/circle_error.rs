@@ -10,23 +10,16 @@ use thiserror::Error;
 /// Errors of [`CircleShooting`](crate::tori::CircleShooting).
 ///
 /// ```
-/// use gear_dynamics::{Model, Periodic, State, tori::{CircleError, CircleShooting, ClosedCurve}};
-/// struct VanDerPol; // q'' - (1 - q²) q' + q = 0: its circle needs more than 15 nodes
-/// impl Model for VanDerPol {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-///         a[0] = (1.0 - q[0] * q[0]) * v[0] - q[0];
-///     }
-/// }
-/// impl Periodic for VanDerPol {
-///     fn period(&self) -> f64 { 2.0 }
-/// }
+/// use gear_dynamics::{State, tori::{CircleError, CircleShooting, ClosedCurve}, model::from_fn};
+/// // q'' - (1 - q²) q' + q = 0: its circle needs more than 15 nodes
+/// let van_der_pol = from_fn(1, |_, q, v, a| a[0] = (1.0 - q[0] * q[0]) * v[0] - q[0])?;
+/// let van_der_pol = van_der_pol.with_period(2.0)?;
 /// let round = |j: usize| {
 ///     let angle = std::f64::consts::TAU * j as f64 / 15.0;
 ///     State::new(0.0, &[2.0 * angle.cos()], &[-2.0 * angle.sin()])
 /// };
 /// let guess = ClosedCurve::new(&(0..15).map(round).collect::<Vec<_>>())?;
-/// let error = CircleShooting::new().solve_free(&VanDerPol, &guess, 1.9).unwrap_err();
+/// let error = CircleShooting::new().solve_free(&van_der_pol, &guess, 1.9).unwrap_err();
 /// let CircleError::Between { tolerance, last } = error else { panic!("the nodes are too few") };
 /// assert!(last.residual() < 1e-9 && last.residual_between() > tolerance);
 /// # Ok::<(), gear_dynamics::ParameterError>(())

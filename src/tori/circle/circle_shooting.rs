@@ -1,7 +1,8 @@
 //! Shooting for invariant circles: settings and solution.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Periodic, State};
+use crate::model::equations::Periodic;
+use crate::model::state::State;
 use crate::ode::budget::Budget;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::FlowMethod;

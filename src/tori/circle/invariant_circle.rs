@@ -1,29 +1,22 @@
 //! Invariant circles.
 
-use crate::model::equations::State;
+use crate::model::state::State;
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::tori::circle::closed_curve::ClosedCurve;
 
 /// P(x(θ)) = x(θ + ρ): an invariant circle of the stroboscopic map P, a section of a torus.
 ///
 /// ```
-/// use gear_dynamics::{Model, Periodic, State, tori::{CircleShooting, ClosedCurve}};
-/// struct VanDerPol; // q'' - 0.1 (1 - q²) q' + q = 0, strobed at the period 2
-/// impl Model for VanDerPol {
-///     fn dof(&self) -> usize { 1 }
-///     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-///         a[0] = 0.1 * (1.0 - q[0] * q[0]) * v[0] - q[0];
-///     }
-/// }
-/// impl Periodic for VanDerPol {
-///     fn period(&self) -> f64 { 2.0 }
-/// }
+/// use gear_dynamics::{State, tori::{CircleShooting, ClosedCurve}, model::from_fn};
+/// // q'' - 0.1 (1 - q²) q' + q = 0, strobed at the period 2
+/// let van_der_pol = from_fn(1, |_, q, v, a| a[0] = 0.1 * (1.0 - q[0] * q[0]) * v[0] - q[0])?;
+/// let van_der_pol = van_der_pol.with_period(2.0)?;
 /// let round = |j: usize| {
 ///     let angle = std::f64::consts::TAU * j as f64 / 25.0;
 ///     State::new(0.0, &[2.0 * angle.cos()], &[-2.0 * angle.sin()])
 /// };
 /// let guess = ClosedCurve::new(&(0..25).map(round).collect::<Vec<_>>())?;
-/// let circle = CircleShooting::new().solve_free(&VanDerPol, &guess, 2.0)?;
+/// let circle = CircleShooting::new().solve_free(&van_der_pol, &guess, 2.0)?;
 /// // The frequency is 1 - ε²/16 + 17 ε⁴/3072 with ε = 0.1 (Linstedt and Poincaré).
 /// let frequency = 1.0 - 0.01 / 16.0 + 17e-4 / 3072.0;
 /// assert!((circle.rotation() - 2.0 * frequency).abs() < 1e-7);

@@ -1,11 +1,8 @@
 //! The flow between two instants of a stroboscope, from any angle.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
+use crate::drives::wrapped::{DriveRule, Wrapped};
 use crate::excitation::side::Side;
-use crate::model::equations::{Jacobian, Model, Periodic};
-use crate::model::offers::Offers;
-use crate::model::terms::Terms;
+use crate::model::equations::{Model, Periodic};
 use crate::tori::quasi_periodic::QuasiPeriodic;
 use std::f64::consts::TAU;
 
@@ -48,23 +45,23 @@ impl Strobed<'_> {
                 run(model)
             }
             Strobed::TwoAngles { model, frequencies, strobe } => {
-                run(&FromAngle { model: *model, frequencies: *frequencies, strobe: *strobe, theta, t })
+                let rule = FromAngle { frequencies: *frequencies, strobe: *strobe, theta, t };
+                run(&Wrapped::by_rule(*model, rule))
             }
         }
     }
 }
 
-/// A model of two base frequencies whose free angle is `theta` at time `t`. The strobed angle is ω t at every
-/// time.
-struct FromAngle<'m> {
-    model: &'m dyn QuasiPeriodic,
+/// The drives of two base frequencies whose free angle is `theta` at time `t`. The strobed angle is ω t at
+/// every time.
+struct FromAngle {
     frequencies: [f64; 2],
     strobe: usize,
     theta: f64,
     t: f64,
 }
 
-impl FromAngle<'_> {
+impl FromAngle {
     fn angles(&self, t: f64) -> [f64; 2] {
         let mut angles = [0.0; 2];
         angles[self.strobe] = self.frequencies[self.strobe] * t;
@@ -73,41 +70,11 @@ impl FromAngle<'_> {
     }
 }
 
-impl Model for FromAngle<'_> {
-    fn dof(&self) -> usize {
-        self.model.dof()
+impl DriveRule<&dyn QuasiPeriodic> for FromAngle {
+    fn drive(&self, model: &&dyn QuasiPeriodic, t: f64, side: Side, u: &mut [f64]) {
+        model.drive_at(&self.angles(t), side, u);
     }
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.model.accel(u, q, v, a);
-    }
-    fn offers(&self) -> Offers<'_> {
-        self.model.offers()
-    }
-    fn drives(&self) -> usize {
-        self.model.drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.drive_at(&self.angles(t), side, u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.model.edge_after(&self.angles(t)).map(|after| t + after)
-    }
-    fn contacts(&self) -> usize {
-        self.model.contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.model.contact(u, q, v, out);
-    }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
-        self.model.impact(contact, on, u, q, v);
-    }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.model.accel_on_pieces(pieces, u, q, v, a);
-    }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
-        self.model.jacobian(pieces, u, q, v, out);
-    }
-    fn terms(&self) -> Option<&dyn Terms> {
-        self.model.terms()
+    fn next_edge(&self, model: &&dyn QuasiPeriodic, t: f64) -> Option<f64> {
+        model.edge_after(&self.angles(t)).map(|after| t + after)
     }
 }

@@ -3,7 +3,7 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::check;
 use crate::excitation::wave::Wave;
-use crate::model::equations::Channel;
+use crate::model::channel::Channel;
 use crate::model::machine::Machine;
 use crate::trains::assembly::checks;
 use crate::trains::assembly::rotation::{Rotations, rotations};

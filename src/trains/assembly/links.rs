@@ -6,7 +6,7 @@ use crate::contact::mesh::Mesh;
 use crate::excitation::angle::Constant;
 use crate::excitation::combine::{Product, Sum};
 use crate::excitation::wave::Wave;
-use crate::model::equations::Channel;
+use crate::model::channel::Channel;
 use crate::trains::assembly::assemble::{Assembly, once};
 use crate::trains::assembly::rows::Row;
 use crate::trains::plan::fraction::Fraction;

@@ -1,7 +1,7 @@
 //! Torques of a train.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::model::equations::Channel;
+use crate::model::channel::Channel;
 use crate::trains::assembly::assemble::{Assembly, once};
 use crate::trains::assembly::balance::{in_order, mean_factor};
 use crate::trains::assembly::rows::Row;

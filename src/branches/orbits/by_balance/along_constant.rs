@@ -1,10 +1,9 @@
 //! The derivative of a model with respect to a named constant, as a model.
 
 use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::constants::DriveSlope;
-use crate::model::equations::{Jacobian, Model, Periodic};
+use crate::model::drive_slope::DriveSlope;
+use crate::model::equations::{Model, Periodic};
+use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -66,23 +65,11 @@ impl Model for AlongConstant<'_> {
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.write(None, u, q, v, a);
     }
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&*self.model)
+    }
     fn offers(&self) -> Offers<'_> {
         Offers { pieces: true, jacobian: true, ..Offers::default() }
-    }
-    fn drives(&self) -> usize {
-        self.model.drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.model.drive(t, side, u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        self.model.next_edge(t)
-    }
-    fn contacts(&self) -> usize {
-        self.model.contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.model.contact(u, q, v, out);
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.write(Some(pieces), u, q, v, a);

@@ -3,7 +3,8 @@
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
 use crate::error::ParameterError;
-use crate::model::equations::{Periodic, State};
+use crate::model::equations::Periodic;
+use crate::model::state::State;
 use nalgebra::DVector;
 
 impl OrbitCurve<'_> {

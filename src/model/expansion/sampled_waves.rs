@@ -1,0 +1,96 @@
+//! The waves of a shape as Fourier series, from samples.
+
+use crate::excitation::side::Side;
+use crate::model::expansion::fourier_angle::Harmonics;
+use crate::model::expansion::fourier_waves::FourierWaves;
+use crate::model::shape::Shape;
+use crate::numeric::spread::GOLDEN_POINTS;
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Largest and smallest number of samples of each wave over one repetition. The largest number is halved
+/// until all waves together have at most `ALL_SAMPLES`. The samples do not see a smooth pulse that is
+/// narrower than their spacing.
+const SAMPLES: [usize; 2] = [4096, 512];
+const ALL_SAMPLES: usize = 1 << 22;
+
+/// A harmonic below this number of the largest ones in the upper half of the spectrum is rounding.
+const ROUNDING: f64 = 2.0;
+
+/// Allowed share of the largest sample in the upper half of the spectrum `[1]`: above it the samples are too
+/// few.
+const TAIL: f64 = 1e-15;
+
+/// Allowed difference between series and wave at points between the samples, as a share of the largest sample
+/// `[1]`.
+const DIFFERENCE: f64 = 1e-14;
+
+impl FourierWaves {
+    /// The waves of a shape from samples, exact to rounding; `None` if it has edges, or waves whose harmonics
+    /// do not decay.
+    pub(crate) fn sampled<G: Shape>(shape: &G) -> Option<Self> {
+        if shape.next_edge(0.0).is_some() {
+            return None;
+        }
+        let repeats = shape.repeats().max(1);
+        let waves = FourierWaves::new(&harmonics(shape, repeats)?, repeats);
+        waves.agree_with(shape, repeats).then_some(waves)
+    }
+
+    /// Whether the series agree with the waves at points between the samples.
+    fn agree_with<G: Shape>(&self, shape: &G, repeats: u32) -> bool {
+        let [mut u, mut sums] = [vec![0.0; self.means.len()], vec![0.0; self.means.len()]];
+        GOLDEN_POINTS.iter().all(|place| {
+            let angle = place * TAU / f64::from(repeats);
+            shape.waves(angle, Side::After, &mut u);
+            self.write(angle, &mut sums);
+            self.means.iter().zip(&self.terms).zip(u.iter().zip(&sums)).all(|((mean, terms), (u, sum))| {
+                let size = terms.iter().fold(mean.abs(), |size, (_, [a, b])| size + a.abs() + b.abs());
+                sum == u || (!terms.is_empty() && (sum - u).abs() <= DIFFERENCE * size)
+            })
+        })
+    }
+}
+
+/// The harmonics of the waves from samples; `None` if they are too few.
+fn harmonics<G: Shape>(shape: &G, repeats: u32) -> Option<Vec<Harmonics>> {
+    let waves = shape.size().waves;
+    let mut count = SAMPLES[0];
+    while count > SAMPLES[1] && count * waves > ALL_SAMPLES {
+        count /= 2;
+    }
+    let mut samples = vec![vec![0.0; count]; waves];
+    let mut u = vec![0.0; waves];
+    for i in 0..count {
+        shape.waves(TAU * i as f64 / (count as f64 * f64::from(repeats)), Side::After, &mut u);
+        samples.iter_mut().zip(&u).for_each(|(samples, u)| samples[i] = *u);
+    }
+    let fft = FftPlanner::new().plan_fft_forward(count);
+    let mut all = Vec::with_capacity(waves);
+    for samples in &samples {
+        let first = samples[0];
+        if samples.iter().all(|x| *x == first) {
+            all.push((first, Vec::new()));
+            continue;
+        }
+        let largest = samples.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        if !largest.is_finite() {
+            return None;
+        }
+        let mut spectrum: Vec<Complex64> = samples.iter().map(|x| (*x).into()).collect();
+        fft.process(&mut spectrum);
+        let size = |k: usize| spectrum[k].norm() / count as f64;
+        // The upper half of the spectrum is rounding, or shows that the samples are too few.
+        let noise = (count / 4..=count / 2).fold(0.0, |m: f64, k| m.max(size(k)));
+        if noise > TAIL * largest {
+            return None;
+        }
+        let least = ROUNDING * noise;
+        let own: Vec<usize> = (1..count / 4).filter(|&k| size(k) > least).collect();
+        let pair = |k: usize| [2.0 * spectrum[k].re / count as f64, -2.0 * spectrum[k].im / count as f64];
+        let mean = spectrum[0].re / count as f64;
+        all.push((mean, own.into_iter().map(|k| (k, pair(k))).collect()));
+    }
+    Some(all)
+}

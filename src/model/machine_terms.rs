@@ -1,0 +1,48 @@
+//! The terms of a machine, by numbers that carry them.
+
+use crate::contact::piece::Piece;
+use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
+use crate::model::machine::Machine;
+use crate::model::shape::{Drives, Shape, Size};
+use crate::model::terms::{Terms, TermsRoom};
+use crate::rounded::Rounded;
+
+impl<G: Shape> Terms for Machine<G> {
+    fn terms(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        sizes: &[f64],
+        room: &mut TermsRoom,
+        out: &mut [f64],
+    ) {
+        match pieces {
+            None => terms_of(self.shape(), &ByDeflection, u, [q, v], sizes, room, out),
+            Some(pieces) => terms_of(self.shape(), &FixedPieces(pieces), u, [q, v], sizes, room, out),
+        }
+    }
+}
+
+fn terms_of<G: Shape, L: PieceChoice<Rounded>>(
+    shape: &G,
+    law: &L,
+    u: &[f64],
+    [q, v]: [&[f64]; 2],
+    sizes: &[f64],
+    room: &mut TermsRoom,
+    out: &mut [f64],
+) {
+    let Size { dof: n, waves, .. } = shape.size();
+    let TermsRoom { u: of_u, y, a } = room;
+    of_u.clear();
+    of_u.extend(u.iter().map(|&u| Rounded::from(u)));
+    y.clear();
+    let sized = q.iter().chain(v).zip(sizes);
+    y.extend(sized.map(|(&value, &size)| Rounded { value, terms: size.max(value.abs()) }));
+    a.clear();
+    a.resize(n, Rounded::from(0.0));
+    shape.accel(law, Drives::new(waves, of_u), &y[..n], &y[n..], a);
+    out.iter_mut().zip(&*a).for_each(|(out, a)| *out = a.terms);
+}
