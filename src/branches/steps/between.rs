@@ -9,7 +9,8 @@ use crate::branches::points::kind::{Located, PointKind};
 use crate::branches::points::test_functions::dips;
 use crate::branches::steps::grazings::Grazings;
 use crate::branches::steps::of_orbits::{Found, SEPARATE};
-use crate::branches::steps::stepper::{Node, Stepper};
+use crate::branches::steps::node::Node;
+use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::{Place, Within};
 
 /// Distance of two grazings that happen at the same time, as a share of the step `[1]`.

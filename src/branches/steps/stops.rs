@@ -7,8 +7,8 @@ use crate::branches::orbits::contact_trace::Extremum;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::kind::Located;
-use crate::branches::steps::followed::Followed;
-use crate::branches::steps::stepper::{Node, Stepper};
+use crate::branches::steps::node::Node;
+use crate::branches::steps::stepper::{Followed, Stepper};
 
 /// Each step covers this share of the estimated distance to the stop `[1]`. The point then stays on the side
 /// without impacts.

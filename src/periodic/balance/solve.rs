@@ -9,6 +9,7 @@ use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::quality::notes::notes;
 use crate::periodic::balance::settings::{Balance, Roots};
 use crate::periodic::metered::{Failure, Metered};
 use crate::roots::broyden::FirstJacobian;
@@ -162,7 +163,7 @@ impl Balance {
             Roots::Broyden(broyden) => broyden.solve(&mut metered, &x),
         };
         let mut orbit = self.finish(&equations, root, meter, None)?;
-        orbit.notes.extend(crate::periodic::balance::quality::proof::notes(&mut equations, &orbit, finer));
+        orbit.notes.extend(notes(&mut equations, &orbit, finer));
         Ok(orbit)
     }
 

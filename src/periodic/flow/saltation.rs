@@ -7,8 +7,9 @@ use crate::model::constants::DriveSlope;
 use crate::model::equations::Model;
 use crate::numeric::norms::dot;
 use crate::ode::step::Step;
-use crate::periodic::flow::continued::gradient;
+use crate::periodic::flow::continued::{Continued, gradient};
 use crate::periodic::flow::impact::Impact;
+use crate::periodic::flow::tangent::Tangent;
 
 /// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h': the jump of the differences at an edge at which the acceleration jumps.
 ///
@@ -79,6 +80,33 @@ pub(crate) fn distance(c: &Contact, lower: bool) -> f64 {
 /// Rate of the lower or the upper edge.
 pub(crate) fn edge_rate(c: &Contact, lower: bool) -> f64 {
     if lower { c.lower_rate } else { c.upper_rate }
+}
+
+impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
+    pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
+        let (model, n) = (&tangent.model, tangent.n);
+        Saltation {
+            model,
+            n,
+            scale: tangent.scale,
+            u: vec![0.0; model.drives()],
+            pieces: vec![Piece::Gap; model.contacts()],
+            contacts: vec![Contact::default(); model.contacts()],
+            gradient: vec![0.0; 2 * n],
+            on_edge: vec![0.0; 2 * n],
+            before: vec![0.0; n],
+            jump: vec![0.0; n],
+            moved: vec![0.0; 2 * n],
+            moved_drives: vec![0.0; model.drives()],
+            q: vec![0.0; n * (1 + tangent.columns)],
+            v: vec![0.0; n * (1 + tangent.columns)],
+            forced: tangent.forced,
+            by_drives: vec![0.0; tangent.forced.len()],
+            rigid: model.offers().rigid_edges(model.contacts()),
+            rests: None,
+            impact: Impact::new(model),
+        }
+    }
 }
 
 impl<M: Model + ?Sized> Saltation<'_, M> {

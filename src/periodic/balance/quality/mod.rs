@@ -2,5 +2,6 @@
 
 pub(crate) mod coarseness;
 pub(crate) mod multipliers_of_series;
+pub(crate) mod notes;
 pub(crate) mod proof;
 pub(crate) mod series_flow;
