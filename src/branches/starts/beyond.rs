@@ -69,7 +69,7 @@ impl<F: Family> Start<F> for Beyond<'_> {
                 Ok(orbit) => {
                     let (found, wanted) = (&orbit.states()[0], &guess[0]);
                     let places = |state: &State| -> Vec<f64> {
-                        let parts = state.q.iter().chain(&state.v).zip(&last.orbit.range);
+                        let parts = state.q.iter().chain(&state.v).zip(last.orbit.range());
                         parts.map(|(x, range)| if *range > 0.0 { x / range } else { 0.0 }).collect()
                     };
                     let [found, wanted] = [found, wanted].map(places);

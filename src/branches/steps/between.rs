@@ -8,8 +8,8 @@ use crate::branches::points::change::Change;
 use crate::branches::points::kind::{Located, PointKind};
 use crate::branches::points::test_functions::dips;
 use crate::branches::steps::grazings::Grazings;
-use crate::branches::steps::of_orbits::{Found, SEPARATE};
 use crate::branches::steps::node::Node;
+use crate::branches::steps::of_orbits::{Found, SEPARATE};
 use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::{Place, Within};
 

@@ -14,7 +14,7 @@ use crate::periodic::flow::variation::unscaled;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::multiple::LOOSER;
 use crate::periodic::shooting::segments::orthonormal;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
 use nalgebra::DVector;
 
 /// A state whose negative repeats half a period later within this share of its range belongs to a symmetric
@@ -50,11 +50,11 @@ impl Orbits for OrbitCurve<'_> {
         let (orbit, _) = self.orbit(point)?;
         let model = self.model(point.p)?;
         let mut later = orbit.clone();
-        for state in &mut later.states {
+        for state in &mut later.parts.states {
             let at = orbit.at(&*model, state.t + shift * orbit.period());
             *state = at.map_err(|error| CurveError::Flow { segment: 0, error })?;
         }
-        later.end += shift * orbit.period();
+        later.parts.end += shift * orbit.period();
         Ok(self.unknowns_of(&later))
     }
 
@@ -88,7 +88,7 @@ impl Orbits for OrbitCurve<'_> {
         let unscaled_drift: Vec<f64> = drift.iter().zip(&passage.scale).map(|(d, s)| d * s).collect();
         let (of_q, of_v) = unscaled_drift.split_at(unscaled_drift.len() / 2);
         let multipliers = multipliers.with_error(error);
-        let orbit = ShootingOrbit {
+        let parts = OrbitParts {
             states: passage.states.clone(),
             end: passage.end,
             multiple: self.multiple,
@@ -103,8 +103,8 @@ impl Orbits for OrbitCurve<'_> {
             crossings: passage.crossings,
             flow: self.flow_tolerance,
             method: passage.method,
-            budget: Budget::new(),
         };
+        let orbit = ShootingOrbit { parts, budget: Budget::new() };
         Ok((orbit, multipliers))
     }
 }
