@@ -4,6 +4,7 @@ pub(crate) mod bracket;
 pub(crate) mod brent;
 pub(crate) mod extremes;
 pub(crate) mod gauss;
+pub(crate) mod lagrange;
 pub(crate) mod norms;
 #[cfg(feature = "serde")]
 pub(crate) mod not_finite;

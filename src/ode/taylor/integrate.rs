@@ -98,7 +98,7 @@ impl Prepared {
     ) -> Result<Finish, IntegrateError> {
         start.check(model.dof())?;
         let mut run = Run::new(self, settings, model, start, t_end)?;
-        for _ in 0..settings.max_steps {
+        for _ in 0..settings.limits.max_steps {
             run.expand()?;
             match run.make_step()? {
                 Made::Again => {
@@ -116,7 +116,7 @@ impl Prepared {
                 }
             }
         }
-        Err(IntegrateError::TooManySteps { t: run.e.t, limit: settings.max_steps })
+        Err(IntegrateError::TooManySteps { t: run.e.t, limit: settings.limits.max_steps })
     }
 }
 
