@@ -142,9 +142,10 @@ impl Continuation {
     pub fn shooting(self, shooting: Shooting) -> Self {
         Continuation { shooting, ..self }
     }
-    /// The solver of a branch by harmonic balance, which starts at a [`FourierOrbit`](crate::periodic::FourierOrbit)
-    /// and follows the equations of this balance. Default: [`Balance`] with the harmonics of that orbit. The
-    /// budget counts one step for each evaluation of the equations and each step of the multipliers.
+    /// The solver of a branch by harmonic balance, which starts at a
+    /// [`FourierOrbit`](crate::periodic::FourierOrbit) and follows the equations of this balance. Default:
+    /// [`Balance`] with the harmonics of that orbit. The budget counts one step for each evaluation of the
+    /// equations and each step of the multipliers.
     ///
     /// Folds and branch points are those of the balance. With few orders the balance may have folds that the
     /// equation has not; with sampled integrals of contacts it has spurious ones, so that exact integrals

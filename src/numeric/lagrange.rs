@@ -1,7 +1,7 @@
 //! Lagrange polynomials.
 
-/// Coefficients of the Lagrange polynomials L_i of some nodes, L_i(x_i) = 1 and L_i(x_j) = 0: entry `[i][m]` is that
-/// of x^m in L_i.
+/// Coefficients of the Lagrange polynomials L_i of some nodes, L_i(x_i) = 1 and L_i(x_j) = 0: entry `[i][m]`
+/// is that of x^m in L_i.
 pub(crate) fn lagrange<const N: usize>(nodes: [f64; N]) -> [[f64; N]; N] {
     std::array::from_fn(|i| {
         let mut p = [0.0; N];

@@ -106,8 +106,8 @@ impl Matrix {
     /// ```
     ///
     /// # Errors
-    /// [`ParameterError::Length`] for a right-hand side of another length; [`ParameterError::Singular`], which
-    /// names the unknown that the matrix does not determine.
+    /// [`ParameterError::Length`] for a right-hand side of another length; [`ParameterError::Singular`],
+    /// which names the unknown that the matrix does not determine.
     pub fn solve(&self, right: &[f64]) -> Result<Vec<f64>, ParameterError> {
         check::length("right-hand side", right.len(), self.size())?;
         let factors = Factors::new(self).map_err(|Floating(unknown)| ParameterError::Singular { unknown })?;

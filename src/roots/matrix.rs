@@ -32,8 +32,8 @@ pub struct Matrix {
 /// Maximum size of a dense matrix: 34 GB.
 const MAX_DENSE: usize = 1 << 16;
 
-/// Maximum number of stored entries of a matrix in blocks: 2 GB.
-const MAX_ENTRIES: usize = 1 << 28;
+/// Maximum number of stored entries of a matrix in blocks and of a Jacobian: 2 GB.
+pub(crate) const MAX_ENTRIES: usize = 1 << 28;
 
 /// One stored block.
 #[derive(Clone, Debug)]

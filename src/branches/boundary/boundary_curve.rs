@@ -60,7 +60,7 @@ pub(crate) struct BoundaryCurve<'f> {
 }
 
 /// Step of the differences of ψ, in units of the unknowns.
-const STEP: f64 = 1e-6;
+const PSI_STEP: f64 = 1e-6;
 
 /// Share of `softest` from which on the step is shorter `[1]`.
 const EASY: f64 = 10.0;
@@ -155,7 +155,7 @@ impl Curve for BoundaryCurve<'_> {
         full.view_mut((0, n), (n, 1)).copy_from(&(by_c.column(0) / self.unit));
         by_p.rows_mut(0, n).copy_from(&(by_c.column(1) / self.other_unit));
         let mut moved = x.clone();
-        let step = STEP * (EASY * self.softest).min(1.0);
+        let step = PSI_STEP * (EASY * self.softest).min(1.0);
         for j in 0..n {
             let h = step * sizes[j];
             moved[j] = x[j] + h;

@@ -68,7 +68,7 @@ impl<'p, O> Switch<'p, O> {
         match self.point.kind() {
             Some(PointKind::PeriodDoubling) => Ok(2),
             Some(PointKind::Branch | PointKind::SymmetryBreaking) => Ok(1),
-            kind => Err(BranchError::Kind { kind, wanted: WANTED }),
+            kind => Err(BranchError::Kind { kind, wanted: HAVE_CROSSING }),
         }
     }
 }
@@ -156,7 +156,7 @@ impl Continuation {
 }
 
 /// Kinds of points at which a branch crosses.
-const WANTED: &str = "a period doubling, a branch point or a symmetry breaking";
+const HAVE_CROSSING: &str = "a period doubling, a branch point or a symmetry breaking";
 
 /// The orbit over twice its period.
 fn doubled(orbit: &ShootingOrbit) -> ShootingOrbit {

@@ -15,8 +15,9 @@ use crate::ode::taylor::expansion::coefficients::ORDERS;
 ///
 /// It requires a model that can be expanded: a [`Machine`](crate::Machine), also with held processes or
 /// varying speed. Any other model, and an algebra with a kink that is no contact, gives
-/// [`IntegrateError::NoSeries`](crate::ode::IntegrateError::NoSeries). On the workloads of the benches it takes a third to a quarter of the
-/// time of [`Dop853`](crate::Dop853) at an error of 1e-9, and less of it the smaller the error.
+/// [`IntegrateError::NoSeries`](crate::ode::IntegrateError::NoSeries). On the workloads of the benches it
+/// takes a third to a quarter of the time of [`Dop853`](crate::Dop853) at an error of 1e-9, and less of it
+/// the smaller the error.
 ///
 /// It has no first step and no controller to set: the length of every step follows from its own coefficients.
 /// Edges are always located, since the coefficients hold on fixed pieces alone.

@@ -34,8 +34,8 @@ impl Balance {
         self.set_up(model, near, 1, &self.budget.begin())
     }
 
-    /// [`equations`](Balance::equations) with the rest of a budget. `finer`: factor on the number of samples, or
-    /// on the number of panels.
+    /// [`equations`](Balance::equations) with the rest of a budget. `finer`: factor on the number of samples,
+    /// or on the number of panels.
     pub(crate) fn set_up<'m, M: Periodic + ?Sized>(
         &self,
         model: &'m M,

@@ -13,11 +13,11 @@ use crate::periodic::flow::tangent::Tangent;
 
 /// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h': the jump of the differences at an edge at which the acceleration jumps.
 ///
-/// f⁻ and f⁺ are the right-hand sides before and after the edge, h the distance past the edge, and
-/// h' = ∇h·f⁻ + ∂h/∂t its rate. ∇h holds the derivatives with respect to the coordinates and, if a deflection
-/// depends on the velocities, with respect to the velocities. Without a jump of the acceleration the
-/// differences do not change. For a difference with respect to a parameter, ∇h·δ contains ∂h/∂u u'.   Source: Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
-/// Systems, Sect. 7.4.
+/// f⁻ and f⁺ are the right-hand sides before and after the edge, h the distance past the edge, and h' = ∇h·f⁻
+/// + ∂h/∂t its rate. ∇h holds the derivatives with respect to the coordinates and, if a deflection depends on
+/// the velocities, with respect to the velocities. Without a jump of the acceleration the differences do not
+/// change. For a difference with respect to a parameter, ∇h·δ contains ∂h/∂u u'.   Source: Leine & Nijmeijer,
+/// Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Sect. 7.4.
 pub(crate) struct Saltation<'t, M: ?Sized> {
     pub(crate) model: &'t M,
     pub(crate) n: usize,
@@ -60,7 +60,7 @@ const NEGLIGIBLE: f64 = 1e-10;
 const BACK: f64 = 1e-3;
 
 /// Minimum of this spacing, as a share of the time `[1]`.
-const LEAST: f64 = 1e-8;
+const LEAST_SPACING: f64 = 1e-8;
 
 /// Step of the differences with respect to the drives, as a share of the drives `[1]`.
 const DRIVE_STEP: f64 = 1e-3;
@@ -192,7 +192,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     /// before the edge.
     fn rate(&mut self, contact: usize, lower: bool, [from, to]: [f64; 2]) -> f64 {
         // Far from time zero a share of a short step is below the rounding error of the time.
-        let (n, back) = (self.n, (BACK * (to - from)).max(LEAST * to.abs()));
+        let (n, back) = (self.n, (BACK * (to - from)).max(LEAST_SPACING * to.abs()));
         let mut by_time = 0.0;
         for (k, weight) in ONE_SIDED.iter().enumerate() {
             self.model.drive(to - k as f64 * back, Side::Before, &mut self.u);

@@ -19,9 +19,9 @@ use std::cell::RefCell;
 /// q'' = a(u, q, q') together with δq'' = ∂a/∂q δq + ∂a/∂v δv, for any number of differences.
 ///
 /// The last differences are those with respect to parameters, at a fixed phase (see
-/// [`tangent`](crate::periodic::flow::tangent_tape::tangent)). The coordinates are (q, δq_1, δq_2, ...); the velocities have
-/// the same order. The contacts are those of the model alone. The Jacobian is that of the model on fixed pieces, or central differences if the model
-/// has none.
+/// [`tangent`](crate::periodic::flow::tangent_tape::tangent)). The coordinates are (q, δq_1, δq_2, ...); the
+/// velocities have the same order. The contacts are those of the model alone. The Jacobian is that of the
+/// model on fixed pieces, or central differences if the model has none.
 pub(crate) struct Tangent<'m, M: ?Sized> {
     pub(crate) model: Continued<'m, M>,
     pub(crate) n: usize,
@@ -182,7 +182,8 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     fn expand(&self) -> Option<&dyn Expand> {
         Some(self)
     }
-    /// The impact of the motion alone; [`Saltation`](crate::periodic::flow::saltation::Saltation) computes the jump of the differences.
+    /// The impact of the motion alone; [`Saltation`](crate::periodic::flow::saltation::Saltation) computes
+    /// the jump of the differences.
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
         self.model.impact(contact, on, u, &q[..self.n], &mut v[..self.n]);
     }

@@ -35,8 +35,8 @@ pub(crate) struct SegmentError {
     pub(crate) error: IntegrateError,
 }
 
-/// Integrates the motion along an orbit. Each segment starts from its node, so that the motion also stays on an
-/// unstable orbit.
+/// Integrates the motion along an orbit. Each segment starts from its node, so that the motion also stays on
+/// an unstable orbit.
 pub(crate) struct Walk<'m> {
     continued: Continued<'m, dyn Model + 'm>,
     /// Units of coordinates and velocities.

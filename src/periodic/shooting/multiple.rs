@@ -132,8 +132,8 @@ impl Shooting {
         Shooting { budget, ..self }
     }
 
-    /// Finds an orbit from a guess: states at increasing times within one period of the orbit, or one state. Without
-    /// any, the guess is the [static state](crate::linear::static_state) at t = 0.
+    /// Finds an orbit from a guess: states at increasing times within one period of the orbit, or one state.
+    /// Without any, the guess is the [static state](crate::linear::static_state) at t = 0.
     ///
     /// # Errors
     /// [`ShootingError`]; after the first integration it holds the last iterate and the history of
@@ -142,12 +142,13 @@ impl Shooting {
         self.find(model, guess, &self.budget.begin())
     }
 
-    /// Finds the orbit near a known motion: the orbit of a neighbouring model, or a Fourier series. Its states
-    /// keep their phases; the velocities are scaled with the frequency. The period multiple is that of the
-    /// neighbour.
+    /// Finds the orbit near a known motion: the orbit of a neighbouring model, or a Fourier series. Its
+    /// states keep their phases; the velocities are scaled with the frequency. The period multiple is that of
+    /// the neighbour.
     ///
     /// From a series of the same model it finds the orbit of the equation itself. The first correction then
-    /// measures the error of the series. If it exceeds 0.1, there is no orbit of the equation near the series.
+    /// measures the error of the series. If it exceeds 0.1, there is no orbit of the equation near the
+    /// series.
     ///
     /// # Errors
     /// [`ShootingError`].

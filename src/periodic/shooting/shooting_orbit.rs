@@ -179,9 +179,9 @@ impl ShootingOrbit {
         Ok(state)
     }
 
-    /// Integrates one period of the orbit, by the [method](ShootingOrbit::flow_method) that found it, and passes
-    /// every step to an observer. Each segment starts from its node, so that the run also stays on an unstable
-    /// orbit.
+    /// Integrates one period of the orbit, by the [method](ShootingOrbit::flow_method) that found it, and
+    /// passes every step to an observer. Each segment starts from its node, so that the run also stays on an
+    /// unstable orbit.
     ///
     /// # Errors
     /// [`IntegrateError`].

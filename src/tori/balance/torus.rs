@@ -21,7 +21,9 @@ use std::f64::consts::TAU;
 /// }
 /// impl QuasiPeriodic for TwoTones {
 ///     fn frequencies(&self) -> Vec<f64> { vec![2f64.sqrt(), 3f64.sqrt()] }
-///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
+///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
+///         u[0] = angles[0].cos() + angles[1].cos();
+///     }
 /// }
 /// let balance = TorusBalance::new(WaveVectors::within(&[1, 1])?);
 /// let torus = balance.solve(&TwoTones, &balance.at_rest(&TwoTones, &[0.0])?)?;

@@ -1,6 +1,6 @@
 //! The equations of a harmonic balance over a parameter.
 
-use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::curve::equations::{Curve, CurveError, Linear, PARAMETER_STEP};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::by_balance::balance_family::BalanceFamily;
 use crate::branches::orbits::by_balance::balance_room::{At, BalanceRoom};
@@ -59,9 +59,6 @@ pub(crate) struct Series {
     multipliers: Rc<OnceCell<Option<Multipliers>>>,
 }
 
-/// Step of the one-sided differences, as a share of the unit of the parameter.
-const STEP: f64 = 1e-6;
-
 /// A correction after which the next one would be rounding, by quadratic convergence.
 const LAST: f64 = 1e-8;
 
@@ -109,7 +106,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
             modes,
             ranges: (0..n).map(swing).chain(sizes(orbit)).collect(),
             scales,
-            difference: STEP * unit.max(p.abs()),
+            difference: PARAMETER_STEP * unit.max(p.abs()),
             is_smooth: !(sampled && has_contacts),
             stability: StabilityMethod::Multipliers,
             channels: RefCell::default(),

@@ -27,7 +27,7 @@ struct Arrays<M: ?Sized> {
 }
 
 /// Relative difference of two constant slopes that is rounding of differences.
-const SAME: f64 = 1e-9;
+const SAME_SLOPE: f64 = 1e-9;
 
 impl<M: Periodic + ?Sized> BalanceSlope<M> {
     pub(crate) fn new() -> Self {
@@ -82,7 +82,7 @@ impl<M: Periodic + ?Sized> Arrays<M> {
                 Some(slopes) => slopes.with_model(slope),
                 None => Slopes::new(slope, equations.slopes.scale.clone(), 0.0),
             };
-            let follows = self.couplings.reread(&mut slopes, slope.contacts() > 0, SAME)
+            let follows = self.couplings.reread(&mut slopes, slope.contacts() > 0, SAME_SLOPE)
                 && own.adapt(grid, &self.couplings, &mut slopes);
             self.slopes = Some(slopes.with_model(&()));
             if !follows {

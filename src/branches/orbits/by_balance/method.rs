@@ -15,7 +15,7 @@ use crate::roots::residual::Residual;
 use nalgebra::DVector;
 
 /// Coefficients up to this share of the range of motion count as zero.
-const SYMMETRIC: f64 = 1e-6;
+const ZERO_COEFFICIENT: f64 = 1e-6;
 
 impl<M: Periodic + ?Sized> Orbits for BalanceCurve<'_, M> {
     type Orbit = FourierOrbit;
@@ -94,7 +94,7 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
                         |(at, order)| {
                             let place = harmonics.place(at);
                             let both = &part[place..=place + usize::from(*order > 0)];
-                            both.iter().all(|c| (c * scale).abs() <= SYMMETRIC * range)
+                            both.iter().all(|c| (c * scale).abs() <= ZERO_COEFFICIENT * range)
                         },
                     )
                 },

@@ -14,13 +14,13 @@ use crate::periodic::balance::switching::instants::Switching;
 use crate::periodic::balance::switching::stencil::NODES;
 
 /// Fewest samples for the statistics of a channel.
-const SAMPLES: usize = 64;
+const FEWEST_SAMPLES: usize = 64;
 
 /// Maximum number of evaluations that refine an extremum.
-const ROUNDS: usize = 8;
+const REFINEMENTS: usize = 8;
 
 /// Change of an extremum that is rounding, as a share of its absolute value.
-const ROUNDING: f64 = 1e-15;
+const EXTREMUM_ROUNDING: f64 = 1e-15;
 
 /// Measures the orbit at which the equations were evaluated last. `channels`: indices in the order of
 /// [`Probe`](crate::analysis::Probe).
@@ -61,7 +61,7 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
     let (m, highest) = (grid.samples(), grid.harmonics().highest());
     let summarise = |&channel: &usize| {
         let is_motion = channel < 2 * n || (channel - 2 * n < 3 * contacts && (channel - 2 * n) % 3 == 0);
-        let enough = SAMPLES.max(4 * highest);
+        let enough = FEWEST_SAMPLES.max(4 * highest);
         let stride = if is_motion { (m / enough.next_power_of_two()).max(1) } else { 1 };
         let values = (0..m).step_by(stride).map(|s| {
             grid.state(s, &mut reader.q, &mut reader.v);
@@ -162,7 +162,7 @@ impl<M: Periodic + ?Sized> Reader<'_, M> {
         let value = |i: usize| sign * values[(top + m + i - 1) % m];
         let (mut x, mut f) = ([-1.0, 0.0, 1.0], [value(0), value(1), value(2)]);
         let mut best = f[1];
-        for _ in 0..ROUNDS {
+        for _ in 0..REFINEMENTS {
             let (left, right) = ((x[1] - x[0]) * (f[1] - f[2]), (x[1] - x[2]) * (f[1] - f[0]));
             let at = x[1] - 0.5 * ((x[1] - x[0]) * left - (x[1] - x[2]) * right) / (left - right);
             if !(at > x[0] && at < x[2]) || at == x[1] {
@@ -177,7 +177,7 @@ impl<M: Periodic + ?Sized> Reader<'_, M> {
                 (false, false) => ([at, x[1], x[2]], [y, f[1], f[2]]),
             };
             best = best.max(y);
-            if gained.abs() <= ROUNDING * best.abs() {
+            if gained.abs() <= EXTREMUM_ROUNDING * best.abs() {
                 break;
             }
         }

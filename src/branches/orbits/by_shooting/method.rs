@@ -19,7 +19,7 @@ use nalgebra::DVector;
 
 /// A state whose negative repeats half a period later within this share of its range belongs to a symmetric
 /// orbit.
-const SYMMETRIC: f64 = 1e-6;
+const REVERSED: f64 = 1e-6;
 
 impl Orbits for OrbitCurve<'_> {
     type Orbit = ShootingOrbit;
@@ -121,7 +121,7 @@ impl OrbitMethod for OrbitCurve<'_> {
         let later = later.and_then(|(model, (orbit, _))| orbit.at(&*model, start.t + half).ok());
         later.is_some_and(|later| {
             let sums = later.q.iter().chain(&later.v).zip(start.q.iter().chain(&start.v));
-            sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= SYMMETRIC * range)
+            sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= REVERSED * range)
         })
     }
 

@@ -1,6 +1,6 @@
 //! The equations of multiple shooting over a parameter.
 
-use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::curve::equations::{Curve, CurveError, Linear, PARAMETER_STEP};
 use crate::branches::family::Family;
 use crate::branches::stability_method::StabilityMethod;
 use crate::error::check;
@@ -96,9 +96,6 @@ impl Passage {
     }
 }
 
-/// Step of the differences, as a share of the unit of the parameter.
-const STEP: f64 = 1e-6;
-
 impl<'f> OrbitCurve<'f> {
     /// The curve through an orbit of the model with the parameter `p`. `unit`: unit of the parameter.
     pub(crate) fn new(
@@ -133,7 +130,7 @@ impl<'f> OrbitCurve<'f> {
             flow_tolerance: orbit.parts.flow,
             wanted: shooting.method(),
             unit,
-            difference: STEP * unit.max(p.abs()),
+            difference: PARAMETER_STEP * unit.max(p.abs()),
             meter,
         })
     }

@@ -23,7 +23,7 @@ use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 use crate::periodic::balance::switching::instants::Switching;
-use crate::roots::matrix::Matrix;
+use crate::roots::matrix::{MAX_ENTRIES, Matrix};
 use crate::roots::residual::Residual;
 
 /// R(x) = coefficients of q'' - a(u(t), q, q') at the kept orders: the equations of a balance.
@@ -60,9 +60,6 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     /// Whether the last evaluation included the slopes.
     pub(crate) has_slopes: bool,
 }
-
-/// Maximum number of stored entries of a Jacobian: 2 GB.
-const MAX_ENTRIES: usize = 1 << 28;
 
 impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     /// `finer`: factor on the number of samples, or on the number of panels, that the orders require.
@@ -267,9 +264,9 @@ impl<G: Shape> BalanceEquations<'_, Machine<G>> {
     /// The same equations with truncated contact forces: the value of each contact law is truncated to the
     /// kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
     ///
-    /// With [`Integrals::Closed`] or [`Integrals::Kinks`] the switching is exact: the sums over the samples are
-    /// corrected around every switch. The Jacobian leaves out the motion of switches at which the value of a
-    /// law jumps, for example of damping that acts in contact only. With other integrals the values are
+    /// With [`Integrals::Closed`] or [`Integrals::Kinks`] the switching is exact: the sums over the samples
+    /// are corrected around every switch. The Jacobian leaves out the motion of switches at which the value
+    /// of a law jumps, for example of damping that acts in contact only. With other integrals the values are
     /// sampled.
     pub fn truncating_forces(mut self) -> Self {
         let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());

@@ -1,8 +1,8 @@
 //! Truncated contact forces: the value of each contact law is truncated to the kept orders before it is
 //! multiplied by the stiffness.   Source: Liu 2021.
 //!
-//! Integration on uniform samples, as in Liu 2021, or with exact switching: every sum over the samples is then
-//! corrected around the switches as in [`kinks`](crate::periodic::balance::integration::kinks).
+//! Integration on uniform samples, as in Liu 2021, or with exact switching: every sum over the samples is
+//! then corrected around the switches as in [`kinks`](crate::periodic::balance::integration::kinks).
 
 use crate::contact::piece::Piece;
 use crate::dual::Dual;
