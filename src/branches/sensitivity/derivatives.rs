@@ -301,8 +301,7 @@ pub(crate) fn gather(
     for i in 0..passage.states.len() {
         let until = passage.states.get(i + 1).map_or(passage.end, |next| next.t);
         let start = totals.start(i, slopes);
-        flow.flow_watched(tolerance, start, until, totals.curve.meter(), Some(&mut gather))
-            .map_err(failed(i))?;
+        flow.flow(tolerance, start, until, totals.curve.meter(), Some(&mut gather)).map_err(failed(i))?;
     }
     Ok(gather.out)
 }

@@ -129,20 +129,10 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         self.follow(start, t_end, meter, None, &mut |_| (atol.clone(), Vec::new()))
     }
 
-    /// Runs to `t_end` with tolerances that grow with the differences: their rounding errors grow too and
-    /// would exceed a fixed tolerance. An error if the budget is spent.
+    /// Runs to `t_end` with tolerances that grow with the differences: their rounding errors grow too and would
+    /// exceed a fixed tolerance. `watch` observes the motion and its differences. An error if the budget is
+    /// spent.
     pub(crate) fn flow(
-        &self,
-        tolerance: f64,
-        start: State,
-        t_end: f64,
-        meter: &Meter<'_>,
-    ) -> Result<(State, u64), IntegrateError> {
-        self.flow_watched(tolerance, start, t_end, meter, None)
-    }
-
-    /// [`flow`](Tangent::flow) with an observer of the motion and its differences.
-    pub(crate) fn flow_watched(
         &self,
         tolerance: f64,
         start: State,
@@ -155,10 +145,8 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
                 (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
             (self.tolerances(tolerance, state, &sizes), sizes.iter().map(|size| GROWTH * size).collect())
         })?;
-        match meter.exhausted() {
-            Some(exhausted) => Err(IntegrateError::Budget { t: state.t, exhausted }),
-            None => Ok((state, crossings)),
-        }
+        meter.left().map_err(|exhausted| IntegrateError::Budget { t: state.t, exhausted })?;
+        Ok((state, crossings))
     }
 
     /// Runs to `t_end`. `choose` returns the tolerances at the start and after every interruption.
