@@ -210,7 +210,7 @@ impl Balance {
             Ok(root) => return Ok(orbit(&root)),
             Err(error) => error,
         };
-        let coordinate = |unknown| equations.layout.coordinate(unknown);
+        let coordinate = |unknown| equations.work.layout.coordinate(unknown);
         let (failure, root) = Failure::of(error, meter)?;
         let (last, history) = (Box::new(orbit(&root)), root.history);
         Err(match failure {

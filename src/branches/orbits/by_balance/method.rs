@@ -87,7 +87,7 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
     /// Whether the even orders vanish.
     fn is_symmetric(&self, point: &CurvePoint<Series>) -> bool {
         let vanish = self.room.borrow_mut().here(|equations| {
-            let harmonics = &equations.layout.harmonics;
+            let harmonics = &equations.work.layout.harmonics;
             point.x.as_slice().chunks_exact(self.width).zip(&self.scales).zip(&self.ranges).all(
                 |((part, scale), range)| {
                     harmonics.orders().iter().enumerate().filter(|(_, order)| *order % 2 == 0).all(

@@ -33,10 +33,10 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
     channels: &[usize],
 ) -> Measured {
     let contacts = equations.grid.model.contacts();
-    if !equations.integration.follows_switches() && contacts > 0 && equations.grid.samples() >= NODES {
-        equations.switching.locate(&mut equations.grid);
+    if !equations.work.integration.follows_switches() && contacts > 0 && equations.grid.samples() >= NODES {
+        equations.work.switching.locate(&mut equations.grid);
     }
-    let (grid, switching) = (&equations.grid, &equations.switching);
+    let (grid, switching) = (&equations.grid, &equations.work.switching);
     let (n, span) = (grid.dof(), grid.span());
     let rattle = |c: usize| ContactHistory::new(switching, c, span).statistics.rattle_state();
     let range = |part: fn(&num_complex::Complex64) -> f64| {

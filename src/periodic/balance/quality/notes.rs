@@ -29,7 +29,7 @@ pub(crate) fn notes<'m, M: Periodic + ?Sized>(
     if (highest as f64) < needed {
         notes.push(BalanceNote::Unresolved { highest, needed });
     }
-    if equations.integration.plain_samples().is_some()
+    if equations.work.integration.plain_samples().is_some()
         && equations.grid.model.contacts() > 0
         && let Ok(exact) = Balance::new(orbit.harmonics().clone()).equations(equations.grid.model, orbit)
     {
@@ -49,7 +49,7 @@ pub(crate) fn notes<'m, M: Periodic + ?Sized>(
 /// Largest mean acceleration of a coordinate along an orbit, as a share of the largest acceleration of this
 /// coordinate.
 fn mean_acceleration_share<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> f64 {
-    let (grid, n) = (&equations.grid, equations.layout.dof);
+    let (grid, n) = (&equations.grid, equations.work.layout.dof);
     let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let mut ranges = vec![[0.0f64; 2]; n];
     for s in 0..grid.samples() {
@@ -68,7 +68,8 @@ fn mean_acceleration_share<M: Periodic + ?Sized>(equations: &BalanceEquations<'_
 
 /// √(largest local stiffness)/ω, with every contact on a flank.
 fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) -> f64 {
-    let (n, m, contacts) = (equations.layout.dof, equations.grid.samples(), equations.grid.model.contacts());
+    let (n, m, contacts) =
+        (equations.work.layout.dof, equations.grid.samples(), equations.grid.model.contacts());
     let flanks = match contacts {
         0 => vec![None],
         _ => vec![Some(vec![Piece::Lower; contacts]), Some(vec![Piece::Upper; contacts])],
@@ -86,7 +87,7 @@ fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) 
             stiffest = stiffest.max(if n == 1 { -slopes[(0, 0)] } else { largest_eigenvalue(&-slopes) });
         }
     }
-    stiffest.sqrt() / equations.layout.omega
+    stiffest.sqrt() / equations.work.layout.omega
 }
 
 /// Largest eigenvalue, by power iteration. M⁻¹K is similar to a symmetric matrix without negative

@@ -124,28 +124,23 @@ impl Balance {
         let (mut balance, meter) = (self.clone(), self.budget.begin());
         let mut orbit = balance.find(model, guess, &meter)?;
         let mut reached = f64::INFINITY;
+        let short = |reached, highest, best, cause| BalanceError::Accuracy {
+            wanted: accuracy,
+            reached,
+            highest,
+            best: Box::new(best),
+            cause,
+        };
         loop {
             let further = balance.harmonics().extended();
             if further.highest() > highest {
-                return Err(BalanceError::Accuracy {
-                    wanted: accuracy,
-                    reached,
-                    highest,
-                    best: Box::new(orbit),
-                    cause: None,
-                });
+                return Err(short(reached, highest, orbit, None));
             }
             let proof = match balance.estimate(model, &orbit, &meter) {
                 Ok(proof) => proof,
                 Err(error) => {
-                    let (highest, cause) = (balance.harmonics().highest(), Some(Box::new(error)));
-                    return Err(BalanceError::Accuracy {
-                        wanted: accuracy,
-                        reached,
-                        highest,
-                        best: Box::new(orbit),
-                        cause,
-                    });
+                    let kept = balance.harmonics().highest();
+                    return Err(short(reached, kept, orbit, Some(Box::new(error))));
                 }
             };
             reached = proof.truncation.max(proof.aliasing).max(proof.shooting);
