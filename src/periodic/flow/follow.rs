@@ -129,9 +129,9 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         self.follow(start, t_end, meter, None, &mut |_| (atol.clone(), Vec::new()))
     }
 
-    /// Runs to `t_end` with tolerances that grow with the differences: their rounding errors grow too and would
-    /// exceed a fixed tolerance. `watch` observes the motion and its differences. An error if the budget is
-    /// spent.
+    /// Runs to `t_end` with tolerances that grow with the differences: their rounding errors grow too and
+    /// would exceed a fixed tolerance. `watch` observes the motion and its differences. An error if the
+    /// budget is spent.
     pub(crate) fn flow(
         &self,
         tolerance: f64,

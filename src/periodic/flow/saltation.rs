@@ -13,11 +13,11 @@ use crate::periodic::flow::tangent::Tangent;
 
 /// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h': the jump of the differences at an edge at which the acceleration jumps.
 ///
-/// f⁻ and f⁺ are the right-hand sides before and after the edge, h the distance past the edge, and h' = ∇h·f⁻
-/// + ∂h/∂t its rate. ∇h holds the derivatives with respect to the coordinates and, if a deflection depends on
-/// the velocities, with respect to the velocities. Without a jump of the acceleration the differences do not
-/// change. For a difference with respect to a parameter, ∇h·δ contains ∂h/∂u u'.   Source: Leine & Nijmeijer,
-/// Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Sect. 7.4.
+/// f⁻ and f⁺ are the right-hand sides before and after the edge and h is the distance past the edge, with the
+/// rate h' = ∇h·f⁻ + ∂h/∂t. ∇h holds the derivatives with respect to the coordinates and, if a deflection
+/// depends on the velocities, with respect to the velocities. Without a jump of the acceleration the
+/// differences do not change. For a difference with respect to a parameter, ∇h·δ contains ∂h/∂u u'.   Source:
+/// Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Sect. 7.4.
 pub(crate) struct Saltation<'t, M: ?Sized> {
     pub(crate) model: &'t M,
     pub(crate) n: usize,
