@@ -14,8 +14,8 @@ use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::choice::Demand;
-use crate::periodic::balance::integration::fixed_pieces::OnFixedPieces;
 use crate::periodic::balance::integration::integration_trait::{Integration, Motion};
+use crate::periodic::balance::integration::sampled::Sampled;
 use crate::periodic::balance::integration::truncated::Truncated;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::series::assembly::JacobianLayout;
@@ -125,7 +125,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     pub(crate) fn on_fixed_pieces(mut self, pieces: &[Piece]) -> Self {
         let (n, varying, m) = (self.work.layout.dof, self.work.couplings.varying.len(), self.grid.samples());
         let samples = Samples::new(n, varying, m);
-        self.work.integration = Box::new(OnFixedPieces { samples, pieces: pieces.to_vec() });
+        self.work.integration = Box::new(Sampled::on_pieces(samples, pieces));
         self.work.evaluated.clear();
         self
     }
