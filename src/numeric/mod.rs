@@ -8,5 +8,6 @@ pub(crate) mod lagrange;
 pub(crate) mod norms;
 #[cfg(feature = "serde")]
 pub(crate) mod not_finite;
+pub(crate) mod parabola;
 pub(crate) mod sine;
 pub(crate) mod spread;
