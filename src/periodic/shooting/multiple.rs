@@ -12,7 +12,7 @@ use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::guess::{Guess, NodePlan};
 use crate::periodic::shooting::neighbour::Neighbour;
-use crate::periodic::shooting::segments::{Round, Segments};
+use crate::periodic::shooting::segments::{Round, Segments, drift};
 use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
 use crate::roots::newton::is_monotone;
 
@@ -321,16 +321,15 @@ impl Shooting {
         };
         let other =
             looser.and_then(|looser| Multipliers::without(&looser.monodromy(), segments.rigid(), 0.0).ok());
-        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
         let parts = OrbitParts {
             end: segments.end(),
             multiple: self.multiple,
             least: self.multiple,
             scale: segments.scale().to_vec(),
             range: segments.range().to_vec(),
-            drift: segments.drift(&round.slack),
+            drift: drift(segments.rigid(), &round.slack, segments.scale()),
             monodromy: unscaled(&monodromy, segments.scale()),
-            multipliers: multipliers.with_error(error),
+            multipliers: multipliers.compared_with(other),
             first,
             crossings: round.crossings,
             flow: self.flow_tolerance,

@@ -13,7 +13,7 @@ use crate::ode::budget::Budget;
 use crate::periodic::flow::variation::unscaled;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::multiple::LOOSER;
-use crate::periodic::shooting::segments::orthonormal;
+use crate::periodic::shooting::segments::{drift, orthonormal};
 use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
 use nalgebra::DVector;
 
@@ -69,7 +69,6 @@ impl Orbits for OrbitCurve<'_> {
         let CurvePoint { x, p, solution: passage, corrections, .. } = point;
         let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
         let multipliers = passage.multipliers.clone().ok_or_else(none)?;
-        let rigid = orthonormal(&self.modes, &passage.scale);
         let model = self.model(*p)?;
         let looser = match self.stability {
             StabilityMethod::Skipped => None,
@@ -83,11 +82,7 @@ impl Orbits for OrbitCurve<'_> {
         let other = looser
             .and_then(Result::ok)
             .and_then(|at| Multipliers::without(&at.round.monodromy(), &at.rigid, 0.0).ok());
-        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
-        let drift = &rigid * &passage.slack;
-        let unscaled_drift: Vec<f64> = drift.iter().zip(&passage.scale).map(|(d, s)| d * s).collect();
-        let (of_q, of_v) = unscaled_drift.split_at(unscaled_drift.len() / 2);
-        let multipliers = multipliers.with_error(error);
+        let multipliers = multipliers.compared_with(other);
         let parts = OrbitParts {
             states: passage.states.clone(),
             end: passage.end,
@@ -95,7 +90,7 @@ impl Orbits for OrbitCurve<'_> {
             least: self.multiple,
             scale: passage.scale.clone(),
             range: self.range.clone(),
-            drift: [of_q.to_vec(), of_v.to_vec()],
+            drift: drift(&orthonormal(&self.modes, &passage.scale), &passage.slack, &passage.scale),
             monodromy: unscaled(&passage.monodromy, &passage.scale),
             multipliers: multipliers.clone(),
             first: corrections.first().copied().unwrap_or(0.0),

@@ -121,8 +121,7 @@ impl FourierOrbit {
             let monodromy = flow.monodromy(&fewer, &again(&fewer)?, 2.0 * PHASE_STEP).ok()?;
             Multipliers::without(&monodromy, &basis, 0.0).ok()
         });
-        let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
-        Ok(multipliers.with_error(error))
+        Ok(multipliers.compared_with(rough))
     }
 
     /// The instants at which contacts of this orbit pass their edges, near those of a similar orbit. `None`
