@@ -19,9 +19,9 @@ use crate::periodic::shooting::multiple::Shooting;
 /// Numerical Solution of Bifurcation and Nonlinear Eigenvalue Problems, 1977; Govaerts, Numerical Methods for
 /// Bifurcations of Dynamical Equilibria, Ch. 2.
 ///
-/// A [`Start`] says what is followed: orbits by shooting or by harmonic balance, the branch that crosses at a
-/// located point or comes back from infinity, the boundary of a located point in a plane. The default solver
-/// of the first orbit is [`Shooting`] with its default settings.
+/// A [`Start`](crate::branches::Start) says what is followed: orbits by shooting or by harmonic balance, the
+/// branch that crosses at a located point or comes back from infinity, the boundary of a located point in a
+/// plane. The default solver of the first orbit is [`Shooting`] with its default settings.
 ///
 /// ```
 /// use gear_dynamics::branches::{ByFunction, Continuation, PointKind};
@@ -124,7 +124,7 @@ impl Continuation {
     /// Maximum size of the motion of a contact, as a multiple of the largest of its gap, its static
     /// deflection and its motion along the first orbit `[1]`. A boundary and a branch that is resumed, whose
     /// first orbit may be large, leave that motion out. A branch whose motion grows beyond the limit ends: it
-    /// runs to infinity ([`BranchEnd::Unbounded`]). Default: 5000.
+    /// runs to infinity ([`BranchEnd::Unbounded`](crate::branches::BranchEnd::Unbounded)). Default: 5000.
     ///
     /// Without contacts the size is a multiple of the largest range of a coordinate along the first orbit,
     /// and a branch ends only if the border is located. Steps at more than 20 times the reference are up to
