@@ -66,7 +66,7 @@ const PSI_STEP: f64 = 1e-6;
 const EASY: f64 = 10.0;
 
 /// Step of the differences of G with respect to a parameter without exact derivative, in its unit.
-const PARAMETER_STEP: f64 = 1e-5;
+const PLANE_STEP: f64 = 1e-5;
 
 impl BoundaryCurve<'_> {
     /// ψ of a passage.
@@ -124,8 +124,8 @@ impl BoundaryCurve<'_> {
             let of_p = |p: f64| self.slice.model([p, other]);
             let of_other = |other: f64| self.slice.model([p, other]);
             let columns = [
-                self.orbits.differences(x, p, PARAMETER_STEP * self.unit, &of_p)?,
-                self.orbits.differences(x, other, PARAMETER_STEP * self.other_unit, &of_other)?,
+                self.orbits.differences(x, p, PLANE_STEP * self.unit, &of_p)?,
+                self.orbits.differences(x, other, PLANE_STEP * self.other_unit, &of_other)?,
             ];
             for (k, columns) in columns.iter().enumerate() {
                 for (i, column) in columns.iter().enumerate() {
