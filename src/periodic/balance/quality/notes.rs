@@ -7,8 +7,7 @@ use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::note::BalanceNote;
-use crate::periodic::balance::quality::coarseness;
-use crate::periodic::balance::quality::coarseness::{COARSE, correction};
+use crate::periodic::balance::quality::coarseness::{self, COARSE, correction};
 use crate::periodic::balance::settings::Balance;
 use nalgebra::{DMatrix, DVector};
 
