@@ -104,6 +104,11 @@ pub fn keep_rolled(index: usize) -> usize {
     index
 }
 
+/// Whether x^p is computed as products, so that it has a series at x = 0: a whole power up to 64.
+pub(crate) fn is_product(p: f64) -> bool {
+    p.fract() == 0.0 && p.abs() <= 64.0
+}
+
 impl Scalar for f64 {
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -1,6 +1,6 @@
 //! Truncated Taylor series: the numbers with which drives are expanded over time.
 
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, is_product};
 use std::fmt;
 use std::ops::Add;
 use std::ops::Div;
@@ -287,9 +287,6 @@ impl Div for Series {
     }
 }
 
-/// Largest whole power that is computed by products.
-const WHOLE: f64 = 64.0;
-
 impl Scalar for Series {
     fn sqrt(self) -> Self {
         self.function(self.c[0].sqrt(), |n, a, s| {
@@ -316,8 +313,7 @@ impl Scalar for Series {
         self.constant_or("the step of something that varies", Scalar::step)
     }
     fn powf(self, p: f64) -> Self {
-        if p.fract() == 0.0 && p.abs() <= WHOLE {
-            // Whole powers are products, so that they have a series at 0.
+        if is_product(p) {
             let power = (0..p.abs() as usize).fold(Series::from(1.0), |power, _| power * self);
             return if p < 0.0 { Series::from(1.0) / power } else { power };
         }

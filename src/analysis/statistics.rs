@@ -3,6 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::model::equations::Model;
 use crate::numeric::gauss::FIVE;
+use crate::numeric::parabola::{maximum, peak, vertex};
 use crate::ode::probe::Probe;
 use crate::ode::step::{Observer, Step};
 use std::ops::ControlFlow;
@@ -127,9 +128,6 @@ impl Running {
 /// Number of points in a step: start, five Gauss points, end.
 const POINTS: usize = 7;
 
-/// Maximum number of parabolic refinements of an extremum.
-const ROUNDS: usize = 12;
-
 impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     /// Statistics of the channels of these names (see [`Probe`]).
     ///
@@ -182,38 +180,6 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         self.probe.read_step(step, t, &mut self.y)
     }
 
-    /// Refines an extremum of channel `c` by parabolas through three points.
-    ///
-    /// `sign`: 1 for a maximum, -1 for a minimum; `x`: three increasing times in the step; `f`: `sign` times
-    /// the channel at these times. Returns the largest value of `sign` times the channel.
-    fn refine(&mut self, step: &mut Step<'_>, c: usize, sign: f64, mut x: [f64; 3], mut f: [f64; 3]) -> f64 {
-        let mut best = f[1];
-        for _ in 0..ROUNDS {
-            let vertex = vertex(x, f);
-            let middle = 0.5 * (x[0] + x[2]);
-            let inside = vertex > x[0] && vertex < x[2] && vertex != x[1];
-            let t = if inside { vertex } else { 0.5 * (x[1] + if middle > x[1] { x[2] } else { x[0] }) };
-            if !(t > x[0] && t < x[2]) || t == x[1] {
-                break;
-            }
-            let index = self.chosen[c];
-            let value = sign * self.read(step, t)[index];
-            let gained = value - best;
-            // The new bracket consists of the largest value and its neighbours.
-            (x, f) = match (t > x[1], value > f[1]) {
-                (true, true) => ([x[1], t, x[2]], [f[1], value, f[2]]),
-                (true, false) => ([x[0], x[1], t], [f[0], f[1], value]),
-                (false, true) => ([x[0], t, x[1]], [f[0], value, f[1]]),
-                (false, false) => ([t, x[1], x[2]], [value, f[1], f[2]]),
-            };
-            best = best.max(value);
-            if gained.abs() <= 1e-15 * best.abs() {
-                break;
-            }
-        }
-        best
-    }
-
     /// Adds one part of a step.
     fn part(&mut self, step: &mut Step<'_>, (t0, t1): (f64, f64)) {
         let (middle, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
@@ -248,6 +214,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
 
     /// Updates the extremes of channel `c` from the points of a part.
     fn extremes(&mut self, step: &mut Step<'_>, times: &[f64; POINTS], c: usize) {
+        let index = self.chosen[c];
         for sign in [1.0, -1.0] {
             let f = self.points[c].map(|value| sign * value);
             let record = if sign > 0.0 { self.running[c].max } else { -self.running[c].min };
@@ -261,30 +228,12 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
                 let at_end =
                     (i == 1 && at > x[0] && at < x[1]) || (i == POINTS - 2 && at > x[1] && at < x[2]);
                 if (hump || at_end) && top > best {
-                    best = best.max(self.refine(step, c, sign, x, g));
+                    best = best.max(maximum(x, g, |t| sign * self.read(step, t)[index]));
                 }
             }
             if sign > 0.0 { self.running[c].max = best } else { self.running[c].min = -best }
         }
     }
-}
-
-/// The place of the extremum of the parabola through three points.
-fn vertex(x: [f64; 3], f: [f64; 3]) -> f64 {
-    let (a, b) = ((x[1] - x[0]) * (f[1] - f[2]), (x[1] - x[2]) * (f[1] - f[0]));
-    x[1] - 0.5 * ((x[1] - x[0]) * a - (x[1] - x[2]) * b) / (a - b)
-}
-
-/// The maximum of the parabola through three points; negative infinity if it has none.
-fn peak(x: [f64; 3], f: [f64; 3]) -> f64 {
-    let s01 = (f[1] - f[0]) / (x[1] - x[0]);
-    let s12 = (f[2] - f[1]) / (x[2] - x[1]);
-    let curve = (s12 - s01) / (x[2] - x[0]);
-    if curve >= 0.0 {
-        return f64::NEG_INFINITY;
-    }
-    let slope = s01 + curve * (x[1] - x[0]);
-    f[1] - slope * slope / (4.0 * curve)
 }
 
 impl<M: Model + ?Sized> Observer for Statistics<'_, M> {

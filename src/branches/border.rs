@@ -100,14 +100,14 @@ fn contacts_at_rest(model: &dyn Periodic) -> Vec<Contact> {
 }
 
 /// Size of a motion from which on steps may be longer: a curve to infinity is straight.
-const FAR: f64 = 20.0;
+const LARGE_MOTION: f64 = 20.0;
 
 /// Factor of the maximum step there.
 const FASTER: f64 = 20.0;
 
 /// The maximum length of a step at a motion of this size.
 pub(crate) fn longest_step(max_step: f64, motion: f64) -> f64 {
-    if motion > FAR { FASTER * max_step } else { max_step }
+    if motion > LARGE_MOTION { FASTER * max_step } else { max_step }
 }
 
 impl Measured {
@@ -178,7 +178,7 @@ const EQUAL: f64 = 1e-6;
 const DISTANCES: [f64; 7] = [0.1, 0.4, 1.6, 6.4, 25.6, 102.4, 409.6];
 
 /// Accuracy of the border, as a share of the parameter `[1]`.
-const CLOSE: f64 = 1e-15;
+const BORDER_ACCURACY: f64 = 1e-15;
 
 /// The border of parametric instability near the parameter `p`: there the linear system without gaps has a
 /// multiplier 1 over `multiple` periods, and no bounded motion. `motion`: size of the motion at p, whose
@@ -209,7 +209,7 @@ pub(crate) fn border(
         for end in [p + h, p - h] {
             let Some(value) = test(end) else { continue };
             if (value > 0.0) != (at > 0.0) {
-                let mut brent = Brent::new([p, at], [end, value], CLOSE * p.abs().max(unit));
+                let mut brent = Brent::new([p, at], [end, value], BORDER_ACCURACY * p.abs().max(unit));
                 while let Some(p) = brent.next() {
                     brent.take(p, test(p)?);
                 }

@@ -90,7 +90,8 @@ impl<O> Branch<O> {
     /// One row per point: the parameter, `arclength`, then
     ///
     /// - for each channel d `mean d`, `rms d` and `peak-to-peak d`, in its unit;
-    /// - `multiplier i real` and `multiplier i imaginary`, by decreasing absolute value, and `largest multiplier` |μ|;
+    /// - `multiplier i real` and `multiplier i imaginary`, by decreasing absolute value, and
+    ///   `largest multiplier` |μ|;
     /// - `stability`: 1 stable, -1 unstable, 0 undecided;
     /// - for each contact its rattle state, `rattle i`, and its sequence: the crossings of its edges in one
     ///   period, `crossings lower i` and `crossings upper i`;

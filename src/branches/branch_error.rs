@@ -7,7 +7,8 @@ use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::shooting::failure::ShootingError;
 use thiserror::Error;
 
-/// Errors at the start of a continuation. Later failures end the branch; see [`BranchEnd`](crate::branches::BranchEnd).
+/// Errors at the start of a continuation. Later failures end the branch; see
+/// [`BranchEnd`](crate::branches::BranchEnd).
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, branches::{BranchError, ByConstant, Continuation}};

@@ -1,11 +1,7 @@
 //! Settings of a continuation.
 
-use crate::branches::branch_end::BranchEnd;
 use crate::branches::branch_error::BranchError;
-use crate::branches::following::Following;
-use crate::branches::line::Line;
 use crate::branches::stability_method::StabilityMethod;
-use crate::branches::starts::start::{Resume, Start};
 use crate::error::{ParameterError, check};
 use crate::ode::budget::Budget;
 use crate::periodic::balance::settings::Balance;
@@ -23,9 +19,9 @@ use crate::periodic::shooting::multiple::Shooting;
 /// Numerical Solution of Bifurcation and Nonlinear Eigenvalue Problems, 1977; Govaerts, Numerical Methods for
 /// Bifurcations of Dynamical Equilibria, Ch. 2.
 ///
-/// A [`Start`] says what is followed: orbits by shooting or by harmonic balance, the branch that crosses at a
-/// located point or comes back from infinity, the boundary of a located point in a plane. The default solver
-/// of the first orbit is [`Shooting`] with its default settings.
+/// A [`Start`](crate::branches::Start) says what is followed: orbits by shooting or by harmonic balance, the
+/// branch that crosses at a located point or comes back from infinity, the boundary of a located point in a
+/// plane. The default solver of the first orbit is [`Shooting`] with its default settings.
 ///
 /// ```
 /// use gear_dynamics::branches::{ByFunction, Continuation, PointKind};
@@ -47,7 +43,7 @@ pub struct Continuation {
     pub(crate) to: f64,
     pub(crate) bounds: Option<[f64; 2]>,
     across: Option<[f64; 2]>,
-    both_ways: bool,
+    pub(crate) both_ways: bool,
     pub(crate) first_step: f64,
     pub(crate) max_step: f64,
     pub(crate) min_step: f64,
@@ -123,7 +119,7 @@ impl Continuation {
     /// Maximum size of the motion of a contact, as a multiple of the largest of its gap, its static
     /// deflection and its motion along the first orbit `[1]`. A boundary and a branch that is resumed, whose
     /// first orbit may be large, leave that motion out. A branch whose motion grows beyond the limit ends: it
-    /// runs to infinity ([`BranchEnd::Unbounded`]). Default: 5000.
+    /// runs to infinity ([`BranchEnd::Unbounded`](crate::branches::BranchEnd::Unbounded)). Default: 5000.
     ///
     /// Without contacts the size is a multiple of the largest range of a coordinate along the first orbit,
     /// and a branch ends only if the border is located. Steps at more than 20 times the reference are up to
@@ -141,9 +137,10 @@ impl Continuation {
     pub fn shooting(self, shooting: Shooting) -> Self {
         Continuation { shooting, ..self }
     }
-    /// The solver of a branch by harmonic balance, which starts at a [`FourierOrbit`](crate::periodic::FourierOrbit)
-    /// and follows the equations of this balance. Default: [`Balance`] with the harmonics of that orbit. The
-    /// budget counts one step for each evaluation of the equations and each step of the multipliers.
+    /// The solver of a branch by harmonic balance, which starts at a
+    /// [`FourierOrbit`](crate::periodic::FourierOrbit) and follows the equations of this balance. Default:
+    /// [`Balance`] with the harmonics of that orbit. The budget counts one step for each evaluation of the
+    /// equations and each step of the multipliers.
     ///
     /// Folds and branch points are those of the balance. With few orders the balance may have folds that the
     /// equation has not; with sampled integrals of contacts it has spurious ones, so that exact integrals
@@ -180,57 +177,6 @@ impl Continuation {
     /// of its [`Shooting`].
     pub fn budget(self, budget: Budget) -> Self {
         Continuation { budget, ..self }
-    }
-
-    /// Follows a line from a [`Start`] to its end: in a [`Family`](crate::branches::Family) a branch of
-    /// orbits, in a [`Plane`](crate::branches::Plane) the boundary of a located point.
-    ///
-    /// # Errors
-    /// [`BranchError`]: settings out of range, or no orbit near the start. What fails later ends the line,
-    /// see [`Line::end`].
-    pub fn run<F, S: Start<F>>(&self, family: &F, start: S) -> Result<Line<S::Point>, BranchError> {
-        let both_ways = self.both_ways && start.goes_both_ways();
-        let forward = self.begin(family, start)?.finish();
-        if !both_ways || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
-            return Ok(forward);
-        }
-        // What fails in the second direction does not lose the first.
-        match forward.points[0].resume(&forward, -self.heading(), self, family) {
-            Ok(back) => Ok(back.finish().reversed_before(forward)),
-            Err(_) => Ok(forward),
-        }
-    }
-
-    /// Starts a line that yields its points one by one. It can be stopped at any point; see
-    /// [`resume`](Continuation::resume).
-    ///
-    /// # Errors
-    /// As [`run`](Continuation::run).
-    pub fn begin<'f, F, S: Start<F>>(
-        &'f self,
-        family: &'f F,
-        start: S,
-    ) -> Result<Following<'f, S::Point>, BranchError> {
-        self.check()?;
-        start.begin(self, family)
-    }
-
-    /// Continues a line from its last point in the direction in which it was followed. The result begins with
-    /// that point.
-    ///
-    /// # Errors
-    /// As [`run`](Continuation::run); also for a line without points.
-    pub fn resume<'f, F, P: Resume<F>>(
-        &'f self,
-        family: &'f F,
-        line: &Line<P>,
-    ) -> Result<Following<'f, P>, BranchError> {
-        self.check()?;
-        let last = line.points.last().ok_or(BranchError::NoPoints)?;
-        self.check_start(last.parameters()[last.parameters().len() - 1])?;
-        let mut following = last.resume(line, line.heading, self, family)?;
-        following.shift(last.arclength());
-        Ok(following)
     }
 
     pub(crate) fn is_bounded_across(&self) -> bool {

@@ -11,7 +11,8 @@
 /// let guess = balance.linearised(&pair, Piece::Upper)?;
 /// let range = Continuation::new(0.6, 1.0).stability(StabilityMethod::Skipped);
 /// let branch = range.balance(balance).run(&family, &guess)?;
-/// assert_eq!((branch.of_kind(PointKind::Fold).len(), branch.points()[0].stability()), (2, Stability::Undecided));
+/// assert_eq!(branch.of_kind(PointKind::Fold).len(), 2);
+/// assert_eq!(branch.points()[0].stability(), Stability::Undecided);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,10 @@
 //! Newton's method within a bracket.
 
-/// Maximum number of steps of [`Bracket::solve`]. Bisection alone needs about 60.
+/// Maximum number of steps of [`Bracket::solve`].
 const MAX_STEPS: usize = 200;
+
+/// Number of bisections after which a bracket is as short as rounding allows.
+const BISECTIONS: usize = 60;
 
 /// Two rounding errors of x: the usual end of [`Bracket::solve`].
 #[inline]
@@ -71,6 +74,19 @@ impl Bracket {
         x
     }
 
+    /// The bracket after bisections, until it is shorter than `close` or as short as rounding allows.
+    /// `above`: whether the root lies above x.
+    pub(crate) fn bisect(mut self, close: f64, mut above: impl FnMut(f64) -> bool) -> Self {
+        for _ in 0..BISECTIONS {
+            let x = self.middle();
+            self.narrow(x, above(x));
+            if self.hi - self.lo < close {
+                break;
+            }
+        }
+        self
+    }
+
     #[inline]
     pub(crate) fn middle(&self) -> f64 {
         0.5 * (self.lo + self.hi)
@@ -97,6 +113,8 @@ mod tests {
             assert!((x - root).abs() < 1e-15, "{x} {root}");
             let falls = |x: f64| (-f(x).0, -f(x).1);
             assert_eq!(Bracket { lo, hi }.solve(2.0, false, rounding, falls), x);
+            let Bracket { lo, hi } = Bracket { lo, hi }.bisect(1e-14, |x| f(x).0 < 0.0);
+            assert!(lo <= x && x <= hi && hi - lo < 1e-14, "{lo} {x} {hi}");
         }
     }
 

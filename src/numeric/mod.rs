@@ -4,8 +4,10 @@ pub(crate) mod bracket;
 pub(crate) mod brent;
 pub(crate) mod extremes;
 pub(crate) mod gauss;
+pub(crate) mod lagrange;
 pub(crate) mod norms;
 #[cfg(feature = "serde")]
 pub(crate) mod not_finite;
+pub(crate) mod parabola;
 pub(crate) mod sine;
 pub(crate) mod spread;

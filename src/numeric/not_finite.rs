@@ -23,6 +23,40 @@ pub(crate) mod number {
     }
 }
 
+/// A list of numbers as [`AnyNumber`]s, for `#[serde(with = "..")]`.
+pub(crate) mod list {
+    use crate::numeric::not_finite::{AnyNumber, numbers, plain};
+    use serde::de::{Deserialize, Deserializer};
+    use serde::ser::{Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+        numbers(values).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+        Vec::<AnyNumber>::deserialize(deserializer).map(plain)
+    }
+}
+
+/// A square matrix as the [`list`] of its entries, column by column, for `#[serde(with = "..")]`.
+pub(crate) mod square {
+    use crate::numeric::not_finite::list;
+    use nalgebra::DMatrix;
+    use serde::de::{Deserializer, Error};
+    use serde::ser::Serializer;
+
+    pub(crate) fn serialize<S: Serializer>(a: &DMatrix<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        list::serialize(a.as_slice(), serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DMatrix<f64>, D::Error> {
+        let entries = list::deserialize(deserializer)?;
+        let (length, n) = (entries.len(), entries.len().isqrt());
+        let wrong = || D::Error::custom(format!("{length} entries of a square matrix"));
+        (n * n == length).then(|| DMatrix::from_vec(n, n, entries)).ok_or_else(wrong)
+    }
+}
+
 /// A list as [`AnyNumber`]s.
 pub(crate) fn numbers(values: &[f64]) -> Vec<AnyNumber> {
     values.iter().map(|x| AnyNumber(*x)).collect()

@@ -22,5 +22,5 @@ pub use crate::ode::methods::rk4::Rk4;
 pub use crate::ode::methods::rk45::{DormandPrince5, Rk45};
 pub use crate::ode::outcome::{Finish, Stats};
 pub use crate::ode::step::{Crossing, Observer, Step, StepView};
-pub use crate::ode::taylor::settings::Taylor;
+pub use crate::ode::taylor::settings::{Taylor, TaylorSeries};
 pub use crate::ode::trajectory::{Failed, Trajectory, uniform_times};

@@ -202,6 +202,12 @@ impl Multipliers {
         Multipliers { error: error.abs(), ..self }
     }
 
+    /// The same multipliers with their distance from rougher ones as the error; infinite without these.
+    pub(crate) fn compared_with(self, rougher: Option<Self>) -> Self {
+        let error = rougher.map_or(f64::INFINITY, |rougher| self.distance(&rougher));
+        self.with_error(error)
+    }
+
     /// Compares the largest |μ| with 1, with regard to its error.
     pub fn stability(&self) -> Stability {
         match self.largest() {

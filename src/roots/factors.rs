@@ -1,5 +1,6 @@
-//! LU factors of a Jacobian.
+//! LU factors of a Jacobian, and the solution of a linear system by them.
 
+use crate::error::{ParameterError, check};
 use crate::numeric::norms::floating;
 use crate::roots::elimination::Elimination;
 use crate::roots::matrix::Matrix;
@@ -86,6 +87,33 @@ impl Factors {
             Factors::Dense(lu) => lu.solve_in_place(MatMut::from_column_major_slice_mut(x, n, 1)),
             Factors::Blocks(elimination) => elimination.solve(x),
         }
+    }
+}
+
+impl Matrix {
+    /// x = A⁻¹ b, for root finders of one's own: the same elimination by blocks as in
+    /// [`Newton`](crate::roots::Newton).
+    ///
+    /// ```
+    /// use gear_dynamics::roots::Matrix;
+    /// let mut a = Matrix::dense(2);
+    /// a.column_mut(0).copy_from_slice(&[2.0, 0.0]);
+    /// a.column_mut(1).copy_from_slice(&[1.0, 4.0]);
+    /// assert_eq!(a.solve(&[4.0, 8.0])?, [1.0, 2.0]);
+    /// let singular = Matrix::dense(2).solve(&[1.0, 1.0]).unwrap_err();
+    /// assert!(singular.to_string().starts_with("the matrix is singular"));
+    /// # Ok::<(), gear_dynamics::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`ParameterError::Length`] for a right-hand side of another length; [`ParameterError::Singular`],
+    /// which names the unknown that the matrix does not determine.
+    pub fn solve(&self, right: &[f64]) -> Result<Vec<f64>, ParameterError> {
+        check::length("right-hand side", right.len(), self.size())?;
+        let factors = Factors::new(self).map_err(|Floating(unknown)| ParameterError::Singular { unknown })?;
+        let mut x = right.to_vec();
+        factors.solve(&mut x);
+        Ok(x)
     }
 }
 

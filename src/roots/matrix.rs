@@ -2,7 +2,6 @@
 
 use crate::error::{ParameterError, check};
 use crate::roots::blocks::{Block, Pairs};
-use crate::roots::factors::{Factors, Floating};
 use nalgebra::DMatrix;
 
 /// A square matrix in blocks. A dense matrix is a single block. Inside each block the entries are stored
@@ -33,8 +32,8 @@ pub struct Matrix {
 /// Maximum size of a dense matrix: 34 GB.
 const MAX_DENSE: usize = 1 << 16;
 
-/// Maximum number of stored entries of a matrix in blocks: 2 GB.
-const MAX_ENTRIES: usize = 1 << 28;
+/// Maximum number of stored entries of a matrix in blocks and of a Jacobian: 2 GB.
+pub(crate) const MAX_ENTRIES: usize = 1 << 28;
 
 /// One stored block.
 #[derive(Clone, Debug)]
@@ -193,31 +192,6 @@ impl Matrix {
         let mut product = vec![0.0; self.size()];
         self.each(|row, column, value| product[row] += value * x[column]);
         product
-    }
-
-    /// x = A⁻¹ b, for root finders of one's own: the same elimination by blocks as in
-    /// [`Newton`](crate::roots::Newton).
-    ///
-    /// ```
-    /// use gear_dynamics::roots::Matrix;
-    /// let mut a = Matrix::dense(2);
-    /// a.column_mut(0).copy_from_slice(&[2.0, 0.0]);
-    /// a.column_mut(1).copy_from_slice(&[1.0, 4.0]);
-    /// assert_eq!(a.solve(&[4.0, 8.0])?, [1.0, 2.0]);
-    /// let singular = Matrix::dense(2).solve(&[1.0, 1.0]).unwrap_err();
-    /// assert!(singular.to_string().starts_with("the matrix is singular"));
-    /// # Ok::<(), gear_dynamics::ParameterError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`ParameterError::Length`] for a right-hand side of another length; [`ParameterError::Singular`], which
-    /// names the unknown that the matrix does not determine.
-    pub fn solve(&self, right: &[f64]) -> Result<Vec<f64>, ParameterError> {
-        check::length("right-hand side", right.len(), self.size())?;
-        let factors = Factors::new(self).map_err(|Floating(unknown)| ParameterError::Singular { unknown })?;
-        let mut x = right.to_vec();
-        factors.solve(&mut x);
-        Ok(x)
     }
 
     /// Visits every stored entry: row, column, value.

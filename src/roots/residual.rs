@@ -41,8 +41,8 @@ pub trait Residual {
     /// `false`.
     ///
     /// Without a Jacobian each one costs two residuals per unknown, and its relative error is about 1e-10 for
-    /// residuals that are exact to rounding: Newton's method then converges linearly with that factor. A root at
-    /// which the Jacobian is nearly singular is found less accurately.
+    /// residuals that are exact to rounding: Newton's method then converges linearly with that factor. A root
+    /// at which the Jacobian is nearly singular is found less accurately.
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
         let _ = (x, out);
         false

@@ -42,7 +42,8 @@ pub struct Root {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RootError {
-    /// A setting is not valid, the guess or a given first Jacobian has the wrong size, or there are no equations.
+    /// A setting is not valid, the guess or a given first Jacobian has the wrong size, or there are no
+    /// equations.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// A residual is NaN or infinite: at the guess, after a step of Broyden's method, or after a step of

@@ -1,13 +1,10 @@
 //! The stored form of the orbit of a shooting.
 
 use crate::error::{ParameterError, check};
-use crate::model::state::State;
-use crate::numeric::not_finite::{AnyNumber, numbers, plain};
+use crate::numeric::not_finite::AnyNumber;
 use crate::ode::budget::Budget;
-use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::multipliers::Multipliers;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
-use nalgebra::DMatrix;
+use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
 use num_complex::Complex64;
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
@@ -39,58 +36,23 @@ impl<'de> Deserialize<'de> for Multipliers {
     }
 }
 
-#[derive(serde::Serialize, serde::Deserialize)]
-#[serde(rename = "ShootingOrbit")]
-struct StoredShootingOrbit {
-    states: Vec<State>,
-    /// Time at the end of the orbit.
-    end: f64,
-    multiple: usize,
-    least: usize,
-    scale: Vec<f64>,
-    range: Vec<f64>,
-    drift: [Vec<f64>; 2],
-    /// Column by column.
-    monodromy: Vec<AnyNumber>,
-    multipliers: Multipliers,
-    first: AnyNumber,
-    corrections: Vec<AnyNumber>,
-    crossings: u64,
-    flow: f64,
-    method: FlowMethod,
-}
-
 impl Serialize for ShootingOrbit {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let stored = StoredShootingOrbit {
-            states: self.states.clone(),
-            end: self.end,
-            multiple: self.multiple,
-            least: self.least,
-            scale: self.scale.clone(),
-            range: self.range.clone(),
-            drift: self.drift.clone(),
-            monodromy: numbers(self.monodromy.as_slice()),
-            multipliers: self.multipliers.clone(),
-            first: AnyNumber(self.first),
-            corrections: numbers(&self.corrections),
-            crossings: self.crossings,
-            flow: self.flow,
-            method: self.method,
-        };
-        stored.serialize(serializer)
+        self.parts.serialize(serializer)
     }
 }
 
 impl<'de> Deserialize<'de> for ShootingOrbit {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        StoredShootingOrbit::deserialize(deserializer)?.read().map_err(D::Error::custom)
+        let parts = OrbitParts::deserialize(deserializer)?;
+        parts.check().map_err(D::Error::custom)?;
+        Ok(ShootingOrbit { parts, budget: Budget::new() })
     }
 }
 
-impl StoredShootingOrbit {
-    /// The orbit, if all parts fit together.
-    fn read(self) -> Result<ShootingOrbit, ParameterError> {
+impl OrbitParts {
+    /// Whether all parts fit together.
+    fn check(&self) -> Result<(), ParameterError> {
         let Some(first) = self.states.first() else {
             return Err(ParameterError::Empty { name: "states of the orbit".into(), min: 1 });
         };
@@ -116,26 +78,7 @@ impl StoredShootingOrbit {
         check::length("ranges", self.range.len(), 2 * dof)?;
         check::length("drift of the coordinates", self.drift[0].len(), dof)?;
         check::length("drift of the velocities", self.drift[1].len(), dof)?;
-        check::length("monodromy matrix", self.monodromy.len(), 4 * dof * dof)?;
-        for scale in &self.scale {
-            check::positive("scale", *scale)?;
-        }
-        Ok(ShootingOrbit {
-            states: self.states,
-            end: self.end,
-            multiple: self.multiple,
-            least: self.least,
-            scale: self.scale,
-            range: self.range,
-            drift: self.drift,
-            monodromy: DMatrix::from_vec(2 * dof, 2 * dof, plain(self.monodromy)),
-            multipliers: self.multipliers,
-            first: self.first.0,
-            corrections: plain(self.corrections),
-            crossings: self.crossings,
-            flow: self.flow,
-            method: self.method,
-            budget: Budget::new(),
-        })
+        check::length("rows of the monodromy matrix", self.monodromy.nrows(), 2 * dof)?;
+        self.scale.iter().try_for_each(|scale| check::positive("scale", *scale).map(drop))
     }
 }

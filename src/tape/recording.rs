@@ -1,5 +1,6 @@
 //! A tape while it is recorded.
 
+use crate::scalar::is_product;
 use crate::tape::form::Form;
 use crate::tape::operations::{FormId, Guard, Op, Parity, Tape};
 use std::cell::{Cell, RefCell};
@@ -103,9 +104,9 @@ impl Recording {
             _ => self.function(Op::Quotient(a, b)),
         }
     }
-    /// x^p. Whole powers are products, so that they have a series at x = 0.
+    /// x^p.
     pub(crate) fn power(&self, a: FormId, p: f64, parity: Parity) -> FormId {
-        if parity == Parity::Plain && p.fract() == 0.0 && p.abs() <= 64.0 {
+        if parity == Parity::Plain && is_product(p) {
             let mut factor = if p < 0.0 { self.quotient(self.constant(1.0), a) } else { a };
             let (mut left, mut power) = (p.abs() as u32, None);
             while left > 0 {

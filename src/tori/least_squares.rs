@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 /// A pivot below this share of the largest one is not determined `[1]`.
 const DETERMINED: f64 = 1e-6;
 
-/// Coefficients C, one column for each value, with minimal Σ_k |row_k C - values_k|². `write` writes row k and
-/// its values. `None`: the rows do not determine the coefficients.
+/// Coefficients C, one column for each value, with minimal Σ_k |row_k C - values_k|². `write` writes row k
+/// and its values. `None`: the rows do not determine the coefficients.
 ///
 /// The rows are sines and cosines at angles that are evenly spread, so that the normal equations are well
 /// conditioned.

@@ -25,7 +25,9 @@ use thiserror::Error;
 /// }
 /// impl QuasiPeriodic for TwoTones {
 ///     fn frequencies(&self) -> Vec<f64> { vec![2f64.sqrt(), 3f64.sqrt()] }
-///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
+///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
+///         u[0] = angles[0].cos() + angles[1].cos();
+///     }
 /// }
 /// let mut u = [0.0];
 /// TwoTones.drive_at(&[0.0, std::f64::consts::PI], Side::After, &mut u);
@@ -70,7 +72,9 @@ impl<M: QuasiPeriodic + ?Sized> QuasiPeriodic for &M {
 /// }
 /// impl QuasiPeriodic for Forgetful {
 ///     fn frequencies(&self) -> Vec<f64> { vec![1.0, 3f64.sqrt()] }
-///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
+///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
+///         u[0] = angles[0].cos() + angles[1].cos();
+///     }
 /// }
 /// let error = TorusBalance::new(WaveVectors::within(&[3, 3])?).at_rest(&Forgetful, &[0.0]).unwrap_err();
 /// assert!(matches!(

@@ -60,13 +60,13 @@ pub(crate) struct BoundaryCurve<'f> {
 }
 
 /// Step of the differences of ψ, in units of the unknowns.
-const STEP: f64 = 1e-6;
+const PSI_STEP: f64 = 1e-6;
 
 /// Share of `softest` from which on the step is shorter `[1]`.
 const EASY: f64 = 10.0;
 
 /// Step of the differences of G with respect to a parameter without exact derivative, in its unit.
-const PARAMETER_STEP: f64 = 1e-5;
+const PLANE_STEP: f64 = 1e-5;
 
 impl BoundaryCurve<'_> {
     /// ψ of a passage.
@@ -124,8 +124,8 @@ impl BoundaryCurve<'_> {
             let of_p = |p: f64| self.slice.model([p, other]);
             let of_other = |other: f64| self.slice.model([p, other]);
             let columns = [
-                self.orbits.differences(x, p, PARAMETER_STEP * self.unit, &of_p)?,
-                self.orbits.differences(x, other, PARAMETER_STEP * self.other_unit, &of_other)?,
+                self.orbits.differences(x, p, PLANE_STEP * self.unit, &of_p)?,
+                self.orbits.differences(x, other, PLANE_STEP * self.other_unit, &of_other)?,
             ];
             for (k, columns) in columns.iter().enumerate() {
                 for (i, column) in columns.iter().enumerate() {
@@ -155,7 +155,7 @@ impl Curve for BoundaryCurve<'_> {
         full.view_mut((0, n), (n, 1)).copy_from(&(by_c.column(0) / self.unit));
         by_p.rows_mut(0, n).copy_from(&(by_c.column(1) / self.other_unit));
         let mut moved = x.clone();
-        let step = STEP * (EASY * self.softest).min(1.0);
+        let step = PSI_STEP * (EASY * self.softest).min(1.0);
         for j in 0..n {
             let h = step * sizes[j];
             moved[j] = x[j] + h;

@@ -54,7 +54,8 @@ impl fmt::Display for Turn {
 /// [`Continuation`](crate::branches::Continuation) follows in a [`Plane`](crate::branches::Plane).
 ///
 /// ```
-/// use gear_dynamics::{State, branches::{ByConstant, ByConstants, Continuation, PointKind}, trains::SpurPair};
+/// use gear_dynamics::branches::{ByConstant, ByConstants, Continuation, PointKind};
+/// use gear_dynamics::{State, trains::SpurPair};
 /// // Constant stiffness and an inertia force: teeth separate where A W² = F √((1 - W²)² + (2 ζ W)²).
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.05])?.parts()?.build("driver", 0.7)?;
 /// let family = ByConstant::new(&pair, "speed")?;

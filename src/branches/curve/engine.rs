@@ -35,7 +35,7 @@ const SOLVED: f64 = 1e-12;
 const START: f64 = 1e-6;
 
 /// A correction that exceeds the one before by this factor ends the corrections.
-const GROWS: f64 = 2.0;
+const DIVERGES: f64 = 2.0;
 
 /// Maximum correction `[1]`: a larger one leads to another branch.
 const LARGEST: f64 = 3.0;
@@ -178,7 +178,7 @@ impl<C: Curve> Engine<C> {
                     solution: linear.solution,
                 });
             }
-            let hopeless = size > GROWS * before || !size.is_finite() || size > LARGEST;
+            let hopeless = size > DIVERGES * before || !size.is_finite() || size > LARGEST;
             if hopeless || corrections.len() >= self.max_corrections {
                 return Err(CurveError::NotConverged { corrections });
             }

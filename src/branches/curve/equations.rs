@@ -7,6 +7,9 @@ use crate::periodic::balance::balance_error::BalanceError;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
+/// Step of one-sided differences with respect to the parameter, as a share of its unit.
+pub(crate) const PARAMETER_STEP: f64 = 1e-6;
+
 /// G(x, p) = 0 with as many equations as unknowns x.
 pub(crate) trait Curve {
     /// What an evaluation computes besides G: for orbits, the states and transition matrices.
@@ -41,7 +44,8 @@ pub(crate) struct Linear<S> {
 /// ```
 /// use gear_dynamics::branches::CurveError;
 /// let error = CurveError::NotConverged { corrections: vec![0.1, 0.2] };
-/// assert_eq!(error.to_string(), "2 corrections did not converge; the last one is 2e-1 of the size of the orbit");
+/// let text = "2 corrections did not converge; the last one is 2e-1 of the size of the orbit";
+/// assert_eq!(error.to_string(), text);
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]

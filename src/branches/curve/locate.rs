@@ -7,13 +7,13 @@ use crate::numeric::brent::Brent;
 use nalgebra::DVector;
 
 /// Interval of the arclength within which a point is located, as a share of the step `[1]`.
-const CLOSE: f64 = 1e-11;
+const LOCATED_WITHIN: f64 = 1e-11;
 
 /// Maximum number of points computed to locate one.
-const MAX: usize = 80;
+const MAX_POINTS: usize = 80;
 
 /// Places beside a crossing of branches, in steps.
-const BESIDE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+const PLACES_BESIDE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 
 /// Length of these steps, as a share of the step between the points `[1]`.
 const BESIDE_STEP: f64 = 0.02;
@@ -102,9 +102,9 @@ impl<C: Curve> Engine<C> {
         if from[1].is_nan() || to[1].is_nan() || (from[1] > 0.0) == (to[1] > 0.0) {
             return Ok(None);
         }
-        let mut brent = Brent::new(from, to, CLOSE * between.ds);
+        let mut brent = Brent::new(from, to, LOCATED_WITHIN * between.ds);
         let mut nearest: Option<(f64, CurvePoint<C::Solution>)> = None;
-        for _ in 0..MAX {
+        for _ in 0..MAX_POINTS {
             let Some(sigma) = brent.next() else { break };
             let point = self.point_at(between, sigma)?;
             let Some(value) = test(self, &point) else { return Ok(None) };
@@ -147,8 +147,8 @@ impl<C: Curve> Engine<C> {
         self.at_crossing = false;
         let Some(rough) = rough? else { return Ok(None) };
         let (width, middle) = (ends[1][0] - ends[0][0], self.distance(between.a, &rough));
-        let mut beside = Vec::with_capacity(BESIDE.len());
-        for place in BESIDE {
+        let mut beside = Vec::with_capacity(PLACES_BESIDE.len());
+        for place in PLACES_BESIDE {
             let sigma = middle + place * BESIDE_STEP * width;
             let point = self.point_at(between, sigma)?;
             let Some(value) = test(self, &point) else { return Ok(None) };
@@ -156,19 +156,19 @@ impl<C: Curve> Engine<C> {
         }
         let weights = |z: f64| -> Vec<f64> {
             let weight = |i: usize| {
-                let others = (0..BESIDE.len()).filter(|&j| j != i);
-                others.map(|j| (z - BESIDE[j]) / (BESIDE[i] - BESIDE[j])).product()
+                let others = (0..PLACES_BESIDE.len()).filter(|&j| j != i);
+                others.map(|j| (z - PLACES_BESIDE[j]) / (PLACES_BESIDE[i] - PLACES_BESIDE[j])).product()
             };
-            (0..BESIDE.len()).map(weight).collect()
+            (0..PLACES_BESIDE.len()).map(weight).collect()
         };
         let value =
             |z: f64| -> f64 { weights(z).iter().zip(&beside).map(|(w, (_, value, _))| w * value).sum() };
-        let ends = [BESIDE[0], BESIDE[BESIDE.len() - 1]];
+        let ends = [PLACES_BESIDE[0], PLACES_BESIDE[PLACES_BESIDE.len() - 1]];
         let [low, high] = ends.map(|z| [z, value(z)]);
         if (low[1] > 0.0) == (high[1] > 0.0) {
             return Ok(Some((rough, false)));
         }
-        let mut brent = Brent::new(low, high, CLOSE);
+        let mut brent = Brent::new(low, high, LOCATED_WITHIN);
         while let Some(z) = brent.next() {
             brent.take(z, value(z));
         }

@@ -10,7 +10,7 @@ pub(crate) struct Past {
 }
 
 /// Largest step over the step before it for which the cubic polynomial is used.
-const FAR: f64 = 2.0;
+const MAX_RATIO: f64 = 2.0;
 
 impl Past {
     pub(crate) fn new<S>(point: &CurvePoint<S>) -> Self {
@@ -32,7 +32,7 @@ impl Past {
         let mut slope = self.direction.component_div(&from.units);
         let h = -t.dot(&back);
         let along = t.dot(&slope);
-        if !(h > 0.0 && along > 0.0 && ds <= FAR * h) {
+        if !(h > 0.0 && along > 0.0 && ds <= MAX_RATIO * h) {
             return from.along(t, ds);
         }
         slope /= along;

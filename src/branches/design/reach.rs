@@ -6,7 +6,7 @@ use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 
 /// Shortest part of the way between two models that is tried `[1]`.
-const SHORTEST: f64 = 1.0 / 256.0;
+const SHORTEST_PART: f64 = 1.0 / 256.0;
 
 /// The orbit of the model with the constants `to`, followed from the orbit of the model with the constants
 /// `from` along the straight line between them. Parts of the line are halved where an orbit is not found.
@@ -30,7 +30,7 @@ pub(crate) fn reach(
             }
             Err(error) => {
                 part *= 0.5;
-                if part < SHORTEST {
+                if part < SHORTEST_PART {
                     return Err(error);
                 }
             }

@@ -89,10 +89,10 @@ pub(crate) struct Tracer<'m, M: ?Sized> {
 }
 
 /// Number of samples in each part of a step.
-const SAMPLES: usize = 3;
+const SAMPLES_PER_PART: usize = 3;
 
 /// Accuracy of the time of an extremum, as a share of the step `[1]`.
-const CLOSE: f64 = 1e-12;
+const EXTREMUM_ACCURACY: f64 = 1e-12;
 
 /// Distance and rate with respect to the lower (0) and the upper edge (1).
 fn relative(c: &Contact, edge: usize) -> (f64, f64) {
@@ -130,7 +130,7 @@ impl<'m, M: Model + ?Sized> Tracer<'m, M> {
 
     /// Locates the extremum between two times at which the rate has different signs.
     fn refine(&mut self, step: &mut Step<'_>, contact: usize, edge: usize, from: [f64; 2], to: [f64; 2]) {
-        let mut brent = Brent::new(from, to, CLOSE * (step.t1() - step.t0()));
+        let mut brent = Brent::new(from, to, EXTREMUM_ACCURACY * (step.t1() - step.t0()));
         while let Some(t) = brent.next() {
             let c = self.at(step, contact, t);
             brent.take(t, relative(&c, edge).1);
@@ -142,7 +142,7 @@ impl<'m, M: Model + ?Sized> Tracer<'m, M> {
 
 impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        let parts = step.parts() * SAMPLES;
+        let parts = step.parts() * SAMPLES_PER_PART;
         for contact in 0..self.last.len() {
             let mut before = step.t0();
             let c = self.at(step, contact, before);

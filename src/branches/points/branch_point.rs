@@ -36,7 +36,8 @@ pub struct BranchPoint<O = ShootingOrbit> {
     pub located: Option<Located>,
     /// Floquet multipliers with their error.
     pub multipliers: Multipliers,
-    /// The orbit, from which [`Shooting::solve_from`](crate::Shooting::solve_from) and other continuations start.
+    /// The orbit, from which [`Shooting::solve_from`](crate::Shooting::solve_from) and other continuations
+    /// start.
     pub orbit: O,
 }
 

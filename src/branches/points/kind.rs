@@ -8,7 +8,8 @@ use std::fmt;
 ///
 /// ```
 /// use gear_dynamics::branches::PointKind;
-/// assert_eq!((PointKind::NeimarkSacker.to_string(), PointKind::NeimarkSacker.code()), ("neimark-sacker".into(), 3));
+/// let kind = PointKind::NeimarkSacker;
+/// assert_eq!((kind.to_string(), kind.code()), ("neimark-sacker".into(), 3));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 const REAL: f64 = 1e-12;
 
 /// Distance from the unit circle that is rounding.
-const OUTSIDE: f64 = 1e-9;
+const CIRCLE_ROUNDING: f64 = 1e-9;
 
 /// Whether a multiplier is real up to its error. Equal members have equal real multipliers, which errors may
 /// turn into a complex pair.
@@ -67,7 +67,7 @@ pub(crate) fn from_above(multipliers: &Multipliers, k: usize) -> Option<f64> {
 
 /// Number of multipliers outside the unit circle by more than rounding.
 pub(crate) fn outside(multipliers: &Multipliers) -> usize {
-    multipliers.values().iter().filter(|m| m.norm() > 1.0 + OUTSIDE).count()
+    multipliers.values().iter().filter(|m| m.norm() > 1.0 + CIRCLE_ROUNDING).count()
 }
 
 /// Number of complex multipliers outside the unit circle.

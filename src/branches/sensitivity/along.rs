@@ -10,7 +10,7 @@ use crate::periodic::multipliers::Multipliers;
 use nalgebra::DVector;
 
 /// Step of the differences, in units of the constants.
-const STEP: f64 = 1e-4;
+const CONSTANT_STEP: f64 = 1e-4;
 
 /// Shares of the step that follow if the first two derivatives differ.
 const FINER: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
@@ -22,7 +22,7 @@ const AGREES: f64 = 1e-6;
 const DECADES: [f64; 4] = [1.0, 0.1, 0.01, 0.001];
 
 /// Least growth of a difference over each decade that shows an unbounded derivative: a root grows by √10.
-const GROWS: f64 = 2.0;
+const UNBOUNDED_GROWTH: f64 = 2.0;
 
 /// Differences below this over the smallest step are rounding `[1]`.
 const ROUNDING: f64 = 1e-3;
@@ -44,7 +44,7 @@ pub(crate) fn along_direction<'m>(
     of: &dyn Fn(&Multipliers) -> Option<f64>,
 ) -> Result<[f64; 2], BranchError> {
     let length = (0..along.len()).map(|j| (along[j] / totals.size(j)).abs()).fold(1.0, f64::max);
-    let unit = STEP / length;
+    let unit = CONSTANT_STEP / length;
     // The value and the number of crossings.
     let at = |h: f64| -> Result<(f64, u64), BranchError> {
         let x = &totals.x + along * h;
@@ -70,7 +70,9 @@ pub(crate) fn along_direction<'m>(
             }
         }
         let last = slopes[DECADES.len() - 1];
-        if last.abs() > ROUNDING && slopes.windows(2).all(|two| two[1].abs() > GROWS * two[0].abs()) {
+        if last.abs() > ROUNDING
+            && slopes.windows(2).all(|two| two[1].abs() > UNBOUNDED_GROWTH * two[0].abs())
+        {
             return Ok(f64::INFINITY.copysign(last));
         }
         let closest = (1..slopes.len()).min_by(|&i, &j| {

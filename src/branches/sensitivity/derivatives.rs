@@ -18,7 +18,7 @@ use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
 /// Step of the differences of a quantity along the derivative of the orbit, in units of the constants.
-const STEP: f64 = 2e-4;
+const STEP_ALONG_ORBIT: f64 = 2e-4;
 
 /// The models with each constant moved to the places of a difference.
 pub(crate) struct Neighbours<'m>(Vec<Vec<Neighbour<'m>>>);
@@ -40,7 +40,7 @@ impl<'m> Neighbours<'m> {
             let moved = |places: &[(f64, f64)], way: f64| -> Result<Vec<Neighbour<'m>>, ParameterError> {
                 let one = |(place, weight): &(f64, f64)| {
                     let (place, weight) = (way * place, way * weight);
-                    let model = constants.with_values(&[(i, value + place * STEP * unit)])?;
+                    let model = constants.with_values(&[(i, value + place * STEP_ALONG_ORBIT * unit)])?;
                     Ok(Neighbour { place, weight, ratio: model.period() / period, model })
                 };
                 places.iter().map(one).collect()
@@ -91,16 +91,16 @@ struct Gather<'g> {
 }
 
 /// Number of samples in a part of a step among which an extremum is looked for.
-const SAMPLES: usize = 7;
+const EXTREMUM_SAMPLES: usize = 7;
 
 /// Number of golden sections for an extremum.
-const ROUNDS: usize = 24;
+const GOLDEN_SECTIONS: usize = 24;
 
 /// Number of Newton steps for its time.
 const POLISHES: usize = 3;
 
 /// Step of the differences in time, as a share of the bracket.
-const NEAR: f64 = 5e-3;
+const TIME_STEP: f64 = 5e-3;
 
 impl Gather<'_> {
     /// Derivatives of quantity j at the state in `y`, at the time `t`.
@@ -110,7 +110,7 @@ impl Gather<'_> {
         for (k, out) in out.iter_mut().enumerate() {
             *out = 0.0;
             for ([place, weight, ratio], probe) in &mut self.probes[k] {
-                let step = *place * STEP;
+                let step = *place * STEP_ALONG_ORBIT;
                 for i in 0..n {
                     let (q, v) = (self.y[i], self.y[half + i]);
                     let (dq, dv) = (self.y[n * (1 + k) + i], self.y[half + n * (1 + k) + i]);
@@ -118,7 +118,7 @@ impl Gather<'_> {
                     self.moved[n + i] = v + step * (dv + self.speeds[k] * v);
                 }
                 let (q, v) = self.moved.split_at(n);
-                *out += *weight * quantity.read(probe, t * *ratio, side, q, v) / STEP;
+                *out += *weight * quantity.read(probe, t * *ratio, side, q, v) / STEP_ALONG_ORBIT;
             }
         }
     }
@@ -144,7 +144,7 @@ impl Gather<'_> {
             (t, sign * this.value(j, t, side))
         };
         let (mut left, mut right) = (at(self, 1.0 - GOLDEN, bracket), at(self, GOLDEN, bracket));
-        for _ in 0..ROUNDS {
+        for _ in 0..GOLDEN_SECTIONS {
             if left.1 >= right.1 {
                 bracket[1] = right.0;
                 right = left;
@@ -157,7 +157,7 @@ impl Gather<'_> {
         }
         let mut best = if left.1 >= right.1 { left } else { right };
         for _ in 0..POLISHES {
-            let (t, h) = (best.0, NEAR * width);
+            let (t, h) = (best.0, TIME_STEP * width);
             if t - 2.0 * h < low || t + 2.0 * h > high {
                 break;
             }
@@ -174,15 +174,16 @@ impl Gather<'_> {
     }
 
     fn extremes(&mut self, step: &mut Step<'_>, (t0, t1): (f64, f64)) {
-        let time = |i: usize| t0 + (t1 - t0) * (i as f64 / (SAMPLES - 1) as f64);
+        let time = |i: usize| t0 + (t1 - t0) * (i as f64 / (EXTREMUM_SAMPLES - 1) as f64);
         for j in 0..self.quantities.len() {
-            let mut values = [0.0; SAMPLES];
+            let mut values = [0.0; EXTREMUM_SAMPLES];
             for (i, value) in values.iter_mut().enumerate() {
                 let side = self.look(step, time(i));
                 *value = self.value(j, time(i), side);
             }
             for (which, sign) in [1.0, -1.0].into_iter().enumerate() {
-                let top = (0..SAMPLES).max_by(|&a, &b| (sign * values[a]).total_cmp(&(sign * values[b])));
+                let top =
+                    (0..EXTREMUM_SAMPLES).max_by(|&a, &b| (sign * values[a]).total_cmp(&(sign * values[b])));
                 let top = top.unwrap_or(0);
                 let range = values
                     .iter()
@@ -191,7 +192,7 @@ impl Gather<'_> {
                 if sign * values[top] + margin < sign * self.out[j].extremes[which].0 {
                     continue;
                 }
-                let bracket = [time(top.saturating_sub(1)), time((top + 1).min(SAMPLES - 1))];
+                let bracket = [time(top.saturating_sub(1)), time((top + 1).min(EXTREMUM_SAMPLES - 1))];
                 let (mut t, mut best) = self.refine(step, j, sign, bracket);
                 for end in [t0, t1] {
                     let side = self.look(step, end);
@@ -299,8 +300,7 @@ pub(crate) fn gather(
     for i in 0..passage.states.len() {
         let until = passage.states.get(i + 1).map_or(passage.end, |next| next.t);
         let start = totals.start(i, slopes);
-        flow.flow_watched(tolerance, start, until, totals.curve.meter(), Some(&mut gather))
-            .map_err(failed(i))?;
+        flow.flow(tolerance, start, until, totals.curve.meter(), Some(&mut gather)).map_err(failed(i))?;
     }
     Ok(gather.out)
 }

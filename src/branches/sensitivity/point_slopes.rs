@@ -28,9 +28,9 @@ impl Sensitivity {
     /// takes the value at the point.
     ///
     /// - fold: dp*/dc = -(wᵀ ∂G/∂c)/(wᵀ ∂G/∂p) with the left null vector w of ∂G/∂x;
-    /// - all other kinds: dp*/dc = -(dψ/dc)/(dψ/dp) with the test function ψ along the orbits; for a grazing ψ is
-    ///   the distance of the contact from its edge, for a period doubling or a Neimark-Sacker point a function of
-    ///   the multipliers, whose derivative is a difference of fourth order.
+    /// - all other kinds: dp*/dc = -(dψ/dc)/(dψ/dp) with the test function ψ along the orbits; for a grazing
+    ///   ψ is the distance of the contact from its edge, for a period doubling or a Neimark-Sacker point a
+    ///   function of the multipliers, whose derivative is a difference of fourth order.
     ///
     /// Source: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, Ch. 4.
     ///

@@ -44,7 +44,7 @@ pub(crate) struct Totals<'f> {
 const WEAK: f64 = 1e-2;
 
 /// Largest residual of an orbit of the model, in units of the motion `[1]`.
-const SOLVED: f64 = 1e-6;
+const LARGEST_RESIDUAL: f64 = 1e-6;
 
 impl<'f> Totals<'f> {
     /// Evaluates ∂G/∂x and ∂G/∂c at an orbit.
@@ -73,7 +73,7 @@ impl<'f> Totals<'f> {
         let forced = slopes(&units);
         let Slopes { residual, by_x, by_c, passage } = curve.slopes(alone.0, &x, &forced)?;
         let residual = residual.amax();
-        if residual.is_nan() || residual > SOLVED {
+        if residual.is_nan() || residual > LARGEST_RESIDUAL {
             return Err(CurveError::NoSolution { residual });
         }
         Ok(Totals { curve, x, passage, by_x, by_c, forced, units })

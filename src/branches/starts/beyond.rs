@@ -24,8 +24,10 @@ const LARGE: f64 = 0.02;
 /// from the border. The continuation leads away from it; its bounds must contain the start.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, Model, Settle, State, branches::{Beyond, ByConstant, Continuation}, trains::SpurPair};
-/// let pair = SpurPair::of_numbers(0.025, 0.52, &[-0.18, 0.24], &[0.0, -0.075])?.parts()?.build("driver", 0.5)?;
+/// use gear_dynamics::branches::{Beyond, ByConstant, Continuation};
+/// use gear_dynamics::{Dop853, Model, Settle, State, trains::SpurPair};
+/// let parts = SpurPair::of_numbers(0.025, 0.52, &[-0.18, 0.24], &[0.0, -0.075])?.parts()?;
+/// let pair = parts.build("driver", 0.5)?;
 /// let family = ByConstant::new(&pair, "speed")?;
 /// let settled = Settle::new().run(&Dop853::new(), &pair, &State::at_rest(pair.dof()))?;
 /// let range = Continuation::new(0.5, 2.4);
@@ -69,7 +71,7 @@ impl<F: Family> Start<F> for Beyond<'_> {
                 Ok(orbit) => {
                     let (found, wanted) = (&orbit.states()[0], &guess[0]);
                     let places = |state: &State| -> Vec<f64> {
-                        let parts = state.q.iter().chain(&state.v).zip(&last.orbit.range);
+                        let parts = state.q.iter().chain(&state.v).zip(last.orbit.range());
                         parts.map(|(x, range)| if *range > 0.0 { x / range } else { 0.0 }).collect()
                     };
                     let [found, wanted] = [found, wanted].map(places);

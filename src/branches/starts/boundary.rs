@@ -22,7 +22,7 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 /// Unit of p where p is near 0, as a share of the length of its bounds.
-const SHARE: f64 = 0.1;
+const UNIT_NEAR_ZERO: f64 = 0.1;
 
 /// The boundary of a located point.
 impl<F: Plane> Start<F> for &BranchPoint {
@@ -33,7 +33,7 @@ impl<F: Plane> Start<F> for &BranchPoint {
         settings: &'f Continuation,
         plane: &'f F,
     ) -> Result<Following<'f, BoundaryPoint>, BranchError> {
-        let what = self.located.as_ref().ok_or(BranchError::Kind { kind: None, wanted: WANTED })?;
+        let what = self.located.as_ref().ok_or(BranchError::Kind { kind: None, wanted: HAVE_BOUNDARY })?;
         let start = ([self.parameter, settings.from], settings.across(self.parameter)?);
         settings.boundary_from(plane, what, start, &self.orbit, settings.heading()).map(Following::new)
     }
@@ -63,7 +63,8 @@ impl Continuation {
         orbit: &ShootingOrbit,
         heading: f64,
     ) -> Result<Stepper<'f, BoundaryCurve<'f>>, BranchError> {
-        let least_unit = if self.is_bounded_across() { SHARE * (across[1] - across[0]) } else { 0.0 };
+        let least_unit =
+            if self.is_bounded_across() { UNIT_NEAR_ZERO * (across[1] - across[0]) } else { 0.0 };
         let slice = Rc::new(Slice { plane, other: Cell::new(other), left_out: RefCell::new(Rc::new([])) });
         let meter = Rc::new(self.budget.begin());
         let unit = p.abs().max(least_unit);
@@ -119,7 +120,8 @@ impl Continuation {
 }
 
 /// Kinds of points that have a boundary.
-const WANTED: &str = "a fold, a period doubling, a Neimark-Sacker point, a symmetry breaking or a grazing";
+const HAVE_BOUNDARY: &str =
+    "a fold, a period doubling, a Neimark-Sacker point, a symmetry breaking or a grazing";
 
 /// What vanishes along the boundary of a point of this kind.
 fn boundary_of(what: &Located, measured: &Measured) -> Result<Boundary, BranchError> {
@@ -128,7 +130,7 @@ fn boundary_of(what: &Located, measured: &Measured) -> Result<Boundary, BranchEr
         Located::Bifurcation(PointKind::PeriodDoubling) => Ok(Boundary::PeriodDoubling),
         Located::Bifurcation(PointKind::NeimarkSacker) => Ok(Boundary::NeimarkSacker),
         Located::Bifurcation(PointKind::SymmetryBreaking) => Ok(Boundary::SymmetryBreaking),
-        Located::Bifurcation(kind) => Err(BranchError::Kind { kind: Some(kind), wanted: WANTED }),
+        Located::Bifurcation(kind) => Err(BranchError::Kind { kind: Some(kind), wanted: HAVE_BOUNDARY }),
         Located::Grazing { contact, edge, .. } => {
             let lower = edge == Piece::Lower;
             let of = measured.trace.extremes.iter().filter(|e| e.contact == contact && e.lower == lower);

@@ -68,7 +68,7 @@ impl<'p, O> Switch<'p, O> {
         match self.point.kind() {
             Some(PointKind::PeriodDoubling) => Ok(2),
             Some(PointKind::Branch | PointKind::SymmetryBreaking) => Ok(1),
-            kind => Err(BranchError::Kind { kind, wanted: WANTED }),
+            kind => Err(BranchError::Kind { kind, wanted: HAVE_CROSSING }),
         }
     }
 }
@@ -156,18 +156,18 @@ impl Continuation {
 }
 
 /// Kinds of points at which a branch crosses.
-const WANTED: &str = "a period doubling, a branch point or a symmetry breaking";
+const HAVE_CROSSING: &str = "a period doubling, a branch point or a symmetry breaking";
 
 /// The orbit over twice its period.
 fn doubled(orbit: &ShootingOrbit) -> ShootingOrbit {
     let mut twice = orbit.clone();
     let period = orbit.period();
     let later = orbit.states().iter().map(|state| State { t: state.t + period, ..state.clone() });
-    twice.states.extend(later);
-    twice.end += period;
-    twice.multiple *= 2;
+    twice.parts.states.extend(later);
+    twice.parts.end += period;
+    twice.parts.multiple *= 2;
     // The drift along rigid motions over n periods: Δq grows with the sum of the velocity drifts.
-    let [of_q, of_v] = &mut twice.drift;
+    let [of_q, of_v] = &mut twice.parts.drift;
     of_q.iter_mut().zip(&*of_v).for_each(|(q, v)| *q = 2.0 * *q + v * period);
     of_v.iter_mut().for_each(|v| *v *= 2.0);
     twice

@@ -8,12 +8,13 @@ use crate::branches::points::change::Change;
 use crate::branches::points::kind::{Located, PointKind};
 use crate::branches::points::test_functions::dips;
 use crate::branches::steps::grazings::Grazings;
+use crate::branches::steps::node::Node;
 use crate::branches::steps::of_orbits::{Found, SEPARATE};
-use crate::branches::steps::stepper::{Node, Stepper};
+use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::{Place, Within};
 
 /// Distance of two grazings that happen at the same time, as a share of the step `[1]`.
-const SAME: f64 = 1e-9;
+const SAME_TIME: f64 = 1e-9;
 
 impl<C: OrbitMethod> Stepper<'_, C> {
     /// The located points between the last point and `reached`, in order, and what was not explained or
@@ -41,7 +42,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         // Grazings at the same time stand side by side: no part lies between them.
         let mut places = vec![self.last.place(0.0)];
         for (sigma, point, _) in &grazed {
-            if places.last().is_none_or(|last| last.sigma == 0.0 || sigma - last.sigma > SAME * step) {
+            if places.last().is_none_or(|last| last.sigma == 0.0 || sigma - last.sigma > SAME_TIME * step) {
                 let multipliers = self.engine.curve.multipliers(point);
                 places.push(Place { sigma: *sigma, point: point.clone(), multipliers, grazes: true });
             }
@@ -76,7 +77,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         for (sigma, point, extremum) in grazed {
             let contact = extremum.contact;
             let passed =
-                places.iter().filter(|place| place.grazes && place.sigma < sigma + SAME * step).count();
+                places.iter().filter(|place| place.grazes && place.sigma < sigma + SAME_TIME * step).count();
             let rattle: [RattleState; 2] = [passed - 1, passed].map(|part| rattles[part][contact]);
             all.push((sigma, point, Located::Grazing { contact, edge: extremum.edge(), rattle }));
         }

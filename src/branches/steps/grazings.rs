@@ -30,7 +30,7 @@ pub(crate) struct Grazings<'w, 'p, C: OrbitMethod> {
 }
 
 /// How often a part is halved until its extremes explain the contact sequence.
-const HALVED: usize = 12;
+const MAX_HALVINGS: usize = 12;
 
 /// Distance by which an extremum may move over a distance 1 of the curve, as a share of the largest extremum
 /// `[1]`.
@@ -67,7 +67,7 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         )?;
         for two in places.windows(2) {
             let found = self.found.len();
-            self.search_part(&two[0], &two[1], HALVED)?;
+            self.search_part(&two[0], &two[1], MAX_HALVINGS)?;
             let is_explained = explain_the_sequence(
                 self.found[found..].iter().map(|(.., extremum)| extremum),
                 &two[0].trace,

@@ -1,8 +1,8 @@
 //! Steps along a curve, and the search within a step of a branch.
 
 pub(crate) mod between;
-pub(crate) mod followed;
 pub(crate) mod grazings;
+pub(crate) mod node;
 pub(crate) mod of_orbits;
 pub(crate) mod stepper;
 pub(crate) mod stops;

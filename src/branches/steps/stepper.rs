@@ -11,10 +11,67 @@ use crate::branches::following::Steps;
 use crate::branches::line::{BranchNote, Line, LinePoint};
 use crate::branches::orbits::contact_trace::Rigid;
 use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::orbit_method::Orbits;
 use crate::branches::points::test_functions::Values;
-use crate::branches::steps::followed::{Followed, Over};
-use crate::periodic::multipliers::Multipliers;
+use crate::branches::steps::node::Node;
+use crate::error::ParameterError;
+use crate::model::channel::Channel;
+use crate::model::equations::Periodic;
 use std::collections::VecDeque;
+
+/// A curve with the points and the ends of its line: a branch or a boundary.
+pub(crate) trait Followed: Orbits + Sized {
+    /// The points of the line.
+    type Point: LinePoint + Clone;
+    /// What a located point is.
+    type What;
+    /// Number of corrections up to which the next step is longer.
+    const FEW: usize;
+
+    /// The channels that are measured.
+    fn channels(head: &<Self::Point as LinePoint>::Head) -> &[Channel];
+    /// The model of a point.
+    fn model(&self, point: &CurvePoint<Self::Solution>) -> Result<Box<dyn Periodic + '_>, ParameterError>;
+    /// The columns of a point.
+    fn columns(
+        &self,
+        point: &CurvePoint<Self::Solution>,
+        measured: Measured,
+        arclength: f64,
+        what: Option<Self::What>,
+    ) -> Result<Self::Point, CurveError>;
+    /// What lies between the last point and the next one.
+    fn over(
+        stepper: &mut Stepper<'_, Self>,
+        reached: &Node<Self::Solution>,
+        step: f64,
+    ) -> Result<Over<Self::Point>, CurveError>;
+    /// The border of parametric instability that the last point and the next one tend to, with motions of
+    /// these sizes.
+    fn border(
+        stepper: &Stepper<'_, Self>,
+        next: &CurvePoint<Self::Solution>,
+        motions: [f64; 2],
+    ) -> Option<f64>;
+    /// Why the line ends at a point with these figures. Default: it goes on.
+    fn end_at(&self, measured: &Measured) -> Option<BranchEnd> {
+        let _ = measured;
+        None
+    }
+    /// An end near the last point that explains why a step failed. Default: none.
+    fn end_beside(stepper: &mut Stepper<'_, Self>) -> Option<BranchEnd> {
+        let _ = stepper;
+        None
+    }
+}
+
+/// What lies between two points.
+pub(crate) enum Over<P> {
+    /// The line ends before the next point.
+    Ends(BranchEnd),
+    /// Located points, and what was not located.
+    Passes(Vec<P>, Vec<&'static str>),
+}
 
 /// A line in progress, by any method.
 pub(crate) struct Stepper<'f, C: Followed> {
@@ -39,21 +96,6 @@ pub(crate) struct Stepper<'f, C: Followed> {
     pub(crate) rigid: Rigid,
     /// What the size of a motion is compared with.
     pub(crate) reference: Reference,
-}
-
-/// A point of the curve with what is measured along its orbit.
-pub(crate) struct Node<S> {
-    pub(crate) point: CurvePoint<S>,
-    pub(crate) measured: Measured,
-    pub(crate) multipliers: Option<Multipliers>,
-    pub(crate) values: Values,
-}
-
-impl<S> Node<S> {
-    pub(crate) fn new(point: CurvePoint<S>, measured: Measured, multipliers: Option<Multipliers>) -> Self {
-        let values = Values::new(point.slope(), multipliers.as_ref(), &measured.trace);
-        Node { point, measured, multipliers, values }
-    }
 }
 
 /// Maximum angle by which the line may turn over a step `[rad]`.

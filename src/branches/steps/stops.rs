@@ -7,12 +7,12 @@ use crate::branches::orbits::contact_trace::Extremum;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::kind::Located;
-use crate::branches::steps::followed::Followed;
-use crate::branches::steps::stepper::{Node, Stepper};
+use crate::branches::steps::node::Node;
+use crate::branches::steps::stepper::{Followed, Stepper};
 
 /// Each step covers this share of the estimated distance to the stop `[1]`. The point then stays on the side
 /// without impacts.
-const SHARE: f64 = 0.9;
+const STEP_TO_STOP: f64 = 0.9;
 
 /// Maximum number of steps towards the stop.
 const STEPS: usize = 40;
@@ -30,7 +30,7 @@ const NEARLY: f64 = 1e-10;
 const SHORT: f64 = 1e-3;
 
 /// Distance of the phases of the same impact in neighbouring orbits `[1]`.
-const NEAR: f64 = 0.1;
+const SAME_IMPACT: f64 = 0.1;
 
 /// First step from orbits without the impact towards the stop, as a share of the step that passed the
 /// grazing.
@@ -64,7 +64,8 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         };
         let candidates = self.last.measured.trace.at_stops(&self.rigid, false).filter_map(near);
         let (extremum, left) = candidates.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let (beside, (at, node)) = self.reach_stop(&self.last.point.clone(), &extremum, SHARE * left)?;
+        let (beside, (at, node)) =
+            self.reach_stop(&self.last.point.clone(), &extremum, STEP_TO_STOP * left)?;
         let mut located = Vec::new();
         if let Some((before, beside)) = beside {
             let (found, unexplained) = self.between(&beside, before).ok()?;
@@ -103,7 +104,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         // The impact that the other orbit lacks, and the extremum that replaces it.
         let alone = striking.at_stops(&self.rigid, true).filter(|e| {
             let same = without.at_stops(&self.rigid, true).filter(|other| other.is_like(e));
-            same.map(|other| other.apart(e.phase)).fold(1.0, f64::min) > NEAR
+            same.map(|other| other.apart(e.phase)).fold(1.0, f64::min) > SAME_IMPACT
         });
         let replaced = |e: &Extremum| {
             let like = without.at_stops(&self.rigid, false).filter(|other| other.is_like(e));
@@ -140,10 +141,10 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         extremum: &Extremum,
         first: f64,
     ) -> Option<(Option<Reached<C>>, Reached<C>)> {
-        let (mut at, mut distance, mut left) = (0.0, extremum.distance, first / SHARE);
+        let (mut at, mut distance, mut left) = (0.0, extremum.distance, first / STEP_TO_STOP);
         let (mut reached, mut beside, mut size) = (None, None, 0.0);
         for _ in 0..STEPS {
-            let next = at + SHARE * left;
+            let next = at + STEP_TO_STOP * left;
             let (x, p) = base.along(&base.tangent, next);
             let Ok(point) = self.engine.correct(base, &base.tangent, next, x, p) else { break };
             let Ok(measured) = self.measure(&point) else { break };

@@ -35,10 +35,10 @@ pub(crate) struct Within<'w, 'p, C: OrbitMethod> {
 
 /// Number of parts beside a grazing. Their ends lie at distances that grow quadratically: the multipliers
 /// vary as √σ with the distance σ from a grazing, where two crossings more or less appear.
-const BESIDE: usize = 2;
+const PARTS_BESIDE: usize = 2;
 
 /// How often a part is divided to separate bifurcations.
-const HALVED: usize = 10;
+const MAX_DIVISIONS: usize = 10;
 
 /// Distance from a located point at which the stretch beside it begins, as a share of the step `[1]`. It is
 /// above the accuracy of a crossing of branches, at which the equations are singular.
@@ -78,7 +78,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         b: &Place<C::Solution>,
     ) -> Result<(), CurveError> {
         if !a.grazes && !b.grazes {
-            return self.separate(a, b, HALVED);
+            return self.separate(a, b, MAX_DIVISIONS);
         }
         if a.grazes && b.grazes {
             let middle = self.at(0.5 * (a.sigma + b.sigma))?;
@@ -86,9 +86,9 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             return self.search(&middle, b);
         }
         let [grazing, far] = if a.grazes { [a, b] } else { [b, a] };
-        let mut inner = Vec::with_capacity(BESIDE);
-        for k in 1..BESIDE {
-            let share = k as f64 / BESIDE as f64;
+        let mut inner = Vec::with_capacity(PARTS_BESIDE);
+        for k in 1..PARTS_BESIDE {
+            let share = k as f64 / PARTS_BESIDE as f64;
             inner.push(self.at(grazing.sigma + share * share * (far.sigma - grazing.sigma))?);
         }
         // In order along the branch.
@@ -96,9 +96,9 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         if b.grazes {
             places.reverse();
         }
-        for k in 0..BESIDE {
+        for k in 0..PARTS_BESIDE {
             let found = self.found.len();
-            self.separate(places[k], places[k + 1], HALVED)?;
+            self.separate(places[k], places[k + 1], MAX_DIVISIONS)?;
             if self.found.len() == found {
                 self.search_dips(&near_zero(&places, k), places[k], places[k + 1])?;
             }

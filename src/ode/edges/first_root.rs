@@ -19,14 +19,14 @@ const RESOLVED: f64 = 0.05;
 const HALVINGS: usize = 10;
 
 /// Intervals of θ up to this length are not divided.
-const SHORTEST: f64 = 1.0 / 1024.0;
+const UNDIVIDED: f64 = 1.0 / 1024.0;
 
 /// Division point of an interval, as a share of its length: a multiple of the golden ratio modulo 1. No wave
 /// has a whole number of periods on both sides of it.
 const MIDDLE: f64 = GOLDEN_POINTS[3];
 
 /// Maximum number of iterations for one root. Bisection alone needs about 50.
-const MAX: usize = 60;
+const MAX_ITERATIONS: usize = 60;
 
 /// The first θ in (0, limit] at which the distance from the edge of `exit` becomes negative, on the dense
 /// output.
@@ -82,7 +82,7 @@ pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
             continue;
         }
         let resolved = off <= slack.max(RESOLVED * (most - least));
-        if !clear && !resolved && b - a > SHORTEST && open < ends.len() {
+        if !clear && !resolved && b - a > UNDIVIDED && open < ends.len() {
             ends[open] = (m, dm);
             open += 1;
             continue;
@@ -126,19 +126,8 @@ fn walk(
         let db = if b == end { d_end } else { look(b) };
         if let Some(d0) = entered.filter(|_| a == start && db.value < -slack) {
             // The contact enters at θ = 0 and leaves again. f(θ) = (d(θ) - d0)/θ does not have the root at 0.
-            let f = |theta: f64, d: Distance| (d.value - d0) / theta;
-            let (mut lo, mut hi) = (0.0, b);
-            for _ in 0..MAX {
-                let mid = 0.5 * (lo + hi);
-                if f(mid, look(mid)) > 0.0 {
-                    lo = mid
-                } else {
-                    hi = mid
-                }
-                if hi - lo < 1e-14 {
-                    break;
-                }
-            }
+            let inside = |theta: f64| (look(theta).value - d0) / theta > 0.0;
+            let Bracket { lo, hi } = Bracket { lo: 0.0, hi: b }.bisect(1e-14, inside);
             return Some(if lo == 0.0 { 0.0 } else { hi });
         }
         if db.value < -slack {
@@ -147,7 +136,7 @@ fn walk(
         // Both ends are inside and there is a dip between them. Regula falsi on the rate finds its minimum.
         if resolved && da.rate < 0.0 && db.rate > 0.0 {
             let (mut lo, mut hi) = ((a, da), (b, db));
-            for _ in 0..MAX {
+            for _ in 0..MAX_ITERATIONS {
                 let m = lo.0 + (hi.0 - lo.0) * (lo.1.rate / (lo.1.rate - hi.1.rate)).clamp(0.1, 0.9);
                 let dm = look(m);
                 if dm.value < -slack {
@@ -173,7 +162,7 @@ fn walk(
 fn root(look: &mut impl FnMut(f64) -> Distance, a: (f64, Distance), b: (f64, Distance), close: f64) -> f64 {
     let mut bracket = Bracket { lo: a.0, hi: b.0 };
     let mut theta = a.0 + (b.0 - a.0) * a.1.value / (a.1.value - b.1.value);
-    for _ in 0..MAX {
+    for _ in 0..MAX_ITERATIONS {
         let d = look(theta);
         if d.value.abs() <= close {
             break;

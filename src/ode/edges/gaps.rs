@@ -28,7 +28,7 @@ const ROUNDINGS: f64 = 16.0;
 
 /// A step is sampled at all `GOLDEN_POINTS` if it is longer than this factor times the longest step that was
 /// found resolved there. Other steps are sampled at one node.
-const GROWTH: f64 = 1.25;
+const UNSAMPLED_GROWTH: f64 = 1.25;
 
 /// Indices of two `GOLDEN_POINTS`. They and the ends of the step define a cubic that needs no rates.
 const INNER: [usize; 2] = [1, 5];
@@ -124,7 +124,7 @@ impl Gaps {
                 }
             }
         }
-        let closely = (ratio > 1.0 && T::ADAPTIVE) || self.coarse || h > GROWTH * self.longest;
+        let closely = (ratio > 1.0 && T::ADAPTIVE) || self.coarse || h > UNSAMPLED_GROWTH * self.longest;
         if closely {
             ratio = self.look_closely(e, end, noise, ratio);
         }

@@ -11,7 +11,7 @@ pub(crate) struct Distance {
 }
 
 /// A dip is checked on the dense output if its minimum is below this share of its depth `[1]`.
-const NEAR: f64 = 0.25;
+const CHECKED_DIP: f64 = 0.25;
 
 /// A dip cannot reach the edge if both ends are farther from it than this factor times the sum of |rates| at
 /// the ends: a cubic dips by at most 4/27 of that sum.
@@ -127,7 +127,7 @@ impl Hermite {
         }
         self.lowest().is_some_and(|sigma| {
             let bottom = self.at(sigma);
-            bottom < NEAR * (ends - bottom)
+            bottom < CHECKED_DIP * (ends - bottom)
         })
     }
 }

@@ -9,14 +9,14 @@ use crate::ode::outcome::Finish;
 use crate::ode::step::Observer;
 use crate::ode::stepping::control::{Limits, StepRule, Tolerances};
 use crate::ode::stepping::engine::Tableau;
-use std::marker::PhantomData;
 
-/// An adaptive embedded Runge-Kutta method: [`Rk45`](crate::Rk45) or [`Dop853`](crate::Dop853).
+/// An adaptive method: the embedded Runge-Kutta methods [`Rk45`](crate::Rk45) and [`Dop853`](crate::Dop853),
+/// and [`Taylor`](crate::Taylor), which has a rule of its own for the length of its steps.
 ///
-/// A step is accepted if the root mean square of e_j/(atol_j + rtol max(|y0_j|, |y1_j|)) over the components
-/// j is at most 1, with the local error estimate e. A PI controller sets the step size; the first step
-/// follows Hairer, Nørsett & Wanner I, Sect. II.4. Edges of the gaps are located unless
-/// [`plain`](Adaptive::plain) is set. No step extends over a drive edge.
+/// A step of a Runge-Kutta method is accepted if the root mean square of e_j/(atol_j + rtol max(|y0_j|,
+/// |y1_j|)) over the components j is at most 1, with the local error estimate e. A PI controller sets the
+/// step size; the first step follows Hairer, Nørsett & Wanner I, Sect. II.4. Edges of the gaps are located
+/// unless [`plain`](Adaptive::plain) is set. No step extends over a drive edge.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, State, model::from_fn};
@@ -28,9 +28,9 @@ use std::marker::PhantomData;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Adaptive<T> {
-    tolerances: Tolerances,
-    limits: Limits,
-    tableau: PhantomData<T>,
+    pub(crate) tolerances: Tolerances,
+    pub(crate) limits: Limits,
+    pub(crate) method: T,
 }
 
 impl<T: Tableau> Default for Adaptive<T> {
@@ -39,20 +39,20 @@ impl<T: Tableau> Default for Adaptive<T> {
     }
 }
 
-impl<T: Tableau> Adaptive<T> {
-    /// Defaults: rtol 1e-9, atol 1e-12, edges located, no maximum step, at most 10⁸ steps.
-    pub fn new() -> Self {
-        let tolerances =
-            Tolerances { rtol: 1e-9, atol: vec![1e-12], first: None, max: f64::INFINITY, beta: T::BETA };
-        Adaptive { tolerances, limits: Limits::default(), tableau: PhantomData }
+impl<T> Adaptive<T> {
+    /// A method with its tolerances: no maximum step, the default limits.
+    pub(crate) fn of(method: T, [rtol, atol]: [f64; 2], beta: f64) -> Self {
+        let tolerances = Tolerances { rtol, atol: vec![atol], first: None, max: f64::INFINITY, beta };
+        Adaptive { tolerances, limits: Limits::default(), method }
     }
-    /// Relative tolerance, positive. Default: 1e-9.
+    /// Relative tolerance of every coordinate and velocity, positive; in 1e-16 ..= 0.1 for
+    /// [`Taylor`](crate::Taylor). Default: 1e-9; 1e-12 for `Taylor`.
     pub fn rtol(mut self, rtol: f64) -> Self {
         self.tolerances.rtol = rtol;
         self
     }
     /// Absolute tolerance of every coordinate and velocity, positive, in the units of the model. Default:
-    /// 1e-12.
+    /// 1e-12; 1e-16 for [`Taylor`](crate::Taylor).
     pub fn atol(self, atol: f64) -> Self {
         self.atol_each(&[atol])
     }
@@ -61,14 +61,26 @@ impl<T: Tableau> Adaptive<T> {
         self.tolerances.atol = atol.to_vec();
         self
     }
-    /// First step, in the model's time unit. Default: estimated from the solution and its derivatives.
-    pub fn first_step(mut self, step: f64) -> Self {
-        self.tolerances.first = Some(step);
-        self
-    }
     /// Maximum step, in the model's time unit. Default: infinite.
     pub fn max_step(mut self, step: f64) -> Self {
         self.tolerances.max = step;
+        self
+    }
+    /// Maximum number of steps, rejected ones included. Default: 10⁸.
+    pub fn max_steps(mut self, steps: usize) -> Self {
+        self.limits.max_steps = steps;
+        self
+    }
+}
+
+impl<T: Tableau> Adaptive<T> {
+    /// Defaults: rtol 1e-9, atol 1e-12, edges located, no maximum step, at most 10⁸ steps.
+    pub fn new() -> Self {
+        Adaptive::of(T::default(), [1e-9, 1e-12], T::BETA)
+    }
+    /// First step, in the model's time unit. Default: estimated from the solution and its derivatives.
+    pub fn first_step(mut self, step: f64) -> Self {
+        self.tolerances.first = Some(step);
         self
     }
     /// β of the PI controller, in [0, 0.2); 0 is pure I control. Default: 0.04 for `Rk45`, 0.03 for `Dop853`.
@@ -79,11 +91,6 @@ impl<T: Tableau> Adaptive<T> {
     /// Does not locate edges of the gaps: steps run across them, controlled by the error estimate only.
     pub fn plain(mut self) -> Self {
         self.limits.locate = false;
-        self
-    }
-    /// Maximum number of steps, rejected ones included. Default: 10⁸.
-    pub fn max_steps(mut self, steps: usize) -> Self {
-        self.limits.max_steps = steps;
         self
     }
 }

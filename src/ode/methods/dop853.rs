@@ -23,7 +23,7 @@ use crate::ode::stepping::vector::Vector;
 pub type Dop853 = Adaptive<DormandPrince8>;
 
 /// The tableau of [`Dop853`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DormandPrince8;
 
 impl Tableau for DormandPrince8 {

@@ -63,6 +63,7 @@ impl Integrator for Rk4 {
 }
 
 /// The tableau of [`Rk4`].
+#[derive(Default)]
 pub(crate) struct Classical;
 
 const A2: TableauRow<1> = [(0, 1.0 / 2.0)];

@@ -20,7 +20,7 @@ use crate::ode::stepping::vector::Vector;
 pub type Rk45 = Adaptive<DormandPrince5>;
 
 /// The tableau of [`Rk45`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DormandPrince5;
 
 #[rustfmt::skip]

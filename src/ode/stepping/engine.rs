@@ -9,7 +9,7 @@ use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
 
 /// An explicit Runge-Kutta method, written stage by stage as in Hairer, Nørsett & Wanner I.
-pub trait Tableau {
+pub trait Tableau: Default {
     /// Whether an error estimate controls the step size.
     const ADAPTIVE: bool;
     /// Number of slots: derivatives k that are kept, those of the dense output included.

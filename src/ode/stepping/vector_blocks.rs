@@ -145,11 +145,15 @@ fn sum(k: &[Blocks], b: usize, times: f64, row: &[(usize, f64)]) -> Sixteen {
 
 /// Maximum number of terms of a sum over one block that is computed in place: the call of the code for the
 /// instructions of the processor takes longer than such a sum. Measured with RK4 on a ring of three gears.
-const SHORT: usize = 4;
+const SHORT_SUM: usize = 4;
 
 #[inline(always)]
 fn combine(arch: Arch, sums: Combine<'_>) {
-    if sums.y.blocks.len() == 1 && sums.row.len() <= SHORT { sums.run_long() } else { arch.dispatch(sums) }
+    if sums.y.blocks.len() == 1 && sums.row.len() <= SHORT_SUM {
+        sums.run_long()
+    } else {
+        arch.dispatch(sums)
+    }
 }
 
 struct Combine<'a> {

@@ -15,7 +15,7 @@ use crate::ode::taylor::expansion::rows::Eight;
 use crate::ode::taylor::positive::Polynomial;
 
 /// A distance at the start of a step below this share of its range counts as near `[1]`.
-const NEAR: f64 = 1e-9;
+const NEAR_START: f64 = 1e-9;
 
 /// The first exit of a contact from its piece within a step of length `h`.
 ///
@@ -47,7 +47,7 @@ pub(super) fn first_exit(
             continue; // the law has no such edge
         }
         let range = ranges.as_flattened()[i];
-        let near = (NEAR * (start + range)).max(locator.slack(contact, &e.contacts[contact]));
+        let near = (NEAR_START * (start + range)).max(locator.slack(contact, &e.contacts[contact]));
         if start - range > near {
             continue;
         }

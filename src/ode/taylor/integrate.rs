@@ -38,7 +38,7 @@ fn moving(series: &[Series]) -> impl Iterator<Item = bool> + '_ {
 }
 
 /// Number of coefficients of the drives that show which of them vary.
-const SHORT: usize = 2;
+const DRIVE_COEFFICIENTS: usize = 2;
 
 impl Prepared {
     /// # Errors
@@ -71,7 +71,7 @@ impl Prepared {
             return Err(no_series("a recording with another number of coordinates, drives or contacts"));
         }
         let mut series = vec![Series::from(0.0); model.drives()];
-        expanded.drive_series(0.0, SHORT, &mut series);
+        expanded.drive_series(0.0, DRIVE_COEFFICIENTS, &mut series);
         let (tape, moving) = (change(recorded.0), self::moving(&series).collect::<Vec<bool>>());
         let needed = tape.needed()[2 * tape.dof..tape.inputs()].to_vec();
         let prepared = Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving, needed };
@@ -99,7 +99,7 @@ impl Prepared {
     ) -> Result<Finish, IntegrateError> {
         start.check(model.dof())?;
         let mut run = Run::new(self, settings, model, start, t_end)?;
-        for _ in 0..settings.max_steps {
+        for _ in 0..settings.limits.max_steps {
             run.expand()?;
             match run.make_step()? {
                 Made::Again => {
@@ -117,7 +117,7 @@ impl Prepared {
                 }
             }
         }
-        Err(IntegrateError::TooManySteps { t: run.e.t, limit: settings.max_steps })
+        Err(IntegrateError::TooManySteps { t: run.e.t, limit: settings.limits.max_steps })
     }
 }
 

@@ -6,7 +6,7 @@ use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
 use pulp::Arch;
 
 /// Maximum ratio of the lengths that the tolerances allow for a step and for the one before `[1]`.
-const GROWTH: f64 = 2.0;
+const MAX_GROWTH: f64 = 2.0;
 
 /// A step this much shorter than the one before indicates a singular point `[1]`.
 const COLLAPSE: f64 = 1e-6;
@@ -115,7 +115,7 @@ impl Pace {
         }
         let mut h = reach(terms[0], degree).min(reach(terms[1], degree - 1));
         if self.last > 0.0 {
-            h = h.min(GROWTH * self.last);
+            h = h.min(MAX_GROWTH * self.last);
         }
         // Moving edges and transmission errors act on the distances alone while teeth are apart.
         let span = h.min(room);

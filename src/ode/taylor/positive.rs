@@ -12,7 +12,7 @@ pub(super) struct Polynomial {
 }
 
 /// Shortest interval of the search, as a share of the step `[1]`.
-const SHORTEST: f64 = 1e-13;
+const SHORTEST_INTERVAL: f64 = 1e-13;
 
 /// The same after this number of evaluations, for a polynomial that stays at 0 within rounding.
 const COARSE: f64 = 1e-4;
@@ -83,7 +83,7 @@ impl Polynomial {
     /// a]; if a = 0 and p(0) <= 0, the numbers are 0.
     ///
     /// An interval is left out only if a bound on the second derivative rules a root out. No root is missed,
-    /// apart from pairs of roots closer than [`SHORTEST`], or [`COARSE`] after [`MANY`] intervals.
+    /// apart from pairs of roots closer than [`SHORTEST_INTERVAL`], or [`COARSE`] after [`MANY`] intervals.
     fn first_fall(&self, mut a: f64, h: f64) -> Option<[[f64; 2]; 2]> {
         if a == 0.0 && self.c[0] <= 0.0 {
             return Some([[0.0; 2]; 2]);
@@ -94,7 +94,7 @@ impl Polynomial {
         let (mut width, mut looks) = (if near > 0.0 { near.min(h - a) } else { h - a }, 0);
         loop {
             looks += 1;
-            let shortest = if looks < MANY { SHORTEST } else { COARSE };
+            let shortest = if looks < MANY { SHORTEST_INTERVAL } else { COARSE };
             let b = a + width;
             let (value_b, slope_b, bend) = self.with_bend(b);
             if !value_b.is_finite() {

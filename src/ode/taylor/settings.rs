@@ -1,7 +1,8 @@
 //! The Taylor integrator and its settings.
 
 use crate::error::ParameterError;
-use crate::ode::stepping::control::{Limits, StepRule, Tolerances};
+use crate::ode::methods::adaptive::Adaptive;
+use crate::ode::stepping::control::StepRule;
 use crate::ode::taylor::expansion::coefficients::ORDERS;
 
 /// Integration by Taylor series on fixed pieces, adaptive, with located edges.
@@ -14,8 +15,9 @@ use crate::ode::taylor::expansion::coefficients::ORDERS;
 ///
 /// It requires a model that can be expanded: a [`Machine`](crate::Machine), also with held processes or
 /// varying speed. Any other model, and an algebra with a kink that is no contact, gives
-/// [`IntegrateError::NoSeries`](crate::ode::IntegrateError::NoSeries). On the workloads of the benches it takes a third to a quarter of the
-/// time of [`Dop853`](crate::Dop853) at an error of 1e-9, and less of it the smaller the error.
+/// [`IntegrateError::NoSeries`](crate::ode::IntegrateError::NoSeries). On the workloads of the benches it
+/// takes a third to a quarter of the time of [`Dop853`](crate::Dop853) at an error of 1e-9, and less of it
+/// the smaller the error.
 ///
 /// It has no first step and no controller to set: the length of every step follows from its own coefficients.
 /// Edges are always located, since the coefficients hold on fixed pieces alone.
@@ -29,10 +31,11 @@ use crate::ode::taylor::expansion::coefficients::ORDERS;
 /// assert!((end.q[0] - other.q[0]).abs() < 1e-13);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
-pub struct Taylor {
-    pub(super) tolerances: Tolerances,
-    pub(super) max_steps: usize,
+pub type Taylor = Adaptive<TaylorSeries>;
+
+/// The order of [`Taylor`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TaylorSeries {
     order: Option<usize>,
 }
 
@@ -52,34 +55,12 @@ const RTOL: [f64; 2] = [1e-16, 0.1];
 impl Taylor {
     /// Defaults: rtol 1e-12, atol 1e-16, order by the tolerance, no maximum step, at most 10⁸ steps.
     pub fn new() -> Self {
-        let tolerances =
-            Tolerances { rtol: 1e-12, atol: vec![1e-16], first: None, max: f64::INFINITY, beta: 0.0 };
-        Taylor { tolerances, max_steps: Limits::default().max_steps, order: None }
-    }
-    /// Relative tolerance of every coordinate and velocity, in 1e-16 ..= 0.1. Default: 1e-12.
-    pub fn rtol(mut self, rtol: f64) -> Self {
-        self.tolerances.rtol = rtol;
-        self
-    }
-    /// Absolute tolerance of every coordinate and velocity, positive, in the units of the model. Default:
-    /// 1e-16.
-    pub fn atol(self, atol: f64) -> Self {
-        self.atol_each(&[atol])
-    }
-    /// Absolute tolerance per component, 2 dof values: the coordinates, then the velocities.
-    pub fn atol_each(mut self, atol: &[f64]) -> Self {
-        self.tolerances.atol = atol.to_vec();
-        self
-    }
-    /// Maximum step, in the model's time unit. Default: infinite.
-    pub fn max_step(mut self, step: f64) -> Self {
-        self.tolerances.max = step;
-        self
+        Adaptive::of(TaylorSeries { order: None }, [1e-12, 1e-16], 0.0)
     }
     /// Highest order of the series, in 4 ..= 28. Default: by the relative tolerance, from 21 at 1e-6 to 25
     /// at 1e-10 and below.
     pub fn order(mut self, order: usize) -> Self {
-        self.order = Some(order);
+        self.method.order = Some(order);
         self
     }
     /// The default order for a relative tolerance. Above order 25 rounding errors of the last terms limit the
@@ -87,11 +68,6 @@ impl Taylor {
     pub(crate) fn order_for(tolerance: f64) -> usize {
         let digits = -tolerance.clamp(1e-10, 1.0).log10();
         (15.0 + digits).round() as usize
-    }
-    /// Maximum number of steps. Default: 10⁸.
-    pub fn max_steps(mut self, steps: usize) -> Self {
-        self.max_steps = steps;
-        self
     }
 
     /// Checks the relative tolerance of a run without absolute tolerances that are chosen for it.
@@ -110,7 +86,7 @@ impl Taylor {
     /// A setting outside its range.
     pub(super) fn check(&self, components: usize) -> Result<(usize, Vec<f64>), ParameterError> {
         let atol = StepRule::Adaptive(&self.tolerances).check(components)?;
-        let order = self.order.unwrap_or(Taylor::order_for(self.tolerances.rtol));
+        let order = self.method.order.unwrap_or(Taylor::order_for(self.tolerances.rtol));
         if !(RANGE[0]..=RANGE[1]).contains(&order) {
             let (name, value) = ("order".into(), order as f64);
             return Err(ParameterError::OutOfRange { name, value, allowed: "[4, 28]" });

@@ -9,6 +9,7 @@ use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
+use crate::periodic::balance::quality::notes::notes;
 use crate::periodic::balance::settings::{Balance, Roots};
 use crate::periodic::metered::{Failure, Metered};
 use crate::roots::broyden::FirstJacobian;
@@ -33,8 +34,8 @@ impl Balance {
         self.set_up(model, near, 1, &self.budget.begin())
     }
 
-    /// [`equations`](Balance::equations) with the rest of a budget. `finer`: factor on the number of samples, or
-    /// on the number of panels.
+    /// [`equations`](Balance::equations) with the rest of a budget. `finer`: factor on the number of samples,
+    /// or on the number of panels.
     pub(crate) fn set_up<'m, M: Periodic + ?Sized>(
         &self,
         model: &'m M,
@@ -162,7 +163,7 @@ impl Balance {
             Roots::Broyden(broyden) => broyden.solve(&mut metered, &x),
         };
         let mut orbit = self.finish(&equations, root, meter, None)?;
-        orbit.notes.extend(crate::periodic::balance::quality::proof::notes(&mut equations, &orbit, finer));
+        orbit.notes.extend(notes(&mut equations, &orbit, finer));
         Ok(orbit)
     }
 
@@ -209,7 +210,7 @@ impl Balance {
             Ok(root) => return Ok(orbit(&root)),
             Err(error) => error,
         };
-        let coordinate = |unknown| equations.layout.coordinate(unknown);
+        let coordinate = |unknown| equations.work.layout.coordinate(unknown);
         let (failure, root) = Failure::of(error, meter)?;
         let (last, history) = (Box::new(orbit(&root)), root.history);
         Err(match failure {

@@ -7,16 +7,17 @@ use crate::model::drive_slope::DriveSlope;
 use crate::model::equations::Model;
 use crate::numeric::norms::dot;
 use crate::ode::step::Step;
-use crate::periodic::flow::continued::gradient;
+use crate::periodic::flow::continued::{Continued, gradient};
 use crate::periodic::flow::impact::Impact;
+use crate::periodic::flow::tangent::Tangent;
 
 /// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h': the jump of the differences at an edge at which the acceleration jumps.
 ///
-/// f⁻ and f⁺ are the right-hand sides before and after the edge, h the distance past the edge, and
-/// h' = ∇h·f⁻ + ∂h/∂t its rate. ∇h holds the derivatives with respect to the coordinates and, if a deflection
+/// f⁻ and f⁺ are the right-hand sides before and after the edge and h is the distance past the edge, with the
+/// rate h' = ∇h·f⁻ + ∂h/∂t. ∇h holds the derivatives with respect to the coordinates and, if a deflection
 /// depends on the velocities, with respect to the velocities. Without a jump of the acceleration the
-/// differences do not change. For a difference with respect to a parameter, ∇h·δ contains ∂h/∂u u'.   Source: Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
-/// Systems, Sect. 7.4.
+/// differences do not change. For a difference with respect to a parameter, ∇h·δ contains ∂h/∂u u'.   Source:
+/// Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Sect. 7.4.
 pub(crate) struct Saltation<'t, M: ?Sized> {
     pub(crate) model: &'t M,
     pub(crate) n: usize,
@@ -59,7 +60,7 @@ const NEGLIGIBLE: f64 = 1e-10;
 const BACK: f64 = 1e-3;
 
 /// Minimum of this spacing, as a share of the time `[1]`.
-const LEAST: f64 = 1e-8;
+const LEAST_SPACING: f64 = 1e-8;
 
 /// Step of the differences with respect to the drives, as a share of the drives `[1]`.
 const DRIVE_STEP: f64 = 1e-3;
@@ -79,6 +80,33 @@ pub(crate) fn distance(c: &Contact, lower: bool) -> f64 {
 /// Rate of the lower or the upper edge.
 pub(crate) fn edge_rate(c: &Contact, lower: bool) -> f64 {
     if lower { c.lower_rate } else { c.upper_rate }
+}
+
+impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
+    pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
+        let (model, n) = (&tangent.model, tangent.n);
+        Saltation {
+            model,
+            n,
+            scale: tangent.scale,
+            u: vec![0.0; model.drives()],
+            pieces: vec![Piece::Gap; model.contacts()],
+            contacts: vec![Contact::default(); model.contacts()],
+            gradient: vec![0.0; 2 * n],
+            on_edge: vec![0.0; 2 * n],
+            before: vec![0.0; n],
+            jump: vec![0.0; n],
+            moved: vec![0.0; 2 * n],
+            moved_drives: vec![0.0; model.drives()],
+            q: vec![0.0; n * (1 + tangent.columns)],
+            v: vec![0.0; n * (1 + tangent.columns)],
+            forced: tangent.forced,
+            by_drives: vec![0.0; tangent.forced.len()],
+            rigid: model.offers().rigid_edges(model.contacts()),
+            rests: None,
+            impact: Impact::new(model),
+        }
+    }
 }
 
 impl<M: Model + ?Sized> Saltation<'_, M> {
@@ -164,7 +192,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     /// before the edge.
     fn rate(&mut self, contact: usize, lower: bool, [from, to]: [f64; 2]) -> f64 {
         // Far from time zero a share of a short step is below the rounding error of the time.
-        let (n, back) = (self.n, (BACK * (to - from)).max(LEAST * to.abs()));
+        let (n, back) = (self.n, (BACK * (to - from)).max(LEAST_SPACING * to.abs()));
         let mut by_time = 0.0;
         for (k, weight) in ONE_SIDED.iter().enumerate() {
             self.model.drive(to - k as f64 * back, Side::Before, &mut self.u);

@@ -151,10 +151,8 @@ pub(crate) fn metered(
         if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
     };
     let finish = coarse_run(first, wanted, model, start, t_end, &mut watch)?;
-    match meter.exhausted() {
-        Some(exhausted) => Err(IntegrateError::Budget { t: finish.state.t, exhausted }),
-        None => Ok(finish.state),
-    }
+    meter.left().map_err(|exhausted| IntegrateError::Budget { t: finish.state.t, exhausted })?;
+    Ok(finish.state)
 }
 
 /// The end state of a run, its derivative S⁻¹ X S in units of `scale` (S = diag(scale)) followed by the
@@ -167,7 +165,7 @@ pub(crate) fn transition<M: Model + ?Sized>(
     meter: &Meter<'_>,
 ) -> Result<(State, DMatrix<f64>, u64), IntegrateError> {
     let scale = tangent.scale;
-    let (end, crossings) = tangent.flow(tolerance, tangent.start(start), t_end, meter)?;
+    let (end, crossings) = tangent.flow(tolerance, tangent.start(start), t_end, meter, None)?;
     let matrix = DMatrix::from_fn(scale.len(), tangent.columns, |i, k| tangent.scaled(&end, i, k));
     Ok((tangent.motion(&end), matrix, crossings))
 }

@@ -12,8 +12,15 @@ use crate::ode::taylor::integrate::Prepared;
 use crate::ode::taylor::settings::Taylor;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::FlowMethod;
-use crate::periodic::flow::tangent::{NONE, finest};
 use std::ops::ControlFlow;
+
+/// Relative tolerance so small that only the absolute tolerances have an effect.
+pub(crate) const NONE: f64 = 1e-300;
+
+/// An absolute tolerance, at least four rounding errors of the value.
+pub(crate) fn finest(tolerance: f64, value: f64) -> f64 {
+    tolerance.max(4.0 * f64::EPSILON * value.abs())
+}
 
 /// The segments of an orbit: index, node, time of the next node or of the end.
 pub(crate) fn segments(states: &[State], end: f64) -> impl Iterator<Item = (usize, &State, f64)> {
@@ -29,8 +36,8 @@ pub(crate) struct SegmentError {
     pub(crate) error: IntegrateError,
 }
 
-/// Integrates the motion along an orbit. Each segment starts from its node, so that the motion also stays on an
-/// unstable orbit.
+/// Integrates the motion along an orbit. Each segment starts from its node, so that the motion also stays on
+/// an unstable orbit.
 pub(crate) struct Walk<'m> {
     continued: Continued<'m, dyn Model + 'm>,
     /// Units of coordinates and velocities.

@@ -11,7 +11,7 @@ use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 /// Minimum length of a direction after a part of a period, without its components along the directions before
 /// it `[1]`. The directions start with length 1 and the error of the integration is a share of 1, so a
 /// shorter direction is too inaccurate.
-const LEAST: f64 = 1e-3;
+const SHORTEST_DIRECTION: f64 = 1e-3;
 
 /// Maximum number of halvings of a part of a period.
 const HALVINGS: u32 = 40;
@@ -61,7 +61,7 @@ impl Flow<'_, '_> {
     /// Integrates one part, to `until`. `directions.growth` then holds ln of the growth over the whole part.
     ///
     /// The part is halved, and the directions are made orthonormal after each interval, until no
-    /// direction shrinks below [`LEAST`].
+    /// direction shrinks below [`SHORTEST_DIRECTION`].
     pub(crate) fn part(&mut self, all: &mut State, until: f64) -> Result<(), Failure> {
         self.directions.growth.fill(0.0);
         let (from, mut done) = (all.t, 0.0);
@@ -75,7 +75,7 @@ impl Flow<'_, '_> {
                 self.tangent.flow_with_fixed_tolerances(self.tolerance, all.clone(), end, self.meter)?.0;
             self.meter.left()?;
             let least = self.directions.measure(&ahead);
-            if least.1 >= LEAST || (least.1 > 0.0 && self.halvings == HALVINGS) {
+            if least.1 >= SHORTEST_DIRECTION || (least.1 > 0.0 && self.halvings == HALVINGS) {
                 *all = ahead;
                 self.directions.accept(all);
                 done = next;

@@ -194,9 +194,9 @@ impl Lyapunov {
         Ok(exponents.in_order())
     }
 
-    /// Integrates the settling periods; `state` is always the last state reached. `motion` is measured over the
-    /// last settling period. Without settling periods it is measured over the first period, and `state` stays
-    /// at the start.
+    /// Integrates the settling periods; `state` is always the last state reached. `motion` is measured over
+    /// the last settling period. Without settling periods it is measured over the first period, and `state`
+    /// stays at the start.
     fn settle_down(
         &self,
         model: &dyn Model,

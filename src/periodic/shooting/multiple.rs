@@ -6,13 +6,15 @@ use crate::model::state::State;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::flow::variation::unscaled;
 use crate::periodic::flow::walk::SegmentError;
+use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::guess::{Guess, NodePlan};
 use crate::periodic::shooting::neighbour::Neighbour;
-use crate::periodic::shooting::segments::{Round, Segments};
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::periodic::shooting::segments::{Round, Segments, drift};
+use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
 use crate::roots::newton::is_monotone;
 
 /// Periodic orbits by multiple shooting.
@@ -66,6 +68,9 @@ const NOISE: f64 = 1e-9;
 
 /// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
 pub(crate) const LOOSER: f64 = 100.0;
+
+/// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.
+const REPEATS: f64 = 1e-8;
 
 impl Shooting {
     /// Defaults: orbits of one period, tolerance 1e-12, flow tolerance 1e-13, 40 iterations, the default
@@ -121,8 +126,8 @@ impl Shooting {
         Shooting { budget, ..self }
     }
 
-    /// Finds an orbit from a guess: states at increasing times within one period of the orbit, or one state. Without
-    /// any, the guess is the [static state](crate::linear::static_state) at t = 0.
+    /// Finds an orbit from a guess: states at increasing times within one period of the orbit, or one state.
+    /// Without any, the guess is the [static state](crate::linear::static_state) at t = 0.
     ///
     /// # Errors
     /// [`ShootingError`]; after the first integration it holds the last iterate and the history of
@@ -131,12 +136,13 @@ impl Shooting {
         self.find(model, guess, &self.budget.begin())
     }
 
-    /// Finds the orbit near a known motion: the orbit of a neighbouring model, or a Fourier series. Its states
-    /// keep their phases; the velocities are scaled with the frequency. The period multiple is that of the
-    /// neighbour.
+    /// Finds the orbit near a known motion: the orbit of a neighbouring model, or a Fourier series. Its
+    /// states keep their phases; the velocities are scaled with the frequency. The period multiple is that of
+    /// the neighbour.
     ///
     /// From a series of the same model it finds the orbit of the equation itself. The first correction then
-    /// measures the error of the series. If it exceeds 0.1, there is no orbit of the equation near the series.
+    /// measures the error of the series. If it exceeds 0.1, there is no orbit of the equation near the
+    /// series.
     ///
     /// # Errors
     /// [`ShootingError`].
@@ -289,6 +295,7 @@ impl Shooting {
         Err(not_converged(largest, fail(&here.states, &corrections)))
     }
 
+    /// The orbit of a converged round.
     fn finish(
         &self,
         model: &dyn Model,
@@ -300,8 +307,54 @@ impl Shooting {
     ) -> Result<ShootingOrbit, ShootingError> {
         let looser =
             segments.round(&round.states, Some(&round.slack), LOOSER * self.flow_tolerance, meter).ok();
-        let mut orbit = ShootingOrbit::new(self, segments, round, looser, (first, corrections))?;
-        orbit.find_least_multiple(model, segments, meter)?;
+        let monodromy = round.monodromy();
+        let Ok(multipliers) = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY) else {
+            let (component, range) = (0, segments.range()[0]);
+            let last = Iterate { states: round.states, corrections };
+            return Err(ShootingError::NotConverged { component, range, correction: f64::NAN, last });
+        };
+        let other =
+            looser.and_then(|looser| Multipliers::without(&looser.monodromy(), segments.rigid(), 0.0).ok());
+        let parts = OrbitParts {
+            end: segments.end(),
+            multiple: self.multiple,
+            least: self.multiple,
+            scale: segments.scale().to_vec(),
+            range: segments.range().to_vec(),
+            drift: drift(segments.rigid(), &round.slack, segments.scale()),
+            monodromy: unscaled(&monodromy, segments.scale()),
+            multipliers: multipliers.compared_with(other),
+            first,
+            crossings: round.crossings,
+            flow: self.flow_tolerance,
+            states: round.states,
+            corrections,
+            method: segments.method(),
+        };
+        let mut orbit = ShootingOrbit { parts, budget: self.budget.clone() };
+        orbit.parts.least = self.least_multiple(model, &orbit, segments, meter)?;
         Ok(orbit)
+    }
+
+    /// The smallest number of periods of the drives after which the state repeats.
+    fn least_multiple(
+        &self,
+        model: &dyn Model,
+        orbit: &ShootingOrbit,
+        segments: &Segments<'_, dyn Model + '_>,
+        meter: &Meter<'_>,
+    ) -> Result<usize, ShootingError> {
+        for shorter in (1..self.multiple).filter(|p| self.multiple.is_multiple_of(*p)) {
+            let start = &orbit.states()[0];
+            let t = start.t + orbit.period() * shorter as f64 / self.multiple as f64;
+            let later = orbit.state_at(model, t, meter).map_err(|error| {
+                let (states, corrections) = (orbit.states().to_vec(), orbit.corrections().to_vec());
+                ShootingError::Flow { segment: 0, error, last: Iterate { states, corrections } }
+            })?;
+            if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
+                return Ok(shorter);
+            }
+        }
+        Ok(self.multiple)
     }
 }

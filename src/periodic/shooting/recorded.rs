@@ -16,8 +16,8 @@ use std::ops::ControlFlow;
 /// One period of an orbit, with its dense output.
 ///
 /// Statistics, rattle, impacts, spectra, switching instants and the Fourier series come from it without
-/// another integration: every observer can be [replayed](RecordedOrbit::replay). Between the samples the motion
-/// is the polynomial through 13 Chebyshev points of each part of a step.
+/// another integration: every observer can be [replayed](RecordedOrbit::replay). Between the samples the
+/// motion is the polynomial through 13 Chebyshev points of each part of a step.
 ///
 /// ```
 /// use gear_dynamics::{Harmonics, Shooting, State, Statistics, trains::SpurPair};
@@ -31,7 +31,8 @@ use std::ops::ControlFlow;
 /// // amplitude e √(1 + (2 ζ W)²)/√((1 - W²)² + (2 ζ W)²).
 /// let series = recorded.fourier(&Harmonics::up_to(3))?;
 /// let coefficients = series.coefficients(0);
-/// assert!((coefficients[1].hypot(coefficients[2]) - 0.02 * 1f64.hypot(0.07) / 0.51f64.hypot(0.07)).abs() < 1e-12);
+/// let amplitude = coefficients[1].hypot(coefficients[2]);
+/// assert!((amplitude - 0.02 * 1f64.hypot(0.07) / 0.51f64.hypot(0.07)).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -134,8 +135,8 @@ impl RecordedOrbit {
         view.at(inside, y);
     }
 
-    /// The Fourier series of the coordinates at the given orders of the orbit. A drift along rigid modes spoils
-    /// it.
+    /// The Fourier series of the coordinates at the given orders of the orbit. A drift along rigid modes
+    /// spoils it.
     ///
     /// # Errors
     /// Orders that are not valid; more than 2²⁶ samples.

@@ -178,14 +178,15 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     pub(crate) fn elastic(&self, z: &DVector<f64>) -> DVector<f64> {
         z - &self.rigid * self.rigid.tr_mul(z)
     }
+}
 
-    /// Drift B s of the coordinates and of the velocities over one period, in the units of the model.
-    pub(crate) fn drift(&self, slack: &DVector<f64>) -> [Vec<f64>; 2] {
-        let all = &self.rigid * slack;
-        let unscaled: Vec<f64> = all.iter().zip(&self.scale).map(|(z, s)| z * s).collect();
-        let (q, v) = unscaled.split_at(unscaled.len() / 2);
-        [q.to_vec(), v.to_vec()]
-    }
+/// Drift B s of the coordinates and of the velocities over one period, in the units of the model. `rigid`: B, in
+/// units of `scale`; `slack`: s.
+pub(crate) fn drift(rigid: &DMatrix<f64>, slack: &DVector<f64>, scale: &[f64]) -> [Vec<f64>; 2] {
+    let all = rigid * slack;
+    let unscaled: Vec<f64> = all.iter().zip(scale).map(|(z, s)| z * s).collect();
+    let (q, v) = unscaled.split_at(unscaled.len() / 2);
+    [q.to_vec(), v.to_vec()]
 }
 
 /// Orthonormal rigid modes along the coordinates, then along the velocities, with each component in its unit.

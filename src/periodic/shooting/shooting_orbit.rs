@@ -7,12 +7,8 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::Stats;
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::flow_method::FlowMethod;
-use crate::periodic::flow::variation::unscaled;
 use crate::periodic::flow::walk::{SegmentError, Walk};
 use crate::periodic::multipliers::{Multipliers, Stability};
-use crate::periodic::shooting::failure::{Iterate, ShootingError};
-use crate::periodic::shooting::multiple::Shooting;
-use crate::periodic::shooting::segments::{Round, Segments};
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
@@ -33,7 +29,16 @@ use std::ops::ControlFlow;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShootingOrbit {
+    pub(crate) parts: OrbitParts,
+    pub(crate) budget: Budget,
+}
+
+/// All of an orbit but its budget, in the stored form.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename = "ShootingOrbit"))]
+pub(crate) struct OrbitParts {
     pub(crate) states: Vec<State>,
+    /// Time at the end of the orbit.
     pub(crate) end: f64,
     pub(crate) multiple: usize,
     pub(crate) least: usize,
@@ -41,152 +46,89 @@ pub struct ShootingOrbit {
     pub(crate) scale: Vec<f64>,
     pub(crate) range: Vec<f64>,
     pub(crate) drift: [Vec<f64>; 2],
+    #[cfg_attr(feature = "serde", serde(with = "crate::numeric::not_finite::square"))]
     pub(crate) monodromy: DMatrix<f64>,
     pub(crate) multipliers: Multipliers,
+    #[cfg_attr(feature = "serde", serde(with = "crate::numeric::not_finite::number"))]
     pub(crate) first: f64,
+    #[cfg_attr(feature = "serde", serde(with = "crate::numeric::not_finite::list"))]
     pub(crate) corrections: Vec<f64>,
     pub(crate) crossings: u64,
     pub(crate) flow: f64,
     pub(crate) method: FlowMethod,
-    pub(crate) budget: Budget,
 }
 
-/// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.
-const REPEATS: f64 = 1e-8;
-
 impl ShootingOrbit {
-    /// The orbit of a converged round. `looser`: the round with a larger flow tolerance, which shows the error of
-    /// the multipliers.
-    pub(crate) fn new(
-        shooting: &Shooting,
-        segments: &Segments<'_, dyn Model + '_>,
-        round: Round,
-        looser: Option<Round>,
-        (first, corrections): (f64, Vec<f64>),
-    ) -> Result<Self, ShootingError> {
-        let monodromy = round.monodromy();
-        let multipliers = match Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY) {
-            Ok(multipliers) => multipliers,
-            Err(_) => {
-                let (component, range) = (0, segments.range()[0]);
-                let last = Iterate { states: round.states, corrections };
-                return Err(ShootingError::NotConverged { component, range, correction: f64::NAN, last });
-            }
-        };
-        let other =
-            looser.and_then(|looser| Multipliers::without(&looser.monodromy(), segments.rigid(), 0.0).ok());
-        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
-        Ok(ShootingOrbit {
-            end: segments.end(),
-            multiple: shooting.multiple,
-            least: shooting.multiple,
-            scale: segments.scale().to_vec(),
-            range: segments.range().to_vec(),
-            drift: segments.drift(&round.slack),
-            monodromy: unscaled(&monodromy, segments.scale()),
-            multipliers: multipliers.with_error(error),
-            first,
-            crossings: round.crossings,
-            flow: shooting.flow_tolerance,
-            states: round.states,
-            corrections,
-            method: segments.method(),
-            budget: shooting.budget.clone(),
-        })
-    }
-
-    /// Finds the smallest number of periods of the drives after which the state repeats.
-    pub(crate) fn find_least_multiple(
-        &mut self,
-        model: &dyn Model,
-        segments: &Segments<'_, dyn Model + '_>,
-        meter: &Meter<'_>,
-    ) -> Result<(), ShootingError> {
-        for shorter in (1..self.multiple).filter(|p| self.multiple.is_multiple_of(*p)) {
-            let start = &self.states[0];
-            let t = start.t + self.period() * shorter as f64 / self.multiple as f64;
-            let later = self.state_at(model, t, meter).map_err(|error| {
-                let last = Iterate { states: self.states.clone(), corrections: self.corrections.clone() };
-                ShootingError::Flow { segment: 0, error, last }
-            })?;
-            if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
-                self.least = shorter;
-                break;
-            }
-        }
-        Ok(())
-    }
-
     /// States at the nodes, over one period of the orbit.
     pub fn states(&self) -> &[State] {
-        &self.states
+        &self.parts.states
     }
     /// Period of the orbit.
     pub fn period(&self) -> f64 {
-        self.end - self.states[0].t
+        self.parts.end - self.parts.states[0].t
     }
     /// Number of periods of the drives in one period of the orbit: the setting
     /// [`Shooting::multiple`](crate::Shooting::multiple).
     pub fn period_multiple(&self) -> usize {
-        self.multiple
+        self.parts.multiple
     }
     /// Minimum number of periods of the drives after which the orbit repeats. It is less than
     /// [`period_multiple`](ShootingOrbit::period_multiple) if shooting converged to an orbit of a smaller
     /// period.
     pub fn least_multiple(&self) -> usize {
-        self.least
+        self.parts.least
     }
     /// Monodromy matrix ∂x(t0 + period)/∂x(t0) at the first node, in the units of the model; x holds the
     /// coordinates, then the velocities.
     pub fn monodromy(&self) -> &DMatrix<f64> {
-        &self.monodromy
+        &self.parts.monodromy
     }
     /// Floquet multipliers: eigenvalues of the monodromy matrix without the pair 1, 1 of each rigid mode.
     ///
     /// Their error is the change when the tolerance of the flow is 100 times larger.
     pub fn multipliers(&self) -> &Multipliers {
-        &self.multipliers
+        &self.parts.multipliers
     }
     /// Stability of the orbit: whether small perturbations decay.
     pub fn stability(&self) -> Stability {
-        self.multipliers.stability()
+        self.parts.multipliers.stability()
     }
     /// Number of tooth edges crossed in one period of the orbit.
     pub fn crossings(&self) -> u64 {
-        self.crossings
+        self.parts.crossings
     }
     /// Units of the corrections: the range of motion of each coordinate, then of each velocity, in the guess,
     /// without rigid motion.
     pub fn range(&self) -> &[f64] {
-        &self.range
+        &self.parts.range
     }
     /// The first Newton correction of the coordinates, as a share of their range `[1]`: a measure of the
     /// error of the guess.
     pub fn first_correction(&self) -> f64 {
-        self.first
+        self.parts.first
     }
     /// The method by which the orbit and its multipliers were integrated.
     pub fn flow_method(&self) -> FlowMethod {
-        self.method
+        self.parts.method
     }
     /// The Newton correction of each iteration, before damping: the largest one among the coordinates and
     /// velocities of all nodes, without rigid motion, as a share of its [`range`](ShootingOrbit::range) in
     /// the guess `[1]`. The last correction is computed but not applied.
     pub fn corrections(&self) -> &[f64] {
-        &self.corrections
+        &self.parts.corrections
     }
     /// The last correction, as a share of the range `[1]`: an estimate of the error of the states.
     pub fn accuracy(&self) -> f64 {
-        self.corrections.last().copied().unwrap_or(f64::INFINITY)
+        self.parts.corrections.last().copied().unwrap_or(f64::INFINITY)
     }
     /// Drift of the coordinates and of the velocities along the rigid modes in one period of the orbit; zeros
     /// without rigid modes.
     pub fn drift(&self) -> (&[f64], &[f64]) {
-        (&self.drift[0], &self.drift[1])
+        (&self.parts.drift[0], &self.parts.drift[1])
     }
     /// Mean acceleration of each coordinate: the velocity drift along the rigid modes over the period, Δv/T.
     pub fn mean_acceleration(&self) -> Vec<f64> {
-        self.drift[1].iter().map(|dv| dv / self.period()).collect()
+        self.parts.drift[1].iter().map(|dv| dv / self.period()).collect()
     }
 
     /// The same orbit with another limit on the steps and the time of one integration along it: of
@@ -204,18 +146,24 @@ impl ShootingOrbit {
         self.state_at(model, t, &self.budget.begin())
     }
 
-    fn state_at(&self, model: &dyn Model, t: f64, meter: &Meter<'_>) -> Result<State, IntegrateError> {
-        let (start, period) = (self.states[0].t, self.period());
+    /// [`at`](ShootingOrbit::at) with the rest of a budget.
+    pub(crate) fn state_at(
+        &self,
+        model: &dyn Model,
+        t: f64,
+        meter: &Meter<'_>,
+    ) -> Result<State, IntegrateError> {
+        let (start, period) = (self.parts.states[0].t, self.period());
         if !t.is_finite() {
             return Err(IntegrateError::OutputTime { index: 0, value: t, start });
         }
         let turns = ((t - start) / period).floor();
-        let inside = (t - turns * period).clamp(start, self.end);
-        let node = self.states.partition_point(|state| state.t <= inside).max(1) - 1;
-        let mut state = self.states[node].clone();
+        let inside = (t - turns * period).clamp(start, self.parts.end);
+        let node = self.parts.states.partition_point(|state| state.t <= inside).max(1) - 1;
+        let mut state = self.parts.states[node].clone();
         if inside > state.t {
             // To prepare a Taylor series takes longer than one segment.
-            let mut walk = Walk::new(model, &self.scale, self.flow, FlowMethod::Dop853);
+            let mut walk = Walk::new(model, &self.parts.scale, self.parts.flow, FlowMethod::Dop853);
             let mut quiet = |_: &mut Step<'_>| ControlFlow::Continue(());
             state = walk.run(&state, inside, &mut quiet, meter)?.state;
         }
@@ -223,7 +171,7 @@ impl ShootingOrbit {
         // q += n Δq + n ((n - 1) T/2 + τ) Δv, v += n Δv.
         let since = inside - start;
         for ((q, v), (dq, dv)) in
-            state.q.iter_mut().zip(&mut state.v).zip(self.drift[0].iter().zip(&self.drift[1]))
+            state.q.iter_mut().zip(&mut state.v).zip(self.parts.drift[0].iter().zip(&self.parts.drift[1]))
         {
             *q += turns * (dq + (0.5 * (turns - 1.0) * period + since) * dv);
             *v += turns * dv;
@@ -232,15 +180,15 @@ impl ShootingOrbit {
         Ok(state)
     }
 
-    /// Integrates one period of the orbit, by the [method](ShootingOrbit::flow_method) that found it, and passes
-    /// every step to an observer. Each segment starts from its node, so that the run also stays on an unstable
-    /// orbit.
+    /// Integrates one period of the orbit, by the [method](ShootingOrbit::flow_method) that found it, and
+    /// passes every step to an observer. Each segment starts from its node, so that the run also stays on an
+    /// unstable orbit.
     ///
     /// # Errors
     /// [`IntegrateError`].
     pub fn observe(&self, model: &dyn Model, observer: &mut dyn Observer) -> Result<Stats, IntegrateError> {
-        Walk::new(model, &self.scale, self.flow, self.method)
-            .follow(&self.states, self.end, observer, &self.budget.begin())
+        Walk::new(model, &self.parts.scale, self.parts.flow, self.parts.method)
+            .follow(&self.parts.states, self.parts.end, observer, &self.budget.begin())
             .map_err(|SegmentError { error, .. }| error)
     }
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Maximum number of values in the rows of one chunk: two gigabytes.
-const MAX_FIGURES: usize = 1 << 28;
+const MAX_ROW_VALUES: usize = 1 << 28;
 
 /// The rows of a sweep or of a chunk of it. Each point has a row, an error, or neither if the sweep was
 /// cancelled before it ran.
@@ -142,7 +142,7 @@ impl Rows {
         check::count(
             "values in the rows (split the sweep into chunks)",
             &[rows, stride.unwrap_or(usize::MAX)],
-            MAX_FIGURES,
+            MAX_ROW_VALUES,
         )?;
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Tip relief.
 
 use crate::error::ParameterError;
+use crate::numeric::bracket::Bracket;
 use crate::teeth::error::{TeethError, within};
 use crate::teeth::geometry::pair::GearPair;
 use crate::teeth::stiffness::piecewise::Piecewise;
@@ -112,15 +113,10 @@ impl TipRelief {
         for (i, a) in all.iter().enumerate() {
             for b in &all[i + 1..] {
                 let ahead = |s: f64| self.lost(pair, s + a) - self.lost(pair, s + b);
-                let (mut lo, mut hi) = (from, to);
-                if ahead(lo) * ahead(hi) >= 0.0 {
-                    continue;
+                if ahead(from) * ahead(to) < 0.0 {
+                    let same = |s: f64| (ahead(s) > 0.0) == (ahead(from) > 0.0);
+                    found.push(Bracket { lo: from, hi: to }.bisect(0.0, same).lo);
                 }
-                for _ in 0..60 {
-                    let half = 0.5 * (lo + hi);
-                    if (ahead(half) > 0.0) == (ahead(lo) > 0.0) { lo = half } else { hi = half }
-                }
-                found.push(lo);
             }
         }
         found

@@ -1,4 +1,4 @@
-//! What is known about the error of a torus.
+//! Measures of the error of a torus.
 
 use crate::excitation::side::Side;
 use crate::numeric::norms::largest;
@@ -9,30 +9,6 @@ use crate::tori::balance::torus_equations::TorusEquations;
 use crate::tori::balance::wave_vectors::WaveVectors;
 use crate::tori::quasi_periodic::QuasiPeriodic;
 use std::f64::consts::TAU;
-
-/// What is known about the error of a torus; NaN where nothing was measured.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TorusQuality {
-    pub(crate) residual: f64,
-    pub(crate) between: f64,
-    pub(crate) aliasing: f64,
-    pub(crate) iterations: usize,
-    pub(crate) evaluations: usize,
-    pub(crate) history: Vec<f64>,
-}
-
-impl Default for TorusQuality {
-    fn default() -> Self {
-        TorusQuality {
-            residual: f64::NAN,
-            between: f64::NAN,
-            aliasing: f64::NAN,
-            iterations: 0,
-            evaluations: 0,
-            history: Vec::new(),
-        }
-    }
-}
 
 impl Torus {
     /// Largest residual of the balance, over the size of its coordinate. NaN for a torus that was not solved,

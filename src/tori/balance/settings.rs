@@ -24,8 +24,8 @@ use crate::tori::quasi_periodic::{QuasiPeriodic, checked_frequencies};
 ///
 /// With contacts that separate, q'' has kinks along curves on the torus. The grid does not locate them, and
 /// the coefficients converge with a power of the order. [`Torus::residual_between`] and [`Torus::aliasing`]
-/// show this; [`CircleShooting`](crate::tori::CircleShooting) locates the edges. The same holds for drives that
-/// jump.
+/// show this; [`CircleShooting`](crate::tori::CircleShooting) locates the edges. The same holds for drives
+/// that jump.
 ///
 /// A rigid motion leaves its mean undetermined ([`TorusError::Undetermined`]): use relative coordinates.
 ///
@@ -109,8 +109,8 @@ impl TorusBalance {
         Ok(Torus::constant(&self.vectors, &checked_frequencies(model)?, q)?)
     }
 
-    /// The torus with every contact fixed on one piece: the usual guess for a model with contacts. The residual
-    /// between the points and the aliasing are not measured.
+    /// The torus with every contact fixed on one piece: the usual guess for a model with contacts. The
+    /// residual between the points and the aliasing are not measured.
     ///
     /// # Errors
     /// [`TorusError`]; [`TorusError::NotAvailable`] if the model does not evaluate its laws on fixed pieces.
@@ -129,8 +129,8 @@ impl TorusBalance {
         finish(&equations, root, &meter)
     }
 
-    /// Finds a torus from a guess: a motion at rest, a linearised or fitted torus, the torus of a neighbouring
-    /// model, or of the same model with other orders.
+    /// Finds a torus from a guess: a motion at rest, a linearised or fitted torus, the torus of a
+    /// neighbouring model, or of the same model with other orders.
     ///
     /// # Errors
     /// [`TorusError`]; [`TorusError::last`] returns the last iterate.

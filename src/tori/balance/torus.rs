@@ -3,7 +3,6 @@
 use crate::error::{ParameterError, check};
 use crate::model::state::State;
 use crate::tori::balance::angle_grid::AngleGrid;
-use crate::tori::balance::quality::TorusQuality;
 use crate::tori::balance::wave_vectors::WaveVectors;
 use crate::tori::circle::closed_curve::ClosedCurve;
 use std::f64::consts::TAU;
@@ -22,7 +21,9 @@ use std::f64::consts::TAU;
 /// }
 /// impl QuasiPeriodic for TwoTones {
 ///     fn frequencies(&self) -> Vec<f64> { vec![2f64.sqrt(), 3f64.sqrt()] }
-///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
+///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
+///         u[0] = angles[0].cos() + angles[1].cos();
+///     }
 /// }
 /// let balance = TorusBalance::new(WaveVectors::within(&[1, 1])?);
 /// let torus = balance.solve(&TwoTones, &balance.at_rest(&TwoTones, &[0.0])?)?;
@@ -37,6 +38,30 @@ pub struct Torus {
     /// Coordinate by coordinate: mean, then cosine and sine of each vector.
     coefficients: Vec<f64>,
     pub(crate) quality: TorusQuality,
+}
+
+/// What is known about the error of a torus; NaN where nothing was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TorusQuality {
+    pub(crate) residual: f64,
+    pub(crate) between: f64,
+    pub(crate) aliasing: f64,
+    pub(crate) iterations: usize,
+    pub(crate) evaluations: usize,
+    pub(crate) history: Vec<f64>,
+}
+
+impl Default for TorusQuality {
+    fn default() -> Self {
+        TorusQuality {
+            residual: f64::NAN,
+            between: f64::NAN,
+            aliasing: f64::NAN,
+            iterations: 0,
+            evaluations: 0,
+            history: Vec::new(),
+        }
+    }
 }
 
 /// k·ω.

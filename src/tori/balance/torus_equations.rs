@@ -5,7 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::model::slopes::{Slopes, accelerate};
 use crate::periodic::balance::fourier_orbit::AT_REST;
-use crate::roots::matrix::Matrix;
+use crate::roots::matrix::{MAX_ENTRIES, Matrix};
 use crate::roots::residual::Residual;
 use crate::tori::balance::angle_grid::AngleGrid;
 use crate::tori::balance::torus::{Torus, rate};
@@ -42,9 +42,6 @@ pub(crate) struct TorusEquations<'m, M: ?Sized> {
     /// Unknowns of the last evaluation; empty before the first.
     evaluated: Vec<f64>,
 }
-
-/// Maximum number of stored entries of a Jacobian: 2 GB.
-const MAX_ENTRIES: usize = 1 << 28;
 
 /// Maximum number of samples of the slopes: 1 GB.
 const MAX_SAMPLES: usize = 1 << 27;
@@ -227,8 +224,8 @@ impl<'m, M: QuasiPeriodic + ?Sized> TorusEquations<'m, M> {
 }
 
 /// Sizes of the coordinates: the largest coefficient of `near`. A coordinate that is 0 gets its largest
-/// acceleration at rest over the square of the highest rate. A coordinate that rests but for rounding, as the difference
-/// of equal members does, gets the largest size of the others; if all are 0, the value 1.
+/// acceleration at rest over the square of the highest rate. A coordinate that rests but for rounding, as the
+/// difference of equal members does, gets the largest size of the others; if all are 0, the value 1.
 fn sizes_near<M: QuasiPeriodic + ?Sized>(model: &M, near: &Torus, drives: &[f64], fastest: f64) -> Vec<f64> {
     let n = model.dof();
     let mut sizes: Vec<f64> = (0..n).map(|i| near.largest_coefficient(i)).collect();

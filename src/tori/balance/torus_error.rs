@@ -19,7 +19,9 @@ use thiserror::Error;
 /// }
 /// impl QuasiPeriodic for Resonant {
 ///     fn frequencies(&self) -> Vec<f64> { vec![2.0, 3.0] }
-///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) { u[0] = angles[0].cos() + angles[1].cos(); }
+///     fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
+///         u[0] = angles[0].cos() + angles[1].cos();
+///     }
 /// }
 /// let balance = TorusBalance::new(WaveVectors::in_box(&[3, 3])?);
 /// let error = balance.solve(&Resonant, &balance.at_rest(&Resonant, &[0.0])?).unwrap_err();

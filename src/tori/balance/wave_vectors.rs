@@ -7,11 +7,10 @@ use crate::error::{ParameterError, check};
 /// Of each pair k and -k the vector whose first entry other than 0 is positive is listed. The list is in
 /// lexicographic order and begins with 0.
 ///
-/// The coefficients of a smooth torus decay as exp(-Σ σ_d |k_d|). The set
-/// [`within`](WaveVectors::within) follows this decay. The box contains about D! times as many vectors for the
-/// same highest orders; its additional vectors are combinations of high orders of several angles. Choose the
-/// box if sidebands of high orders are large, as those of a mesh whose stiffness varies strongly with another
-/// shaft.
+/// The coefficients of a smooth torus decay as exp(-Σ σ_d |k_d|). The set [`within`](WaveVectors::within)
+/// follows this decay. The box contains about D! times as many vectors for the same highest orders; its
+/// additional vectors are combinations of high orders of several angles. Choose the box if sidebands of high
+/// orders are large, as those of a mesh whose stiffness varies strongly with another shaft.
 ///
 /// ```
 /// use gear_dynamics::tori::WaveVectors;

@@ -7,6 +7,7 @@ use crate::ode::budget::Budget;
 use crate::ode::integrate_error::IntegrateError;
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::metered::Failure;
+use crate::roots::matrix::MAX_ENTRIES;
 use crate::roots::newton::Newton;
 use crate::roots::root::Root;
 use crate::tori::circle::circle_equations::CircleEquations;
@@ -26,9 +27,9 @@ use std::f64::consts::TAU;
 ///
 /// - [`solve`](CircleShooting::solve): two base frequencies ω_1, ω_2. P is the flow over 2π/ω_1, θ the second
 ///   angle, and ρ = 2π ω_2/ω_1 is known.
-/// - [`solve_free`](CircleShooting::solve_free): a model with one period, whose circle arises at a Neimark-Sacker
-///   point. ρ is an unknown, and the phase condition Σ_j (x_j - g_j)·g'_j = 0 with the guess g fixes the
-///   origin of θ.
+/// - [`solve_free`](CircleShooting::solve_free): a model with one period, whose circle arises at a
+///   Neimark-Sacker point. ρ is an unknown, and the phase condition Σ_j (x_j - g_j)·g'_j = 0 with the guess g
+///   fixes the origin of θ.
 ///
 /// Where teeth lose contact the circle is continuous but not smooth at grazing points, and the residual
 /// between the nodes decreases with a power of their number.   Source: Kaas-Petersen, Physica D 25 (1987)
@@ -75,9 +76,6 @@ impl Default for CircleShooting {
     }
 }
 
-/// Maximum number of entries of the Jacobian: 2 GB.
-const MAX_ENTRIES: usize = 1 << 28;
-
 /// Tolerance of Newton's method over that of the flow `[1]`.
 const NOISE: f64 = 1e3;
 
@@ -106,8 +104,8 @@ impl CircleShooting {
     pub fn nodes(self, nodes: usize) -> Self {
         CircleShooting { nodes: Some(nodes), ..self }
     }
-    /// Index of the base frequency that is strobed, 0 or 1, for [`solve`](CircleShooting::solve). Default: 0. The
-    /// circle depends on the other angle: strobe the higher frequency to save time, the other one if the
+    /// Index of the base frequency that is strobed, 0 or 1, for [`solve`](CircleShooting::solve). Default: 0.
+    /// The circle depends on the other angle: strobe the higher frequency to save time, the other one if the
     /// motion has high orders of the lower one.
     pub fn strobed_frequency(self, strobe: usize) -> Self {
         CircleShooting { strobe, ..self }
@@ -127,8 +125,8 @@ impl CircleShooting {
     pub fn flow_method(self, method: FlowMethod) -> Self {
         CircleShooting { method: Some(method), ..self }
     }
-    /// Settings of Newton's method. Default: those of [`Newton::new`], with a tolerance of 10³ flow tolerances
-    /// if that is larger, since the flow is noisy below.
+    /// Settings of Newton's method. Default: those of [`Newton::new`], with a tolerance of 10³ flow
+    /// tolerances if that is larger, since the flow is noisy below.
     pub fn newton(self, newton: Newton) -> Self {
         CircleShooting { newton: Some(newton), ..self }
     }

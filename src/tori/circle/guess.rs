@@ -14,8 +14,8 @@ use std::f64::consts::TAU;
 const INVERSE_ITERATIONS: usize = 3;
 
 impl ClosedCurve {
-    /// The curve that passes closest to points x_k at θ = θ_0 + k ρ, in the sense of least squares. The points
-    /// are states of a settled run at the instants of the stroboscope, and ρ is the
+    /// The curve that passes closest to points x_k at θ = θ_0 + k ρ, in the sense of least squares. The
+    /// points are states of a settled run at the instants of the stroboscope, and ρ is the
     /// [rotation](crate::tori::rotation_number) from one to the next. The curve gets the time of the first
     /// point: for points of a model with two base frequencies set their times to 0, since θ_0 already
     /// contains the angle at the first.
@@ -62,12 +62,12 @@ impl ClosedCurve {
     /// x(θ) = x* + ε Re(w e^{iθ}), and ρ = arg μ: the circle about an orbit near a Neimark-Sacker point, to
     /// first order.
     ///
-    /// x* is the first state of the orbit, μ the multiplier with Im μ > 0 whose modulus is closest to 1, w its
-    /// eigenvector. ε is the amplitude as a share of the range of the orbit, for the component with the
+    /// x* is the first state of the orbit, μ the multiplier with Im μ > 0 whose modulus is closest to 1, w
+    /// its eigenvector. ε is the amplitude as a share of the range of the orbit, for the component with the
     /// largest share `[1]`.
     ///
-    /// The map of [`CircleShooting::solve_free`](crate::tori::CircleShooting::solve_free) has the period of the
-    /// drives: the orbit must have that period, too.
+    /// The map of [`CircleShooting::solve_free`](crate::tori::CircleShooting::solve_free) has the period of
+    /// the drives: the orbit must have that period, too.
     ///
     /// # Errors
     /// [`CircleError::NoPair`], and [`CircleError::Parameter`] for an amplitude or nodes that are not valid.

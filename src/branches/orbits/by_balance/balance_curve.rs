@@ -1,6 +1,6 @@
 //! The equations of a harmonic balance over a parameter.
 
-use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::curve::equations::{Curve, CurveError, Linear, PARAMETER_STEP};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::by_balance::balance_family::BalanceFamily;
 use crate::branches::orbits::by_balance::balance_room::{At, BalanceRoom};
@@ -60,9 +60,6 @@ pub(crate) struct Series {
     multipliers: Rc<OnceCell<Option<Multipliers>>>,
 }
 
-/// Step of the one-sided differences, as a share of the unit of the parameter.
-const STEP: f64 = 1e-6;
-
 /// A correction after which the next one would be rounding, by quadratic convergence.
 const LAST: f64 = 1e-8;
 
@@ -83,7 +80,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
         let beside = BalanceRoom::new(family.clone(), balance, near);
         let (matrix, scales, rigid, modes, integrals, width) =
             room.at(p, |equations, At { model, .. }| {
-                let layout = &equations.layout;
+                let layout = &equations.work.layout;
                 let modes = if layout.dof == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
                 let width = layout.harmonics.unknowns();
                 (
@@ -110,7 +107,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
             modes,
             ranges: (0..n).map(swing).chain(sizes(orbit)).collect(),
             scales,
-            difference: STEP * unit.max(p.abs()),
+            difference: PARAMETER_STEP * unit.max(p.abs()),
             is_smooth: !(sampled && has_contacts),
             stability: StabilityMethod::Multipliers,
             channels: RefCell::default(),
@@ -173,14 +170,14 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
 
     fn along(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
         let found = self.evaluated(point, |equations, model| {
-            if !equations.integration.follows_switches() && model.contacts() > 0 {
-                equations.switching.locate(&mut equations.grid);
+            if !equations.work.integration.follows_switches() && model.contacts() > 0 {
+                equations.work.switching.locate(&mut equations.grid);
             }
             let orbit = equations.orbit(point.x.as_slice());
             let step = equations.grid.step();
             let switches = || {
                 let of = |switch: Switch| Switch { time: switch.time * step, ..switch };
-                equations.switching.events().iter().map(move |event| of(event.into()))
+                equations.work.switching.events().iter().map(move |event| of(event.into()))
             };
             let ends = |switches: Vec<f64>| {
                 let mut ends = drive_edges(model, orbit.span());
@@ -212,7 +209,7 @@ impl<M: Periodic + ?Sized> Curve for BalanceCurve<'_, M> {
                 Some(entries) => by_x.as_mut_slice().copy_from_slice(entries),
                 None => by_x = DMatrix::from(&*matrix),
             }
-            let jumps = !equations.spectra.jumps.is_empty();
+            let jumps = !equations.work.spectra.jumps.is_empty();
             let exact = at.slope.filter(|_| !jumps).and_then(|model| slope.at(equations, model));
             (exact, jumps, weights(equations))
         })?;
@@ -245,7 +242,7 @@ impl<M: Periodic + ?Sized> Curve for BalanceCurve<'_, M> {
 
 /// Weights of the equations: 1/max(s, (k ω)²) at order k, with the largest stiffness s.
 fn weights<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> DVector<f64> {
-    let (layout, stiffest) = (&equations.layout, equations.couplings.stiffest);
+    let (layout, stiffest) = (&equations.work.layout, equations.work.couplings.stiffest);
     let width = layout.harmonics.unknowns();
     let mut weights = DVector::from_element(layout.size(), 1.0);
     for (at, &order) in layout.harmonics.orders().iter().enumerate() {

@@ -81,7 +81,8 @@ impl<'f> BalanceFamily<dyn Periodic + 'f> for Plain<'f> {
 /// ```
 /// use gear_dynamics::branches::{ByFunction, Continuation, PointKind, TruncatedForces};
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece, models::nfg::NfgReading};
-/// let at = |speed| NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published());
+/// let params = |speed| NfgParams { speed, ..NfgParams::table1() };
+/// let at = |speed| NfgPair::with_reading(&params(speed), NfgReading::published());
 /// let family = ByFunction::new("speed", "rad/s", at);
 /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?); // the 15 unknowns of Liu 2021
 /// let guess = balance.linearised(&at(179.0)?, Piece::Lower)?;

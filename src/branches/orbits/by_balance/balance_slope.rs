@@ -3,7 +3,7 @@
 use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
-use crate::periodic::balance::equations::balance_equations::BalanceEquations;
+use crate::periodic::balance::equations::balance_equations::{BalanceEquations, Workspace};
 use crate::periodic::balance::integration::integration_trait::{Integration, Motion};
 use crate::periodic::balance::series::spectra::Spectra;
 use nalgebra::DVector;
@@ -27,7 +27,7 @@ struct Arrays<M: ?Sized> {
 }
 
 /// Relative difference of two constant slopes that is rounding of differences.
-const SAME: f64 = 1e-9;
+const SAME_SLOPE: f64 = 1e-9;
 
 impl<M: Periodic + ?Sized> BalanceSlope<M> {
     pub(crate) fn new() -> Self {
@@ -50,13 +50,13 @@ impl<M: Periodic + ?Sized> BalanceSlope<M> {
             return None;
         }
         let arrays = self.arrays.get_or_insert_with(|| Arrays {
-            couplings: equations.couplings.clone(),
+            couplings: equations.work.couplings.clone(),
             spectra: Spectra::new(
-                equations.layout.dof,
-                equations.couplings.varying.len(),
-                &equations.layout.harmonics,
+                equations.work.layout.dof,
+                equations.work.couplings.varying.len(),
+                &equations.work.layout.harmonics,
             ),
-            own: equations.integration.twin(),
+            own: equations.work.integration.twin(),
             slopes: None,
         });
         let found = arrays.integrate(equations, slope);
@@ -76,13 +76,14 @@ impl<M: Periodic + ?Sized> Arrays<M> {
 
     /// [`integrate`](Arrays::integrate) with a grid that is bound to `slope`.
     fn integrate_on_grid<'m>(&mut self, equations: &mut BalanceEquations<'m, M>, slope: &'m M) -> bool {
-        let BalanceEquations { grid, switching, coefficients, integration, .. } = equations;
+        let BalanceEquations { grid, slopes: bound, work } = equations;
+        let Workspace { switching, coefficients, integration, .. } = work;
         if let Some(own) = &mut self.own {
             let mut slopes = match self.slopes.take() {
                 Some(slopes) => slopes.with_model(slope),
-                None => Slopes::new(slope, equations.slopes.scale.clone(), 0.0),
+                None => Slopes::new(slope, bound.scale.clone(), 0.0),
             };
-            let follows = self.couplings.reread(&mut slopes, slope.contacts() > 0, SAME)
+            let follows = self.couplings.reread(&mut slopes, slope.contacts() > 0, SAME_SLOPE)
                 && own.adapt(grid, &self.couplings, &mut slopes);
             self.slopes = Some(slopes.with_model(&()));
             if !follows {
@@ -100,11 +101,11 @@ fn residual<M: Periodic + ?Sized>(
     spectra: &Spectra,
     speed: f64,
 ) -> DVector<f64> {
-    let layout = &equations.layout;
+    let layout = &equations.work.layout;
     let (harmonics, width) = (&layout.harmonics, layout.harmonics.unknowns());
     let mut by_c = DVector::zeros(layout.size());
     for (i, a) in spectra.accelerations.iter().enumerate() {
-        let part = &equations.coefficients[i * width..(i + 1) * width];
+        let part = &equations.work.coefficients[i * width..(i + 1) * width];
         for (at, &order) in harmonics.orders().iter().enumerate() {
             let (at, rate) = (harmonics.place(at), order as f64 * layout.omega);
             for place in at..=at + usize::from(order > 0) {

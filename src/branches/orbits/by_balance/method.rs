@@ -17,7 +17,7 @@ use crate::roots::residual::Residual;
 use nalgebra::DVector;
 
 /// Coefficients up to this share of the range of motion count as zero.
-const SYMMETRIC: f64 = 1e-6;
+const ZERO_COEFFICIENT: f64 = 1e-6;
 
 impl<M: Periodic + ?Sized> Orbits for BalanceCurve<'_, M> {
     type Orbit = FourierOrbit;
@@ -89,14 +89,14 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
     /// Whether the even orders vanish.
     fn is_symmetric(&self, point: &CurvePoint<Series>) -> bool {
         let vanish = self.room.borrow_mut().here(|equations| {
-            let harmonics = &equations.layout.harmonics;
+            let harmonics = &equations.work.layout.harmonics;
             point.x.as_slice().chunks_exact(self.width).zip(&self.scales).zip(&self.ranges).all(
                 |((part, scale), range)| {
                     harmonics.orders().iter().enumerate().filter(|(_, order)| *order % 2 == 0).all(
                         |(at, order)| {
                             let place = harmonics.place(at);
                             let both = &part[place..=place + usize::from(*order > 0)];
-                            both.iter().all(|c| (c * scale).abs() <= SYMMETRIC * range)
+                            both.iter().all(|c| (c * scale).abs() <= ZERO_COEFFICIENT * range)
                         },
                     )
                 },

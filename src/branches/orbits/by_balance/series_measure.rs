@@ -7,6 +7,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
+use crate::numeric::parabola::maximum;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::switching::contact_history::ContactHistory;
@@ -14,13 +15,7 @@ use crate::periodic::balance::switching::instants::Switching;
 use crate::periodic::balance::switching::stencil::NODES;
 
 /// Fewest samples for the statistics of a channel.
-const SAMPLES: usize = 64;
-
-/// Maximum number of evaluations that refine an extremum.
-const ROUNDS: usize = 8;
-
-/// Change of an extremum that is rounding, as a share of its absolute value.
-const ROUNDING: f64 = 1e-15;
+const FEWEST_SAMPLES: usize = 64;
 
 /// Measures the orbit at which the equations were evaluated last. `channels`: indices in the order of
 /// [`Probe`](crate::analysis::Probe).
@@ -33,10 +28,10 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
     channels: &[usize],
 ) -> Measured {
     let contacts = equations.grid.model.contacts();
-    if !equations.integration.follows_switches() && contacts > 0 && equations.grid.samples() >= NODES {
-        equations.switching.locate(&mut equations.grid);
+    if !equations.work.integration.follows_switches() && contacts > 0 && equations.grid.samples() >= NODES {
+        equations.work.switching.locate(&mut equations.grid);
     }
-    let (grid, switching) = (&equations.grid, &equations.switching);
+    let (grid, switching) = (&equations.grid, &equations.work.switching);
     let (n, span) = (grid.dof(), grid.span());
     let rattle = |c: usize| ContactHistory::new(switching, c, span).statistics.rattle_state();
     let range = |part: fn(&num_complex::Complex64) -> f64| {
@@ -61,7 +56,7 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
     let (m, highest) = (grid.samples(), grid.harmonics().highest());
     let summarise = |&channel: &usize| {
         let is_motion = channel < 2 * n || (channel - 2 * n < 3 * contacts && (channel - 2 * n) % 3 == 0);
-        let enough = SAMPLES.max(4 * highest);
+        let enough = FEWEST_SAMPLES.max(4 * highest);
         let stride = if is_motion { (m / enough.next_power_of_two()).max(1) } else { 1 };
         let values = (0..m).step_by(stride).map(|s| {
             grid.state(s, &mut reader.q, &mut reader.v);
@@ -154,33 +149,11 @@ impl<M: Periodic + ?Sized> Reader<'_, M> {
         Summary { mean, rms: square.sqrt(), min, max, deviation: variance.sqrt() }
     }
 
-    /// Maximum of `sign` times the channel: the parabola through the largest sample and its neighbours, then
-    /// through the largest value and its neighbours.
+    /// Maximum of `sign` times the channel, from the largest sample and its neighbours.
     fn maximum(&mut self, channel: usize, values: &[f64], sign: f64) -> f64 {
         let m = values.len();
         let top = (0..m).max_by(|&a, &b| (sign * values[a]).total_cmp(&(sign * values[b]))).unwrap_or(0);
-        let value = |i: usize| sign * values[(top + m + i - 1) % m];
-        let (mut x, mut f) = ([-1.0, 0.0, 1.0], [value(0), value(1), value(2)]);
-        let mut best = f[1];
-        for _ in 0..ROUNDS {
-            let (left, right) = ((x[1] - x[0]) * (f[1] - f[2]), (x[1] - x[2]) * (f[1] - f[0]));
-            let at = x[1] - 0.5 * ((x[1] - x[0]) * left - (x[1] - x[2]) * right) / (left - right);
-            if !(at > x[0] && at < x[2]) || at == x[1] {
-                break;
-            }
-            let y = sign * self.at(channel, (top as f64 + at) / m as f64);
-            let gained = y - best;
-            (x, f) = match (at > x[1], y > f[1]) {
-                (true, true) => ([x[1], at, x[2]], [f[1], y, f[2]]),
-                (true, false) => ([x[0], x[1], at], [f[0], f[1], y]),
-                (false, true) => ([x[0], at, x[1]], [f[0], y, f[1]]),
-                (false, false) => ([at, x[1], x[2]], [y, f[1], f[2]]),
-            };
-            best = best.max(y);
-            if gained.abs() <= ROUNDING * best.abs() {
-                break;
-            }
-        }
-        best
+        let f = [m - 1, 0, 1].map(|i| sign * values[(top + i) % m]);
+        maximum([-1.0, 0.0, 1.0], f, |x| sign * self.at(channel, (top as f64 + x) / m as f64))
     }
 }

@@ -14,13 +14,13 @@ use crate::ode::budget::Budget;
 use crate::periodic::flow::variation::unscaled;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::multiple::LOOSER;
-use crate::periodic::shooting::segments::orthonormal;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::periodic::shooting::segments::{drift, orthonormal};
+use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
 use nalgebra::DVector;
 
 /// A state whose negative repeats half a period later within this share of its range belongs to a symmetric
 /// orbit.
-const SYMMETRIC: f64 = 1e-6;
+const REVERSED: f64 = 1e-6;
 
 impl Orbits for OrbitCurve<'_> {
     type Orbit = ShootingOrbit;
@@ -51,11 +51,11 @@ impl Orbits for OrbitCurve<'_> {
         let (orbit, _) = self.orbit(point)?;
         let model = self.model(point.p)?;
         let mut later = orbit.clone();
-        for state in &mut later.states {
+        for state in &mut later.parts.states {
             let at = orbit.at(&*model, state.t + shift * orbit.period());
             *state = at.map_err(|error| CurveError::Flow { segment: 0, error })?;
         }
-        later.end += shift * orbit.period();
+        later.parts.end += shift * orbit.period();
         Ok(self.unknowns_of(&later))
     }
 
@@ -70,7 +70,6 @@ impl Orbits for OrbitCurve<'_> {
         let CurvePoint { x, p, solution: passage, corrections, .. } = point;
         let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
         let multipliers = passage.multipliers.clone().ok_or_else(none)?;
-        let rigid = orthonormal(&self.modes, &passage.scale);
         let model = self.model(*p)?;
         let looser = match self.stability {
             StabilityMethod::Skipped => None,
@@ -84,19 +83,15 @@ impl Orbits for OrbitCurve<'_> {
         let other = looser
             .and_then(Result::ok)
             .and_then(|at| Multipliers::without(&at.round.monodromy(), &at.rigid, 0.0).ok());
-        let error = other.map_or(f64::INFINITY, |other| multipliers.distance(&other));
-        let drift = &rigid * &passage.slack;
-        let unscaled_drift: Vec<f64> = drift.iter().zip(&passage.scale).map(|(d, s)| d * s).collect();
-        let (of_q, of_v) = unscaled_drift.split_at(unscaled_drift.len() / 2);
-        let multipliers = multipliers.with_error(error);
-        let orbit = ShootingOrbit {
+        let multipliers = multipliers.compared_with(other);
+        let parts = OrbitParts {
             states: passage.states.clone(),
             end: passage.end,
             multiple: self.multiple,
             least: self.multiple,
             scale: passage.scale.clone(),
             range: self.range.clone(),
-            drift: [of_q.to_vec(), of_v.to_vec()],
+            drift: drift(&orthonormal(&self.modes, &passage.scale), &passage.slack, &passage.scale),
             monodromy: unscaled(&passage.monodromy, &passage.scale),
             multipliers: multipliers.clone(),
             first: corrections.first().copied().unwrap_or(0.0),
@@ -104,8 +99,8 @@ impl Orbits for OrbitCurve<'_> {
             crossings: passage.crossings,
             flow: self.flow_tolerance,
             method: passage.method,
-            budget: Budget::new(),
         };
+        let orbit = ShootingOrbit { parts, budget: Budget::new() };
         Ok((orbit, multipliers))
     }
 }
@@ -122,7 +117,7 @@ impl OrbitMethod for OrbitCurve<'_> {
         let later = later.and_then(|(model, (orbit, _))| orbit.at(&*model, start.t + half).ok());
         later.is_some_and(|later| {
             let sums = later.q.iter().chain(&later.v).zip(start.q.iter().chain(&start.v));
-            sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= SYMMETRIC * range)
+            sums.zip(&self.range).all(|((a, b), range)| (a + b).abs() <= REVERSED * range)
         })
     }
 

@@ -1,10 +1,10 @@
 //! Shifts of the nodes of an orbit along its period.
 
 /// Distance of a node from an impact, in periods, below which the nodes are moved `[1]`.
-const NEAR: f64 = 0.01;
+const NEAR_IMPACT: f64 = 0.01;
 
 /// The same as a share of a segment.
-const SHARE: f64 = 0.2;
+const NEAR_IN_SEGMENT: f64 = 0.2;
 
 /// Factor by which a shift must increase the distance.
 const WORTH: f64 = 2.0;
@@ -29,7 +29,7 @@ pub(crate) fn clear(phases: &[f64], impacts: &[f64]) -> Option<f64> {
     let gaps = phases.windows(2).map(|two| two[1] - two[0]);
     let gap = gaps.chain([1.0 - phases[phases.len() - 1]]).fold(1.0, f64::min);
     let nearest = least(0.0);
-    if nearest >= NEAR.min(SHARE * gap) {
+    if nearest >= NEAR_IMPACT.min(NEAR_IN_SEGMENT * gap) {
         return None;
     }
     let shifts = (1..SHIFTS).map(|k| gap * k as f64 / SHIFTS as f64);

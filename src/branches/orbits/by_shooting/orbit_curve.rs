@@ -1,6 +1,6 @@
 //! The equations of multiple shooting over a parameter.
 
-use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::curve::equations::{Curve, CurveError, Linear, PARAMETER_STEP};
 use crate::branches::family::Family;
 use crate::branches::stability_method::StabilityMethod;
 use crate::error::check;
@@ -97,9 +97,6 @@ impl Passage {
     }
 }
 
-/// Step of the differences, as a share of the unit of the parameter.
-const STEP: f64 = 1e-6;
-
 impl<'f> OrbitCurve<'f> {
     /// The curve through an orbit of the model with the parameter `p`. `unit`: unit of the parameter.
     pub(crate) fn new(
@@ -110,31 +107,31 @@ impl<'f> OrbitCurve<'f> {
         meter: Rc<Meter<'f>>,
     ) -> Result<Self, CurveError> {
         let model = family.at(p).map_err(|error| CurveError::Model { parameter: p, error })?;
-        check::length("coordinates and velocities of the orbit", orbit.scale.len(), 2 * model.dof())
+        check::length("coordinates and velocities of the orbit", orbit.parts.scale.len(), 2 * model.dof())
             .map_err(|error| CurveError::Model { parameter: p, error })?;
         let period = orbit.period();
         let modes = rigid_modes(&*model, period);
         drop(model);
-        let motions = orthonormal(&modes, &vec![1.0; orbit.scale.len()]);
-        let mut position = orthonormal(&modes, &orbit.scale).transpose();
-        position.column_iter_mut().zip(&orbit.scale).for_each(|(mut column, s)| column /= *s);
+        let motions = orthonormal(&modes, &vec![1.0; orbit.parts.scale.len()]);
+        let mut position = orthonormal(&modes, &orbit.parts.scale).transpose();
+        position.column_iter_mut().zip(&orbit.parts.scale).for_each(|(mut column, s)| column /= *s);
         Ok(OrbitCurve {
             family,
             multiple: orbit.period_multiple(),
             half: false,
             stability: StabilityMethod::Multipliers,
             phases: orbit.states().iter().map(|state| state.t / period).collect(),
-            scale: orbit.scale.clone(),
-            range: orbit.range.clone(),
+            scale: orbit.parts.scale.clone(),
+            range: orbit.parts.range.clone(),
             period,
             modes,
             motions,
             position,
             reference: orbit.states()[0].clone(),
-            flow_tolerance: orbit.flow,
+            flow_tolerance: orbit.parts.flow,
             wanted: shooting.method(),
             unit,
-            difference: STEP * unit.max(p.abs()),
+            difference: PARAMETER_STEP * unit.max(p.abs()),
             meter,
         })
     }
@@ -157,7 +154,7 @@ impl<'f> OrbitCurve<'f> {
 
     /// The unknowns of an orbit on the same nodes.
     pub(crate) fn unknowns_of(&self, orbit: &ShootingOrbit) -> DVector<f64> {
-        let [of_q, of_v] = &orbit.drift;
+        let [of_q, of_v] = &orbit.parts.drift;
         let drift: Vec<f64> = of_q.iter().chain(of_v).copied().collect();
         let slack = self.motions.tr_mul(&DVector::from_vec(drift));
         let nodes = orbit.states().iter().flat_map(|state| state.q.iter().chain(&state.v).copied());

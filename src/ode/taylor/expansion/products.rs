@@ -3,9 +3,6 @@
 use crate::ode::taylor::expansion::rows::EIGHT;
 use crate::series::Series;
 
-/// Maximum number of orders, 0 included.
-const ORDERS: usize = Series::CAPACITY;
-
 /// Products per batch.
 pub(super) const BATCH: usize = 4;
 
@@ -30,10 +27,10 @@ pub(crate) struct Products {
 }
 
 /// Place of order 0 of the second factors.
-const LAST: usize = ORDERS - 1;
+const LAST: usize = Series::CAPACITY - 1;
 
 /// Places of the factors. The last four are always 0.
-const ROOM: usize = ORDERS + 4;
+const ROOM: usize = Series::CAPACITY + 4;
 
 /// sum += a b.
 #[inline(always)]

@@ -14,8 +14,8 @@ use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::choice::Demand;
-use crate::periodic::balance::integration::fixed_pieces::OnFixedPieces;
 use crate::periodic::balance::integration::integration_trait::{Integration, Motion};
+use crate::periodic::balance::integration::sampled::Sampled;
 use crate::periodic::balance::integration::truncated::Truncated;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::series::assembly::JacobianLayout;
@@ -23,7 +23,7 @@ use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 use crate::periodic::balance::switching::instants::Switching;
-use crate::roots::matrix::Matrix;
+use crate::roots::matrix::{MAX_ENTRIES, Matrix};
 use crate::roots::residual::Residual;
 
 /// R(x) = coefficients of q'' - a(u(t), q, q') at the kept orders: the equations of a balance.
@@ -47,10 +47,15 @@ use crate::roots::residual::Residual;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
-    pub(crate) layout: JacobianLayout,
-    pub(crate) couplings: Couplings,
     pub(crate) grid: Grid<'m, M>,
     pub(crate) slopes: Slopes<'m, M>,
+    pub(crate) work: Workspace<M>,
+}
+
+/// What the equations of a balance hold besides their model.
+pub(crate) struct Workspace<M: ?Sized> {
+    pub(crate) layout: JacobianLayout,
+    pub(crate) couplings: Couplings,
     pub(crate) spectra: Spectra,
     pub(crate) switching: Switching,
     pub(crate) integration: Box<dyn Integration<M>>,
@@ -60,9 +65,6 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     /// Whether the last evaluation included the slopes.
     pub(crate) has_slopes: bool,
 }
-
-/// Maximum number of stored entries of a Jacobian: 2 GB.
-const MAX_ENTRIES: usize = 1 << 28;
 
 impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     /// `finer`: factor on the number of samples, or on the number of panels, that the orders require.
@@ -106,7 +108,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let (samples, varying) = (grid.samples(), couplings.varying.len());
         let layout = JacobianLayout::new(harmonics, omega, size.to_vec(), rigid, &couplings);
         check::count("entries of the Jacobian", &[layout.entries(&couplings)], MAX_ENTRIES)?;
-        Ok(BalanceEquations {
+        let work = Workspace {
             spectra: Spectra::new(n, varying, harmonics),
             switching: Switching::new(contacts, samples),
             coefficients: vec![0.0; n * harmonics.unknowns()],
@@ -114,40 +116,40 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             has_slopes: false,
             layout,
             couplings,
-            grid,
-            slopes,
             integration,
-        })
+        };
+        Ok(BalanceEquations { grid, slopes, work })
     }
 
     /// The same equations with every contact on a fixed piece.
     pub(crate) fn on_fixed_pieces(mut self, pieces: &[Piece]) -> Self {
-        let (n, varying, m) = (self.layout.dof, self.couplings.varying.len(), self.grid.samples());
+        let (n, varying, m) = (self.work.layout.dof, self.work.couplings.varying.len(), self.grid.samples());
         let samples = Samples::new(n, varying, m);
-        self.integration = Box::new(OnFixedPieces { samples, pieces: pieces.to_vec() });
-        self.evaluated.clear();
+        self.work.integration = Box::new(Sampled::on_pieces(samples, pieces));
+        self.work.evaluated.clear();
         self
     }
 
     /// The unknowns of an orbit. Its mean position along rigid motions is moved to the prescribed one.
     pub fn unknowns(&self, orbit: &FourierOrbit) -> Vec<f64> {
-        let on = orbit.on(&self.layout.harmonics);
-        let width = self.layout.harmonics.unknowns();
+        let layout = &self.work.layout;
+        let on = orbit.on(&layout.harmonics);
+        let width = layout.harmonics.unknowns();
         let mut x = on.all_coefficients().to_vec();
-        for (part, scale) in x.chunks_exact_mut(width).zip(&self.layout.scales) {
+        for (part, scale) in x.chunks_exact_mut(width).zip(&layout.scales) {
             part.iter_mut().for_each(|x| *x /= scale);
         }
-        for rigid in &self.layout.rigid {
+        for rigid in &layout.rigid {
             let along: f64 = rigid.iter().map(|r| r * r).sum();
             let alpha: f64 =
                 rigid.iter().zip(on.mean_acceleration()).map(|(r, a)| r * a).sum::<f64>() / along;
-            x.push(alpha / self.layout.rigid_scale);
+            x.push(alpha / layout.rigid_scale);
         }
         // For each rigid motion the mean of one coordinate is prescribed as zero: the orbit is moved there.
-        for (rigid, &fixed) in self.layout.rigid.iter().zip(&self.layout.fixed) {
-            let share = x[fixed * width] * self.layout.scales[fixed] / rigid[fixed];
+        for (rigid, &fixed) in layout.rigid.iter().zip(&layout.fixed) {
+            let share = x[fixed * width] * layout.scales[fixed] / rigid[fixed];
             for (j, r) in rigid.iter().enumerate() {
-                x[j * width] -= share * r / self.layout.scales[j];
+                x[j * width] -= share * r / layout.scales[j];
             }
         }
         x
@@ -155,82 +157,79 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
 
     /// The orbit with the unknowns `x`.
     pub fn orbit(&self, x: &[f64]) -> FourierOrbit {
-        let n = self.layout.dof;
-        let width = self.layout.harmonics.unknowns();
+        let layout = &self.work.layout;
+        let (n, width) = (layout.dof, layout.harmonics.unknowns());
         let mut coefficients = x[..n * width].to_vec();
-        for (part, scale) in coefficients.chunks_exact_mut(width).zip(&self.layout.scales) {
+        for (part, scale) in coefficients.chunks_exact_mut(width).zip(&layout.scales) {
             part.iter_mut().for_each(|x| *x *= scale);
         }
-        let mut orbit = FourierOrbit::of(&self.layout.harmonics, self.grid.span(), coefficients, n);
-        for (rigid, alpha) in self.layout.rigid.iter().zip(&x[n * width..]) {
+        let mut orbit = FourierOrbit::of(&layout.harmonics, self.grid.span(), coefficients, n);
+        for (rigid, alpha) in layout.rigid.iter().zip(&x[n * width..]) {
             orbit
                 .mean_acceleration
                 .iter_mut()
                 .zip(rigid)
-                .for_each(|(a, r)| *a += r * alpha * self.layout.rigid_scale);
+                .for_each(|(a, r)| *a += r * alpha * layout.rigid_scale);
         }
         orbit
     }
 
     /// The way of integration in use.
     pub fn integrals(&self) -> Integrals {
-        self.integration.integrals(self.grid.samples())
+        self.work.integration.integrals(self.grid.samples())
     }
 
     /// Evaluates `spectra` and `switching` at the unknowns x, the slopes only if `slopes_too`. Results of the
     /// last evaluation at the same unknowns are kept.
     pub(crate) fn evaluate(&mut self, x: &[f64], slopes_too: bool) {
-        let known = self.evaluated == x;
-        if known && (self.has_slopes || !slopes_too) {
+        let (grid, work) = (&mut self.grid, &mut self.work);
+        let known = work.evaluated == x;
+        if known && (work.has_slopes || !slopes_too) {
             return;
         }
-        let width = self.layout.harmonics.unknowns();
         if !known {
-            for ((part, x), scale) in
-                self.coefficients.chunks_exact_mut(width).zip(x.chunks_exact(width)).zip(&self.layout.scales)
-            {
+            let width = work.layout.harmonics.unknowns();
+            let parts = work.coefficients.chunks_exact_mut(width).zip(x.chunks_exact(width));
+            for ((part, x), scale) in parts.zip(&work.layout.scales) {
                 part.iter_mut().zip(x).for_each(|(c, x)| *c = x * scale);
             }
-            self.grid.set(&self.coefficients);
-            if self.integration.follows_switches() {
-                self.switching.locate(&mut self.grid);
+            grid.set(&work.coefficients);
+            if work.integration.follows_switches() {
+                work.switching.locate(grid);
             }
-            self.evaluated.clear();
-            self.evaluated.extend_from_slice(x);
+            work.evaluated.clear();
+            work.evaluated.extend_from_slice(x);
         }
-        self.has_slopes = slopes_too;
-        let mut motion = Motion {
-            grid: &mut self.grid,
-            switching: &self.switching,
-            couplings: &self.couplings,
-            coefficients: &self.coefficients,
-        };
+        work.has_slopes = slopes_too;
+        let Workspace { spectra, switching, couplings, coefficients, integration, .. } = work;
+        let mut motion = Motion { grid, switching, couplings, coefficients };
         if !known {
-            self.integration.accelerations(&mut motion, &mut self.spectra);
+            integration.accelerations(&mut motion, spectra);
         }
         if slopes_too {
-            self.integration.slopes(&mut motion, &mut self.slopes, &mut self.spectra);
+            integration.slopes(&mut motion, &mut self.slopes, spectra);
         }
     }
 
     /// The first contact that stays in its gap along the orbit, if also nothing else restores the mean;
     /// otherwise `None`.
     pub(crate) fn floating_contact(&mut self, x: &[f64]) -> Option<usize> {
-        if !self.layout.harmonics.has_mean() {
+        if !self.work.layout.harmonics.has_mean() {
             return None;
         }
         self.evaluate(x, false);
-        if !self.integration.follows_switches() {
+        if !self.work.integration.follows_switches() {
             if !self.grid.any_floats() {
                 return None;
             }
-            self.switching.locate(&mut self.grid);
+            self.work.switching.locate(&mut self.grid);
         }
-        let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
-        let n = self.layout.dof;
+        let contact = (0..self.grid.model.contacts()).find(|&c| self.work.switching.floats(c))?;
+        let layout = &self.work.layout;
+        let n = layout.dof;
         // Sum of ∂a/∂q over a coarse grid, bordered by the rigid motions. Unit: the largest |∂a_i/∂q_i|, or
         // ω² if that is larger.
-        let r = self.layout.rigid.len();
+        let r = layout.rigid.len();
         let mut mean = nalgebra::DMatrix::zeros(n + r, n + r);
         let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
         let stride = (self.grid.samples() / 64).max(1);
@@ -239,12 +238,11 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             self.slopes.at(None, self.grid.drives(s), &q, &v);
             for i in 0..n {
                 for j in 0..n {
-                    mean[(i, j)] +=
-                        self.slopes.jacobian.q[(i, j)] / (self.layout.rigid_scale / self.layout.scales[0]);
+                    mean[(i, j)] += self.slopes.jacobian.q[(i, j)] / (layout.rigid_scale / layout.scales[0]);
                 }
             }
         }
-        for (k, rigid) in self.layout.rigid.iter().enumerate() {
+        for (k, rigid) in layout.rigid.iter().enumerate() {
             for i in 0..n {
                 mean[(n + k, i)] = rigid[i];
                 mean[(i, n + k)] = rigid[i];
@@ -267,60 +265,62 @@ impl<G: Shape> BalanceEquations<'_, Machine<G>> {
     /// The same equations with truncated contact forces: the value of each contact law is truncated to the
     /// kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
     ///
-    /// With [`Integrals::Closed`] or [`Integrals::Kinks`] the switching is exact: the sums over the samples are
-    /// corrected around every switch. The Jacobian leaves out the motion of switches at which the value of a
-    /// law jumps, for example of damping that acts in contact only. With other integrals the values are
+    /// With [`Integrals::Closed`] or [`Integrals::Kinks`] the switching is exact: the sums over the samples
+    /// are corrected around every switch. The Jacobian leaves out the motion of switches at which the value
+    /// of a law jumps, for example of damping that acts in contact only. With other integrals the values are
     /// sampled.
     pub fn truncating_forces(mut self) -> Self {
-        let (n, m, contacts) = (self.layout.dof, self.grid.samples(), self.grid.model.contacts());
+        let (n, m, contacts) = (self.work.layout.dof, self.grid.samples(), self.grid.model.contacts());
         let drives = self.grid.model.drives();
         let exact = matches!(self.integrals(), Integrals::Closed | Integrals::Kinks);
-        self.integration = Box::new(Truncated::new(n, drives, contacts, &self.layout.harmonics, m, exact));
-        self.evaluated.clear();
-        self.couplings = self.couplings.without_slopes();
-        self.spectra = Spectra::new(n, 0, &self.layout.harmonics);
-        self.layout.make_dense();
+        self.work.integration =
+            Box::new(Truncated::new(n, drives, contacts, &self.work.layout.harmonics, m, exact));
+        self.work.evaluated.clear();
+        self.work.couplings = self.work.couplings.without_slopes();
+        self.work.spectra = Spectra::new(n, 0, &self.work.layout.harmonics);
+        self.work.layout.make_dense();
         self
     }
 }
 
 impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
     fn size(&self) -> usize {
-        self.layout.size()
+        self.work.layout.size()
     }
 
     fn residual(&mut self, x: &[f64], r: &mut [f64]) {
         self.evaluate(x, false);
-        let (harmonics, width) = (&self.layout.harmonics, self.layout.harmonics.unknowns());
-        for (i, a) in self.spectra.accelerations.iter().enumerate() {
-            let (part, scale) = (&self.coefficients[i * width..(i + 1) * width], self.layout.scales[i]);
+        let Workspace { layout, spectra, coefficients, .. } = &self.work;
+        let (harmonics, width) = (&layout.harmonics, layout.harmonics.unknowns());
+        for (i, a) in spectra.accelerations.iter().enumerate() {
+            let (part, scale) = (&coefficients[i * width..(i + 1) * width], layout.scales[i]);
             let rows = &mut r[i * width..(i + 1) * width];
             for (at, &order) in harmonics.orders().iter().enumerate() {
-                let (at, rate) = (harmonics.place(at), order as f64 * self.layout.omega);
+                let (at, rate) = (harmonics.place(at), order as f64 * layout.omega);
                 rows[at] = (-rate * rate * part[at] - a[at]) / scale;
                 if order > 0 {
                     rows[at + 1] = (-rate * rate * part[at + 1] - a[at + 1]) / scale;
                 }
             }
         }
-        let n = self.layout.dof;
-        for (k, rigid) in self.layout.rigid.iter().enumerate() {
-            let alpha = x[n * width + k] * self.layout.rigid_scale;
+        let n = layout.dof;
+        for (k, rigid) in layout.rigid.iter().enumerate() {
+            let alpha = x[n * width + k] * layout.rigid_scale;
             for (i, share) in rigid.iter().enumerate() {
-                r[i * width] += alpha * share / self.layout.scales[i];
+                r[i * width] += alpha * share / layout.scales[i];
             }
-            r[n * width + k] = x[self.layout.fixed[k] * width];
+            r[n * width + k] = x[layout.fixed[k] * width];
         }
     }
 
     fn matrix(&self) -> Matrix {
-        self.layout.matrix(&self.couplings)
+        self.work.layout.matrix(&self.work.couplings)
     }
 
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
         self.evaluate(x, true);
-        self.layout.fill(&self.couplings, &self.spectra, out);
-        self.integration.add_jacobian(&self.layout, out);
+        self.work.layout.fill(&self.work.couplings, &self.work.spectra, out);
+        self.work.integration.add_jacobian(&self.work.layout, out);
         true
     }
 }

@@ -1,14 +1,9 @@
 //! Equations of a balance that are bound to another model.
 
-use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
-use crate::periodic::balance::equations::balance_equations::BalanceEquations;
-use crate::periodic::balance::integration::integration_trait::Integration;
-use crate::periodic::balance::series::assembly::JacobianLayout;
+use crate::periodic::balance::equations::balance_equations::{BalanceEquations, Workspace};
 use crate::periodic::balance::series::grid::Grid;
-use crate::periodic::balance::series::spectra::Spectra;
-use crate::periodic::balance::switching::instants::Switching;
 use std::f64::consts::TAU;
 
 /// Relative difference of two constant slopes that is rounding.
@@ -18,76 +13,23 @@ const SAME_SLOPE: f64 = 1e-13;
 ///
 /// The scales of the unknowns, the number of samples and the way of integration remain.
 pub(crate) struct Unbound<M: ?Sized> {
-    layout: JacobianLayout,
-    couplings: Couplings,
     grid: Grid<'static, ()>,
     slopes: Slopes<'static, ()>,
-    spectra: Spectra,
-    switching: Switching,
-    integration: Box<dyn Integration<M>>,
-    coefficients: Vec<f64>,
-    evaluated: Vec<f64>,
-    has_slopes: bool,
+    work: Workspace<M>,
 }
 
 impl<M: Periodic + ?Sized> BalanceEquations<'_, M> {
     pub(crate) fn unbind(self) -> Unbound<M> {
-        let BalanceEquations {
-            layout,
-            couplings,
-            grid,
-            slopes,
-            spectra,
-            switching,
-            integration,
-            coefficients,
-            evaluated,
-            has_slopes,
-        } = self;
-        let (grid, slopes) = (grid.with_model(&()), slopes.with_model(&()));
-        Unbound {
-            layout,
-            couplings,
-            grid,
-            slopes,
-            spectra,
-            switching,
-            integration,
-            coefficients,
-            evaluated,
-            has_slopes,
-        }
+        let BalanceEquations { grid, slopes, work } = self;
+        Unbound { grid: grid.with_model(&()), slopes: slopes.with_model(&()), work }
     }
 }
 
 impl<M: Periodic + ?Sized> Unbound<M> {
     /// The equations of the model to which they were bound last; its evaluations are kept.
     pub(crate) fn bind(self, model: &M) -> BalanceEquations<'_, M> {
-        let Unbound {
-            layout,
-            couplings,
-            grid,
-            slopes,
-            spectra,
-            switching,
-            integration,
-            coefficients,
-            evaluated,
-            has_slopes,
-        } = self;
-        let (grid, slopes) = (grid.with_model(model), slopes.with_model(model));
-        BalanceEquations {
-            layout,
-            couplings,
-            grid,
-            slopes,
-            spectra,
-            switching,
-            integration,
-            coefficients,
-            evaluated,
-            has_slopes,
-        }
+        let Unbound { grid, slopes, work } = self;
+        BalanceEquations { grid: grid.with_model(model), slopes: slopes.with_model(model), work }
     }
 
     /// The equations of a model with another parameter. `constants`: the drives differ from those of the last
@@ -97,7 +39,8 @@ impl<M: Periodic + ?Sized> Unbound<M> {
     /// does not follow.
     pub(crate) fn rebind(self, model: &M, constants: bool) -> Option<BalanceEquations<'_, M>> {
         let mut equations = self.bind(model);
-        let BalanceEquations { layout, couplings, grid, slopes, integration, evaluated, .. } = &mut equations;
+        let BalanceEquations { grid, slopes, work } = &mut equations;
+        let Workspace { layout, couplings, integration, evaluated, .. } = work;
         evaluated.clear();
         grid.redrive(constants);
         layout.omega = TAU / grid.span();

@@ -30,7 +30,7 @@ use std::f64::consts::TAU;
 
 /// Number of instants between the samples at which the series are compared with the model. Also the number of
 /// samples that show which accelerations and slopes a contact changes.
-const INSTANTS: usize = 5;
+const COMPARED_INSTANTS: usize = 5;
 
 /// Number of such instants for a model with another parameter.
 const INSTANTS_AGAIN: usize = 2;
@@ -88,7 +88,7 @@ impl Closed {
         if !is_linear_on_pieces(model, slopes, PROBE_STATES) {
             return None;
         }
-        let (base, flanks) = Closed::settled(model, couplings, slopes, FEWEST, INSTANTS)?;
+        let (base, flanks) = Closed::settled(model, couplings, slopes, FEWEST, COMPARED_INSTANTS)?;
         let mut closed = Closed {
             base,
             flanks,
@@ -142,7 +142,7 @@ impl Closed {
         let reach = |contact: usize, at_rest: &mut AtRest<'_, '_, M>| {
             let mut pieces = vec![Piece::Gap; contacts];
             pieces[contact] = Piece::Lower;
-            at_rest.at(&pieces, INSTANTS).touched(&gap)
+            at_rest.at(&pieces, COMPARED_INSTANTS).touched(&gap)
         };
         let base = gap.series(None, None)?;
         let reaches: Vec<Vec<bool>> = (0..contacts).map(|c| reach(c, &mut at_rest)).collect();

@@ -2,7 +2,6 @@
 
 pub(crate) mod choice;
 pub(crate) mod closed;
-pub(crate) mod fixed_pieces;
 pub(crate) mod integration_trait;
 pub(crate) mod jumps;
 pub(crate) mod kinks;

@@ -1,8 +1,8 @@
 //! Truncated contact forces: the value of each contact law is truncated to the kept orders before it is
 //! multiplied by the stiffness.   Source: Liu 2021.
 //!
-//! Integration on uniform samples, as in Liu 2021, or with exact switching: every sum over the samples is then
-//! corrected around the switches as in [`kinks`](crate::periodic::balance::integration::kinks).
+//! Integration on uniform samples, as in Liu 2021, or with exact switching: every sum over the samples is
+//! then corrected around the switches as in [`kinks`](crate::periodic::balance::integration::kinks).
 
 use crate::contact::piece::Piece;
 use crate::dual::Dual;
@@ -38,16 +38,10 @@ pub(crate) struct Truncated {
     accelerations: Samples,
     /// f_c at all samples: contact x sample.
     forces: Vec<Vec<f64>>,
-    /// ∂a_i/∂q_j and ∂a_i/∂v_j at constant f_c. Sequence of the indices: i, then q or v, then j.
-    direct: Vec<SlopeTable>,
-    /// ∂a_i/∂f_c. Sequence of the indices: i, then c.
-    levers: Vec<SlopeTable>,
-    /// Derivatives of the contact law c before truncation, with respect to q_j and v_j. Sequence of the
-    /// indices: c, then q or v, then j.
-    slopes: Vec<SlopeTable>,
-    contacts: usize,
-    dof: usize,
-    /// One list of samples for each table, in the order direct, levers, slopes.
+    /// The slopes at their places.
+    tables: Vec<SlopeTable>,
+    places: Places,
+    /// The samples of each table.
     samples: Vec<Vec<f64>>,
     buffer: Vec<Complex64>,
     /// Coefficients of one f_c.
@@ -63,6 +57,30 @@ pub(crate) struct Truncated {
     sides: Option<BothSides>,
 }
 
+/// Places of the slopes of n accelerations and of c contact laws in one list. The variables are the n
+/// coordinates, the n velocities and, for the accelerations, the c truncated values.
+#[derive(Clone, Copy)]
+struct Places {
+    dof: usize,
+    contacts: usize,
+}
+
+impl Places {
+    fn count(self) -> usize {
+        self.of_law(self.contacts, 0)
+    }
+    /// ∂a_i/∂x_k at constant truncated values, or ∂a_i/∂f_c for k = 2n + c.
+    fn of_acceleration(self, i: usize, k: usize) -> usize {
+        let (n, states) = (self.dof, 2 * self.dof);
+        if k < states { i * states + k } else { n * states + i * self.contacts + k - states }
+    }
+    /// The derivative of the law c before truncation with respect to x_k.
+    fn of_law(self, c: usize, k: usize) -> usize {
+        let (n, states) = (self.dof, 2 * self.dof);
+        n * (states + self.contacts) + c * states + k
+    }
+}
+
 impl Truncated {
     pub(crate) fn new(
         dof: usize,
@@ -72,18 +90,13 @@ impl Truncated {
         samples: usize,
         exact: bool,
     ) -> Self {
-        let tables =
-            |count: usize| (0..count).map(|_| SlopeTable::new(harmonics.highest())).collect::<Vec<_>>();
-        let zero = DualNumber::from(0.0);
+        let (places, zero) = (Places { dof, contacts }, DualNumber::from(0.0));
         Truncated {
             accelerations: Samples::new(dof, 0, samples),
             forces: vec![vec![0.0; samples]; contacts],
-            direct: tables(2 * dof * dof),
-            levers: tables(dof * contacts),
-            slopes: tables(2 * contacts * dof),
-            contacts,
-            dof,
-            samples: vec![vec![0.0; samples]; 2 * dof * dof + dof * contacts + 2 * contacts * dof],
+            tables: (0..places.count()).map(|_| SlopeTable::new(harmonics.highest())).collect(),
+            places,
+            samples: vec![vec![0.0; samples]; places.count()],
             buffer: vec![Complex64::ZERO; samples],
             part: vec![0.0; harmonics.unknowns()],
             values: vec![0.0; 3 * dof + contacts],
@@ -123,7 +136,7 @@ impl Truncated {
         pieces: Option<&[Piece]>,
         weight: f64,
     ) {
-        let (q, v, a, _) = split(&mut self.values, self.dof);
+        let (q, v, a, _) = split(&mut self.values, self.places.dof);
         grid.state(s, q, v);
         let u = Drives::new(grid.model.size().waves, grid.drives(s));
         grid.model.shape().accel(&Recorded { seen: &self.seen, pieces }, u, q, v, a);
@@ -138,7 +151,7 @@ impl Truncated {
         pieces: Option<&[Piece]>,
         weight: f64,
     ) {
-        let (q, v, a, given) = split(&mut self.values, self.dof);
+        let (q, v, a, given) = split(&mut self.values, self.places.dof);
         grid.state(s, q, v);
         given.iter_mut().zip(&self.forces).for_each(|(g, f)| *g = f[s]);
         let u = Drives::new(grid.model.size().waves, grid.drives(s));
@@ -155,8 +168,8 @@ impl Truncated {
         pieces: Option<&[Piece]>,
         weight: f64,
     ) {
-        let (n, c, drives, waves) = (self.dof, self.contacts, grid.model.drives(), grid.model.size().waves);
-        let (levers, slopes) = (2 * n * n, 2 * n * n + n * c);
+        let (places, drives, waves) = (self.places, grid.model.drives(), grid.model.size().waves);
+        let Places { dof: n, contacts: c } = places;
         let (q, v, _, forces) = split(&mut self.values, n);
         grid.state(s, q, v);
         forces.iter_mut().zip(&self.forces).for_each(|(f, samples)| *f = samples[s]);
@@ -178,12 +191,11 @@ impl Truncated {
             for j in directions {
                 variables[j] = variables[j].value.into();
                 for (i, a) in a.iter().enumerate() {
-                    let list = if j < 2 * n { i * 2 * n + j } else { levers + i * c + j - 2 * n };
-                    self.samples[list][s] += weight * a.slope[j - first];
+                    self.samples[places.of_acceleration(i, j)][s] += weight * a.slope[j - first];
                 }
                 if j < 2 * n {
-                    for (contact, seen) in self.seen_duals.iter().enumerate() {
-                        self.samples[slopes + contact * 2 * n + j][s] += weight * seen.get().slope[j - first];
+                    for (law, seen) in self.seen_duals.iter().enumerate() {
+                        self.samples[places.of_law(law, j)][s] += weight * seen.get().slope[j - first];
                     }
                 }
             }
@@ -207,17 +219,12 @@ impl Truncated {
 
     /// Computes the tables from the samples of the derivatives, two lists in one transform.
     fn transform<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
-        let mut tables = self.direct.iter_mut().chain(&mut self.levers).chain(&mut self.slopes);
-        for pair in self.samples.chunks(2) {
+        for (tables, pair) in self.tables.chunks_mut(2).zip(self.samples.chunks(2)) {
             pack(&mut self.buffer, &pair[0], pair.get(1).map(|y| &y[..]));
             grid.transform.analyse(&mut self.buffer);
-            let (first, second) = (tables.next(), pair.get(1).and_then(|_| tables.next()));
-            for (table, which) in first.into_iter().map(|t| (t, 0)).chain(second.into_iter().map(|t| (t, 1)))
-            {
-                for k in 0..=table.reach() {
-                    let (x, y) = unpack(&self.buffer, k);
-                    table.set(k, if which == 0 { x } else { y });
-                }
+            for k in 0..=tables[0].reach() {
+                let (x, y) = unpack(&self.buffer, k);
+                tables.iter_mut().zip([x, y]).for_each(|(table, value)| table.set(k, value));
             }
         }
     }
@@ -259,19 +266,19 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
     }
 
     fn add_jacobian(&self, layout: &JacobianLayout, out: &mut Matrix) {
-        let (n, harmonics) = (self.dof, &layout.harmonics);
+        let (Places { dof: n, contacts }, harmonics) = (self.places, &layout.harmonics);
         let width = harmonics.unknowns();
-        let levers: Vec<DMatrix<f64>> = self.levers.iter().map(|table| operator(table, harmonics)).collect();
+        let of_acceleration = |i, k| operator(&self.tables[self.places.of_acceleration(i, k)], harmonics);
+        let of_law = |c, k| operator(&self.tables[self.places.of_law(c, k)], harmonics);
+        let levers: Vec<Vec<DMatrix<f64>>> =
+            (0..n).map(|i| (0..contacts).map(|c| of_acceleration(i, 2 * n + c)).collect()).collect();
         for j in 0..n {
             for half in 0..2 {
-                let slopes: Vec<DMatrix<f64>> = (0..self.contacts)
-                    .map(|c| operator(&self.slopes[c * 2 * n + half * n + j], harmonics))
-                    .collect();
-                for i in 0..n {
-                    let mut block = operator(&self.direct[i * 2 * n + half * n + j], harmonics);
-                    for (c, slope) in slopes.iter().enumerate() {
-                        block += &levers[i * self.contacts + c] * slope;
-                    }
+                let k = half * n + j;
+                let slopes: Vec<DMatrix<f64>> = (0..contacts).map(|c| of_law(c, k)).collect();
+                for (i, levers) in levers.iter().enumerate() {
+                    let mut block = of_acceleration(i, k);
+                    levers.iter().zip(&slopes).for_each(|(lever, slope)| block += lever * slope);
                     let scale = -layout.scales[j] / layout.scales[i];
                     for (index, &order) in harmonics.orders().iter().enumerate() {
                         let (at, rate) = (harmonics.place(index), order as f64 * layout.omega);

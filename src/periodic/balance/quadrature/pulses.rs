@@ -12,7 +12,7 @@ use crate::periodic::balance::series::harmonics::Harmonics;
 
 /// Number of instants of a period at which the drives are searched. Every pulse wider than 1/130 000 of the
 /// period contains one of them.
-const INSTANTS: usize = 1 << 17;
+const SEARCHED_INSTANTS: usize = 1 << 17;
 
 /// Smallest departure of a pulse from the interpolation on the panels, as a share of the largest value at
 /// their nodes `[1]`. A smaller departure over 1e-5 of the period changes the integrals by less than 1e-8.
@@ -76,7 +76,7 @@ impl<M: Periodic + ?Sized> SignalReader<'_, M> {
                 }
             }
         }
-        let apart = self.period / INSTANTS as f64;
+        let apart = self.period / SEARCHED_INSTANTS as f64;
         let mut ends = Vec::new();
         // Start and end of the last pulse. Departures at neighbouring instants extend it.
         let mut pulse: Option<(f64, f64)> = None;

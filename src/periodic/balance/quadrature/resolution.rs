@@ -137,7 +137,8 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     }
 
     /// The orders of the signals. The number of samples is doubled until the spectra have decayed; `None` if
-    /// they have not decayed with [`MAX_SAMPLES_PER_PERIOD`] samples. `known`: a grid whose drives may be used.
+    /// they have not decayed with [`MAX_SAMPLES_PER_PERIOD`] samples. `known`: a grid whose drives may be
+    /// used.
     pub(crate) fn orders(&mut self, of: Signals, known: Option<&Grid<'_, M>>) -> Option<Orders> {
         let mut samples = 64;
         loop {
@@ -191,8 +192,9 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
         Some(Orders { highest, weighed: weighed.ceil() as usize })
     }
 
-    /// The order whose panels integrate the accelerations to [`INTEGRALS_AGREE`] between drive edges: the first
-    /// of `least`, 2 `least`, 4 `least`, ... that does, or `least` if none up to max(16 `least`, 512) does.
+    /// The order whose panels integrate the accelerations to [`INTEGRALS_AGREE`] between drive edges: the
+    /// first of `least`, 2 `least`, 4 `least`, ... that does, or `least` if none up to max(16 `least`, 512)
+    /// does.
     ///
     /// With factors of -4 and 4 the coordinates are well past the tooth edges. A model without fixed pieces
     /// is thus also evaluated on its flanks.

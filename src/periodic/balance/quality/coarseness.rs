@@ -37,7 +37,7 @@ pub(crate) fn note<'m, M: Periodic + ?Sized>(
     orbit: &FourierOrbit,
     finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
 ) -> Option<BalanceNote> {
-    match equations.integration.check() {
+    match equations.work.integration.check() {
         Check::Unnecessary => return None,
         Check::BetweenSamples if between_samples(equations, orbit) <= SMOOTH => return None,
         Check::BetweenSamples | Check::Finer => {}
@@ -46,11 +46,11 @@ pub(crate) fn note<'m, M: Periodic + ?Sized>(
     let x = finer.unknowns(orbit);
     let mut r = vec![0.0; x.len()];
     finer.residual(&x, &mut r);
-    let sizes: Vec<f64> = finer.spectra.accelerations.iter().map(|fine| largest(fine)).collect();
-    let sizes = against(&sizes, &equations.layout.scales);
+    let sizes: Vec<f64> = finer.work.spectra.accelerations.iter().map(|fine| largest(fine)).collect();
+    let sizes = against(&sizes, &equations.work.layout.scales);
     let mut share = 0.0f64;
     for ((coarse, fine), size) in
-        equations.spectra.accelerations.iter().zip(&finer.spectra.accelerations).zip(sizes)
+        equations.work.spectra.accelerations.iter().zip(&finer.work.spectra.accelerations).zip(sizes)
     {
         let apart = coarse.iter().zip(fine).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         share = share.max(if apart > 0.0 { apart / size } else { 0.0 });
@@ -76,7 +76,7 @@ fn between_samples<M: Periodic + ?Sized>(
     let (n, m, span) = (grid.dof(), grid.samples(), grid.span());
     let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let mut z = vec![vec![Complex64::ZERO; m]; n];
-    match equations.integration.plain_samples() {
+    match equations.work.integration.plain_samples() {
         Some(samples) => {
             for (z, samples) in z.iter_mut().zip(samples) {
                 z.iter_mut().zip(samples).for_each(|(z, a)| *z = (*a).into());
@@ -92,7 +92,7 @@ fn between_samples<M: Periodic + ?Sized>(
     }
     let largest: Vec<f64> =
         z.iter().map(|z| z.iter().fold(0.0, |largest: f64, z| largest.max(z.re.abs()))).collect();
-    let largest = against(&largest, &equations.layout.scales);
+    let largest = against(&largest, &equations.work.layout.scales);
     z.iter_mut().for_each(|z| grid.transform.analyse(z));
     let shares: [f64; INSTANTS_BETWEEN] = std::array::from_fn(|probe| weyl(probe, 1));
     let times = shares.map(|share| span * share);

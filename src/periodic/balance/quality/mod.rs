@@ -1,6 +1,8 @@
 //! Accuracy and stability of an orbit: proof, coarseness, multipliers.
 
 pub(crate) mod coarseness;
+pub(crate) mod collocation;
 pub(crate) mod multipliers_of_series;
+pub(crate) mod notes;
 pub(crate) mod proof;
 pub(crate) mod series_flow;

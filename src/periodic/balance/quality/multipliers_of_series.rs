@@ -95,8 +95,8 @@ impl Balance {
 }
 
 impl FourierOrbit {
-    /// Multipliers with known smooth intervals. `again`: ends of the smooth intervals of the series with fewer
-    /// orders that estimates the error; `None` if they are not found, and the error is then infinite.
+    /// Multipliers with known smooth intervals. `again`: ends of the smooth intervals of the series with
+    /// fewer orders that estimates the error; `None` if they are not found, and the error is then infinite.
     pub(crate) fn multipliers_between(
         &self,
         model: &dyn Periodic,
@@ -121,12 +121,11 @@ impl FourierOrbit {
             let monodromy = flow.monodromy(&fewer, &again(&fewer)?, 2.0 * PHASE_STEP).ok()?;
             Multipliers::without(&monodromy, &basis, 0.0).ok()
         });
-        let error = rough.map_or(f64::INFINITY, |rough| multipliers.distance(&rough));
-        Ok(multipliers.with_error(error))
+        Ok(multipliers.compared_with(rough))
     }
 
-    /// The instants at which contacts of this orbit pass their edges, near those of a similar orbit. `None` if
-    /// one is further away than 1 rad of the highest order.
+    /// The instants at which contacts of this orbit pass their edges, near those of a similar orbit. `None`
+    /// if one is further away than 1 rad of the highest order.
     pub(crate) fn switches_near<M: Periodic + ?Sized>(
         &self,
         model: &M,

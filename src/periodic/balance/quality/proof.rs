@@ -1,26 +1,19 @@
 //! Proof of an orbit: estimates of its errors.
 
-use crate::contact::piece::Piece;
 use crate::error::ParameterError;
 use crate::model::equations::Periodic;
 use crate::model::machine::Machine;
 use crate::model::shape::Shape;
-use crate::numeric::spread::weyl;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
-use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
-use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::quadrature::pulses::pulses;
-use crate::periodic::balance::quality::coarseness;
-use crate::periodic::balance::quality::coarseness::{COARSE, correction};
+use crate::periodic::balance::quality::coarseness::correction;
 use crate::periodic::balance::settings::Balance;
 use crate::periodic::balance::solve::FINER;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
-use nalgebra::DMatrix;
-use nalgebra::DVector;
 
 /// Estimates of the errors of an orbit of a [`Balance`](crate::Balance), by [`Balance::prove`].
 ///
@@ -55,12 +48,6 @@ pub struct Proof {
     /// The orbit of the equation itself, to 1e-12, with its monodromy matrix; `None` if shooting failed.
     pub polished: Option<ShootingOrbit>,
 }
-
-/// Required ratio of the highest order to the fastest local natural order `[1]`.
-const RESOLVED: f64 = 1.2;
-
-/// Largest error by sampling without a note, as a share of the peak-to-peak value `[1]`.
-const ALIASED: f64 = 1e-3;
 
 impl Balance {
     /// Estimates the errors of an orbit: solves again with 1.3 H orders, computes the correction by finer
@@ -137,28 +124,23 @@ impl Balance {
         let (mut balance, meter) = (self.clone(), self.budget.begin());
         let mut orbit = balance.find(model, guess, &meter)?;
         let mut reached = f64::INFINITY;
+        let short = |reached, highest, best, cause| BalanceError::Accuracy {
+            wanted: accuracy,
+            reached,
+            highest,
+            best: Box::new(best),
+            cause,
+        };
         loop {
             let further = balance.harmonics().extended();
             if further.highest() > highest {
-                return Err(BalanceError::Accuracy {
-                    wanted: accuracy,
-                    reached,
-                    highest,
-                    best: Box::new(orbit),
-                    cause: None,
-                });
+                return Err(short(reached, highest, orbit, None));
             }
             let proof = match balance.estimate(model, &orbit, &meter) {
                 Ok(proof) => proof,
                 Err(error) => {
-                    let (highest, cause) = (balance.harmonics().highest(), Some(Box::new(error)));
-                    return Err(BalanceError::Accuracy {
-                        wanted: accuracy,
-                        reached,
-                        highest,
-                        best: Box::new(orbit),
-                        cause,
-                    });
+                    let kept = balance.harmonics().highest();
+                    return Err(short(reached, kept, orbit, Some(Box::new(error))));
                 }
             };
             reached = proof.truncation.max(proof.aliasing).max(proof.shooting);
@@ -184,91 +166,4 @@ fn proof(
     }
     let shooting = polished.as_ref().map_or(f64::INFINITY, ShootingOrbit::first_correction);
     Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
-}
-
-/// Checks a solved orbit and returns its notes.
-pub(crate) fn notes<'m, M: Periodic + ?Sized>(
-    equations: &mut BalanceEquations<'m, M>,
-    orbit: &FourierOrbit,
-    finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
-) -> Vec<BalanceNote> {
-    let mut notes = Vec::new();
-    let (highest, needed) = (orbit.harmonics().highest(), RESOLVED * natural_order(equations));
-    if (highest as f64) < needed {
-        notes.push(BalanceNote::Unresolved { highest, needed });
-    }
-    if equations.integration.plain_samples().is_some()
-        && equations.grid.model.contacts() > 0
-        && let Ok(exact) = Balance::new(orbit.harmonics().clone()).equations(equations.grid.model, orbit)
-    {
-        let error = correction(exact, orbit);
-        if error > ALIASED {
-            notes.push(BalanceNote::Aliased { samples: equations.grid.samples(), error });
-        }
-    }
-    if !orbit.harmonics().has_mean() {
-        let share = mean_acceleration_share(equations);
-        notes.extend((share > COARSE).then_some(BalanceNote::MeanAcceleration { share }));
-    }
-    notes.extend(coarseness::note(equations, orbit, finer));
-    notes
-}
-
-/// Largest mean acceleration of a coordinate along an orbit, as a share of the largest acceleration of this
-/// coordinate.
-fn mean_acceleration_share<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> f64 {
-    let (grid, n) = (&equations.grid, equations.layout.dof);
-    let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    let mut ranges = vec![[0.0f64; 2]; n];
-    for s in 0..grid.samples() {
-        grid.state(s, &mut q, &mut v);
-        grid.model.accel(grid.drives(s), &q, &v, &mut a);
-        ranges
-            .iter_mut()
-            .zip(&a)
-            .for_each(|([sum, largest], a)| (*sum, *largest) = (*sum + a, largest.max(a.abs())));
-    }
-    let share = |[sum, largest]: [f64; 2]| {
-        if largest > 0.0 { (sum / grid.samples() as f64).abs() / largest } else { 0.0 }
-    };
-    ranges.into_iter().map(share).fold(0.0, f64::max)
-}
-
-/// √(largest local stiffness)/ω, with every contact on a flank.
-fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) -> f64 {
-    let (n, m, contacts) = (equations.layout.dof, equations.grid.samples(), equations.grid.model.contacts());
-    let flanks = match contacts {
-        0 => vec![None],
-        _ => vec![Some(vec![Piece::Lower; contacts]), Some(vec![Piece::Upper; contacts])],
-    };
-    let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
-    let mut stiffest = 0.0f64;
-    let instants = m.min(if n == 1 { 128 } else { 64 });
-    for probe in 0..instants {
-        // Evenly spread, but not in phase with any drive.
-        let s = if instants == m { probe } else { (weyl(probe, 0) * m as f64) as usize };
-        equations.grid.state(s, &mut q, &mut v);
-        for flank in &flanks {
-            equations.slopes.at(flank.as_deref(), equations.grid.drives(s), &q, &v);
-            let slopes = &equations.slopes.jacobian.q;
-            stiffest = stiffest.max(if n == 1 { -slopes[(0, 0)] } else { largest_eigenvalue(&-slopes) });
-        }
-    }
-    stiffest.sqrt() / equations.layout.omega
-}
-
-/// Largest eigenvalue, by power iteration. M⁻¹K is similar to a symmetric matrix without negative
-/// eigenvalues.
-fn largest_eigenvalue(stiffness: &DMatrix<f64>) -> f64 {
-    let mut mode = DVector::from_fn(stiffness.nrows(), |i, _| 1.0 + (i as f64 * 0.7).sin());
-    let mut eigenvalue = 0.0;
-    for _ in 0..60 {
-        let next = stiffness * &mode;
-        eigenvalue = next.norm() / mode.norm();
-        if !(eigenvalue > 0.0 && eigenvalue.is_finite()) {
-            return 0.0;
-        }
-        mode = next / eigenvalue;
-    }
-    eigenvalue
 }

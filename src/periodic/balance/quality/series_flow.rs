@@ -5,10 +5,10 @@ use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::model::slopes::Slopes;
-use crate::numeric::gauss::SIX_ON_UNIT;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::fourier_orbit::{FourierOrbit, turned};
+use crate::periodic::balance::quality::collocation::{Collocation, STAGES};
 use crate::periodic::multipliers::MultiplierError;
 use crate::roots::factors::Factors;
 use crate::roots::matrix::Matrix;
@@ -16,85 +16,9 @@ use nalgebra::DMatrix;
 use nalgebra::SMatrix;
 use std::f64::consts::TAU;
 
-/// Number of stages of the collocation.
-const STAGES: usize = 6;
-
-/// Nodes c_i on [0, 1].
-const NODES: [f64; STAGES] = column(0);
-
-/// Weights b_i.
-const WEIGHTS: [f64; STAGES] = column(1);
-
-const fn column(k: usize) -> [f64; STAGES] {
-    let (mut values, mut i) = ([0.0; STAGES], 0);
-    while i < STAGES {
-        values[i] = SIX_ON_UNIT[i][k];
-        i += 1;
-    }
-    values
-}
-
-/// a_ij = ∫_0^{c_i} L_j(x) dx, with L_j the j-th Lagrange polynomial of the nodes.
-const A: [[f64; STAGES]; STAGES] = {
-    let mut a = [[0.0; STAGES]; STAGES];
-    let mut j = 0;
-    while j < STAGES {
-        // Coefficients of L_j, then its integral.
-        let mut p = [0.0; STAGES];
-        p[0] = 1.0;
-        let mut k = 0;
-        while k < STAGES {
-            if k != j {
-                let scale = 1.0 / (NODES[j] - NODES[k]);
-                let mut m = STAGES;
-                while m > 0 {
-                    m -= 1;
-                    p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - NODES[k] * p[m]);
-                }
-            }
-            k += 1;
-        }
-        let mut i = 0;
-        while i < STAGES {
-            let (mut m, mut sum) = (STAGES, 0.0);
-            while m > 0 {
-                sum = sum * NODES[i] + p[m - 1] / m as f64;
-                m -= 1;
-            }
-            a[i][j] = NODES[i] * sum;
-            i += 1;
-        }
-        j += 1;
-    }
-    a
-};
-
-/// a²: Σ_k a_ik a_kj.
-const SQUARE: [[f64; STAGES]; STAGES] = {
-    let mut square = [[0.0; STAGES]; STAGES];
-    let mut entry = 0;
-    while entry < STAGES * STAGES * STAGES {
-        let (i, j, k) = (entry / STAGES / STAGES, entry / STAGES % STAGES, entry % STAGES);
-        square[i][j] += A[i][k] * A[k][j];
-        entry += 1;
-    }
-    square
-};
-
-/// bᵀa: Σ_i b_i a_ij.
-const TWICE: [f64; STAGES] = {
-    let mut twice = [0.0; STAGES];
-    let mut entry = 0;
-    while entry < STAGES * STAGES {
-        let (i, j) = (entry / STAGES, entry % STAGES);
-        twice[j] += WEIGHTS[i] * A[i][j];
-        entry += 1;
-    }
-    twice
-};
-
 /// Integration of Y along a series.
 pub(crate) struct SeriesFlow<'m, M: ?Sized> {
+    rule: &'static Collocation,
     model: &'m M,
     meter: &'m Meter<'m>,
     slopes: Slopes<'m, M>,
@@ -124,6 +48,7 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
         let fastest = orbit.frequency() * orbit.harmonics().highest().max(1) as f64;
         let scale = size.iter().copied().chain(size.iter().map(|s| s * fastest)).collect();
         SeriesFlow {
+            rule: Collocation::get(),
             slopes: Slopes::new(model, scale, 0.0),
             q: vec![0.0; n],
             v: vec![0.0; n],
@@ -216,9 +141,9 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
     fn step(&mut self, orbit: &FourierOrbit, t: f64, h: f64) -> Option<f64> {
         let n = self.q.len();
         let mut fastest = 0.0f64;
-        let times = NODES.map(|c| t + c * h);
+        let times = self.rule.nodes.map(|c| t + c * h);
         if self.ahead.0 != h {
-            self.ahead = (h, turned(NODES.map(|c| c * h / orbit.span())));
+            self.ahead = (h, turned(self.rule.nodes.map(|c| c * h / orbit.span())));
         }
         let ([[sin], [cos]], [ahead_sin, ahead_cos]) = (turned([t / orbit.span()]), &self.ahead.1);
         let phases = [
@@ -254,8 +179,8 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
                 let sum = |weights: &[f64; STAGES]| {
                     weights.iter().enumerate().map(|(s, w)| w * k[s * n + i]).sum::<f64>()
                 };
-                y[i] += h * y[n + i] + h * h * sum(&TWICE);
-                y[n + i] += h * sum(&WEIGHTS);
+                y[i] += h * y[n + i] + h * h * sum(&self.rule.twice);
+                y[n + i] += h * sum(&self.rule.weights);
             }
         }
         Some(fastest)
@@ -263,14 +188,14 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
 
     /// Computes k for one coordinate, with arrays of fixed size and no allocation.
     fn single(&mut self, h: f64) -> Option<()> {
-        let (of_q, of_v, y) = (&self.of_q[..STAGES], &self.of_v[..STAGES], &self.y);
+        let (rule, of_q, of_v, y) = (self.rule, &self.of_q[..STAGES], &self.of_v[..STAGES], &self.y);
         let system = SMatrix::<f64, STAGES, STAGES>::from_fn(|i, j| {
             let unit = if i == j { 1.0 } else { 0.0 };
-            unit - h * h * SQUARE[i][j] * of_q[i] - h * A[i][j] * of_v[i]
+            unit - h * h * rule.square[i][j] * of_q[i] - h * rule.a[i][j] * of_v[i]
         });
         let mut k = SMatrix::<f64, STAGES, 2>::from_fn(|i, column| {
             let (q, v) = (y[2 * column], y[2 * column + 1]);
-            of_q[i] * (q + NODES[i] * h * v) + of_v[i] * v
+            of_q[i] * (q + rule.nodes[i] * h * v) + of_v[i] * v
         });
         if !system.lu().solve_mut(&mut k) {
             return None;
@@ -281,12 +206,12 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
 
     /// Computes k for any number of coordinates.
     fn several(&mut self, h: f64) -> Option<()> {
-        let n = self.q.len();
+        let (rule, n) = (self.rule, self.q.len());
         let rows = STAGES * n;
-        for (stage, c) in NODES.iter().enumerate() {
+        for (stage, c) in rule.nodes.iter().enumerate() {
             let (of_q, of_v) = (&self.of_q[stage * n * n..][..n * n], &self.of_v[stage * n * n..][..n * n]);
             for other in 0..STAGES {
-                let (by_q, by_v) = (-h * h * SQUARE[stage][other], -h * A[stage][other]);
+                let (by_q, by_v) = (-h * h * rule.square[stage][other], -h * rule.a[stage][other]);
                 for j in 0..n {
                     let column = &mut self.system.column_mut(other * n + j)[stage * n..(stage + 1) * n];
                     for (i, entry) in column.iter_mut().enumerate() {

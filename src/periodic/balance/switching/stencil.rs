@@ -1,6 +1,7 @@
 //! Sixteen samples around a cell: local polynomials, and quadrature weights for a kink inside the cell.
 
 use crate::numeric::bracket::Bracket;
+use crate::numeric::lagrange::lagrange;
 use num_complex::Complex64;
 use std::sync::LazyLock;
 
@@ -34,19 +35,7 @@ impl Stencil {
     }
 
     fn new() -> Self {
-        let node = |i: usize| i as f64 - 7.5;
-        let basis = std::array::from_fn(|i| {
-            let mut p = [0.0; NODES];
-            p[0] = 1.0;
-            for (degree, j) in (0..NODES).filter(|&j| j != i).enumerate() {
-                let (root, scale) = (node(j), 1.0 / (node(i) - node(j)));
-                for m in (0..=degree + 1).rev() {
-                    p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - root * p[m]);
-                }
-            }
-            p
-        });
-        Stencil { basis }
+        Stencil { basis: lagrange(std::array::from_fn(|i| i as f64 - 7.5)) }
     }
 
     /// Index of the sample at node i of the stencil of a cell. The samples are periodic.

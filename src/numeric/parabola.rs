@@ -1,0 +1,71 @@
+//! Maxima by parabolas through three points.
+
+/// Maximum number of parabolas of [`maximum`].
+const PARABOLAS: usize = 12;
+
+/// Change of a maximum that is rounding, as a share of its absolute value.
+const ROUNDING: f64 = 1e-15;
+
+/// The largest value of a function from three increasing places `x` with the values `f`: the parabola through
+/// them, then through the largest value and its neighbours. If its vertex lies outside, the longer half is
+/// bisected.
+pub(crate) fn maximum(mut x: [f64; 3], mut f: [f64; 3], mut at: impl FnMut(f64) -> f64) -> f64 {
+    let mut best = f[1];
+    for _ in 0..PARABOLAS {
+        let vertex = vertex(x, f);
+        let middle = 0.5 * (x[0] + x[2]);
+        let inside = vertex > x[0] && vertex < x[2] && vertex != x[1];
+        let t = if inside { vertex } else { 0.5 * (x[1] + if middle > x[1] { x[2] } else { x[0] }) };
+        if !(t > x[0] && t < x[2]) || t == x[1] {
+            break;
+        }
+        let value = at(t);
+        let gained = value - best;
+        (x, f) = match (t > x[1], value > f[1]) {
+            (true, true) => ([x[1], t, x[2]], [f[1], value, f[2]]),
+            (true, false) => ([x[0], x[1], t], [f[0], f[1], value]),
+            (false, true) => ([x[0], t, x[1]], [f[0], value, f[1]]),
+            (false, false) => ([t, x[1], x[2]], [value, f[1], f[2]]),
+        };
+        best = best.max(value);
+        if gained.abs() <= ROUNDING * best.abs() {
+            break;
+        }
+    }
+    best
+}
+
+/// The place of the extremum of the parabola through three points.
+#[inline]
+pub(crate) fn vertex(x: [f64; 3], f: [f64; 3]) -> f64 {
+    let (a, b) = ((x[1] - x[0]) * (f[1] - f[2]), (x[1] - x[2]) * (f[1] - f[0]));
+    x[1] - 0.5 * ((x[1] - x[0]) * a - (x[1] - x[2]) * b) / (a - b)
+}
+
+/// The maximum of the parabola through three points; negative infinity if it has none.
+#[inline]
+pub(crate) fn peak(x: [f64; 3], f: [f64; 3]) -> f64 {
+    let s01 = (f[1] - f[0]) / (x[1] - x[0]);
+    let s12 = (f[2] - f[1]) / (x[2] - x[1]);
+    let curve = (s12 - s01) / (x[2] - x[0]);
+    if curve >= 0.0 {
+        return f64::NEG_INFINITY;
+    }
+    let slope = s01 + curve * (x[1] - x[0]);
+    f[1] - slope * slope / (4.0 * curve)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{maximum, peak, vertex};
+
+    #[test]
+    fn parabolas_are_exact_and_maxima_are_found() {
+        let parabola = |x: f64| 2.0 - 3.0 * (x - 0.4) * (x - 0.4);
+        let (x, f) = ([0.0, 0.5, 1.5], [0.0, 0.5, 1.5].map(parabola));
+        assert!((vertex(x, f) - 0.4).abs() < 1e-15 && (peak(x, f) - 2.0).abs() < 1e-15);
+        assert_eq!(peak(x, f.map(|f| -f)), f64::NEG_INFINITY);
+        let x = [1.0, 1.3, 2.0];
+        assert!((maximum(x, x.map(f64::sin), f64::sin) - 1.0).abs() < 1e-15);
+    }
+}

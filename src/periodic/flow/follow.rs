@@ -1,0 +1,219 @@
+//! Runs of the tangent flow. A run is interrupted where the differences jump or outgrow their tolerances.
+
+use crate::model::equations::Model;
+use crate::model::state::State;
+use crate::ode::budget::Meter;
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::integrator::Integrator;
+use crate::ode::methods::dop853::Dop853;
+use crate::ode::outcome::Finish;
+use crate::ode::step::{Observer, Step};
+use crate::ode::taylor::settings::Taylor;
+use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::saltation::Saltation;
+use crate::periodic::flow::tangent::Tangent;
+use crate::periodic::flow::walk::{NONE, finest};
+use std::ops::ControlFlow;
+
+/// Tolerance of the differences over the tolerance of the motion `[1]`. The noise of the slopes replaces it
+/// where that is larger.
+const COLUMNS: f64 = 10.0;
+
+/// Returns the absolute tolerances for a state, and the sizes of the differences up to which they are valid
+/// (empty: all sizes).
+type Choose<'c> = dyn FnMut(&State) -> (Vec<f64>, Vec<f64>) + 'c;
+
+/// Growth of a difference after which its tolerance is adapted `[1]`.
+const GROWTH: f64 = 10.0;
+
+/// Maximum number of restarts of one run.
+const RESTARTS: usize = 1_000_000;
+
+/// Reason for an interruption of a run.
+#[derive(Clone, Copy)]
+pub(crate) enum Stop {
+    /// The differences jump.
+    Jump,
+    /// A difference exceeds the size for which its tolerance is valid.
+    Growth,
+    /// The budget is spent.
+    Budget,
+}
+
+/// Observer that interrupts a run for one of the reasons of [`Stop`].
+pub(crate) struct Interrupter<'t, 'w, 'm, M: ?Sized> {
+    pub(crate) tangent: &'t Tangent<'m, M>,
+    pub(crate) watch: Option<&'w mut dyn Observer>,
+    pub(crate) meter: &'t Meter<'t>,
+    pub(crate) saltation: Saltation<'t, Continued<'m, M>>,
+    /// Sizes of the differences up to which the tolerances are valid; empty: all sizes.
+    pub(crate) serves: Vec<f64>,
+    pub(crate) stop: Stop,
+    /// Length of the last step.
+    pub(crate) step: f64,
+}
+
+impl<M: Model + ?Sized> Observer for Interrupter<'_, '_, '_, M> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        if let Some(watch) = &mut self.watch {
+            let _ = watch.step(step);
+        }
+        if self.meter.spend().is_err() {
+            self.stop = Stop::Budget;
+            return ControlFlow::Break(());
+        }
+        if self.saltation.changes(step) {
+            self.stop = Stop::Jump;
+            return ControlFlow::Break(());
+        }
+        let grown = |(k, serves): (usize, &f64)| self.tangent.size(k, step.q1(), step.v1()) > *serves;
+        if self.serves.iter().enumerate().any(grown) {
+            (self.stop, self.step) = (Stop::Growth, step.t1() - step.t0());
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+impl<M: Model + ?Sized> Tangent<'_, M> {
+    /// Absolute tolerances from the tolerance of the motion, as a share of `scale` but not below rounding.
+    /// The tolerance of the differences is ten times larger, relative to their sizes.
+    fn tolerances(&self, tolerance: f64, start: &State, sizes: &[f64]) -> Vec<f64> {
+        // The error norm is a mean over all components. The factor prevents small errors of the differences
+        // from hiding an error of the motion.
+        let share = tolerance / (1.0 + self.columns as f64).sqrt();
+        // The differences cannot be more accurate than their slopes.
+        let columns = (COLUMNS * tolerance).max(self.slopes.borrow().noise());
+        let half = |values: &[f64], scale: &[f64]| -> Vec<f64> {
+            let motion = values.iter().zip(scale).map(|(y, s)| finest(share * s, *y));
+            motion
+                .chain(sizes.iter().flat_map(|size| scale.iter().map(move |s| columns * size * s)))
+                .collect()
+        };
+        let (q, v) = self.scale.split_at(self.n);
+        [half(&start.q, q), half(&start.v, v)].concat()
+    }
+
+    /// Integrates with absolute tolerances. `first`: the first step; 0 if it is free.
+    fn integrate(
+        &self,
+        atol: &[f64],
+        first: f64,
+        start: &State,
+        t_end: f64,
+        observer: &mut Interrupter<'_, '_, '_, M>,
+    ) -> Result<Finish, IntegrateError> {
+        match &self.expansion.0 {
+            Some(prepared) => {
+                let settings = Taylor::new().rtol(NONE).atol_each(atol).order(self.order);
+                prepared.borrow_mut().run(&settings, &self, start, t_end, observer)
+            }
+            None => {
+                let solver = Dop853::new().rtol(NONE).atol_each(atol);
+                let solver = if first > 0.0 { solver.first_step(first) } else { solver };
+                solver.run(self, start, t_end, observer)
+            }
+        }
+    }
+
+    /// Runs to `t_end` with fixed tolerances. Returns the state and the number of crossings. If the budget is
+    /// spent, the state is the last one reached.
+    pub(crate) fn flow_with_fixed_tolerances(
+        &self,
+        tolerance: f64,
+        start: State,
+        t_end: f64,
+        meter: &Meter<'_>,
+    ) -> Result<(State, u64), IntegrateError> {
+        // The tolerances depend on the state: they are not below the rounding error of the motion.
+        let atol = self.tolerances(tolerance, &start, &vec![1.0; self.columns]);
+        self.follow(start, t_end, meter, None, &mut |_| (atol.clone(), Vec::new()))
+    }
+
+    /// Runs to `t_end` with tolerances that grow with the differences: their rounding errors grow too and
+    /// would exceed a fixed tolerance. `watch` observes the motion and its differences. An error if the
+    /// budget is spent.
+    pub(crate) fn flow(
+        &self,
+        tolerance: f64,
+        start: State,
+        t_end: f64,
+        meter: &Meter<'_>,
+        watch: Option<&mut dyn Observer>,
+    ) -> Result<(State, u64), IntegrateError> {
+        let (state, crossings) = self.follow(start, t_end, meter, watch, &mut |state| {
+            let sizes: Vec<f64> =
+                (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
+            (self.tolerances(tolerance, state, &sizes), sizes.iter().map(|size| GROWTH * size).collect())
+        })?;
+        meter.left().map_err(|exhausted| IntegrateError::Budget { t: state.t, exhausted })?;
+        Ok((state, crossings))
+    }
+
+    /// Runs to `t_end`. `choose` returns the tolerances at the start and after every interruption.
+    fn follow(
+        &self,
+        start: State,
+        t_end: f64,
+        meter: &Meter<'_>,
+        watch: Option<&mut dyn Observer>,
+        choose: &mut Choose<'_>,
+    ) -> Result<(State, u64), IntegrateError> {
+        let (mut state, mut crossings, mut step) = (start, 0, 0.0);
+        let mut interrupter = Interrupter {
+            tangent: self,
+            meter,
+            watch,
+            saltation: Saltation::new(self),
+            serves: Vec::new(),
+            stop: Stop::Jump,
+            step,
+        };
+        interrupter.saltation.begin(&mut state);
+        for _ in 0..RESTARTS {
+            let (atol, serves) = choose(&state);
+            interrupter.serves = serves;
+            let finish = self
+                .integrate(&atol, step, &state, t_end, &mut interrupter)
+                .map_err(|error| self.explain(error))?;
+            crossings += finish.stats.crossings;
+            state = finish.state;
+            match interrupter.stop {
+                Stop::Jump if finish.stopped => {
+                    state.q.copy_from_slice(interrupter.saltation.coordinates());
+                    state.v.copy_from_slice(interrupter.saltation.velocities());
+                }
+                Stop::Budget => return Ok((state, crossings)),
+                _ => {}
+            }
+            if let Some(contact) = interrupter.saltation.rests {
+                return Err(IntegrateError::RestsOnStop { t: state.t, contact });
+            }
+            if state.t >= t_end {
+                return Ok((state, crossings));
+            }
+            step = match interrupter.stop {
+                Stop::Growth => interrupter.step.min(t_end - state.t),
+                _ => 0.0,
+            };
+        }
+        Err(IntegrateError::TooManySteps { t: state.t, limit: RESTARTS })
+    }
+
+    /// If the differences are not finite but the motion is, the cause is a slope: the error then names it.
+    fn explain(&self, error: IntegrateError) -> IntegrateError {
+        match (error, self.slopes.borrow().jacobian.not_finite()) {
+            (IntegrateError::NotFinite { t, component }, Some((acceleration, coordinate, velocity)))
+                if component % (self.n * (1 + self.columns)) >= self.n =>
+            {
+                IntegrateError::Slope {
+                    t,
+                    acceleration,
+                    of: if velocity { "velocity" } else { "coordinate" },
+                    coordinate,
+                }
+            }
+            (error, _) => error,
+        }
+    }
+}
