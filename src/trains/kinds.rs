@@ -95,30 +95,30 @@ impl<N: Nonlinearity> Train<N> {
         let pair =
             |at: [u32; 2], by: [f64; 2]| at.into_iter().zip(by).map(|(at, by)| Entry { at: at as usize, by });
         let mut energies = Vec::new();
-        for (spring, name) in shape.springs.iter().zip(&shape.spring_names[0]) {
+        for (spring, name) in shape.elements.springs.iter().zip(&shape.spring_names[0]) {
             let x = of(&mut pair(spring.ends, spring.levers));
             energies.push((name.clone(), spring.stiffness * x * x));
         }
-        for (spring, name) in shape.row_springs.iter().zip(&shape.spring_names[1]) {
-            let x = of(&mut shape.entries[spring.levers.clone()].iter().copied());
+        for (spring, name) in shape.elements.row_springs.iter().zip(&shape.spring_names[1]) {
+            let x = of(&mut shape.elements.entries[spring.levers.clone()].iter().copied());
             energies.push((name.clone(), spring.stiffness * x * x));
         }
         for (i, (tooth, rest)) in shape.teeth.iter().zip(&shape.rests).enumerate() {
-            let more = shape.entries[rest.more_levers.clone()].iter().copied();
-            let varying = shape.varying[rest.varying.clone()].iter().map(|lever| {
-                let g = shape.jets[lever.wave].value(angle, Side::After);
+            let more = shape.elements.entries[rest.more_levers.clone()].iter().copied();
+            let varying = shape.elements.varying[rest.varying.clone()].iter().map(|lever| {
+                let g = shape.elements.jets[lever.wave].value(angle, Side::After);
                 Entry { at: lever.at, by: lever.lever * g }
             });
             let x = of(&mut pair(tooth.at, tooth.levers).chain(more).chain(varying));
-            let stiffness = shape.single[tooth.stiffness as usize].value(angle, Side::After);
-            energies.push((shape.contact_names[i].name.clone(), stiffness * x * x));
+            let stiffness = shape.elements.single[tooth.stiffness as usize].value(angle, Side::After);
+            energies.push((shape.contacts[i].name.clone(), stiffness * x * x));
         }
-        for (i, journal) in shape.journals.iter().enumerate() {
+        for (i, journal) in shape.elements.journals.iter().enumerate() {
             let squares = journal.levers.iter().map(|levers| {
-                let x = of(&mut shape.entries[levers.clone()].iter().copied());
+                let x = of(&mut shape.elements.entries[levers.clone()].iter().copied());
                 x * x
             });
-            let name = shape.contact_names[shape.teeth.len() + i].name.clone();
+            let name = shape.contacts[shape.teeth.len() + i].name.clone();
             energies.push((name, journal.stiffness * squares.sum::<f64>()));
         }
         let all: f64 = energies.iter().map(|energy| energy.1).sum();
@@ -190,9 +190,4 @@ fn is_even(planets: &[PlanetPlace]) -> bool {
     let step = TAU / planets.len() as f64;
     let even = angles.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() < 1e-9);
     even && !planets.is_empty()
-}
-
-/// Angles of N equally spaced planets `[rad]`.
-pub(crate) fn equally_spaced(planets: u32) -> Vec<f64> {
-    (0..planets).map(|p| TAU * f64::from(p) / f64::from(planets)).collect()
 }

@@ -3,8 +3,8 @@
 use crate::contact::laws::backlash::Backlash;
 use crate::excitation::wave::Wave;
 use crate::trains::parts::body::Body;
+use crate::trains::parts::characteristic::Characteristic;
 use crate::trains::parts::mesh_part::MeshPart;
-use crate::trains::shape::elements::Characteristic;
 use crate::trains::train_error::Warning;
 
 /// A shaft between two bodies.

@@ -3,10 +3,10 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::Constant;
 use crate::excitation::wave::Wave;
-use crate::trains::kinds::equally_spaced;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{MeshPart, Phase};
+use std::f64::consts::TAU;
 
 /// The gears of a planetary set, each with its number of teeth, and the carrier, which has the masses of planets without
 /// bearings. A member may be on a bearing, locked, held or restrained.
@@ -80,7 +80,7 @@ impl Planetary {
         let zero = || Wave::new(Constant::zero());
         Ok(Planetary {
             members,
-            angles: equally_spaced(planets),
+            angles: (0..planets).map(|p| TAU * f64::from(p) / f64::from(planets)).collect(),
             sun_radius: sun_base_radius,
             stiffness,
             error: [zero(), zero()],

@@ -3,7 +3,6 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::combine::Scaled;
 use crate::excitation::wave::Wave;
-use crate::models::ring::ring_params::mean;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;
@@ -86,7 +85,7 @@ impl SpurPair {
             check::scale(format!("inertia [{i}]"), inertias[i])?;
             check::scale(format!("base radius [{i}]"), base_radii[i])?;
         }
-        let mean_stiffness = check::scale("mean mesh stiffness", mean(&stiffness))?;
+        let mean_stiffness = check::scale("mean mesh stiffness", stiffness.mean())?;
         Ok(SpurPair {
             inertias,
             teeth,

@@ -30,11 +30,12 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// The drives by their meaning.
     #[inline(always)]
     pub(crate) fn drives<'u, S: Scalar>(&self, u: Drives<'u, S>) -> At<'u, S> {
-        let (n, contacts) = (self.per_inertia.len(), self.teeth.len() + self.journals.len());
-        let (single, rest) = u.all_waves().split_at(self.single.len());
-        let (jets, edges) = rest.split_at(2 * self.jets.len());
+        let (n, contacts) =
+            (self.elements.per_inertia.len(), self.teeth.len() + self.elements.journals.len());
+        let (single, rest) = u.all_waves().split_at(self.elements.single.len());
+        let (jets, edges) = rest.split_at(2 * self.elements.jets.len());
         let (net, rest) = u.all_constants().split_at(n);
-        let (torques, rest) = rest.split_at(self.torque_waves.len() + self.motors.len());
+        let (torques, rest) = rest.split_at(self.elements.torque_waves.len() + self.elements.motors.len());
         let (damping, rest) = rest.split_at(contacts);
         let (half, friction) = rest.split_at(contacts);
         let (jets, edges) = (jets.as_chunks().0, edges.as_chunks().0);
@@ -47,7 +48,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         let ([j, k], [r, s]) = (tooth.at.map(|at| at as usize), tooth.levers);
         let [e, rate] = at.jets[tooth.error as usize];
         let (mut d, mut dv) = (q[j] * r + q[k] * s - e, v[j] * r + v[k] * s - at.speed * rate);
-        for entry in &self.entries[self.rests[i].more_levers.clone()] {
+        for entry in &self.elements.entries[self.rests[i].more_levers.clone()] {
             d = d + q[entry.at] * entry.by;
             dv = dv + v[entry.at] * entry.by;
         }
@@ -65,7 +66,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         q: &[S],
         v: &[S],
     ) -> [S; 2] {
-        for lever in &self.varying[self.rests[i].varying.clone()] {
+        for lever in &self.elements.varying[self.rests[i].varying.clone()] {
             let [g, rate] = at.jets[lever.wave];
             d = d + q[lever.at] * g * lever.lever;
             dv = dv + (v[lever.at] * g + q[lever.at] * at.speed * rate) * lever.lever;
@@ -75,7 +76,7 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// The accelerations of noncircular gears by the force of tooth i.
     #[inline(never)]
     fn varying_pull<S: Scalar>(&self, i: usize, w: S, at: &At<S>, a: &mut [S]) {
-        for lever in &self.varying[self.rests[i].varying.clone()] {
+        for lever in &self.elements.varying[self.rests[i].varying.clone()] {
             a[lever.at] = a[lever.at] - w * at.jets[lever.wave][0] * lever.pull;
         }
     }
@@ -131,7 +132,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         q: &[S],
         v: &[S],
     ) -> Contact<S> {
-        let journal = &self.journals[i - self.teeth.len()];
+        let journal = &self.elements.journals[i - self.teeth.len()];
         let [[x, vx], [y, vy]] = journal.levers.each_ref().map(|levers| self.row(levers.clone(), q, v));
         let half = at.half[i];
         if journal.levers[0].is_empty() {
@@ -155,14 +156,14 @@ impl<N: Nonlinearity> TrainShape<N> {
         v: &[S],
         a: &mut [S],
     ) {
-        let n = self.per_inertia.len();
+        let n = self.elements.per_inertia.len();
         let (at, q, v, a) = (self.drives(u), &q[..n], &v[..n], &mut a[..n]);
-        let (net, per_inertia) = (&at.net[..n], &self.per_inertia[..n]);
+        let (net, per_inertia) = (&at.net[..n], &self.elements.per_inertia[..n]);
         for j in 0..n {
             let j = keep_rolled(j);
             a[j] = net[j] * per_inertia[j];
         }
-        for spring in &self.springs {
+        for spring in &self.elements.springs {
             let ([j, k], [r, s]) = (spring.ends.map(|end| keep_rolled(end as usize)), spring.levers);
             let force = (q[j] * r + q[k] * s) * spring.stiffness + (v[j] * r + v[k] * s) * spring.damping;
             a[j] = a[j] - force * spring.pulls[0];
@@ -205,7 +206,7 @@ impl<N: Nonlinearity> TrainShape<N> {
     #[inline(always)]
     fn row<S: Scalar>(&self, levers: Range<usize>, q: &[S], v: &[S]) -> [S; 2] {
         let mut sums = [S::from(0.0); 2];
-        for entry in &self.entries[levers] {
+        for entry in &self.elements.entries[levers] {
             sums = [sums[0] + q[entry.at] * entry.by, sums[1] + v[entry.at] * entry.by];
         }
         sums
@@ -213,7 +214,7 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// a -= w pulls.
     #[inline(always)]
     fn pull<S: Scalar>(&self, pulls: Range<usize>, w: S, a: &mut [S]) {
-        for entry in &self.entries[pulls] {
+        for entry in &self.elements.entries[pulls] {
             a[entry.at] = a[entry.at] - w * entry.by;
         }
     }
@@ -222,23 +223,23 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// into all loops of the lanes it would take minutes to compile.
     #[inline(never)]
     fn others<S: Scalar, L: PieceChoice<S>>(&self, law: &L, at: &At<S>, q: &[S], v: &[S], a: &mut [S]) {
-        for spring in &self.row_springs {
+        for spring in &self.elements.row_springs {
             let [x, rate] = self.row(spring.levers.clone(), q, v);
             self.pull(spring.pulls.clone(), x * spring.stiffness + rate * spring.damping, a);
         }
-        let omega = at.speed * self.frame_ratio;
-        for term in &self.rotating {
+        let omega = at.speed * self.elements.frame_ratio;
+        for term in &self.elements.rotating {
             let x =
                 q[term.j] * term.damping + v[term.j] * term.gyroscopic + omega * q[term.j] * term.centripetal;
             a[term.i] = a[term.i] - omega * x;
         }
-        for (friction, mu) in self.frictions.iter().zip(at.friction) {
+        for (friction, mu) in self.elements.frictions.iter().zip(at.friction) {
             let (i, tooth) = (friction.tooth, &self.teeth[friction.tooth]);
             let d = self.deflection(i, tooth, at, q, v);
             let w = self.force(law, i, tooth, at, d);
             self.pull(friction.pulls.clone(), w * *mu * at.single[friction.sign], a);
         }
-        for (i, journal) in self.journals.iter().enumerate() {
+        for (i, journal) in self.elements.journals.iter().enumerate() {
             let i = self.teeth.len() + i;
             let contact = self.journal_contact(law, i, at, q, v);
             if journal.levers[0].is_empty() {
@@ -252,16 +253,16 @@ impl<N: Nonlinearity> TrainShape<N> {
                 self.pull(pulls.clone(), along * x + at.damping[i] * rate, a);
             }
         }
-        for (wave, constant, pulls) in &self.torque_waves {
+        for (wave, constant, pulls) in &self.elements.torque_waves {
             self.pull(pulls.clone(), at.single[*wave] * at.torques[*constant], a);
         }
-        for motor in &self.motors {
+        for motor in &self.elements.motors {
             let kinematic = at.speed * motor.ratio;
             let kinematic = motor.rotation.map_or(kinematic, |wave| kinematic * at.jets[wave][0]);
             let share = motor.characteristic.at(kinematic + v[motor.at]);
             self.pull(motor.pulls.clone(), at.torques[motor.torque] * share, a);
         }
-        for uneven in &self.uneven {
+        for uneven in &self.elements.uneven {
             let rate = at.jets[uneven.wave][1];
             a[uneven.at] = a[uneven.at] - at.speed * at.speed * rate * uneven.ratio;
         }

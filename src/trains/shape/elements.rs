@@ -4,8 +4,35 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::mesh::Mesh;
-use crate::scalar::Scalar;
+use crate::excitation::wave::Wave;
+use crate::trains::parts::characteristic::Characteristic;
 use std::ops::Range;
+
+/// What the algebra of a train reads, except its meshes. The lists refer to each other by their places.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Elements {
+    /// 1/J of each coordinate, which multiplies its net torque; 1 in relative coordinates, whose torques are
+    /// accelerations already.
+    pub(crate) per_inertia: Vec<f64>,
+    pub(crate) springs: Vec<Spring>,
+    pub(crate) row_springs: Vec<RowSpring>,
+    pub(crate) rotating: Vec<Rotating>,
+    /// Ω/φ' of the rotating frame.
+    pub(crate) frame_ratio: f64,
+    pub(crate) varying: Vec<Lever>,
+    pub(crate) uneven: Vec<Uneven>,
+    pub(crate) frictions: Vec<Friction>,
+    pub(crate) journals: Vec<Journal>,
+    pub(crate) motors: Vec<Motor>,
+    /// Torques that are waves: place of the wave among `single`, of the constant among the torques, pulls.
+    pub(crate) torque_waves: Vec<(usize, usize, Range<usize>)>,
+    /// The numbers of all rows of more than two coordinates.
+    pub(crate) entries: Vec<Entry>,
+    /// Each wave once. Stiffnesses and signs take one drive; errors, varying levers and uneven rotations take two, of
+    /// which the second is the rate over φ.
+    pub(crate) single: Vec<Wave>,
+    pub(crate) jets: Vec<Wave>,
+}
 
 /// One number of a sparse row: a lever or a pull of the coordinate `at`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,31 +150,6 @@ pub(crate) struct Motor {
     /// Place of T among the constants.
     pub(crate) torque: usize,
     pub(crate) characteristic: Characteristic,
-}
-
-/// A torque over the speed Ω, as a share of its constant.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Characteristic {
-    /// An induction motor by Kloss's equation: 2 s s_k/(s² + s_k²), s = 1 - Ω/Ω_s.
-    Induction { breakdown_slip: f64, synchronous: f64 },
-    /// Σ c_k Ω^k.
-    Polynomial(Vec<f64>),
-}
-
-impl Characteristic {
-    #[inline(always)]
-    pub(crate) fn at<S: Scalar>(&self, speed: S) -> S {
-        match self {
-            Characteristic::Induction { breakdown_slip, synchronous } => {
-                let slip = S::from(1.0) - speed * (1.0 / synchronous);
-                let most = slip * slip + S::from(breakdown_slip * breakdown_slip);
-                slip * (2.0 * breakdown_slip) / most
-            }
-            Characteristic::Polynomial(coefficients) => {
-                coefficients.iter().rev().fold(S::from(0.0), |sum, c| sum * speed + S::from(*c))
-            }
-        }
-    }
 }
 
 /// The planets of a carrier, and the coordinates of the carrier and of the gears that mesh with them. All places are those

@@ -5,8 +5,7 @@ use crate::contact::mesh::ContactDamping;
 use crate::contact::piece_choice::PieceChoice;
 use crate::model::shape::Drives;
 use crate::scalar::{Scalar, keep_rolled};
-use crate::trains::shape::elements::Spring;
-use crate::trains::shape::train_shape::TrainShape;
+use crate::trains::shape::elements::{Elements, Spring, Tooth, ToothRest};
 
 /// The meshes of a plain train in their order, each with one shaft of its first coordinate.
 ///
@@ -63,23 +62,23 @@ fn kept<S>(index: usize) -> usize {
 impl<N: Nonlinearity + Clone> Walk<N> {
     /// The walk of a plain train; `None` if it has anything but shafts between two coordinates, constant torques and
     /// meshes of at most two coordinates whose damping always acts.
-    pub(crate) fn of(shape: &TrainShape<N>) -> Option<Self> {
-        let plain = shape.springs.iter().all(|spring| spring.levers == [1.0, -1.0])
-            && shape.rests.iter().all(|rest| rest.more_levers.is_empty() && rest.more_pulls.is_empty())
-            && shape.rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
-            && shape.varying.is_empty()
-            && shape.uneven.is_empty()
-            && shape.row_springs.is_empty()
-            && shape.rotating.is_empty()
-            && shape.frictions.is_empty()
-            && shape.journals.is_empty()
-            && shape.motors.is_empty()
-            && shape.torque_waves.is_empty();
+    pub(crate) fn of(elements: &Elements, teeth: &[Tooth<N>], rests: &[ToothRest<N>]) -> Option<Self> {
+        let plain = elements.springs.iter().all(|spring| spring.levers == [1.0, -1.0])
+            && rests.iter().all(|rest| rest.more_levers.is_empty() && rest.more_pulls.is_empty())
+            && rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
+            && elements.varying.is_empty()
+            && elements.uneven.is_empty()
+            && elements.row_springs.is_empty()
+            && elements.rotating.is_empty()
+            && elements.frictions.is_empty()
+            && elements.journals.is_empty()
+            && elements.motors.is_empty()
+            && elements.torque_waves.is_empty();
         if !plain {
             return None;
         }
-        let mut shafts = shape.springs.clone();
-        let steps = shape.teeth.iter().map(|tooth| {
+        let mut shafts = elements.springs.clone();
+        let steps = teeth.iter().map(|tooth| {
             let found = shafts.iter().position(|shaft| shaft.ends.contains(&tooth.at[0]));
             let (end, shaft, shaft_pulls) = match found.map(|place| shafts.remove(place)) {
                 Some(Spring { ends: [_, end], pulls, stiffness, damping, .. }) if end != tooth.at[0] => {
@@ -108,11 +107,11 @@ impl<N: Nonlinearity + Clone> Walk<N> {
 }
 
 impl<N: Nonlinearity> Walk<N> {
-    /// Writes the accelerations of the train `shape`.
+    /// Writes the accelerations of the train of the same elements.
     #[inline(always)]
     pub(crate) fn accelerate<S: Scalar, L: PieceChoice<S>>(
         &self,
-        shape: &TrainShape<N>,
+        elements: &Elements,
         law: &L,
         u: Drives<'_, S>,
         q: &[S],
@@ -120,13 +119,13 @@ impl<N: Nonlinearity> Walk<N> {
         a: &mut [S],
     ) {
         let carried = const { size_of::<S>() == size_of::<f64>() };
-        let (n, steps) = (shape.per_inertia.len(), &self.steps[..]);
+        let (n, steps) = (elements.per_inertia.len(), &self.steps[..]);
         let (q, v, a) = (&q[..n], &v[..n], &mut a[..n]);
-        let (single, rest) = u.all_waves().split_at(shape.single.len());
-        let (jets, edges) = rest.split_at(2 * shape.jets.len());
+        let (single, rest) = u.all_waves().split_at(elements.single.len());
+        let (jets, edges) = rest.split_at(2 * elements.jets.len());
         let (jets, edges) = (jets.as_chunks::<2>().0, edges.as_chunks::<4>().0);
         let (net, rest) = u.all_constants().split_at(n);
-        let per_inertia = &shape.per_inertia[..n];
+        let per_inertia = &elements.per_inertia[..n];
         let (damping, rest) = rest.split_at(steps.len());
         let (half, speed) = (&rest[..steps.len()], u.speed());
         for j in 0..n {
@@ -217,7 +216,7 @@ mod tests {
             let lanes = |x: &[f64]| x.iter().map(|&x| Lanes::<2>::from(x)).collect::<Vec<_>>();
             let (wide, mut a) = (lanes(&u), lanes(&walked));
             let drives = Drives::new(train.size().waves, &wide);
-            walk.accelerate(train.shape(), &ByDeflection, drives, &lanes(&q), &lanes(&v), &mut a);
+            walk.accelerate(&train.shape().elements, &ByDeflection, drives, &lanes(&q), &lanes(&v), &mut a);
             assert!(walked.iter().zip(&a).all(|(x, a)| x.to_bits() == a.lane(1).to_bits()));
             let mut contacts = vec![Contact::default(); train.contacts()];
             train.contact(&u, &q, &v, &mut contacts);
