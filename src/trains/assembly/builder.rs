@@ -19,15 +19,17 @@ use std::ops::Range;
 pub(crate) struct Builder<'p, N> {
     pub(crate) layout: Layout<'p, N>,
     pub(crate) shape: TrainShape<N>,
-    /// The constants in their order: torques, dampings, halves of clearances, frictions.
-    pub(crate) constants: [Vec<(Channel, f64)>; 4],
+    pub(crate) constants: Constants,
 }
 
-// Places of the constants by kind.
-pub(crate) const TORQUES: usize = 0;
-const DAMPINGS: usize = 1;
-const HALVES: usize = 2;
-pub(crate) const FRICTIONS: usize = 3;
+/// The constants after the speed, each with its value.
+#[derive(Default)]
+pub(crate) struct Constants {
+    pub(crate) torques: Vec<(Channel, f64)>,
+    pub(crate) dampings: Vec<(Channel, f64)>,
+    pub(crate) halves: Vec<(Channel, f64)>,
+    pub(crate) frictions: Vec<(Channel, f64)>,
+}
 
 /// Units of a deflection and of its damping.
 pub(crate) type Units = [&'static str; 2];
@@ -73,13 +75,14 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
     /// The train with the speed as its first constant.
     pub(crate) fn train(self, speed: f64) -> Result<Train<N>, TrainError> {
         let speed = (Channel::new("speed", "rad/s"), check::scale("speed", speed)?);
-        let constants = std::iter::once(speed).chain(self.constants.into_iter().flatten());
-        let (names, values): (Vec<Channel>, Vec<f64>) = constants.unzip();
+        let Constants { torques, dampings, halves, frictions } = self.constants;
+        let constants = [vec![speed], torques, dampings, halves, frictions].concat();
         let TrainShape { elements, teeth, rests, .. } = &self.shape;
         let walk = Walk::of(elements, teeth, rests);
-        let shape = TrainShape { walk, constants: names.clone(), ..self.shape };
-        let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
-        Ok(Machine::with_constants(shape, &constants)?)
+        let names = constants.iter().map(|(channel, _)| channel.clone()).collect();
+        let shape = TrainShape { walk, constants: names, ..self.shape };
+        let values: Vec<_> = constants.iter().map(|(channel, value)| (&channel.name[..], *value)).collect();
+        Ok(Machine::with_constants(shape, &values)?)
     }
 
     /// The row without the coordinate that is left out: levers as the algebra reads them.
@@ -161,9 +164,9 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         half: Option<(&str, f64)>,
     ) {
         self.shape.contacts.push(Channel::new(name, unit));
-        self.constants[DAMPINGS].push((Channel::new(format!("{name} damping"), of_damping), damping));
+        self.constants.dampings.push((Channel::new(format!("{name} damping"), of_damping), damping));
         let half = half.map(|(what, half)| (Channel::new(format!("{name} {what}"), unit), half));
-        self.constants[HALVES].extend(half);
+        self.constants.halves.extend(half);
     }
 }
 

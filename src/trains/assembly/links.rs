@@ -6,7 +6,7 @@ use crate::contact::mesh::Mesh;
 use crate::excitation::angle::Constant;
 use crate::excitation::wave::Wave;
 use crate::model::equations::Channel;
-use crate::trains::assembly::builder::{ABOUT, ALONG, Builder, FRICTIONS};
+use crate::trains::assembly::builder::{ABOUT, ALONG, Builder};
 use crate::trains::assembly::rows::Row;
 use crate::trains::plan::topology::Gearing;
 use crate::trains::shape::elements::{Friction, Journal, Lever};
@@ -41,7 +41,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
                     pulls,
                 });
                 let constant = Channel::new(format!("{name} friction"), "1");
-                self.constants[FRICTIONS].push((constant, friction.coefficient));
+                self.constants.frictions.push((constant, friction.coefficient));
             }
         }
         Ok(())

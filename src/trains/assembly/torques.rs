@@ -2,7 +2,7 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::model::equations::Channel;
-use crate::trains::assembly::builder::{Builder, TORQUES};
+use crate::trains::assembly::builder::Builder;
 use crate::trains::assembly::rows::Row;
 use crate::trains::parts::collection::Course;
 use crate::trains::shape::elements::Motor;
@@ -52,7 +52,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
                 row.add(at, -speed(body) / of_load * torque.mean_factor());
             }
             self.shape.torques.push(if self.shape.frame.is_some() { self.pulls(&row) } else { row.0 });
-            self.constants[TORQUES].push((Channel::new(&torque.name, "N m"), torque.value));
+            self.constants.torques.push((Channel::new(&torque.name, "N m"), torque.value));
         }
         Ok(())
     }
