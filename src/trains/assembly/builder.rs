@@ -9,9 +9,8 @@ use crate::model::machine::Machine;
 use crate::trains::assembly::planet_sets::planet_sets;
 use crate::trains::assembly::rows::{Layout, Row};
 use crate::trains::plan::train_plan::Plan;
-use crate::trains::shape::elements::{Elements, Entry, RowSpring, Spring, Tooth, ToothRest};
+use crate::trains::shape::elements::{Elements, Entry, RowSpring, Shaft, Spring, Tooth, ToothRest};
 use crate::trains::shape::train_shape::{Train, TrainShape};
-use crate::trains::shape::walk::Walk;
 use crate::trains::train_error::TrainError;
 use std::ops::Range;
 
@@ -58,7 +57,8 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
             elements,
             teeth,
             rests,
-            walk: None,
+            plain: false,
+            loose: 0,
             torques,
             constants,
             contacts,
@@ -77,10 +77,9 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         let speed = (Channel::new("speed", "rad/s"), check::scale("speed", speed)?);
         let Constants { torques, dampings, halves, frictions } = self.constants;
         let constants = [vec![speed], torques, dampings, halves, frictions].concat();
-        let TrainShape { elements, teeth, rests, .. } = &self.shape;
-        let walk = Walk::of(elements, teeth, rests);
         let names = constants.iter().map(|(channel, _)| channel.clone()).collect();
-        let shape = TrainShape { walk, constants: names, ..self.shape };
+        let mut shape = TrainShape { constants: names, ..self.shape };
+        shape.share_shafts();
         let values: Vec<_> = constants.iter().map(|(channel, value)| (&channel.name[..], *value)).collect();
         Ok(Machine::with_constants(shape, &values)?)
     }
@@ -151,7 +150,15 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         let elements = &mut self.shape.elements;
         let (more_levers, more_pulls) = (elements.kept(&more_levers), elements.kept(&more_pulls));
         let [stiffness, error] = [elements.single(stiffness), elements.jet(error)].map(|place| place as u32);
-        self.shape.teeth.push(Tooth { at, stiffness, error, levers, pulls, law: mesh.law().clone() });
+        self.shape.teeth.push(Tooth {
+            at,
+            stiffness,
+            error,
+            levers,
+            pulls,
+            shaft: Shaft::NONE,
+            law: mesh.law().clone(),
+        });
         self.shape.rests.push(ToothRest { more_levers, more_pulls, varying, mesh });
     }
 

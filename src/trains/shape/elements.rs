@@ -52,6 +52,16 @@ pub(crate) struct Spring {
     pub(crate) levers: [f64; 2],
 }
 
+impl Spring {
+    /// The spring as a shaft of one of its ends, with levers of 1 and -1.
+    pub(crate) fn shaft_of(&self, at: u32) -> Shaft {
+        let Spring { ends, pulls, stiffness, damping, .. } = *self;
+        // Seen from its other end, the shaft has the opposite deflection.
+        let (end, pulls) = if ends[0] == at { (ends[1], pulls) } else { (ends[0], [-pulls[1], -pulls[0]]) };
+        Shaft { end, stiffness, damping, pulls }
+    }
+}
+
 /// A linear spring and damper on a row of any length.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RowSpring {
@@ -72,6 +82,21 @@ pub(crate) struct Rotating {
     pub(crate) centripetal: f64,
 }
 
+/// A shaft of the first coordinate of a mesh in a plain train: its other end, and its pulls on the first coordinate and
+/// on this end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shaft {
+    pub(crate) end: u32,
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    pub(crate) pulls: [f64; 2],
+}
+
+impl Shaft {
+    /// No shaft.
+    pub(crate) const NONE: Shaft = Shaft { end: u32::MAX, stiffness: 0.0, damping: 0.0, pulls: [0.0; 2] };
+}
+
 /// A contact: a mesh, or a clearance of a shaft or a bearing. What every evaluation reads stands here, in little
 /// memory; the rest in [`ToothRest`].
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +108,7 @@ pub(crate) struct Tooth<N> {
     pub(crate) error: u32,
     pub(crate) levers: [f64; 2],
     pub(crate) pulls: [f64; 2],
+    pub(crate) shaft: Shaft,
     pub(crate) law: N,
 }
 

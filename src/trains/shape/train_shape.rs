@@ -2,7 +2,7 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::Mesh;
+use crate::contact::mesh::{ContactDamping, Mesh};
 use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
@@ -14,7 +14,6 @@ use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
 use crate::trains::shape::elements::{Elements, Entry, PlanetSet, Tooth, ToothRest};
-use crate::trains::shape::walk::Walk;
 
 /// A gear train made of [`Parts`](crate::trains::Parts).
 ///
@@ -65,8 +64,11 @@ pub struct TrainShape<N = Backlash> {
     /// Meshes, then clearances of shafts.
     pub(crate) teeth: Vec<Tooth<N>>,
     pub(crate) rests: Vec<ToothRest<N>>,
-    /// The algebra of a train with nothing but shafts, constant torques and meshes of two coordinates.
-    pub(crate) walk: Option<Walk<N>>,
+    /// Whether the train has nothing but shafts, constant torques and meshes of at most two coordinates whose damping
+    /// always acts. Its meshes then evaluate one shaft each.
+    pub(crate) plain: bool,
+    /// Number of springs, from the first one, that no mesh evaluates.
+    pub(crate) loose: usize,
     /// For each torque, the coordinates on which its constant acts and how much of it: a constant torque, and the part
     /// of the load that balances a torque. Torques over the angle and over the speed come first.
     pub(crate) torques: Vec<Vec<Entry>>,
@@ -104,6 +106,37 @@ impl<N: Nonlinearity> TrainShape<N> {
     #[inline(always)]
     fn moving(&self) -> usize {
         if N::HALF_WIDTH { 0 } else { self.teeth.len() }
+    }
+
+    /// Finds whether the train is plain. If it is, each mesh takes a shaft of its first coordinate.
+    pub(crate) fn share_shafts(&mut self) {
+        let elements = &self.elements;
+        let two = |rest: &ToothRest<N>| rest.more_levers.is_empty() && rest.more_pulls.is_empty();
+        let always = |rest: &ToothRest<N>| rest.mesh.contact_damping() == ContactDamping::Always;
+        self.plain = elements.springs.iter().all(|spring| spring.levers == [1.0, -1.0])
+            && self.rests.iter().all(|rest| two(rest) && always(rest))
+            && elements.varying.is_empty()
+            && elements.uneven.is_empty()
+            && elements.row_springs.is_empty()
+            && elements.rotating.is_empty()
+            && elements.frictions.is_empty()
+            && elements.journals.is_empty()
+            && elements.motors.is_empty()
+            && elements.torque_waves.is_empty();
+        self.loose = elements.springs.len();
+        if !self.plain {
+            return;
+        }
+        for tooth in &mut self.teeth {
+            let springs = &mut self.elements.springs[..self.loose];
+            let Some(place) = springs.iter().position(|spring| spring.ends.contains(&tooth.at[0])) else {
+                continue;
+            };
+            tooth.shaft = springs[place].shaft_of(tooth.at[0]);
+            springs[place..].rotate_left(1);
+            self.spring_names[0][place..self.loose].rotate_left(1);
+            self.loose -= 1;
+        }
     }
 
     /// Net torques by coordinate, from the named torques: b_j = Σ share · T. A load balances a torque over the speed at
@@ -179,12 +212,12 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
 
     #[inline(always)]
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        if let Some(walk) = &self.walk {
-            walk.accelerate(&self.elements, law, u, q, v, a);
+        if self.plain {
+            self.accelerate::<true, _, _>(law, u, q, v, a);
         } else if const { size_of::<S>() <= size_of::<f64>() } {
             self.accelerate_apart(law, u, q, v, a);
         } else {
-            self.accelerate(law, u, q, v, a);
+            self.accelerate::<false, _, _>(law, u, q, v, a);
         }
     }
     #[inline(always)]
