@@ -95,15 +95,15 @@ impl<N: Nonlinearity> Train<N> {
         let pair =
             |at: [u32; 2], by: [f64; 2]| at.into_iter().zip(by).map(|(at, by)| Entry { at: at as usize, by });
         let mut energies = Vec::new();
-        for (spring, name) in shape.elements.springs.iter().zip(&shape.spring_names[0]) {
+        for spring in &shape.elements.springs {
             let x = of(&mut pair(spring.ends, spring.levers));
-            energies.push((name.clone(), spring.stiffness * x * x));
+            energies.push((spring.name.clone(), spring.stiffness * x * x));
         }
-        for (spring, name) in shape.elements.row_springs.iter().zip(&shape.spring_names[1]) {
+        for spring in &shape.elements.row_springs {
             let x = of(&mut shape.elements.entries[spring.levers.clone()].iter().copied());
-            energies.push((name.clone(), spring.stiffness * x * x));
+            energies.push((spring.name.clone(), spring.stiffness * x * x));
         }
-        for (i, (tooth, rest)) in shape.teeth.iter().zip(&shape.rests).enumerate() {
+        for (tooth, rest) in shape.teeth.iter().zip(&shape.rests) {
             let more = shape.elements.entries[rest.more_levers.clone()].iter().copied();
             let varying = shape.elements.varying[rest.varying.clone()].iter().map(|lever| {
                 let g = shape.elements.jets[lever.wave].value(angle, Side::After);
@@ -111,15 +111,14 @@ impl<N: Nonlinearity> Train<N> {
             });
             let x = of(&mut pair(tooth.at, tooth.levers).chain(more).chain(varying));
             let stiffness = shape.elements.single[tooth.stiffness as usize].value(angle, Side::After);
-            energies.push((shape.contacts[i].name.clone(), stiffness * x * x));
+            energies.push((rest.channel.name.clone(), stiffness * x * x));
         }
-        for (i, journal) in shape.elements.journals.iter().enumerate() {
+        for journal in &shape.elements.journals {
             let squares = journal.levers.iter().map(|levers| {
                 let x = of(&mut shape.elements.entries[levers.clone()].iter().copied());
                 x * x
             });
-            let name = shape.contacts[shape.teeth.len() + i].name.clone();
-            energies.push((name, journal.stiffness * squares.sum::<f64>()));
+            energies.push((journal.name.clone(), journal.stiffness * squares.sum::<f64>()));
         }
         let all: f64 = energies.iter().map(|energy| energy.1).sum();
         let rigid = mode.frequency() == 0.0 || all == 0.0;

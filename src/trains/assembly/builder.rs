@@ -51,7 +51,7 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         }
         let elements = Elements { per_inertia, ..Elements::default() };
         let (sets, ratio) = (planet_sets(&layout), plan.orders.ratio);
-        let (teeth, rests, torques, constants, contacts, spring_names) = Default::default();
+        let (teeth, rests, torques, constants) = Default::default();
         let shape = TrainShape {
             coordinates,
             elements,
@@ -61,8 +61,6 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
             loose: 0,
             torques,
             constants,
-            contacts,
-            spring_names,
             sets,
             masses,
             frame,
@@ -128,18 +126,17 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         let ends = Ends::of(&levers, &pulls);
         if ends.more_levers.is_empty() && ends.more_pulls.is_empty() {
             let Ends { at, levers, pulls, .. } = ends;
-            self.shape.elements.springs.push(Spring { ends: at, pulls, stiffness, damping, levers });
-            self.shape.spring_names[0].push(name);
+            self.shape.elements.springs.push(Spring { name, ends: at, pulls, stiffness, damping, levers });
         } else {
             let (levers, pulls) = (self.shape.elements.kept(&levers), self.shape.elements.kept(&pulls));
-            self.shape.elements.row_springs.push(RowSpring { levers, pulls, stiffness, damping });
-            self.shape.spring_names[1].push(name);
+            self.shape.elements.row_springs.push(RowSpring { name, levers, pulls, stiffness, damping });
         }
     }
 
     /// Adds a contact along a row, whose waves are `stiffness` and `error`. `varying`: its levers that are waves.
     pub(crate) fn tooth(
         &mut self,
+        channel: Channel,
         row: &Row,
         varying: Range<usize>,
         [stiffness, error]: [Wave; 2],
@@ -159,21 +156,21 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
             shaft: Shaft::NONE,
             law: mesh.law().clone(),
         });
-        self.shape.rests.push(ToothRest { more_levers, more_pulls, varying, mesh });
+        self.shape.rests.push(ToothRest { channel, more_levers, more_pulls, varying, mesh });
     }
 
-    /// Names a contact, its damping and, if it is a constant, half of its clearance.
+    /// The channel of a contact, whose damping and, if it is one, half clearance become constants.
     pub(crate) fn contact(
         &mut self,
         name: &str,
         [unit, of_damping]: Units,
         damping: f64,
         half: Option<(&str, f64)>,
-    ) {
-        self.shape.contacts.push(Channel::new(name, unit));
+    ) -> Channel {
         self.constants.dampings.push((Channel::new(format!("{name} damping"), of_damping), damping));
         let half = half.map(|(what, half)| (Channel::new(format!("{name} {what}"), unit), half));
         self.constants.halves.extend(half);
+        Channel::new(name, unit)
     }
 }
 

@@ -30,9 +30,9 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             let contact = Mesh::new(zero(), zero(), part.law.clone())
                 .with_contact_damping(part.contact_damping)
                 .per_turn(waves.order.unwrap_or(1))?;
-            self.tooth(&row, varying, [waves.stiffness, waves.error], contact);
             let half = N::HALF_WIDTH.then_some(("half backlash", part.half_backlash));
-            self.contact(name, ALONG, part.damping, half);
+            let channel = self.contact(name, ALONG, part.damping, half);
+            self.tooth(channel, &row, varying, [waves.stiffness, waves.error], contact);
             if let (Some(friction), Some(sign)) = (&part.friction, waves.sign) {
                 let (pulls, sign) = (self.kept_pulls(&friction_row), self.shape.elements.single(sign));
                 self.shape.elements.frictions.push(Friction {
@@ -70,8 +70,8 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             };
             let row = self.layout.shaft(*ends);
             let contact = Mesh::new(zero(), zero(), mesh.part.law.clone());
-            self.tooth(&row, 0..0, [Wave::constant(shaft.stiffness)?, zero()], contact);
-            self.contact(&shaft.name, ABOUT, shaft.damping, Some(("half backlash", half)));
+            let channel = self.contact(&shaft.name, ABOUT, shaft.damping, Some(("half backlash", half)));
+            self.tooth(channel, &row, 0..0, [Wave::constant(shaft.stiffness)?, zero()], contact);
         }
         Ok(())
     }
@@ -91,9 +91,10 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             let pulls = rows.each_ref().map(|row| self.kept_pulls(row));
             let (stiffness, law) = (bearing.stiffness[0], Backlash::new(0.0)?);
             let least = (1e-9 * bearing.clearance).powi(2);
-            self.shape.elements.journals.push(Journal { levers, pulls, stiffness, least, law });
-            let name = format!("{name} bearing");
-            self.contact(&name, ALONG, bearing.damping[0], Some(("half clearance", bearing.clearance)));
+            let half = Some(("half clearance", bearing.clearance));
+            let Channel { name, .. } =
+                self.contact(&format!("{name} bearing"), ALONG, bearing.damping[0], half);
+            self.shape.elements.journals.push(Journal { name, levers, pulls, stiffness, least, law });
         }
         Ok(())
     }

@@ -36,38 +36,24 @@ impl Kinematics {
         loop {
             while let Some(r) = queue.pop() {
                 let Relation { part, terms } = &relations[r];
-                let unknown: Vec<usize> =
-                    (0..terms.len()).filter(|&i| speeds[terms[i].0].is_none()).collect();
-                match unknown[..] {
-                    [] => {
-                        let (body, lever) = terms[terms.len() - 1];
-                        let rest = sum(&terms[..terms.len() - 1], &speeds).and_then(|rest| rest.over(lever));
-                        let Some(found) = rest.and_then(|rest| Fraction::ZERO.minus(rest)) else {
-                            return Err(TrainError::NoCommonAngle { part: part.clone() });
-                        };
-                        let expected = speeds[body].map_or(0.0, Fraction::value);
-                        if speeds[body] != Some(found) {
-                            let found = found.value();
-                            return Err(TrainError::Locked {
-                                part: part.clone(),
-                                body: name(body),
-                                found,
-                                expected,
-                            });
-                        }
+                let mut unknown = (0..terms.len()).filter(|&i| speeds[terms[i].0].is_none());
+                let (first, None) = (unknown.next(), unknown.next()) else { continue };
+                let solved = first.unwrap_or(terms.len() - 1);
+                let body = terms[solved].0;
+                let Some(found) = solve(terms, solved, &speeds) else {
+                    return Err(TrainError::NoCommonAngle { part: part.clone() });
+                };
+                match speeds[body] {
+                    None => {
+                        speeds[body] = Some(found);
+                        queue.extend(&of_body[body]);
                     }
-                    [one] => {
-                        let (body, lever) = terms[one];
-                        let rest: Vec<_> = terms.iter().filter(|term| term.0 != body).copied().collect();
-                        let rest =
-                            sum(&rest, &speeds).and_then(|rest| Fraction::ZERO.minus(rest)?.over(lever));
-                        let Some(speed) = rest else {
-                            return Err(TrainError::NoCommonAngle { part: part.clone() });
-                        };
-                        speeds[body] = Some(speed);
-                        queue.extend(of_body[body].iter().copied());
+                    Some(expected) if expected != found => {
+                        let (part, body) = (part.clone(), name(body));
+                        let [found, expected] = [found, expected].map(Fraction::value);
+                        return Err(TrainError::Locked { part, body, found, expected });
                     }
-                    _ => {}
+                    Some(_) => {}
                 }
             }
             if speeds.iter().all(Option::is_some) {
@@ -81,7 +67,7 @@ impl Kinematics {
             }
             for (body, speed) in solved {
                 speeds[body] = Some(speed);
-                queue.extend(of_body[body].iter().copied());
+                queue.extend(&of_body[body]);
             }
         }
         Ok(Kinematics { speeds: speeds.into_iter().flatten().collect() })
@@ -111,6 +97,12 @@ impl Kinematics {
 /// Σ coefficient · speed.
 fn sum(terms: &[(usize, Fraction)], speeds: &[Option<Fraction>]) -> Option<Fraction> {
     terms.iter().try_fold(Fraction::ZERO, |sum, &(body, lever)| sum.plus(lever.times(speeds[body]?)?))
+}
+
+/// The speed of one term of a relation from the speeds of the others.
+fn solve(terms: &[(usize, Fraction)], one: usize, speeds: &[Option<Fraction>]) -> Option<Fraction> {
+    let rest = sum(&terms[..one], speeds)?.plus(sum(&terms[one + 1..], speeds)?)?;
+    Fraction::ZERO.minus(rest)?.over(terms[one].1)
 }
 
 /// Maximum number of unknown speeds that are eliminated together.

@@ -23,8 +23,8 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
         check::scale(format!("inertia of \"{name}\""), body.inertia)?;
         check::not_negative(format!("drag of \"{name}\""), body.drag)?;
         check::quantities(&format!("centre of \"{name}\""), &body.centre.unwrap_or_default())?;
-        for (what, value) in [("stiffness", 0), ("damping", 1)].into_iter().zip(body.support) {
-            check::not_negative(format!("{} of the support of \"{name}\"", what.0), value)?;
+        for (what, value) in ["stiffness", "damping"].into_iter().zip(body.support) {
+            check::not_negative(format!("{what} of the support of \"{name}\""), value)?;
         }
         let Some(bearing) = &body.bearing else { continue };
         check::scale(format!("mass of \"{name}\""), bearing.mass)?;
@@ -34,10 +34,8 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
         }
         check::not_negative(format!("clearance of \"{name}\""), bearing.clearance)?;
         if bearing.along_y && body.place.is_some() {
-            return Err(TrainError::NotIsotropic {
-                body: name.clone(),
-                why: "a planet moves in both directions",
-            });
+            let why = "a planet moves in both directions";
+            return Err(TrainError::NotIsotropic { body: name.clone(), why });
         }
         let alike = [bearing.stiffness, bearing.damping].iter().all(|[x, y]| x == y);
         if bearing.clearance > 0.0 && !alike {

@@ -5,6 +5,7 @@
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::mesh::Mesh;
 use crate::excitation::wave::Wave;
+use crate::model::equations::Channel;
 use crate::trains::parts::characteristic::Characteristic;
 use std::ops::Range;
 
@@ -45,6 +46,7 @@ pub(crate) struct Entry {
 /// to the ground, for which both ends are equal and the second lever is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spring {
+    pub(crate) name: String,
     pub(crate) ends: [u32; 2],
     pub(crate) pulls: [f64; 2],
     pub(crate) stiffness: f64,
@@ -55,7 +57,7 @@ pub(crate) struct Spring {
 impl Spring {
     /// The spring as a shaft of one of its ends, with levers of 1 and -1.
     pub(crate) fn shaft_of(&self, at: u32) -> Shaft {
-        let Spring { ends, pulls, stiffness, damping, .. } = *self;
+        let &Spring { ends, pulls, stiffness, damping, .. } = self;
         // Seen from its other end, the shaft has the opposite deflection.
         let (end, pulls) = if ends[0] == at { (ends[1], pulls) } else { (ends[0], [-pulls[1], -pulls[0]]) };
         Shaft { end, stiffness, damping, pulls }
@@ -65,6 +67,7 @@ impl Spring {
 /// A linear spring and damper on a row of any length.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RowSpring {
+    pub(crate) name: String,
     pub(crate) levers: Range<usize>,
     pub(crate) pulls: Range<usize>,
     pub(crate) stiffness: f64,
@@ -115,6 +118,8 @@ pub(crate) struct Tooth<N> {
 /// The rest of a contact.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ToothRest<N> {
+    /// Its name, and the unit of its deflection.
+    pub(crate) channel: Channel,
     /// Further numbers of the row.
     pub(crate) more_levers: Range<usize>,
     pub(crate) more_pulls: Range<usize>,
@@ -155,6 +160,7 @@ pub(crate) struct Friction {
 /// A bearing with radial clearance: a contact with the deflection √(x² + y²).
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Journal {
+    pub(crate) name: String,
     /// The rows of x and y.
     pub(crate) levers: [Range<usize>; 2],
     pub(crate) pulls: [Range<usize>; 2],

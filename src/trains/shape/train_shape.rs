@@ -73,10 +73,6 @@ pub struct TrainShape<N = Backlash> {
     /// of the load that balances a torque. Torques over the angle and over the speed come first.
     pub(crate) torques: Vec<Vec<Entry>>,
     pub(crate) constants: Vec<Channel>,
-    /// Names of the contacts and units of their deflections: meshes, clearances of shafts, clearances of bearings.
-    pub(crate) contacts: Vec<Channel>,
-    /// Names of the springs, then of the row springs.
-    pub(crate) spring_names: [Vec<String>; 2],
     pub(crate) sets: Vec<PlanetSet>,
     /// Masses and inertias of the inertial coordinates.
     pub(crate) masses: Vec<f64>,
@@ -134,7 +130,6 @@ impl<N: Nonlinearity> TrainShape<N> {
             };
             tooth.shaft = springs[place].shaft_of(tooth.at[0]);
             springs[place..].rotate_left(1);
-            self.spring_names[0][place..self.loose].rotate_left(1);
             self.loose -= 1;
         }
     }
@@ -261,10 +256,10 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     }
 
     fn channels(&self) -> Vec<Channel> {
-        let of = |contact: &Channel| {
-            Channel::new(format!("{} transmission error", contact.name), contact.unit.clone())
+        let of = |ToothRest { channel, .. }: &ToothRest<N>| {
+            Channel::new(format!("{} transmission error", channel.name), channel.unit.clone())
         };
-        self.contacts[..self.teeth.len()].iter().map(of).collect()
+        self.rests.iter().map(of).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let at = self.drives(u);
