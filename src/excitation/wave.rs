@@ -141,8 +141,8 @@ impl Wave {
         angle.value_of(self, side)
     }
 
-    /// The mean over a period, (1/T) ∫ f dx, by Gauss quadrature on 64 panels between the edges. Its error is rounding
-    /// for functions that a polynomial of degree 7 follows on a panel.
+    /// The mean over a period, (1/T) ∫ f dx, by Gauss quadrature on 64 panels between the edges. Its error is
+    /// rounding for functions that a polynomial of degree 7 follows on a panel.
     ///
     /// ```
     /// use gear_dynamics::{excitation::Fourier, Wave};

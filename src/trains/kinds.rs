@@ -28,9 +28,9 @@ pub enum ModeKind {
 }
 
 impl ModeKind {
-    /// The kind of modes that harmonic l of the mesh frequency excites in a set of N equally spaced planets round
-    /// a sun of Z teeth: with k = l Z mod N, rotational modes for k = 0, translational ones for k = 1 and N - 1,
-    /// planet modes otherwise.   Source: Parker 2000, J. Sound Vib. 236, 561.
+    /// The kind of modes that harmonic l of the mesh frequency excites in a set of N equally spaced planets
+    /// round a sun of Z teeth: with k = l Z mod N, rotational modes for k = 0, translational ones for k = 1
+    /// and N - 1, planet modes otherwise.   Source: Parker 2000, J. Sound Vib. 236, 561.
     pub fn of_harmonic(sun_teeth: u32, planets: u32, harmonic: u32) -> Self {
         let n = u64::from(planets.max(1));
         match u64::from(harmonic) * u64::from(sun_teeth) % n {
@@ -49,8 +49,8 @@ const PURE: f64 = 1.0 - 1e-6;
 
 impl<N: Nonlinearity> Train<N> {
     /// The kind of each mode, in the order of [`Modes::list`], by projection on the symmetries of the first
-    /// planetary set. Frequencies that agree to 1e-7 are separated by kind. A train without planets, with unequal
-    /// spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
+    /// planetary set. Frequencies that agree to 1e-7 are separated by kind. A train without planets, with
+    /// unequal spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
     pub fn kinds(&self, modes: &Modes) -> Vec<ModeKind> {
         let list = modes.list();
         let own = list.iter().all(|mode| mode.shape().len() == self.shape().coordinates.len());
@@ -85,8 +85,8 @@ impl<N: Nonlinearity> Train<N> {
         kinds
     }
 
-    /// The shares of a mode's strain energy by element: springs and bearings by their names, meshes at the angle
-    /// φ = `angle` of their waves. They add up to 1, except for a rigid motion, which has 0 everywhere.
+    /// The shares of a mode's strain energy by element: springs and bearings by their names, meshes at the
+    /// angle φ = `angle` of their waves. They add up to 1, except for a rigid motion, which has 0 everywhere.
     pub fn strain_energy(&self, mode: &Mode, angle: f64) -> Vec<(String, f64)> {
         let (shape, q) = (self.shape(), mode.shape());
         let of = |levers: &mut dyn Iterator<Item = Entry>| -> f64 {

@@ -20,8 +20,7 @@ use std::f64::consts::TAU;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LossShape {
-    /// The whole loss during the mesh cycle: a crack at the root, which weakens the tooth wherever it is
-    /// loaded.
+    /// The whole loss during the mesh cycle: a crack at the root, which weakens the whole tooth.
     Step,
     /// The loss grows and decreases as a raised cosine: a spall, whose load enters and leaves it.
     Cosine,

@@ -29,8 +29,7 @@ pub struct TipRelief {
 }
 
 impl TipRelief {
-    /// Linear reliefs of the tips of gear 0 and gear 1: amounts C_a and lengths L on the line of contact
-    /// `[m]`.
+    /// Linear reliefs of the tips of gear 0 and gear 1: amounts C_a, lengths L on the line of contact `[m]`.
     ///
     /// # Errors
     /// An amount outside 0 .. 0.01 m; a length outside 1e-9 .. 1 m.

@@ -9,13 +9,14 @@ use crate::trains::shape::train_shape::Train;
 use crate::trains::train_error::TrainError;
 
 impl<N: Nonlinearity + Clone> Parts<N> {
-    /// Checks the parts and makes the model. `body` turns at the mean speed `speed` [rad/s]; the speeds of all
-    /// others follow from tooth numbers.
+    /// Checks the parts and makes the model. `body` turns at the mean speed `speed` [rad/s]; the speeds of
+    /// all others follow from tooth numbers.
     ///
     /// # Errors
-    /// A value out of range, with its name; two parts with the same name; a name that does not exist; a mesh of a
-    /// body with itself; a loop that cannot turn; a body whose speed does not follow; radii or phases that contradict
-    /// tooth numbers; planets that do not assemble; [`Warning`](crate::trains::Warning)s that have not been accepted.
+    /// A value out of range, with its name; two parts with the same name; a name that does not exist; a mesh
+    /// of a body with itself; a loop that cannot turn; a body whose speed does not follow; radii or phases
+    /// that contradict tooth numbers; planets that do not assemble; [`Warning`](crate::trains::Warning)s that
+    /// have not been accepted.
     pub fn build(&self, body: &str, speed: f64) -> Result<Train<N>, TrainError> {
         let plan = Plan::of(self, body)?;
         let mut builder = Builder::of(&plan);

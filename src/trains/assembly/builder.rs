@@ -133,7 +133,7 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         }
     }
 
-    /// Adds a contact along a row, whose waves are `stiffness` and `error`. `varying`: its levers that are waves.
+    /// Adds a contact along a row, whose waves are `stiffness` and `error`. `varying`: the levers that vary.
     pub(crate) fn tooth(
         &mut self,
         channel: Channel,
@@ -174,8 +174,8 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
     }
 }
 
-/// A row at its first two coordinates, and the rest of it. Of one coordinate, both places are equal and the second
-/// numbers are 0.
+/// A row at its first two coordinates, and the rest of it. Of one coordinate, both places are equal and the
+/// second numbers are 0.
 struct Ends {
     at: [u32; 2],
     levers: [f64; 2],

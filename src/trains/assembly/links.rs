@@ -60,7 +60,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
         Ok(start..self.shape.elements.varying.len())
     }
 
-    /// Shafts with a clearance. They have the law of the meshes: `Parts::shaft_with_clearance` exists for Backlash alone.
+    /// Shafts with a clearance. Like all contacts of these trains they have a [`Backlash`].
     pub(crate) fn couplings(&mut self) -> Result<(), TrainError> {
         let topology = &self.layout.plan.topology;
         for (shaft, ends) in &topology.shafts {

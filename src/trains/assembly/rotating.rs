@@ -6,7 +6,7 @@ use crate::trains::shape::elements::Rotating;
 use crate::trains::train_error::TrainError;
 
 impl<N: Nonlinearity + Clone> Builder<'_, N> {
-    /// Gyroscopic and centripetal terms of all masses, and bearing dampers at rest, seen from a rotating frame.
+    /// Gyroscopic and centripetal terms of all masses, and dampers at rest, seen from a rotating frame.
     pub(crate) fn rotating(&mut self) -> Result<(), TrainError> {
         let plan = self.layout.plan;
         let topology = &plan.topology;

@@ -140,8 +140,7 @@ impl<'p, N: Nonlinearity> Layout<'p, N> {
         Row(self.own(a, 1.0).0.into_iter().chain(self.own(b, -1.0).0).collect())
     }
 
-    /// The rows of the bearing of a body along x and y: against its pin for a planet, against the ground for
-    /// others.
+    /// The rows of the bearing of a body along x and y: against the ground, of a planet against its pin.
     pub(crate) fn bearing(&self, body: usize) -> [Row; 2] {
         [[1.0, 0.0], [0.0, 1.0]].map(|along| {
             let mut row = Row::default();

@@ -13,7 +13,7 @@ const MODULE: [f64; 2] = [1e-5, 0.2];
 const HALF_BACKLASH: [f64; 2] = [0.0, 1e-2];
 
 impl<N: Nonlinearity> Topology<'_, N> {
-    /// Warns of values that gears do not have, of bodies that nothing supports, and of parts that are not connected.
+    /// Warns of values that gears do not have, of bodies without support and of parts apart.
     ///
     /// # Errors
     /// A [`Warning`] that is not accepted; a torque on a locked body.

@@ -1,4 +1,5 @@
-//! Whether the torques balance, what holds the rotation, and the frame of the coordinates that follows from both.
+//! Whether the torques balance, what holds the rotation, and the frame of the coordinates that follows from
+//! both.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::trains::parts::collection::{Coordinates, Course, TorquePart};
@@ -17,7 +18,7 @@ impl TorquePart {
     }
 }
 
-/// Power of the torques in the rigid motion, as a share of that of all of them, above which they do not balance.
+/// Largest power of torques that balance, as a share of the sum of their magnitudes.
 const BALANCED: f64 = 1e-6;
 
 impl<N: Nonlinearity> Topology<'_, N> {
@@ -39,11 +40,12 @@ impl<N: Nonlinearity> Topology<'_, N> {
         frame.or(noncircular.then_some("a noncircular gear")).or(self.holder())
     }
 
-    /// Whether the coordinates are relative: as stated, otherwise if torques act, balance, and nothing holds the train.
+    /// Whether the coordinates are relative: as stated, otherwise if torques act, balance, and nothing holds
+    /// the train.
     ///
     /// # Errors
-    /// [`Warning::Unbalanced`], unless a load balances the torques, they may be out of balance, or something holds the
-    /// train; relative coordinates that are stated for a part that depends on the absolute motion.
+    /// [`Warning::Unbalanced`], unless a load balances the torques, they may be out of balance, or something
+    /// holds the train; relative coordinates that are stated for a part that depends on the absolute motion.
     pub(crate) fn is_relative(&self, kinematics: &Kinematics, planets: &Planets) -> Result<bool, TrainError> {
         let must_balance =
             self.load.is_none() && self.holder().is_none() && !self.accepts(Warning::Unbalanced);
@@ -75,7 +77,8 @@ impl<N: Nonlinearity> Topology<'_, N> {
             inertia += part.inertia * speed(body) * speed(body) + mass * pin * pin;
         }
         let message = format!(
-            "the torques do not balance: they accelerate the reference body by {:e} rad/s²; Parts::load balances them",
+            "the torques do not balance: they accelerate the reference body by {:e} rad/s²; Parts::load balances \
+             them",
             sum / inertia
         );
         self.warn(Warning::Unbalanced, message)
@@ -89,8 +92,8 @@ impl<N: Nonlinearity> Topology<'_, N> {
         if self.holder().is_some() {
             return Ok(());
         }
-        let message = "nothing holds the train to its uneven rotation, and deviations from it grow: restrain a body \
-                       that turns evenly (Body::restrained), or give it drag or a torque over the speed";
+        let message = "nothing holds the train to its uneven rotation, and deviations from it grow: restrain \
+                       a body that turns evenly (Body::restrained), or give it drag or a torque over the speed";
         self.warn(Warning::Drifts, message.into())
     }
 }

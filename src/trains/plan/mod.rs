@@ -1,5 +1,5 @@
-//! What follows from the parts alone, with their checks: bodies by their places, mean speeds, centres, the frame of the
-//! coordinates, orders, phases and waves.
+//! What follows from the parts alone, with their checks: bodies by their places, mean speeds, centres, the
+//! frame of the coordinates, orders, phases and waves.
 
 pub(crate) mod checks;
 pub(crate) mod fraction;

@@ -1,4 +1,5 @@
-//! Phases of the meshes: stated, from the places of planets, or from the teeth of a gear that two meshes share.
+//! Phases of the meshes: stated, from the places of planets, or from the teeth of a gear that two meshes
+//! share.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::trains::parts::mesh_part::{Kind, Phase};
@@ -97,8 +98,8 @@ fn distance(one: f64, other: f64) -> f64 {
     gap.min(1.0 - gap)
 }
 
-/// The error of two meshes of one gear whose phases contradict each other: one that is stated is wrong, otherwise the
-/// places are. `phase`: of the second mesh by the first one.
+/// The error of two meshes of one gear whose phases contradict each other: one that is stated is wrong,
+/// otherwise the places are. `phase`: of the second mesh by the first one.
 fn miss<N>(meshes: &[Gearing<N>], [(one, own), (other, found)]: [(usize, f64); 2], phase: f64) -> TrainError {
     let name = |mesh: usize| meshes[mesh].name.to_owned();
     let contradicts = |mesh: usize, stated: f64, computed: f64| TrainError::PhaseContradicts {
@@ -143,7 +144,7 @@ fn meeting<N: Nonlinearity>(
     let towards = libm::atan2(v - y, u - x) + if internal[1 - gear] { PI } else { 0.0 };
     let teeth = mesh.teeth[gear];
     let pitch = TAU / f64::from(teeth);
-    // The first gear pushes with the leading flank of its tooth, the second one is pushed at the trailing flank.
+    // The first gear pushes with the leading flank of its tooth, the second one is pushed at the trailing one.
     let half = mesh.half_thickness[gear].unwrap_or(0.25 * pitch);
     let middle = sense * towards + if gear == 0 { -half } else { half };
     Some(Meeting {

@@ -23,8 +23,7 @@ pub(crate) type Planets = Vec<Option<Planet>>;
 /// Relative difference up to which radii count as equal.
 pub(crate) const SAME: f64 = 1e-6;
 
-/// Phases within this distance of a multiple of 1/5040 are this multiple. Planets in phase then have equal
-/// waves.
+/// Phases within this distance of a multiple of 1/5040 are this multiple: planets in phase have equal waves.
 const SNAP: f64 = 1e-9;
 
 /// A phase in [0, 1).

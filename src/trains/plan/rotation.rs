@@ -23,7 +23,7 @@ struct Link<'p> {
     ratio: Option<(f64, Wave)>,
 }
 
-/// The rotations of all bodies: the reference body turns evenly, and each noncircular mesh multiplies by g_1/g_2.
+/// The rotations of all bodies: the reference body turns evenly, each noncircular mesh multiplies by g_1/g_2.
 pub(crate) fn rotations<N: Nonlinearity>(
     topology: &Topology<N>,
     kinematics: &Kinematics,
@@ -176,8 +176,8 @@ fn alike(one: Option<&Wave>, other: Option<&Wave>) -> bool {
     })
 }
 
-/// The mean of a rotation over a turn of φ, by the rectangle rule with more and more points until it is 1. The counts are
-/// prime: no order divides them.
+/// The mean of a rotation over a turn of φ, by the rectangle rule with more and more points until it is 1.
+/// The counts are prime: no order divides them.
 fn mean(wave: &Wave) -> f64 {
     let by = |points: u32| {
         let value = |i| wave.value(TAU * (f64::from(i) + 0.5) / f64::from(points), Side::After);

@@ -37,8 +37,8 @@ impl<'p, N> Topology<'p, N> {
     /// Finds all bodies by their names.
     ///
     /// # Errors
-    /// Two parts with the same name; a name that does not exist; a part that joins a body with itself; a planet on a
-    /// planet; a mesh between planets of different carriers.
+    /// Two parts with the same name; a name that does not exist; a part that joins a body with itself; a
+    /// planet on a planet; a mesh between planets of different carriers.
     pub(crate) fn of(parts: &'p Parts<N>, reference: &str) -> Result<Self, TrainError> {
         check_names(parts)?;
         let places: BTreeMap<&str, usize> =

@@ -10,14 +10,15 @@ use crate::trains::train_error::Warning;
 
 /// The spur gear pair of Kahraman and Singh 1990 (J. Sound Vib. 142, 49), in SI units or dimensionless.
 ///
-/// m_e x'' + c x' + k(φ) f(x) = F_m - m_e e''(φ),   x = r_1 q_1 - r_2 q_2 - e,   m_e = 1/(r_1²/I_1 + r_2²/I_2)
+/// m_e x'' + c x' + k(φ) f(x) = F_m - m_e e''(φ),   x = r_1 q_1 - r_2 q_2 - e,
+/// m_e = 1/(r_1²/I_1 + r_2²/I_2)
 ///
 /// with the lengths in units of half the backlash b and times in 1/ω_n = √(m_e/k_m):
 ///
 /// x'' + 2 ζ x' + k/k_m f(x) = F_m/(b k_m) - (e/b)''.
 ///
-/// Bodies: `driver` and `driven`; mesh: `mesh`; torques: `drive torque` and `load torque`. The coordinate is θ_1 -
-/// θ_2 z_2/z_1: the deviation of the driver relative to the driven gear.
+/// Bodies: `driver` and `driven`; mesh: `mesh`; torques: `drive torque` and `load torque`. The coordinate is
+/// θ_1 - θ_2 z_2/z_1: the deviation of the driver relative to the driven gear.
 ///
 /// ```
 /// use gear_dynamics::trains::SpurPair;
@@ -70,8 +71,8 @@ pub struct Dimensionless {
 }
 
 impl SpurPair {
-    /// The pair of the given moments of inertia [kg m²], teeth, base radii `[m]` and mesh stiffness [N/m] over the mesh
-    /// angle. Defaults: no error, damping, backlash and load.
+    /// The pair of the given moments of inertia [kg m²], teeth, base radii `[m]` and mesh stiffness [N/m]
+    /// over the mesh angle. Defaults: no error, damping, backlash and load.
     ///
     /// # Errors
     /// An inertia or radius out of range; a mean stiffness that is not positive.
@@ -100,8 +101,8 @@ impl SpurPair {
         })
     }
 
-    /// The dimensionless pair x'' + 2 ζ x' + (1 + Σ a_j cos jφ) f(x) = F_m + W² Σ j² e_j cos jφ with half the backlash 1
-    /// and one tooth a turn: its speed is the mesh frequency W.
+    /// The dimensionless pair x'' + 2 ζ x' + (1 + Σ a_j cos jφ) f(x) = F_m + W² Σ j² e_j cos jφ with half the
+    /// backlash 1 and one tooth a turn: its speed is the mesh frequency W.
     ///
     /// # Errors
     /// A harmonic beyond ±1e50; more than 10 000.

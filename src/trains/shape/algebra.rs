@@ -36,7 +36,7 @@ fn rolled<const PLAIN: bool, S>(index: usize) -> usize {
 }
 
 impl<N: Nonlinearity> TrainShape<N> {
-    /// The equations of [`Train`](crate::trains::Train). `PLAIN`: those of a [plain](TrainShape::plain) train.
+    /// The equations of [`Train`](crate::trains::Train). `PLAIN`: see [`TrainShape::plain`].
     #[inline(always)]
     pub(crate) fn accelerate<const PLAIN: bool, S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -67,7 +67,7 @@ impl<N: Nonlinearity> TrainShape<N> {
 
     /// Adds the accelerations by the mesh forces, and by the shafts that meshes of a plain train have.
     ///
-    /// In `f64` a plain train carries the second coordinate of a mesh over to the next one, which often starts there.
+    /// In `f64` a plain train carries the second coordinate of a mesh over to the next one.
     #[inline(always)]
     fn add_meshes<const PLAIN: bool, S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -122,7 +122,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
     }
 
-    /// [`accelerate`](TrainShape::accelerate) of any train, compiled once and not into every loop of the solvers.
+    /// [`accelerate`](TrainShape::accelerate) of any train, compiled once and not into each solver.
     #[inline(never)]
     pub(crate) fn accelerate_apart<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -135,7 +135,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         self.accelerate::<false, _, _>(law, u, q, v, a);
     }
 
-    /// The accelerations of noncircular gears by the force of tooth i. It is kept out of the loops of round gears.
+    /// The accelerations of noncircular gears by the force of tooth i, out of the loops of round gears.
     #[inline(never)]
     fn varying_pull<S: Scalar>(&self, i: usize, w: S, at: &At<S>, a: &mut [S]) {
         for lever in &self.elements.varying[self.rests[i].varying.clone()] {
@@ -151,8 +151,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
     }
 
-    /// Everything but torques, two-ended springs and mesh forces. It is compiled once for each number type: inlined
-    /// into all loops of the lanes it would take minutes to compile.
+    /// Everything but torques, two-ended springs and mesh forces. It is compiled once for each number type:
+    /// inlined into all loops of the lanes it would take minutes to compile.
     #[inline(never)]
     fn others<S: Scalar, L: PieceChoice<S>>(&self, law: &L, at: &At<S>, q: &[S], v: &[S], a: &mut [S]) {
         for spring in &self.elements.row_springs {
@@ -224,7 +224,7 @@ mod tests {
         part.damping(800.0).half_backlash(2e-5)
     }
 
-    /// The walk and the general algebra agree in contact and in the gap, and the walk gives the same bits in lanes.
+    /// The walk and the general algebra agree in contact and in the gap, and the bits are the same in lanes.
     fn agree(parts: &Parts, reference: &str) {
         let train = parts.build(reference, 90.0).unwrap();
         assert!(train.shape().plain);
@@ -260,8 +260,8 @@ mod tests {
         assert!(seen.iter().all(|seen| *seen > 0), "{seen:?}");
     }
 
-    /// A wheel between two shafts drives two pinions. One of them drives a further gear, and over a shaft one more;
-    /// another shaft joins two bodies of which neither comes first in a mesh.
+    /// A wheel between two shafts drives two pinions. One of them drives a further gear, and over a shaft one
+    /// more; another shaft joins two bodies of which neither comes first in a mesh.
     #[test]
     fn meshes_that_branch() {
         let mut parts = Parts::new();

@@ -29,8 +29,8 @@ pub(crate) struct Elements {
     pub(crate) torque_waves: Vec<(usize, usize, Range<usize>)>,
     /// The numbers of all rows of more than two coordinates.
     pub(crate) entries: Vec<Entry>,
-    /// Each wave once. Stiffnesses and signs take one drive; errors, varying levers and uneven rotations take two, of
-    /// which the second is the rate over φ.
+    /// Each wave once. Stiffnesses and signs take one drive; errors, varying levers and uneven rotations take
+    /// two, of which the second is the rate over φ.
     pub(crate) single: Vec<Wave>,
     pub(crate) jets: Vec<Wave>,
 }
@@ -85,8 +85,8 @@ pub(crate) struct Rotating {
     pub(crate) centripetal: f64,
 }
 
-/// A shaft of the first coordinate of a mesh in a plain train: its other end, and its pulls on the first coordinate and
-/// on this end.
+/// A shaft of the first coordinate of a mesh in a plain train: its other end, and its pulls on the first
+/// coordinate and on this end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shaft {
     pub(crate) end: u32,
@@ -100,8 +100,8 @@ impl Shaft {
     pub(crate) const NONE: Shaft = Shaft { end: u32::MAX, stiffness: 0.0, damping: 0.0, pulls: [0.0; 2] };
 }
 
-/// A contact: a mesh, or a clearance of a shaft or a bearing. What every evaluation reads stands here, in little
-/// memory; the rest in [`ToothRest`].
+/// A contact: a mesh, or a clearance of a shaft or a bearing. What every evaluation reads stands here, in
+/// little memory; the rest in [`ToothRest`].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tooth<N> {
     /// The first two numbers of its row.
@@ -128,8 +128,8 @@ pub(crate) struct ToothRest<N> {
     pub(crate) mesh: Mesh<N>,
 }
 
-/// The lever of a noncircular gear: its angle `at` moves the contact by `lever` g(φ), and a unit of force accelerates it
-/// by `pull` g(φ).
+/// The lever of a noncircular gear: its angle `at` moves the contact by `lever` g(φ), and a unit of force
+/// accelerates it by `pull` g(φ).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lever {
     pub(crate) at: usize,
@@ -139,7 +139,8 @@ pub(crate) struct Lever {
     pub(crate) wave: usize,
 }
 
-/// A body that turns unevenly in the kinematic motion, θ' = `ratio` φ' R(φ): it accelerates by θ'' = `ratio` φ'² R'(φ).
+/// A body that turns unevenly in the kinematic motion, θ' = `ratio` φ' R(φ) and θ'' =
+/// `ratio` φ'² R'(φ).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Uneven {
     pub(crate) at: usize,
@@ -184,8 +185,8 @@ pub(crate) struct Motor {
     pub(crate) characteristic: Characteristic,
 }
 
-/// The planets of a carrier, and the coordinates of the carrier and of the gears that mesh with them. All places are those
-/// of inertial coordinates.
+/// The planets of a carrier, and the coordinates of the carrier and of the gears that mesh with them. All
+/// places are those of inertial coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlanetSet {
     pub(crate) planets: Vec<PlanetPlace>,

@@ -22,15 +22,15 @@ use crate::trains::shape::elements::{Elements, Entry, PlanetSet, Tooth, ToothRes
 ///
 /// The coordinates q are deviations from the kinematic rotation: for each body the angle along its own mean
 /// rotation `[rad]` (counterclockwise for a body at rest), then x and y `[m]` if it has bearings, in the
-/// order of the bodies ([`TrainShape::coordinates`]). M is diagonal, b_i is the row of mesh i, f_i its contact
-/// law, e_i its static transmission error, Ω the speed of a rotating frame.   Source: Kahraman 1994 (JSV 173,
-/// 125), Lin and Parker 1999 (J. Vib. Acoust. 121, 316).
+/// order of the bodies ([`TrainShape::coordinates`]). M is diagonal, b_i is the row of mesh i, f_i its
+/// contact law, e_i its static transmission error, Ω the speed of a rotating frame.   Source: Kahraman 1994
+/// (JSV 173, 125), Lin and Parker 1999 (J. Vib. Acoust. 121, 316).
 ///
 /// Constants: `speed` [rad/s] of the reference body, each torque by its name [N m], `<mesh> damping` c
 /// [N s/m], `<mesh> half backlash` b `[m]` (half of the backlash; if the law has one), `<mesh> friction` μ.
 ///
-/// Contact i is mesh i, in the order of their statement; clearances of shafts and bearings follow. Own channels:
-/// `<mesh> transmission error` b_iᵀ q `[m]`.
+/// Contact i is mesh i, in the order of their statement; clearances of shafts and bearings follow. Own
+/// channels: `<mesh> transmission error` b_iᵀ q `[m]`.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, MeshPart, Parts};
@@ -40,7 +40,8 @@ use crate::trains::shape::elements::{Elements, Entry, PlanetSet, Tooth, ToothRes
 /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
 /// parts.torque("motor", "pinion", 30.0).torque("load", "wheel", -60.0);
 /// let train = parts.build("pinion", 100.0)?;
-/// assert_eq!((train.dof(), train.constant("mesh damping")?), (1, 0.0)); // the torques balance: relative coordinates
+/// // The torques balance: relative coordinates.
+/// assert_eq!((train.dof(), train.constant("mesh damping")?), (1, 0.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type Train<N = Backlash> = Machine<TrainShape<N>>;
@@ -64,13 +65,13 @@ pub struct TrainShape<N = Backlash> {
     /// Meshes, then clearances of shafts.
     pub(crate) teeth: Vec<Tooth<N>>,
     pub(crate) rests: Vec<ToothRest<N>>,
-    /// Whether the train has nothing but shafts, constant torques and meshes of at most two coordinates whose damping
-    /// always acts. Its meshes then evaluate one shaft each.
+    /// Whether the train has nothing but shafts, constant torques and meshes of at most two coordinates whose
+    /// damping always acts. Its meshes then evaluate one shaft each.
     pub(crate) plain: bool,
     /// Number of springs, from the first one, that no mesh evaluates.
     pub(crate) loose: usize,
-    /// For each torque, the coordinates on which its constant acts and how much of it: a constant torque, and the part
-    /// of the load that balances a torque. Torques over the angle and over the speed come first.
+    /// For each torque, the coordinates on which its constant acts and how much of it: a constant torque, and
+    /// the part of the load that balances a torque. Torques over the angle and over the speed come first.
     pub(crate) torques: Vec<Vec<Entry>>,
     pub(crate) constants: Vec<Channel>,
     pub(crate) sets: Vec<PlanetSet>,
@@ -134,8 +135,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
     }
 
-    /// Net torques by coordinate, from the named torques: b_j = Σ share · T. A load balances a torque over the speed at
-    /// the speed φ'.
+    /// Net torques by coordinate, from the named torques: b_j = Σ share · T. A load balances a torque over
+    /// the speed at the speed φ'.
     fn net<S: Scalar>(&self, torques: &[S], speed: S) -> Vec<S> {
         let mut net = vec![S::from(0.0); self.elements.per_inertia.len()];
         let waves = self.elements.torque_waves.len();
