@@ -4,7 +4,7 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::combine::{Product, Sum};
 use crate::excitation::wave::Wave;
 use crate::trains::plan::fraction::Fraction;
-use crate::trains::plan::orders::varies;
+use crate::trains::plan::orders::{follows_teeth, varies};
 use crate::trains::plan::topology::Gearing;
 use crate::trains::plan::train_plan::Plan;
 use crate::trains::train_error::TrainError;
@@ -58,6 +58,17 @@ impl<N: Nonlinearity> Plan<'_, N> {
             sign: part.friction.as_ref().map(|friction| over_teeth(&friction.sign)).transpose()?,
             order,
         })
+    }
+
+    /// Refuses waves over the teeth of a mesh without a round gear that turns evenly.
+    fn teeth_turn_evenly(&self, mesh: &Gearing<N>) -> Result<(), TrainError> {
+        let even = |gear: usize| self.rotations[mesh.ends[gear]].is_none();
+        let round = |gear: usize| mesh.part.radius_factors[gear].is_none();
+        if !follows_teeth(mesh.part) || [0, 1].into_iter().any(|gear| round(gear) && even(gear)) {
+            return Ok(());
+        }
+        let body = self.topology.name(mesh.ends[usize::from(even(0))]);
+        Err(TrainError::Uneven { part: mesh.name.into(), body })
     }
 
     /// A wave over the turns of a gear. A tooth of a central gear reaches the planets one after the other.

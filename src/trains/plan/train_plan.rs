@@ -3,12 +3,12 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::trains::parts::collection::Parts;
 use crate::trains::plan::kinematics::Kinematics;
-use crate::trains::plan::orders::{Orders, follows_teeth};
+use crate::trains::plan::orders::Orders;
 use crate::trains::plan::phases::phases;
 use crate::trains::plan::places::{Planets, planets};
 use crate::trains::plan::ranges;
 use crate::trains::plan::rotation::{Rotations, rotations};
-use crate::trains::plan::topology::{Gearing, Topology};
+use crate::trains::plan::topology::Topology;
 use crate::trains::train_error::TrainError;
 
 /// What follows from the parts of a train.
@@ -48,15 +48,5 @@ impl<'p, N: Nonlinearity> Plan<'p, N> {
             None => Ok(()),
             Some(_) => Err(TrainError::Uneven { part: part.into(), body: self.topology.name(body) }),
         }
-    }
-    /// Refuses waves over the teeth of a mesh without a round gear that turns evenly.
-    pub(crate) fn teeth_turn_evenly(&self, mesh: &Gearing<N>) -> Result<(), TrainError> {
-        let even = |gear: usize| self.rotations[mesh.ends[gear]].is_none();
-        let round = |gear: usize| mesh.part.radius_factors[gear].is_none();
-        if !follows_teeth(mesh.part) || [0, 1].into_iter().any(|gear| round(gear) && even(gear)) {
-            return Ok(());
-        }
-        let body = self.topology.name(mesh.ends[usize::from(even(0))]);
-        Err(TrainError::Uneven { part: mesh.name.into(), body })
     }
 }

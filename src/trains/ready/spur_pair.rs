@@ -2,6 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::combine::Scaled;
+use crate::excitation::fourier::Fourier;
 use crate::excitation::wave::Wave;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts};
@@ -112,16 +113,23 @@ impl SpurPair {
         stiffness: &[f64],
         error: &[f64],
     ) -> Result<Self, ParameterError> {
-        let cosines = |list: &[f64]| -> Vec<[f64; 2]> { list.iter().map(|a| [*a, 0.0]).collect() };
         let wave = |mean: f64, list: &[f64]| {
-            Ok::<_, ParameterError>(Wave::new(crate::excitation::fourier::Fourier::new(
-                mean,
-                &cosines(list),
-            )?))
+            let cosines: Vec<[f64; 2]> = list.iter().map(|a| [*a, 0.0]).collect();
+            Ok::<_, ParameterError>(Wave::new(Fourier::new(mean, &cosines)?))
         };
-        let pair = SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], wave(1.0, stiffness)?)?;
-        let pair = pair.error(wave(0.0, error)?).damping_ratio(damping_ratio).half_backlash(1.0);
-        Ok(SpurPair { dimensionless: true, ..pair.load(mean_force) })
+        SpurPair::unit(wave(1.0, stiffness)?, wave(0.0, error)?, damping_ratio, mean_force)
+    }
+
+    /// The dimensionless pair of the waves k/k_m and e/b.
+    fn unit(
+        stiffness: Wave,
+        error: Wave,
+        damping_ratio: f64,
+        mean_force: f64,
+    ) -> Result<Self, ParameterError> {
+        let pair = SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], stiffness)?.error(error);
+        let pair = pair.damping_ratio(damping_ratio).half_backlash(1.0).load(mean_force);
+        Ok(SpurPair { dimensionless: true, ..pair })
     }
 
     /// The same pair with a static transmission error `[m]` over the mesh angle.
@@ -162,10 +170,8 @@ impl SpurPair {
         let b = check::scale("half backlash", self.half_backlash)?;
         let by =
             |factor: f64, wave: &Wave| Ok::<_, ParameterError>(Wave::new(Scaled::new(factor, wave.clone())?));
-        let pair =
-            SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], by(1.0 / self.mean_stiffness, &self.stiffness)?)?;
-        let pair = pair.error(by(1.0 / b, &self.error)?).damping_ratio(self.damping_ratio).half_backlash(1.0);
-        Ok(SpurPair { dimensionless: true, ..pair.load(numbers.mean_force) })
+        let (stiffness, error) = (by(1.0 / self.mean_stiffness, &self.stiffness)?, by(1.0 / b, &self.error)?);
+        SpurPair::unit(stiffness, error, self.damping_ratio, numbers.mean_force)
     }
 
     /// Its parts in relative coordinates, with both torques.

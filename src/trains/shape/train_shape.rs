@@ -107,28 +107,15 @@ impl<N: Nonlinearity> TrainShape<N> {
 
     /// Finds whether the train is plain. If it is, each mesh takes a shaft of its first coordinate.
     pub(crate) fn share_shafts(&mut self) {
-        let elements = &self.elements;
-        let two = |rest: &ToothRest<N>| rest.more_levers.is_empty() && rest.more_pulls.is_empty();
-        let always = |rest: &ToothRest<N>| rest.mesh.contact_damping() == ContactDamping::Always;
-        self.plain = elements.springs.iter().all(|spring| spring.levers == [1.0, -1.0])
-            && self.rests.iter().all(|rest| two(rest) && always(rest))
-            && elements.varying.is_empty()
-            && elements.uneven.is_empty()
-            && elements.row_springs.is_empty()
-            && elements.rotating.is_empty()
-            && elements.frictions.is_empty()
-            && elements.journals.is_empty()
-            && elements.motors.is_empty()
-            && elements.torque_waves.is_empty();
-        self.loose = elements.springs.len();
-        if !self.plain {
-            return;
-        }
-        for tooth in &mut self.teeth {
+        let Elements { per_inertia, springs, single, jets, .. } = self.elements.clone();
+        let plain = springs.iter().all(|spring| spring.levers == [1.0, -1.0])
+            && self.rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
+            && self.elements == Elements { per_inertia, springs, single, jets, ..Elements::default() };
+        (self.plain, self.loose) = (plain, self.elements.springs.len());
+        for tooth in self.teeth.iter_mut().filter(|_| plain) {
             let springs = &mut self.elements.springs[..self.loose];
-            let Some(place) = springs.iter().position(|spring| spring.ends.contains(&tooth.at[0])) else {
-                continue;
-            };
+            let place = springs.iter().position(|spring| spring.ends.contains(&tooth.at[0]));
+            let Some(place) = place else { continue };
             tooth.shaft = springs[place].shaft_of(tooth.at[0]);
             springs[place..].rotate_left(1);
             self.loose -= 1;
