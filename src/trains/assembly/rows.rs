@@ -3,7 +3,6 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::model::equations::Channel;
 use crate::trains::parts::mesh_part::Kind;
-use crate::trains::plan::places::centre;
 use crate::trains::plan::topology::Gearing;
 use crate::trains::plan::train_plan::Plan;
 use crate::trains::shape::elements::Entry;
@@ -86,10 +85,10 @@ impl<'p, N: Nonlinearity> Layout<'p, N> {
 
     /// The row of a mesh, and that of its friction.
     pub(crate) fn mesh(&self, gearing: &Gearing<N>) -> Result<[Row; 2], TrainError> {
-        let Plan { topology, kinematics, planets, .. } = self.plan;
+        let Plan { topology, kinematics, planets, centres, .. } = self.plan;
         let &Gearing { name, ends: [a, b], carrier, part: mesh } = gearing;
         let [from, to] = if mesh.kind == Kind::FirstInternal { [a, b] } else { [b, a] };
-        let [p, q] = [from, to].map(|body| centre(topology, planets, body));
+        let [p, q] = [from, to].map(|body| centres[body].unwrap_or_default());
         // The unit vector e along the centres: from the first to the second gear, or from the internal gear.
         let way = if mesh.kind == Kind::External { -1.0 } else { 1.0 };
         let (dx, dy) = (way * (q[0] - p[0]), way * (q[1] - p[1]));

@@ -4,8 +4,8 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::trains::parts::mesh_part::{Kind, Phase};
 use crate::trains::plan::kinematics::Kinematics;
-use crate::trains::plan::places::{Planets, SAME, centre, snapped};
-use crate::trains::plan::topology::{Gearing, Topology};
+use crate::trains::plan::places::{Centres, Planets, SAME, snapped};
+use crate::trains::plan::topology::Gearing;
 use crate::trains::train_error::TrainError;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -30,11 +30,11 @@ const MISS: f64 = 1e-3;
 
 /// The phases of all meshes in [0, 1), in mesh cycles ahead of their waves.
 pub(crate) fn phases<N: Nonlinearity>(
-    topology: &Topology<N>,
+    meshes: &[Gearing<N>],
     kinematics: &Kinematics,
     planets: &Planets,
+    centres: &Centres,
 ) -> Result<Vec<f64>, TrainError> {
-    let meshes = &topology.meshes[..];
     let mut phases: Vec<Option<f64>> = meshes
         .iter()
         .map(|mesh| {
@@ -48,7 +48,7 @@ pub(crate) fn phases<N: Nonlinearity>(
     let from_teeth = |mesh: usize| meshes[mesh].part.phase == Phase::FromTeeth;
     if phases.contains(&None) {
         let meet = |i: usize| {
-            [0, 1].into_iter().filter_map(move |gear| meeting(topology, kinematics, planets, i, gear))
+            [0, 1].into_iter().filter_map(move |gear| meeting(i, &meshes[i], gear, kinematics, centres))
         };
         let meetings: Vec<Vec<Meeting>> = (0..meshes.len()).map(|i| meet(i).collect()).collect();
         let mut of_gear: HashMap<Gear, Vec<&Meeting>> = HashMap::new();
@@ -116,25 +116,16 @@ fn miss<N>(meshes: &[Gearing<N>], [(one, own), (other, found)]: [(usize, f64); 2
 
 /// When and where a tooth of one gear of a mesh is at the pitch point; `None` without places or rotation.
 fn meeting<N: Nonlinearity>(
-    topology: &Topology<N>,
-    kinematics: &Kinematics,
-    planets: &Planets,
     i: usize,
+    gearing: &Gearing<N>,
     gear: usize,
+    kinematics: &Kinematics,
+    centres: &Centres,
 ) -> Option<Meeting> {
-    let &Gearing { ends, carrier, part: mesh, .. } = &topology.meshes[i];
+    let &Gearing { ends, carrier, part: mesh, .. } = gearing;
     let [own, mate] = [ends[gear], ends[1 - gear]];
-    // A central gear without a place is at the centre of the carrier.
-    let placed = |body: usize| {
-        let place = |body: usize| topology.body(body).centre;
-        let stated = place(body).or_else(|| carrier.and_then(place));
-        (stated.is_some() || carrier.is_some()).then(|| match planets[body] {
-            Some(_) => centre(topology, planets, body),
-            None => stated.unwrap_or_default(),
-        })
-    };
-    let ([x, y], [u, v]) = (placed(own)?, placed(mate)?);
-    let turning = kinematics.relative(own, carrier)?;
+    let ([x, y], [u, v]) = (centres[own]?, centres[mate]?);
+    let turning = kinematics.of_gear(gearing, gear)?;
     if (x, y) == (u, v) || turning.is_zero() || !mesh.is_round() {
         return None;
     }

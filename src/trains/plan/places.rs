@@ -96,10 +96,23 @@ fn centre_distance<N>(mesh: &MeshPart<N>) -> f64 {
     across / libm::cos(mesh.pressure_angle)
 }
 
-/// The centre of a body `[m]`.
-pub(crate) fn centre<N>(topology: &Topology<N>, planets: &Planets, body: usize) -> [f64; 2] {
-    let stated = |body: usize| topology.body(body).centre.unwrap_or_default();
-    let Some(planet) = &planets[body] else { return stated(body) };
-    let ([x, y], (sin, cos)) = (stated(planet.carrier), libm::sincos(planet.angle));
-    [x + planet.radius * cos, y + planet.radius * sin]
+/// The centres of all bodies `[m]`: as stated, of a planet on its carrier, of a central gear without a statement
+/// that of its carrier. `None`: unknown.
+pub(crate) type Centres = Vec<Option<[f64; 2]>>;
+
+pub(crate) fn centres<N>(topology: &Topology<N>, planets: &Planets) -> Centres {
+    let stated = |body: usize| topology.body(body).centre;
+    let mut centres: Vec<_> = (0..topology.bodies.len()).map(stated).collect();
+    for mesh in &topology.meshes {
+        let Some(carrier) = mesh.carrier else { continue };
+        for body in mesh.ends {
+            centres[body] = centres[body].or(Some(stated(carrier).unwrap_or_default()));
+        }
+    }
+    for (centre, planet) in centres.iter_mut().zip(planets) {
+        let Some(planet) = planet else { continue };
+        let ([x, y], (sin, cos)) = (stated(planet.carrier).unwrap_or_default(), libm::sincos(planet.angle));
+        *centre = Some([x + planet.radius * cos, y + planet.radius * sin]);
+    }
+    centres
 }

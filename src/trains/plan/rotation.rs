@@ -43,12 +43,10 @@ pub(crate) fn rotations<N: Nonlinearity>(
                 open.push(link);
                 continue;
             };
-            let known = found[link.bodies[from]].clone().flatten();
+            let body = link.bodies[from];
+            let known = found[body].clone().flatten();
             if link.bodies.len() > 2 && known.is_some() {
-                return Err(TrainError::Uneven {
-                    part: link.part.into(),
-                    body: topology.name(link.bodies[from]),
-                });
+                return Err(TrainError::Uneven { part: link.part.into(), body: topology.name(body) });
             }
             let own = link.from(known, from)?;
             for (_, &body) in link.bodies.iter().enumerate().filter(|(i, _)| *i != from) {
@@ -56,10 +54,8 @@ pub(crate) fn rotations<N: Nonlinearity>(
                     None => found[body] = Some(own.clone()),
                     Some(other) if alike(other.as_ref(), own.as_ref()) => {}
                     Some(_) => {
-                        return Err(TrainError::UnevenLoop {
-                            part: link.part.into(),
-                            body: topology.name(body),
-                        });
+                        let (part, body) = (link.part.into(), topology.name(body));
+                        return Err(TrainError::UnevenLoop { part, body });
                     }
                 }
             }
@@ -105,11 +101,8 @@ fn links<'p, N: Nonlinearity>(
             return Err(TrainError::NotRound { mesh: mesh.name.into(), why });
         }
         let ratio = if round { None } else { Some(ratio(mesh, kinematics, orders)?) };
-        links.push(Link {
-            part: mesh.name,
-            bodies: mesh.ends.into_iter().chain(mesh.carrier).collect(),
-            ratio,
-        });
+        let bodies = mesh.ends.into_iter().chain(mesh.carrier).collect();
+        links.push(Link { part: mesh.name, bodies, ratio });
     }
     Ok(links)
 }

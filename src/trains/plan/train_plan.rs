@@ -5,7 +5,7 @@ use crate::trains::parts::collection::Parts;
 use crate::trains::plan::kinematics::Kinematics;
 use crate::trains::plan::orders::Orders;
 use crate::trains::plan::phases::phases;
-use crate::trains::plan::places::{Planets, planets};
+use crate::trains::plan::places::{Centres, Planets, centres, planets};
 use crate::trains::plan::ranges;
 use crate::trains::plan::rotation::{Rotations, rotations};
 use crate::trains::plan::topology::Topology;
@@ -16,6 +16,7 @@ pub(crate) struct Plan<'p, N> {
     pub(crate) topology: Topology<'p, N>,
     pub(crate) kinematics: Kinematics,
     pub(crate) planets: Planets,
+    pub(crate) centres: Centres,
     pub(crate) orders: Orders,
     pub(crate) rotations: Rotations,
     /// Phases of the meshes in [0, 1), in mesh cycles ahead of their waves.
@@ -38,8 +39,9 @@ impl<'p, N: Nonlinearity> Plan<'p, N> {
         if rotations.iter().any(Option::is_some) {
             topology.held()?;
         }
-        let phases = phases(&topology, &kinematics, &planets)?;
-        Ok(Plan { topology, kinematics, planets, orders, rotations, phases, relative })
+        let centres = centres(&topology, &planets);
+        let phases = phases(&topology.meshes, &kinematics, &planets, &centres)?;
+        Ok(Plan { topology, kinematics, planets, centres, orders, rotations, phases, relative })
     }
 
     /// Refuses a part that follows the turn of a body which turns unevenly.

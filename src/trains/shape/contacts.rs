@@ -82,8 +82,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         if self.rests[i].varying.is_empty() { [d, dv] } else { self.varying_row([d, dv], i, at, q, v) }
     }
 
-    /// Adds the levers of noncircular gears to deflection and rate of tooth i. It is kept
-    /// out of the loops of round gears.
+    /// Adds the levers of noncircular gears to deflection and rate of tooth i, out of the loops of round gears.
     #[inline(never)]
     fn varying_row<S: Scalar>(
         &self,
@@ -100,6 +99,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
         [d, dv]
     }
+
     /// Force of tooth i. `PLAIN`: its damping acts always.
     #[inline(always)]
     pub(crate) fn force<const PLAIN: bool, S: Scalar, L: PieceChoice<S>>(
