@@ -35,11 +35,8 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             self.tooth(channel, &row, varying, [waves.stiffness, waves.error], contact);
             if let (Some(friction), Some(sign)) = (&part.friction, waves.sign) {
                 let (pulls, sign) = (self.kept_pulls(&friction_row), self.shape.elements.single(sign));
-                self.shape.elements.frictions.push(Friction {
-                    tooth: self.shape.teeth.len() - 1,
-                    sign,
-                    pulls,
-                });
+                let tooth = self.shape.teeth.len() - 1;
+                self.shape.elements.frictions.push(Friction { tooth, sign, pulls });
                 let constant = Channel::new(format!("{name} friction"), "1");
                 self.constants.frictions.push((constant, friction.coefficient));
             }

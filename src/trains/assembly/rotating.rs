@@ -36,13 +36,14 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             };
             // The damper of a planet's bearing turns with the carrier.
             let damping = if planet { 0.0 } else { c / bearing.mass };
-            for (i, j, way) in [(x, y, -1.0), (y, x, 1.0)] {
-                let (damping, gyroscopic) = (way * damping, way * 2.0);
-                self.shape.elements.rotating.push(Rotating { i, j, damping, gyroscopic, centripetal: 0.0 });
-            }
-            for i in [x, y] {
-                let (damping, gyroscopic, centripetal) = (0.0, 0.0, -1.0);
-                self.shape.elements.rotating.push(Rotating { i, j: i, damping, gyroscopic, centripetal });
+            let terms = [
+                (x, y, -damping, -2.0, 0.0),
+                (y, x, damping, 2.0, 0.0),
+                (x, x, 0.0, 0.0, -1.0),
+                (y, y, 0.0, 0.0, -1.0),
+            ];
+            for (i, j, damping, gyroscopic, centripetal) in terms {
+                self.shape.elements.rotating.push(Rotating { i, j, damping, gyroscopic, centripetal });
             }
         }
         Ok(())
