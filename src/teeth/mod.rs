@@ -1,8 +1,8 @@
 //! Teeth of involute gears: geometry, mesh stiffness, deviations.
 //!
-//! An [`InvoluteGear`] states its teeth, a [`GearPair`] computes the geometry of two gears in mesh. The results
-//! are functions of the mesh cycle: one period 2π of an [`Excitation`](crate::excitation::Excitation) is the time
-//! from one pair of teeth to the next, φ = 0 the angle at which a pair enters contact.
+//! An [`InvoluteGear`] states its teeth, a [`GearPair`] computes the geometry of two gears in mesh. The
+//! results are functions of the mesh cycle: one period 2π of an [`Excitation`](crate::excitation::Excitation)
+//! is the time from one pair of teeth to the next, φ = 0 the angle at which a pair enters contact.
 //! [`Wave::per_turn`](crate::Wave::per_turn) with the number of teeth puts it on a shaft. All quantities are
 //! in SI units. The [guide page](crate::guide::teeth) gives equations, sources and a choice of methods.
 

@@ -28,9 +28,9 @@ pub enum ModeKind {
 }
 
 impl ModeKind {
-    /// The kind of modes that harmonic l of the mesh frequency excites in a set of N equally spaced planets round
-    /// a sun of Z teeth: with k = l Z mod N, rotational modes for k = 0, translational ones for k = 1 and N - 1,
-    /// planet modes otherwise.   Source: Parker 2000, J. Sound Vib. 236, 561.
+    /// The kind of modes that harmonic l of the mesh frequency excites in a set of N equally spaced planets
+    /// round a sun of Z teeth: with k = l Z mod N, rotational modes for k = 0, translational ones for k = 1
+    /// and N - 1, planet modes otherwise.   Source: Parker 2000, J. Sound Vib. 236, 561.
     pub fn of_harmonic(sun_teeth: u32, planets: u32, harmonic: u32) -> Self {
         let n = u64::from(planets.max(1));
         match u64::from(harmonic) * u64::from(sun_teeth) % n {
@@ -49,8 +49,8 @@ const PURE: f64 = 1.0 - 1e-6;
 
 impl<N: Nonlinearity> Train<N> {
     /// The kind of each mode, in the order of [`Modes::list`], by projection on the symmetries of the first
-    /// planetary set. Frequencies that agree to 1e-7 are separated by kind. A train without planets, with unequal
-    /// spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
+    /// planetary set. Frequencies that agree to 1e-7 are separated by kind. A train without planets, with
+    /// unequal spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
     pub fn kinds(&self, modes: &Modes) -> Vec<ModeKind> {
         let list = modes.list();
         let own = list.iter().all(|mode| mode.shape().len() == self.shape().coordinates.len());
@@ -85,8 +85,8 @@ impl<N: Nonlinearity> Train<N> {
         kinds
     }
 
-    /// The shares of a mode's strain energy by element: springs and bearings by their names, meshes at the angle
-    /// φ = `angle` of their waves. They add up to 1, except for a rigid motion, which has 0 everywhere.
+    /// The shares of a mode's strain energy by element: springs and bearings by their names, meshes at the
+    /// angle φ = `angle` of their waves. They add up to 1, except for a rigid motion, which has 0 everywhere.
     pub fn strain_energy(&self, mode: &Mode, angle: f64) -> Vec<(String, f64)> {
         let (shape, q) = (self.shape(), mode.shape());
         let of = |levers: &mut dyn Iterator<Item = Entry>| -> f64 {
@@ -95,31 +95,30 @@ impl<N: Nonlinearity> Train<N> {
         let pair =
             |at: [u32; 2], by: [f64; 2]| at.into_iter().zip(by).map(|(at, by)| Entry { at: at as usize, by });
         let mut energies = Vec::new();
-        for (spring, name) in shape.springs.iter().zip(&shape.spring_names[0]) {
+        for spring in &shape.elements.springs {
             let x = of(&mut pair(spring.ends, spring.levers));
-            energies.push((name.clone(), spring.stiffness * x * x));
+            energies.push((spring.name.clone(), spring.stiffness * x * x));
         }
-        for (spring, name) in shape.row_springs.iter().zip(&shape.spring_names[1]) {
-            let x = of(&mut shape.entries[spring.levers.clone()].iter().copied());
-            energies.push((name.clone(), spring.stiffness * x * x));
+        for spring in &shape.elements.row_springs {
+            let x = of(&mut shape.elements.entries[spring.levers.clone()].iter().copied());
+            energies.push((spring.name.clone(), spring.stiffness * x * x));
         }
-        for (i, (tooth, rest)) in shape.teeth.iter().zip(&shape.rests).enumerate() {
-            let more = shape.entries[rest.more_levers.clone()].iter().copied();
-            let varying = shape.varying[rest.varying.clone()].iter().map(|lever| {
-                let g = shape.jets[lever.wave].value(angle, Side::After);
+        for (tooth, rest) in shape.teeth.iter().zip(&shape.rests) {
+            let more = shape.elements.entries[rest.more_levers.clone()].iter().copied();
+            let varying = shape.elements.varying[rest.varying.clone()].iter().map(|lever| {
+                let g = shape.elements.jets[lever.wave].value(angle, Side::After);
                 Entry { at: lever.at, by: lever.lever * g }
             });
             let x = of(&mut pair(tooth.at, tooth.levers).chain(more).chain(varying));
-            let stiffness = shape.single[tooth.stiffness as usize].value(angle, Side::After);
-            energies.push((shape.contact_names[i].name.clone(), stiffness * x * x));
+            let stiffness = shape.elements.single[tooth.stiffness as usize].value(angle, Side::After);
+            energies.push((rest.channel.name.clone(), stiffness * x * x));
         }
-        for (i, journal) in shape.journals.iter().enumerate() {
+        for journal in &shape.elements.journals {
             let squares = journal.levers.iter().map(|levers| {
-                let x = of(&mut shape.entries[levers.clone()].iter().copied());
+                let x = of(&mut shape.elements.entries[levers.clone()].iter().copied());
                 x * x
             });
-            let name = shape.contact_names[shape.teeth.len() + i].name.clone();
-            energies.push((name, journal.stiffness * squares.sum::<f64>()));
+            energies.push((journal.name.clone(), journal.stiffness * squares.sum::<f64>()));
         }
         let all: f64 = energies.iter().map(|energy| energy.1).sum();
         let rigid = mode.frequency() == 0.0 || all == 0.0;
@@ -190,9 +189,4 @@ fn is_even(planets: &[PlanetPlace]) -> bool {
     let step = TAU / planets.len() as f64;
     let even = angles.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() < 1e-9);
     even && !planets.is_empty()
-}
-
-/// Angles of N equally spaced planets `[rad]`.
-pub(crate) fn equally_spaced(planets: u32) -> Vec<f64> {
-    (0..planets).map(|p| TAU * f64::from(p) / f64::from(planets)).collect()
 }

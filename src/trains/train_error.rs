@@ -3,7 +3,7 @@
 use crate::error::ParameterError;
 use thiserror::Error;
 
-/// What is unusual about a train, but may be meant. [`Parts::accept`](crate::trains::Parts::accept) accepts it.
+/// A suspicious input that may be intended: [`Parts::accept`](crate::trains::Parts::accept) accepts it.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, MeshPart, Parts, TrainError, Warning};

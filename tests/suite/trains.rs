@@ -122,6 +122,21 @@ fn counts_of_modes_by_kind() {
     }
 }
 
+/// Central gears without a stated centre stand at that of their carrier: the place of a set has no effect.
+#[test]
+fn a_set_has_the_same_modes_at_any_place() {
+    let frequencies = |centre: [f64; 2]| -> Vec<f64> {
+        let members = on_bearings(ring_locked([30, 30, 90], [1e-3; 4]), [Bearing::new(1.0, 1e8); 4]);
+        let members = Members { carrier: members.carrier.clone().at(centre), ..members };
+        let train =
+            Planetary::new(3, 0.03, members, [k(), k()]).unwrap().parts().build("sun", 100.0).unwrap();
+        Modes::in_contact(&train, 0.0).unwrap().list().iter().map(|mode| mode.frequency()).collect()
+    };
+    let (here, there) = (frequencies([0.0, 0.0]), frequencies([0.3, -0.2]));
+    let most = here[here.len() - 1];
+    assert!(here.iter().zip(&there).all(|(one, other)| (one - other).abs() < 1e-9 * most));
+}
+
 #[test]
 fn kahraman_fixed_ring() {
     let p = &read("gear_trains.json")["kahraman_1994_fixed_ring"];

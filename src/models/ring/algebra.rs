@@ -110,8 +110,8 @@ fn after(i: usize, n: usize) -> usize {
 }
 
 impl<N: Nonlinearity> RingShape<N> {
-    /// Accelerations by the equations of [`Ring`](crate::Ring). For `f64` and three gears the loops are compiled with the
-    /// constant length 3.
+    /// Accelerations by the equations of [`Ring`](crate::Ring). For `f64` and three gears the loops are
+    /// compiled with the constant length 3.
     #[inline(always)]
     pub(crate) fn accelerate<S: Scalar, L: PieceChoice<S>>(
         &self,

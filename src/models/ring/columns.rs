@@ -10,9 +10,9 @@ pub(crate) type Parameters = [f64; 5];
 
 /// Parameters of the gears and their loads, gear by gear and as one list per parameter.
 ///
-/// Plain numbers read them gear by gear. With lists, lanes multiply by one number at a time and never divide: if
-/// the numbers of one gear stood next to each other, the compiler would vectorise over them instead of over
-/// the lanes.
+/// Plain numbers read them gear by gear. With lists, lanes multiply by one number at a time and never divide:
+/// if the numbers of one gear stood next to each other, the compiler would vectorise over them instead of
+/// over the lanes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Columns {
     gears: Vec<Parameters>,

@@ -2,7 +2,6 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::{ParameterError, check};
-use crate::models::ring::ring_params::mean;
 use crate::models::ring::ring_shape::Ring;
 use nalgebra::{DMatrix, DVector};
 
@@ -72,6 +71,6 @@ impl<N: Nonlinearity> Ring<N> {
 
     /// Mean mesh stiffnesses [N/m]: the mean of each K_i(φ) over a mesh period.
     pub fn mean_mesh_stiffness(&self) -> Vec<f64> {
-        self.shape().meshes.iter().map(|mesh| mean(mesh.stiffness())).collect()
+        self.shape().meshes.iter().map(|mesh| mesh.stiffness().mean()).collect()
     }
 }

@@ -5,7 +5,6 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::Mesh;
 use crate::error::{ParameterError, check};
 use crate::excitation::fourier::Fourier;
-use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
 use std::f64::consts::TAU;
 
@@ -162,7 +161,7 @@ impl<N: Nonlinearity> RingParams<N> {
         for (i, mesh) in self.meshes.iter().enumerate() {
             let jumps = format!("jumps of meshes[{i}].stiffness in a mesh period");
             check::count(jumps, &[mesh.stiffness().edges_per_turn()], MAX_JUMPS)?;
-            check::positive(format!("meshes[{i}]: mean stiffness"), mean(mesh.stiffness()))?;
+            check::positive(format!("meshes[{i}]: mean stiffness"), mesh.stiffness().mean())?;
         }
         Ok(())
     }
@@ -306,22 +305,3 @@ impl RingSet {
 
 /// Maximum number of jumps of a mesh stiffness in a mesh period. A solver ends a step at each jump.
 pub(crate) const MAX_JUMPS: usize = 10_000;
-
-/// The mean of a wave over its period, (1/T) ∫ f dx, by Gauss quadrature on 64 panels between its edges.
-pub(crate) fn mean(wave: &Wave) -> f64 {
-    const PANELS: usize = 64;
-    let period = TAU / f64::from(wave.order());
-    let (mut sum, mut angle) = (0.0, 0.0);
-    while angle < period {
-        let end = wave.next_edge(angle).map_or(period, |edge| edge.min(period));
-        for i in 0..PANELS {
-            let h = (end - angle) / PANELS as f64;
-            let middle = angle + (i as f64 + 0.5) * h;
-            sum += crate::numeric::gauss::integral(middle - 0.5 * h, middle + 0.5 * h, |x| {
-                wave.value(x, Side::After)
-            });
-        }
-        angle = end;
-    }
-    sum / period
-}

@@ -93,7 +93,7 @@ pub struct RingShape<N = Backlash> {
     /// For each mesh, the index of the first mesh with an equal stiffness and of the first with an equal
     /// error. Equal waves are evaluated once.
     same: Vec<[usize; 2]>,
-    /// Whether all meshes have the stiffness and the error of the first one. The drives then contain them once.
+    /// Whether all meshes have the stiffness and the error of the first one. The drives contain them once.
     pub(crate) alike: bool,
     /// Whether the edges of any mesh move.
     edges_move: bool,

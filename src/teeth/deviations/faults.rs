@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LossShape {
-    /// The whole loss during the mesh cycle: a crack at the root, which weakens the tooth wherever it is loaded.
+    /// The whole loss during the mesh cycle: a crack at the root, which weakens the whole tooth.
     Step,
     /// The loss grows and decreases as a raised cosine: a spall, whose load enters and leaves it.
     Cosine,
@@ -30,7 +30,8 @@ pub enum LossShape {
 /// the shaft of the gear, 1 - s on the mesh cycle of the tooth and 1 elsewhere.
 ///
 /// A wave of the mesh stiffness k(z φ) is multiplied by it ([`times`](ToothLoss::times)). The tooth meets
-/// another tooth of the other gear in every turn.   Source: Chaari et al. 2009 for the loss as a share of the mesh stiffness.
+/// another tooth of the other gear in every turn.   Source: Chaari et al. 2009 for the loss as a share of the
+/// mesh stiffness.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Fourier, Side}, teeth::ToothLoss, Wave};
@@ -50,8 +51,8 @@ pub struct ToothLoss {
 }
 
 impl ToothLoss {
-    /// The loss s `[1]` of a tooth, counted from 0, of a gear with a number of teeth. Tooth 0 has its mesh cycle
-    /// from φ = 0 to 2π/z of the shaft. Default shape: [`LossShape::Step`].
+    /// The loss s `[1]` of a tooth, counted from 0, of a gear with a number of teeth. Tooth 0 has its mesh
+    /// cycle from φ = 0 to 2π/z of the shaft. Default shape: [`LossShape::Step`].
     ///
     /// # Errors
     /// No teeth or more than 100 000; a tooth that does not exist; a loss outside 0 .. 1.

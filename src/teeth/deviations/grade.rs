@@ -102,8 +102,8 @@ impl QualityGrade {
 }
 
 impl Tolerances {
-    /// A tolerance `[m]` rounded as the standard prints it: above 10 μm to 1 μm, from 5 μm to 0.5 μm, below to
-    /// 0.1 μm.
+    /// A tolerance `[m]` rounded as the standard prints it: above 10 μm to 1 μm, from 5 μm to 0.5 μm, below
+    /// to 0.1 μm.
     pub fn rounded(tolerance: f64) -> f64 {
         let micro = tolerance * 1e6;
         let steps = if micro > 10.0 {

@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 
 /// Reliefs of the tips of both gears, as deviations along the line of contact.
 ///
-/// The relief of the driven gear acts where pairs enter contact, that of the driving gear where they leave it.
-/// With an amount C_a and a length L on the line of contact, a pair at the distance y from this end of
+/// The relief of the driven gear acts where pairs enter contact, that of the driving gear where they leave
+/// it. With an amount C_a and a length L on the line of contact, a pair at the distance y from this end of
 /// contact has lost C_a (1 - y/L)^p for y < L, p = 1 (linear) or 2 (parabolic).
 ///
 /// ```
@@ -30,7 +30,7 @@ pub struct TipRelief {
 }
 
 impl TipRelief {
-    /// Linear reliefs of the tips of gear 0 and gear 1: amounts C_a and lengths L on the line of contact `[m]`.
+    /// Linear reliefs of the tips of gear 0 and gear 1: amounts C_a, lengths L on the line of contact `[m]`.
     ///
     /// # Errors
     /// An amount outside 0 .. 0.01 m; a length outside 1e-9 .. 1 m.
@@ -64,9 +64,9 @@ impl TipRelief {
         loss(0) + loss(1)
     }
 
-    /// The transmission error without load over the mesh cycle `[m]`: the least that one of the pairs in contact
-    /// has lost, e(φ) = min_i δ(s_i) >= 0, with the sign of [`Mesh`](crate::Mesh): the driving gear turns
-    /// ahead until a pair touches. Its kinks are edges. φ = 0: a pair enters contact.
+    /// The transmission error without load over the mesh cycle `[m]`: the least that one of the pairs in
+    /// contact has lost, e(φ) = min_i δ(s_i) >= 0, with the sign of [`Mesh`](crate::Mesh): the driving gear
+    /// turns ahead until a pair touches. Its kinks are edges. φ = 0: a pair enters contact.
     ///
     /// It is 0 if the reliefs leave one pair on its involute at every angle (short relief). Under load the
     /// pairs deflect, and the reliefs also delay the contact of relieved pairs, which this wave does not

@@ -8,8 +8,8 @@ use crate::teeth::deviations::grade::QualityGrade;
 use crate::teeth::error::{TeethError, within};
 use crate::teeth::geometry::pair::GearPair;
 
-/// The transmission error of a pair without load, along the line of action `[m]`: a term of the mesh cycle and
-/// one of order 1 on each shaft.
+/// The transmission error of a pair without load, along the line of action `[m]`: a term of the mesh cycle
+/// and one of order 1 on each shaft.
 ///
 /// e = e_z(z_0 φ_0) + e_0(φ_0) + e_1(φ_1). Each term belongs to its own shaft. Both gears turn back to the
 /// same teeth after [`GearPair::turns_until_repeat`] turns; only then does the sum repeat.
@@ -43,8 +43,9 @@ impl TransmissionError {
         })
     }
 
-    /// The error that quality grades of both gears permit, as sines: the mesh cycle with the peak-to-peak value
-    /// √(F_α0² + F_α1²) of the total profile tolerances, each shaft with its cumulative pitch tolerance F_p.
+    /// The error that quality grades of both gears permit, as sines: the mesh cycle with the peak-to-peak
+    /// value √(F_α0² + F_α1²) of the total profile tolerances, each shaft with its cumulative pitch tolerance
+    /// F_p.
     ///
     /// This is a convention: the standard states limits and no course. Real errors are smaller and have
     /// further harmonics.
@@ -60,9 +61,9 @@ impl TransmissionError {
         })
     }
 
-    /// The same error with the eccentricities of both gears `[m]` and their directions `[rad]` in place of the
-    /// errors of the shafts: e_i = f_i sin(φ_i + ψ_i), ψ_i counted from the line of action. The runout of an
-    /// eccentric gear is F_r = 2 f.
+    /// The same error with the eccentricities of both gears `[m]` and their directions `[rad]` in place of
+    /// the errors of the shafts: e_i = f_i sin(φ_i + ψ_i), ψ_i counted from the line of action. The runout of
+    /// an eccentric gear is F_r = 2 f.
     ///
     /// # Errors
     /// An eccentricity outside 0 .. 0.1 m; a direction beyond ±1e50.

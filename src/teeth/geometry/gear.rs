@@ -124,8 +124,8 @@ impl InvoluteGear {
     }
     /// The same gear with a root fillet radius ρ_fP of its basic rack `[1]`, in normal modules.
     ///
-    /// Default: (h_fP - h_aP)/(1 - sin α_n), with which the straight flank of the rack ends at the line of its
-    /// addendum. ISO 53, profile A, rounds it to 0.38.
+    /// Default: (h_fP - h_aP)/(1 - sin α_n), with which the straight flank of the rack ends at the line of
+    /// its addendum. ISO 53, profile A, rounds it to 0.38.
     ///
     /// # Errors
     /// A factor outside 0 .. 1.
@@ -153,8 +153,8 @@ impl InvoluteGear {
         Ok(InvoluteGear { width: within("face width", width, [1e-6, 10.0], "[1e-6, 10] m")?, ..self })
     }
     /// The same gear, also if it is undercut by a rack or its contact extends below the involute that a rack
-    /// makes, for example because another tool makes it. The involute of an undercut gear then counts from the base
-    /// circle.
+    /// makes, for example because another tool makes it. The involute of an undercut gear then counts from
+    /// the base circle.
     pub fn allow_undercut(self) -> Self {
         InvoluteGear { undercut_allowed: true, ..self }
     }
@@ -263,8 +263,8 @@ impl InvoluteGear {
     }
     /// Radius at which the involute begins that a rack makes `[m]`.
     ///
-    /// r_F² = r_b² + (r sin α_t - (h_fP m_n - ρ_fP (1 - sin α_n) - x m_n)/sin α_t)². The base radius for a gear
-    /// that is undercut; the root radius, an upper bound, for an internal gear.
+    /// r_F² = r_b² + (r sin α_t - (h_fP m_n - ρ_fP (1 - sin α_n) - x m_n)/sin α_t)². The base radius for a
+    /// gear that is undercut; the root radius, an upper bound, for an internal gear.
     pub fn form_radius(&self) -> f64 {
         if self.internal {
             return self.root_radius();

@@ -5,7 +5,8 @@ use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::involute::involute;
 use crate::teeth::geometry::pair::GearPair;
 
-/// Jamming up to this share of the module is the rounding of printed profile shifts and centre distances `[1]`.
+/// Jamming up to this share of the module is the rounding of printed profile shifts and centre distances
+/// `[1]`.
 const ROUNDED: f64 = 1e-3;
 
 impl GearPair {

@@ -59,8 +59,9 @@ impl GearPair {
         GearPair::at(gears, working, reference_distance(&gears) * ratio(&gears[0], working))
     }
 
-    /// Two gears at a given centre distance a `[m]`: cos α_wt = a_d cos α_t/a, with a_d the sum (internal: the
-    /// difference) of the reference radii. The profile shifts then leave a [`backlash`](GearPair::backlash).
+    /// Two gears at a given centre distance a `[m]`: cos α_wt = a_d cos α_t/a, with a_d the sum (internal:
+    /// the difference) of the reference radii. The profile shifts then leave a
+    /// [`backlash`](GearPair::backlash).
     ///
     /// # Errors
     /// As [`new`](GearPair::new), and a centre distance at which the base circles have no common tangent or
@@ -84,8 +85,8 @@ impl GearPair {
         GearPair::at(gears, libm::acos(least / distance), distance)
     }
 
-    /// Two external gears at the centre distance of their profile shifts, both shortened by the same length so
-    /// that the tip clearance is that of the basic rack: k m_n = a - a_d - (x_0 + x_1) m_n.
+    /// Two external gears at the centre distance of their profile shifts, both shortened by the same length
+    /// so that the tip clearance is that of the basic rack: k m_n = a - a_d - (x_0 + x_1) m_n.
     ///
     /// ```
     /// use gear_dynamics::teeth::{InvoluteGear, GearPair};
@@ -241,15 +242,15 @@ impl GearPair {
         (0..pairs).map(move |k| phi / TAU + k as f64)
     }
 
-    /// Rotations of both gears after which the same teeth meet again (hunting teeth): z_1/g and z_0/g with the
-    /// greatest common divisor g of the tooth numbers. Errors of single teeth have this period.
+    /// Rotations of both gears after which the same teeth meet again (hunting teeth): z_1/g and z_0/g with
+    /// the greatest common divisor g of the tooth numbers. Errors of single teeth have this period.
     pub fn turns_until_repeat(&self) -> [u32; 2] {
         let z = self.gears.map(|gear| gear.teeth());
         let g = divisor(z[0], z[1]).max(1);
         [z[1] / g, z[0] / g]
     }
-    /// The rectangular wave of the contact ratio with the stiffness of the smaller and of the larger number of
-    /// pairs `[N/m]`. Its high part is centred on φ = 0, not on the contact of this pair:
+    /// The rectangular wave of the contact ratio with the stiffness of the smaller and of the larger number
+    /// of pairs `[N/m]`. Its high part is centred on φ = 0, not on the contact of this pair:
     /// [`Wave::with_phase`](crate::Wave::with_phase) with -π (ε_α - ⌊ε_α⌋) lets it start there.
     ///
     /// # Errors

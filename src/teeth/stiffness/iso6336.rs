@@ -15,11 +15,11 @@ const METHOD: &str = "ISO 6336-1, method B,";
 ///
 /// c'_th = 1/q', c' = c'_th C_M C_R C_B cos β, c_γα = c' (0.75 ε_α + 0.25), c_γβ = 0.85 c_γα. Index 1 is the
 /// pinion: the gear with fewer teeth, in whatever order the gears are stated. In an internal mesh the terms
-/// with z_n2 vanish. z_n is the virtual tooth number z/(cos² β_b cos β); its approximation z/cos³ β changes c'
-/// by a few parts in 1e4 at β = 10°.
+/// with z_n2 vanish. z_n is the virtual tooth number z/(cos² β_b cos β); its approximation z/cos³ β changes
+/// c' by a few parts in 1e4 at β = 10°.
 ///
-/// **c_γα times the face width is the mean mesh stiffness.** c_γβ serves the load distribution along the width
-/// and is not added to it: their sum is nearly twice the mesh stiffness.
+/// **c_γα times the face width is the mean mesh stiffness.** c_γβ serves the load distribution along the
+/// width and is not added to it: their sum is nearly twice the mesh stiffness.
 ///
 /// ```
 /// use gear_dynamics::teeth::{InvoluteGear, GearPair, MethodB};
@@ -108,8 +108,8 @@ impl MethodB {
     }
 
     /// Gears with webs: C_R = 1 + ln(b_s/b)/(5 exp(s_R/(5 m_n))), from the web thickness over the face width
-    /// and the rim thickness over the module `[1]`. Beyond 0.2 <= b_s/b <= 1.2 and below s_R/m_n = 1 the limits
-    /// are used, as the standard prescribes.
+    /// and the rim thickness over the module `[1]`. Beyond 0.2 <= b_s/b <= 1.2 and below s_R/m_n = 1 the
+    /// limits are used, as the standard prescribes.
     ///
     /// # Errors
     /// A web outside 0.01 .. 10; a rim outside 0.01 .. 1000.
@@ -140,8 +140,8 @@ impl MethodB {
     /// The stiffness of a pair.
     ///
     /// # Errors
-    /// A sum of profile shifts outside -0.5 .. 2, a helix angle above 30°, a transverse contact ratio of 2.5 or
-    /// more: the method is not stated for them.
+    /// A sum of profile shifts outside -0.5 .. 2, a helix angle above 30°, a transverse contact ratio of 2.5
+    /// or more: the method is not stated for them.
     pub fn stiffness(&self, pair: &GearPair) -> Result<MethodBStiffness, TeethError> {
         let gears = pair.gears();
         let key = |gear: &InvoluteGear| (gear.is_internal(), gear.teeth());
@@ -226,8 +226,8 @@ impl MethodBStiffness {
         RectangularWave::from_contact_ratio(self.contact_ratio, level(pairs), level(pairs + 1.0))
     }
 
-    /// Resonance speed n_E = 1/(2π z) √(c_γα/m_red) of a gear with z teeth, in turns per second, for a reduced
-    /// mass per face width on the line of action `[kg/m]`.   Source: ISO 6336-1:2006, Eq. (6).
+    /// Resonance speed n_E = 1/(2π z) √(c_γα/m_red) of a gear with z teeth, in turns per second, for a
+    /// reduced mass per face width on the line of action `[kg/m]`.   Source: ISO 6336-1:2006, Eq. (6).
     ///
     /// # Errors
     /// A mass outside 1e-9 .. 1e9 kg/m; 0 teeth.

@@ -89,12 +89,13 @@ impl Piece {
 }
 
 impl Piecewise {
-    /// Fits a function between `edges` in [0, 2π), increasing; the last piece continues to the first edge plus
-    /// 2π. `f` receives the middle of the piece, which says on which side of a jump to evaluate, and an angle
-    /// inside the piece, which may exceed 2π if the first edge is not 0.
+    /// Fits a function between `edges` in [0, 2π), increasing; the last piece continues to the first edge
+    /// plus 2π. `f` receives the middle of the piece, which says on which side of a jump to evaluate, and an
+    /// angle inside the piece, which may exceed 2π if the first edge is not 0.
     ///
-    /// The number of Chebyshev points is doubled from 16 to at most 128 until the error at points between them
-    /// is below `tolerance` times the largest value. [`error`](Piecewise::error) returns the error reached.
+    /// The number of Chebyshev points is doubled from 16 to at most 128 until the error at points between
+    /// them is below `tolerance` times the largest value. [`error`](Piecewise::error) returns the error
+    /// reached.
     ///
     /// # Errors
     /// No edges, edges outside [0, 2π) or decreasing; a value beyond ±1e50; errors of `f`.
@@ -144,8 +145,8 @@ impl Piecewise {
         self.pieces.iter().map(Piece::integral).sum::<f64>() / TAU
     }
 
-    /// The Fourier series up to `order`: mean, c_n = 1/π ∫ f cos nφ dφ, s_n = 1/π ∫ f sin nφ dφ, by the rule of
-    /// Gauss with 10 points on panels of at most half a period of the highest order.
+    /// The Fourier series up to `order`: mean, c_n = 1/π ∫ f cos nφ dφ, s_n = 1/π ∫ f sin nφ dφ, by the rule
+    /// of Gauss with 10 points on panels of at most half a period of the highest order.
     ///
     /// # Errors
     /// An order above 1000.

@@ -21,12 +21,12 @@ use std::f64::consts::{PI, TAU};
 pub enum Foundation {
     /// The gear bodies are rigid.
     None,
-    /// Each pair of teeth has foundations of its own: k = Σ_i 1/(1/k_i + 1/k_f0i + 1/k_f1i). In double contact
-    /// a force on one tooth does not move its neighbour, which makes the mesh too stiff.
+    /// Each pair of teeth has foundations of its own: k = Σ_i 1/(1/k_i + 1/k_f0i + 1/k_f1i). In double
+    /// contact a force on one tooth does not move its neighbour, which makes the mesh too stiff.
     PerPair,
-    /// Each body counts once, under the sum of the forces: k = 1/(1/Σ_i k_i + Σ_i s_i (1/k_f0i + 1/k_f1i)) with
-    /// the shares s_i = k_i/Σ k_i of the load. In double contact a force on one tooth moves its neighbour as
-    /// much as itself, which makes the mesh too compliant.
+    /// Each body counts once, under the sum of the forces: k = 1/(1/Σ_i k_i + Σ_i s_i (1/k_f0i + 1/k_f1i))
+    /// with the shares s_i = k_i/Σ k_i of the load. In double contact a force on one tooth moves its
+    /// neighbour as much as itself, which makes the mesh too compliant.
     PerBody,
 }
 
@@ -112,7 +112,8 @@ impl PotentialEnergy {
         method.with_foundation(Foundation::PerPair, bores)
     }
 
-    /// The same method for a material with Young's modulus E `[N/m²]` and Poisson ratio ν `[1]`, of both gears.
+    /// The same method for a material with Young's modulus E `[N/m²]` and Poisson ratio ν `[1]`, of both
+    /// gears.
     ///
     /// # Errors
     /// A modulus outside 1e6 .. 1e13 N/m²; a ratio outside 0 .. 0.5.

@@ -32,8 +32,8 @@ impl Bearing {
     pub fn damping(self, damping: f64) -> Self {
         Bearing { damping: [damping; 2], ..self }
     }
-    /// The same bearing for a body that moves along y alone. With centres on the x axis and the pressure angle 0, y is
-    /// the line of action.
+    /// The same bearing for a body that moves along y alone. With centres on the x axis and the pressure
+    /// angle 0, y is the line of action.
     pub fn along_y(self) -> Self {
         Bearing { along_y: true, ..self }
     }
@@ -123,12 +123,13 @@ impl Body {
     pub fn locked(self) -> Self {
         Body { held: true, locked: true, ..self }
     }
-    /// The same body with a torsional spring [N m/rad] and damper [N m s/rad] on the deviation from its kinematic rotation.
+    /// The same body with a torsional spring [N m/rad] and damper [N m s/rad] on the deviation from its
+    /// kinematic rotation.
     pub fn restrained(self, stiffness: f64, damping: f64) -> Self {
         Body { support: [stiffness, damping], ..self }
     }
-    /// The same body with a drag torque -c q' [N m] on the deviation from its kinematic speed: the slope of a motor
-    /// or load characteristic. c in [N m s/rad].
+    /// The same body with a drag torque -c q' [N m] on the deviation from its kinematic speed: the slope of a
+    /// motor or load characteristic. c in [N m s/rad].
     pub fn drag(self, drag: f64) -> Self {
         Body { drag, ..self }
     }

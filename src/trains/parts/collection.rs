@@ -3,8 +3,8 @@
 use crate::contact::laws::backlash::Backlash;
 use crate::excitation::wave::Wave;
 use crate::trains::parts::body::Body;
+use crate::trains::parts::characteristic::Characteristic;
 use crate::trains::parts::mesh_part::MeshPart;
-use crate::trains::shape::elements::Characteristic;
 use crate::trains::train_error::Warning;
 
 /// A shaft between two bodies.
@@ -36,9 +36,9 @@ pub(crate) struct TorquePart {
     pub(crate) course: Course,
 }
 
-/// The frame of the coordinates of a train. Default: relative if the train has torques, they balance, and nothing holds
-/// its rotation; inertial otherwise. Supports, drag and torques over the speed of bodies that turn, noncircular gears and a
-/// rotating frame hold it.
+/// The frame of the coordinates of a train. Default: relative if the train has torques, they balance, and
+/// nothing holds its rotation; inertial otherwise. Supports, drag and torques over the speed of bodies that
+/// turn, noncircular gears and a rotating frame hold it.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts};
@@ -56,9 +56,9 @@ pub enum Coordinates {
     /// One coordinate for every angle: deviations from the kinematic rotation at constant speed. They drift
     /// if the torques do not balance.
     Inertial,
-    /// Deviations from the rigid motion that the last turning body has, whose coordinate is left out: q_j - r_j
-    /// q_last with the speed ratio r_j. Deflections are the same. Torques out of balance accelerate the train, and
-    /// the coordinates do not drift.
+    /// Deviations q_j - r_j q_last from the rigid motion of the last turning body, whose coordinate is left
+    /// out, with the speed ratio r_j. Deflections are the same. Torques out of balance accelerate the train,
+    /// and the coordinates do not drift.
     Relative,
 }
 
@@ -118,8 +118,8 @@ impl Parts {
     pub fn new() -> Self {
         Parts::default()
     }
-    /// Adds a shaft or coupling with a clearance: it carries no torque while the angle between its ends is within
-    /// ±`half_clearance` `[rad]`.
+    /// Adds a shaft or coupling with a clearance: it carries no torque while the angle between its ends is
+    /// within ±`half_clearance` `[rad]`.
     pub fn shaft_with_clearance(
         &mut self,
         name: &str,
@@ -154,7 +154,8 @@ impl<N> Parts<N> {
         self.meshes.push((name.into(), [first.into(), second.into()], mesh));
         self
     }
-    /// Adds a constant torque [N m] along the rotation of a body; a load is negative. `name` becomes a constant.
+    /// Adds a constant torque [N m] on a body along its rotation; a load is negative. `name` becomes a
+    /// constant.
     pub fn torque(&mut self, name: &str, body: &str, value: f64) -> &mut Self {
         self.add_torque(name, body, value, Course::Constant)
     }
@@ -162,8 +163,9 @@ impl<N> Parts<N> {
     pub fn torque_of_angle(&mut self, name: &str, body: &str, value: f64, factor: Wave) -> &mut Self {
         self.add_torque(name, body, value, Course::OfAngle(factor))
     }
-    /// Adds the torque of an induction motor by Kloss's equation 2 T s s_k/(s² + s_k²), with the breakdown torque T
-    /// [N m], the breakdown slip s_k and the slip s = 1 - Ω/Ω_s for the synchronous speed Ω_s [rad/s].
+    /// Adds the torque of an induction motor by Kloss's equation 2 T s s_k/(s² + s_k²), with the breakdown
+    /// torque T [N m], the breakdown slip s_k and the slip s = 1 - Ω/Ω_s for the synchronous speed Ω_s
+    /// [rad/s].
     pub fn motor(
         &mut self,
         name: &str,
@@ -175,8 +177,8 @@ impl<N> Parts<N> {
         let course = Course::OfSpeed(Characteristic::Induction { breakdown_slip, synchronous });
         self.add_torque(name, body, breakdown_torque, course)
     }
-    /// Adds a torque [N m] times a factor Σ c_k Ω^k over the speed Ω [rad/s] of the body along its rotation, with the
-    /// coefficients c_0, c_1, ...: a direct-current motor has two, a fan or a propeller has three.
+    /// Adds a torque [N m] times a factor Σ c_k Ω^k over the speed Ω [rad/s] of the body along its rotation,
+    /// with the coefficients c_0, c_1, ...: a direct-current motor has two, a fan or a propeller has three.
     ///
     /// ```
     /// use gear_dynamics::trains::{Body, Parts};
@@ -192,9 +194,9 @@ impl<N> Parts<N> {
         let course = Course::OfSpeed(Characteristic::Polynomial(coefficients.into()));
         self.add_torque(name, body, value, course)
     }
-    /// Adds a torque on a body that balances all others at their mean and at the mean speeds, whatever the values of
-    /// their constants are: the power of all torques in the kinematic rotation is 0. It has no constant of its own. If it
-    /// is stated twice, the last body holds.
+    /// Adds a torque on a body that balances all others at their mean and at the mean speeds, whatever the
+    /// values of their constants are: the power of all torques in the kinematic rotation is 0. It has no
+    /// constant of its own. If it is stated twice, the last body holds.
     ///
     /// ```
     /// use gear_dynamics::linear::static_state;
@@ -202,7 +204,8 @@ impl<N> Parts<N> {
     /// use gear_dynamics::Wave;
     /// let mut parts = Parts::new();
     /// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
-    /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
+    /// let mesh = MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?);
+    /// parts.mesh("mesh", "pinion", "wheel", mesh);
     /// let train = parts.torque("drive", "pinion", 30.0).load("wheel").build("pinion", 100.0)?;
     /// let heavier = static_state(&train.with("drive", 45.0)?, 0.0)?;
     /// assert!((heavier.contacts[0].force - 1500.0).abs() < 1e-9); // 45 N m over 0.03 m
@@ -221,8 +224,8 @@ impl<N> Parts<N> {
         self.coordinates = Some(coordinates);
         self
     }
-    /// States all displacements x and y in the frame that rotates with a carrier, with its gyroscopic and centripetal
-    /// terms. Default: these terms are neglected, as in Lin and Parker 1999 at carrier speed 0.
+    /// States all displacements x and y in the frame that rotates with a carrier, with its gyroscopic and
+    /// centripetal terms. Default: these terms are neglected, as in Lin and Parker 1999 at carrier speed 0.
     pub fn rotating_with(&mut self, carrier: &str) -> &mut Self {
         self.rotating = Some(carrier.into());
         self
@@ -232,8 +235,8 @@ impl<N> Parts<N> {
         self.accepted.push(warning);
         self
     }
-    /// Adds all parts of another train, with `name` and a space before each of their names, and the warnings that it
-    /// accepts. Its choice of coordinates is left out; of two loads, that of `self` remains.
+    /// Adds all parts of another train, with `name` and a space before each of their names, and the warnings
+    /// that it accepts. Its choice of coordinates is left out; of two loads, that of `self` remains.
     pub fn join(&mut self, name: &str, other: Parts<N>) -> &mut Self {
         let renamed = |own: String| format!("{name} {own}");
         self.bodies.extend(other.bodies.into_iter().map(|(own, mut body)| {

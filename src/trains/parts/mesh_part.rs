@@ -53,9 +53,9 @@ pub(crate) struct FrictionPart {
 
 /// A mesh of two gears, of which the first one drives.
 ///
-/// d = r_1 q_1 - r_2 q_2 + n (x_1 - x_2) - e for gears at rest in space, with the angles q along the rotation of
-/// each gear. n is the line of action of the flanks that touch when the first gear drives. Stiffness k, error
-/// e and friction sign are waves of the mesh angle: 2π is one tooth.
+/// d = r_1 q_1 - r_2 q_2 + n (x_1 - x_2) - e for gears at rest in space, with the angles q along the rotation
+/// of each gear. n is the line of action of the flanks that touch when the first gear drives. Stiffness k,
+/// error e and friction sign are waves of the mesh angle: 2π is one tooth.
 ///
 /// ```
 /// use gear_dynamics::{excitation::Fourier, trains::MeshPart, Wave};
@@ -86,8 +86,8 @@ pub struct MeshPart<N = Backlash> {
     pub(crate) friction: Option<FrictionPart>,
     /// Mesh angle of the pitch point `[rad]`.
     pub(crate) pitch_point: f64,
-    /// For each gear, half of the angle that a tooth takes up on the working pitch circle `[rad]`. `None`: a quarter of
-    /// the pitch.
+    /// For each gear, half of the angle that a tooth takes up on the working pitch circle `[rad]`. `None`: a
+    /// quarter of the pitch.
     pub(crate) half_thickness: [Option<f64>; 2],
 }
 
@@ -121,8 +121,9 @@ impl MeshPart {
         let kind = if teeth[0] > teeth[1] { Kind::FirstInternal } else { Kind::SecondInternal };
         MeshPart { kind, ..MeshPart::external(teeth, base_radii, stiffness) }
     }
-    /// The mesh of a pair of involute gears with the given mesh stiffness over the mesh angle: tooth numbers, base
-    /// radii, working pressure angle, and b = 1/2 backlash cos α_w along the line of action ([`GearPair::backlash`] is the circumferential one).
+    /// The mesh of a pair of involute gears with the given mesh stiffness over the mesh angle: tooth numbers,
+    /// base radii, working pressure angle, and b = 1/2 backlash cos α_w along the line of action
+    /// ([`GearPair::backlash`] is the circumferential one).
     ///
     /// ```
     /// use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy};
@@ -187,24 +188,26 @@ impl<N: Nonlinearity> MeshPart<N> {
     pub fn error(self, error: Wave) -> Self {
         MeshPart { error, ..self }
     }
-    /// The same mesh with an error `[m]` over the turn of one of its gears, added to the static transmission error:
-    /// eccentricity, runout, pitch errors.
+    /// The same mesh with an error `[m]` over the turn of one of its gears, added to the static transmission
+    /// error: eccentricity, runout, pitch errors.
     pub fn error_of_turn(mut self, gear: OfMesh, error: Wave) -> Self {
         self.runout[gear as usize] = Some(error);
         self
     }
-    /// The same mesh with a factor over the turn of one of its gears that multiplies the stiffness: a cracked or spalled
-    /// tooth.
+    /// The same mesh with a factor over the turn of one of its gears that multiplies the stiffness: a cracked
+    /// or spalled tooth.
     pub fn stiffness_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
         self.faults[gear as usize] = Some(factor);
         self
     }
-    /// The same mesh with a noncircular gear, whose base radius is r g: r as stated with the tooth numbers, and g a
-    /// positive wave without jumps over the mean turn of the gear, the angle by which it has turned at its mean speed.
+    /// The same mesh with a noncircular gear, whose base radius is r g: r as stated with the tooth numbers,
+    /// and g a positive wave without jumps over the mean turn of the gear, the angle by which it has turned
+    /// at its mean speed.
     ///
-    /// The gear moves the contact by r g q, and the bodies behind it turn unevenly: θ_2' = θ_1' r_1 g_1/(r_2 g_2). The
-    /// mean of this ratio must be z_1/z_2. The reference body turns evenly: with another reference body, the same gear has
-    /// another g. See the guide, [trains](crate::guide::trains).
+    /// The gear moves the contact by r g q, and the bodies behind it turn unevenly:
+    /// θ_2' = θ_1' r_1 g_1/(r_2 g_2). The mean of this ratio must be z_1/z_2. The reference body turns
+    /// evenly: with another reference body, the same gear has another g. See the guide,
+    /// [trains](crate::guide::trains).
     ///
     /// ```
     /// use gear_dynamics::{excitation::InstantCentre, trains::{Body, MeshPart, OfMesh, Parts}, Wave};
@@ -245,20 +248,23 @@ impl<N: Nonlinearity> MeshPart<N> {
     pub fn phase(self, cycles: f64) -> Self {
         MeshPart { phase: Phase::Ahead(cycles), ..self }
     }
-    /// The same mesh with the phase that follows from the teeth of a gear which it shares with another mesh: an idler, two
-    /// wheels on one pinion, the ring mesh of a planet. The three bodies need places ([`Body::at`], or planets).
+    /// The same mesh with the phase that follows from the teeth of a gear which it shares with another mesh:
+    /// an idler, two wheels on one pinion, the ring mesh of a planet. The three bodies need places
+    /// ([`Body::at`], or planets).
     ///
-    /// Gears of one body with equal tooth numbers and radii count as one gear. A mesh is behind another mesh of its gear
-    /// of z teeth by z (β_2 - β_1)/2π mesh cycles, with the directions β of the pitch points from the gear, in its sense
-    /// of rotation; less half a pitch (or the tooth thickness of [`of_pair`](MeshPart::of_pair)) if the other mesh drives
-    /// the gear and this one is driven by it. The mesh angles of the pitch points are aligned. It replaces
-    /// [`phase`](MeshPart::phase).   Source: Parker and Lin 2004, J. Mech. Des. 126, 365, for planets.
+    /// Gears of one body with equal tooth numbers and radii count as one gear. A mesh is behind another mesh
+    /// of its gear of z teeth by z (β_2 - β_1)/2π mesh cycles, with the directions β of the pitch points from
+    /// the gear, in its sense of rotation; less half a pitch (or the tooth thickness of
+    /// [`of_pair`](MeshPart::of_pair)) if the other mesh drives the gear and this one is driven by it. The
+    /// mesh angles of the pitch points are aligned. It replaces [`phase`](MeshPart::phase).   Source: Parker
+    /// and Lin 2004, J. Mech. Des. 126, 365, for planets.
     ///
     /// [`Body::at`]: crate::trains::Body::at
     ///
     /// ```
     /// use gear_dynamics::{trains::{Body, MeshPart, Parts}, Wave};
-    /// let mut parts = Parts::new(); // an idler of 31 teeth between two gears, the second one 90° to the side
+    /// // An idler of 31 teeth between two gears, the second one 90° to the side.
+    /// let mut parts = Parts::new();
     /// for (name, centre) in [("driver", [-0.09, 0.0]), ("idler", [0.0, 0.0]), ("driven", [0.0, 0.09])] {
     ///     parts.body(name, Body::new(1e-3).at(centre));
     /// }
@@ -272,14 +278,15 @@ impl<N: Nonlinearity> MeshPart<N> {
     pub fn phase_from_teeth(self) -> Self {
         MeshPart { phase: Phase::FromTeeth, ..self }
     }
-    /// States the phase of a mesh, in mesh cycles ahead of its wave, to be compared with the one that follows from tooth
-    /// counts and positions.
+    /// States the phase of a mesh, in mesh cycles ahead of its wave, to be compared with the one that follows
+    /// from tooth counts and positions.
     pub fn stated_phase(self, cycles: f64) -> Self {
         MeshPart { stated_phase: Some(cycles), ..self }
     }
-    /// The same mesh with tooth friction: the force μ s W perpendicular to the line of action. The sign s is -1 in the
-    /// half cycle before the pitch point (approach) and 1 in the half cycle after it (recess). The pitch point is that of
-    /// [`of_pair`](MeshPart::of_pair), otherwise at the mesh angle π/2. μ becomes the constant `<mesh> friction`.
+    /// The same mesh with tooth friction: the force μ s W perpendicular to the line of action. The sign s is
+    /// -1 in the half cycle before the pitch point (approach) and 1 in the half cycle after it (recess). The
+    /// pitch point is that of [`of_pair`](MeshPart::of_pair), otherwise at the mesh angle π/2. μ becomes the
+    /// constant `<mesh> friction`.
     pub fn friction(self, coefficient: f64) -> Self {
         // `RectangularWave::sign` reverses from -1 to 1 at 3π/2.
         let sign = Wave::new(RectangularWave::sign());

@@ -1,5 +1,6 @@
 //! The parts of a train.
 
 pub(crate) mod body;
+pub(crate) mod characteristic;
 pub(crate) mod collection;
 pub(crate) mod mesh_part;

@@ -1,9 +1,9 @@
 //! Mean speeds of all bodies, exact from tooth numbers.
 
-use crate::trains::parts::collection::Parts;
+use crate::trains::parts::collection::ShaftPart;
 use crate::trains::parts::mesh_part::Kind;
 use crate::trains::plan::fraction::Fraction;
-use crate::trains::plan::names::Names;
+use crate::trains::plan::topology::{Gearing, Topology};
 use crate::trains::train_error::TrainError;
 
 /// Σ coefficient · speed = 0, by the part `part`.
@@ -18,18 +18,17 @@ pub(crate) struct Kinematics {
 }
 
 impl Kinematics {
-    pub(crate) fn of<N>(parts: &Parts<N>, names: &Names, reference: usize) -> Result<Self, TrainError> {
-        let relations = relations(parts, names)?;
-        let n = parts.bodies.len();
+    pub(crate) fn of<N>(topology: &Topology<N>) -> Result<Self, TrainError> {
+        let relations = relations(topology);
         let mut speeds: Vec<Option<Fraction>> =
-            parts.bodies.iter().map(|(_, body)| body.held.then_some(Fraction::ZERO)).collect();
-        if speeds[reference].is_some() {
-            return Err(TrainError::ReferenceAtRest { body: parts.bodies[reference].0.clone() });
+            topology.bodies.iter().map(|(_, body)| body.held.then_some(Fraction::ZERO)).collect();
+        let name = |body: usize| topology.name(body);
+        if speeds[topology.reference].is_some() {
+            return Err(TrainError::ReferenceAtRest { body: name(topology.reference) });
         }
-        speeds[reference] = Some(Fraction::ONE);
-        let name = |body: usize| parts.bodies[body].0.clone();
+        speeds[topology.reference] = Some(Fraction::ONE);
         // The relations of each body, so that the search is linear in the number of parts.
-        let mut of_body = vec![Vec::new(); n];
+        let mut of_body = vec![Vec::new(); speeds.len()];
         for (r, relation) in relations.iter().enumerate() {
             relation.terms.iter().for_each(|(body, _)| of_body[*body].push(r));
         }
@@ -37,38 +36,24 @@ impl Kinematics {
         loop {
             while let Some(r) = queue.pop() {
                 let Relation { part, terms } = &relations[r];
-                let unknown: Vec<usize> =
-                    (0..terms.len()).filter(|&i| speeds[terms[i].0].is_none()).collect();
-                match unknown[..] {
-                    [] => {
-                        let (body, lever) = terms[terms.len() - 1];
-                        let rest = sum(&terms[..terms.len() - 1], &speeds).and_then(|rest| rest.over(lever));
-                        let Some(found) = rest.and_then(|rest| Fraction::ZERO.minus(rest)) else {
-                            return Err(TrainError::NoCommonAngle { part: part.clone() });
-                        };
-                        let expected = speeds[body].map_or(0.0, Fraction::value);
-                        if speeds[body] != Some(found) {
-                            let found = found.value();
-                            return Err(TrainError::Locked {
-                                part: part.clone(),
-                                body: name(body),
-                                found,
-                                expected,
-                            });
-                        }
+                let mut unknown = (0..terms.len()).filter(|&i| speeds[terms[i].0].is_none());
+                let (first, None) = (unknown.next(), unknown.next()) else { continue };
+                let solved = first.unwrap_or(terms.len() - 1);
+                let body = terms[solved].0;
+                let Some(found) = solve(terms, solved, &speeds) else {
+                    return Err(TrainError::NoCommonAngle { part: part.clone() });
+                };
+                match speeds[body] {
+                    None => {
+                        speeds[body] = Some(found);
+                        queue.extend(&of_body[body]);
                     }
-                    [one] => {
-                        let (body, lever) = terms[one];
-                        let rest: Vec<_> = terms.iter().filter(|term| term.0 != body).copied().collect();
-                        let rest =
-                            sum(&rest, &speeds).and_then(|rest| Fraction::ZERO.minus(rest)?.over(lever));
-                        let Some(speed) = rest else {
-                            return Err(TrainError::NoCommonAngle { part: part.clone() });
-                        };
-                        speeds[body] = Some(speed);
-                        queue.extend(of_body[body].iter().copied());
+                    Some(expected) if expected != found => {
+                        let (part, body) = (part.clone(), name(body));
+                        let [found, expected] = [found, expected].map(Fraction::value);
+                        return Err(TrainError::Locked { part, body, found, expected });
                     }
-                    _ => {}
+                    Some(_) => {}
                 }
             }
             if speeds.iter().all(Option::is_some) {
@@ -82,7 +67,7 @@ impl Kinematics {
             }
             for (body, speed) in solved {
                 speeds[body] = Some(speed);
-                queue.extend(of_body[body].iter().copied());
+                queue.extend(&of_body[body]);
             }
         }
         Ok(Kinematics { speeds: speeds.into_iter().flatten().collect() })
@@ -99,11 +84,25 @@ impl Kinematics {
             None => Some(self.speeds[body]),
         }
     }
+    /// Speed of a gear of a mesh relative to its carrier.
+    pub(crate) fn of_gear<N>(&self, mesh: &Gearing<N>, gear: usize) -> Option<Fraction> {
+        self.relative(mesh.ends[gear], mesh.carrier)
+    }
+    /// Teeth of a mesh that pass over the turns of the reference body.
+    pub(crate) fn of_teeth<N>(&self, mesh: &Gearing<N>) -> Option<Fraction> {
+        self.of_gear(mesh, 0)?.times(Fraction::whole(mesh.part.teeth[0].into()))
+    }
 }
 
 /// Σ coefficient · speed.
 fn sum(terms: &[(usize, Fraction)], speeds: &[Option<Fraction>]) -> Option<Fraction> {
     terms.iter().try_fold(Fraction::ZERO, |sum, &(body, lever)| sum.plus(lever.times(speeds[body]?)?))
+}
+
+/// The speed of one term of a relation from the speeds of the others.
+fn solve(terms: &[(usize, Fraction)], one: usize, speeds: &[Option<Fraction>]) -> Option<Fraction> {
+    let rest = sum(&terms[..one], speeds)?.plus(sum(&terms[one + 1..], speeds)?)?;
+    Fraction::ZERO.minus(rest)?.over(terms[one].1)
 }
 
 /// Maximum number of unknown speeds that are eliminated together.
@@ -163,28 +162,21 @@ fn eliminate(relations: &[Relation], speeds: &[Option<Fraction>]) -> Vec<(usize,
     solved
 }
 
-/// The relations of all shafts, meshes and planets without a speed of their own.
-fn relations<N>(parts: &Parts<N>, names: &Names) -> Result<Vec<Relation>, TrainError> {
-    let mut relations = Vec::new();
-    for shaft in &parts.shafts {
-        let [a, b] = names.pair(&shaft.name, &shaft.ends)?;
-        let terms = vec![(a, Fraction::ONE), (b, Fraction::whole(-1))];
-        relations.push(Relation { part: shaft.name.clone(), terms });
-    }
-    for (name, ends, mesh) in &parts.meshes {
-        let [a, b] = names.pair(name, ends)?;
-        let carrier = names.carrier_of(parts, name, [a, b])?;
-        let [first, second] = mesh.teeth.map(|teeth| Fraction::whole(teeth.into()));
-        let second = if mesh.kind == Kind::External { Some(second) } else { Fraction::ZERO.minus(second) };
-        let second = second.unwrap_or(Fraction::ONE);
-        let mut terms = vec![(a, first), (b, second)];
-        if let Some(carrier) = carrier {
-            let both = first.plus(second).and_then(|sum| Fraction::ZERO.minus(sum)).unwrap_or(Fraction::ZERO);
-            if !both.is_zero() {
-                terms.push((carrier, both));
-            }
+/// The relations of all shafts and meshes.
+fn relations<N>(topology: &Topology<N>) -> Vec<Relation> {
+    let shaft = |(shaft, [a, b]): &(&ShaftPart, [usize; 2])| {
+        let terms = vec![(*a, Fraction::ONE), (*b, Fraction::whole(-1))];
+        Relation { part: shaft.name.clone(), terms }
+    };
+    let mesh = |mesh: &Gearing<N>| {
+        let [first, second] = mesh.part.teeth.map(i64::from);
+        let second = if mesh.part.kind == Kind::External { second } else { -second };
+        let [a, b] = mesh.ends;
+        let mut terms = vec![(a, Fraction::whole(first)), (b, Fraction::whole(second))];
+        if let Some(carrier) = mesh.carrier.filter(|_| first + second != 0) {
+            terms.push((carrier, Fraction::whole(-(first + second))));
         }
-        relations.push(Relation { part: name.clone(), terms });
-    }
-    Ok(relations)
+        Relation { part: mesh.name.into(), terms }
+    };
+    topology.shafts.iter().map(shaft).chain(topology.meshes.iter().map(mesh)).collect()
 }

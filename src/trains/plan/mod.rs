@@ -1,8 +1,15 @@
-//! What follows from the parts alone: places of the names, mean speeds, centres, phases and orders.
+//! What follows from the parts alone, with their checks: bodies by their places, mean speeds, centres, the
+//! frame of the coordinates, orders, phases and waves.
 
+pub(crate) mod checks;
 pub(crate) mod fraction;
+pub(crate) mod frame;
 pub(crate) mod kinematics;
-pub(crate) mod names;
+pub(crate) mod mesh_waves;
 pub(crate) mod orders;
 pub(crate) mod phases;
 pub(crate) mod places;
+pub(crate) mod ranges;
+pub(crate) mod rotation;
+pub(crate) mod topology;
+pub(crate) mod train_plan;

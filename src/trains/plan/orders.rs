@@ -2,11 +2,11 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::wave::Wave;
-use crate::trains::parts::collection::{Course, Parts};
+use crate::trains::parts::collection::Course;
 use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::plan::fraction::Fraction;
 use crate::trains::plan::kinematics::Kinematics;
-use crate::trains::plan::names::Names;
+use crate::trains::plan::topology::Topology;
 use crate::trains::train_error::TrainError;
 
 /// The angle φ of all waves: the slowest one that every mesh and every turn repeats a whole number of times.
@@ -18,37 +18,31 @@ pub(crate) struct Orders {
 }
 
 impl Orders {
-    pub(crate) fn of<N: Nonlinearity>(
-        parts: &Parts<N>,
-        names: &Names,
-        kinematics: &Kinematics,
-    ) -> Result<Self, TrainError> {
+    pub(crate) fn of<N: Nonlinearity>(topology: &Topology<N>, kinematics: &Kinematics) -> Self {
         let mut base: Option<Fraction> = None;
         let mut add = |rate: Option<Fraction>| {
             if let Some(rate) = rate.map(Fraction::abs).filter(|rate| !rate.is_zero()) {
                 base = Some(base.map_or(rate, |base| base.common(rate).unwrap_or(Fraction::ZERO)));
             }
         };
-        for (name, ends, mesh) in &parts.meshes {
-            let bodies = names.pair(name, ends)?;
-            let carrier = names.carrier_of(parts, name, bodies)?;
-            let tooth = kinematics.relative(bodies[0], carrier);
-            let tooth = tooth.and_then(|speed| speed.times(Fraction::whole(mesh.teeth[0].into())));
-            if follows_teeth(mesh) {
-                add(tooth);
+        for mesh in &topology.meshes {
+            if follows_teeth(mesh.part) {
+                add(kinematics.of_teeth(mesh));
             }
             for gear in [0, 1] {
-                let waves = [&mesh.runout, &mesh.faults, &mesh.radius_factors];
+                let waves = [&mesh.part.runout, &mesh.part.faults, &mesh.part.radius_factors];
                 if waves.iter().any(|waves| waves[gear].is_some()) {
-                    add(kinematics.relative(bodies[gear], carrier));
+                    add(kinematics.of_gear(mesh, gear));
                 }
             }
         }
-        for torque in parts.torques.iter().filter(|torque| matches!(torque.course, Course::OfAngle(_))) {
-            add(Some(kinematics.speeds[names.place(&torque.name, &torque.body)?]));
+        for (torque, body) in &topology.torques {
+            if matches!(torque.course, Course::OfAngle(_)) {
+                add(Some(kinematics.speeds[*body]));
+            }
         }
         let turns = kinematics.speeds.iter().map(|speed| speed.abs()).collect();
-        Ok(Orders { base, ratio: base.map_or(1.0, Fraction::value), turns })
+        Orders { base, ratio: base.map_or(1.0, Fraction::value), turns }
     }
 
     /// Turns of a body over those of the reference body.
@@ -73,7 +67,7 @@ impl Orders {
 }
 
 /// Whether a wave is no constant.
-fn varies(wave: &Wave) -> bool {
+pub(crate) fn varies(wave: &Wave) -> bool {
     Wave::divisor_of_orders([wave]) != 0
 }
 

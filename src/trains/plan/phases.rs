@@ -1,11 +1,11 @@
-//! Phases of the meshes: stated, from the places of planets, or from the teeth of a gear that two meshes share.
+//! Phases of the meshes: stated, from the places of planets, or from the teeth of a gear that two meshes
+//! share.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::trains::parts::collection::Parts;
-use crate::trains::parts::mesh_part::{Kind, MeshPart, Phase};
+use crate::trains::parts::mesh_part::{Kind, Phase};
 use crate::trains::plan::kinematics::Kinematics;
-use crate::trains::plan::names::Names;
-use crate::trains::plan::places::{Planets, SAME, centre, snapped};
+use crate::trains::plan::places::{Centres, Planets, SAME, snapped};
+use crate::trains::plan::topology::Gearing;
 use crate::trains::train_error::TrainError;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -30,28 +30,27 @@ const MISS: f64 = 1e-3;
 
 /// The phases of all meshes in [0, 1), in mesh cycles ahead of their waves.
 pub(crate) fn phases<N: Nonlinearity>(
-    parts: &Parts<N>,
-    names: &Names,
+    meshes: &[Gearing<N>],
     kinematics: &Kinematics,
     planets: &Planets,
+    centres: &Centres,
 ) -> Result<Vec<f64>, TrainError> {
-    let mut phases = vec![None; parts.meshes.len()];
-    let mut meetings: Vec<Vec<Meeting>> = Vec::new();
-    let from_teeth = |mesh: usize| parts.meshes[mesh].2.phase == Phase::FromTeeth;
-    let computed = (0..parts.meshes.len()).any(from_teeth);
-    for (i, (name, ends, mesh)) in parts.meshes.iter().enumerate() {
-        let bodies = names.pair(name, ends)?;
-        let place = bodies.iter().find_map(|&body| planets[body].as_ref()).map_or(0.0, |planet| planet.ahead);
-        if let Phase::Ahead(cycles) = mesh.phase {
-            phases[i] = Some(snapped(place + cycles));
-        }
-        if computed {
-            let carrier = names.carrier_of(parts, name, bodies)?;
-            let meet = |gear| meeting(parts, kinematics, planets, (i, mesh), (bodies, carrier), gear);
-            meetings.push([0, 1].into_iter().filter_map(meet).collect());
-        }
-    }
-    if computed {
+    let mut phases: Vec<Option<f64>> = meshes
+        .iter()
+        .map(|mesh| {
+            let planet = mesh.ends.iter().find_map(|&body| planets[body].as_ref());
+            match mesh.part.phase {
+                Phase::Ahead(cycles) => Some(snapped(planet.map_or(0.0, |planet| planet.ahead) + cycles)),
+                Phase::FromTeeth => None,
+            }
+        })
+        .collect();
+    let from_teeth = |mesh: usize| meshes[mesh].part.phase == Phase::FromTeeth;
+    if phases.contains(&None) {
+        let meet = |i: usize| {
+            [0, 1].into_iter().filter_map(move |gear| meeting(i, &meshes[i], gear, kinematics, centres))
+        };
+        let meetings: Vec<Vec<Meeting>> = (0..meshes.len()).map(|i| meet(i).collect()).collect();
         let mut of_gear: HashMap<Gear, Vec<&Meeting>> = HashMap::new();
         for meeting in meetings.iter().flatten() {
             of_gear.entry(meeting.gear).or_default().push(meeting);
@@ -71,7 +70,7 @@ pub(crate) fn phases<N: Nonlinearity>(
                         Some(found) if from_teeth(mesh) || from_teeth(other.mesh) => {
                             let gap = distance(found, phase);
                             if gap > MISS {
-                                return Err(miss(parts, [(mesh, own_phase), (other.mesh, found)], phase));
+                                return Err(miss(meshes, [(mesh, own_phase), (other.mesh, found)], phase));
                             }
                         }
                         Some(_) => {}
@@ -80,11 +79,12 @@ pub(crate) fn phases<N: Nonlinearity>(
             }
         }
     }
-    let checked = parts.meshes.iter().zip(phases).map(|((name, _, mesh), phase)| {
-        let computed = phase.ok_or_else(|| TrainError::PhaseUndetermined { mesh: name.clone() })?;
-        match mesh.stated_phase {
+    let checked = meshes.iter().zip(phases).map(|(mesh, phase)| {
+        let name = || mesh.name.to_owned();
+        let computed = phase.ok_or_else(|| TrainError::PhaseUndetermined { mesh: name() })?;
+        match mesh.part.stated_phase {
             Some(stated) if distance(stated, computed) > SAME => {
-                Err(TrainError::PhaseContradicts { mesh: name.clone(), stated, computed })
+                Err(TrainError::PhaseContradicts { mesh: name(), stated, computed })
             }
             _ => Ok(computed),
         }
@@ -98,42 +98,34 @@ fn distance(one: f64, other: f64) -> f64 {
     gap.min(1.0 - gap)
 }
 
-/// The error of two meshes of one gear whose phases contradict each other: one that is stated is wrong, otherwise the
-/// places are. `phase`: of the second mesh by the first one.
-fn miss<N>(parts: &Parts<N>, [(one, own), (other, found)]: [(usize, f64); 2], phase: f64) -> TrainError {
+/// The error of two meshes of one gear whose phases contradict each other: one that is stated is wrong,
+/// otherwise the places are. `phase`: of the second mesh by the first one.
+fn miss<N>(meshes: &[Gearing<N>], [(one, own), (other, found)]: [(usize, f64); 2], phase: f64) -> TrainError {
+    let name = |mesh: usize| meshes[mesh].name.to_owned();
     let contradicts = |mesh: usize, stated: f64, computed: f64| TrainError::PhaseContradicts {
-        mesh: parts.meshes[mesh].0.clone(),
+        mesh: name(mesh),
         stated,
         computed: snapped(computed),
     };
-    match [one, other].map(|mesh| &parts.meshes[mesh].2.phase) {
+    match [one, other].map(|mesh| &meshes[mesh].part.phase) {
         [_, Phase::Ahead(_)] => contradicts(other, found, phase),
         [Phase::Ahead(_), _] => contradicts(one, own, own + found - phase),
-        _ => TrainError::TeethMiss { mesh: parts.meshes[other].0.clone(), gap: distance(found, phase) },
+        _ => TrainError::TeethMiss { mesh: name(other), gap: distance(found, phase) },
     }
 }
 
 /// When and where a tooth of one gear of a mesh is at the pitch point; `None` without places or rotation.
 fn meeting<N: Nonlinearity>(
-    parts: &Parts<N>,
-    kinematics: &Kinematics,
-    planets: &Planets,
-    (i, mesh): (usize, &MeshPart<N>),
-    (bodies, carrier): ([usize; 2], Option<usize>),
+    i: usize,
+    gearing: &Gearing<N>,
     gear: usize,
+    kinematics: &Kinematics,
+    centres: &Centres,
 ) -> Option<Meeting> {
-    let [own, mate] = [bodies[gear], bodies[1 - gear]];
-    // A central gear without a place is at the centre of the carrier.
-    let placed = |body: usize| {
-        let stated =
-            parts.bodies[body].1.centre.or(carrier.and_then(|carrier| parts.bodies[carrier].1.centre));
-        (stated.is_some() || carrier.is_some()).then(|| match planets[body] {
-            Some(_) => centre(parts, planets, body),
-            None => stated.unwrap_or_default(),
-        })
-    };
-    let ([x, y], [u, v]) = (placed(own)?, placed(mate)?);
-    let turning = kinematics.relative(own, carrier)?;
+    let &Gearing { ends, carrier, part: mesh, .. } = gearing;
+    let [own, mate] = [ends[gear], ends[1 - gear]];
+    let ([x, y], [u, v]) = (centres[own]?, centres[mate]?);
+    let turning = kinematics.of_gear(gearing, gear)?;
     if (x, y) == (u, v) || turning.is_zero() || !mesh.is_round() {
         return None;
     }
@@ -143,7 +135,7 @@ fn meeting<N: Nonlinearity>(
     let towards = libm::atan2(v - y, u - x) + if internal[1 - gear] { PI } else { 0.0 };
     let teeth = mesh.teeth[gear];
     let pitch = TAU / f64::from(teeth);
-    // The first gear pushes with the leading flank of its tooth, the second one is pushed at the trailing flank.
+    // The first gear pushes with the leading flank of its tooth, the second one is pushed at the trailing one.
     let half = mesh.half_thickness[gear].unwrap_or(0.25 * pitch);
     let middle = sense * towards + if gear == 0 { -half } else { half };
     Some(Meeting {

@@ -1,10 +1,9 @@
 //! Centres of the bodies, and whether planets fit their places.
 
 use crate::error::check;
-use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{Kind, MeshPart};
 use crate::trains::plan::kinematics::Kinematics;
-use crate::trains::plan::names::Names;
+use crate::trains::plan::topology::Topology;
 use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
 
@@ -24,8 +23,7 @@ pub(crate) type Planets = Vec<Option<Planet>>;
 /// Relative difference up to which radii count as equal.
 pub(crate) const SAME: f64 = 1e-6;
 
-/// Phases within this distance of a multiple of 1/5040 are this multiple. Planets in phase then have equal
-/// waves.
+/// Phases within this distance of a multiple of 1/5040 are this multiple: planets in phase have equal waves.
 const SNAP: f64 = 1e-9;
 
 /// A phase in [0, 1).
@@ -35,43 +33,39 @@ pub(crate) fn snapped(cycles: f64) -> f64 {
     cycles.rem_euclid(1.0) % 1.0
 }
 
-pub(crate) fn planets<N>(
-    parts: &Parts<N>,
-    names: &Names,
-    speeds: &Kinematics,
-) -> Result<Planets, TrainError> {
-    let mut planets: Planets = vec![None; parts.bodies.len()];
-    // What each planet has found so far: its radius, and its first central mesh (central gear, teeth, phase).
-    let mut found: Vec<Option<(f64, f64)>> = vec![None; parts.bodies.len()];
-    for (i, (name, body)) in parts.bodies.iter().enumerate() {
-        let Some(place) = &body.place else { continue };
-        let Some(carrier) = names.carrier(parts, i)? else { continue };
+pub(crate) fn planets<N>(topology: &Topology<N>, kinematics: &Kinematics) -> Result<Planets, TrainError> {
+    let mut planets: Planets = vec![None; topology.bodies.len()];
+    // The first central mesh of each planet: its phase, and the teeth of its central gear.
+    let mut found: Vec<Option<(f64, f64)>> = vec![None; topology.bodies.len()];
+    for ((planet, (name, body)), carrier) in planets.iter_mut().zip(topology.bodies).zip(&topology.carriers) {
+        let (Some(place), Some(carrier)) = (&body.place, *carrier) else { continue };
         check::quantity(format!("angle of \"{name}\""), place.angle)?;
         if let Some(radius) = place.radius {
             check::scale(format!("radius of \"{name}\""), radius)?;
         }
         let radius = place.radius.unwrap_or(f64::NAN);
-        planets[i] = Some(Planet { carrier, angle: place.angle, radius, ahead: 0.0 });
+        *planet = Some(Planet { carrier, angle: place.angle, radius, ahead: 0.0 });
     }
-    for (name, ends, mesh) in &parts.meshes {
-        let [a, b] = names.pair(name, ends)?;
+    for mesh in &topology.meshes {
+        let [a, b] = mesh.ends;
         let (planet, central, teeth) = match (&planets[a], &planets[b]) {
-            (Some(_), None) => (a, b, mesh.teeth[1]),
-            (None, Some(_)) => (b, a, mesh.teeth[0]),
+            (Some(_), None) => (a, b, mesh.part.teeth[1]),
+            (None, Some(_)) => (b, a, mesh.part.teeth[0]),
             _ => continue,
         };
-        let required = centre_distance(mesh);
+        let required = centre_distance(mesh.part);
         let Some(place) = &mut planets[planet] else { continue };
         if place.radius.is_nan() {
             place.radius = required;
         }
-        let title = || parts.bodies[planet].0.clone();
+        let title = || topology.name(planet);
         if (place.radius / required - 1.0).abs() > SAME {
-            let found = place.radius;
-            return Err(TrainError::CentreDistance { mesh: name.clone(), planet: title(), required, found });
+            let (mesh, found) = (mesh.name.into(), place.radius);
+            return Err(TrainError::CentreDistance { mesh, planet: title(), required, found });
         }
         // The teeth of a central gear that turns counterclockwise reach a planet at a larger angle later.
-        let turns = speeds.relative(central, Some(place.carrier)).is_none_or(|speed| speed.value() >= 0.0);
+        let turns =
+            kinematics.relative(central, Some(place.carrier)).is_none_or(|speed| speed.value() >= 0.0);
         let way = if turns { -1.0 } else { 1.0 };
         let ahead = way * f64::from(teeth) * place.angle / TAU;
         match found[planet] {
@@ -90,7 +84,7 @@ pub(crate) fn planets<N>(
         }
     }
     match planets.iter().position(|planet| planet.as_ref().is_some_and(|planet| planet.radius.is_nan())) {
-        Some(planet) => Err(TrainError::PlanetWithoutMesh { planet: parts.bodies[planet].0.clone() }),
+        Some(planet) => Err(TrainError::PlanetWithoutMesh { planet: topology.name(planet) }),
         None => Ok(planets),
     }
 }
@@ -102,14 +96,23 @@ fn centre_distance<N>(mesh: &MeshPart<N>) -> f64 {
     across / libm::cos(mesh.pressure_angle)
 }
 
-/// The centre of a body `[m]`.
-pub(crate) fn centre<N>(parts: &Parts<N>, planets: &Planets, body: usize) -> [f64; 2] {
-    match &planets[body] {
-        None => parts.bodies[body].1.centre.unwrap_or_default(),
-        Some(planet) => {
-            let [x, y] = parts.bodies[planet.carrier].1.centre.unwrap_or_default();
-            let (sin, cos) = libm::sincos(planet.angle);
-            [x + planet.radius * cos, y + planet.radius * sin]
+/// The centres of all bodies `[m]`: as stated, of a planet on its carrier, of a central gear without a statement
+/// that of its carrier. `None`: unknown.
+pub(crate) type Centres = Vec<Option<[f64; 2]>>;
+
+pub(crate) fn centres<N>(topology: &Topology<N>, planets: &Planets) -> Centres {
+    let stated = |body: usize| topology.body(body).centre;
+    let mut centres: Vec<_> = (0..topology.bodies.len()).map(stated).collect();
+    for mesh in &topology.meshes {
+        let Some(carrier) = mesh.carrier else { continue };
+        for body in mesh.ends {
+            centres[body] = centres[body].or(Some(stated(carrier).unwrap_or_default()));
         }
     }
+    for (centre, planet) in centres.iter_mut().zip(planets) {
+        let Some(planet) = planet else { continue };
+        let ([x, y], (sin, cos)) = (stated(planet.carrier).unwrap_or_default(), libm::sincos(planet.angle));
+        *centre = Some([x + planet.radius * cos, y + planet.radius * sin]);
+    }
+    centres
 }

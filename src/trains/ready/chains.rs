@@ -7,8 +7,8 @@ use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::train_error::Warning;
 
-/// An idler train: `driver`, `idler` and `driven` of the moments of inertia J [kg m²], with the meshes `first mesh` and
-/// `second mesh`. The phase of the second mesh is that of its [`MeshPart`].
+/// An idler train: `driver`, `idler` and `driven` of the moments of inertia J [kg m²], with the meshes
+/// `first mesh` and `second mesh`. The phase of the second mesh is that of its [`MeshPart`].
 ///
 /// J_1 q_1'' + r_1 W_1 = T_1,   J_2 q_2'' - r_2 W_1 + r_2 W_2 = T_2,   J_3 q_3'' - r_3 W_2 = T_3.   Source:
 /// Al-Shyyab and Kahraman 2005, J. Sound Vib. 284, 151.
@@ -16,7 +16,7 @@ use crate::trains::train_error::Warning;
 /// ```
 /// use gear_dynamics::trains::{MeshPart, idler};
 /// use gear_dynamics::{Model, Wave};
-/// let mesh = |teeth, radii| Ok::<_, gear_dynamics::ParameterError>(MeshPart::external(teeth, radii, Wave::constant(2e8)?));
+/// let mesh = |teeth, radii| Wave::constant(2e8).map(|k| MeshPart::external(teeth, radii, k));
 /// let meshes = [mesh([20, 30], [0.02, 0.03])?, mesh([30, 40], [0.03, 0.04])?];
 /// let train = idler([1e-3, 3e-3, 8e-3], meshes).build("driver", 100.0)?;
 /// assert_eq!((train.dof(), train.contacts()), (3, 2));
@@ -31,8 +31,9 @@ pub fn idler(inertias: [f64; 3], [first, second]: [MeshPart; 2]) -> Parts {
     parts
 }
 
-/// A two-stage train of moments of inertia [kg m²] in the order of the power: `pinion 1` drives `wheel 1`, a shaft of stiffness [N m/rad] and damping [N m s/rad] turns `pinion
-/// 2`, which drives `wheel 2`. Meshes: `stage 1` and `stage 2`; shaft: `shaft`.
+/// A two-stage train of moments of inertia [kg m²] in the order of the power: `pinion 1` drives `wheel 1`, a
+/// shaft of stiffness [N m/rad] and damping [N m s/rad] turns `pinion 2`, which drives `wheel 2`. Meshes:
+/// `stage 1` and `stage 2`; shaft: `shaft`.
 ///
 /// ```
 /// use gear_dynamics::trains::{MeshPart, two_stage};
@@ -57,12 +58,14 @@ pub fn two_stage(inertias: [f64; 4], stiffness: f64, damping: f64, [first, secon
     parts
 }
 
-/// A geared rotor with bearings along the line of action: three coordinates, y of each gear and the relative angle.
+/// A geared rotor with bearings along the line of action: y of each gear and the relative angle.
 ///
-/// I_j q_j'' ± r_j W = T_j,   m_j y_j'' + c_j y_j' + k_j f_j(y_j) ± W = 0,   d = r_1 q_1 - r_2 q_2 + y_1 - y_2 - e.
+/// I_j q_j'' ± r_j W = T_j,   m_j y_j'' + c_j y_j' + k_j f_j(y_j) ± W = 0,
+/// d = r_1 q_1 - r_2 q_2 + y_1 - y_2 - e.
 ///
-/// f_j is a dead zone if the bearing has a clearance.   Source: Kahraman and Singh 1991, J. Sound Vib. 144, 469.
-/// Bodies: `driver` and `driven`; mesh: `mesh`. Its pressure angle is set to 0, as y is the line of action.
+/// f_j is a dead zone if the bearing has a clearance. Bodies: `driver` and `driven`; mesh: `mesh`. Its
+/// pressure angle is set to 0, as y is the line of action.   Source: Kahraman and Singh 1991, J. Sound Vib.
+/// 144, 469.
 ///
 /// ```
 /// use gear_dynamics::trains::{Bearing, MeshPart, geared_rotor};
@@ -88,9 +91,9 @@ pub fn geared_rotor(inertias: [f64; 2], bearings: [Bearing; 2], mesh: MeshPart) 
 ///
 /// J_m q_m'' + W/N = T_m,   J_l q_l'' - W = T_l,   W = c d' + k f(d),   d = q_m/N - q_l.
 ///
-/// Angles d `[rad]` and moments W [N m] are those of the output; stiffness k [N m/rad] as a wave over a turn of the
-/// motor, damping c [N m s/rad]. Mesh: `reducer`, whose half backlash is an angle `[rad]`.   Source: Nordin and
-/// Gutman 2002, Automatica 38, 1633.
+/// Angles d `[rad]` and moments W [N m] are those of the output; stiffness k [N m/rad] as a wave over a turn
+/// of the motor, damping c [N m s/rad]. Mesh: `reducer`, whose half backlash is an angle `[rad]`.   Source:
+/// Nordin and Gutman 2002, Automatica 38, 1633.
 /// [`Parts::build`] refuses a ratio of 0.
 ///
 /// ```
@@ -118,8 +121,8 @@ pub fn robot_joint(
 /// A split-torque train: `input` drives `paths` intermediate gears in parallel, each with a shaft to a second
 /// gear that drives `output`.
 ///
-/// Bodies: `input`, `output`, and `first i` and `second i` of path i; meshes: `input i` and `output i`; shafts: `shaft
-/// i`.
+/// Bodies: `input`, `output`, and `first i` and `second i` of path i; meshes: `input i` and `output i`;
+/// shafts: `shaft i`.
 ///
 /// # Errors
 /// No path or more than 100.

@@ -10,14 +10,15 @@ use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{MeshPart, OfMesh};
 use crate::trains::train_error::TrainError;
 
-/// The parts of [`NfgPair2`](crate::models::nfg::NfgPair2) in its exact reading with the constant torque T2/i_j on the
-/// pinion: at a constant speed the same coordinates, contact and accelerations.   Source: Liu 2021, Eq. (4), corrected.
+/// The parts of [`NfgPair2`](crate::models::nfg::NfgPair2) in its exact reading with the constant torque
+/// T2/i_j on the pinion: at a constant speed the same coordinates, contact and accelerations.   Source:
+/// Liu 2021, Eq. (4), corrected.
 ///
-/// Nothing holds the pinion to its even rotation. Deviations of both gears together grow, the less the larger I1 is:
-/// accept [`Warning::Drifts`](crate::trains::Warning::Drifts).
+/// Nothing holds the pinion to its even rotation. Deviations of both gears together grow, the less the larger
+/// I1 is: accept [`Warning::Drifts`](crate::trains::Warning::Drifts).
 ///
-/// `pinion_inertia`: I1 [kg m²]. Build it with the speed of the `pinion`. Bodies: `pinion`, `face gear`; mesh: `mesh`;
-/// torques: `drive torque` T2/i_j, `load torque` -T2.
+/// `pinion_inertia`: I1 [kg m²]. Build it with the speed of the `pinion`. Bodies: `pinion`, `face gear`;
+/// mesh: `mesh`; torques: `drive torque` T2/i_j, `load torque` -T2.
 ///
 /// # Errors
 /// Parameters that [`NfgPair2::new`](crate::models::nfg::NfgPair2::new) refuses.

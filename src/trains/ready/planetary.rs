@@ -3,18 +3,19 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::Constant;
 use crate::excitation::wave::Wave;
-use crate::trains::kinds::equally_spaced;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{MeshPart, Phase};
+use std::f64::consts::TAU;
 
-/// The gears of a planetary set, each with its number of teeth, and the carrier, which has the masses of planets without
-/// bearings. A member may be on a bearing, locked, held or restrained.
+/// The gears of a planetary set, each with its number of teeth, and the carrier, which has the masses of
+/// planets without bearings. A member may be on a bearing, locked, held or restrained.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, Members};
 /// let ring = (90, Body::new(5e-2).locked());
-/// let members = Members { sun: (30, Body::new(1e-3)), planet: (30, Body::new(1e-3)), ring, carrier: Body::new(3e-2) };
+/// let (sun, planet) = ((30, Body::new(1e-3)), (30, Body::new(1e-3)));
+/// let members = Members { sun, planet, ring, carrier: Body::new(3e-2) };
 /// assert_eq!(members.planet.0, 30);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -31,18 +32,19 @@ pub struct Members {
 
 /// A planetary set of a sun, N planets on a carrier and a ring.
 ///
-/// Without bearings it is torsional (Kahraman 1994, J. Sound Vib. 173, 125). With bearings it has three coordinates a
-/// body (Lin and Parker 1999, J. Vib. Acoust. 121, 316); nonlinear with a half backlash.
+/// Without bearings it is torsional (Kahraman 1994, J. Sound Vib. 173, 125). With bearings it has three
+/// coordinates a body (Lin and Parker 1999, J. Vib. Acoust. 121, 316); nonlinear with a half backlash.
 ///
-/// Bodies: `sun`, `ring`, `carrier`, `planet 1` to `planet N`. Meshes: `sun 1`, `ring 1` and so on. The sun drives
-/// the planets, and the planets drive the ring. Base radii follow from the tooth numbers; the centres lie at (r_s +
-/// r_p)/cos α.
+/// Bodies: `sun`, `ring`, `carrier`, `planet 1` to `planet N`. Meshes: `sun 1`, `ring 1` and so on. The sun
+/// drives the planets, and the planets drive the ring. Base radii follow from the tooth numbers; the centres
+/// lie at (r_s + r_p)/cos α.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, Members, Planetary};
 /// use gear_dynamics::{Model, Wave};
 /// let ring = (90, Body::new(5e-2).held(1e9, 0.0)); // by a spring to the ground
-/// let members = Members { sun: (30, Body::new(1e-3)), planet: (30, Body::new(1e-3)), ring, carrier: Body::new(3e-2) };
+/// let (sun, planet) = ((30, Body::new(1e-3)), (30, Body::new(1e-3)));
+/// let members = Members { sun, planet, ring, carrier: Body::new(3e-2) };
 /// let set = Planetary::new(3, 0.03, members, [Wave::constant(2e8)?, Wave::constant(2.5e8)?])?;
 /// assert_eq!(set.parts().build("sun", 100.0)?.dof(), 6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -61,8 +63,8 @@ pub struct Planetary {
 }
 
 impl Planetary {
-    /// A set of N equally spaced planets: base radius of the sun `[m]`, members, stiffnesses of a sun mesh and of a ring
-    /// mesh over the mesh angle.
+    /// A set of N equally spaced planets: base radius of the sun `[m]`, members, stiffnesses of a sun mesh
+    /// and of a ring mesh over the mesh angle.
     ///
     /// # Errors
     /// No planets or more than 100; a base radius out of range. Other values are checked by [`Parts::build`].
@@ -80,7 +82,7 @@ impl Planetary {
         let zero = || Wave::new(Constant::zero());
         Ok(Planetary {
             members,
-            angles: equally_spaced(planets),
+            angles: (0..planets).map(|p| TAU * f64::from(p) / f64::from(planets)).collect(),
             sun_radius: sun_base_radius,
             stiffness,
             error: [zero(), zero()],
@@ -94,8 +96,8 @@ impl Planetary {
     pub fn at_angles(self, angles: &[f64]) -> Self {
         Planetary { angles: angles.to_vec(), ..self }
     }
-    /// The same set with the working pressure angle `[rad]` of the sun meshes. Default: 20°. That of the ring meshes
-    /// follows from the common centre distance: (z_s + z_p)/cos α_s = (z_r - z_p)/cos α_r.
+    /// The same set with the working pressure angle `[rad]` of the sun meshes. Default: 20°. That of the ring
+    /// meshes follows from the common centre distance: (z_s + z_p)/cos α_s = (z_r - z_p)/cos α_r.
     pub fn pressure_angle(self, pressure_angle: f64) -> Self {
         Planetary { pressure_angle, ..self }
     }
@@ -103,12 +105,13 @@ impl Planetary {
     pub fn error(self, error: [Wave; 2]) -> Self {
         Planetary { error, ..self }
     }
-    /// The same set with the ring mesh of each planet ahead of its sun mesh by a part of the mesh cycle. Default: 0.
+    /// The same set with the ring mesh of each planet ahead of its sun mesh by a part of the cycle.
+    /// Default: 0.
     pub fn ring_phase(self, cycles: f64) -> Self {
         Planetary { ring_phase: Phase::Ahead(cycles), ..self }
     }
-    /// The same set with the phase between ring and sun mesh that follows from teeth as thick as their gaps: 1/2 for
-    /// planets with an even number of teeth, 0 for an odd number ([`MeshPart::phase_from_teeth`]).
+    /// The same set with the phase between ring and sun mesh that follows from teeth as thick as their gaps:
+    /// 1/2 for planets with an even number of teeth, 0 for an odd number ([`MeshPart::phase_from_teeth`]).
     pub fn ring_phase_from_teeth(self) -> Self {
         Planetary { ring_phase: Phase::FromTeeth, ..self }
     }

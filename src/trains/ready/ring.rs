@@ -7,14 +7,16 @@ use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::train_error::TrainError;
 
-/// The parts of a [`Ring`](crate::Ring) by [`Ring::as_printed`](crate::Ring::as_printed): the same coordinates,
-/// contacts and accelerations. `teeth`: number of teeth of gear 1; those of the others follow from the base radii.
+/// The parts of a [`Ring`](crate::Ring) by [`Ring::as_printed`](crate::Ring::as_printed): the same
+/// coordinates, contacts and accelerations. `teeth`: number of teeth of gear 1; those of the others follow
+/// from the base radii.
 ///
-/// The last mesh of an odd ring is internal, so that it does not reverse the rotation. Build it with the speed ω/teeth of
-/// `gear 1`. Bodies: `motor`, `gear i`, `load i`; meshes: `mesh i`.
+/// The last mesh of an odd ring is internal, so that it does not reverse the rotation. Build it with the
+/// speed ω/teeth of `gear 1`. Bodies: `motor`, `gear i`, `load i`; meshes: `mesh i`.
 ///
 /// # Errors
-/// Parameters that [`Ring::as_printed`](crate::Ring::as_printed) refuses; [`TrainError::RadiiContradictTeeth`] if the base radii do not give whole tooth numbers.
+/// Parameters that [`Ring::as_printed`](crate::Ring::as_printed) refuses;
+/// [`TrainError::RadiiContradictTeeth`] if the base radii do not give whole tooth numbers.
 ///
 /// ```
 /// use gear_dynamics::models::ring::RingSet;

@@ -2,8 +2,8 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::combine::Scaled;
+use crate::excitation::fourier::Fourier;
 use crate::excitation::wave::Wave;
-use crate::models::ring::ring_params::mean;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;
@@ -11,14 +11,15 @@ use crate::trains::train_error::Warning;
 
 /// The spur gear pair of Kahraman and Singh 1990 (J. Sound Vib. 142, 49), in SI units or dimensionless.
 ///
-/// m_e x'' + c x' + k(φ) f(x) = F_m - m_e e''(φ),   x = r_1 q_1 - r_2 q_2 - e,   m_e = 1/(r_1²/I_1 + r_2²/I_2)
+/// m_e x'' + c x' + k(φ) f(x) = F_m - m_e e''(φ),   x = r_1 q_1 - r_2 q_2 - e,
+/// m_e = 1/(r_1²/I_1 + r_2²/I_2)
 ///
 /// with the lengths in units of half the backlash b and times in 1/ω_n = √(m_e/k_m):
 ///
 /// x'' + 2 ζ x' + k/k_m f(x) = F_m/(b k_m) - (e/b)''.
 ///
-/// Bodies: `driver` and `driven`; mesh: `mesh`; torques: `drive torque` and `load torque`. The coordinate is θ_1 -
-/// θ_2 z_2/z_1: the deviation of the driver relative to the driven gear.
+/// Bodies: `driver` and `driven`; mesh: `mesh`; torques: `drive torque` and `load torque`. The coordinate is
+/// θ_1 - θ_2 z_2/z_1: the deviation of the driver relative to the driven gear.
 ///
 /// ```
 /// use gear_dynamics::trains::SpurPair;
@@ -71,8 +72,8 @@ pub struct Dimensionless {
 }
 
 impl SpurPair {
-    /// The pair of the given moments of inertia [kg m²], teeth, base radii `[m]` and mesh stiffness [N/m] over the mesh
-    /// angle. Defaults: no error, damping, backlash and load.
+    /// The pair of the given moments of inertia [kg m²], teeth, base radii `[m]` and mesh stiffness [N/m]
+    /// over the mesh angle. Defaults: no error, damping, backlash and load.
     ///
     /// # Errors
     /// An inertia or radius out of range; a mean stiffness that is not positive.
@@ -86,7 +87,7 @@ impl SpurPair {
             check::scale(format!("inertia [{i}]"), inertias[i])?;
             check::scale(format!("base radius [{i}]"), base_radii[i])?;
         }
-        let mean_stiffness = check::scale("mean mesh stiffness", mean(&stiffness))?;
+        let mean_stiffness = check::scale("mean mesh stiffness", stiffness.mean())?;
         Ok(SpurPair {
             inertias,
             teeth,
@@ -101,8 +102,8 @@ impl SpurPair {
         })
     }
 
-    /// The dimensionless pair x'' + 2 ζ x' + (1 + Σ a_j cos jφ) f(x) = F_m + W² Σ j² e_j cos jφ with half the backlash 1
-    /// and one tooth a turn: its speed is the mesh frequency W.
+    /// The dimensionless pair x'' + 2 ζ x' + (1 + Σ a_j cos jφ) f(x) = F_m + W² Σ j² e_j cos jφ with half the
+    /// backlash 1 and one tooth a turn: its speed is the mesh frequency W.
     ///
     /// # Errors
     /// A harmonic beyond ±1e50; more than 10 000.
@@ -112,16 +113,23 @@ impl SpurPair {
         stiffness: &[f64],
         error: &[f64],
     ) -> Result<Self, ParameterError> {
-        let cosines = |list: &[f64]| -> Vec<[f64; 2]> { list.iter().map(|a| [*a, 0.0]).collect() };
         let wave = |mean: f64, list: &[f64]| {
-            Ok::<_, ParameterError>(Wave::new(crate::excitation::fourier::Fourier::new(
-                mean,
-                &cosines(list),
-            )?))
+            let cosines: Vec<[f64; 2]> = list.iter().map(|a| [*a, 0.0]).collect();
+            Ok::<_, ParameterError>(Wave::new(Fourier::new(mean, &cosines)?))
         };
-        let pair = SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], wave(1.0, stiffness)?)?;
-        let pair = pair.error(wave(0.0, error)?).damping_ratio(damping_ratio).half_backlash(1.0);
-        Ok(SpurPair { dimensionless: true, ..pair.load(mean_force) })
+        SpurPair::unit(wave(1.0, stiffness)?, wave(0.0, error)?, damping_ratio, mean_force)
+    }
+
+    /// The dimensionless pair of the waves k/k_m and e/b.
+    fn unit(
+        stiffness: Wave,
+        error: Wave,
+        damping_ratio: f64,
+        mean_force: f64,
+    ) -> Result<Self, ParameterError> {
+        let pair = SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], stiffness)?.error(error);
+        let pair = pair.damping_ratio(damping_ratio).half_backlash(1.0).load(mean_force);
+        Ok(SpurPair { dimensionless: true, ..pair })
     }
 
     /// The same pair with a static transmission error `[m]` over the mesh angle.
@@ -162,10 +170,8 @@ impl SpurPair {
         let b = check::scale("half backlash", self.half_backlash)?;
         let by =
             |factor: f64, wave: &Wave| Ok::<_, ParameterError>(Wave::new(Scaled::new(factor, wave.clone())?));
-        let pair =
-            SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], by(1.0 / self.mean_stiffness, &self.stiffness)?)?;
-        let pair = pair.error(by(1.0 / b, &self.error)?).damping_ratio(self.damping_ratio).half_backlash(1.0);
-        Ok(SpurPair { dimensionless: true, ..pair.load(numbers.mean_force) })
+        let (stiffness, error) = (by(1.0 / self.mean_stiffness, &self.stiffness)?, by(1.0 / b, &self.error)?);
+        SpurPair::unit(stiffness, error, self.damping_ratio, numbers.mean_force)
     }
 
     /// Its parts in relative coordinates, with both torques.

@@ -4,8 +4,36 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::mesh::Mesh;
-use crate::scalar::Scalar;
+use crate::excitation::wave::Wave;
+use crate::model::channel::Channel;
+use crate::trains::parts::characteristic::Characteristic;
 use std::ops::Range;
+
+/// What the algebra of a train reads, except its meshes. The lists refer to each other by their places.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Elements {
+    /// 1/J of each coordinate, which multiplies its net torque; 1 in relative coordinates, whose torques are
+    /// accelerations already.
+    pub(crate) per_inertia: Vec<f64>,
+    pub(crate) springs: Vec<Spring>,
+    pub(crate) row_springs: Vec<RowSpring>,
+    pub(crate) rotating: Vec<Rotating>,
+    /// Ω/φ' of the rotating frame.
+    pub(crate) frame_ratio: f64,
+    pub(crate) varying: Vec<Lever>,
+    pub(crate) uneven: Vec<Uneven>,
+    pub(crate) frictions: Vec<Friction>,
+    pub(crate) journals: Vec<Journal>,
+    pub(crate) motors: Vec<Motor>,
+    /// Torques that are waves: place of the wave among `single`, of the constant among the torques, pulls.
+    pub(crate) torque_waves: Vec<(usize, usize, Range<usize>)>,
+    /// The numbers of all rows of more than two coordinates.
+    pub(crate) entries: Vec<Entry>,
+    /// Each wave once. Stiffnesses and signs take one drive; errors, varying levers and uneven rotations take
+    /// two, of which the second is the rate over φ.
+    pub(crate) single: Vec<Wave>,
+    pub(crate) jets: Vec<Wave>,
+}
 
 /// One number of a sparse row: a lever or a pull of the coordinate `at`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +46,7 @@ pub(crate) struct Entry {
 /// to the ground, for which both ends are equal and the second lever is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spring {
+    pub(crate) name: String,
     pub(crate) ends: [u32; 2],
     pub(crate) pulls: [f64; 2],
     pub(crate) stiffness: f64,
@@ -25,9 +54,20 @@ pub(crate) struct Spring {
     pub(crate) levers: [f64; 2],
 }
 
+impl Spring {
+    /// The spring as a shaft of one of its ends, with levers of 1 and -1.
+    pub(crate) fn shaft_of(&self, at: u32) -> Shaft {
+        let &Spring { ends, pulls, stiffness, damping, .. } = self;
+        // Seen from its other end, the shaft has the opposite deflection.
+        let (end, pulls) = if ends[0] == at { (ends[1], pulls) } else { (ends[0], [-pulls[1], -pulls[0]]) };
+        Shaft { end, stiffness, damping, pulls }
+    }
+}
+
 /// A linear spring and damper on a row of any length.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RowSpring {
+    pub(crate) name: String,
     pub(crate) levers: Range<usize>,
     pub(crate) pulls: Range<usize>,
     pub(crate) stiffness: f64,
@@ -45,8 +85,23 @@ pub(crate) struct Rotating {
     pub(crate) centripetal: f64,
 }
 
-/// A contact: a mesh, or a clearance of a shaft or a bearing. What every evaluation reads stands here, in little
-/// memory; the rest in [`ToothRest`].
+/// A shaft of the first coordinate of a mesh in a plain train: its other end, and its pulls on the first
+/// coordinate and on this end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shaft {
+    pub(crate) end: u32,
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    pub(crate) pulls: [f64; 2],
+}
+
+impl Shaft {
+    /// No shaft.
+    pub(crate) const NONE: Shaft = Shaft { end: u32::MAX, stiffness: 0.0, damping: 0.0, pulls: [0.0; 2] };
+}
+
+/// A contact: a mesh, or a clearance of a shaft or a bearing. What every evaluation reads stands here, in
+/// little memory; the rest in [`ToothRest`].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tooth<N> {
     /// The first two numbers of its row.
@@ -56,12 +111,15 @@ pub(crate) struct Tooth<N> {
     pub(crate) error: u32,
     pub(crate) levers: [f64; 2],
     pub(crate) pulls: [f64; 2],
+    pub(crate) shaft: Shaft,
     pub(crate) law: N,
 }
 
 /// The rest of a contact.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ToothRest<N> {
+    /// Its name, and the unit of its deflection.
+    pub(crate) channel: Channel,
     /// Further numbers of the row.
     pub(crate) more_levers: Range<usize>,
     pub(crate) more_pulls: Range<usize>,
@@ -70,8 +128,8 @@ pub(crate) struct ToothRest<N> {
     pub(crate) mesh: Mesh<N>,
 }
 
-/// The lever of a noncircular gear: its angle `at` moves the contact by `lever` g(φ), and a unit of force accelerates it
-/// by `pull` g(φ).
+/// The lever of a noncircular gear: its angle `at` moves the contact by `lever` g(φ), and a unit of force
+/// accelerates it by `pull` g(φ).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lever {
     pub(crate) at: usize,
@@ -81,7 +139,8 @@ pub(crate) struct Lever {
     pub(crate) wave: usize,
 }
 
-/// A body that turns unevenly in the kinematic motion, θ' = `ratio` φ' R(φ): it accelerates by θ'' = `ratio` φ'² R'(φ).
+/// A body that turns unevenly in the kinematic motion, θ' = `ratio` φ' R(φ) and θ'' =
+/// `ratio` φ'² R'(φ).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Uneven {
     pub(crate) at: usize,
@@ -102,6 +161,7 @@ pub(crate) struct Friction {
 /// A bearing with radial clearance: a contact with the deflection √(x² + y²).
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Journal {
+    pub(crate) name: String,
     /// The rows of x and y.
     pub(crate) levers: [Range<usize>; 2],
     pub(crate) pulls: [Range<usize>; 2],
@@ -125,33 +185,8 @@ pub(crate) struct Motor {
     pub(crate) characteristic: Characteristic,
 }
 
-/// A torque over the speed Ω, as a share of its constant.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Characteristic {
-    /// An induction motor by Kloss's equation: 2 s s_k/(s² + s_k²), s = 1 - Ω/Ω_s.
-    Induction { breakdown_slip: f64, synchronous: f64 },
-    /// Σ c_k Ω^k.
-    Polynomial(Vec<f64>),
-}
-
-impl Characteristic {
-    #[inline(always)]
-    pub(crate) fn at<S: Scalar>(&self, speed: S) -> S {
-        match self {
-            Characteristic::Induction { breakdown_slip, synchronous } => {
-                let slip = S::from(1.0) - speed * (1.0 / synchronous);
-                let most = slip * slip + S::from(breakdown_slip * breakdown_slip);
-                slip * (2.0 * breakdown_slip) / most
-            }
-            Characteristic::Polynomial(coefficients) => {
-                coefficients.iter().rev().fold(S::from(0.0), |sum, c| sum * speed + S::from(*c))
-            }
-        }
-    }
-}
-
-/// The planets of a carrier, and the coordinates of the carrier and of the gears that mesh with them. All places are those
-/// of inertial coordinates.
+/// The planets of a carrier, and the coordinates of the carrier and of the gears that mesh with them. All
+/// places are those of inertial coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlanetSet {
     pub(crate) planets: Vec<PlanetPlace>,

@@ -1,6 +1,6 @@
 //! The algebra of a train.
 
 pub(crate) mod algebra;
+pub(crate) mod contacts;
 pub(crate) mod elements;
 pub(crate) mod train_shape;
-pub(crate) mod walk;

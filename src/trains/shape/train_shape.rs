@@ -2,7 +2,7 @@
 
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::Mesh;
+use crate::contact::mesh::{ContactDamping, Mesh};
 use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
@@ -13,10 +13,7 @@ use crate::model::channel::Channel;
 use crate::model::machine::Machine;
 use crate::model::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
-use crate::trains::shape::elements::{
-    Entry, Friction, Journal, Lever, Motor, PlanetSet, Rotating, RowSpring, Spring, Tooth, ToothRest, Uneven,
-};
-use crate::trains::shape::walk::Walk;
+use crate::trains::shape::elements::{Elements, Entry, PlanetSet, Tooth, ToothRest};
 
 /// A gear train made of [`Parts`](crate::trains::Parts).
 ///
@@ -25,15 +22,15 @@ use crate::trains::shape::walk::Walk;
 ///
 /// The coordinates q are deviations from the kinematic rotation: for each body the angle along its own mean
 /// rotation `[rad]` (counterclockwise for a body at rest), then x and y `[m]` if it has bearings, in the
-/// order of the bodies ([`TrainShape::coordinates`]). M is diagonal, b_i is the row of mesh i, f_i its contact
-/// law, e_i its static transmission error, Ω the speed of a rotating frame.   Source: Kahraman 1994 (JSV 173,
-/// 125), Lin and Parker 1999 (J. Vib. Acoust. 121, 316).
+/// order of the bodies ([`TrainShape::coordinates`]). M is diagonal, b_i is the row of mesh i, f_i its
+/// contact law, e_i its static transmission error, Ω the speed of a rotating frame.   Source: Kahraman 1994
+/// (JSV 173, 125), Lin and Parker 1999 (J. Vib. Acoust. 121, 316).
 ///
 /// Constants: `speed` [rad/s] of the reference body, each torque by its name [N m], `<mesh> damping` c
 /// [N s/m], `<mesh> half backlash` b `[m]` (half of the backlash; if the law has one), `<mesh> friction` μ.
 ///
-/// Contact i is mesh i, in the order of their statement; clearances of shafts and bearings follow. Own channels:
-/// `<mesh> transmission error` b_iᵀ q `[m]`.
+/// Contact i is mesh i, in the order of their statement; clearances of shafts and bearings follow. Own
+/// channels: `<mesh> transmission error` b_iᵀ q `[m]`.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, MeshPart, Parts};
@@ -43,7 +40,8 @@ use crate::trains::shape::walk::Walk;
 /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
 /// parts.torque("motor", "pinion", 30.0).torque("load", "wheel", -60.0);
 /// let train = parts.build("pinion", 100.0)?;
-/// assert_eq!((train.dof(), train.constant("mesh damping")?), (1, 0.0)); // the torques balance: relative coordinates
+/// // The torques balance: relative coordinates.
+/// assert_eq!((train.dof(), train.constant("mesh damping")?), (1, 0.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type Train<N = Backlash> = Machine<TrainShape<N>>;
@@ -63,27 +61,19 @@ pub type Train<N = Backlash> = Machine<TrainShape<N>>;
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainShape<N = Backlash> {
     pub(crate) coordinates: Vec<Channel>,
-    /// What the net torque on each coordinate is multiplied by: 1/J. The torques of a relative frame are
-    /// prepared as accelerations, and this is 1.
-    pub(crate) per_inertia: Vec<f64>,
-    pub(crate) springs: Vec<Spring>,
-    pub(crate) row_springs: Vec<RowSpring>,
-    pub(crate) rotating: Vec<Rotating>,
-    /// Ω/φ' of the rotating frame.
-    pub(crate) frame_ratio: f64,
+    pub(crate) elements: Elements,
     /// Meshes, then clearances of shafts.
     pub(crate) teeth: Vec<Tooth<N>>,
     pub(crate) rests: Vec<ToothRest<N>>,
-    pub(crate) varying: Vec<Lever>,
-    pub(crate) uneven: Vec<Uneven>,
-    pub(crate) frictions: Vec<Friction>,
-    pub(crate) journals: Vec<Journal>,
-    pub(crate) motors: Vec<Motor>,
-    pub(crate) entries: Vec<Entry>,
-    /// Each wave once. Stiffnesses and signs take one drive; errors, varying levers and uneven rotations take two, of
-    /// which the second is the rate over φ.
-    pub(crate) single: Vec<Wave>,
-    pub(crate) jets: Vec<Wave>,
+    /// Whether the train has nothing but shafts, constant torques and meshes of at most two coordinates whose
+    /// damping always acts. Its meshes then evaluate one shaft each.
+    pub(crate) plain: bool,
+    /// Number of springs, from the first one, that no mesh evaluates.
+    pub(crate) loose: usize,
+    /// For each torque, the coordinates on which its constant acts and how much of it: a constant torque, and
+    /// the part of the load that balances a torque. Torques over the angle and over the speed come first.
+    pub(crate) torques: Vec<Vec<Entry>>,
+    pub(crate) constants: Vec<Channel>,
     pub(crate) sets: Vec<PlanetSet>,
     /// Masses and inertias of the inertial coordinates.
     pub(crate) masses: Vec<f64>,
@@ -91,18 +81,6 @@ pub struct TrainShape<N = Backlash> {
     pub(crate) frame: Option<(usize, Vec<f64>)>,
     /// Order of the fastest mesh.
     pub(crate) fastest: u32,
-    /// Names of the springs, then of the row springs.
-    pub(crate) spring_names: [Vec<String>; 2],
-    /// The algebra of a train with nothing but shafts, constant torques and meshes of two coordinates.
-    pub(crate) walk: Option<Walk<N>>,
-    /// For each torque, the coordinates on which its constant acts and how much of it: a constant torque, and the part of
-    /// the load that balances a torque. Torques over the angle and over the speed come first.
-    pub(crate) torques: Vec<Vec<Entry>>,
-    /// Torques that are waves: place of the wave among `single`, of the constant among the torques, pulls.
-    pub(crate) torque_waves: Vec<(usize, usize, std::ops::Range<usize>)>,
-    pub(crate) names: Vec<Channel>,
-    /// Names of the contacts and units of their deflections: meshes, clearances of shafts, clearances of bearings.
-    pub(crate) contact_names: Vec<Channel>,
     /// φ'/speed.
     pub(crate) ratio: f64,
 }
@@ -127,14 +105,31 @@ impl<N: Nonlinearity> TrainShape<N> {
         if N::HALF_WIDTH { 0 } else { self.teeth.len() }
     }
 
-    /// Net torques by coordinate, from the named torques: b_j = Σ share · T. A load balances a torque over the speed at
-    /// the speed φ'.
+    /// Finds whether the train is plain. If it is, each mesh takes a shaft of its first coordinate.
+    pub(crate) fn share_shafts(&mut self) {
+        let Elements { per_inertia, springs, single, jets, .. } = self.elements.clone();
+        let plain = springs.iter().all(|spring| spring.levers == [1.0, -1.0])
+            && self.rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
+            && self.elements == Elements { per_inertia, springs, single, jets, ..Elements::default() };
+        (self.plain, self.loose) = (plain, self.elements.springs.len());
+        for tooth in self.teeth.iter_mut().filter(|_| plain) {
+            let springs = &mut self.elements.springs[..self.loose];
+            let place = springs.iter().position(|spring| spring.ends.contains(&tooth.at[0]));
+            let Some(place) = place else { continue };
+            tooth.shaft = springs[place].shaft_of(tooth.at[0]);
+            springs[place..].rotate_left(1);
+            self.loose -= 1;
+        }
+    }
+
+    /// Net torques by coordinate, from the named torques: b_j = Σ share · T. A load balances a torque over
+    /// the speed at the speed φ'.
     fn net<S: Scalar>(&self, torques: &[S], speed: S) -> Vec<S> {
-        let mut net = vec![S::from(0.0); self.per_inertia.len()];
-        let waves = self.torque_waves.len();
+        let mut net = vec![S::from(0.0); self.elements.per_inertia.len()];
+        let waves = self.elements.torque_waves.len();
         for (i, (rows, torque)) in self.torques.iter().zip(torques).enumerate() {
             for entry in rows {
-                let torque = match i.checked_sub(waves).and_then(|i| self.motors.get(i)) {
+                let torque = match i.checked_sub(waves).and_then(|i| self.elements.motors.get(i)) {
                     Some(motor) => *torque * motor.characteristic.at(speed * motor.ratio),
                     None => *torque,
                 };
@@ -159,14 +154,19 @@ impl<N: Nonlinearity> TrainShape<N> {
 impl<N: Nonlinearity> Shape for TrainShape<N> {
     #[inline(always)]
     fn size(&self) -> Size {
-        let contacts = self.teeth.len() + self.journals.len();
-        let waves = self.single.len() + 2 * self.jets.len() + 4 * self.moving();
-        let dof = self.per_inertia.len();
-        let torques = self.torque_waves.len() + self.motors.len();
-        Size { dof, waves, contacts, constants: 1 + dof + torques + 2 * contacts + self.frictions.len() }
+        let contacts = self.teeth.len() + self.elements.journals.len();
+        let waves = self.elements.single.len() + 2 * self.elements.jets.len() + 4 * self.moving();
+        let dof = self.elements.per_inertia.len();
+        let torques = self.elements.torque_waves.len() + self.elements.motors.len();
+        Size {
+            dof,
+            waves,
+            contacts,
+            constants: 1 + dof + torques + 2 * contacts + self.elements.frictions.len(),
+        }
     }
     fn constants(&self) -> Vec<Channel> {
-        self.names.clone()
+        self.constants.clone()
     }
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
         let (torques, rest) = constants[1..].split_at(self.torques.len());
@@ -174,12 +174,12 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let mut prepared = vec![speed];
         prepared.extend(self.net(torques, speed));
         // Waves and motors come first among the torques.
-        prepared.extend_from_slice(&torques[..self.torque_waves.len() + self.motors.len()]);
-        let contacts = self.teeth.len() + self.journals.len();
+        prepared.extend_from_slice(&torques[..self.elements.torque_waves.len() + self.elements.motors.len()]);
+        let contacts = self.teeth.len() + self.elements.journals.len();
         let (damping, rest) = rest.split_at(contacts);
         prepared.extend_from_slice(damping);
         // A law without a half width of its own has no such constant.
-        let own = if N::HALF_WIDTH { contacts } else { self.journals.len() };
+        let own = if N::HALF_WIDTH { contacts } else { self.elements.journals.len() };
         prepared.extend(std::iter::repeat_n(S::from(0.0), contacts - own));
         prepared.extend_from_slice(rest);
         prepared
@@ -187,7 +187,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
         check::scale("speed", constants[0])?;
         let rest = 1 + self.torques.len();
-        self.names[rest..]
+        self.constants[rest..]
             .iter()
             .zip(&constants[rest..])
             .try_for_each(|(name, value)| check::not_negative(&name.name, *value).map(drop))
@@ -195,12 +195,12 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
 
     #[inline(always)]
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        if let Some(walk) = &self.walk {
-            walk.accelerate(self, law, u, q, v, a);
+        if self.plain {
+            self.accelerate::<true, _, _>(law, u, q, v, a);
         } else if const { size_of::<S>() <= size_of::<f64>() } {
             self.accelerate_apart(law, u, q, v, a);
         } else {
-            self.accelerate(law, u, q, v, a);
+            self.accelerate::<false, _, _>(law, u, q, v, a);
         }
     }
     #[inline(always)]
@@ -216,12 +216,12 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     }
 
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
-        let (single, rest) = u.split_at_mut(self.single.len());
-        for (u, wave) in single.iter_mut().zip(&self.single) {
+        let (single, rest) = u.split_at_mut(self.elements.single.len());
+        for (u, wave) in single.iter_mut().zip(&self.elements.single) {
             *u = wave.value(angle, side);
         }
-        let (jets, edges) = rest.split_at_mut(2 * self.jets.len());
-        for (u, wave) in jets.as_chunks_mut::<2>().0.iter_mut().zip(&self.jets) {
+        let (jets, edges) = rest.split_at_mut(2 * self.elements.jets.len());
+        for (u, wave) in jets.as_chunks_mut::<2>().0.iter_mut().zip(&self.elements.jets) {
             let jet = wave.jet(angle, side);
             *u = [jet.value, jet.rate];
         }
@@ -230,12 +230,12 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         }
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
-        let waves = self.single.iter().chain(&self.jets).map(|wave| wave.next_edge(angle));
+        let waves = self.elements.single.iter().chain(&self.elements.jets).map(|wave| wave.next_edge(angle));
         let laws = self.rests.iter().map(|rest| rest.mesh.next_edge_of_law(angle));
         earliest(waves.chain(laws))
     }
     fn repeats(&self) -> u32 {
-        let waves = Wave::divisor_of_orders(self.single.iter().chain(&self.jets));
+        let waves = Wave::divisor_of_orders(self.elements.single.iter().chain(&self.elements.jets));
         let laws = self.rests.iter().map(|rest| rest.mesh.repeats_of_law());
         laws.fold(waves, crate::excitation::wave::divisor).max(1)
     }
@@ -244,10 +244,10 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     }
 
     fn channels(&self) -> Vec<Channel> {
-        let of = |contact: &Channel| {
-            Channel::new(format!("{} transmission error", contact.name), contact.unit.clone())
+        let of = |ToothRest { channel, .. }: &ToothRest<N>| {
+            Channel::new(format!("{} transmission error", channel.name), channel.unit.clone())
         };
-        self.contact_names[..self.teeth.len()].iter().map(of).collect()
+        self.rests.iter().map(of).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         let at = self.drives(u);

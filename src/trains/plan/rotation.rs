@@ -1,22 +1,16 @@
-//! Noncircular gears: their levers as waves, and the bodies that they turn unevenly.
+//! Noncircular gears: the bodies that they turn unevenly.
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::ParameterError;
 use crate::excitation::combine::{Product, Quotient};
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
-use crate::trains::assembly::assemble::{Assembly, once};
-use crate::trains::assembly::rows::Row;
-use crate::trains::parts::collection::Parts;
-use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::plan::kinematics::Kinematics;
-use crate::trains::plan::names::Names;
-use crate::trains::plan::orders::{Orders, follows_teeth};
+use crate::trains::plan::orders::Orders;
 use crate::trains::plan::places::SAME;
-use crate::trains::shape::elements::{Lever, Uneven};
+use crate::trains::plan::topology::{Gearing, Topology};
 use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
-use std::ops::Range;
 
 /// R = (dθ/dφ)/mean of each body in the kinematic motion, as a wave of φ; `None` if the body turns evenly.
 pub(crate) type Rotations = Vec<Option<Wave>>;
@@ -29,21 +23,18 @@ struct Link<'p> {
     ratio: Option<(f64, Wave)>,
 }
 
-/// The rotations of all bodies: the reference body turns evenly, and each noncircular mesh multiplies by g_1/g_2.
+/// The rotations of all bodies: the reference body turns evenly, each noncircular mesh multiplies by g_1/g_2.
 pub(crate) fn rotations<N: Nonlinearity>(
-    parts: &Parts<N>,
-    names: &Names,
+    topology: &Topology<N>,
     kinematics: &Kinematics,
     orders: &Orders,
-    reference: usize,
 ) -> Result<Rotations, TrainError> {
-    let mut found: Vec<Option<Option<Wave>>> = vec![None; parts.bodies.len()];
-    if parts.meshes.iter().all(|(_, _, mesh)| mesh.is_round()) {
+    let mut found: Vec<Option<Option<Wave>>> = vec![None; topology.bodies.len()];
+    if topology.meshes.iter().all(|mesh| mesh.part.is_round()) {
         return Ok(vec![None; found.len()]);
     }
-    let name = |body: usize| parts.bodies[body].0.clone();
-    let links = links(parts, names, kinematics, orders)?;
-    found[reference] = Some(None);
+    let links = links(topology, kinematics, orders)?;
+    found[topology.reference] = Some(None);
     let mut open: Vec<&Link> = links.iter().collect();
     loop {
         let before = open.len();
@@ -52,9 +43,10 @@ pub(crate) fn rotations<N: Nonlinearity>(
                 open.push(link);
                 continue;
             };
-            let known = found[link.bodies[from]].clone().flatten();
+            let body = link.bodies[from];
+            let known = found[body].clone().flatten();
             if link.bodies.len() > 2 && known.is_some() {
-                return Err(TrainError::Uneven { part: link.part.into(), body: name(link.bodies[from]) });
+                return Err(TrainError::Uneven { part: link.part.into(), body: topology.name(body) });
             }
             let own = link.from(known, from)?;
             for (_, &body) in link.bodies.iter().enumerate().filter(|(i, _)| *i != from) {
@@ -62,7 +54,8 @@ pub(crate) fn rotations<N: Nonlinearity>(
                     None => found[body] = Some(own.clone()),
                     Some(other) if alike(other.as_ref(), own.as_ref()) => {}
                     Some(_) => {
-                        return Err(TrainError::UnevenLoop { part: link.part.into(), body: name(body) });
+                        let (part, body) = (link.part.into(), topology.name(body));
+                        return Err(TrainError::UnevenLoop { part, body });
                     }
                 }
             }
@@ -89,50 +82,46 @@ impl Link<'_> {
 }
 
 fn links<'p, N: Nonlinearity>(
-    parts: &'p Parts<N>,
-    names: &Names,
+    topology: &Topology<'p, N>,
     kinematics: &Kinematics,
     orders: &Orders,
 ) -> Result<Vec<Link<'p>>, TrainError> {
     let mut links = Vec::new();
-    for shaft in &parts.shafts {
-        let bodies = names.pair(&shaft.name, &shaft.ends)?.to_vec();
-        links.push(Link { part: &shaft.name, bodies, ratio: None });
+    for (shaft, ends) in &topology.shafts {
+        links.push(Link { part: &shaft.name, bodies: ends.to_vec(), ratio: None });
     }
-    for (name, ends, mesh) in &parts.meshes {
-        let bodies = names.pair(name, ends)?;
-        let carrier = names.carrier_of(parts, name, bodies)?;
-        let why = match carrier {
+    for mesh in &topology.meshes {
+        let why = match mesh.carrier {
             Some(_) => "a planet and its carrier have constant levers",
-            None if mesh.friction.is_some() => "tooth friction has constant levers",
+            None if mesh.part.friction.is_some() => "tooth friction has constant levers",
             None => "",
         };
-        if !mesh.is_round() && !why.is_empty() {
-            return Err(TrainError::NotRound { mesh: name.clone(), why });
+        let round = mesh.part.is_round();
+        if !round && !why.is_empty() {
+            return Err(TrainError::NotRound { mesh: mesh.name.into(), why });
         }
-        let ratio = if mesh.is_round() { None } else { Some(ratio(name, bodies, mesh, kinematics, orders)?) };
-        links.push(Link { part: name, bodies: bodies.into_iter().chain(carrier).collect(), ratio });
+        let ratio = if round { None } else { Some(ratio(mesh, kinematics, orders)?) };
+        let bodies = mesh.ends.into_iter().chain(mesh.carrier).collect();
+        links.push(Link { part: mesh.name, bodies, ratio });
     }
     Ok(links)
 }
 
 /// z_1/z_2, and R of the second gear over R of the first one: r_1 g_1 z_2/(r_2 g_2 z_1).
 fn ratio<N: Nonlinearity>(
-    name: &str,
-    bodies: [usize; 2],
-    mesh: &MeshPart<N>,
+    mesh: &Gearing<N>,
     kinematics: &Kinematics,
     orders: &Orders,
 ) -> Result<(f64, Wave), TrainError> {
-    if bodies.iter().any(|&body| kinematics.speeds[body].is_zero()) {
-        return Err(TrainError::AtRest { part: name.into() });
+    if mesh.ends.iter().any(|&body| kinematics.speeds[body].is_zero()) {
+        return Err(TrainError::AtRest { part: mesh.name.into() });
     }
-    let [r1, r2] = mesh.radii;
-    let [z1, z2] = mesh.teeth.map(f64::from);
+    let [r1, r2] = mesh.part.radii;
+    let [z1, z2] = mesh.part.teeth.map(f64::from);
     let mut radii = [vec![Wave::constant(r1 / r2 * z2 / z1)?], vec![Wave::constant(1.0)?]];
-    for ((radius, factor), body) in radii.iter_mut().zip(&mesh.radius_factors).zip(bodies) {
+    for ((radius, factor), body) in radii.iter_mut().zip(&mesh.part.radius_factors).zip(mesh.ends) {
         if let Some(factor) = factor {
-            radius.push(orders.wave(name, factor, orders.turn(body))?);
+            radius.push(orders.wave(mesh.name, factor, orders.turn(body))?);
         }
     }
     let [above, below] = radii.map(product);
@@ -180,8 +169,8 @@ fn alike(one: Option<&Wave>, other: Option<&Wave>) -> bool {
     })
 }
 
-/// The mean of a rotation over a turn of φ, by the rectangle rule with more and more points until it is 1. The counts are
-/// prime: no order divides them.
+/// The mean of a rotation over a turn of φ, by the rectangle rule with more and more points until it is 1.
+/// The counts are prime: no order divides them.
 fn mean(wave: &Wave) -> f64 {
     let by = |points: u32| {
         let value = |i| wave.value(TAU * (f64::from(i) + 0.5) / f64::from(points), Side::After);
@@ -195,62 +184,4 @@ fn mean(wave: &Wave) -> f64 {
         }
     }
     mean
-}
-
-impl<N: Nonlinearity + Clone> Assembly<'_, N> {
-    /// The accelerations of bodies that turn unevenly.
-    pub(crate) fn uneven(&mut self) {
-        for (body, rotation) in self.rotations.iter().enumerate() {
-            if let (Some(wave), Some(at)) = (rotation, self.layout.angle[body]) {
-                let ratio = self.layout.kinematics.speeds[body].value().abs() / self.orders.ratio;
-                let wave = once(&mut self.shape.jets, wave.clone());
-                self.shape.uneven.push(Uneven { at, ratio, wave });
-            }
-        }
-    }
-
-    /// Moves the levers that vary out of the row of a mesh.
-    pub(crate) fn levers_that_vary(
-        &mut self,
-        name: &str,
-        bodies: [usize; 2],
-        part: &MeshPart<N>,
-        row: &mut Row,
-    ) -> Result<Range<usize>, TrainError> {
-        let start = self.shape.varying.len();
-        for (factor, body) in part.radius_factors.iter().zip(bodies) {
-            let (Some(factor), Some(at)) = (factor, self.layout.angle[body]) else { continue };
-            let Some(place) = row.0.iter().position(|entry| entry.at == at) else { continue };
-            let by = row.0.remove(place).by;
-            let wave = self.orders.wave(name, factor, self.orders.turn(body))?;
-            let wave = once(&mut self.shape.jets, wave);
-            self.shape.varying.push(Lever { at, lever: by, pull: by * self.per_inertia[at], wave });
-        }
-        Ok(start..self.shape.varying.len())
-    }
-
-    /// Refuses a part that follows the turn of a body which turns unevenly.
-    pub(crate) fn follows(&self, part: &str, body: usize) -> Result<(), TrainError> {
-        match &self.rotations[body] {
-            None => Ok(()),
-            Some(_) => {
-                let body = self.layout.parts.bodies[body].0.clone();
-                Err(TrainError::Uneven { part: part.into(), body })
-            }
-        }
-    }
-    /// Refuses waves over the teeth of a mesh without a round gear that turns evenly.
-    pub(crate) fn teeth_turn_evenly(
-        &self,
-        name: &str,
-        bodies: [usize; 2],
-        part: &MeshPart<N>,
-    ) -> Result<(), TrainError> {
-        let even = |gear: usize| self.rotations[bodies[gear]].is_none();
-        if !follows_teeth(part) || [0, 1].into_iter().any(|i| part.radius_factors[i].is_none() && even(i)) {
-            return Ok(());
-        }
-        let body = if even(0) { bodies[1] } else { bodies[0] };
-        Err(TrainError::Uneven { part: name.into(), body: self.layout.parts.bodies[body].0.clone() })
-    }
 }

@@ -1,0 +1,96 @@
+//! Checks of a topology: values are usual, bodies are supported and connected.
+
+use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::excitation::side::Side;
+use crate::trains::plan::topology::Topology;
+use crate::trains::train_error::{TrainError, Warning};
+
+/// Stiffnesses of meshes of gears [N/m]; steel gears have some 1e8 to 1e10.
+const MESH_STIFFNESS: [f64; 2] = [1e6, 1e12];
+/// Modules of gears `[m]`.
+const MODULE: [f64; 2] = [1e-5, 0.2];
+/// Half backlashes `[m]`.
+const HALF_BACKLASH: [f64; 2] = [0.0, 1e-2];
+
+impl<N: Nonlinearity> Topology<'_, N> {
+    /// Warns of values that gears do not have, of bodies without support and of parts apart.
+    ///
+    /// # Errors
+    /// A [`Warning`] that is not accepted; a torque on a locked body.
+    pub(crate) fn check(&self) -> Result<(), TrainError> {
+        self.usual()?;
+        if let Some((torque, _)) = self.torques.iter().find(|(_, body)| self.body(*body).locked) {
+            return Err(TrainError::AtRest { part: torque.name.clone() });
+        }
+        self.supported()?;
+        self.connected()
+    }
+
+    fn usual(&self) -> Result<(), TrainError> {
+        let check = |what: String, value: f64, [low, high]: [f64; 2]| {
+            if (low..=high).contains(&value) {
+                return Ok(());
+            }
+            let message = format!("{what} is {value:e}: usual are {low:e} to {high:e}");
+            self.warn(Warning::UnusualValue, message)
+        };
+        for mesh in &self.meshes {
+            let (name, part) = (mesh.name, mesh.part);
+            let edges = part.law.edges(0.0, Side::After);
+            let half = if N::HALF_WIDTH { part.half_backlash } else { edges.upper };
+            let stiffness = part.stiffness.value(0.0, Side::After);
+            check(format!("the stiffness of \"{name}\" at φ = 0 [N/m]"), stiffness, MESH_STIFFNESS)?;
+            let module = 2.0 * part.radii[0] / (f64::from(part.teeth[0]) * libm::cos(part.pressure_angle));
+            check(format!("the module of \"{name}\" [m]"), module, MODULE)?;
+            if half.is_finite() {
+                check(format!("half the backlash of \"{name}\" [m]"), half.abs(), HALF_BACKLASH)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn supported(&self) -> Result<(), TrainError> {
+        for (body, (name, part)) in self.bodies.iter().enumerate() {
+            let mut shafts = self.shafts.iter();
+            let at_rest = part.held && !part.locked && part.support[0] == 0.0;
+            if at_rest && shafts.all(|(_, ends)| !ends.contains(&body)) {
+                let message = format!(
+                    "nothing holds \"{name}\", which is at rest in the mean: give it a stiffness or lock it"
+                );
+                self.warn(Warning::Unsupported, message)?;
+            }
+            if let Some(bearing) = part.bearing
+                && (bearing.stiffness[1] == 0.0 || !bearing.along_y && bearing.stiffness[0] == 0.0)
+            {
+                let message =
+                    format!("the bearing of \"{name}\" has no stiffness: the body is not supported");
+                self.warn(Warning::Unsupported, message)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn connected(&self) -> Result<(), TrainError> {
+        // Bodies that are connected have the same root.
+        let mut parents: Vec<usize> = (0..self.bodies.len()).collect();
+        let root = |parents: &mut [usize], mut body: usize| {
+            while parents[body] != body {
+                parents[body] = parents[parents[body]];
+                body = parents[body];
+            }
+            body
+        };
+        let carried = self.carriers.iter().enumerate();
+        let carried = carried.filter_map(|(body, carrier)| Some([body, (*carrier)?]));
+        let shafts = self.shafts.iter().map(|(_, ends)| *ends);
+        for pair in self.meshes.iter().map(|mesh| mesh.ends).chain(shafts).chain(carried) {
+            let [a, b] = pair.map(|body| root(&mut parents, body));
+            parents[a.max(b)] = a.min(b);
+        }
+        let apart = (0..self.bodies.len()).find(|&body| root(&mut parents, body) != 0);
+        apart.map_or(Ok(()), |body| {
+            let [one, other] = [0, body].map(|body| self.name(body));
+            self.warn(Warning::Disconnected, format!("\"{other}\" is not connected with \"{one}\""))
+        })
+    }
+}
