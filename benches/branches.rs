@@ -7,7 +7,7 @@
 //! By harmonic balance with the orders 0 .. 10 and exact switching, and by shooting.
 
 use gear_dynamics::branches::{Branch, ByConstant, Continuation};
-use gear_dynamics::contact::{Contact, PieceChoice};
+use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
 use gear_dynamics::excitation::{Angle, Fourier, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::periodic::FourierOrbit;
@@ -65,7 +65,7 @@ impl Shape for DeadZone {
         v: &[S],
     ) -> Contact<S> {
         let (lower, upper) = (S::from(-1.0), S::from(1.0));
-        let force = law.force(i, &self.1, q[0], v[0], lower, upper);
+        let force = law.force(i, &self.1, Deflection { x: q[0], rate: v[0], lower, upper });
         Contact { deflection: q[0], rate: v[0], lower, upper, force, ..Contact::default() }
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {

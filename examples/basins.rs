@@ -8,7 +8,7 @@
 
 mod support;
 
-use gear_dynamics::contact::{Contact, PieceChoice};
+use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
 use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
@@ -48,7 +48,7 @@ impl Shape for SpurPair {
             rate: v[0],
             lower: -b,
             upper: b,
-            force: law.force(i, &self.law, q[0], v[0], -b, b),
+            force: law.force(i, &self.law, Deflection { x: q[0], rate: v[0], lower: -b, upper: b }),
             ..Contact::default()
         }
     }

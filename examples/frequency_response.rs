@@ -14,7 +14,7 @@ mod support;
 use gear_dynamics::branches::{
     Branch, BranchEnd, BranchPoint, ByConstant, Continuation, Family, PointKind, Switch,
 };
-use gear_dynamics::contact::{Contact, PieceChoice};
+use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
 use gear_dynamics::excitation::{Angle, Fourier, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::periodic::Stability;
@@ -66,7 +66,8 @@ impl Shape for Oscillator {
     ) -> Contact<S> {
         let [cos] = u.waves();
         let [_, _, _, mesh, variation, _, _, b] = u.constants();
-        let force = (mesh + mesh * variation * cos) * law.force(i, &self.law, q[0], v[0], -b, b);
+        let force = (mesh + mesh * variation * cos)
+            * law.force(i, &self.law, Deflection { x: q[0], rate: v[0], lower: -b, upper: b });
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]

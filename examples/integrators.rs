@@ -9,7 +9,7 @@
 
 mod support;
 
-use gear_dynamics::contact::{Contact, PieceChoice};
+use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
 use gear_dynamics::excitation::{Angle, Fourier, Product, Side, Sum};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::models::ring::{RingSet, Shaft};
@@ -67,7 +67,8 @@ impl Shape for Rattling {
         v: &[S],
     ) -> Contact<S> {
         let ([stiffness, _], b) = (u.waves(), S::from(HALF_WIDTH));
-        let force = stiffness * law.force(i, &self.law, q[0], v[0], -b, b);
+        let force =
+            stiffness * law.force(i, &self.law, Deflection { x: q[0], rate: v[0], lower: -b, upper: b });
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]

@@ -147,7 +147,7 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// coordinates, a gap without width, an edge near which another contact changes its piece.
     pub(crate) fn kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         let rigid = self.model.offers().rigid_edges(self.model.contacts());
-        for contact in 0..self.model.contacts() {
+        for contact in 0..self.model.offers().touching(self.model.contacts()) {
             let Some(line) = self.line(contact) else { continue };
             let speeds = self.speeds(contact, &line);
             let mut seen: [Vec<EdgeChange>; 2] = Default::default();

@@ -67,7 +67,8 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
         };
         let steps: Vec<f64> = (0..STEPS).map(|i| longest * 0.1f64.powi(i)).filter(|h| t + h > t).collect();
         let sides: Vec<_> = steps.iter().map(|h| (((t + h) - (t - h)), moved(*h), moved(-*h))).collect();
-        for (contact, c) in here.iter().enumerate() {
+        let touching = self.model.offers().touching(here.len());
+        for (contact, c) in here[..touching].iter().enumerate() {
             let wrong = |given: f64, terms: f64, of: &dyn Fn(&Contact) -> f64| {
                 let quotient = |(twice, plus, minus): &(f64, Vec<Contact>, Vec<Contact>)| Quotient {
                     value: (of(&plus[contact]) - of(&minus[contact])) / twice,

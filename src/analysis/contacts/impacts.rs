@@ -87,7 +87,7 @@ struct Watched {
 impl<'m, M: Model + ?Sized> Impacts<'m, M> {
     /// Observes all contacts of a model.
     pub fn new(model: &'m M) -> Self {
-        let contacts = model.contacts();
+        let contacts = model.offers().touching(model.contacts());
         Impacts {
             pieces: Pieces::new(model),
             impacts: Vec::new(),

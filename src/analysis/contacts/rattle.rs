@@ -120,7 +120,8 @@ pub struct Rattle<'m, M: ?Sized> {
 impl<'m, M: Model + ?Sized> Rattle<'m, M> {
     /// Observes all contacts of a model.
     pub fn new(model: &'m M) -> Self {
-        Rattle { pieces: Pieces::new(model), contacts: vec![ContactStatistics::default(); model.contacts()] }
+        let touching = model.offers().touching(model.contacts());
+        Rattle { pieces: Pieces::new(model), contacts: vec![ContactStatistics::default(); touching] }
     }
 
     /// Statistics of contact `i`; the first contact is 0.

@@ -199,7 +199,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         let layout = Layout {
             dof: model.dof(),
             channels: channels.len(),
-            contacts: if sweep.rattle { model.contacts() } else { 0 },
+            contacts: if sweep.rattle { model.offers().touching(model.contacts()) } else { 0 },
             strobes: sweep.strobes.min(sweep.measure),
             exponents: sweep.exponents(),
         };

@@ -1,5 +1,6 @@
 //! Makes the shape and its constants from the parts.
 
+use crate::contact::law_places::LawPlaces;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::error::check;
 use crate::excitation::wave::Wave;
@@ -122,6 +123,7 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             frame_ratio: 0.0,
             teeth: Vec::new(),
             rests: Vec::new(),
+            places: LawPlaces::default(),
             varying: Vec::new(),
             uneven: Vec::new(),
             frictions: Vec::new(),
@@ -303,6 +305,8 @@ impl<'p, N: Nonlinearity + Clone> Assembly<'p, N> {
             .chain(self.frictions)
             .unzip();
         shape.names = names;
+        let touching = shape.teeth.len() + shape.journals.len();
+        shape.places = LawPlaces::of(shape.teeth.iter().map(|tooth| &tooth.law), touching);
         shape.walk = Walk::of(&shape);
         Ok((shape, values))
     }

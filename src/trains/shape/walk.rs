@@ -1,5 +1,6 @@
 //! The accelerations of a plain train, which consists of shafts, constant torques and meshes of two coordinates each.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::ContactDamping;
 use crate::contact::piece_choice::PieceChoice;
@@ -129,6 +130,7 @@ impl<N: Nonlinearity> Walk<N> {
         let per_inertia = &shape.per_inertia[..n];
         let (damping, rest) = rest.split_at(steps.len());
         let (half, speed) = (&rest[..steps.len()], u.speed());
+        let places = &shape.places.of_laws()[..steps.len()];
         for j in 0..n {
             let j = kept::<S>(j);
             a[j] = net[j] * per_inertia[j];
@@ -157,11 +159,12 @@ impl<N: Nonlinearity> Walk<N> {
                 a[end] = a[end] - force * step.shaft_pulls[1];
             }
             let [e, rate] = jets[step.error as usize];
-            let d = gear.q * step.levers[0] + q[k] * step.levers[1] - e;
+            let x = gear.q * step.levers[0] + q[k] * step.levers[1] - e;
             let rate = gear.v * step.levers[0] + v[k] * step.levers[1] - speed * rate;
             let [lower, upper] = if N::HALF_WIDTH { [-half[i], half[i]] } else { [edges[i][0], edges[i][1]] };
-            let w = single[step.stiffness as usize] * law.force(i, &step.law, d, rate, lower, upper)
-                + damping[i] * rate;
+            let deflection = Deflection { x, rate, lower, upper };
+            let elastic = law.force(places[i], &step.law, deflection);
+            let w = single[step.stiffness as usize] * elastic + damping[i] * rate;
             a[j] = gear.a - w * step.pulls[0];
             gear = Turning::of(k, q, v, a);
             gear.a = gear.a - w * step.pulls[1];

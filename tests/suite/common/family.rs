@@ -48,7 +48,8 @@ impl Shape for Oscillator {
     ) -> Contact<S> {
         let [cos] = u.waves();
         let [_, _, _, stiffness, depth, _, _, _, b] = u.constants();
-        let force = (stiffness + stiffness * depth * cos) * law.force(i, &self.law, q[0], v[0], -b, b);
+        let force = (stiffness + stiffness * depth * cos)
+            * law.force(i, &self.law, Deflection { x: q[0], rate: v[0], lower: -b, upper: b });
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]

@@ -226,7 +226,9 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             }
             self.switching.locate(&mut self.grid);
         }
-        let contact = (0..self.grid.model.contacts()).find(|&c| self.switching.floats(c))?;
+        let model = self.grid.model;
+        let touching = model.offers().touching(model.contacts());
+        let contact = (0..touching).find(|&c| self.switching.floats(c))?;
         let n = self.layout.dof;
         // Sum of ∂a/∂q over a coarse grid, bordered by the rigid motions. Unit: the largest |∂a_i/∂q_i|, or
         // ω² if that is larger.
