@@ -261,8 +261,8 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
         None
     }
 
-    /// Whether the effect of a contact on the accelerations grows as a power of the depth past an edge, from 0 at the
-    /// edge on. A power above 2 has no kink that samples near the edge show.
+    /// Whether the effect of a contact on the accelerations grows as a power of the depth past an edge, from
+    /// 0 at the edge on. A power above 2 has no kink that samples near the edge show.
     fn grows_as_a_power(&self, contact: usize, line: &Line, edge: f64) -> bool {
         let (v, inward) = (&self.state.v, if edge == line.contact.lower { -1.0 } else { 1.0 });
         let effect = |share: f64| {
@@ -308,7 +308,8 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
         let mut per_force: Option<f64> = None;
         for seen in edges {
             let ([far, a], w, h) = (seen.acceleration[row], seen.force[1], seen.h);
-            // The bend of a power of the depth decreases towards the edge: terms that are smooth there have a share of it.
+            // The bend of a power of the depth decreases towards the edge: terms that are smooth there have a
+            // share of it.
             if !clear(a, h, self.terms[row]) || a.bend.abs() < KINK * far.bend.abs() {
                 continue;
             }

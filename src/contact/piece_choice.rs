@@ -8,8 +8,8 @@ use crate::scalar::Scalar;
 /// The way in which an algebra evaluates contact laws: by deflection ([`ByDeflection`]) or on fixed pieces
 /// ([`FixedPieces`]).
 pub trait PieceChoice<S: Scalar> {
-    /// Returns the force per unit stiffness of `law` at `at`. `place`: the contacts of the law in the model; for
-    /// a law without inner kinks the index of its contact.
+    /// Returns the force per unit stiffness of `law` at `at`. `place`: the contacts of the law in the model;
+    /// for a law without inner kinks the index of its contact.
     fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<S>) -> S;
     /// Returns 1 if contact `i` touches and 0 if it stands in its gap.
     fn touch(&self, i: usize, at: Deflection<S>) -> S;

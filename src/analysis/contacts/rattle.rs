@@ -97,8 +97,8 @@ impl ContactStatistics {
     }
 }
 
-/// Observer that keeps the [`ContactStatistics`] of every contact of a run. [`Impacts`](crate::analysis::Impacts)
-/// lists the impacts themselves.
+/// Observer that keeps the [`ContactStatistics`] of every contact of a run.
+/// [`Impacts`](crate::analysis::Impacts) lists the impacts themselves.
 ///
 /// If the solver locates edges, the pieces are known exactly. Otherwise each step is sampled at five Gauss
 /// points. A mesh without backlash edges (a linear mesh) counts as in contact on its upper flank. If the gap

@@ -16,7 +16,7 @@ use crate::sweep::sweep_error::PointError;
 use std::collections::VecDeque;
 
 /// Number of steps between two checks for cancellation.
-const STRETCH: usize = 64;
+const STEPS_BETWEEN_CHECKS: usize = 64;
 
 /// Approximate number of states sampled within a period to find the range of the motion. The steps between
 /// them are irregular, so that no frequency of the motion is aliased.
@@ -133,7 +133,7 @@ impl<M: Periodic> Batch<'_, M> {
         let ranging = slots.iter().flatten().any(|slot| slot.track.ranging());
         let (mut from, mut looks) = (0, 0.0);
         while from < steps {
-            let stretch = if ranging { irregular(steps, looks) } else { STRETCH };
+            let stretch = if ranging { irregular(steps, looks) } else { STEPS_BETWEEN_CHECKS };
             let to = (from + stretch).min(steps);
             Kernel { algebra, table: self.table, steps: from..to, bundle }.run(self.set);
             if self.source.is_cancelled() {

@@ -89,7 +89,7 @@ const WAITING: u64 = 128;
 const MAX_MEMBERS: u64 = u32::MAX as u64;
 
 /// Maximum number of distributions, channels × spans: two gigabytes if all their bins are in use.
-const MAX_FIGURES: usize = 1 << 18;
+const MAX_DISTRIBUTIONS: usize = 1 << 18;
 
 impl<'w> Ensemble<'w> {
     /// Members 0, 1, ... from time 0 to `end`, sampled at `spans + 1` equally spaced times, both ends
@@ -110,7 +110,7 @@ impl<'w> Ensemble<'w> {
             let value = usize::try_from(members).unwrap_or(usize::MAX);
             return Err(ParameterError::TooMany { name: "members".into(), value, max: MAX_MEMBERS as usize });
         }
-        check::count("spans of time", &[spans], MAX_FIGURES)?;
+        check::count("spans of time", &[spans], MAX_DISTRIBUTIONS)?;
         check::positive("end of the ensemble", end)?;
         let mut times = uniform_times(0.0, end, spans)?;
         times.push(end);
@@ -136,8 +136,8 @@ impl<'w> Ensemble<'w> {
     pub fn rattle(self) -> Self {
         Ensemble { rattle: true, ..self }
     }
-    /// Reports the progress to a monitor after every member, but no rows. If the monitor cancels the runs, the
-    /// result holds the members that finished.
+    /// Reports the progress to a monitor after every member, but no rows. If the monitor cancels the runs,
+    /// the result holds the members that finished.
     pub fn monitor(self, monitor: &Monitor<'w>) -> Self {
         Ensemble { monitor: *monitor, ..self }
     }
@@ -162,7 +162,7 @@ impl<'w> Ensemble<'w> {
         let figures = check::count(
             "distributions, one for each channel and time",
             &[self.channels.len(), self.times.len() - 1],
-            MAX_FIGURES,
+            MAX_DISTRIBUTIONS,
         )?;
         let mut failure = None;
         let model =

@@ -21,7 +21,7 @@ pub enum TableError {
     /// No steps, or so many that the table exceeds its maximum size of 2²⁶ numbers.
     #[error(
         "a drive table of {steps} steps per period and {drives} drives is not available: steps must be at \
-         least 1, 2 × steps × drives at most {MAX}"
+         least 1, 2 × steps × drives at most {MAX_VALUES}"
     )]
     Size {
         /// Steps per period.
@@ -59,10 +59,10 @@ pub enum TableError {
 const ON_GRID: f64 = 1e-6;
 
 /// Maximum number of values in a table: half a gigabyte.
-const MAX: usize = 1 << 26;
+const MAX_VALUES: usize = 1 << 26;
 
 /// Number of rows between two checks for cancellation.
-const STRETCH: usize = 64;
+const ROWS_BETWEEN_CHECKS: usize = 64;
 
 /// The drives at the start, the middle and the end of every step of one period.
 ///
@@ -100,7 +100,7 @@ impl DriveTable {
     /// [`TableError::Size`].
     pub(crate) fn check_size(steps: usize, drives: usize) -> Result<(), TableError> {
         let numbers = steps.checked_mul(2).and_then(|rows| rows.checked_mul(drives.max(1)));
-        if steps > 0 && numbers.is_some_and(|numbers| numbers <= MAX) {
+        if steps > 0 && numbers.is_some_and(|numbers| numbers <= MAX_VALUES) {
             Ok(())
         } else {
             Err(TableError::Size { steps, drives })
@@ -148,7 +148,7 @@ impl DriveTable {
         let n = steps as f64;
         let mut values = vec![0.0; 2 * steps * columns];
         for (row, out) in values.chunks_exact_mut(columns.max(1)).enumerate() {
-            if row % STRETCH == 0 && !go_on() {
+            if row % ROWS_BETWEEN_CHECKS == 0 && !go_on() {
                 return Ok(None);
             }
             // At a drive edge the row is read slightly later, so that rounding cannot select the wrong side.

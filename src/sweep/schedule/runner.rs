@@ -92,8 +92,8 @@ impl Sweep {
         }
     }
 
-    /// The runner of this sweep over constants of one machine: the names of the points are constants, the others are
-    /// those of `machine`. Each run starts in its [static state](static_state).
+    /// The runner of this sweep over constants of one machine: the names of the points are constants, the
+    /// others are those of `machine`. Each run starts in its [static state](static_state).
     ///
     /// # Errors
     /// [`ParameterError::NoSuchConstant`], which lists the constants.
