@@ -163,7 +163,7 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
                     Change::is_edge(*changes, still.h, ROUNDING * self.terms[row])
                 };
                 if ![&still, &moving].iter().any(|seen| seen.acceleration.iter().enumerate().any(is_edge)) {
-                    // A switching function that depends on the rate may have no effect at these velocities.
+                    // A deflection that depends on the rate may have no effect at these velocities.
                     if !self.moves_with_velocities(contact) && !self.grows_as_a_power(contact, &line, edge) {
                         findings.push(Inconsistency::Kink { contact, edge });
                     }

@@ -77,7 +77,11 @@ impl<S: Scalar> PieceChoice<S> for FixedPieces<'_> {
     #[inline(always)]
     fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<S>) -> S {
         let Place { contact, kinks } = place.into();
-        law.force_on(self.0[contact], &self.0[kinks..][..law.kinks()], at)
+        let kinks = match law.kinks() {
+            0 => &[],
+            count => &self.0[kinks..][..count],
+        };
+        law.force_on(self.0[contact], kinks, at)
     }
     #[inline(always)]
     fn touch(&self, i: usize, _: Deflection<S>) -> S {
