@@ -24,17 +24,18 @@ pub(super) struct KinkRates {
 const SHARE: f64 = 1e-6;
 
 impl KinkRates {
-    /// The rates of a model whose drives at some instant are `u`.
+    /// Room for the rates of a model whose drives at some instant are `u`.
     pub(super) fn new<M: Model + ?Sized>(model: &M, u: &[f64]) -> Self {
         let (contacts, kinks) = (model.contacts(), model.offers().kinks);
-        let (n, contacts, u) = if kinks > 0 { (model.dof(), contacts, u) } else { (0, contacts, &u[..0]) };
+        let needed = |length: usize| if kinks > 0 { length } else { 0 };
+        let motion = || vec![0.0; needed(model.dof())];
         KinkRates {
             first: contacts.saturating_sub(kinks),
-            u: u.to_vec(),
-            q: vec![0.0; n],
-            v: vec![0.0; n],
-            contacts: vec![Contact::default(); contacts],
-            a: vec![0.0; n],
+            u: u[..needed(u.len())].to_vec(),
+            q: motion(),
+            v: motion(),
+            contacts: vec![Contact::default(); needed(contacts)],
+            a: motion(),
         }
     }
 
