@@ -2,7 +2,7 @@
 //! out.
 
 use crate::api::*;
-use gear_dynamics::trains::{Body, MeshPart, Parts};
+use gear_dynamics::trains::{Body, MeshPart, Parts, Warning};
 use std::ops::ControlFlow;
 
 /// A model without contacts: solvers locate nothing.
@@ -162,31 +162,33 @@ fn face_gear_pairs_locate_all_kinks() {
     agrees(&pair, 1, &State::at_rest(2), 0.01, 6);
 }
 
-/// Lanes with tiny steps, a run with located edges, and the harmonic balance of the settled motion.
+/// Lanes with tiny steps, a run with located edges, shooting, and the harmonic balance of one motion: the pair of
+/// `laws::inner_kinks_serve_flows_and_shooting`, forced by its transmission error.
 #[test]
 fn lanes_and_balance_of_a_pair_with_inner_kinks() {
-    let law = NoPullBacklash::new(1.0, 0.1).unwrap();
+    let law = NoPullBacklash::new(0.4, 0.15).unwrap();
     let mut parts = Parts::default();
     parts.body("driver", Body::new(2.0)).body("driven", Body::new(2.0));
-    let part = MeshPart::external([1, 1], [1.0, 1.0], wave(1.0, 0.3)).law(law);
-    parts.mesh("mesh", "driver", "driven", part);
-    parts.torque("drive", "driver", 0.2).torque("load", "driven", -0.2);
-    let pair = parts.build("driver", 0.7).unwrap();
-    let start = State::new(0.0, &[1.2], &[0.0]);
-    let sweep = Sweep::new(Points::on_axis(Axis::list("load", &[0.2, 0.25]).unwrap()));
-    let sweep = sweep.settle(30).measure(2).channels(&["deflection"]).rattle();
+    let part = MeshPart::external([1, 1], [1.0, 1.0], Wave::constant(6.0).unwrap()).law(law);
+    parts.mesh("mesh", "driver", "driven", part.error(wave(0.0, 1.5 / 1.21)).damping(0.05));
+    parts.torque("drive", "driver", 0.4).torque("load", "driven", -0.4).accept(Warning::UnusualValue);
+    let pair = parts.build("driver", 1.1).unwrap();
+    let start = State::new(0.0, &[0.7 + 1.5 / 1.21], &[0.4]);
+    let sweep = Sweep::new(Points::on_axis(Axis::list("load", &[0.4, 0.42]).unwrap()));
+    let sweep = sweep.settle(60).measure(2).channels(&["deflection"]).rattle();
     let family = |p: &Point<'_>| pair.with_all(&[("drive", p["load"]), ("load", -p["load"])]);
     let rest = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(start.clone());
     let lanes = sweep.run(&LaneRk4::new(4000).lanes::<2>(), family, rest).unwrap();
     let fine = sweep.run(&Located(Dop853::new().rtol(1e-10)), family, rest).unwrap();
     for (lanes, fine) in lanes.iter().zip(fine.iter()) {
         let [a, b] = [&lanes, &fine].map(|row| row.channel("deflection").unwrap());
-        assert!((a.max - b.max).abs() < 1e-6 && (a.min - b.min).abs() < 1e-6, "{a:?} {b:?}");
+        // Samples and kinks inside steps of 1.4e-3 give errors of some 1e-6.
+        assert!((a.max - b.max).abs() < 1e-4 && (a.min - b.min).abs() < 1e-4, "{a:?} {b:?}");
         assert_eq!(lanes.rattle_state(0), fine.rattle_state(0));
     }
     let settled = Dop853::new().rtol(1e-12).end(&pair, &start, 60.0 * pair.period()).unwrap();
     let orbit = Shooting::new().solve(&pair, &[State { t: 0.0, ..settled }]).unwrap();
-    assert!(orbit.crossings() >= 6, "{}", orbit.crossings());
+    assert_eq!(orbit.crossings(), 12);
     let harmonics = Harmonics::up_to(60);
     let guess = FourierOrbit::project(&Dop853::new(), &pair, &orbit.states()[0], &harmonics).unwrap();
     let balanced = Balance::new(harmonics).solve(&pair, &guess).unwrap();
