@@ -7,84 +7,12 @@
 //! By harmonic balance with the orders 0 .. 10 and exact switching, and by shooting.
 
 use gear_dynamics::branches::{Branch, ByConstant, Continuation};
-use gear_dynamics::contact::{Contact, PieceChoice};
-use gear_dynamics::excitation::{Angle, Fourier, Side};
-use gear_dynamics::model::{Channel, Drives, Scalar, Size};
+use gear_dynamics::models::Oscillator;
 use gear_dynamics::periodic::FourierOrbit;
-use gear_dynamics::{Backlash, Balance, Harmonics, Machine, Periodic, Shape, State, Wave};
+use gear_dynamics::{Balance, Harmonics, Periodic, State};
 use std::time::Instant;
 
-#[derive(PartialEq)]
-struct Duffing(Wave);
-
-impl Shape for Duffing {
-    fn size(&self) -> Size {
-        Size { dof: 1, waves: 1, contacts: 0, constants: 1 }
-    }
-    fn constants(&self) -> Vec<Channel> {
-        vec![Channel::new("speed", "1")]
-    }
-    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
-        u[0] = self.0.value(angle, side);
-    }
-    fn contact<S: Scalar, L: PieceChoice<S>>(
-        &self,
-        _: &L,
-        _: usize,
-        _: Drives<'_, S>,
-        _: &[S],
-        _: &[S],
-    ) -> Contact<S> {
-        Contact::default()
-    }
-    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let [cos] = u.waves();
-        a[0] = cos * 0.18 - v[0] * 0.05 - q[0] - q[0] * q[0] * q[0] * 0.1;
-    }
-}
-
-#[derive(PartialEq)]
-struct DeadZone(Wave, Backlash);
-
-impl Shape for DeadZone {
-    fn size(&self) -> Size {
-        Size { dof: 1, waves: 1, contacts: 1, constants: 1 }
-    }
-    fn constants(&self) -> Vec<Channel> {
-        vec![Channel::new("speed", "1")]
-    }
-    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
-        u[0] = self.0.value(angle, side);
-    }
-    fn contact<S: Scalar, L: PieceChoice<S>>(
-        &self,
-        law: &L,
-        i: usize,
-        _: Drives<'_, S>,
-        q: &[S],
-        v: &[S],
-    ) -> Contact<S> {
-        let (lower, upper) = (S::from(-1.0), S::from(1.0));
-        let force = law.force(i, &self.1, q[0], v[0], lower, upper);
-        Contact { deflection: q[0], rate: v[0], lower, upper, force, ..Contact::default() }
-    }
-    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let [cos] = u.waves();
-        a[0] = S::from(0.25) + cos * 0.25 - v[0] * 0.1 - self.contact(law, 0, u, q, v).force;
-    }
-}
-
-fn cosine() -> Wave {
-    Wave::new(Fourier::new(0.0, &[[1.0, 0.0]]).expect("finite"))
-}
-
-fn report(
-    name: &str,
-    model: &Machine<impl Shape>,
-    continuation: &Continuation,
-    others: &[(&str, f64)],
-    start: f64,
-) {
+fn report(name: &str, model: &Oscillator, continuation: &Continuation, others: &[(&str, f64)], start: f64) {
     let family = ByConstant::new(model, "speed").expect("a constant");
     let continuation = continuation.clone().balance(Balance::new(Harmonics::up_to(10)));
     let guess =
@@ -125,11 +53,13 @@ fn main() {
         return;
     }
     // Times of the others: CPU time of another machine, release builds, with about 200 .. 260 points.
-    let duffing = Machine::with_constants(Duffing(cosine()), &[("speed", 0.5)]).expect("valid");
+    let duffing = [("damping", 0.05), ("linear stiffness", 1.0), ("cubic stiffness", 0.1), ("force", 0.18)];
+    let duffing = Oscillator::new(&[&[("speed", 0.5)], &duffing[..]].concat()).expect("valid");
     let others = [("AUTO-07p, with stability", 50.0), ("pyHarm 1.2.2, without stability", 380.0)];
     report("Duffing", &duffing, &Continuation::new(0.5, 1.6), &others, 0.0);
-    let law = Backlash::new(1.0).expect("a width");
-    let dead_zone = Machine::with_constants(DeadZone(cosine(), law), &[("speed", 2.5)]).expect("valid");
+    let dead_zone = [("damping", 0.1), ("mesh stiffness", 1.0), ("half backlash", 1.0)];
+    let forces = [("speed", 2.5), ("mean force", 0.25), ("force", 0.25)];
+    let dead_zone = Oscillator::new(&[dead_zone, forces].concat()).expect("valid");
     let others = [("AUTO-07p, with stability", 145.0), ("pyHarm 1.2.2, without stability", 590.0)];
     report("dead zone", &dead_zone, &Continuation::new(2.5, 0.4), &others, 1.2);
 }

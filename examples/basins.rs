@@ -8,66 +8,26 @@
 
 mod support;
 
-use gear_dynamics::contact::{Contact, PieceChoice};
-use gear_dynamics::excitation::{Angle, Side};
-use gear_dynamics::model::{Channel, Drives, Scalar, Size};
+use gear_dynamics::models::Oscillator;
 use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
-use gear_dynamics::{Backlash, Machine, ParameterError, RattleState, Shape, State, Sweep};
+use gear_dynamics::{ParameterError, RattleState, State, Sweep};
 use support::{Map, Outcome, csv_file, gallery, maps};
-
-/// x'' + 0.1 x' + g(x) = 0.25 + A cos φ, φ = Ω t, g the dead zone of half width 1: a spur pair under a
-/// pulsating torque. Below its resonance a small motion and a large one, which touches both flanks, coexist.
-#[derive(PartialEq)]
-struct SpurPair {
-    law: Backlash,
-}
-
-impl Shape for SpurPair {
-    #[inline(always)]
-    fn size(&self) -> Size {
-        Size { dof: 1, waves: 1, contacts: 1, constants: 2 }
-    }
-    fn constants(&self) -> Vec<Channel> {
-        vec![Channel::new("speed", "1"), Channel::new("amplitude", "1")]
-    }
-    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
-        u[0] = angle.number().cos();
-    }
-    #[inline(always)]
-    fn contact<S: Scalar, L: PieceChoice<S>>(
-        &self,
-        law: &L,
-        i: usize,
-        _: Drives<'_, S>,
-        q: &[S],
-        v: &[S],
-    ) -> Contact<S> {
-        let b = S::from(self.law.half_width());
-        Contact {
-            deflection: q[0],
-            rate: v[0],
-            lower: -b,
-            upper: b,
-            force: law.force(i, &self.law, q[0], v[0], -b, b),
-            ..Contact::default()
-        }
-    }
-    #[inline(always)]
-    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let ([wave], [amplitude]) = (u.waves(), u.constants());
-        a[0] = S::from(0.25) + amplitude * wave - v[0] * 0.1 - self.contact(law, 0, u, q, v).force;
-    }
-}
 
 fn main() -> Outcome<()> {
     const SIDE: usize = 200;
     let folder = gallery("basins")?;
     let mut csv = csv_file(folder.join("basins.csv"), "omega,attractor,period,q,v,share")?;
     let mut pictures = Vec::new();
-    let pair = Machine::with_constants(
-        SpurPair { law: Backlash::new(1.0)? },
-        &[("speed", 0.69), ("amplitude", 0.25)],
-    )?;
+    // x'' + 0.1 x' + g(x) = 0.25 + P cos Ωt, g the dead zone of half width 1: a spur pair under a pulsating torque.
+    // Below its resonance a small motion and a large one, which touches both flanks, coexist.
+    let pair = Oscillator::new(&[
+        ("speed", 0.69),
+        ("damping", 0.1),
+        ("mesh stiffness", 1.0),
+        ("mean force", 0.25),
+        ("force", 0.25),
+        ("half backlash", 1.0),
+    ])?;
     for omega in [0.66, 0.69, 0.72, 0.75] {
         let starts =
             Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;
@@ -113,7 +73,7 @@ fn main() -> Outcome<()> {
     ];
     let rows = Sweep::new(Points::grid(axes)?).settle(100).measure(20).rattle().run(
         &LaneRk4::new(256),
-        |p| pair.with("amplitude", p["amplitude"]),
+        |p| pair.with("force", p["amplitude"]),
         |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
     )?;
     println!(

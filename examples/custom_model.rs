@@ -7,7 +7,7 @@
 //! `cargo run --release --example custom_model`; everything is written to target/gallery/custom_model/.
 
 mod support;
-use gear_dynamics::contact::{Contact, Nonlinearity};
+use gear_dynamics::contact::{Contact, Deflection, Edges, Nonlinearity};
 use gear_dynamics::excitation::{Excitation, Jet, Side};
 use gear_dynamics::model::Scalar;
 use gear_dynamics::ode::uniform_times;
@@ -18,9 +18,9 @@ use support::{Mark, Outcome, Panel, csv_file, figure, gallery};
 #[derive(PartialEq)]
 struct Hertz;
 impl Nonlinearity for Hertz {
-    fn force<S: Scalar>(&self, x: S, _rate: S, lower: S, upper: S) -> S {
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
         let push = |depth: S| depth.max(S::from(0.0)).powf(1.5);
-        push(x - upper) - push(lower - x)
+        push(at.x - at.upper) - push(at.lower - at.x)
     }
 }
 /// A torque ripple with sharp peaks: s + s³/2 with s = sin φ.
@@ -43,13 +43,13 @@ impl Model for Idler {
     }
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let ripple = self.ripple.value(self.omega * u[0], Side::After);
-        a[0] = 0.2 + 0.4 * ripple - 0.3 * v[0] - Hertz.force(q[0], v[0], -1.0, 1.0);
+        a[0] = 0.2 + 0.4 * ripple - 0.3 * v[0] - Hertz.force(Edges::at_rest(-1.0, 1.0).at(q[0], v[0]));
     }
     fn contacts(&self) -> usize {
         1
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let force = Hertz.force(q[0], v[0], -1.0, 1.0);
+        let force = Hertz.force(Edges::at_rest(-1.0, 1.0).at(q[0], v[0]));
         out[0] =
             Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force, ..Contact::default() };
     }

@@ -14,84 +14,21 @@ mod support;
 use gear_dynamics::branches::{
     Branch, BranchEnd, BranchPoint, ByConstant, Continuation, Family, PointKind, Switch,
 };
-use gear_dynamics::contact::{Contact, PieceChoice};
-use gear_dynamics::excitation::{Angle, Fourier, Side};
-use gear_dynamics::model::{Channel, Drives, Scalar, Size};
+use gear_dynamics::models::Oscillator;
 use gear_dynamics::periodic::Stability;
-use gear_dynamics::{Backlash, Machine, ParameterError, Shape, State, Wave};
+use gear_dynamics::{ParameterError, State};
 use plotters::prelude::SeriesLabelPosition;
 use std::fs::File;
 use std::path::Path;
 use std::time::Instant;
 use support::{Csv, Mark, Outcome, Panel, csv_file, figure, gallery};
 
-/// q'' + c q' + k q + γ q³ + s (1 + a cos φ) g(q) = F + P cos φ, with the dead zone g of half width b.
-#[derive(PartialEq)]
-struct Oscillator {
-    cos: Wave,
-    law: Backlash,
-}
-
-const NAMES: [&str; 9] = [
-    "speed",
-    "damping",
-    "linear stiffness",
-    "cubic stiffness",
-    "mesh stiffness",
-    "stiffness variation",
-    "mean force",
-    "force",
-    "half backlash",
-];
-
-impl Shape for Oscillator {
-    #[inline(always)]
-    fn size(&self) -> Size {
-        Size { dof: 1, waves: 1, contacts: 1, constants: NAMES.len() }
-    }
-    fn constants(&self) -> Vec<Channel> {
-        NAMES.map(|name| Channel::new(name, "1")).into()
-    }
-    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
-        u[0] = self.cos.value(angle, side);
-    }
-    #[inline(always)]
-    fn contact<S: Scalar, L: PieceChoice<S>>(
-        &self,
-        law: &L,
-        i: usize,
-        u: Drives<'_, S>,
-        q: &[S],
-        v: &[S],
-    ) -> Contact<S> {
-        let [cos] = u.waves();
-        let [_, _, _, mesh, variation, _, _, b] = u.constants();
-        let force = (mesh + mesh * variation * cos) * law.force(i, &self.law, q[0], v[0], -b, b);
-        Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
-    }
-    #[inline(always)]
-    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let [cos] = u.waves();
-        let [damping, linear, cubic, _, _, mean, force, _] = u.constants();
-        let springs = linear * q[0] + cubic * q[0] * q[0] * q[0] + self.contact(law, 0, u, q, v).force;
-        a[0] = mean + force * cos - damping * v[0] - springs;
-    }
-}
-
-/// The oscillator with these constants, all others 0.
-fn oscillator(given: &[(&str, f64)]) -> Result<Machine<Oscillator>, ParameterError> {
-    let value = |name: &str| given.iter().find(|(other, _)| *other == name).map_or(0.0, |(_, value)| *value);
-    let constants = NAMES.map(|name| (name, value(name)));
-    let shape = Oscillator { cos: Wave::new(Fourier::new(0.0, &[[1.0, 0.0]])?), law: Backlash::new(0.0)? };
-    Machine::with_constants(shape, &constants)
-}
-
 /// An oscillator whose orbits are followed over the speed.
 struct Problem {
     name: &'static str,
     title: &'static str,
     labels: SeriesLabelPosition,
-    model: Machine<Oscillator>,
+    model: Oscillator,
     start: State,
     /// The first and the last speed `[1]`.
     speeds: [f64; 2],
@@ -100,15 +37,9 @@ struct Problem {
 }
 
 fn problems() -> Result<[Problem; 3], ParameterError> {
-    let from = |speeds: [f64; 2], rest: &[(&str, f64)]| oscillator(&[&[("speed", speeds[0])], rest].concat());
-    // The Duffing oscillator has no teeth: its edges lie beyond the motion.
-    let duffing = [
-        ("damping", 0.05),
-        ("linear stiffness", 1.0),
-        ("cubic stiffness", 0.1),
-        ("force", 0.18),
-        ("half backlash", 100.0),
-    ];
+    let from =
+        |speeds: [f64; 2], rest: &[(&str, f64)]| Oscillator::new(&[&[("speed", speeds[0])], rest].concat());
+    let duffing = [("damping", 0.05), ("linear stiffness", 1.0), ("cubic stiffness", 0.1), ("force", 0.18)];
     let dead_zone = [
         ("damping", 0.1),
         ("mesh stiffness", 1.0),

@@ -7,95 +7,15 @@
 //!
 //! `cargo run --release --example integrators`; everything is written to target/gallery/integrators/.
 
+#[path = "../benches/common/mod.rs"]
+mod benchmarks;
 mod support;
 
-use gear_dynamics::contact::{Contact, PieceChoice};
-use gear_dynamics::excitation::{Angle, Fourier, Product, Side, Sum};
-use gear_dynamics::model::{Channel, Drives, Scalar, Size};
-use gear_dynamics::models::ring::{RingSet, Shaft};
-use gear_dynamics::{
-    Backlash, Dop853, Integrator, Machine, Model, ParameterError, Ring, Rk4, Rk45, Shape, State, Taylor, Wave,
-};
+use benchmarks::{Pair, RING_END, ring_with_load};
+use gear_dynamics::{Dop853, Integrator, Model, Rk4, Rk45, State, Taylor};
 use plotters::prelude::SeriesLabelPosition;
-use std::f64::consts::TAU;
 use std::time::Instant;
 use support::{Csv, Mark, Outcome, Panel, coarse, csv_file, figure, gallery};
-
-/// q'' + 0.02 q' + F(φ) f(q) = r(φ): F and r are waves of the slow angle, f is a dead zone.
-#[derive(PartialEq)]
-struct Rattling {
-    law: Backlash,
-    stiffness: Wave,
-    forcing: Wave,
-}
-
-/// Half width of the dead zone.
-const HALF_WIDTH: f64 = 6.2e-4;
-
-impl Rattling {
-    fn new() -> Result<Self, ParameterError> {
-        let wave = |mean: f64, pairs: &[[f64; 2]]| Fourier::new(mean, pairs).map(Wave::new);
-        let norm = 1.0 / (1.0 + 0.3846 * 0.3846 / 2.0);
-        let (mesh, radius) = (wave(norm, &[[0.29 * norm, 0.0]])?.per_turn(63)?, wave(1.0, &[[0.3846, 0.0]])?);
-        let slow = wave(-1.4e-5, &[[0.0, -5.5e-6], [0.0, 2.2e-6]])?;
-        let fast = wave(0.0, &[[0.0, 6.8e-6]])?.per_turn(63)?;
-        Ok(Rattling {
-            law: Backlash::new(HALF_WIDTH)?,
-            stiffness: Wave::new(Product::new(vec![mesh, radius.clone(), radius])),
-            forcing: Wave::new(Sum::new(vec![slow, fast])),
-        })
-    }
-}
-
-impl Shape for Rattling {
-    fn size(&self) -> Size {
-        Size { dof: 1, waves: 2, contacts: 1, constants: 1 }
-    }
-    fn constants(&self) -> Vec<Channel> {
-        vec![Channel::new("speed", "1")]
-    }
-    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
-        u.copy_from_slice(&[self.stiffness.value(angle, side), self.forcing.value(angle, side)]);
-    }
-    #[inline(always)]
-    fn contact<S: Scalar, L: PieceChoice<S>>(
-        &self,
-        law: &L,
-        i: usize,
-        u: Drives<'_, S>,
-        q: &[S],
-        v: &[S],
-    ) -> Contact<S> {
-        let ([stiffness, _], b) = (u.waves(), S::from(HALF_WIDTH));
-        let force = stiffness * law.force(i, &self.law, q[0], v[0], -b, b);
-        Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
-    }
-    #[inline(always)]
-    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let [_, forcing] = u.waves();
-        a[0] = forcing - v[0] * 0.02 - self.contact(law, 0, u, q, v).force;
-    }
-}
-
-/// The ring of 16 gears with balanced torques.
-fn ring() -> Result<Ring, ParameterError> {
-    let shaft = Shaft { stiffness: 3e5, damping: 1.0 };
-    let set = RingSet {
-        gear_inertia: 1.5e-3,
-        load_inertia: 0.01,
-        base_radius: 0.0564,
-        motor_shaft: shaft,
-        output_shaft: shaft,
-        mesh_stiffness: 1e8,
-        stiffness_harmonics: vec![0.2],
-        mesh_damping: 2000.0,
-        error: 1e-5,
-        motor_torque: 16.0 * 20.0,
-        load_torque: 20.0,
-        ..RingSet::set_a(16, 1000.0)
-    };
-    Ring::as_printed(&set.params()?)
-}
 
 /// One run to be compared.
 struct Run<'r, M> {
@@ -164,23 +84,22 @@ fn main() -> Outcome<()> {
     let folder = gallery("integrators")?;
     let mut csv = csv_file(folder.join("integrators.csv"), "run,solver,setting,ms,error")?;
     let share = if coarse() { 0.1 } else { 1.0 };
-    let speed = 0.2329 / 63.0;
-    let pair = Machine::with_constants(Rattling::new()?, &[("speed", speed)])?;
-    let step = TAU / 0.2329 / 64.0;
+    let pair = Pair::new();
+    let machine = pair.machine_of_waves();
     let a = Run {
         name: "rattling pair, 20 turns",
-        model: &pair,
-        start: State::new(0.0, &[-6.4e-4], &[0.0]),
-        end: share * 20.0 * TAU / speed,
-        steps: [4.0, 2.0, 1.0, 0.25].map(|k| k * step),
+        model: &machine,
+        start: Pair::start(),
+        end: share * pair.end(),
+        steps: [4.0, 2.0, 1.0, 0.25].map(|k| k * pair.step()),
         size: 1e-5,
     };
-    let ring = ring()?;
+    let ring = ring_with_load(16, 0.01, 20.0);
     let b = Run {
         name: "ring of 16 gears, 0.2 s",
         model: &ring,
         start: State::at_rest(33),
-        end: share * 0.2,
+        end: share * RING_END,
         steps: [8e-6, 4e-6, 2e-6, 5e-7],
         size: 1e-4,
     };

@@ -14,7 +14,7 @@
 mod support;
 
 use gear_dynamics::branches::{Figure, Least};
-use gear_dynamics::contact::{Contact, PieceChoice};
+use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
 use gear_dynamics::excitation::{Angle, Fourier, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points};
@@ -111,7 +111,8 @@ impl Shape for SpurPair {
         let [_, _, b] = u.constants();
         let [e, slope] = self.error(&u);
         let (deflection, rate) = (q[0] - e, v[0] - slope * u.speed());
-        let force = stiffness * law.force(i, &self.law, deflection, rate, -b, b);
+        let force =
+            stiffness * law.force(i, &self.law, Deflection { x: deflection, rate, lower: -b, upper: b });
         Contact { deflection, rate, lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]

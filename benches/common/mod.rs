@@ -2,7 +2,7 @@
 //! are rings of 3 and 16 gears, C is an ensemble of runs of A.
 #![allow(dead_code, reason = "each bench uses some of these")]
 
-use gear_dynamics::contact::{Contact, Piece, PieceChoice};
+use gear_dynamics::contact::{Contact, Deflection, Piece, PieceChoice};
 use gear_dynamics::excitation::{Angle, Fourier, Product, Side, Sum};
 use gear_dynamics::model::{Channel, Drives, Offers, Scalar, Size};
 use gear_dynamics::{Backlash, Machine, Model, Periodic, Shape, State, Wave};
@@ -159,7 +159,8 @@ impl Shape for Rattling {
         v: &[S],
     ) -> Contact<S> {
         let ([stiffness, _], b) = (u.waves(), S::from(Pair::HALF_WIDTH));
-        let force = stiffness * law.force(i, &self.law, q[0], v[0], -b, b);
+        let force =
+            stiffness * law.force(i, &self.law, Deflection { x: q[0], rate: v[0], lower: -b, upper: b });
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]

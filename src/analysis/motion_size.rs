@@ -12,10 +12,10 @@ use std::ops::ControlFlow;
 
 /// Minimum, maximum and size of every coordinate and velocity over a motion, without rigid motion.
 ///
-/// The unit of component i at a tolerance τ is max(range_i, k ε/τ size_i), with range_i = max - min, ε = 2.2e-16
-/// and the number k of rounding errors: a difference of τ units is then above rounding. The size is the sum of
-/// the terms of which the component is made ([`Sizing`]). A component that rests because its terms cancel, such
-/// as the difference of two equal planets, has no range, and its size is that of the terms.
+/// The unit of component i at a tolerance τ is max(range_i, k ε/τ size_i), with range_i = max - min, ε =
+/// 2.2e-16 and the number k of rounding errors: a difference of τ units is then above rounding. The size is
+/// the sum of the terms of which the component is made ([`Sizing`]). A component that rests because its terms
+/// cancel, such as the difference of two equal planets, has no range, and its size is that of the terms.
 pub(crate) struct MotionSize {
     rigid: Vec<Vec<f64>>,
     y: Vec<f64>,
@@ -36,11 +36,12 @@ const OF_A_STEP: f64 = 16.0;
 /// Number of rounding errors in the distance of two states a period apart.
 const OF_A_PERIOD: f64 = 64.0;
 
-/// Number of steps over which errors of accelerations add up in a motion: 1/ω of its slow elastic modes, which are
-/// some thirty times slower than the step follows.
+/// Number of steps over which errors of accelerations add up in a motion: 1/ω of its slow elastic modes,
+/// which are some thirty times slower than the step follows.
 const ADDED: f64 = 32.0;
 
-/// A range below this share of the size counts as rest `[1]`: a coarse run, with tolerance 1e-9, does not resolve it.
+/// A range below this share of the size counts as rest `[1]`: a coarse run, with tolerance 1e-9, does not
+/// resolve it.
 const SEEN: f64 = 1e-9;
 
 impl MotionSize {
@@ -92,8 +93,8 @@ impl MotionSize {
         self.sizes.iter_mut().zip(sizes).for_each(|(size, now)| *size = size.max(*now));
     }
 
-    /// Adds the sizes at a state of a motion with steps of length `step`: as it is, and with all contacts on their
-    /// lower and on their upper flanks.
+    /// Adds the sizes at a state of a motion with steps of length `step`: as it is, and with all contacts on
+    /// their lower and on their upper flanks.
     pub(crate) fn weigh_on_flanks<M: Model + ?Sized>(&mut self, model: &M, state: &State, step: f64) {
         let (mut sizing, h, State { t, q, v }) = (Sizing::new(model), ADDED * step, state);
         self.weigh(sizing.at(None, *t, q, v, h));
@@ -126,9 +127,9 @@ impl MotionSize {
 
     /// Range (max - min) of each coordinate, then of each velocity.
     ///
-    /// A component with a range below 1e-9 of its size is at rest. It gets its size, but not more than the largest
-    /// range of all coordinates, or of all velocities. If both are 0, a coordinate gets the value 1, a velocity
-    /// 2π (range of its coordinate)/(observed time).
+    /// A component with a range below 1e-9 of its size is at rest. It gets its size, but not more than the
+    /// largest range of all coordinates, or of all velocities. If both are 0, a coordinate gets the value 1,
+    /// a velocity 2π (range of its coordinate)/(observed time).
     pub(crate) fn ranges(&self) -> Vec<f64> {
         let n = self.low.len() / 2;
         let range = |i: usize| {
@@ -158,8 +159,8 @@ impl MotionSize {
         self.ranges().iter().zip(&self.sizes).map(|(range, size)| range.max(share * size)).collect()
     }
 
-    /// max_i |Δy_i|/unit_i at a tolerance, with Δy = a - b without rigid motion. The states are coordinates, then
-    /// velocities.
+    /// max_i |Δy_i|/unit_i at a tolerance, with Δy = a - b without rigid motion. The states are coordinates,
+    /// then velocities.
     pub(crate) fn distance(&mut self, a: &[f64], b: &[f64], tolerance: f64) -> f64 {
         self.y.iter_mut().zip(a.iter().zip(b)).for_each(|(y, (a, b))| *y = a - b);
         self.relative();

@@ -68,8 +68,8 @@ impl Settle {
         Settle { budget, ..self }
     }
 
-    /// Integrates from `start` until the state repeats; from the [static state](static_state) at t = 0 if `start` is
-    /// `None`.
+    /// Integrates from `start` until the state repeats; from the [static state](static_state) at t = 0 if
+    /// `start` is `None`.
     ///
     /// # Errors
     /// [`Unsettled::NoStart`] if no start is given and the model has no static state.

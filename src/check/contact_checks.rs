@@ -151,7 +151,7 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// coordinates, a gap without width, an edge near which another contact changes its piece.
     pub(crate) fn kinks(&mut self, findings: &mut Vec<Inconsistency>) {
         let rigid = self.model.offers().rigid_edges(self.model.contacts());
-        for contact in 0..self.model.contacts() {
+        for contact in 0..self.model.offers().touching(self.model.contacts()) {
             let Some(line) = self.line(contact) else { continue };
             let speeds = self.speeds(contact, &line);
             let mut seen: [Vec<EdgeChange>; 2] = Default::default();
@@ -167,7 +167,7 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
                     Change::is_edge(*changes, still.h, ROUNDING * self.terms[row])
                 };
                 if ![&still, &moving].iter().any(|seen| seen.acceleration.iter().enumerate().any(is_edge)) {
-                    // A switching function that depends on the rate may have no effect at these velocities.
+                    // A deflection that depends on the rate may have no effect at these velocities.
                     if !self.moves_with_velocities(contact) && !self.grows_as_a_power(contact, &line, edge) {
                         findings.push(Inconsistency::Kink { contact, edge });
                     }
@@ -265,8 +265,8 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
         None
     }
 
-    /// Whether the effect of a contact on the accelerations grows as a power of the depth past an edge, from 0 at the
-    /// edge on. A power above 2 has no kink that samples near the edge show.
+    /// Whether the effect of a contact on the accelerations grows as a power of the depth past an edge, from
+    /// 0 at the edge on. A power above 2 has no kink that samples near the edge show.
     fn grows_as_a_power(&self, contact: usize, line: &Line, edge: f64) -> bool {
         let (v, inward) = (&self.state.v, if edge == line.contact.lower { -1.0 } else { 1.0 });
         let effect = |share: f64| {

@@ -71,7 +71,8 @@ impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
         self.contacts(q, v).iter().map(Contact::piece).collect()
     }
 
-    /// The terms of the accelerations at given coordinates: `terms`, or those that the model knows, if they are larger.
+    /// The terms of the accelerations at given coordinates: `terms`, or those that the model knows, if they
+    /// are larger.
     pub(crate) fn terms_at(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
         let mut terms = vec![0.0; self.model.dof()];
         if let Some(known) = self.model.terms() {

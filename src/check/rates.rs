@@ -9,7 +9,7 @@ use crate::model::equations::Model;
 use crate::ode::probe::Probe;
 
 /// Number of steps of the differences, each a tenth of the one before.
-const STEPS: i32 = 10;
+const DIFFERENCES: i32 = 10;
 
 /// A difference quotient and a bound of its rounding.
 #[derive(Clone, Copy)]
@@ -65,9 +65,11 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
             };
             probe.read_contacts(t + h, Side::After, &along(q, v), &along(v, &a)).to_vec()
         };
-        let steps: Vec<f64> = (0..STEPS).map(|i| longest * 0.1f64.powi(i)).filter(|h| t + h > t).collect();
+        let steps: Vec<f64> =
+            (0..DIFFERENCES).map(|i| longest * 0.1f64.powi(i)).filter(|h| t + h > t).collect();
         let sides: Vec<_> = steps.iter().map(|h| (((t + h) - (t - h)), moved(*h), moved(-*h))).collect();
-        for (contact, c) in here.iter().enumerate() {
+        let touching = self.model.offers().touching(here.len());
+        for (contact, c) in here[..touching].iter().enumerate() {
             let wrong = |given: f64, terms: f64, of: &dyn Fn(&Contact) -> f64| {
                 let quotient = |(twice, plus, minus): &(f64, Vec<Contact>, Vec<Contact>)| Quotient {
                     value: (of(&plus[contact]) - of(&minus[contact])) / twice,
@@ -108,7 +110,7 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
                 return None;
             }
             let given = (fast.rate - c.rate) / gained;
-            let quotients: Vec<Quotient> = (2..STEPS)
+            let quotients: Vec<Quotient> = (2..DIFFERENCES)
                 .map(|i| {
                     let h = self.size[0] * 0.1f64.powi(i);
                     let (mut plus, mut minus) = (q.clone(), q.clone());

@@ -1,8 +1,9 @@
 //! Gear meshes: the components of rings and trains.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
-use crate::contact::piece_choice::PieceChoice;
+use crate::contact::piece_choice::{PieceChoice, Place};
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::earlier;
@@ -185,14 +186,16 @@ impl<N: Nonlinearity> Mesh<N> {
         self.law.next_edge(teeth * angle).map(|edge| edge / teeth)
     }
 
-    /// Computes contact `i` from the [`waves`](Mesh::waves) of the mesh, the speed φ' [rad/s], the damping C
-    /// [N s/m], the displacement x `[m]` and its rate x' [m/s].
+    /// Computes the contact at which the teeth touch from the [`waves`](Mesh::waves) of the mesh, the speed
+    /// φ'
+    /// [rad/s], the damping C [N s/m], the displacement x `[m]` and its rate x' [m/s]. `place`: the contacts
+    /// of the mesh; for a law without inner kinks the index of its contact.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
     pub fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
-        i: usize,
+        place: impl Into<Place>,
         waves: &[S; 7],
         speed: S,
         damping: S,
@@ -200,39 +203,27 @@ impl<N: Nonlinearity> Mesh<N> {
         rate: S,
     ) -> Contact<S> {
         let (deflection, rate) = (x - waves[ERROR], rate - speed * waves[ERROR_RATE]);
-        let at =
-            MeshDrives { stiffness: waves[STIFFNESS], damping, lower: waves[LOWER], upper: waves[UPPER] };
-        let force = self.force(law, i, deflection, rate, rate, at);
+        let (lower, upper) = (waves[LOWER], waves[UPPER]);
+        let at = Deflection { x: deflection, rate, lower, upper };
+        let force = self.force(law, place, at, rate, waves[STIFFNESS], damping);
         let (lower_rate, upper_rate) = (speed * waves[LOWER_RATE], speed * waves[UPPER_RATE]);
-        Contact { deflection, rate, lower: waves[LOWER], upper: waves[UPPER], lower_rate, upper_rate, force }
+        Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force }
     }
 
-    /// Computes W from the deflection d, its rate, the rate `slip` on which the damping C acts, and the
-    /// drives of the mesh.
+    /// Computes W from the deflection d, the rate `slip` on which the damping C acts, K and C.
     #[inline(always)]
     pub(crate) fn force<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,
-        i: usize,
-        d: S,
-        rate: S,
+        place: impl Into<Place>,
+        at: Deflection<S>,
         slip: S,
-        at: MeshDrives<S>,
+        stiffness: S,
+        damping: S,
     ) -> S {
-        let elastic = at.stiffness * law.force(i, &self.law, d, rate, at.lower, at.upper);
-        let viscous = at.damping * slip;
-        if self.released {
-            elastic + viscous * law.touch(i, d, at.lower, at.upper)
-        } else {
-            elastic + viscous
-        }
+        let place = place.into();
+        let elastic = stiffness * law.force(place, &self.law, at);
+        let viscous = damping * slip;
+        if self.released { elastic + viscous * law.touch(place.contact, at) } else { elastic + viscous }
     }
-}
-
-/// Drives of a mesh at one instant.
-pub(crate) struct MeshDrives<S> {
-    pub(crate) stiffness: S,
-    pub(crate) damping: S,
-    pub(crate) lower: S,
-    pub(crate) upper: S,
 }

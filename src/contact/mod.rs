@@ -1,12 +1,16 @@
 //! Contacts of teeth: contact laws, gear meshes, rigid stops.
 
+pub(crate) mod deflection;
+pub(crate) mod law_places;
 pub(crate) mod laws;
 pub(crate) mod mesh;
 pub(crate) mod piece;
 pub(crate) mod piece_choice;
+
 pub(crate) mod restitution;
 pub(crate) mod tooth;
 
+pub use crate::contact::deflection::Deflection;
 pub use crate::contact::laws::backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
 pub use crate::contact::laws::damped::Damped;
 pub use crate::contact::laws::mixed::MixedLaw;
@@ -16,6 +20,6 @@ pub use crate::contact::laws::power::PowerLaw;
 pub use crate::contact::laws::smooth::{Cubic, Linear, SmoothedBacklash};
 pub use crate::contact::mesh::{ContactDamping, Mesh};
 pub use crate::contact::piece::Piece;
-pub use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
+pub use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice, Place};
 pub use crate::contact::restitution::Restitution;
 pub use crate::contact::tooth::Contact;

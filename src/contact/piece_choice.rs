@@ -1,5 +1,6 @@
 //! Evaluation of contact laws: by deflection or on fixed pieces.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece::Piece;
 use crate::scalar::Scalar;
@@ -7,33 +8,42 @@ use crate::scalar::Scalar;
 /// The way in which an algebra evaluates contact laws: by deflection ([`ByDeflection`]) or on fixed pieces
 /// ([`FixedPieces`]).
 pub trait PieceChoice<S: Scalar> {
-    /// Returns the force of contact `i` per unit stiffness, for the law `nonlinearity`, the deflection `x`,
-    /// its `rate` and the edges `lower` and `upper`.
-    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S;
-    /// Returns the same force for a law with several [switching functions](Nonlinearity::switches).
-    ///
-    /// Contact `i` belongs to the first switching function, the following contacts to the others. Default:
-    /// [`force`](PieceChoice::force).
-    fn force_of_switches<N: Nonlinearity>(
-        &self,
-        i: usize,
-        nonlinearity: &N,
-        x: S,
-        rate: S,
-        lower: S,
-        upper: S,
-    ) -> S {
-        self.force(i, nonlinearity, x, rate, lower, upper)
-    }
+    /// Returns the force per unit stiffness of `law` at `at`. `place`: the contacts of the law in the model;
+    /// for a law without inner kinks the index of its contact.
+    fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<S>) -> S;
     /// Returns 1 if contact `i` touches and 0 if it stands in its gap.
-    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S;
+    fn touch(&self, i: usize, at: Deflection<S>) -> S;
+}
+
+/// The contacts of a law in a model: the one at which the teeth touch, and those of its [inner
+/// kinks](Nonlinearity::kinks), which follow one another.
+///
+/// ```
+/// use gear_dynamics::contact::Place;
+/// assert_eq!(Place::from(2), Place { contact: 2, kinks: 3 });
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Index of the contact at which the teeth touch.
+    pub contact: usize,
+    /// Index of the contact of the first inner kink.
+    pub kinks: usize,
+}
+
+impl From<usize> for Place {
+    /// A contact directly before its inner kinks, if it has any.
+    #[inline(always)]
+    fn from(contact: usize) -> Self {
+        Place { contact, kinks: contact + 1 }
+    }
 }
 
 /// Evaluation by deflection: the deflection decides on which piece a law stands.
 ///
 /// ```
-/// use gear_dynamics::{contact::{ByDeflection, PieceChoice}, Backlash};
-/// assert_eq!(ByDeflection.force(0, &Backlash::new(1.0)?, 1.5, 0.0, -1.0, 1.0), 0.5);
+/// use gear_dynamics::{contact::{ByDeflection, Deflection, PieceChoice}, Backlash};
+/// let at = Deflection { x: 1.5, rate: 0.0, lower: -1.0, upper: 1.0 };
+/// assert_eq!(ByDeflection.force(0, &Backlash::new(1.0)?, at), 0.5);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -41,12 +51,12 @@ pub struct ByDeflection;
 
 impl<S: Scalar> PieceChoice<S> for ByDeflection {
     #[inline(always)]
-    fn force<N: Nonlinearity>(&self, _: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
-        nonlinearity.force(x, rate, lower, upper)
+    fn force<N: Nonlinearity>(&self, _: impl Into<Place>, law: &N, at: Deflection<S>) -> S {
+        law.force(at)
     }
     #[inline(always)]
-    fn touch(&self, _: usize, x: S, lower: S, upper: S) -> S {
-        (x - upper).step() + (lower - x).step()
+    fn touch(&self, _: usize, at: Deflection<S>) -> S {
+        at.touches()
     }
 }
 
@@ -54,9 +64,10 @@ impl<S: Scalar> PieceChoice<S> for ByDeflection {
 /// edges.
 ///
 /// ```
-/// use gear_dynamics::{Backlash, contact::{FixedPieces, Piece, PieceChoice}};
+/// use gear_dynamics::{Backlash, contact::{Deflection, FixedPieces, Piece, PieceChoice}};
+/// let at = Deflection { x: 0.25, rate: 0.0, lower: -1.0, upper: 1.0 };
 /// let law = FixedPieces(&[Piece::Upper]); // x - b, also in the gap
-/// assert_eq!(law.force(0, &Backlash::new(1.0)?, 0.25, 0.0, -1.0, 1.0), -0.75);
+/// assert_eq!(law.force(0, &Backlash::new(1.0)?, at), -0.75);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -64,23 +75,16 @@ pub struct FixedPieces<'a>(pub &'a [Piece]);
 
 impl<S: Scalar> PieceChoice<S> for FixedPieces<'_> {
     #[inline(always)]
-    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
-        nonlinearity.force_on(self.0[i], x, rate, lower, upper)
+    fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<S>) -> S {
+        let Place { contact, kinks } = place.into();
+        let kinks = match law.kinks() {
+            0 => &[],
+            count => &self.0[kinks..][..count],
+        };
+        law.force_on(self.0[contact], kinks, at)
     }
     #[inline(always)]
-    fn force_of_switches<N: Nonlinearity>(
-        &self,
-        i: usize,
-        nonlinearity: &N,
-        x: S,
-        rate: S,
-        lower: S,
-        upper: S,
-    ) -> S {
-        nonlinearity.force_on_all(&self.0[i..i + nonlinearity.switches()], x, rate, lower, upper)
-    }
-    #[inline(always)]
-    fn touch(&self, i: usize, _: S, _: S, _: S) -> S {
+    fn touch(&self, i: usize, _: Deflection<S>) -> S {
         S::from(if self.0[i] == Piece::Gap { 0.0 } else { 1.0 })
     }
 }

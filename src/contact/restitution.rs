@@ -10,7 +10,8 @@ use crate::error::{ParameterError, check};
 /// sequence of ever lower rebounds, for e = 0 at the first impact, unless the stop moves away.
 ///
 /// ```
-/// use gear_dynamics::{contact::{Contact, Piece, Restitution}, model::Offers, Dop853, Integrator, Model, State};
+/// use gear_dynamics::contact::{Contact, Piece, Restitution};
+/// use gear_dynamics::{model::Offers, Dop853, Integrator, Model, State};
 /// struct Ball(Restitution); // q'' = -1 above a floor at q = 0
 /// impl Model for Ball {
 ///     fn dof(&self) -> usize { 1 }

@@ -7,7 +7,8 @@ use std::ops::Mul;
 use std::ops::Neg;
 use std::ops::Sub;
 
-/// A value f(x) with f'(x) and f''(x), as numbers `f64` or of another [`Scalar`]. Arithmetic on jets follows the product rule and the chain rule.
+/// A value f(x) with f'(x) and f''(x), as numbers `f64` or of another [`Scalar`]. Arithmetic on jets follows
+/// the product rule and the chain rule.
 ///
 /// ```
 /// use gear_dynamics::excitation::Jet;

@@ -320,7 +320,7 @@ impl<G: Shape> Model for Machine<G> {
     }
     #[inline]
     fn offers(&self) -> Offers<'_> {
-        Offers { pieces: true, jacobian: true, stops: self.shape().stops() }
+        Offers { pieces: true, jacobian: true, stops: self.shape().stops(), kinks: self.shape().kinks() }
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {

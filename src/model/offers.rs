@@ -25,6 +25,11 @@ pub struct Offers<'m> {
     /// Whether the lower and the upper edge of each contact are rigid stops:
     /// [`Model::impact`](crate::Model::impact). Contacts past the end of the list have no stop.
     pub stops: &'m [[bool; 2]],
+    /// Number of contacts that are inner kinks of contact laws
+    /// ([`Nonlinearity::kinks`](crate::contact::Nonlinearity::kinks)): the last ones. Their deflection is the
+    /// value of the kink; their rate and force are not read. Solvers locate them like edges, and analysis
+    /// leaves them out.
+    pub kinks: usize,
 }
 
 impl Offers<'_> {
@@ -32,6 +37,11 @@ impl Offers<'_> {
     pub(crate) fn rigid_edges(&self, contacts: usize) -> Vec<[bool; 2]> {
         let stop = |i: usize| self.stops.get(i).copied().unwrap_or_default();
         if self.first_stop().is_some() { (0..contacts).map(stop).collect() } else { Vec::new() }
+    }
+
+    /// Number of contacts at which teeth may touch, the first ones of `contacts`.
+    pub(crate) fn touching(&self, contacts: usize) -> usize {
+        contacts.saturating_sub(self.kinks)
     }
 
     /// The first contact with a rigid stop. Methods that do not locate edges reject such a model.

@@ -21,7 +21,7 @@ pub struct Size {
     pub dof: usize,
     /// Number of waves: drives that are functions of the angle.
     pub waves: usize,
-    /// Number of contacts.
+    /// Number of contacts, [inner kinks](Shape::kinks) of the laws included.
     pub contacts: usize,
     /// Number of constants that the algebra reads, including the speed φ': the length of the list from
     /// [`Shape::prepare`].
@@ -131,7 +131,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// constants to a [`Model`](crate::Model).
 ///
 /// ```
-/// use gear_dynamics::contact::{Backlash, Contact, PieceChoice};
+/// use gear_dynamics::contact::{Backlash, Contact, Deflection, PieceChoice};
 /// use gear_dynamics::excitation::{Angle, Fourier, Side, Wave};
 /// use gear_dynamics::model::{Channel, Drives, Machine, Periodic, Scalar, Shape, Size, State};
 /// use gear_dynamics::ode::{Dop853, Integrator};
@@ -155,7 +155,8 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///     ) -> Contact<S> {
 ///         let [k] = u.waves();
 ///         let [_, _, b] = u.constants();
-///         let force = k * law.force(i, &self.law, q[0], v[0], -b, b);
+///         let at = Deflection { x: q[0], rate: v[0], lower: -b, upper: b };
+///         let force = k * law.force(i, &self.law, at);
 ///         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
 ///     }
 ///     #[inline(always)]
@@ -219,6 +220,13 @@ pub trait Shape: PartialEq {
     ) -> Contact<S> {
         let _ = (law, i, u, q, v);
         Contact::default()
+    }
+    /// Number of contacts that are inner kinks of contact laws ([`Nonlinearity::kinks`]): the last ones. See
+    /// [`Offers::kinks`](crate::model::Offers::kinks). Default: 0.
+    ///
+    /// [`Nonlinearity::kinks`]: crate::contact::Nonlinearity::kinks
+    fn kinks(&self) -> usize {
+        0
     }
     /// Writes the waves at an angle φ `[rad]`, a number or a series over time, to `u`, which has
     /// [`Size::waves`] entries. `side`: before or after a jump at this angle. Default: no waves.

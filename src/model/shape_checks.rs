@@ -1,8 +1,9 @@
 //! Checks of a shape when a machine is created from it.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece::Piece;
-use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
+use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice, Place};
 use crate::error::ParameterError;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
@@ -11,28 +12,23 @@ use crate::model::shape::{Drives, Shape, Size};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
-/// Evaluation by deflection that records the contacts for which the algebra evaluates a law, and their edges.
+/// Evaluation by deflection that records the contacts of the laws that the algebra evaluates, and their edges.
 #[derive(Default)]
 struct Witness {
     asked: RefCell<Vec<(usize, [f64; 2])>>,
 }
 
 impl PieceChoice<f64> for Witness {
-    fn force<N: Nonlinearity>(
-        &self,
-        i: usize,
-        nonlinearity: &N,
-        x: f64,
-        rate: f64,
-        lower: f64,
-        upper: f64,
-    ) -> f64 {
-        self.asked.borrow_mut().push((i, [lower, upper]));
-        ByDeflection.force(i, nonlinearity, x, rate, lower, upper)
+    fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection) -> f64 {
+        let Place { contact, kinks } = place.into();
+        let edges = [at.lower, at.upper];
+        self.asked.borrow_mut().push((contact, edges));
+        self.asked.borrow_mut().extend((kinks..kinks + law.kinks()).map(|kink| (kink, edges)));
+        law.force(at)
     }
-    fn touch(&self, i: usize, x: f64, lower: f64, upper: f64) -> f64 {
-        self.asked.borrow_mut().push((i, [lower, upper]));
-        ByDeflection.touch(i, x, lower, upper)
+    fn touch(&self, i: usize, at: Deflection) -> f64 {
+        self.asked.borrow_mut().push((i, [at.lower, at.upper]));
+        at.touches()
     }
 }
 

@@ -36,6 +36,8 @@ pub struct Probe<'m, M: ?Sized> {
     channels: Vec<Channel>,
     drives: Vec<f64>,
     contacts: Vec<Contact>,
+    /// Number of contacts at which teeth may touch.
+    touching: usize,
     values: Vec<f64>,
     /// Values at the farther of two points inside a step.
     inside: Vec<f64>,
@@ -44,7 +46,8 @@ pub struct Probe<'m, M: ?Sized> {
 impl<'m, M: Model + ?Sized> Probe<'m, M> {
     /// A probe for all channels of a model.
     pub fn new(model: &'m M) -> Self {
-        let (n, contacts) = (model.dof(), model.contacts());
+        let n = model.dof();
+        let contacts = model.offers().touching(model.contacts());
         let mut channels: Vec<Channel> = (1..=n).map(|i| Channel::new(format!("q{i}"), "")).collect();
         channels.extend((1..=n).map(|i| Channel::new(format!("v{i}"), "")));
         for i in 1..=contacts {
@@ -59,7 +62,8 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         Probe {
             model,
             drives: vec![0.0; model.drives()],
-            contacts: vec![Contact::default(); contacts],
+            contacts: vec![Contact::default(); model.contacts()],
+            touching: contacts,
             values: vec![0.0; channels.len()],
             inside: vec![0.0; channels.len()],
             channels,
@@ -87,7 +91,7 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         let (coordinates, rest) = self.values.split_at_mut(2 * n);
         coordinates[..n].copy_from_slice(q);
         coordinates[n..].copy_from_slice(v);
-        let (of_contacts, own) = rest.split_at_mut(3 * self.contacts.len());
+        let (of_contacts, own) = rest.split_at_mut(3 * self.touching);
         for (out, c) in of_contacts.chunks_exact_mut(3).zip(&self.contacts) {
             out.copy_from_slice(&[c.deflection, c.force, if c.penetration() > 0.0 { 1.0 } else { 0.0 }]);
         }

@@ -309,8 +309,8 @@ fn slopes_that_are_no_numbers_have_an_error_of_their_own() -> Result<(), Paramet
 struct Hertz;
 
 impl Nonlinearity for Hertz {
-    fn force<S: Scalar>(&self, x: S, _rate: S, _lower: S, _upper: S) -> S {
-        let p = x.max(S::from(0.0));
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        let p = at.x.max(S::from(0.0));
         p * p.sqrt()
     }
 }

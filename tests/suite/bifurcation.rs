@@ -26,7 +26,9 @@ impl Shape for Spur {
     #[inline(always)]
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let ([wave], [amplitude], b) = (u.waves(), u.constants(), S::from(self.law.half_width()));
-        a[0] = S::from(0.25) + amplitude * wave - v[0] * 0.1 - self.law.force(q[0], v[0], -b, b);
+        a[0] = S::from(0.25) + amplitude * wave
+            - v[0] * 0.1
+            - self.law.force(Edges::symmetric(b, b).at(q[0], v[0]));
     }
     fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
         u[0] = angle.number().cos();

@@ -1,19 +1,20 @@
 //! Boundaries of folds, doublings and contact loss over two parameters.
 
-use crate::common::family::{Oscillator, oscillator};
+use crate::common::family::oscillator;
 use crate::common::stored;
 use gear_dynamics::Shooting;
 use gear_dynamics::branches::{
     BoundaryLine, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, ByFunctionOfTwo,
     Continuation, Plane, PointKind, Turn,
 };
-use gear_dynamics::model::{Machine, State};
+use gear_dynamics::model::State;
+use gear_dynamics::models::Oscillator;
 
-fn pair() -> Machine<Oscillator> {
-    oscillator(&[("gap stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)])
+fn pair() -> Oscillator {
+    oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)])
 }
 
-fn over_speed(model: &Machine<Oscillator>) -> Branch {
+fn over_speed(model: &Oscillator) -> Branch {
     let family = ByConstant::new(model, "speed").unwrap();
     let start = State::new(0.0, &[1.0 + model.constant("mean force").unwrap()], &[0.0]);
     Continuation::new(0.5, 1.1).bounds(0.2, 2.0).run(&family, &[start]).unwrap()
@@ -152,7 +153,13 @@ fn a_closed_boundary_ends_at_its_start() {
 /// locate.
 #[test]
 fn symmetry_breaking_over_two_parameters() {
-    let given = [("cubic", 1.0), ("linear", 1.0), ("damping", 0.2), ("half backlash", 99.0), ("force", 10.0)];
+    let given = [
+        ("cubic stiffness", 1.0),
+        ("linear stiffness", 1.0),
+        ("damping", 0.2),
+        ("half backlash", 99.0),
+        ("force", 10.0),
+    ];
     let model = oscillator(&given);
     let breaking = |force: f64, from: f64, to: f64| {
         let model = model.with("force", force).unwrap();

@@ -1,11 +1,12 @@
 //! Derivatives of orbits, figures and located points with respect to constants, against differences.
 
-use crate::common::family::{Oscillator, oscillator};
+use crate::common::family::oscillator;
 use gear_dynamics::branches::{
     BranchError, BranchPoint, ByConstant, ByConstants, Continuation, CurveError, DesignError, Figure, Fit,
     Least, PointKind, Sensitivity,
 };
-use gear_dynamics::model::{Machine, Periodic, State};
+use gear_dynamics::model::{Periodic, State};
+use gear_dynamics::models::Oscillator;
 use gear_dynamics::ode::Exhausted;
 use gear_dynamics::periodic::ShootingOrbit;
 use gear_dynamics::{Budget, NfgPair, NfgParams, Shooting, Statistics};
@@ -23,7 +24,7 @@ fn figures<M: Periodic>(model: &M, orbit: &ShootingOrbit, channel: &str) -> [f64
 }
 
 /// All derivatives of one orbit against differences, in units of figure over constant.
-fn check(model: &Machine<Oscillator>, start: &State, channel: &str, worst: f64) {
+fn check(model: &Oscillator, start: &State, channel: &str, worst: f64) {
     let orbit = Shooting::new().solve(model, std::slice::from_ref(start)).unwrap();
     let slopes = Sensitivity::of(model, &orbit, &[channel]).unwrap();
     let multiplier = Sensitivity::of_largest_multiplier(model, &orbit).unwrap();
@@ -58,11 +59,11 @@ fn check(model: &Machine<Oscillator>, start: &State, channel: &str, worst: f64) 
     }
 }
 
-fn pair() -> Machine<Oscillator> {
+fn pair() -> Oscillator {
     oscillator(&[
         ("speed", 0.8),
-        ("gap stiffness", 1.0),
-        ("depth", 0.1),
+        ("mesh stiffness", 1.0),
+        ("stiffness variation", 0.1),
         ("mean force", 0.1),
         ("inertia force", 0.05),
         ("damping", 0.1),
@@ -80,7 +81,13 @@ fn figures_of_a_pair_that_loses_contact() {
 
 #[test]
 fn figures_of_a_duffing_oscillator() {
-    let given = [("speed", 1.2), ("cubic", 0.1), ("linear", 1.0), ("force", 0.18), ("damping", 0.05)];
+    let given = [
+        ("speed", 1.2),
+        ("cubic stiffness", 0.1),
+        ("linear stiffness", 1.0),
+        ("force", 0.18),
+        ("damping", 0.05),
+    ];
     let model = oscillator(&[&given[..], &[("half backlash", 9.0)]].concat());
     check(&model, &State::at_rest(1), "q1", 1e-7);
 }
@@ -111,13 +118,13 @@ fn a_fold_and_a_grazing() {
 #[test]
 fn located_points_of_a_pair() {
     let model =
-        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
+        oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let family = ByConstant::new(&model, "speed").unwrap();
     let range = Continuation::new(2.5, 0.4).bounds(0.35, 2.6);
     let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
     for (kind, point) in branch.located() {
         let slopes = Sensitivity::of_point(&model, "speed", point).unwrap();
-        for name in ["damping", "mean force", "force", "gap stiffness"] {
+        for name in ["damping", "mean force", "force", "mesh stiffness"] {
             let value = model.constant(name).unwrap();
             let place = model.names().iter().position(|channel| channel.name == name).unwrap();
             let at = |c: f64| moved_point(&model, name, c, point);
@@ -139,7 +146,7 @@ fn located_points_of_a_pair() {
 #[test]
 fn multipliers_at_a_grazing_have_one_sided_derivatives() {
     let model =
-        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
+        oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let family = ByConstant::new(&model, "speed").unwrap();
     let range = Continuation::new(2.5, 0.4).bounds(0.35, 2.6);
     let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
@@ -148,7 +155,7 @@ fn multipliers_at_a_grazing_have_one_sided_derivatives() {
     let [.., point, _] = branch.of_kind(PointKind::Grazing)[..] else { panic!("four grazings") };
     let at = model.with("speed", point.parameter).unwrap();
     let sides = Sensitivity::of_largest_multiplier(&at, &point.orbit).unwrap();
-    for name in ["speed", "damping", "mean force", "force", "gap stiffness"] {
+    for name in ["speed", "damping", "mean force", "force", "mesh stiffness"] {
         let (value, k) =
             (at.constant(name).unwrap(), at.names().iter().position(|c| c.name == name).unwrap());
         let way = if sides[k][0].is_finite() { -1.0 } else { 1.0 };
@@ -169,7 +176,7 @@ fn multipliers_at_a_grazing_have_one_sided_derivatives() {
 }
 
 /// The parameter to which the point moves with a constant, along its boundary.
-fn moved_point(model: &Machine<Oscillator>, name: &str, value: f64, point: &BranchPoint) -> f64 {
+fn moved_point(model: &Oscillator, name: &str, value: f64, point: &BranchPoint) -> f64 {
     let from = model.constant(name).unwrap();
     if value == from {
         return point.parameter;
@@ -205,10 +212,14 @@ fn the_face_gear_pair() {
 /// Damping and cubic stiffness of a Duffing oscillator from its amplitudes at nine speeds.
 #[test]
 fn constants_are_fitted_to_a_response() {
-    let given = [("speed", 0.7), ("linear", 1.0), ("force", 0.18), ("half backlash", 9.0)];
-    let truth = oscillator(&[&given[..], &[("cubic", 0.1), ("damping", 0.05)]].concat());
-    let start = oscillator(&[&given[..], &[("cubic", 0.05), ("damping", 0.15)]].concat());
-    let fit = Fit::new("speed", "q1", Figure::PeakToPeak).over("damping", 0.02, 0.3).over("cubic", 0.01, 0.3);
+    let given = [("speed", 0.7), ("linear stiffness", 1.0), ("force", 0.18), ("half backlash", 9.0)];
+    let truth = oscillator(&[&given[..], &[("cubic stiffness", 0.1), ("damping", 0.05)]].concat());
+    let start = oscillator(&[&given[..], &[("cubic stiffness", 0.05), ("damping", 0.15)]].concat());
+    let fit = Fit::new("speed", "q1", Figure::PeakToPeak).over("damping", 0.02, 0.3).over(
+        "cubic stiffness",
+        0.01,
+        0.3,
+    );
     let speeds: Vec<f64> = (0..9).map(|i| 0.7 + 0.05 * f64::from(i)).collect();
     let measured = fit.response(&truth, &speeds, &[State::at_rest(1)]).unwrap();
     let pairs: Vec<(f64, f64)> = speeds.into_iter().zip(measured).collect();
@@ -222,15 +233,18 @@ fn constants_are_fitted_to_a_response() {
 fn least_peak_to_peak_value() {
     let model = oscillator(&[
         ("speed", 1.3),
-        ("gap stiffness", 1.0),
+        ("mesh stiffness", 1.0),
         ("mean force", 0.3),
         ("force", 0.2),
         ("inertia force", 0.02),
         ("damping", 0.1),
-        ("depth", 0.05),
+        ("stiffness variation", 0.05),
     ]);
-    let least =
-        Least::new("deflection", Figure::PeakToPeak).over("inertia force", -0.2, 0.1).over("depth", 0.0, 0.3);
+    let least = Least::new("deflection", Figure::PeakToPeak).over("inertia force", -0.2, 0.1).over(
+        "stiffness variation",
+        0.0,
+        0.3,
+    );
     let guess = [State::new(0.0, &[1.3], &[0.0])];
     let best = least.run(&model, &guess).unwrap();
     println!("{:?} {} after {}", best.constants, best.value, best.evaluations);
@@ -238,7 +252,7 @@ fn least_peak_to_peak_value() {
     for i in 0..=40 {
         for j in 0..=20 {
             let [a, d] = [-0.2 + 0.3 * f64::from(i) / 40.0, 0.3 * f64::from(j) / 20.0];
-            let moved = model.with("inertia force", a).unwrap().with("depth", d).unwrap();
+            let moved = model.with("inertia force", a).unwrap().with("stiffness variation", d).unwrap();
             let orbit = Shooting::new().solve(&moved, &guess).unwrap();
             let value = figures(&moved, &orbit, "deflection")[2];
             if value < grid.0 {
@@ -252,7 +266,8 @@ fn least_peak_to_peak_value() {
     assert!(matches!(none, Err(DesignError::Parameter(_))));
     let few = least.clone().max_evaluations(2).run(&model, &guess);
     assert!(matches!(few, Err(DesignError::NotConverged { evaluations: 1..=2, .. })), "{few:?}");
-    let bounds = Least::new("deflection", Figure::Rms).over("depth", 0.1, 0.3).run(&model, &guess);
+    let bounds =
+        Least::new("deflection", Figure::Rms).over("stiffness variation", 0.1, 0.3).run(&model, &guess);
     assert!(matches!(bounds, Err(DesignError::Bounds { value: 0.05, .. })));
 }
 
@@ -261,7 +276,7 @@ fn least_peak_to_peak_value() {
 fn a_search_ends_with_its_budget() {
     let model = oscillator(&[
         ("speed", 0.7),
-        ("gap stiffness", 1.0),
+        ("mesh stiffness", 1.0),
         ("mean force", 0.3),
         ("force", 0.1),
         ("damping", 0.1),
@@ -281,16 +296,17 @@ fn a_search_ends_with_its_budget() {
 #[test]
 fn derivatives_by_constants_without_a_size() {
     let given =
-        [("speed", 0.7), ("gap stiffness", 1.0), ("mean force", 0.3), ("force", 0.1), ("damping", 0.1)];
+        [("speed", 0.7), ("mesh stiffness", 1.0), ("mean force", 0.3), ("force", 0.1), ("damping", 0.1)];
     let guess = [State::new(0.0, &[1.3], &[0.0])];
     let by_cubic = |cubic: f64| {
-        let model = oscillator(&[&given[..], &[("cubic", cubic)]].concat());
+        let model = oscillator(&[&given[..], &[("cubic stiffness", cubic)]].concat());
         let orbit = Shooting::new().solve(&model, &guess).unwrap();
         let slopes = Sensitivity::of(&model, &orbit, &["deflection"]).unwrap();
-        slopes.mean("deflection").unwrap()[model.names().iter().position(|c| c.name == "cubic").unwrap()]
+        slopes.mean("deflection").unwrap()
+            [model.names().iter().position(|c| c.name == "cubic stiffness").unwrap()]
     };
     let mean = |cubic: f64| {
-        let model = oscillator(&[&given[..], &[("cubic", cubic)]].concat());
+        let model = oscillator(&[&given[..], &[("cubic stiffness", cubic)]].concat());
         figures(&model, &Shooting::new().solve(&model, &guess).unwrap(), "deflection")[0]
     };
     let theirs = difference(&mean, 0.0, 1e-3);

@@ -1,6 +1,6 @@
 //! Branches of periodic orbits: located points against the reference, and against closed forms.
 
-use crate::common::family::{Oscillator, oscillator};
+use crate::common::family::oscillator;
 use crate::common::oscillators::{CubicChain, Idler};
 use crate::common::stored;
 use crate::data::read;
@@ -8,7 +8,8 @@ use gear_dynamics::branches::{
     Branch, BranchEnd, BranchError, BranchPoint, ByConstant, ByConstants, ByFunction, Continuation,
     CurveError, PointKind, Sensitivity, Switch,
 };
-use gear_dynamics::model::{Machine, State};
+use gear_dynamics::model::State;
+use gear_dynamics::models::Oscillator;
 use gear_dynamics::ode::Exhausted;
 use gear_dynamics::periodic::Stability;
 use gear_dynamics::{Budget, ParameterError, Shooting};
@@ -45,7 +46,7 @@ fn compare(branch: &Branch, reference: &[(String, f64)], accuracy: f64) {
     assert!(found.is_empty(), "not in the reference: {found:?}");
 }
 
-fn follow(model: &Machine<Oscillator>, continuation: &Continuation) -> Branch {
+fn follow(model: &Oscillator, continuation: &Continuation) -> Branch {
     let family = ByConstant::new(model, "speed").unwrap();
     let start = State::new(0.0, &[model.constant("mean force").unwrap() + 1.0], &[0.0]);
     continuation.run(&family, &[start]).unwrap()
@@ -53,7 +54,12 @@ fn follow(model: &Machine<Oscillator>, continuation: &Continuation) -> Branch {
 
 #[test]
 fn duffing() {
-    let model = oscillator(&[("cubic", 0.1), ("linear", 1.0), ("force", 0.18), ("damping", 0.05)]);
+    let model = oscillator(&[
+        ("cubic stiffness", 0.1),
+        ("linear stiffness", 1.0),
+        ("force", 0.18),
+        ("damping", 0.05),
+    ]);
     let branch = follow(&model, &Continuation::new(0.5, 1.6));
     compare(&branch, &reference("duffing_nlvib01"), 1e-10);
     assert_eq!(branch.end(), &BranchEnd::Bound);
@@ -61,8 +67,12 @@ fn duffing() {
 
 #[test]
 fn spur_pair_of_kahraman_and_singh() {
-    let model =
-        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)]);
+    let model = oscillator(&[
+        ("mesh stiffness", 1.0),
+        ("mean force", 0.1),
+        ("inertia force", 0.05),
+        ("damping", 0.1),
+    ]);
     let branch = follow(&model, &Continuation::new(0.5, 1.1).bounds(0.2, 1.2));
     compare(&branch, &reference("deadzone_KS90"), 1e-10);
 }
@@ -70,7 +80,7 @@ fn spur_pair_of_kahraman_and_singh() {
 #[test]
 fn dead_zone_under_a_strong_force() {
     let model =
-        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
+        oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let branch = follow(&model, &Continuation::new(2.5, 0.4).bounds(0.35, 2.6));
     compare(&branch, &reference("deadzone_Fm25_Fp25"), 1e-10);
 }
@@ -91,8 +101,8 @@ fn spur_pairs_of_the_classics() {
         let number = |key: &str| case["equation"][key].as_f64().unwrap();
         let depth = case["equation"]["a"][0].as_f64().unwrap_or(0.0);
         let model = oscillator(&[
-            ("gap stiffness", 1.0),
-            ("depth", depth),
+            ("mesh stiffness", 1.0),
+            ("stiffness variation", depth),
             ("mean force", number("Fm")),
             ("inertia force", number("Fah")),
             ("damping", 2.0 * number("zeta")),
@@ -137,7 +147,12 @@ fn spur_pairs_of_the_classics() {
 /// doubling alone, with any amplitude up to the contact loss.
 #[test]
 fn doubled_orbits_branch_off_at_a_period_doubling() {
-    let model = oscillator(&[("gap stiffness", 0.8), ("depth", 0.5), ("mean force", 0.5), ("damping", 0.05)]);
+    let model = oscillator(&[
+        ("mesh stiffness", 0.8),
+        ("stiffness variation", 0.5),
+        ("mean force", 0.5),
+        ("damping", 0.05),
+    ]);
     let continuation = Continuation::new(2.4, 1.5).both_ways().bounds(1.2, 2.6);
     let branch = follow(&model, &continuation);
     println!("{branch}");
@@ -160,8 +175,13 @@ fn doubled_orbits_branch_off_at_a_period_doubling() {
 /// With a cubic spring the amplitude of the half order grows like the root of the distance from the doubling.
 #[test]
 fn amplitude_of_doubled_orbits() {
-    let given =
-        [("gap stiffness", 0.8), ("depth", 0.5), ("mean force", 0.5), ("damping", 0.05), ("cubic", 0.3)];
+    let given = [
+        ("mesh stiffness", 0.8),
+        ("stiffness variation", 0.5),
+        ("mean force", 0.5),
+        ("damping", 0.05),
+        ("cubic stiffness", 0.3),
+    ];
     let model = oscillator(&given);
     let family = ByConstant::new(&model, "speed").unwrap();
     let continuation = Continuation::new(3.4, 2.0);
@@ -184,8 +204,12 @@ fn amplitude_of_doubled_orbits() {
 /// the located points agree.
 #[test]
 fn multipliers_and_points_for_any_number_of_segments() {
-    let model =
-        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)]);
+    let model = oscillator(&[
+        ("mesh stiffness", 1.0),
+        ("mean force", 0.1),
+        ("inertia force", 0.05),
+        ("damping", 0.1),
+    ]);
     let mut first: Option<Branch> = None;
     for segments in [1, 2, 5, 16, 64] {
         let shooting = Shooting::new().segments(segments);
@@ -212,8 +236,12 @@ fn multipliers_and_points_for_any_number_of_segments() {
 /// A branch is stopped, stored, read and resumed: the points are those of one run.
 #[test]
 fn a_branch_is_stored_and_resumed() {
-    let model =
-        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)]);
+    let model = oscillator(&[
+        ("mesh stiffness", 1.0),
+        ("mean force", 0.1),
+        ("inertia force", 0.05),
+        ("damping", 0.1),
+    ]);
     let family = ByConstant::new(&model, "speed").unwrap();
     let range = Continuation::new(0.5, 1.1).bounds(0.2, 1.2);
     let start = [State::new(0.0, &[1.1], &[0.0])];
@@ -253,8 +281,8 @@ fn a_branch_is_stored_and_resumed() {
 #[test]
 fn both_ways() {
     let model = oscillator(&[
-        ("cubic", 0.1),
-        ("linear", 1.0),
+        ("cubic stiffness", 0.1),
+        ("linear stiffness", 1.0),
         ("force", 0.18),
         ("damping", 0.05),
         ("half backlash", 9.0),
@@ -286,8 +314,8 @@ fn both_ways() {
 #[test]
 fn symmetry_breaking() {
     let model = oscillator(&[
-        ("cubic", 1.0),
-        ("linear", 1.0),
+        ("cubic stiffness", 1.0),
+        ("linear stiffness", 1.0),
         ("force", 10.0),
         ("damping", 0.2),
         ("half backlash", 99.0),
@@ -319,8 +347,8 @@ fn symmetry_breaking() {
 #[test]
 fn refusals_and_ends() {
     let model = oscillator(&[
-        ("cubic", 0.1),
-        ("linear", 1.0),
+        ("cubic stiffness", 0.1),
+        ("linear stiffness", 1.0),
         ("force", 0.18),
         ("damping", 0.05),
         ("half backlash", 9.0),
@@ -457,7 +485,7 @@ fn trains_in_inertial_coordinates() {
 #[test]
 fn stability_is_a_choice_of_its_own() {
     let model =
-        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
+        oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let family = ByConstant::new(&model, "speed").unwrap();
     let range = Continuation::new(2.5, 0.45);
     let follow = |range: Continuation| range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
@@ -481,7 +509,12 @@ fn stability_is_a_choice_of_its_own() {
 /// there is no model.
 #[test]
 fn a_speed_towards_zero_ends_within_its_budget() {
-    let model = oscillator(&[("gap stiffness", 1.0), ("mean force", 0.1), ("damping", 0.1), ("depth", 0.2)]);
+    let model = oscillator(&[
+        ("mesh stiffness", 1.0),
+        ("mean force", 0.1),
+        ("damping", 0.1),
+        ("stiffness variation", 0.2),
+    ]);
     let family = ByConstant::new(&model, "speed").unwrap();
     let start = State::new(0.0, &[1.1], &[0.0]);
     for to in [0.0, 1e-6] {

@@ -2,12 +2,13 @@
 //! face gear pair, families by closures, resuming, refusals.
 
 use crate::api::*;
-use crate::common::family::{Oscillator, oscillator};
+use crate::common::family::oscillator;
 use crate::common::stored;
 use crate::data::read;
 use gear_dynamics::branches::{
     Branch, BranchEnd, BranchError, ByConstant, ByFunction, Continuation, PointKind, Switch, TruncatedForces,
 };
+use gear_dynamics::models::Oscillator;
 use gear_dynamics::models::ring::RingSet;
 use std::f64::consts::TAU;
 
@@ -19,18 +20,24 @@ fn reference(case: &str) -> Vec<[f64; 2]> {
     folds.iter().map(|fold| [number(fold, "Omega"), number(fold, "amp1")]).collect()
 }
 
-fn guess(model: &Machine<Oscillator>, coefficients: [f64; 3]) -> FourierOrbit {
+fn guess(model: &Oscillator, coefficients: [f64; 3]) -> FourierOrbit {
     FourierOrbit::new(&Harmonics::up_to(1), model.period(), &[coefficients.to_vec()]).unwrap()
 }
 
-fn duffing() -> Machine<Oscillator> {
-    let model = [("cubic", 0.1), ("linear", 1.0), ("force", 0.18), ("damping", 0.05), ("speed", 0.5)];
+fn duffing() -> Oscillator {
+    let model = [
+        ("cubic stiffness", 0.1),
+        ("linear stiffness", 1.0),
+        ("force", 0.18),
+        ("damping", 0.05),
+        ("speed", 0.5),
+    ];
     oscillator(&model)
 }
 
 /// The spur pair of Kahraman & Singh 1990.
-fn spur_pair() -> Machine<Oscillator> {
-    let constants = [("gap stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)];
+fn spur_pair() -> Oscillator {
+    let constants = [("mesh stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)];
     oscillator(&constants).with("speed", 0.5).unwrap()
 }
 
@@ -92,7 +99,7 @@ fn folds_of_the_spur_pair() {
 #[test]
 fn many_orders_give_the_points_of_shooting() {
     let model =
-        oscillator(&[("gap stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
+        oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let family = ByConstant::new(&model, "speed").unwrap();
     let continuation = Continuation::new(2.5, 0.5);
     let balance = Balance::new(Harmonics::up_to(60));
@@ -278,8 +285,13 @@ fn bilateral_branch_by_shooting() {
 /// Doubled orbits by balance are those of shooting; a balance over one period is refused at a doubling.
 #[test]
 fn doubled_orbits_of_a_balance() {
-    let given =
-        [("gap stiffness", 0.8), ("depth", 0.5), ("mean force", 0.5), ("damping", 0.05), ("cubic", 0.3)];
+    let given = [
+        ("mesh stiffness", 0.8),
+        ("stiffness variation", 0.5),
+        ("mean force", 0.5),
+        ("damping", 0.05),
+        ("cubic stiffness", 0.3),
+    ];
     let model = oscillator(&given).with("speed", 3.0).unwrap();
     let family = ByConstant::new(&model, "speed").unwrap();
     let balance = Balance::new(Harmonics::up_to(16)).integrals(Integrals::Exact);
@@ -309,7 +321,13 @@ fn doubled_orbits_of_a_balance() {
 /// The orbits without symmetry that branch off at a symmetry breaking.
 #[test]
 fn broken_symmetry_of_a_balance() {
-    let given = [("cubic", 1.0), ("linear", 1.0), ("force", 10.0), ("damping", 0.2), ("speed", 2.2)];
+    let given = [
+        ("cubic stiffness", 1.0),
+        ("linear stiffness", 1.0),
+        ("force", 10.0),
+        ("damping", 0.2),
+        ("speed", 2.2),
+    ];
     let model = oscillator(&[&given[..], &[("half backlash", 99.0)]].concat());
     let family = ByConstant::new(&model, "speed").unwrap();
     let balance = Balance::new(Harmonics::up_to(24));

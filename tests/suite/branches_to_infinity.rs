@@ -123,7 +123,7 @@ fn a_resumed_branch_ends_where_the_whole_one_ends() -> Result<()> {
 /// A load that grows by a factor of 10⁵ along the branch moves a pair of little backlash by as much: the branch goes on.
 #[test]
 fn a_motion_that_grows_with_the_load_does_not_end_a_branch() -> Result<()> {
-    let constants = [("speed", 0.6), ("damping", 0.1), ("gap stiffness", 1.0), ("depth", 0.2)];
+    let constants = [("speed", 0.6), ("damping", 0.1), ("mesh stiffness", 1.0), ("stiffness variation", 0.2)];
     let pair = oscillator(&[&constants[..], &[("mean force", 1e-5), ("half backlash", 1e-6)]].concat());
     let family = ByConstant::new(&pair, "mean force")?;
     let guess = [State::new(0.0, &[1.1e-5], &[0.0])];

@@ -286,7 +286,7 @@ fn declared_and_implemented_parts_are_compared() {
             v[0] *= -0.8;
         }
     }
-    const ALL: Offers<'_> = Offers { pieces: true, jacobian: true, stops: &[[true, false]] };
+    const ALL: Offers<'_> = Offers { pieces: true, jacobian: true, stops: &[[true, false]], kinks: 0 };
     let state = State::new(0.0, &[1.0], &[0.0]);
     let found = |model: &dyn Model| -> Vec<String> {
         check_model(model, &state).iter().map(|found| found.to_string()).collect()

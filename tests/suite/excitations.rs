@@ -219,7 +219,7 @@ fn contact_laws() {
             (Piece::Gap, 0.5 * (e.lower + e.upper)),
             (Piece::Upper, e.upper + 0.2),
         ] {
-            let held: f64 = law.force_on(piece, x, 0.0, e.lower, e.upper);
+            let held: f64 = law.force_on(piece, &[], e.at(x, 0.0));
             assert!((held - law.at(x)).abs() < 1e-15, "{law:?}");
             let h = 1e-6;
             let slope = (law.at(x + h) - law.at(x - h)) / (2.0 * h);

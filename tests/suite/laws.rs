@@ -1,5 +1,5 @@
 //! Contact laws: pieces and edges against the law itself, impacts in closed form, every edge of a law with
-//! several switching functions.
+//! inner kinks.
 
 use crate::api::*;
 use approx::assert_relative_eq;
@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 
 use crate::data;
 
-/// m x'' = -k f(x, x'): a mass on a contact law. Each switching function of the law is a contact.
+/// m x'' = -k f(x, x'): a mass on a contact law. Each inner kink of the law is a contact after the first one.
 struct Mass<N> {
     law: N,
     mass: f64,
@@ -22,12 +22,13 @@ impl<N: Nonlinearity> Mass<N> {
 }
 
 impl<N: Nonlinearity> Mass<N> {
-    /// Writes one contact for each switching function.
-    fn tell(&self, [x, rate, second]: [f64; 3], force: f64, out: &mut [Contact]) {
+    /// Writes the contact, then one for each inner kink.
+    fn tell(&self, x: f64, rate: f64, out: &mut [Contact]) {
         let Edges { lower, upper, .. } = self.edges();
-        let mesh = Contact { deflection: x, rate, lower, upper, force, ..Contact::default() };
-        for (switch, out) in out.iter_mut().enumerate() {
-            *out = self.law.switch_contact(switch, mesh, second);
+        let force = self.stiffness * self.law.force(self.edges().at(x, rate));
+        out[0] = Contact { deflection: x, rate, lower, upper, force, ..Contact::default() };
+        for k in 0..self.law.kinks() {
+            out[1 + k] = Contact { deflection: self.law.kink(k, x, rate), ..out[0] };
         }
     }
 }
@@ -37,23 +38,20 @@ impl<N: Nonlinearity> Model for Mass<N> {
         1
     }
     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        let e = self.edges();
-        a[0] = -self.stiffness / self.mass * self.law.force(q[0], v[0], e.lower, e.upper);
+        a[0] = -self.stiffness / self.mass * self.law.force(self.edges().at(q[0], v[0]));
     }
     fn offers(&self) -> Offers<'_> {
-        Offers { pieces: true, ..Offers::default() }
+        Offers { pieces: true, kinks: self.law.kinks(), ..Offers::default() }
     }
     fn contacts(&self) -> usize {
-        self.law.switches()
+        1 + self.law.kinks()
     }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let mut a = [0.0];
-        self.accel(u, q, v, &mut a);
-        self.tell([q[0], v[0], a[0]], -self.mass * a[0], out);
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.tell(q[0], v[0], out);
     }
     fn accel_on_pieces(&self, pieces: &[Piece], _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        let e = self.edges();
-        a[0] = -self.stiffness / self.mass * self.law.force_on_all(pieces, q[0], v[0], e.lower, e.upper);
+        let force = self.law.force_on(pieces[0], &pieces[1..], self.edges().at(q[0], v[0]));
+        a[0] = -self.stiffness / self.mass * force;
     }
 }
 
@@ -145,43 +143,40 @@ fn damping_by_stiffness_has_the_restitution_of_a_damped_half_wave() {
     assert_relative_eq!(seen[1].1.v[0], away, max_relative = 1e-10);
 }
 
-/// The pieces on which the switching functions of a law stand.
-fn pieces<N: Nonlinearity>(law: &N, deflection: f64, rate: f64) -> Vec<Piece> {
+/// The piece on which a law stands, and those of its inner kinks.
+fn pieces<N: Nonlinearity>(law: &N, x: f64, rate: f64) -> (Piece, Vec<Piece>) {
     let Edges { lower, upper, .. } = law.edges(0.0, Side::After);
-    let mesh = Contact { deflection, rate, lower, upper, ..Contact::default() };
-    (0..law.switches()).map(|switch| law.switch_contact(switch, mesh, 0.0).piece()).collect()
+    let piece = |deflection| Contact { deflection, lower, upper, ..Contact::default() }.piece();
+    (piece(x), (0..law.kinks()).map(|k| piece(law.kink(k, x, rate))).collect())
 }
 
 /// Checks that a law on its own pieces equals the law, that each piece continues smoothly past its edges, and
 /// that lanes give the same bits.
 fn fits_together<N: Nonlinearity>(law: &N) {
-    let Edges { lower, upper, .. } = law.edges(0.0, Side::After);
+    let edges @ Edges { lower, upper, .. } = law.edges(0.0, Side::After);
     let middle = [lower, upper].into_iter().filter(|e| e.is_finite()).sum::<f64>() / 2.0;
     let grid = |i: usize| 0.37 * (i as f64 - 20.0) + 1e-3;
     for (x, rate) in (0..1681).map(|i| (middle + grid(i / 41), grid(i % 41))) {
-        let (held, free) = (
-            law.force_on_all(&pieces(law, x, rate), x, rate, lower, upper),
-            law.force(x, rate, lower, upper),
-        );
+        let (piece, kinks) = pieces(law, x, rate);
+        let (held, free) = (law.force_on(piece, &kinks, edges.at(x, rate)), law.force(edges.at(x, rate)));
         assert!((held - free).abs() <= 1e-14 * free.abs(), "{x} {rate}: {held} {free}");
         let lanes = |x: f64| Lanes([x, -x, 0.5 * x]);
-        let plain = [1.0, -1.0, 0.5].map(|s| law.force(s * x, s * rate, lower, upper));
+        let plain = [1.0, -1.0, 0.5].map(|s| law.force(edges.at(s * x, s * rate)));
         assert_eq!(
-            law.force(lanes(x), lanes(rate), lower.into(), upper.into()).0.map(f64::to_bits),
+            law.force(Edges::at_rest(lower, upper).at(lanes(x), lanes(rate))).0.map(f64::to_bits),
             plain.map(f64::to_bits)
         );
     }
     for edge in [lower, upper].into_iter().filter(|edge| edge.is_finite()) {
         for piece in [Piece::Lower, Piece::Gap, Piece::Upper] {
-            let pieces = vec![piece; law.switches()];
-            let force = |x: f64| law.force_on_all(&pieces, x, 0.3, lower, upper);
+            let kinks = vec![piece; law.kinks()];
+            let force = |x: f64| law.force_on(piece, &kinks, edges.at(x, 0.3));
             let [left, right] = [-1e-7, 1e-7].map(|h| (force(edge + h) - force(edge)) / h);
             // A kink of the dead zone would give a difference of 1.
             assert!((left - right).abs() < 1e-2, "{piece:?} {left} {right}");
             // For y^(10/9) one-sided differences still contain (1e-7)^(1/9) = 0.17.
-            let slope = law
-                .force_on_all(&pieces, Dual::variable(edge), 0.3.into(), lower.into(), upper.into())
-                .slope[0];
+            let dual = Edges::at_rest(lower, upper).at(Dual::variable(edge), 0.3.into());
+            let slope = law.force_on(piece, &kinks, dual).slope[0];
             assert!(slope.is_finite() && (slope - left).abs() < 0.2);
         }
     }
@@ -205,7 +200,7 @@ fn pieces_fit_together() {
     fits_together(&Damped::by_stiffness_always(gap, 0.3).unwrap());
     fits_together(&Damped::by_stiffness(Linear, 0.3).unwrap());
     let no_pull = NoPullBacklash::new(0.8, 0.3).unwrap();
-    assert_eq!(no_pull.switches(), 3);
+    assert_eq!(no_pull.kinks(), 2);
     fits_together(&MixedLaw::<Linear>::NoPull(no_pull));
     fits_together(&Damped::by_force(no_pull, 0.2).unwrap());
 }
@@ -280,16 +275,13 @@ impl Model for Driven {
         a[0] += self.drive(u[0], v[0]);
     }
     fn offers(&self) -> Offers<'_> {
-        Offers { pieces: true, ..Offers::default() }
+        self.of.offers()
     }
     fn contacts(&self) -> usize {
         self.of.contacts()
     }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let (mut a, mut of_law) = ([0.0], [0.0]);
-        self.accel(u, q, v, &mut a);
-        self.of.accel(u, q, v, &mut of_law);
-        self.of.tell([q[0], v[0], a[0]], -self.of.mass * of_law[0], out);
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        self.of.tell(q[0], v[0], out);
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.of.accel_on_pieces(pieces, u, q, v, a);
@@ -304,7 +296,7 @@ impl Periodic for Driven {
 }
 
 #[test]
-fn several_switches_serve_flows_and_shooting() {
+fn inner_kinks_serve_flows_and_shooting() {
     let law = NoPullBacklash::new(0.4, 0.15).unwrap();
     let model = Driven { of: Mass { law, mass: 1.0, stiffness: 6.0 }, load: 0.4 };
     for typical in

@@ -94,6 +94,7 @@ mod fourier_waves;
 mod held_processes;
 mod impact_lists;
 mod impacts;
+mod inner_kinks;
 mod input_ranges;
 mod invariant_circles;
 mod lane_sharing;

@@ -175,9 +175,8 @@ fn a_stop_on_one_side_alone() {
             );
         }
     }
-    let on = |law: &AsymmetricBacklash, piece, x| {
-        law.force_on(piece, x, 0.0, law.edges(0.0, Side::After).lower, law.edges(0.0, Side::After).upper)
-    };
+    let on =
+        |law: &AsymmetricBacklash, piece, x| law.force_on(piece, &[], law.edges(0.0, Side::After).at(x, 0.0));
     assert_eq!([Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&above, piece, 3.0)), [0.0, 0.0, 4.0]);
     assert_eq!(
         [Piece::Lower, Piece::Gap, Piece::Upper].map(|piece| on(&below, piece, -3.0)),

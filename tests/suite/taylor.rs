@@ -219,7 +219,7 @@ impl Shape for Bounce {
         v: &[S],
     ) -> Contact<S> {
         let (lower, upper) = (S::from(f64::NEG_INFINITY), S::from(1.0));
-        let force = law.force(i, &self.0, q[0], v[0], lower, upper);
+        let force = law.force(i, &self.0, Deflection { x: q[0], rate: v[0], lower, upper });
         Contact { deflection: q[0], rate: v[0], lower, upper, force, ..Contact::default() }
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
@@ -375,7 +375,7 @@ struct Spur<N>(Mesh<N>);
 
 impl<N: Nonlinearity> Shape for Spur<N> {
     fn size(&self) -> Size {
-        Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: self.0.law().switches(), constants: 2 }
+        Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: 1 + self.0.law().kinks(), constants: 2 }
     }
     fn constants(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("load", "1")]
@@ -396,10 +396,15 @@ impl<N: Nonlinearity> Shape for Spur<N> {
     ) -> Contact<S> {
         let [k, error, error_rate, lower, upper, lower_rate, upper_rate] = u.waves();
         let (deflection, rate) = (q[0] - error, v[0] - error_rate * u.speed());
-        let force = k * law.force_of_switches(0, self.0.law(), deflection, rate, lower, upper) + rate * 0.1;
+        let force =
+            k * law.force(0, self.0.law(), Deflection { x: deflection, rate, lower, upper }) + rate * 0.1;
         let (lower_rate, upper_rate) = (lower_rate * u.speed(), upper_rate * u.speed());
         let contact = Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force };
-        if i == 0 { contact } else { self.0.law().switch_contact(i, contact, S::from(0.0)) }
+        let Some(k) = i.checked_sub(1) else { return contact };
+        Contact { deflection: self.0.law().kink(k, deflection, rate), ..contact }
+    }
+    fn kinks(&self) -> usize {
+        self.0.law().kinks()
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let [load] = u.constants();

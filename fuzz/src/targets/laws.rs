@@ -79,24 +79,15 @@ pub fn any(case: &mut Case) -> Run {
         all_finite("rates of edges", &[edges.lower_rate, edges.upper_rate])?;
         let size = if edges.upper.is_finite() { edges.upper.abs().max(1e-4) } else { 1e-4 };
         let x = case.pick(&[0.0, size, -size, 1e6 * size, 1e-3 * size]) * case.pick(&[1.0, -1.0, 0.3]);
-        finite(format_args!("force at {x:e}"), law.force(x, case.signed(), edges.lower, edges.upper))?;
+        finite(format_args!("force at {x:e}"), law.force(edges.at(x, case.signed())))?;
         finite(format_args!("force at rest at {x:e}"), law.at(x))?;
         finite(format_args!("slope at {x:e}"), law.slope(x))?;
         for piece in [Piece::Lower, Piece::Gap, Piece::Upper] {
-            finite(
-                format_args!("force on {piece:?} at {x:e}"),
-                law.force_on(piece, x, 0.0, edges.lower, edges.upper),
-            )?;
-            let pieces = vec![piece; law.switches()];
-            finite(
-                format_args!("force of switches on {piece:?} at {x:e}"),
-                law.force_on_all(&pieces, x, 0.0, edges.lower, edges.upper),
-            )?;
+            let force = law.force_on(piece, &vec![piece; law.kinks()], edges.at(x, 0.0));
+            finite(format_args!("force on {piece:?} at {x:e}"), force)?;
         }
-        for k in 0..law.switches() {
-            let switch =
-                [law.switch(k, x, case.signed()), law.switch_rate(k, x, case.signed(), case.signed())];
-            all_finite(format_args!("switch {k} at {x:e}"), &switch)?;
+        for k in 0..law.kinks() {
+            finite(format_args!("kink {k} at {x:e}"), law.kink(k, x, case.signed()))?;
         }
         let edge = law.next_edge(angle);
         holds(edge.is_none_or(|edge| edge > angle), || format!("next_edge({angle:e}) is {edge:?}"))?;

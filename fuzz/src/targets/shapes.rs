@@ -5,7 +5,7 @@ use super::excitations::wave;
 use super::sweeps;
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models;
-use gear_dynamics::contact::{Contact, PieceChoice};
+use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
 use gear_dynamics::drives::Driven;
 use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
@@ -129,7 +129,8 @@ impl Shape for Own {
     ) -> Contact<S> {
         let ([_, e, rate], [_, _, stiffness, b]) = (u.waves(), u.constants());
         let (deflection, rate) = (q[0] - e, v[0] - rate * u.speed());
-        let force = stiffness * law.force(i, &self.law, deflection, rate, -b, b);
+        let force =
+            stiffness * law.force(i, &self.law, Deflection { x: deflection, rate, lower: -b, upper: b });
         Contact { deflection, rate, lower: -b, upper: b, force, ..Contact::default() }
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {

@@ -1,7 +1,9 @@
 //! Chains of masses with contacts between neighbours: random shapes.
 
 use crate::draw::Draw;
-use gear_dynamics::contact::{AsymmetricBacklash, Contact, MixedLaw, Nonlinearity, PieceChoice, PowerLaw};
+use gear_dynamics::contact::{
+    AsymmetricBacklash, Contact, Deflection, MixedLaw, Nonlinearity, PieceChoice, PowerLaw,
+};
 use gear_dynamics::excitation::{Angle, Fourier, RectangularWave, Side};
 use gear_dynamics::model::{Channel, Drives, Machine, Scalar, Shape, Size};
 use gear_dynamics::{Backlash, ParameterError, Wave};
@@ -107,7 +109,8 @@ impl<N: Nonlinearity> Shape for Chain<N> {
         if i > 0 {
             (deflection, rate) = (deflection - q[i - 1], rate - v[i - 1]);
         }
-        let force = stiffness * law.force(i, &self.law, deflection, rate, -b, b);
+        let force =
+            stiffness * law.force(i, &self.law, Deflection { x: deflection, rate, lower: -b, upper: b });
         Contact { deflection, rate, lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]

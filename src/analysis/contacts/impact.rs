@@ -107,8 +107,8 @@ impl ImpactSummary {
         if self.time > 0.0 { self.count as f64 / self.time } else { 0.0 }
     }
 
-    /// Rattle index R = √(Σ P²/(T τ))/F `[1]`: the RMS impulse of the impacts in a period τ, over the impulse F τ
-    /// of the load. A definition of this crate.
+    /// Rattle index R = √(Σ P²/(T τ))/F `[1]`: the RMS impulse of the impacts in a period τ, over the impulse
+    /// F τ of the load. A definition of this crate.
     ///
     /// `force`: mean mesh force F without rattle, its magnitude `[N]`; `period`: τ, for example that of the
     /// mesh or of the drives, in the model's time unit.

@@ -25,9 +25,10 @@ use std::ops::ControlFlow;
 /// five points; instants are the roots of a cubic between two samples, impulses are sums over the samples on
 /// the flank.
 ///
-/// The list grows without limit, by some 100 bytes for each impact. It is in order of time; without located edges, impacts of different contacts between the same two
-/// samples are in order of the contacts. A run that starts at the end time of the run before continues it;
-/// otherwise the flights and contacts of the two are separate.
+/// The list grows without limit, by some 100 bytes for each impact. It is in order of time; without located
+/// edges, impacts of different contacts between the same two samples are in order of the contacts. A run that
+/// starts at the end time of the run before continues it; otherwise the flights and contacts of the two are
+/// separate.
 ///
 /// A mass of 2 kg hits a spring of 8 N/m at 3 m/s and leaves it after half a period, π/2 s, with the impulse
 /// 2 m v:
@@ -87,7 +88,7 @@ struct Watched {
 impl<'m, M: Model + ?Sized> Impacts<'m, M> {
     /// Observes all contacts of a model.
     pub fn new(model: &'m M) -> Self {
-        let contacts = model.contacts();
+        let contacts = model.offers().touching(model.contacts());
         Impacts {
             pieces: Pieces::new(model),
             impacts: Vec::new(),
@@ -137,8 +138,8 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
         ImpactSummary::of(self.of(contact), self.time)
     }
 
-    /// A table of all impacts: contact, flank (-1 lower, 1 upper) and the fields of [`Impact`]. What an impact
-    /// does not have is NaN.
+    /// A table of all impacts: contact, flank (-1 lower, 1 upper) and the fields of [`Impact`]. What an
+    /// impact does not have is NaN.
     pub fn table(&self) -> ResultTable {
         let columns = [
             ("contact", "1"),
@@ -298,8 +299,9 @@ impl<M: Model + ?Sized> Observer for Impacts<'_, M> {
     }
 }
 
-/// Instant at which the depth on a flank vanishes between two samples, and its rate there: a root of the cubic
-/// through depths and rates. The later sample if the depth does not change its sign, as where an edge jumps.
+/// Instant at which the depth on a flank vanishes between two samples, and its rate there: a root of the
+/// cubic through depths and rates. The later sample if the depth does not change its sign, as where an edge
+/// jumps.
 fn root(flank: Piece, (t0, before): (f64, Contact), (t1, now): (f64, Contact)) -> (f64, f64) {
     let width = t1 - t0;
     let distance = |c: &Contact| {

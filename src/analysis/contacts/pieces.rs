@@ -39,12 +39,14 @@ pub(crate) struct Pieces<'m, M: ?Sized> {
 
 impl<'m, M: Model + ?Sized> Pieces<'m, M> {
     pub(crate) fn new(model: &'m M) -> Self {
-        let contacts = model.contacts();
+        let contacts = model.offers().touching(model.contacts());
         let mut probe = Probe::new(model);
         let rest = vec![0.0; model.dof()];
         let at_rest = probe.read_contacts(0.0, Side::After, &rest, &rest);
-        let edgeless =
-            at_rest.iter().map(|c| c.lower == f64::NEG_INFINITY && c.upper == f64::INFINITY).collect();
+        let edgeless = at_rest[..contacts]
+            .iter()
+            .map(|c| c.lower == f64::NEG_INFINITY && c.upper == f64::INFINITY)
+            .collect();
         Pieces {
             probe,
             edgeless,
@@ -69,7 +71,7 @@ impl<'m, M: Model + ?Sized> Pieces<'m, M> {
         self.visits.clear();
         let (t0, t1) = (step.t0(), step.t1());
         if let Some(pieces) = step.pieces() {
-            for (i, &piece) in pieces.iter().enumerate() {
+            for (i, &piece) in pieces[..self.last.len()].iter().enumerate() {
                 // The contact matters only if the piece changes.
                 let changed = self.last[i] != Some(piece);
                 let at = changed.then(|| self.probe.read_contacts(t0, Side::After, step.q0(), step.v0())[i]);

@@ -97,8 +97,8 @@ impl ContactStatistics {
     }
 }
 
-/// Observer that keeps the [`ContactStatistics`] of every contact of a run. [`Impacts`](crate::analysis::Impacts)
-/// lists the impacts themselves.
+/// Observer that keeps the [`ContactStatistics`] of every contact of a run.
+/// [`Impacts`](crate::analysis::Impacts) lists the impacts themselves.
 ///
 /// If the solver locates edges, the pieces are known exactly. Otherwise each step is sampled at five Gauss
 /// points. A mesh without backlash edges (a linear mesh) counts as in contact on its upper flank. If the gap
@@ -120,7 +120,8 @@ pub struct Rattle<'m, M: ?Sized> {
 impl<'m, M: Model + ?Sized> Rattle<'m, M> {
     /// Observes all contacts of a model.
     pub fn new(model: &'m M) -> Self {
-        Rattle { pieces: Pieces::new(model), contacts: vec![ContactStatistics::default(); model.contacts()] }
+        let touching = model.offers().touching(model.contacts());
+        Rattle { pieces: Pieces::new(model), contacts: vec![ContactStatistics::default(); touching] }
     }
 
     /// Statistics of contact `i`; the first contact is 0.

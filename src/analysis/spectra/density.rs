@@ -8,8 +8,8 @@ use std::f64::consts::TAU;
 /// A one-sided power density S(f), in the square of the unit of the samples per hertz.
 ///
 /// S_k = s Δt/(Σ_m w_m²) mean |Σ_m w_m x_m exp(-2πi k m/n)|², the mean over all segments, with s = 1 at k = 0
-/// and k = n/2 and s = 2 otherwise. Σ_k S_k Δf is the mean square of the samples, weighted by w²: exactly that
-/// of the samples for one segment and the rectangular window.
+/// and k = n/2 and s = 2 otherwise. Σ_k S_k Δf is the mean square of the samples, weighted by w²: exactly
+/// that of the samples for one segment and the rectangular window.
 ///
 /// [`Welch`](crate::analysis::Welch) computes it.
 ///
@@ -54,8 +54,9 @@ impl Density {
     pub fn noise_bandwidth(&self) -> f64 {
         self.bandwidth
     }
-    /// Averaged amplitudes A_k = √(s S_k B), in the unit of the samples, with s = 1 at k = 0 and k = n/2 and s = 2
-    /// otherwise. A sine of amplitude A on a line reads A, as in a [`Spectrum`](crate::analysis::Spectrum).
+    /// Averaged amplitudes A_k = √(s S_k B), in the unit of the samples, with s = 1 at k = 0 and k = n/2 and
+    /// s = 2 otherwise. A sine of amplitude A on a line reads A, as in a
+    /// [`Spectrum`](crate::analysis::Spectrum).
     pub fn amplitudes(&self) -> Vec<f64> {
         let sided = |k: usize| if k == 0 || 2 * k == self.samples { 1.0 } else { 2.0 };
         self.values.iter().enumerate().map(|(k, s)| (sided(k) * s * self.bandwidth).sqrt()).collect()

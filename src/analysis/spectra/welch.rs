@@ -9,13 +9,14 @@ use rustfft::num_complex::Complex64;
 /// Averaged power density by Welch's method: segments that overlap, each with a window, are transformed, and
 /// the squares of their magnitudes averaged.
 ///
-/// Defaults: half overlap, Hann window, mean values kept.   Source: Welch, IEEE Trans. Audio Electroacoust. 15
-/// (1967) 70.
+/// Defaults: half overlap, Hann window, mean values kept.   Source: Welch, IEEE Trans. Audio Electroacoust.
+/// 15 (1967) 70.
 ///
 /// ```
 /// use gear_dynamics::analysis::Welch;
 /// // A sine of amplitude 2 has the mean square 2.
-/// let sine: Vec<f64> = (0..640).map(|i| 2.0 * (f64::from(i) * std::f64::consts::TAU / 16.0).sin()).collect();
+/// let angle = |i: u32| f64::from(i) * std::f64::consts::TAU / 16.0;
+/// let sine: Vec<f64> = (0..640).map(|i| 2.0 * angle(i).sin()).collect();
 /// let density = Welch::new(128).density(&sine, 0.01)?;
 /// assert_eq!(density.segments(), 9);
 /// assert!((density.mean_square() - 2.0).abs() < 1e-12);
@@ -48,8 +49,8 @@ impl Welch {
         Welch { centred: true, ..self }
     }
 
-    /// The density of n uniform samples at the distance `spacing` `[s]`, with lines at k/(m spacing), k = 0 ..
-    /// m/2, for segments of m samples. Samples after the last complete segment are ignored.
+    /// The density of n uniform samples at the distance `spacing` `[s]`, with lines at k/(m spacing), k = 0
+    /// .. m/2, for segments of m samples. Samples after the last complete segment are ignored.
     ///
     /// # Errors
     /// A segment of fewer than 2 or more than 2²⁶ samples; fewer samples than a segment; an overlap outside

@@ -102,7 +102,7 @@ fn relative(c: &Contact, edge: usize) -> (f64, f64) {
 
 impl<'m, M: Model + ?Sized> Tracer<'m, M> {
     pub(crate) fn new(model: &'m M, start: f64, period: f64) -> Self {
-        let contacts = model.contacts();
+        let contacts = model.offers().touching(model.contacts());
         Tracer {
             probe: Probe::new(model),
             start,
@@ -174,7 +174,8 @@ impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
             }
             self.last[contact] = rates;
         }
-        for crossing in step.crossings() {
+        let touching = self.last.len();
+        for crossing in step.crossings().iter().filter(|crossing| crossing.contact < touching) {
             let contact = crossing.contact;
             let lower = crossing.from == Piece::Lower || crossing.to == Piece::Lower;
             let edge = usize::from(!lower);

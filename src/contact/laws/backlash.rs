@@ -1,27 +1,12 @@
 //! Dead zones: contact laws of a backlash.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
 use crate::excitation::wave::{Angle, Wave};
 use crate::scalar::Scalar;
-
-/// max(x - upper, 0) - max(lower - x, 0), computed as x minus the nearest point of the gap.
-#[inline(always)]
-fn dead_zone<S: Scalar>(x: S, lower: S, upper: S) -> S {
-    x - x.max(lower).min(upper)
-}
-
-/// The dead zone on one piece, continued past its edges.
-#[inline(always)]
-fn dead_zone_on<S: Scalar>(piece: Piece, x: S, lower: S, upper: S) -> S {
-    match piece {
-        Piece::Lower => x - lower,
-        Piece::Gap => S::from(0.0),
-        Piece::Upper => x - upper,
-    }
-}
 
 /// Checks the edges of a gap. The lower edge may be -∞ or the upper edge ∞, if the other one is finite.
 pub(crate) fn gap(lower: f64, upper: f64) -> Result<[f64; 2], ParameterError> {
@@ -73,12 +58,12 @@ impl Nonlinearity for Backlash {
     const HALF_WIDTH: bool = true;
 
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
-        dead_zone(x, lower, upper)
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        at.outside()
     }
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
-        dead_zone_on(piece, x, lower, upper)
+    fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
+        at.outside_on(piece)
     }
     fn moves(&self) -> bool {
         false
@@ -160,16 +145,16 @@ impl AsymmetricBacklash {
 
 impl Nonlinearity for AsymmetricBacklash {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
         let zero = S::from(0.0);
-        (x - upper).max(zero) * self.slopes[1] - (lower - x).max(zero) * self.slopes[0]
+        (at.x - at.upper).max(zero) * self.slopes[1] - (at.lower - at.x).max(zero) * self.slopes[0]
     }
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+    fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
         if self.is_missing(piece) {
             return S::from(0.0);
         }
-        let unit = dead_zone_on(piece, x, lower, upper);
+        let unit = at.outside_on(piece);
         match piece {
             Piece::Lower => unit * self.slopes[0],
             Piece::Gap => unit,
@@ -207,12 +192,12 @@ impl VaryingBacklash {
 
 impl Nonlinearity for VaryingBacklash {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
-        dead_zone(x, lower, upper)
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        at.outside()
     }
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
-        dead_zone_on(piece, x, lower, upper)
+    fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
+        at.outside_on(piece)
     }
     fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
         let b = self.half_width.jet(angle, side);

@@ -1,5 +1,6 @@
 //! Contact laws with damping.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
@@ -19,13 +20,14 @@ use crate::scalar::Scalar;
 /// occur after a free impact. A mesh with such a law needs no damping C; if it has one, both act.
 ///
 /// ```
-/// use gear_dynamics::{Backlash, contact::{Damped, Nonlinearity, PowerLaw}};
+/// use gear_dynamics::{Backlash, contact::{Damped, Edges, Nonlinearity, PowerLaw}};
+/// let at = |x, rate| Edges::at_rest(-1.0, 1.0).at(x, rate);
 /// let viscous = Damped::by_stiffness(Backlash::new(1.0)?, 0.5)?; // τ [s]
-/// assert_eq!(viscous.force(3.0, 1.0, -1.0, 1.0), 2.5);
-/// assert_eq!(viscous.force(0.0, 1.0, -1.0, 1.0), 0.0);
+/// assert_eq!(viscous.force(at(3.0, 1.0)), 2.5);
+/// assert_eq!(viscous.force(at(0.0, 1.0)), 0.0);
 /// let ball = Damped::by_force(PowerLaw::new(1.0, 1.5, 1.0)?, 0.25)?; // λ [s/m]
-/// assert_eq!(ball.force(5.0, 2.0, -1.0, 1.0), 12.0); // 8 (1 + 0.5)
-/// assert_eq!(ball.force(-5.0, 2.0, -1.0, 1.0), -4.0); // the flanks separate: -8 (1 - 0.5)
+/// assert_eq!(ball.force(at(5.0, 2.0)), 12.0); // 8 (1 + 0.5)
+/// assert_eq!(ball.force(at(-5.0, 2.0)), -4.0); // the flanks separate: -8 (1 - 0.5)
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,10 +78,21 @@ impl<N: Nonlinearity> Damped<N> {
     pub fn law(&self) -> &N {
         &self.law
     }
+}
 
-    /// f from g on a given piece.
+impl<N: Nonlinearity> Nonlinearity for Damped<N> {
     #[inline(always)]
-    fn on<S: Scalar>(&self, piece: Piece, g: S, rate: S) -> S {
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        let (g, rate) = (self.law.force(at), at.rate);
+        match self.loss {
+            Loss::Time(time, true) => g + rate * time,
+            Loss::Time(time, false) => g + rate * time * at.touches(),
+            Loss::Force(loss) => g + g.abs() * rate * loss,
+        }
+    }
+    #[inline(always)]
+    fn force_on<S: Scalar>(&self, piece: Piece, kinks: &[Piece], at: Deflection<S>) -> S {
+        let (g, rate) = (self.law.force_on(piece, kinks, at), at.rate);
         match (self.loss, piece) {
             (Loss::Time(_, false), Piece::Gap) => g,
             (Loss::Time(time, _), _) => g + rate * time,
@@ -88,36 +101,13 @@ impl<N: Nonlinearity> Damped<N> {
             (Loss::Force(loss), Piece::Upper) => g + g * rate * loss,
         }
     }
-}
-
-impl<N: Nonlinearity> Nonlinearity for Damped<N> {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S {
-        let g = self.law.force(x, rate, lower, upper);
-        match self.loss {
-            Loss::Time(time, true) => g + rate * time,
-            Loss::Time(time, false) => g + rate * time * ((x - upper).step() + (lower - x).step()),
-            Loss::Force(loss) => g + g.abs() * rate * loss,
-        }
+    fn kinks(&self) -> usize {
+        self.law.kinks()
     }
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
-        self.on(piece, self.law.force_on(piece, x, rate, lower, upper), rate)
-    }
-    #[inline(always)]
-    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
-        self.on(pieces[0], self.law.force_on_all(pieces, x, rate, lower, upper), rate)
-    }
-    fn switches(&self) -> usize {
-        self.law.switches()
-    }
-    #[inline(always)]
-    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
-        self.law.switch(switch, x, rate)
-    }
-    #[inline(always)]
-    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
-        self.law.switch_rate(switch, x, rate, second)
+    fn kink<S: Scalar>(&self, k: usize, x: S, rate: S) -> S {
+        self.law.kink(k, x, rate)
     }
     fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
         self.law.edges(angle, side)

@@ -1,12 +1,12 @@
 //! Contact laws chosen at run time.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::backlash::{AsymmetricBacklash, Backlash, VaryingBacklash};
 use crate::contact::laws::no_pull::NoPullBacklash;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::laws::power::PowerLaw;
 use crate::contact::laws::smooth::{Cubic, Linear, SmoothedBacklash};
 use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Angle;
 use crate::scalar::Scalar;
@@ -61,31 +61,19 @@ macro_rules! each_law {
 
 impl<N: Nonlinearity> Nonlinearity for MixedLaw<N> {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S {
-        each_law!(self, law => law.force(x, rate, lower, upper))
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        each_law!(self, law => law.force(at))
     }
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
-        each_law!(self, law => law.force_on(piece, x, rate, lower, upper))
+    fn force_on<S: Scalar>(&self, piece: Piece, kinks: &[Piece], at: Deflection<S>) -> S {
+        each_law!(self, law => law.force_on(piece, kinks, at))
+    }
+    fn kinks(&self) -> usize {
+        each_law!(self, law => law.kinks())
     }
     #[inline(always)]
-    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
-        each_law!(self, law => law.force_on_all(pieces, x, rate, lower, upper))
-    }
-    fn switches(&self) -> usize {
-        each_law!(self, law => law.switches())
-    }
-    #[inline(always)]
-    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
-        each_law!(self, law => law.switch(switch, x, rate))
-    }
-    #[inline(always)]
-    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
-        each_law!(self, law => law.switch_rate(switch, x, rate, second))
-    }
-    #[inline(always)]
-    fn switch_contact<S: Scalar>(&self, switch: usize, mesh: Contact<S>, second: S) -> Contact<S> {
-        each_law!(self, law => law.switch_contact(switch, mesh, second))
+    fn kink<S: Scalar>(&self, k: usize, x: S, rate: S) -> S {
+        each_law!(self, law => law.kink(k, x, rate))
     }
     fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
         each_law!(self, law => law.edges(angle, side))

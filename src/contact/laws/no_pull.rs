@@ -1,5 +1,6 @@
 //! A damped contact law that never pulls.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
@@ -13,20 +14,19 @@ use crate::scalar::Scalar;
 /// It is a spring with the damping C = τ K. The total force never pulls, and the damping force is at most as
 /// large as the spring force. The force is therefore continuous.
 ///
-/// The law has three kinks on each flank and one switching function for each:
-/// - y = 0, where the teeth begin or cease to touch: x;
-/// - y + τ y' = 0, where the force vanishes before the teeth separate: x + τ x';
-/// - y = τ y', where the damping force reaches its limit: x - τ x'.
+/// The law has three kinks on each flank:
+/// - y = 0, where the teeth begin or cease to touch;
+/// - y + τ y' = 0, where the force vanishes before the teeth separate;
+/// - y = τ y', where the damping force reaches its limit.
 ///
-/// All three are compared with the same edges ∓b. [`force_on`](Nonlinearity::force_on) knows the piece of the
-/// first one alone: the other two kinks then lie inside a piece, and solvers do not locate them.
+/// The last two are [inner kinks](Nonlinearity::kinks): x + τ x' and x - τ x' are compared with the edges ∓b.
 ///
 /// ```
-/// use gear_dynamics::contact::{NoPullBacklash, Nonlinearity};
+/// use gear_dynamics::contact::{Edges, NoPullBacklash, Nonlinearity};
 /// let law = NoPullBacklash::new(1.0, 0.5)?; // half width, τ [s]
-/// let at_depth_one = |rate: f64| law.force(2.0, rate, -1.0, 1.0);
+/// let at_depth_one = |rate: f64| law.force(Edges::at_rest(-1.0, 1.0).at(2.0, rate));
 /// assert_eq!([9.0, 1.0, 0.0, -1.0, -9.0].map(at_depth_one), [2.0, 1.5, 1.0, 0.5, 0.0]);
-/// assert_eq!((law.at(-3.0), law.switches(), law.switch(1, 2.0, -1.0)), (-2.0, 3, 1.5));
+/// assert_eq!((law.at(-3.0), law.kinks(), law.kink(0, 2.0, -1.0)), (-2.0, 2, 1.5));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,57 +48,36 @@ impl NoPullBacklash {
     }
 }
 
-/// Index of the switching function x: the teeth touch.
-const TOUCH: usize = 0;
+/// Index of the inner kink x + τ x': the force vanishes.
+const ENDS: usize = 0;
 
-/// Index of the switching function x + τ x': the force vanishes.
-const ENDS: usize = 1;
-
-/// Index of the switching function x - τ x': the damping force reaches its limit.
-const LIMITED: usize = 2;
+/// Index of the inner kink x - τ x': the damping force reaches its limit.
+const LIMITED: usize = 1;
 
 impl Nonlinearity for NoPullBacklash {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S {
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
         let flank = |y: S, viscous: S| (y * 2.0).min(y + viscous).max(S::from(0.0));
-        let viscous = rate * self.time;
-        flank(x - upper, viscous) - flank(lower - x, -viscous)
+        let viscous = at.rate * self.time;
+        flank(at.x - at.upper, viscous) - flank(at.lower - at.x, -viscous)
     }
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
-        let (zero, viscous) = (S::from(0.0), rate * self.time);
-        match piece {
-            Piece::Lower => ((x - lower) * 2.0).max((x - lower + viscous).min(zero)),
-            Piece::Gap => zero,
-            Piece::Upper => ((x - upper) * 2.0).min((x - upper + viscous).max(zero)),
-        }
-    }
-    #[inline(always)]
-    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
-        let flank = pieces[TOUCH];
-        let depth = match flank {
-            Piece::Lower => x - lower,
-            Piece::Upper => x - upper,
-            Piece::Gap => return S::from(0.0),
-        };
-        if pieces[ENDS] != flank {
+    fn force_on<S: Scalar>(&self, flank: Piece, kinks: &[Piece], at: Deflection<S>) -> S {
+        let depth = at.outside_on(flank);
+        if flank == Piece::Gap || kinks[ENDS] != flank {
             S::from(0.0)
-        } else if pieces[LIMITED] != flank {
+        } else if kinks[LIMITED] != flank {
             depth * 2.0
         } else {
-            depth + rate * self.time
+            depth + at.rate * self.time
         }
     }
-    fn switches(&self) -> usize {
-        3
+    fn kinks(&self) -> usize {
+        2
     }
     #[inline(always)]
-    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
-        match switch {
-            ENDS => x + rate * self.time,
-            LIMITED => x - rate * self.time,
-            _ => x,
-        }
+    fn kink<S: Scalar>(&self, k: usize, x: S, rate: S) -> S {
+        if k == ENDS { x + rate * self.time } else { x - rate * self.time }
     }
     fn moves(&self) -> bool {
         false

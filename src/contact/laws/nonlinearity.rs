@@ -1,7 +1,7 @@
 //! The trait of all contact laws.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
 use crate::dual::Dual;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Angle;
@@ -44,6 +44,11 @@ impl<S: Scalar> Edges<S> {
     pub fn symmetric(half_width: S, rate: S) -> Self {
         Edges { lower: -half_width, upper: half_width, lower_rate: -rate, upper_rate: rate }
     }
+    /// The deflection x with the rate x' between these edges.
+    #[inline(always)]
+    pub fn at(&self, x: S, rate: S) -> Deflection<S> {
+        Deflection { x, rate, lower: self.lower, upper: self.upper }
+    }
 }
 
 /// A contact law: the force per unit stiffness as a function of the deflection, with the edges of its pieces.
@@ -54,18 +59,18 @@ impl<S: Scalar> Edges<S> {
 /// `PartialEq`.
 ///
 /// ```
-/// use gear_dynamics::contact::{Edges, Nonlinearity, Piece};
+/// use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
 /// use gear_dynamics::{excitation::{Angle, Side}, model::Scalar};
 /// #[derive(PartialEq)]
 /// struct Hertz { gap: f64 } // force ~ y^1.5 past one edge, y = x - gap
 /// impl Nonlinearity for Hertz {
 ///     #[inline(always)]
-///     fn force<S: Scalar>(&self, x: S, _rate: S, _lower: S, upper: S) -> S {
-///         (x - upper).max(S::from(0.0)).powf(1.5)
+///     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+///         (at.x - at.upper).max(S::from(0.0)).powf(1.5)
 ///     }
 ///     #[inline(always)]
-///     fn force_on<S: Scalar>(&self, piece: Piece, x: S, _rate: S, _lower: S, upper: S) -> S {
-///         let y = x - upper;
+///     fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
+///         let y = at.x - at.upper;
 ///         // Continued past the edge as y √|y|, because y^1.5 is not a number for y < 0.
 ///         if piece == Piece::Upper { y * y.abs_powf(0.5) } else { S::from(0.0) }
 ///     }
@@ -76,8 +81,7 @@ impl<S: Scalar> Edges<S> {
 /// assert_eq!(Hertz { gap: 1.0 }.at(5.0), 8.0);
 /// ```
 ///
-/// A law whose pieces also depend on the rate has several [switching functions](Nonlinearity::switches). For
-/// the solvers each one is a contact of the model. Example:
+/// A law may have [inner kinks](Nonlinearity::kinks), which depend on the rate. Example:
 /// [`NoPullBacklash`](crate::contact::NoPullBacklash).
 pub trait Nonlinearity: PartialEq {
     /// Whether the edges are ∓b with a half width b that a model may keep among its own constants, and the
@@ -85,54 +89,29 @@ pub trait Nonlinearity: PartialEq {
     /// `false`.
     const HALF_WIDTH: bool = false;
 
-    /// Returns f(x, x') for the edges `lower` and `upper`, which may move. Mark the implementation
-    /// `#[inline(always)]`, because it runs in lanes.
-    fn force<S: Scalar>(&self, x: S, rate: S, lower: S, upper: S) -> S;
+    /// Returns f(x, x') between edges that may move. Mark the implementation `#[inline(always)]`, because it
+    /// runs in lanes.
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S;
 
-    /// Returns the force on one piece of the law, continued smoothly past its edges. Default:
-    /// [`force`](Nonlinearity::force), for a law of a single piece.
+    /// Returns the force on one piece of the law, continued smoothly past its edges. `kinks`: the piece of
+    /// each inner kink. Default: [`force`](Nonlinearity::force), for a law of a single piece.
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, lower: S, upper: S) -> S {
-        let _ = piece;
-        self.force(x, rate, lower, upper)
+    fn force_on<S: Scalar>(&self, piece: Piece, kinks: &[Piece], at: Deflection<S>) -> S {
+        let _ = (piece, kinks);
+        self.force(at)
     }
 
-    /// Number of switching functions: functions of deflection and rate that decide on which piece the law
-    /// stands. Default: 1, the deflection.
-    fn switches(&self) -> usize {
-        1
-    }
-    /// Returns the value of a switching function at x and x', in the unit of the deflection. It is compared
-    /// with the [`edges`](Nonlinearity::edges). Function 0 must be x; the others are smooth functions of x
-    /// and x'. Default: x.
+    /// Number of inner kinks: functions of x and x' that are compared with the edges of the law, besides x.
+    /// Each one is a contact of the model, so that solvers locate it. Default: 0.
     #[inline(always)]
-    fn switch<S: Scalar>(&self, switch: usize, x: S, rate: S) -> S {
-        let _ = (switch, rate);
+    fn kinks(&self) -> usize {
+        0
+    }
+    /// Returns the value of inner kink `k`, a smooth function of x and x' in the unit of x. Default: x.
+    #[inline(always)]
+    fn kink<S: Scalar>(&self, k: usize, x: S, rate: S) -> S {
+        let _ = (k, rate);
         x
-    }
-    /// Returns the rate of a switching function s(x, x') from x, x' and x''. Default: s(x', x'') - s(0, 0),
-    /// which is exact for a function that is affine in x and x'.
-    #[inline(always)]
-    fn switch_rate<S: Scalar>(&self, switch: usize, x: S, rate: S, second: S) -> S {
-        let (_, zero) = (x, S::from(0.0));
-        self.switch(switch, rate, second) - self.switch(switch, zero, zero)
-    }
-    /// Returns the contact of a switching function from the contact of the mesh and x''. A model has one
-    /// contact for each switching function of the law of a mesh.
-    #[inline(always)]
-    fn switch_contact<S: Scalar>(&self, switch: usize, mesh: Contact<S>, second: S) -> Contact<S> {
-        let (x, rate) = (mesh.deflection, mesh.rate);
-        Contact {
-            deflection: self.switch(switch, x, rate),
-            rate: self.switch_rate(switch, x, rate, second),
-            ..mesh
-        }
-    }
-    /// Returns the force with every switching function on a given piece, continued smoothly past the edges.
-    /// Default: [`force_on`](Nonlinearity::force_on) with the first piece.
-    #[inline(always)]
-    fn force_on_all<S: Scalar>(&self, pieces: &[Piece], x: S, rate: S, lower: S, upper: S) -> S {
-        self.force_on(pieces[0], x, rate, lower, upper)
     }
 
     /// Returns the edges at an angle, with their rates over that angle. In a [`Mesh`](crate::Mesh) it is the
@@ -153,14 +132,14 @@ pub trait Nonlinearity: PartialEq {
 
     /// Returns f(x) for the rate 0 at the angle 0.
     fn at(&self, x: f64) -> f64 {
-        let e = self.edges(0.0, Side::After);
-        self.force(x, 0.0, e.lower, e.upper)
+        self.force(self.edges(0.0, Side::After).at(x, 0.0))
     }
     /// Returns df/dx for the rate 0 at the angle 0, exact by dual numbers. At an edge it is the slope of one
     /// of the two pieces, depending on the law: of the flank for [`Backlash`](crate::Backlash), of the gap
     /// for [`AsymmetricBacklash`](crate::contact::AsymmetricBacklash).
     fn slope(&self, x: f64) -> f64 {
-        let e = self.edges(0.0, Side::After);
-        self.force(Dual::variable(x), 0.0.into(), e.lower.into(), e.upper.into()).slope[0]
+        let Edges { lower, upper, .. } = self.edges(0.0, Side::After);
+        let (x, rate) = (Dual::variable(x), 0.0.into());
+        self.force(Deflection { x, rate, lower: lower.into(), upper: upper.into() }).slope[0]
     }
 }

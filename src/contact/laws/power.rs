@@ -1,5 +1,6 @@
 //! Contact laws whose force is a power of the depth.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::backlash::gap;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
@@ -80,15 +81,15 @@ impl PowerLaw {
 
 impl Nonlinearity for PowerLaw {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
-        let y = x - x.max(lower).min(upper);
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        let y = at.outside();
         y * (y / S::from(self.depth)).abs_powf(self.exponent - 1.0)
     }
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, piece: Piece, x: S, _: S, lower: S, upper: S) -> S {
+    fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
         match piece {
-            Piece::Lower if self.lower.is_finite() => -self.of_depth(x - lower),
-            Piece::Upper if self.upper.is_finite() => self.of_depth(x - upper),
+            Piece::Lower if self.lower.is_finite() => -self.of_depth(at.x - at.lower),
+            Piece::Upper if self.upper.is_finite() => self.of_depth(at.x - at.upper),
             _ => S::from(0.0),
         }
     }

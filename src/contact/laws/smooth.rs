@@ -1,5 +1,6 @@
 //! Laws without kinks.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
@@ -17,8 +18,8 @@ pub struct Linear;
 
 impl Nonlinearity for Linear {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, _: S, _: S, _: S) -> S {
-        x
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        at.x
     }
 }
 
@@ -51,7 +52,7 @@ impl Cubic {
 
 impl Nonlinearity for Cubic {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, _: S, _: S, _: S) -> S {
+    fn force<S: Scalar>(&self, Deflection { x, .. }: Deflection<S>) -> S {
         x * self.linear + x * x * x * self.cubic
     }
 }
@@ -93,10 +94,10 @@ impl SmoothedBacklash {
 
 impl Nonlinearity for SmoothedBacklash {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, _: S, lower: S, upper: S) -> S {
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
         let s2 = S::from(self.rounding * self.rounding);
         let p = |y: S| (y + (y * y + s2).sqrt()) * 0.5;
-        p(x - upper) - p(lower - x)
+        p(at.x - at.upper) - p(at.lower - at.x)
     }
     fn moves(&self) -> bool {
         false

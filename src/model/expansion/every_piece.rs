@@ -1,14 +1,15 @@
 //! Contact laws recorded on all their pieces.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece::Piece;
-use crate::contact::piece_choice::{FixedPieces, PieceChoice};
+use crate::contact::piece_choice::{FixedPieces, PieceChoice, Place};
 use crate::tape::node::Node;
 use crate::tape::operations::{Guard, Op};
 use crate::tape::recording::Recording;
 
-/// Maximum number of switching functions of one law: every combination of their pieces is recorded.
-const SWITCHES: usize = 8;
+/// Maximum number of inner kinks of one law: every combination of their pieces is recorded.
+const KINKS: usize = 8;
 
 /// All pieces, in the order in which a choice counts them.
 const PIECES: [Piece; 3] = [Piece::Lower, Piece::Gap, Piece::Upper];
@@ -36,8 +37,8 @@ pub struct EveryPiece<'t>(pub(super) &'t Recording);
 impl<'t> EveryPiece<'t> {
     /// Records what `on` returns for each combination of the pieces of `count` contacts from `contact` on.
     pub fn choice(&self, contact: usize, count: usize, mut on: impl FnMut(&[Piece]) -> Node<'t>) -> Node<'t> {
-        if count > SWITCHES {
-            let kink = Op::Kink("a contact law with more than 8 switching functions");
+        if count > KINKS {
+            let kink = Op::Kink("a contact law with more than 8 inner kinks");
             return Node::recorded(self.0, self.0.function(kink));
         }
         let mut pieces = vec![Piece::Lower; count];
@@ -56,30 +57,15 @@ impl<'t> EveryPiece<'t> {
 }
 
 impl<'t> PieceChoice<Node<'t>> for EveryPiece<'t> {
-    fn force<N: Nonlinearity>(
-        &self,
-        i: usize,
-        law: &N,
-        x: Node<'t>,
-        rate: Node<'t>,
-        lower: Node<'t>,
-        upper: Node<'t>,
-    ) -> Node<'t> {
-        self.choice(i, 1, |pieces| FixedPieces(pieces).force(0, law, x, rate, lower, upper))
+    fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<Node<'t>>) -> Node<'t> {
+        let Place { contact, kinks } = place.into();
+        let on = |piece: Piece| match law.kinks() {
+            0 => law.force_on(piece, &[], at),
+            count => self.choice(kinks, count, |kinks| law.force_on(piece, kinks, at)),
+        };
+        self.choice(contact, 1, |pieces| on(pieces[0]))
     }
-    fn force_of_switches<N: Nonlinearity>(
-        &self,
-        i: usize,
-        law: &N,
-        x: Node<'t>,
-        rate: Node<'t>,
-        lower: Node<'t>,
-        upper: Node<'t>,
-    ) -> Node<'t> {
-        let all = law.switches();
-        self.choice(i, all, |pieces| FixedPieces(pieces).force_of_switches(0, law, x, rate, lower, upper))
-    }
-    fn touch(&self, i: usize, x: Node<'t>, lower: Node<'t>, upper: Node<'t>) -> Node<'t> {
-        self.choice(i, 1, |pieces| FixedPieces(pieces).touch(0, x, lower, upper))
+    fn touch(&self, i: usize, at: Deflection<Node<'t>>) -> Node<'t> {
+        self.choice(i, 1, |pieces| FixedPieces(pieces).touch(0, at))
     }
 }

@@ -1,10 +1,11 @@
 //! The equations of the noncircular face gear pair with one degree of freedom.   Source: Liu 2021, Eq. (9).
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh;
-use crate::contact::mesh::{Mesh, MeshDrives};
-use crate::contact::piece_choice::{ByDeflection, PieceChoice};
+use crate::contact::mesh::Mesh;
+use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::fourier::Fourier;
@@ -128,28 +129,21 @@ impl<N: Nonlinearity> NfgShape<N> {
         At { unit, per_unit, unit_stretch, lower, upper, lower_rate, upper_rate, damping, stretch }
     }
 
-    /// Argument of the contact law and its rate: q and q' for a [`Backlash`], otherwise `[m]` and [m/s].
+    /// What the contact law reads: q and q' for a [`Backlash`], otherwise `[m]` and [m/s].
     #[inline(always)]
-    fn deflection<S: Scalar>(&self, at: &At<S>, natural: S, q: S, v: S) -> (S, S) {
-        if N::HALF_WIDTH { (q, v) } else { (at.unit * q, at.unit * (v + at.unit_stretch * q) * natural) }
+    fn deflection<S: Scalar>(&self, at: &At<S>, natural: S, q: S, v: S) -> Deflection<S> {
+        let (x, rate) =
+            if N::HALF_WIDTH { (q, v) } else { (at.unit * q, at.unit * (v + at.unit_stretch * q) * natural) };
+        Deflection { x, rate, lower: at.lower, upper: at.upper }
     }
 
     /// 2 ζ D (q' + (r'/r) q) + F f(q), the acceleration by the mesh with reversed sign.
     #[inline(always)]
-    fn tooth<S: Scalar, L: PieceChoice<S>>(
-        &self,
-        law: &L,
-        i: usize,
-        at: &At<S>,
-        u: Drives<'_, S>,
-        q: S,
-        v: S,
-    ) -> S {
+    fn tooth<S: Scalar, L: PieceChoice<S>>(&self, law: &L, at: &At<S>, u: Drives<'_, S>, q: S, v: S) -> S {
         let (stiffness, [_, _, _, natural]) = (u.all_waves()[STIFFNESS], u.constants());
-        let (x, rate) = self.deflection(at, natural, q, v);
         let stiffness = if N::HALF_WIDTH { stiffness } else { stiffness * at.per_unit };
-        let drives = MeshDrives { stiffness, damping: at.damping, lower: at.lower, upper: at.upper };
-        self.mesh.force(law, i, x, rate, v + at.stretch * q, drives)
+        let deflection = self.deflection(at, natural, q, v);
+        self.mesh.force(law, 0, deflection, v + at.stretch * q, stiffness, at.damping)
     }
 
     /// k_m/k0 and e with their derivatives over x.
@@ -170,7 +164,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         Size {
             dof: 1,
             waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES },
-            contacts: 1,
+            contacts: 1 + self.mesh.law().kinks(),
             constants: if N::HALF_WIDTH { 6 } else { 5 },
         }
     }
@@ -221,7 +215,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         let (at, waves, omega) = (self.at(u), u.all_waves(), u.speed());
         let [_, load] = u.constants();
         let forcing = -load - omega * omega * waves[FORCING] - u.acceleration() * waves[FORCING_RATE];
-        a[0] = forcing - self.tooth(law, 0, &at, u, q[0], v[0]);
+        a[0] = forcing - self.tooth(law, &at, u, q[0], v[0]);
     }
 
     #[inline(always)]
@@ -234,7 +228,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         v: &[S],
     ) -> Contact<S> {
         let (at, waves) = (self.at(u), u.all_waves());
-        let [_, _, mesh_force] = u.constants();
+        let [_, _, mesh_force, natural] = u.constants();
         // The contact in metres: d = r_b2 q, d' = r_b2 q' + r_b2' q, and likewise for the edges.
         let r = waves[RADIUS] * self.radius;
         let r_rate = r * waves[STRETCH] * u.speed();
@@ -252,16 +246,19 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         };
         let (lower, lower_rate) = edge(at.lower, at.lower_rate, self.missing[0]);
         let (upper, upper_rate) = edge(at.upper, at.upper_rate, self.missing[1]);
-        let force = self.tooth(law, i, &at, u, q[0], v[0]) * mesh_force * waves[INVERSE];
-        Contact {
-            deflection: r * q[0],
-            rate: r * v[0] + r_rate * q[0],
-            lower,
-            upper,
-            lower_rate,
-            upper_rate,
-            force,
-        }
+        let force = self.tooth(law, &at, u, q[0], v[0]) * mesh_force * waves[INVERSE];
+        let deflection = match i.checked_sub(1) {
+            None => r * q[0],
+            Some(k) => {
+                let Deflection { x, rate, .. } = self.deflection(&at, natural, q[0], v[0]);
+                r * (at.per_unit * self.mesh.law().kink(k, x, rate))
+            }
+        };
+        Contact { deflection, rate: r * v[0] + r_rate * q[0], lower, upper, lower_rate, upper_rate, force }
+    }
+
+    fn kinks(&self) -> usize {
+        self.mesh.law().kinks()
     }
 
     fn waves<A: Angle>(&self, phase: A, side: Side, u: &mut [A::Number]) {
@@ -299,8 +296,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
     fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
         let at = self.at(u);
         let [_, _, _, natural] = u.constants();
-        let (x, rate) = self.deflection(&at, natural, q[0], v[0]);
         out[0] = self.radius * u.all_waves()[RADIUS];
-        out[1] = at.per_unit * ByDeflection.force(0, self.mesh.law(), x, rate, at.lower, at.upper);
+        out[1] = at.per_unit * self.mesh.law().force(self.deflection(&at, natural, q[0], v[0]));
     }
 }

@@ -1,9 +1,10 @@
 //! The noncircular face gear pair with two degrees of freedom.   Source: Liu 2021, Eq. (4).
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::{LOWER, Mesh, UPPER};
-use crate::contact::piece_choice::{ByDeflection, PieceChoice};
+use crate::contact::piece_choice::PieceChoice;
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::centre::InstantCentre;
@@ -242,7 +243,12 @@ impl<N: Nonlinearity> NfgShape2<N> {
 impl<N: Nonlinearity> Shape for NfgShape2<N> {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 2, waves: WAVES, contacts: 1, constants: if N::HALF_WIDTH { 7 } else { 6 } }
+        Size {
+            dof: 2,
+            waves: WAVES,
+            contacts: 1 + self.mesh.law().kinks(),
+            constants: if N::HALF_WIDTH { 7 } else { 6 },
+        }
     }
     fn constants(&self) -> Vec<Channel> {
         let constants = [
@@ -303,7 +309,12 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
         let (w, omega, [_, damping]) = (u.all_waves(), u.speed(), u.constants());
         let x = q[0] * self.pinion_radius - w[RADIUS] * q[1];
         let rate = v[0] * self.pinion_radius - w[RADIUS] * v[1] - omega * (w[RADIUS_RATE] * q[1]);
-        self.mesh.contact(law, i, &self.mesh_waves(u), omega, damping, x, rate)
+        let contact = self.mesh.contact(law, 0, &self.mesh_waves(u), omega, damping, x, rate);
+        let Some(k) = i.checked_sub(1) else { return contact };
+        Contact { deflection: self.mesh.law().kink(k, contact.deflection, contact.rate), ..contact }
+    }
+    fn kinks(&self) -> usize {
+        self.mesh.law().kinks()
     }
 
     fn waves<A: Angle>(&self, phase: A, side: Side, u: &mut [A::Number]) {
@@ -321,15 +332,8 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
         vec![Channel::new("base radius", "m"), Channel::new("elastic part", "m")]
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        let contact = contacts[0];
+        let Contact { deflection, rate, lower, upper, .. } = contacts[0];
         out[0] = u.all_waves()[RADIUS];
-        out[1] = ByDeflection.force(
-            0,
-            self.mesh.law(),
-            contact.deflection,
-            contact.rate,
-            contact.lower,
-            contact.upper,
-        );
+        out[1] = self.mesh.law().force(Deflection { x: deflection, rate, lower, upper });
     }
 }

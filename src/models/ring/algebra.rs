@@ -1,8 +1,9 @@
 //! The algebra of the ring, gear by gear.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, MeshDrives, STIFFNESS, UPPER};
-use crate::contact::piece_choice::PieceChoice;
+use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
+use crate::contact::piece_choice::{PieceChoice, Place};
 use crate::contact::tooth::Contact;
 use crate::model::shape::Drives;
 use crate::models::ring::columns::{Parameters, STRIDE};
@@ -24,6 +25,7 @@ struct Instant<'a, S> {
     gears: &'a [Parameters],
     lists: [&'a [f64]; 5],
     meshes: &'a [[S; STRIDE]],
+    places: &'a [Place],
     /// Whether all meshes have the waves of the first one.
     alike: bool,
     omega: S,
@@ -46,6 +48,7 @@ impl<'a, S: Scalar> Instant<'a, S> {
             gears,
             lists,
             meshes: &meshes.as_chunks().0[..n],
+            places: &shape.places.of_laws()[..n],
             alike: shape.alike,
             omega: u.speed(),
             motor_torque: &rest[0],
@@ -81,9 +84,8 @@ impl<'a, S: Scalar> Instant<'a, S> {
         let (moving, own) = (self.moving(i), &self.meshes[i]);
         let x = gear.path - next.path - moving[ERROR];
         let rate = gear.speed - next.speed - self.omega * moving[ERROR_RATE];
-        let (stiffness, damping) = (moving[STIFFNESS], self.damping[i]);
-        let at = MeshDrives { stiffness, damping, lower: own[LOWER], upper: own[UPPER] };
-        meshes[i].force(law, i, x, rate, rate, at)
+        let at = Deflection { x, rate, lower: own[LOWER], upper: own[UPPER] };
+        meshes[i].force(law, self.places[i], at, rate, moving[STIFFNESS], self.damping[i])
     }
 
     /// The drives with stiffness and error of mesh i.
@@ -192,6 +194,6 @@ impl<N: Nonlinearity> RingShape<N> {
         let (x, rate) = (gear.path - next.path, gear.speed - next.speed);
         let mut waves = at.meshes[i];
         waves[..LOWER].copy_from_slice(&at.moving(i)[..LOWER]);
-        self.meshes[i].contact(law, i, &waves, at.omega, at.damping[i], x, rate)
+        self.meshes[i].contact(law, at.places[i], &waves, at.omega, at.damping[i], x, rate)
     }
 }

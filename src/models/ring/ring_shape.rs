@@ -1,5 +1,6 @@
 //! The closed-loop ring of gears as a shape, with the angles as coordinates.
 
+use crate::contact::law_places::LawPlaces;
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
@@ -52,7 +53,8 @@ pub enum Frame {
 /// J_M θ_M'' + C_M (θ_M' - θ_1') + K_M (θ_M - θ_1) = T_M
 /// J_Li θ_Li'' + C_si (θ_Li' - θ_i') + K_si (θ_Li - θ_i) = -T_Li
 ///
-/// Contact i is mesh i, with the deflection d_i `[m]` and the mesh force W_i `[N]`; g is its contact law.
+/// Contact i is mesh i, with the deflection d_i `[m]` and the mesh force W_i `[N]`; g is its contact law, whose
+/// inner kinks are further contacts.
 ///
 /// Constants: `mesh frequency` ω [rad/s], `motor torque` T_M [N m], `mesh damping i` C_i [N s/m],
 /// `load torque i` T_Li [N m], with i = 1 .. n.
@@ -87,6 +89,7 @@ pub struct RingShape<N = Backlash> {
     pub(crate) per_motor: f64,
     pub(crate) motor_shaft: Shaft,
     pub(crate) meshes: Vec<Mesh<N>>,
+    pub(crate) places: LawPlaces,
     pub(crate) frame: Frame,
     /// Rigid motion r_j: rate of each coordinate over the rate of θ_M.
     pub(crate) rigid: Vec<f64>,
@@ -223,6 +226,7 @@ impl<N: Nonlinearity> RingShape<N> {
             motor_inertia,
             per_motor: 1.0 / motor_inertia,
             motor_shaft,
+            places: LawPlaces::of(meshes.iter().map(Mesh::law), meshes.len()),
             meshes,
             frame,
             rigid,
@@ -269,7 +273,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
     #[inline(always)]
     fn size(&self) -> Size {
         let n = self.meshes.len();
-        Size { dof: 2 * n + 1, waves: STRIDE * n, contacts: n, constants: 2 + 2 * n }
+        Size { dof: 2 * n + 1, waves: STRIDE * n, contacts: n + self.places.kinks(), constants: 2 + 2 * n }
     }
     fn constants(&self) -> Vec<Channel> {
         let each = |name: &'static str, unit: &'static str| {
@@ -300,7 +304,10 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         q: &[S],
         v: &[S],
     ) -> Contact<S> {
-        self.touch(law, i, u, q, v)
+        self.places.contact(i, |i| self.meshes[i].law(), |i| self.touch(law, i, u, q, v))
+    }
+    fn kinks(&self) -> usize {
+        self.places.kinks()
     }
 
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

@@ -1,7 +1,7 @@
 //! Dense output of one step.
 
 use crate::model::equations::Model;
-use crate::ode::stepping::ends::{LARGEST, halves};
+use crate::ode::stepping::ends::LARGEST;
 use crate::ode::stepping::engine::{DENSE, Engine, Tableau};
 use crate::ode::stepping::tableau_row::TableauRow;
 use crate::ode::stepping::vector::Vector;
@@ -51,8 +51,7 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         let ends = &mut self.ends;
         interpolate::<T, V>(&self.dense, theta, ends.look.slice_mut());
         ends.drive(theta);
-        let (q, v) = halves(&ends.look);
-        ends.model.contact(&ends.u_stage, q, v, &mut ends.contacts);
+        ends.contacts_at_look(theta);
     }
 
     /// Dense coefficient F_c = h Σ d_l k_l, c ≥ 3.

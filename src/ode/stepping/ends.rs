@@ -6,6 +6,7 @@ use crate::excitation::side::Side;
 use crate::model::equations::Model;
 use crate::model::state::State;
 use crate::ode::integrate_error::IntegrateError;
+use crate::ode::stepping::kink_rates::KinkRates;
 use crate::ode::stepping::nodes::Nodes;
 use crate::ode::stepping::vector::Vector;
 
@@ -30,6 +31,7 @@ pub struct Ends<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) pieces: Vec<Piece>,
     /// The contacts of the last evaluation.
     pub(crate) contacts: Vec<Contact>,
+    kink_rates: KinkRates,
     /// Scratch: a state inside the step.
     pub(crate) look: V,
     /// Scratch: the contacts at a state changed by rounding.
@@ -54,6 +56,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
             h: 0.0,
             y1: y.clone(),
             nodes: Nodes::new(&u, nodes, steps),
+            kink_rates: KinkRates::new(model, &u),
             u_stage: u,
             pieces: vec![Piece::Gap; contacts],
             contacts: vec![Contact::default(); contacts],
@@ -115,16 +118,26 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
     pub(crate) fn contacts_on_cubic(&mut self, theta: f64) {
         self.drive(theta);
         self.look_on_cubic(theta);
-        let (q, v) = halves(&self.look);
-        self.model.contact(&self.u_stage, q, v, &mut self.contacts);
+        self.contacts_at_look(theta);
+    }
+
+    /// Computes the contacts at the state `look` and the drives `u_stage` at θ of the step.
+    #[inline(always)]
+    pub(super) fn contacts_at_look(&mut self, theta: f64) {
+        let ((q, v), u) = (halves(&self.look), &self.u_stage);
+        self.model.contact(u, q, v, &mut self.contacts);
+        let times = [self.t + theta * self.h, if theta < 0.5 { self.h } else { -self.h }];
+        self.kink_rates.write(self.model, &self.pieces, times, [u, q, v], &mut self.contacts);
     }
 
     /// [`contacts_on_cubic`](Ends::contacts_on_cubic) at a node of the step, θ of it.
     #[inline]
     pub(crate) fn contacts_at_node(&mut self, node: usize, theta: f64) {
         self.look_on_cubic(theta);
-        let (q, v) = halves(&self.look);
-        self.model.contact(self.nodes.at(node), q, v, &mut self.contacts);
+        let ((q, v), u) = (halves(&self.look), self.nodes.at(node));
+        self.model.contact(u, q, v, &mut self.contacts);
+        let times = [self.t + theta * self.h, self.h];
+        self.kink_rates.write(self.model, &self.pieces, times, [u, q, v], &mut self.contacts);
     }
 
     /// The state at θ on the cubic through the coordinates and velocities at both ends, in `self.look`.
@@ -170,15 +183,19 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
     /// Computes the contacts at the end of the step in `self.contacts`, before a jump of the drives there.
     #[inline(always)]
     pub(crate) fn contacts_at_end(&mut self) {
-        let (q, v) = halves(&self.y1);
-        self.model.contact(self.nodes.end(), q, v, &mut self.contacts);
+        let ((q, v), u) = (halves(&self.y1), self.nodes.end());
+        self.model.contact(u, q, v, &mut self.contacts);
+        let times = [self.t1, -self.h];
+        self.kink_rates.write(self.model, &self.pieces, times, [u, q, v], &mut self.contacts);
     }
 
     /// Computes the contacts at the start of the step in `self.contacts`, after a jump of the drives there.
     pub(crate) fn contacts_at_start(&mut self) {
         self.model.redrive(self.t, Side::After, &mut self.u_stage);
-        let (q, v) = halves(&self.y);
-        self.model.contact(&self.u_stage, q, v, &mut self.contacts);
+        let ((q, v), u) = (halves(&self.y), &self.u_stage);
+        self.model.contact(u, q, v, &mut self.contacts);
+        let times = [self.t, self.h];
+        self.kink_rates.write(self.model, &self.pieces, times, [u, q, v], &mut self.contacts);
     }
 
     /// Checks that no gap of the last evaluation is negative. In a negative gap, the acceleration on fixed

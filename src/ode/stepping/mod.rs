@@ -5,6 +5,7 @@ pub(crate) mod dense;
 pub(crate) mod ends;
 pub(crate) mod engine;
 pub(crate) mod first_step;
+pub(crate) mod kink_rates;
 pub(crate) mod nodes;
 pub(crate) mod tableau_row;
 pub(crate) mod vector;

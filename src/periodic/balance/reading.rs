@@ -124,6 +124,7 @@ impl FourierOrbit {
         grid.set(&self.coefficients);
         let mut switching = Switching::new(model.contacts(), grid.samples());
         switching.locate(&mut grid);
-        Ok((0..model.contacts()).map(|c| ContactHistory::new(&switching, c, self.span)).collect())
+        let touching = model.offers().touching(model.contacts());
+        Ok((0..touching).map(|c| ContactHistory::new(&switching, c, self.span)).collect())
     }
 }

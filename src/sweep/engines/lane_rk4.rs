@@ -27,8 +27,8 @@ use std::collections::VecDeque;
 /// [`TableError::EdgeOffGrid`](crate::sweep::TableError::EdgeOffGrid).
 /// A row depends on its point only, with a warm start on its line: its bits are the same for any W,
 /// instruction set, number of threads, order and neighbouring lanes. W = 16 suits all models. W = 32
-/// ([`lanes`](LaneRk4::lanes)) is faster for one or two degrees of freedom and for small rings, W = 8 for a ring
-/// of 16.
+/// ([`lanes`](LaneRk4::lanes)) is faster for one or two degrees of freedom and for small rings, W = 8 for a
+/// ring of 16.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, SweepEngine};
@@ -75,13 +75,14 @@ const STEPS_PER_CYCLE: usize = 64;
 const STEPS_PER_RADIAN: f64 = 2.0;
 
 impl LaneRk4 {
-    /// An engine with this number of steps per period of the model. Defaults: 16 lanes, [`InstructionSet::Best`].
+    /// An engine with this number of steps per period of the model. Defaults: 16 lanes,
+    /// [`InstructionSet::Best`].
     pub fn new(steps: usize) -> Self {
         LaneRk4 { steps, set: InstructionSet::Best }
     }
-    /// An engine with steps for this model: 64 in each [cycle](Shape::cycles_in_a_period) of its fastest wave, and 2 per radian
-    /// of its fastest [mode](Modes::mean_in_contact). Give the slowest of the models of a sweep, which has the most
-    /// radians in a period.
+    /// An engine with steps for this model: 64 in each [cycle](Shape::cycles_in_a_period) of its fastest
+    /// wave, and 2 per radian of its fastest [mode](Modes::mean_in_contact). Give the slowest of the models
+    /// of a sweep, which has the most radians in a period.
     ///
     /// # Errors
     /// As [`Modes::mean_in_contact`]; more steps than a table may have.

@@ -91,7 +91,7 @@ pub struct Job<M> {
 /// # Errors
 /// [`SweepError::Channel`] for any other channel.
 pub(crate) fn kinds<M: Model + ?Sized>(model: &M, channels: &[usize]) -> Result<Vec<Kind>, SweepError> {
-    let (n, contacts) = (model.dof(), model.contacts());
+    let (n, contacts) = (model.dof(), model.offers().touching(model.contacts()));
     let kind = |&channel: &usize| {
         let of_contact = channel.saturating_sub(2 * n);
         match channel {

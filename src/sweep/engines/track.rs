@@ -169,8 +169,8 @@ impl Track {
             [depth[0].max(meter.deepest[0]), depth[1].max(meter.deepest[1]), depth[2].min(meter.loosest)];
     }
 
-    /// Ends a period of `steps` steps. `weight`: its duration or number of samples; `q`: coordinates and velocities at its
-    /// end.
+    /// Ends a period of `steps` steps. `weight`: its duration or number of samples; `q`: coordinates and
+    /// velocities at its end.
     pub(crate) fn period(
         &mut self,
         steps: u64,
@@ -202,7 +202,8 @@ impl Track {
             }
             return if self.measured == self.plan.measure { Next::Done } else { Next::Measure };
         }
-        // A call of the family may cost as much as a period: rounding is weighed after 1, 2, 4, 8, .. periods.
+        // A call of the family may cost as much as a period: rounding is weighed after 1, 2, 4, 8, ..
+        // periods.
         let weighs = self.periods.is_power_of_two();
         let settled = self.plan.repeat.is_some_and(|at| self.multiple(at, weighs, with_model).0 > 0);
         if self.periods >= self.plan.settle || settled {
@@ -212,8 +213,8 @@ impl Track {
         Next::Settle
     }
 
-    /// As [`repeats`](Track::repeats). If the motion as a whole does not repeat, it is compared without rigid motion and,
-    /// if `weighs` is set, above the rounding errors of its equations.
+    /// As [`repeats`](Track::repeats). If the motion as a whole does not repeat, it is compared without rigid
+    /// motion and, if `weighs` is set, above the rounding errors of its equations.
     fn multiple(&mut self, tolerance: f64, weighs: bool, with_model: &WithModel<'_>) -> (usize, f64) {
         let n = self.plan.layout.dof;
         let mut whole = MotionSize::new(n, &[]);

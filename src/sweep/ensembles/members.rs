@@ -134,8 +134,8 @@ impl<'w> Ensemble<'w> {
     pub fn rattle(self) -> Self {
         Ensemble { rattle: true, ..self }
     }
-    /// Reports the progress to a monitor after every member, but no rows. If the monitor cancels the runs, the
-    /// result holds the members that finished.
+    /// Reports the progress to a monitor after every member, but no rows. If the monitor cancels the runs,
+    /// the result holds the members that finished.
     pub fn monitor(self, monitor: &Monitor<'w>) -> Self {
         Ensemble { monitor: *monitor, ..self }
     }

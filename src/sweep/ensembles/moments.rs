@@ -268,11 +268,11 @@ impl Distribution {
     /// # Errors
     /// No spans or more than 2²⁴; no values.
     pub fn histogram(&self, spans: usize) -> Result<Vec<(f64, u64)>, ParameterError> {
-        const MAX: usize = 1 << 24;
+        const MAX_SPANS: usize = 1 << 24;
         if spans == 0 {
             return Err(ParameterError::TooFew { name: "spans of the histogram".into(), value: 0, min: 1 });
         }
-        check::count("spans of the histogram", &[spans], MAX)?;
+        check::count("spans of the histogram", &[spans], MAX_SPANS)?;
         if self.count == 0 {
             return Err(ParameterError::Empty { name: "values of the distribution".into(), min: 1 });
         }

@@ -109,7 +109,7 @@ impl<S: Number> Meters<S> {
             };
         }
         if !flanks.is_empty() {
-            for c in 0..contacts.len() {
+            for c in 0..contacts.len().min(flanks.len() / 2) {
                 let Contact { deflection, lower, upper, .. } = contacts[c];
                 flanks[2 * c][at] = lower - deflection;
                 flanks[2 * c + 1][at] = deflection - upper;

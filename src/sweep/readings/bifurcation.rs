@@ -46,9 +46,9 @@ impl Bifurcation {
         Bifurcation { channel: channel.into(), strobed: false }
     }
 
-    /// Runs both branches of a sweep, up and down. The first run of each branch starts from the start state of
-    /// the runner. The progress of its [`Monitor`](crate::sweep::Monitor) counts both branches together; the
-    /// monitor gets the rows of both. After cancelling, the diagram holds the points done so far.
+    /// Runs both branches of a sweep, up and down. The first run of each branch starts from the start state
+    /// of the runner. The progress of its [`Monitor`](crate::sweep::Monitor) counts both branches together;
+    /// the monitor gets the rows of both. After cancelling, the diagram holds the points done so far.
     ///
     /// # Errors
     /// As [`Runner::run`]; a sweep over more than one parameter; for strobed values a channel that is not a
@@ -212,7 +212,8 @@ impl Diagram {
     }
 
     /// The values of the parameter at which hysteresis cannot be decided: neither branch repeats (chaos, not
-    /// settled, or a step too coarse for [`periodic_tolerance`](crate::Sweep::periodic_tolerance)), or a branch failed.
+    /// settled, or a step too coarse for [`periodic_tolerance`](crate::Sweep::periodic_tolerance)), or a
+    /// branch failed.
     pub fn undecided(&self) -> Vec<f64> {
         let decided: Vec<usize> = self.decided().map(|(a, _)| a.index).collect();
         let points = self.up_rows.points();

@@ -12,8 +12,9 @@ impl Rows {
     /// - `point`, the index, then the parameters of the point;
     /// - `period multiple` (0 for `None`), `change`, `settled after`, `scatter`, `sensitive` (0 or 1);
     /// - `mean q1`, `rms q1`, `min q1`, `max q1`, `deviation q1` of each channel;
-    /// - with [`rattle`](crate::Sweep::rattle) for each contact, from 1: `lower 1`, `gap 1`, `upper 1` (shares of
-    ///   the time), `impacts lower 1`, `impacts upper 1`, `rattle state 1` ([`rsv`](crate::RattleState::rsv));
+    /// - with [`rattle`](crate::Sweep::rattle) for each contact, from 1: `lower 1`, `gap 1`, `upper 1`
+    ///   (shares of the time), `impacts lower 1`, `impacts upper 1`, `rattle state 1`
+    ///   ([`rsv`](crate::RattleState::rsv));
     /// - with [`lyapunov`](crate::Sweep::lyapunov): `lyapunov`, `lyapunov error`.
     ///
     /// Strobed states, checks and the texts of errors are not in the table.

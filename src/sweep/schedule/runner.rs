@@ -93,8 +93,8 @@ impl Sweep {
         }
     }
 
-    /// The runner of this sweep over constants of one machine: the names of the points are constants, the others are
-    /// those of `machine`. Each run starts in its [static state](static_state).
+    /// The runner of this sweep over constants of one machine: the names of the points are constants, the
+    /// others are those of `machine`. Each run starts in its [static state](static_state).
     ///
     /// # Errors
     /// [`ParameterError::NoSuchConstant`], which lists the constants.
@@ -200,7 +200,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         let layout = Layout {
             dof: model.dof(),
             channels: channels.len(),
-            contacts: if sweep.rattle { model.contacts() } else { 0 },
+            contacts: if sweep.rattle { model.offers().touching(model.contacts()) } else { 0 },
             strobes: sweep.strobes.min(sweep.measure),
             exponents: sweep.exponents(),
         };

@@ -1,5 +1,6 @@
 //! Adds elements to the algebra of a train by their rows.
 
+use crate::contact::law_places::LawPlaces;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::Mesh;
 use crate::error::check;
@@ -51,12 +52,13 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         }
         let elements = Elements { per_inertia, ..Elements::default() };
         let (sets, ratio) = (planet_sets(&layout), plan.orders.ratio);
-        let (teeth, rests, torques, constants) = Default::default();
+        let (teeth, rests, places, torques, constants) = Default::default();
         let shape = TrainShape {
             coordinates,
             elements,
             teeth,
             rests,
+            places,
             plain: false,
             loose: 0,
             torques,
@@ -78,6 +80,8 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         let names = constants.iter().map(|(channel, _)| channel.clone()).collect();
         let mut shape = TrainShape { constants: names, ..self.shape };
         shape.share_shafts();
+        let touching = shape.teeth.len() + shape.elements.journals.len();
+        shape.places = LawPlaces::of(shape.teeth.iter().map(|tooth| &tooth.law), touching);
         let values: Vec<_> = constants.iter().map(|(channel, value)| (&channel.name[..], *value)).collect();
         Ok(Machine::with_constants(shape, &values)?)
     }

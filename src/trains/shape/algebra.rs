@@ -82,7 +82,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         // Slices of one length: their bounds are checked once.
         let (teeth, rests) = (&self.teeth[..], &self.rests[..self.teeth.len()]);
         let (damping, half) = (&at.damping[..teeth.len()], &at.half[..teeth.len()]);
-        let bounded = At { damping, half, ..*at };
+        let bounded = At { damping, half, places: &at.places[..teeth.len()], ..*at };
         let mut gear = Turning::of(first.at[0] as usize, q, v, a);
         for i in 0..teeth.len() {
             let tooth = &teeth[rolled::<PLAIN, S>(i)];

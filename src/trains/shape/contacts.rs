@@ -1,8 +1,8 @@
 //! The drives and the contacts of a train.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::MeshDrives;
-use crate::contact::piece_choice::PieceChoice;
+use crate::contact::piece_choice::{PieceChoice, Place};
 use crate::contact::tooth::Contact;
 use crate::model::shape::Drives;
 use crate::scalar::Scalar;
@@ -24,6 +24,8 @@ pub(crate) struct At<'u, S> {
     /// b of each contact.
     pub(crate) half: &'u [S],
     pub(crate) friction: &'u [S],
+    /// The place of each law.
+    pub(crate) places: &'u [Place],
 }
 
 impl<N> Tooth<N> {
@@ -38,7 +40,7 @@ impl<N> Tooth<N> {
 impl<N: Nonlinearity> TrainShape<N> {
     /// The drives by their meaning.
     #[inline(always)]
-    pub(crate) fn drives<'u, S: Scalar>(&self, u: Drives<'u, S>) -> At<'u, S> {
+    pub(crate) fn drives<'u, S: Scalar>(&'u self, u: Drives<'u, S>) -> At<'u, S> {
         let (n, contacts) =
             (self.elements.per_inertia.len(), self.teeth.len() + self.elements.journals.len());
         let (single, rest) = u.all_waves().split_at(self.elements.single.len());
@@ -48,7 +50,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         let (damping, rest) = rest.split_at(contacts);
         let (half, friction) = rest.split_at(contacts);
         let (jets, edges) = (jets.as_chunks().0, edges.as_chunks().0);
-        At { single, jets, edges, speed: u.speed(), net, torques, damping, half, friction }
+        let places = self.places.of_laws();
+        At { single, jets, edges, speed: u.speed(), net, torques, damping, half, friction, places }
     }
 
     /// Deflection and rate of tooth i.
@@ -108,16 +111,16 @@ impl<N: Nonlinearity> TrainShape<N> {
         i: usize,
         tooth: &Tooth<N>,
         at: &At<S>,
-        [d, rate]: [S; 2],
+        [x, rate]: [S; 2],
     ) -> S {
         let [lower, upper] =
             if N::HALF_WIDTH { [-at.half[i], at.half[i]] } else { [at.edges[i][0], at.edges[i][1]] };
         let (stiffness, damping) = (at.single[tooth.stiffness as usize], at.damping[i]);
+        let deflection = Deflection { x, rate, lower, upper };
         if PLAIN {
-            return stiffness * law.force(i, &tooth.law, d, rate, lower, upper) + damping * rate;
+            return stiffness * law.force(at.places[i], &tooth.law, deflection) + damping * rate;
         }
-        let drives = MeshDrives { stiffness, damping, lower, upper };
-        self.rests[i].mesh.force(law, i, d, rate, rate, drives)
+        self.rests[i].mesh.force(law, at.places[i], deflection, rate, stiffness, damping)
     }
 
     /// Contact i as the solvers see it.
@@ -158,13 +161,15 @@ impl<N: Nonlinearity> TrainShape<N> {
         let [[x, vx], [y, vy]] = journal.levers.each_ref().map(|levers| self.row(levers.clone(), q, v));
         let half = at.half[i];
         if journal.levers[0].is_empty() {
-            let force = law.force(i, &journal.law, y, vy, -half, half) * journal.stiffness;
+            let at = Deflection { x: y, rate: vy, lower: -half, upper: half };
+            let force = law.force(i, &journal.law, at) * journal.stiffness;
             let edges = Contact { lower: -half, upper: half, ..Contact::default() };
             return Contact { deflection: y, rate: vy, force, ..edges };
         }
         let r = (x * x + y * y + S::from(journal.least)).sqrt();
         let rate = (x * vx + y * vy) / r;
-        let force = law.force(i, &journal.law, r, rate, -half, half) * journal.stiffness;
+        let at = Deflection { x: r, rate, lower: -half, upper: half };
+        let force = law.force(i, &journal.law, at) * journal.stiffness;
         Contact { deflection: r, rate, lower: -half, upper: half, force, ..Contact::default() }
     }
 

@@ -1,5 +1,6 @@
 //! Gear trains as a shape.
 
+use crate::contact::law_places::LawPlaces;
 use crate::contact::laws::backlash::Backlash;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::{ContactDamping, Mesh};
@@ -29,8 +30,8 @@ use crate::trains::shape::elements::{Elements, Entry, PlanetSet, Tooth, ToothRes
 /// Constants: `speed` [rad/s] of the reference body, each torque by its name [N m], `<mesh> damping` c
 /// [N s/m], `<mesh> half backlash` b `[m]` (half of the backlash; if the law has one), `<mesh> friction` μ.
 ///
-/// Contact i is mesh i, in the order of their statement; clearances of shafts and bearings follow. Own
-/// channels: `<mesh> transmission error` b_iᵀ q `[m]`.
+/// Contact i is mesh i, in the order of their statement; clearances of shafts and bearings follow, then the
+/// inner kinks of the laws. Own channels: `<mesh> transmission error` b_iᵀ q `[m]`.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, MeshPart, Parts};
@@ -65,6 +66,7 @@ pub struct TrainShape<N = Backlash> {
     /// Meshes, then clearances of shafts.
     pub(crate) teeth: Vec<Tooth<N>>,
     pub(crate) rests: Vec<ToothRest<N>>,
+    pub(crate) places: LawPlaces,
     /// Whether the train has nothing but shafts, constant torques and meshes of at most two coordinates whose
     /// damping always acts. Its meshes then evaluate one shaft each.
     pub(crate) plain: bool,
@@ -158,12 +160,8 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let waves = self.elements.single.len() + 2 * self.elements.jets.len() + 4 * self.moving();
         let dof = self.elements.per_inertia.len();
         let torques = self.elements.torque_waves.len() + self.elements.motors.len();
-        Size {
-            dof,
-            waves,
-            contacts,
-            constants: 1 + dof + torques + 2 * contacts + self.elements.frictions.len(),
-        }
+        let constants = 1 + dof + torques + 2 * contacts + self.elements.frictions.len();
+        Size { dof, waves, contacts: contacts + self.places.kinks(), constants }
     }
     fn constants(&self) -> Vec<Channel> {
         self.constants.clone()
@@ -212,7 +210,11 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         q: &[S],
         v: &[S],
     ) -> Contact<S> {
-        self.touch(law, i, &self.drives(u), q, v)
+        let at = self.drives(u);
+        self.places.contact(i, |i| &self.teeth[i].law, |i| self.touch(law, i, &at, q, v))
+    }
+    fn kinks(&self) -> usize {
+        self.places.kinks()
     }
 
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

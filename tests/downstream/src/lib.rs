@@ -1,7 +1,7 @@
 //! A crate that uses public names only: a spur pair, a contact law, an excitation, a number type and an
 //! integrator of its own.
 
-use gear_dynamics::contact::{Contact, Edges, Nonlinearity, Piece, PieceChoice};
+use gear_dynamics::contact::{Contact, Deflection, Edges, Nonlinearity, Piece, PieceChoice};
 use gear_dynamics::excitation::{Angle, Excitation, Jet, Side, same};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::ode::{Finish, IntegrateError, Observer, Stats, Step, StepView};
@@ -67,16 +67,14 @@ pub struct SoftStop {
 
 impl Nonlinearity for SoftStop {
     #[inline(always)]
-    fn force<S: Scalar>(&self, x: S, rate: S, _: S, upper: S) -> S {
-        let depth = (x - upper).max(S::from(0.0));
-        depth + depth * rate * self.loss
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        let depth = (at.x - at.upper).max(S::from(0.0));
+        depth + depth * at.rate * self.loss
     }
     #[inline(always)]
-    fn force_on<S: Scalar>(&self, piece: Piece, x: S, rate: S, _: S, upper: S) -> S {
-        match piece {
-            Piece::Upper => (x - upper) + (x - upper) * rate * self.loss,
-            _ => S::from(0.0),
-        }
+    fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
+        let depth = at.x - at.upper;
+        if piece == Piece::Upper { depth + depth * at.rate * self.loss } else { S::from(0.0) }
     }
     fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
         Edges::at_rest(f64::NEG_INFINITY, self.touch)
@@ -133,7 +131,11 @@ impl Shape for Knock {
         v: &[S],
     ) -> Contact<S> {
         let (deflection, rate, touch) = (q[0] - q[1], v[0] - v[1], S::from(self.stop.touch));
-        let force = law.force(i, &self.stop, deflection, rate, S::from(f64::NEG_INFINITY), touch);
+        let force = law.force(
+            i,
+            &self.stop,
+            Deflection { x: deflection, rate, lower: S::from(f64::NEG_INFINITY), upper: touch },
+        );
         Contact { deflection, rate, upper: touch, force, ..Contact::default() }
     }
     #[inline(always)]

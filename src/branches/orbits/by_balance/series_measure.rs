@@ -27,7 +27,8 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
     orbit: &FourierOrbit,
     channels: &[usize],
 ) -> Measured {
-    let contacts = equations.grid.model.contacts();
+    let model = equations.grid.model;
+    let contacts = model.offers().touching(model.contacts());
     if !equations.work.integration.follows_switches() && contacts > 0 && equations.grid.samples() >= NODES {
         equations.work.switching.locate(&mut equations.grid);
     }
@@ -50,7 +51,7 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
         q: vec![0.0; n],
         v: vec![0.0; n],
         u: vec![0.0; grid.model.drives()],
-        contacts: vec![Contact::default(); contacts],
+        contacts: vec![Contact::default(); model.contacts()],
         own: Vec::new(),
     };
     let (m, highest) = (grid.samples(), grid.harmonics().highest());
@@ -91,7 +92,7 @@ fn trace(switching: &Switching, contacts: usize) -> ContactTrace {
             }));
         }
     }
-    for event in switching.events() {
+    for event in switching.events().iter().filter(|event| event.contact < contacts) {
         let lower = event.from == Piece::Lower || event.to == Piece::Lower;
         trace.crossings[event.contact][usize::from(!lower)] += 1;
     }

@@ -224,7 +224,9 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             }
             self.work.switching.locate(&mut self.grid);
         }
-        let contact = (0..self.grid.model.contacts()).find(|&c| self.work.switching.floats(c))?;
+        let model = self.grid.model;
+        let touching = model.offers().touching(model.contacts());
+        let contact = (0..touching).find(|&c| self.work.switching.floats(c))?;
         let layout = &self.work.layout;
         let n = layout.dof;
         // Sum of ∂a/∂q over a coarse grid, bordered by the rigid motions. Unit: the largest |∂a_i/∂q_i|, or

@@ -1,8 +1,9 @@
 //! Values of the contact laws in an evaluation of the algebra: recorded, or replaced by given ones.
 
+use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece::Piece;
-use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
+use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice, Place};
 use crate::scalar::Scalar;
 use std::cell::Cell;
 
@@ -14,34 +15,19 @@ pub(crate) struct Recorded<'a, S> {
 }
 
 impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
-    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
+    fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<S>) -> S {
+        let place = place.into();
         let force = match self.pieces {
-            None => nonlinearity.force(x, rate, lower, upper),
-            Some(pieces) => FixedPieces(pieces).force(i, nonlinearity, x, rate, lower, upper),
+            None => law.force(at),
+            Some(pieces) => FixedPieces(pieces).force(place, law, at),
         };
-        self.seen[i].set(force);
+        self.seen[place.contact].set(force);
         force
     }
-    fn force_of_switches<N: Nonlinearity>(
-        &self,
-        i: usize,
-        nonlinearity: &N,
-        x: S,
-        rate: S,
-        lower: S,
-        upper: S,
-    ) -> S {
-        let force = match self.pieces {
-            None => nonlinearity.force(x, rate, lower, upper),
-            Some(pieces) => FixedPieces(pieces).force_of_switches(i, nonlinearity, x, rate, lower, upper),
-        };
-        self.seen[i].set(force);
-        force
-    }
-    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S {
+    fn touch(&self, i: usize, at: Deflection<S>) -> S {
         match self.pieces {
-            None => ByDeflection.touch(i, x, lower, upper),
-            Some(pieces) => FixedPieces(pieces).touch(i, x, lower, upper),
+            None => ByDeflection.touch(i, at),
+            Some(pieces) => FixedPieces(pieces).touch(i, at),
         }
     }
 }
@@ -53,23 +39,12 @@ pub(crate) struct Given<'a, S> {
 }
 
 impl<S: Scalar> PieceChoice<S> for Given<'_, S> {
-    fn force<N: Nonlinearity>(&self, i: usize, nonlinearity: &N, x: S, rate: S, lower: S, upper: S) -> S {
-        self.laws.force(i, nonlinearity, x, rate, lower, upper);
-        self.forces[i]
+    fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<S>) -> S {
+        let place = place.into();
+        self.laws.force(place, law, at);
+        self.forces[place.contact]
     }
-    fn force_of_switches<N: Nonlinearity>(
-        &self,
-        i: usize,
-        nonlinearity: &N,
-        x: S,
-        rate: S,
-        lower: S,
-        upper: S,
-    ) -> S {
-        self.laws.force_of_switches(i, nonlinearity, x, rate, lower, upper);
-        self.forces[i]
-    }
-    fn touch(&self, i: usize, x: S, lower: S, upper: S) -> S {
-        self.laws.touch(i, x, lower, upper)
+    fn touch(&self, i: usize, at: Deflection<S>) -> S {
+        self.laws.touch(i, at)
     }
 }

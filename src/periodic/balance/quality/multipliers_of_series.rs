@@ -26,6 +26,9 @@ const PHASE_STEP: f64 = 1.2;
 /// Number of corrections of an instant at which a contact passes an edge.
 const CORRECTIONS: usize = 2;
 
+/// Time over which the rate of an inner kink is a difference, as a share of 1 rad of the highest order `[1]`.
+const AHEAD: f64 = 1e-6;
+
 /// The smooth intervals of one span.
 pub(crate) struct Smooth {
     /// Their ends, in increasing time.
@@ -135,16 +138,25 @@ impl FourierOrbit {
         let (mut q, mut v, mut u) = (vec![0.0; n], vec![0.0; n], vec![0.0; model.drives()]);
         let mut contacts = vec![Contact::default(); model.contacts()];
         let reach = self.span() / (TAU * self.harmonics().highest().max(1) as f64);
+        let touching = model.offers().touching(contacts.len());
+        let mut distance = |switch: &Switch, t: f64| {
+            self.motion(t, &mut q, &mut v);
+            model.drive(t, Side::After, &mut u);
+            model.contact(&u, &q, &v, &mut contacts);
+            let c = &contacts[switch.contact];
+            let (edge, rate) = if switch.lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
+            [c.deflection - edge, c.rate - rate]
+        };
         let mut near = |switch: Switch| {
             let mut t = switch.time;
             for _ in 0..CORRECTIONS {
-                self.motion(t, &mut q, &mut v);
-                model.drive(t, Side::After, &mut u);
-                model.contact(&u, &q, &v, &mut contacts);
-                let c = &contacts[switch.contact];
-                let (edge, rate) =
-                    if switch.lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
-                t -= (c.deflection - edge) / (c.rate - rate);
+                let [d, mut rate] = distance(&switch, t);
+                if switch.contact >= touching {
+                    // The model does not give the rate of an inner kink.
+                    let ahead = AHEAD * reach;
+                    rate = (distance(&switch, t + ahead)[0] - d) / ahead;
+                }
+                t -= d / rate;
             }
             ((t - switch.time).abs() < reach).then_some(t)
         };

@@ -106,6 +106,14 @@ impl Switching {
                     [contact.deflection - contact.upper, step * (contact.rate - contact.upper_rate)];
             }
         }
+        // The model does not give the rates of inner kinks.
+        for c in grid.model.offers().touching(self.contacts.len())..self.contacts.len() {
+            for edge in [&mut self.lower[c], &mut self.upper[c]] {
+                for s in 0..m {
+                    edge[s][1] = 0.5 * (edge[(s + 1) % m][0] - edge[(s + m - 1) % m][0]);
+                }
+            }
+        }
         for c in 0..self.contacts.len() {
             let mut here = self.piece(c, 0);
             for s in 0..m {
