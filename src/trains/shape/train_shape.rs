@@ -212,7 +212,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         q: &[S],
         v: &[S],
     ) -> Contact<S> {
-        self.touch(law, i, &self.drives(u), q, v)
+        self.touch(law, i, &self.drives::<false, _>(u), q, v)
     }
 
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
@@ -250,7 +250,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         self.rests.iter().map(of).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        let at = self.drives(u);
+        let at = self.drives::<false, _>(u);
         for ((out, tooth), contact) in out.iter_mut().zip(&self.teeth).zip(contacts) {
             *out = contact.deflection + at.jets[tooth.error as usize][0];
         }
