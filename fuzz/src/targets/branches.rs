@@ -8,7 +8,7 @@ use gear_dynamics::trains::SpurPair;
 use gear_dynamics::{Budget, Shooting, State};
 
 /// The constants of a pair.
-const NAMES: [&str; 5] = ["speed", "drive", "load", "mesh half backlash", "no such constant"];
+const NAMES: [&str; 4] = ["speed", "drive torque", "mesh damping", "mesh half backlash"];
 
 /// Maximum number of points of a branch, which keeps cases short.
 const POINTS: usize = 12;
@@ -29,7 +29,8 @@ fn continuation(case: &mut Case, [from, to]: [f64; 2]) -> Continuation {
             settings.first_step(case.number(0.01)).max_step(case.number(0.1)).min_step(case.number(1e-9));
     }
     if case.chance(0.2) {
-        settings = settings.measure(&[case.pick(&["q1", "deflection 1", "driver", "no such channel"])]);
+        let channel = if case.hostile() { "no such channel" } else { case.pick(&["q1", "deflection 1"]) };
+        settings = settings.measure(&[channel]);
     }
     if case.chance(0.3) { settings.both_ways() } else { settings }
 }
@@ -44,6 +45,10 @@ fn points(branch: &Branch) -> Run {
     Ok(())
 }
 
+fn any_name(case: &mut Case) -> &'static str {
+    if case.hostile() { "no such constant" } else { case.pick(&NAMES) }
+}
+
 /// A branch over a constant; from it the branches and boundaries that start there.
 pub fn branch(case: &mut Case) -> Run {
     let numbers = [case.number(0.05), case.number(0.3)];
@@ -51,7 +56,7 @@ pub fn branch(case: &mut Case) -> Run {
     case.note(|| format!("numbers {numbers:?}, waves {waves:?}"));
     let pair = SpurPair::of_numbers(numbers[0], numbers[1], &waves[0], &waves[1])?;
     let train = pair.parts()?.build("driver", case.number(0.8))?;
-    let name = if case.chance(0.8) { "speed" } else { case.pick(&NAMES) };
+    let name = if case.chance(0.8) { NAMES[0] } else { any_name(case) };
     let family = ByConstant::new(&train, name)?;
     let range = [family.value(), case.number(1.0)];
     let settings = continuation(case, range);
@@ -64,7 +69,7 @@ pub fn branch(case: &mut Case) -> Run {
         let beyond = case.accept(settings.run(&family, Beyond(&branch)));
         beyond.iter().try_for_each(points)?;
     }
-    if case.chance(0.2) {
+    if case.hostile() {
         case.accept(settings.run(&family, Beyond(&branch)));
     }
     let located: Option<&BranchPoint> = branch.located().map(|(_, point)| point).next();
@@ -73,7 +78,7 @@ pub fn branch(case: &mut Case) -> Run {
         let switched = case.accept(settings.run(&family, Switch::at(point)));
         switched.iter().try_for_each(points)?;
     }
-    let plane = ByConstants::new(&train, [name, case.pick(&NAMES)])?;
+    let plane = ByConstants::new(&train, [name, any_name(case)])?;
     let [from, to] = [case.number(0.1), case.number(0.3)];
     let settings = continuation(case, [from, to]).max_points(case.effort(4));
     let line = case.accept(settings.run(&plane, point));

@@ -47,7 +47,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         a: &mut [S],
     ) {
         let (n, elements) = (self.elements.per_inertia.len(), &self.elements);
-        let (at, q, v, a) = (self.drives(u), &q[..n], &v[..n], &mut a[..n]);
+        let (at, q, v, a) = (self.drives::<PLAIN, _>(u), &q[..n], &v[..n], &mut a[..n]);
         let (net, per_inertia) = (&at.net[..n], &elements.per_inertia[..n]);
         for j in 0..n {
             let j = rolled::<PLAIN, S>(j);
@@ -55,7 +55,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
         for spring in &elements.springs[..self.loose] {
             let ([j, k], [r, s]) = (spring.ends.map(|end| rolled::<PLAIN, S>(end as usize)), spring.levers);
-            let force = (q[j] * r + q[k] * s) * spring.stiffness + (v[j] * r + v[k] * s) * spring.damping;
+            let along = |x: &[S]| if PLAIN { x[j] - x[k] } else { x[j] * r + x[k] * s };
+            let force = along(q) * spring.stiffness + along(v) * spring.damping;
             a[j] = a[j] - force * spring.pulls[0];
             a[k] = a[k] - force * spring.pulls[1];
         }
@@ -80,7 +81,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         let carried = carries::<PLAIN, S>();
         let Some(first) = self.teeth.first() else { return };
         // Slices of one length: their bounds are checked once.
-        let (teeth, rests) = (&self.teeth[..], &self.rests[..self.teeth.len()]);
+        let teeth = &self.teeth[..];
         let (damping, half) = (&at.damping[..teeth.len()], &at.half[..teeth.len()]);
         let bounded = At { damping, half, places: &at.places[..teeth.len()], ..*at };
         let mut gear = Turning::of(first.at[0] as usize, q, v, a);
@@ -111,8 +112,9 @@ impl<N: Nonlinearity> TrainShape<N> {
                 a[k] = gear.a;
             }
             if !PLAIN {
-                self.pull(rests[i].more_pulls.clone(), w, a);
-                if !rests[i].varying.is_empty() {
+                let rest = &self.rests[i];
+                self.pull(rest.more_pulls.clone(), w, a);
+                if !rest.varying.is_empty() {
                     self.varying_pull(i, w, &bounded, a);
                 }
             }

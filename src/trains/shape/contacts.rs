@@ -38,15 +38,16 @@ impl<N> Tooth<N> {
 }
 
 impl<N: Nonlinearity> TrainShape<N> {
-    /// The drives by their meaning.
+    /// The drives by their meaning. `PLAIN`: of a plain train, which has neither journals nor torques that vary.
     #[inline(always)]
-    pub(crate) fn drives<'u, S: Scalar>(&'u self, u: Drives<'u, S>) -> At<'u, S> {
-        let (n, contacts) =
-            (self.elements.per_inertia.len(), self.teeth.len() + self.elements.journals.len());
-        let (single, rest) = u.all_waves().split_at(self.elements.single.len());
-        let (jets, edges) = rest.split_at(2 * self.elements.jets.len());
-        let (net, rest) = u.all_constants().split_at(n);
-        let (torques, rest) = rest.split_at(self.elements.torque_waves.len() + self.elements.motors.len());
+    pub(crate) fn drives<'u, const PLAIN: bool, S: Scalar>(&'u self, u: Drives<'u, S>) -> At<'u, S> {
+        let elements = &self.elements;
+        let varying = if PLAIN { 0 } else { elements.torque_waves.len() + elements.motors.len() };
+        let contacts = self.teeth.len() + if PLAIN { 0 } else { elements.journals.len() };
+        let (single, rest) = u.all_waves().split_at(elements.single.len());
+        let (jets, edges) = rest.split_at(2 * elements.jets.len());
+        let (net, rest) = u.all_constants().split_at(elements.per_inertia.len());
+        let (torques, rest) = rest.split_at(varying);
         let (damping, rest) = rest.split_at(contacts);
         let (half, friction) = rest.split_at(contacts);
         let (jets, edges) = (jets.as_chunks().0, edges.as_chunks().0);

@@ -210,7 +210,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         q: &[S],
         v: &[S],
     ) -> Contact<S> {
-        let at = self.drives(u);
+        let at = self.drives::<false, _>(u);
         self.places.contact(i, |i| &self.teeth[i].law, |i| self.touch(law, i, &at, q, v))
     }
     fn kinks(&self) -> usize {
@@ -252,7 +252,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         self.rests.iter().map(of).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        let at = self.drives(u);
+        let at = self.drives::<false, _>(u);
         for ((out, tooth), contact) in out.iter_mut().zip(&self.teeth).zip(contacts) {
             *out = contact.deflection + at.jets[tooth.error as usize][0];
         }
