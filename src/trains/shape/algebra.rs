@@ -82,6 +82,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         let Some(first) = self.teeth.first() else { return };
         // Slices of one length: their bounds are checked once.
         let teeth = &self.teeth[..];
+        let rests = &self.rests[..if PLAIN { 0 } else { teeth.len() }];
         let (damping, half) = (&at.damping[..teeth.len()], &at.half[..teeth.len()]);
         let bounded = At { damping, half, places: &at.places[..teeth.len()], ..*at };
         let mut gear = Turning::of(first.at[0] as usize, q, v, a);
@@ -112,9 +113,8 @@ impl<N: Nonlinearity> TrainShape<N> {
                 a[k] = gear.a;
             }
             if !PLAIN {
-                let rest = &self.rests[i];
-                self.pull(rest.more_pulls.clone(), w, a);
-                if !rest.varying.is_empty() {
+                self.pull(rests[i].more_pulls.clone(), w, a);
+                if !rests[i].varying.is_empty() {
                     self.varying_pull(i, w, &bounded, a);
                 }
             }
