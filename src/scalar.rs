@@ -56,14 +56,14 @@ pub trait Scalar:
     #[inline(always)]
     fn abs_powf(self, p: f64) -> Self {
         let size = self.abs();
-        // For p = 1/2 and 3/2 (Hertz) a square root is much faster than a power.
-        if p == 0.5 {
-            size.sqrt()
-        } else if p == 1.5 {
-            size * size.sqrt()
-        } else {
-            size.powf(p)
-        }
+        // For p = 1/2 (Hertz) a square root is much faster than a power.
+        if p == 0.5 { size.sqrt() } else { size.powf(p) }
+    }
+    /// |x|^p with the sign of x. As one power it has derivatives at 0 that the product x |x|^(p-1) lacks in a
+    /// Taylor series.
+    #[inline(always)]
+    fn signed_powf(self, p: f64) -> Self {
+        self * self.abs_powf(p - 1.0)
     }
     /// e^x.
     fn exp(self) -> Self;

@@ -1,6 +1,6 @@
 //! Numbers that record the operations of an algebra.
 
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, is_product};
 use crate::tape::operations::{FormId, Op, Parity};
 use crate::tape::recording::Recording;
 use std::fmt;
@@ -159,6 +159,16 @@ impl Scalar for Node<'_> {
             |tape, form| match p % 2.0 == 1.0 && !tape.is_guarded() {
                 true => tape.function(Op::Kink("an odd power of an absolute value that varies")),
                 false => tape.power(form, p, Parity::Even),
+            },
+        )
+    }
+    fn signed_powf(self, p: f64) -> Self {
+        self.apply(
+            |x| x.signed_powf(p),
+            |tape, form| match p % 2.0 {
+                1.0 if is_product(p) => tape.power(form, p, Parity::Plain),
+                0.0 if !tape.is_guarded() => tape.function(Op::Kink("a power with the sign of what varies")),
+                _ => tape.power(form, p, Parity::Odd),
             },
         )
     }

@@ -203,14 +203,19 @@ impl<C: Curve> Engine<C> {
         point.units = units;
     }
 
-    /// By how much the curve turns between two points, in the units of the first `[rad]`: from the tangent of the first
-    /// to the chord, and on to the tangent of the second. Between equal tangents the curve may turn and turn back.
-    pub(crate) fn turn(from: &CurvePoint<C::Solution>, to: &CurvePoint<C::Solution>) -> f64 {
-        let mut other = to.tangent.clone();
-        other.component_mul_assign(&to.units);
-        other.component_div_assign(&from.units);
-        let chord = from.scaled_difference(to).normalize();
-        let angle = |cosine: f64| cosine.clamp(-1.0, 1.0).acos();
-        angle(from.tangent.dot(&chord)) + angle(chord.dot(&other.normalize()))
+    /// The angle between the tangents of two points, in the units of the first `[rad]`.
+    pub(crate) fn angle(from: &CurvePoint<C::Solution>, to: &CurvePoint<C::Solution>) -> f64 {
+        between(&from.tangent, &from.tangent_of(to))
     }
+    /// By how much the curve turns between two points `[rad]`: from the tangent of the first to the chord, and on to
+    /// the tangent of the second. Between equal tangents it may turn and turn back.
+    pub(crate) fn turn(from: &CurvePoint<C::Solution>, to: &CurvePoint<C::Solution>) -> f64 {
+        let chord = from.scaled_difference(to).normalize();
+        between(&from.tangent, &chord) + between(&chord, &from.tangent_of(to))
+    }
+}
+
+/// The angle between two directions of length 1 `[rad]`.
+fn between(a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+    a.dot(b).clamp(-1.0, 1.0).acos()
 }

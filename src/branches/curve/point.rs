@@ -42,6 +42,10 @@ impl<S> CurvePoint<S> {
     pub(crate) fn scaled_difference(&self, other: &CurvePoint<S>) -> DVector<f64> {
         self.scaled(&other.x, other.p)
     }
+    /// The tangent of another point in the units of this point.
+    pub(crate) fn tangent_of(&self, other: &CurvePoint<S>) -> DVector<f64> {
+        other.tangent.component_mul(&other.units).component_div(&self.units).normalize()
+    }
     /// Whether a step from `last` to `next` passes this point in the direction of its tangent.
     pub(crate) fn is_passed(&self, last: &CurvePoint<S>, next: &CurvePoint<S>, step: f64) -> bool {
         let [before, after] = [last, next].map(|point| self.scaled_difference(point));

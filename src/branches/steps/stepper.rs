@@ -177,9 +177,9 @@ impl<'f, C: Followed> Stepper<'f, C> {
             }
             point => (point?, self.step, false),
         };
-        let angle = Engine::<C>::turn(last, &point);
-        if angle > TURN && step > CORNER {
-            return Err(CurveError::Turned { angle, step });
+        let (angle, turn) = (Engine::<C>::angle(last, &point), Engine::<C>::turn(last, &point));
+        if turn > TURN && step > CORNER {
+            return Err(CurveError::Turned { angle: turn, step });
         }
         let mut first: Option<(CurvePoint<C::Solution>, f64)> = None;
         let n = point.x.len();

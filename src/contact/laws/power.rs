@@ -71,24 +71,23 @@ impl PowerLaw {
         self.exponent
     }
 
-    /// y0 |y/y0|^p for a depth y. Its derivatives are powers of the depth alone, so that they hold at depth 0, too.
+    /// y0 |y/y0|^p with the sign of the depth y.
     #[inline(always)]
     fn of_depth<S: Scalar>(&self, y: S) -> S {
         let depth = S::from(self.depth);
-        depth * (y / depth).abs_powf(self.exponent)
+        depth * (y / depth).signed_powf(self.exponent)
     }
 }
 
 impl Nonlinearity for PowerLaw {
     #[inline(always)]
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
-        let y = at.outside();
-        y * (y / S::from(self.depth)).abs_powf(self.exponent - 1.0)
+        self.of_depth(at.outside())
     }
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
         match piece {
-            Piece::Lower if self.lower.is_finite() => -self.of_depth(at.x - at.lower),
+            Piece::Lower if self.lower.is_finite() => self.of_depth(at.x - at.lower),
             Piece::Upper if self.upper.is_finite() => self.of_depth(at.x - at.upper),
             _ => S::from(0.0),
         }
