@@ -3,8 +3,8 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Model;
-use crate::model::sizing::Sizing;
 use crate::model::state::State;
+use crate::model::structure::sizing::Sizing;
 use crate::numeric::norms::remove;
 use crate::ode::step::{Observer, Step};
 use std::f64::consts::TAU;

@@ -1,8 +1,8 @@
 //! Campbell diagrams.
 
 use crate::linear::modes::{LinearError, Modes};
-use crate::model::machine::Machine;
-use crate::model::shape::Shape;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::Shape;
 
 /// A speed at which a harmonic of an order meets a natural frequency.
 ///

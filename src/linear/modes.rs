@@ -5,7 +5,7 @@ use crate::error::ParameterError;
 use crate::excitation::side::Side;
 use crate::linear::symmetric::inertias;
 use crate::model::equations::{Model, Periodic};
-use crate::model::slopes::Slopes;
+use crate::model::structure::slopes::Slopes;
 use crate::numeric::gauss::FIVE;
 use nalgebra::DMatrix;
 use num_complex::Complex64;

@@ -5,9 +5,9 @@ use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::linear::modes::LinearError;
 use crate::model::equations::{Model, Periodic};
-use crate::model::rigid::rigid_modes;
-use crate::model::slopes::{Slopes, accelerate};
 use crate::model::state::State;
+use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::slopes::{Slopes, accelerate};
 use nalgebra::{DMatrix, DVector};
 
 /// A static state: deflections under the load at one instant, without motion.

@@ -1,23 +1,15 @@
 //! Models: traits of the equations of motion, shapes and machines.
 
 pub(crate) mod channel;
-pub(crate) mod couplings;
 pub(crate) mod drive_slope;
-pub(crate) mod dual_jacobian;
 pub(crate) mod equations;
 pub(crate) mod expansion;
 pub(crate) mod formula;
 pub(crate) mod jacobian;
-pub(crate) mod machine;
-pub(crate) mod machine_constants;
-pub(crate) mod machine_terms;
 pub(crate) mod offers;
-pub(crate) mod rigid;
-pub(crate) mod shape;
-pub(crate) mod shape_checks;
-pub(crate) mod sizing;
-pub(crate) mod slopes;
+pub(crate) mod shapes;
 pub(crate) mod state;
+pub(crate) mod structure;
 pub(crate) mod terms;
 
 pub use crate::dual::Dual;
@@ -25,9 +17,9 @@ pub use crate::model::channel::Channel;
 pub use crate::model::equations::{Model, Periodic};
 pub use crate::model::formula::{Formula, from_fn};
 pub use crate::model::jacobian::Jacobian;
-pub use crate::model::machine::Machine;
 pub use crate::model::offers::Offers;
-pub use crate::model::shape::{Drives, Shape, Size};
+pub use crate::model::shapes::machine::Machine;
+pub use crate::model::shapes::shape::{Drives, Shape, Size};
 pub use crate::model::state::State;
 pub use crate::scalar::{Scalar, keep_rolled};
 pub use crate::series::Series;

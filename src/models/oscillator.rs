@@ -9,8 +9,8 @@ use crate::excitation::fourier::Fourier;
 use crate::excitation::side::Side;
 use crate::excitation::wave::{Angle, Wave};
 use crate::model::channel::Channel;
-use crate::model::machine::Machine;
-use crate::model::shape::{Drives, Shape, Size};
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
 
 /// An oscillator with a cubic spring and a dead zone g of half width b, dimensionless:

@@ -5,7 +5,7 @@ use crate::analysis::spectra::window::Window;
 use crate::drives::phase::VaryingSpeed;
 use crate::error::{ParameterError, check};
 use crate::model::equations::Model;
-use crate::model::shape::Shape;
+use crate::model::shapes::shape::Shape;
 use crate::model::state::State;
 use crate::ode::budget::Budget;
 use crate::ode::integrator::{Integrator, sample};

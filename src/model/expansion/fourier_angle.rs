@@ -5,7 +5,7 @@ use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
 use crate::excitation::wave::{Angle, Wave};
-use crate::model::shape::Shape;
+use crate::model::shapes::shape::Shape;
 use crate::tape::form::Form;
 use crate::tape::node::Node;
 use crate::tape::operations::{Op, Tape};

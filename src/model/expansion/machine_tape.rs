@@ -2,8 +2,8 @@
 
 use crate::excitation::side::Side;
 use crate::model::expansion::expand::{Expand, Recorded};
-use crate::model::machine::Machine;
-use crate::model::shape::{Drives, Shape, Size};
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::series::Series;
 
 impl<G: Shape> Expand for Machine<G> {

@@ -3,7 +3,7 @@
 use crate::excitation::side::Side;
 use crate::model::expansion::fourier_angle::Harmonics;
 use crate::model::expansion::fourier_waves::FourierWaves;
-use crate::model::shape::Shape;
+use crate::model::shapes::shape::Shape;
 use crate::numeric::spread::GOLDEN_POINTS;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;

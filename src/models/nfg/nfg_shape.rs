@@ -13,7 +13,7 @@ use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
 use crate::excitation::wave::{Angle, Wave};
 use crate::model::channel::Channel;
-use crate::model::shape::{Drives, Shape, Size};
+use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::models::nfg::nfg_params::{Damping, ErrorForcing, HalfWidth, NfgReading};
 use crate::scalar::Scalar;
 

@@ -5,7 +5,7 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
 use crate::contact::piece_choice::{PieceChoice, Place};
 use crate::contact::tooth::Contact;
-use crate::model::shape::Drives;
+use crate::model::shapes::shape::Drives;
 use crate::models::ring::columns::{Parameters, STRIDE};
 use crate::models::ring::ring_shape::{Frame, RingShape};
 use crate::scalar::{Scalar, keep_rolled};

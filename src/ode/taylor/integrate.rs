@@ -2,8 +2,8 @@
 
 use crate::model::equations::Model;
 use crate::model::expansion::expand::Expand;
-use crate::model::slopes::accelerate;
 use crate::model::state::State;
+use crate::model::structure::slopes::accelerate;
 use crate::ode::edges::exit::Found;
 use crate::ode::edges::passage::Passage;
 use crate::ode::integrate_error::IntegrateError;

@@ -6,7 +6,7 @@ use crate::model::equations::{Constants, Model};
 use crate::model::expansion::expand::Expand;
 use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
-use crate::model::slopes::{accelerate, offered};
+use crate::model::structure::slopes::{accelerate, offered};
 use crate::model::terms::Terms;
 use std::cell::RefCell;
 

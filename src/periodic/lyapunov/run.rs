@@ -3,8 +3,8 @@
 use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
 use crate::model::equations::{Model, Periodic};
-use crate::model::rigid::rigid_modes;
 use crate::model::state::State;
+use crate::model::structure::rigid::rigid_modes;
 use crate::ode::budget::{Budget, Meter};
 use crate::ode::step::{Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};

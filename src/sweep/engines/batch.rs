@@ -1,8 +1,8 @@
 //! Runs over the same table of drives, in one or several lanes.
 
 use crate::model::equations::{Model, Periodic};
-use crate::model::machine::Machine;
-use crate::model::shape::Shape;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::Shape;
 use crate::model::state::State;
 use crate::numeric::spread::golden;
 use crate::ode::integrate_error::IntegrateError;

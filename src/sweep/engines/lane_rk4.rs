@@ -3,8 +3,8 @@
 use crate::error::check;
 use crate::linear::modes::{LinearError, Modes};
 use crate::model::equations::Periodic;
-use crate::model::machine::Machine;
-use crate::model::shape::Shape;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::Shape;
 use crate::sweep::engines::batch::{Batch, LaneRun, refuse};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;

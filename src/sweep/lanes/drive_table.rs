@@ -2,8 +2,8 @@
 
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
-use crate::model::machine::Machine;
-use crate::model::shape::Shape;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::Shape;
 use std::f64::consts::TAU;
 use thiserror::Error;
 

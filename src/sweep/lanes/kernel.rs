@@ -3,7 +3,7 @@
 use crate::contact::piece_choice::ByDeflection;
 use crate::contact::tooth::Contact;
 use crate::model::equations::Model;
-use crate::model::shape::{Drives, Shape};
+use crate::model::shapes::shape::{Drives, Shape};
 use crate::scalar::{Scalar, keep_rolled};
 use crate::sweep::lanes::drive_table::{DriveTable, WHOLE};
 use crate::sweep::lanes::instructions::InstructionSet;

@@ -3,7 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::side::Side;
-use crate::model::slopes::{Slopes, accelerate};
+use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::periodic::balance::fourier_orbit::AT_REST;
 use crate::roots::matrix::{MAX_ENTRIES, Matrix};
 use crate::roots::residual::Residual;

@@ -6,7 +6,7 @@ use crate::contact::mesh::Mesh;
 use crate::error::check;
 use crate::excitation::wave::Wave;
 use crate::model::channel::Channel;
-use crate::model::machine::Machine;
+use crate::model::shapes::machine::Machine;
 use crate::trains::assembly::planet_sets::planet_sets;
 use crate::trains::assembly::rows::{Layout, Row};
 use crate::trains::plan::train_plan::Plan;

@@ -3,9 +3,9 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::trains::parts::collection::{Coordinates, Course, TorquePart};
-use crate::trains::plan::kinematics::Kinematics;
 use crate::trains::plan::places::Planets;
 use crate::trains::plan::topology::Topology;
+use crate::trains::plan::turning::kinematics::Kinematics;
 use crate::trains::train_error::{TrainError, Warning};
 
 impl TorquePart {

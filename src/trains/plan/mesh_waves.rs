@@ -3,10 +3,10 @@
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::combine::{Product, Sum};
 use crate::excitation::wave::Wave;
-use crate::trains::plan::fraction::Fraction;
-use crate::trains::plan::orders::{follows_teeth, varies};
 use crate::trains::plan::topology::Gearing;
 use crate::trains::plan::train_plan::Plan;
+use crate::trains::plan::turning::fraction::Fraction;
+use crate::trains::plan::turning::orders::{follows_teeth, varies};
 use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
 

@@ -2,14 +2,11 @@
 //! frame of the coordinates, orders, phases and waves.
 
 pub(crate) mod checks;
-pub(crate) mod fraction;
 pub(crate) mod frame;
-pub(crate) mod kinematics;
 pub(crate) mod mesh_waves;
-pub(crate) mod orders;
 pub(crate) mod phases;
 pub(crate) mod places;
 pub(crate) mod ranges;
-pub(crate) mod rotation;
 pub(crate) mod topology;
 pub(crate) mod train_plan;
+pub(crate) mod turning;

@@ -2,8 +2,8 @@
 
 use crate::error::check;
 use crate::trains::parts::mesh_part::{Kind, MeshPart};
-use crate::trains::plan::kinematics::Kinematics;
 use crate::trains::plan::topology::Topology;
+use crate::trains::plan::turning::kinematics::Kinematics;
 use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
 

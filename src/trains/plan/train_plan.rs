@@ -2,13 +2,13 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::trains::parts::collection::Parts;
-use crate::trains::plan::kinematics::Kinematics;
-use crate::trains::plan::orders::Orders;
 use crate::trains::plan::phases::phases;
 use crate::trains::plan::places::{Centres, Planets, centres, planets};
 use crate::trains::plan::ranges;
-use crate::trains::plan::rotation::{Rotations, rotations};
 use crate::trains::plan::topology::Topology;
+use crate::trains::plan::turning::kinematics::Kinematics;
+use crate::trains::plan::turning::orders::Orders;
+use crate::trains::plan::turning::rotation::{Rotations, rotations};
 use crate::trains::train_error::TrainError;
 
 /// What follows from the parts of a train.

@@ -2,7 +2,7 @@
 
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece_choice::PieceChoice;
-use crate::model::shape::Drives;
+use crate::model::shapes::shape::Drives;
 use crate::scalar::{Scalar, keep_rolled};
 use crate::trains::shape::contacts::At;
 use crate::trains::shape::elements::Shaft;
@@ -211,7 +211,7 @@ mod tests {
     use crate::excitation::side::Side;
     use crate::excitation::wave::Wave;
     use crate::model::equations::Model;
-    use crate::model::shape::Drives;
+    use crate::model::shapes::shape::Drives;
     use crate::sweep::lanes::number::{Lanes, Number};
     use crate::trains::parts::body::Body;
     use crate::trains::parts::collection::{Coordinates, Parts};

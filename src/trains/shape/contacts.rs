@@ -4,7 +4,7 @@ use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::contact::piece_choice::{PieceChoice, Place};
 use crate::contact::tooth::Contact;
-use crate::model::shape::Drives;
+use crate::model::shapes::shape::Drives;
 use crate::scalar::Scalar;
 use crate::trains::shape::elements::Tooth;
 use crate::trains::shape::train_shape::TrainShape;

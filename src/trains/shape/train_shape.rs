@@ -11,8 +11,8 @@ use crate::excitation::angle::earliest;
 use crate::excitation::side::Side;
 use crate::excitation::wave::{Angle, Wave};
 use crate::model::channel::Channel;
-use crate::model::machine::Machine;
-use crate::model::shape::{Drives, Shape, Size};
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
 use crate::trains::shape::elements::{Elements, Entry, PlanetSet, Tooth, ToothRest};
 

@@ -8,7 +8,7 @@ use crate::branches::orbits::by_balance::balance_slope::BalanceSlope;
 use crate::branches::stability_method::StabilityMethod;
 use crate::model::channel::Channel;
 use crate::model::equations::Periodic;
-use crate::model::rigid::rigid_modes;
+use crate::model::structure::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
 use crate::periodic::balance::amplitudes::sizes;

@@ -2,11 +2,11 @@
 
 use crate::contact::piece::Piece;
 use crate::error::check;
-use crate::model::couplings::Couplings;
 use crate::model::equations::{Model, Periodic};
-use crate::model::machine::Machine;
-use crate::model::shape::Shape;
-use crate::model::slopes::Slopes;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::Shape;
+use crate::model::structure::couplings::Couplings;
+use crate::model::structure::slopes::Slopes;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::admission::{free_motions, refuse_stops};
 use crate::periodic::balance::amplitudes::sizes_apart;

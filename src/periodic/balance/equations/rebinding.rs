@@ -1,7 +1,7 @@
 //! Equations of a balance that are bound to another model.
 
 use crate::model::equations::Periodic;
-use crate::model::slopes::Slopes;
+use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::equations::balance_equations::{BalanceEquations, Workspace};
 use crate::periodic::balance::series::grid::Grid;
 use std::f64::consts::TAU;

@@ -2,9 +2,9 @@
 
 use crate::contact::piece::Piece;
 use crate::error::check;
-use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
-use crate::model::slopes::Slopes;
+use crate::model::structure::couplings::Couplings;
+use crate::model::structure::slopes::Slopes;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;

@@ -11,9 +11,9 @@
 //! short Fourier series. The coefficients of q'' are products of these series with χ and with the motion.
 
 use crate::contact::piece::Piece;
-use crate::model::couplings::{Couplings, Slope, is_linear_on_pieces};
 use crate::model::equations::Periodic;
-use crate::model::slopes::Slopes;
+use crate::model::structure::couplings::{Couplings, Slope, is_linear_on_pieces};
+use crate::model::structure::slopes::Slopes;
 use crate::numeric::spread::weyl;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};

@@ -1,7 +1,7 @@
 //! The interface between the equations of a balance and a way of integrating the accelerations.
 
-use crate::model::couplings::Couplings;
-use crate::model::slopes::Slopes;
+use crate::model::structure::couplings::Couplings;
+use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;

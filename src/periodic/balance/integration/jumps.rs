@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
-use crate::model::slopes::accelerate;
+use crate::model::structure::slopes::accelerate;
 use crate::numeric::norms::largest;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::{Jump, Spectra};

@@ -7,7 +7,7 @@
 //! first; one transform then gives all orders.
 
 use crate::model::equations::Periodic;
-use crate::model::slopes::{Slopes, accelerate};
+use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;

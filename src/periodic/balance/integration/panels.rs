@@ -1,9 +1,9 @@
 //! Exact switching by Gauss quadrature on the smooth intervals between switches and drive edges.
 
 use crate::excitation::side::Side;
-use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
-use crate::model::slopes::Slopes;
+use crate::model::structure::couplings::Couplings;
+use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;

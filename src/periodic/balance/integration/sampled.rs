@@ -5,7 +5,7 @@
 
 use crate::contact::piece::Piece;
 use crate::model::equations::Periodic;
-use crate::model::slopes::Slopes;
+use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::series::spectra::{Samples, Spectra};

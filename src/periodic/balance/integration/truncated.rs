@@ -7,9 +7,9 @@
 use crate::contact::piece::Piece;
 use crate::dual::Dual;
 use crate::model::equations::{Model, Periodic};
-use crate::model::machine::Machine;
-use crate::model::shape::{Drives, Shape};
-use crate::model::slopes::Slopes;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::{Drives, Shape};
+use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;

@@ -3,9 +3,9 @@
 
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
-use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
-use crate::model::slopes::Slopes;
+use crate::model::structure::couplings::Couplings;
+use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::series::transform::{Transform, unpack};
 use num_complex::Complex64;
 use std::f64::consts::TAU;

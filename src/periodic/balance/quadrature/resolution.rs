@@ -5,7 +5,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
-use crate::model::slopes::accelerate;
+use crate::model::structure::slopes::accelerate;
 use crate::numeric::spread::weyl;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::amplitudes::sizes;

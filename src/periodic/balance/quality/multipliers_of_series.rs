@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
-use crate::model::rigid::rigid_modes;
+use crate::model::structure::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integration::jumps::BothSides;

@@ -2,8 +2,8 @@
 
 use crate::error::ParameterError;
 use crate::model::equations::Periodic;
-use crate::model::machine::Machine;
-use crate::model::shape::Shape;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::Shape;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;

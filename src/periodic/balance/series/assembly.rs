@@ -1,6 +1,6 @@
 //! Jacobian of a balance: Toeplitz plus Hankel matrices of the Fourier coefficients of the slopes.
 
-use crate::model::couplings::{Coupling, Couplings, Slope};
+use crate::model::structure::couplings::{Coupling, Couplings, Slope};
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::roots::matrix::Matrix;

@@ -1,9 +1,9 @@
 //! Fourier coefficients of accelerations and their slopes, from samples.
 
 use crate::contact::piece::Piece;
-use crate::model::couplings::Couplings;
 use crate::model::equations::Periodic;
-use crate::model::slopes::{Slopes, accelerate};
+use crate::model::structure::couplings::Couplings;
+use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::slope_series::SlopeTable;

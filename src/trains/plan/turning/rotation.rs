@@ -5,10 +5,10 @@ use crate::error::ParameterError;
 use crate::excitation::combine::{Product, Quotient};
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
-use crate::trains::plan::kinematics::Kinematics;
-use crate::trains::plan::orders::Orders;
 use crate::trains::plan::places::SAME;
 use crate::trains::plan::topology::{Gearing, Topology};
+use crate::trains::plan::turning::kinematics::Kinematics;
+use crate::trains::plan::turning::orders::Orders;
 use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
 

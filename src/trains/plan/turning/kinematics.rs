@@ -2,8 +2,8 @@
 
 use crate::trains::parts::collection::ShaftPart;
 use crate::trains::parts::mesh_part::Kind;
-use crate::trains::plan::fraction::Fraction;
 use crate::trains::plan::topology::{Gearing, Topology};
+use crate::trains::plan::turning::fraction::Fraction;
 use crate::trains::train_error::TrainError;
 
 /// Σ coefficient · speed = 0, by the part `part`.

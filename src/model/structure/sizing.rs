@@ -3,7 +3,7 @@
 use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
-use crate::model::slopes::{Slopes, accelerate};
+use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::model::terms::TermsRoom;
 
 /// Sizes of coordinates and velocities at a state, each the sum of the terms of which it is made over a step

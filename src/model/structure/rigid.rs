@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
-use crate::model::slopes::{Slopes, accelerate, offered};
+use crate::model::structure::slopes::{Slopes, accelerate, offered};
 use crate::numeric::norms;
 use crate::numeric::spread::golden;
 use faer::Mat;
@@ -240,7 +240,7 @@ fn directions_of_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DM
 
 #[cfg(test)]
 mod tests {
-    use crate::model::rigid::{rigid_modes, rigid_motions};
+    use crate::model::structure::rigid::{rigid_modes, rigid_motions};
     use crate::models::nfg::{NfgPair, NfgParams};
     use crate::models::ring::{Frame, Ring, RingSet};
     use crate::{Model, ParameterError, Periodic};

@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::excitation::side::Side;
 use crate::model::equations::Periodic;
 use crate::model::jacobian::Jacobian;
-use crate::model::slopes::Slopes;
+use crate::model::structure::slopes::Slopes;
 use crate::numeric::spread::weyl;
 
 /// Dependence of one acceleration on one coordinate or velocity.

@@ -4,9 +4,9 @@ use crate::contact::laws::nonlinearity::Nonlinearity;
 use crate::excitation::wave::Wave;
 use crate::trains::parts::collection::Course;
 use crate::trains::parts::mesh_part::MeshPart;
-use crate::trains::plan::fraction::Fraction;
-use crate::trains::plan::kinematics::Kinematics;
 use crate::trains::plan::topology::Topology;
+use crate::trains::plan::turning::fraction::Fraction;
+use crate::trains::plan::turning::kinematics::Kinematics;
 use crate::trains::train_error::TrainError;
 
 /// The angle φ of all waves: the slowest one that every mesh and every turn repeats a whole number of times.

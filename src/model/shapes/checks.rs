@@ -7,8 +7,8 @@ use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice, Place
 use crate::error::ParameterError;
 use crate::excitation::side::Side;
 use crate::model::equations::Model;
-use crate::model::machine::Machine;
-use crate::model::shape::{Drives, Shape, Size};
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::{Drives, Shape, Size};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 

@@ -2,8 +2,8 @@
 
 use crate::contact::piece::Piece;
 use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
-use crate::model::machine::Machine;
-use crate::model::shape::{Drives, Shape, Size};
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::model::terms::{Terms, TermsRoom};
 use crate::rounded::Rounded;
 

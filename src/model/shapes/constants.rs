@@ -5,10 +5,10 @@ use crate::dual::Dual;
 use crate::error::{ParameterError, check};
 use crate::model::channel::Channel;
 use crate::model::drive_slope::DriveSlope;
-use crate::model::dual_jacobian::slope_along;
 use crate::model::equations::{Constants, Model, Periodic};
-use crate::model::machine::Machine;
-use crate::model::shape::Shape;
+use crate::model::shapes::dual_jacobian::slope_along;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::Shape;
 
 /// Machines are equal if their shapes and their constants are equal.
 impl<G: Shape> PartialEq for Machine<G> {

@@ -4,7 +4,7 @@ use crate::contact::piece::Piece;
 use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
 use crate::dual::Dual;
 use crate::model::jacobian::Jacobian;
-use crate::model::shape::{Drives, Shape, Size};
+use crate::model::shapes::shape::{Drives, Shape, Size};
 
 /// Writes the Jacobian of a shape by dual numbers, exact to rounding: by deflection or on given pieces.
 pub(crate) fn dual_jacobian<G: Shape>(

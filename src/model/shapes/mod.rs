@@ -1,0 +1,8 @@
+//! Shapes and machines: a model written once for all number types, with named constants.
+
+pub(crate) mod checks;
+pub(crate) mod constants;
+pub(crate) mod dual_jacobian;
+pub(crate) mod machine;
+pub(crate) mod shape;
+pub(crate) mod terms;

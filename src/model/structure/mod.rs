@@ -1,0 +1,6 @@
+//! What is found out about any model: derivatives, couplings, rigid motions, sizes of its coordinates.
+
+pub(crate) mod couplings;
+pub(crate) mod rigid;
+pub(crate) mod sizing;
+pub(crate) mod slopes;
