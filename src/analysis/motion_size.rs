@@ -1,12 +1,11 @@
 //! Ranges of motion and rounding errors of coordinates and velocities: the units of distances, corrections,
 //! differences and errors.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::contact::Piece;
 use crate::model::structure::sizing::Sizing;
+use crate::model::{Model, State};
 use crate::numeric::norms::remove;
-use crate::ode::step::{Observer, Step};
+use crate::ode::{Observer, Step};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 

@@ -1,14 +1,11 @@
 //! Poincaré sections.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, Periodic};
-use crate::model::state::State;
+use crate::model::{Model, Periodic, State};
 use crate::numeric::gauss::FIVE;
-use crate::ode::budget::Budget;
-use crate::ode::integrator::{Integrator, sample};
+use crate::ode::integrator::sample;
 use crate::ode::probe::Probe;
-use crate::ode::step::{Observer, Step};
-use crate::ode::trajectory::{Failed, Trajectory};
+use crate::ode::{Budget, Failed, Integrator, Observer, Step, Trajectory};
 use std::ops::ControlFlow;
 
 /// Strobed states of a run: `count` states at the times start + k T, k = 1 .. `count`, with the period T of

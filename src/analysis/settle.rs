@@ -3,15 +3,10 @@
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
 use crate::error::{ParameterError, check};
-use crate::linear::modes::LinearError;
-use crate::linear::statics::static_state;
-use crate::model::equations::Periodic;
-use crate::model::state::State;
+use crate::linear::{LinearError, static_state};
 use crate::model::structure::rigid::rigid_modes;
-use crate::ode::budget::Budget;
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
-use crate::ode::step::{Observer, Step};
+use crate::model::{Periodic, State};
+use crate::ode::{Budget, IntegrateError, Integrator, Observer, Step};
 use thiserror::Error;
 
 /// Integrates until the state repeats: settling to a periodic orbit.

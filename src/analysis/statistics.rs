@@ -1,11 +1,11 @@
 //! Mean, RMS and extremes of channels over a run.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::Model;
+use crate::model::Model;
 use crate::numeric::gauss::FIVE;
 use crate::numeric::parabola::{maximum, peak, vertex};
 use crate::ode::probe::Probe;
-use crate::ode::step::{Observer, Step};
+use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
 
 /// Mean, RMS, extremes and deviation of a channel over a time T, in the unit of the channel.

@@ -3,21 +3,16 @@
 use crate::branches::family::Family;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::points::test_functions::fold;
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::linear::statics::static_state;
-use crate::model::equations::{Model, Periodic};
-use crate::model::jacobian::Jacobian;
-use crate::model::offers::Offers;
-use crate::model::state::State;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::linear::static_state;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::structure::slopes::{accelerate, offered};
+use crate::model::{Jacobian, Model, Offers, Periodic, State};
 use crate::numeric::brent::Brent;
-use crate::ode::budget::Budget;
-use crate::periodic::flow::variation::Variation;
-use crate::periodic::multipliers::Multipliers;
+use crate::ode::Budget;
 use crate::periodic::shooting::segments::orthonormal;
+use crate::periodic::{Multipliers, Variation};
 
 /// What the size of a motion is compared with.
 #[derive(Clone, Debug)]

@@ -4,10 +4,9 @@ use crate::branches::line::{Line, LinePoint};
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::{Located, PointKind};
 use crate::error::ParameterError;
-use crate::export::table::ResultTable;
-use crate::model::channel::Channel;
-use crate::periodic::multipliers::Stability;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::export::ResultTable;
+use crate::model::Channel;
+use crate::periodic::{ShootingOrbit, Stability};
 use std::fmt;
 
 /// A curve of periodic orbits over a parameter: its points in order, the located ones among them.

@@ -2,7 +2,7 @@
 
 use crate::branches::curve::equations::CurveError;
 use crate::error::ParameterError;
-use crate::ode::budget::Exhausted;
+use crate::ode::Exhausted;
 use std::fmt;
 
 /// Why a branch ends.

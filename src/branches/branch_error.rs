@@ -3,8 +3,7 @@
 use crate::branches::curve::equations::CurveError;
 use crate::branches::points::kind::PointKind;
 use crate::error::ParameterError;
-use crate::periodic::balance::balance_error::BalanceError;
-use crate::periodic::shooting::failure::ShootingError;
+use crate::periodic::{BalanceError, ShootingError};
 use thiserror::Error;
 
 /// Errors at the start of a continuation. Later failures end the branch; see

@@ -3,9 +3,8 @@
 use crate::branches::branch_error::BranchError;
 use crate::branches::stability_method::StabilityMethod;
 use crate::error::{ParameterError, check};
-use crate::ode::budget::Budget;
-use crate::periodic::balance::settings::Balance;
-use crate::periodic::shooting::multiple::Shooting;
+use crate::ode::Budget;
+use crate::periodic::{Balance, Shooting};
 
 /// Follows periodic orbits along a parameter, and boundaries over two parameters, by pseudo-arclength.
 ///

@@ -1,8 +1,8 @@
 //! Families of models over one parameter.
 
 use crate::error::{ParameterError, check};
-use crate::model::channel::Channel;
-use crate::model::equations::{Constants, Model, Periodic};
+use crate::model::equations::Constants;
+use crate::model::{Channel, Model, Periodic};
 
 /// A family of models over one parameter p, along which orbits are continued.
 ///

@@ -3,10 +3,8 @@
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
 use crate::check::tolerances::{FINE, ROUNDING};
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::contact::{Contact, Piece};
+use crate::model::{Model, State};
 
 /// Pairs of distances from an edge at which functions are sampled, as shares of [`Line::length`].
 ///

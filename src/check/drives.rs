@@ -1,9 +1,8 @@
 //! Comparison of the drives with the drive edges that the model announces by `next_edge`.
 
 use crate::check::inconsistency::Inconsistency;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::excitation::Side;
+use crate::model::{Model, State};
 use crate::numeric::spread::golden;
 
 /// Number of intervals into which a span is divided in the search for jumps.

@@ -3,7 +3,7 @@
 
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
-use crate::model::equations::Model;
+use crate::model::Model;
 
 /// Number of equal parts of a line.
 const PARTS: usize = 32;

@@ -3,9 +3,8 @@
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
 use crate::check::tolerances::ROUNDING;
-use crate::excitation::side::Side;
-use crate::model::equations::{Model, Periodic};
-use crate::model::state::State;
+use crate::excitation::Side;
+use crate::model::{Model, Periodic, State};
 use crate::numeric::spread::golden;
 use crate::ode::probe::Probe;
 

@@ -2,9 +2,8 @@
 
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
-use crate::contact::piece::Piece;
-use crate::model::equations::Model;
-use crate::model::jacobian::Jacobian;
+use crate::contact::Piece;
+use crate::model::{Jacobian, Model};
 
 impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// Compares what [`Model::offers`] declares with what the methods do. A method that is not implemented

@@ -2,13 +2,10 @@
 
 use crate::check::inconsistency::Inconsistency;
 use crate::check::tolerances::{FINE, ROUGH, ROUNDING, differ};
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
-use crate::model::jacobian::Jacobian;
-use crate::model::state::State;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
 use crate::model::terms::TermsRoom;
+use crate::model::{Jacobian, Model, State};
 use crate::ode::probe::Probe;
 
 /// Steps of the finite differences, as shares of the size of the coordinates or velocities.

@@ -3,9 +3,9 @@
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
 use crate::check::tolerances::{ROUGH, ROUNDING};
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
+use crate::contact::Contact;
+use crate::excitation::Side;
+use crate::model::Model;
 use crate::ode::probe::Probe;
 
 /// Number of steps of the differences, each a tenth of the one before.

@@ -7,9 +7,8 @@ use crate::contact::piece_choice::{PieceChoice, Place};
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::earlier;
-use crate::excitation::combine::Scaled;
-use crate::excitation::side::Side;
-use crate::excitation::wave::{Angle, Wave, divisor};
+use crate::excitation::wave::divisor;
+use crate::excitation::{Angle, Scaled, Side, Wave};
 use crate::scalar::Scalar;
 
 /// Range of deflections in which the mesh damping C acts. Default: `Always`.

@@ -2,9 +2,9 @@
 
 use crate::drives::wrapped::{DriveRule, Wrapped};
 use crate::error::{ParameterError, check};
+use crate::excitation::Side;
 use crate::excitation::angle::earlier;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
+use crate::model::Model;
 use crate::series::Series;
 use std::fmt;
 use std::sync::Arc;

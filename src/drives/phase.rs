@@ -2,10 +2,9 @@
 
 use crate::drives::wrapped::{DriveRule, Wrapped};
 use crate::error::{ParameterError, check};
+use crate::excitation::Side;
 use crate::excitation::angle::earlier;
-use crate::excitation::side::Side;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
+use crate::model::{Machine, Shape};
 use crate::numeric::bracket::{Bracket, rounding};
 use crate::scalar::Scalar;
 use crate::series::Series;

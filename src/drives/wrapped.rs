@@ -1,13 +1,11 @@
 //! Models whose drives are changed by a rule: the base of all wrappers.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::{Model, redrive_each};
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::equations::redrive_each;
 use crate::model::expansion::expand::{Expand, Recorded};
-use crate::model::jacobian::Jacobian;
-use crate::model::offers::Offers;
 use crate::model::terms::Terms;
+use crate::model::{Jacobian, Model, Offers};
 use crate::series::Series;
 use crate::tape::recording::Recording;
 

@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::export::csv::Csv;
-use crate::model::channel::Channel;
+use crate::model::Channel;
 use std::collections::HashSet;
 use std::io::{Result as Written, Write};
 

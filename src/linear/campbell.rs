@@ -1,8 +1,8 @@
 //! Campbell diagrams.
 
+use crate::error::ParameterError;
 use crate::linear::modes::{LinearError, Modes};
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
+use crate::model::{Machine, Shape};
 
 /// A speed at which a harmonic of an order meets a natural frequency.
 ///
@@ -63,12 +63,9 @@ impl Campbell {
         for (i, &speed) in speeds.iter().enumerate() {
             if i > 0 && speed <= speeds[i - 1] {
                 let name = format!("speeds[{i}]");
-                return Err(crate::ParameterError::OutOfRange {
-                    name,
-                    value: speed,
-                    allowed: "increasing order",
-                }
-                .into());
+                return Err(
+                    ParameterError::OutOfRange { name, value: speed, allowed: "increasing order" }.into()
+                );
             }
             let modes = Modes::in_contact(&machine.with(&name, speed)?, 0.0)?;
             frequencies.push(modes.eigenvalues().iter().map(|value| value.norm()).collect());

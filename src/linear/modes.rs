@@ -1,11 +1,11 @@
 //! Natural frequencies, damping ratios and modes.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::error::ParameterError;
-use crate::excitation::side::Side;
+use crate::excitation::Side;
 use crate::linear::symmetric::inertias;
-use crate::model::equations::{Model, Periodic};
 use crate::model::structure::slopes::Slopes;
+use crate::model::{Model, Periodic};
 use crate::numeric::gauss::FIVE;
 use nalgebra::DMatrix;
 use num_complex::Complex64;

@@ -1,13 +1,11 @@
 //! Static deflection under load.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
 use crate::linear::modes::LinearError;
-use crate::model::equations::{Model, Periodic};
-use crate::model::state::State;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::structure::slopes::{Slopes, accelerate};
+use crate::model::{Model, Periodic, State};
 use nalgebra::{DMatrix, DVector};
 
 /// A static state: deflections under the load at one instant, without motion.

@@ -1,9 +1,8 @@
 //! Traits of a gear model: drives, algebra and contacts.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
+use crate::contact::{Contact, Piece};
 use crate::error::ParameterError;
-use crate::excitation::side::Side;
+use crate::excitation::Side;
 use crate::model::channel::{Channel, place_of};
 use crate::model::drive_slope::DriveSlope;
 use crate::model::expansion::expand::Expand;

@@ -1,6 +1,6 @@
 //! The sums of terms in the equations of a model: the measure of its rounding errors.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::rounded::Rounded;
 
 /// A model that knows the terms of its accelerations. A [`Machine`](crate::Machine) does.

@@ -1,16 +1,9 @@
 //! The oscillator with one degree of freedom.
 
-use crate::contact::deflection::Deflection;
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::piece_choice::PieceChoice;
-use crate::contact::tooth::Contact;
+use crate::contact::{Backlash, Contact, Deflection, PieceChoice};
 use crate::error::{ParameterError, check};
-use crate::excitation::fourier::Fourier;
-use crate::excitation::side::Side;
-use crate::excitation::wave::{Angle, Wave};
-use crate::model::channel::Channel;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::{Drives, Shape, Size};
+use crate::excitation::{Angle, Fourier, Side, Wave};
+use crate::model::{Channel, Drives, Machine, Shape, Size};
 use crate::scalar::Scalar;
 
 /// An oscillator with a cubic spring and a dead zone g of half width b, dimensionless:

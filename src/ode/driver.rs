@@ -1,9 +1,8 @@
 //! The main loop of the Runge-Kutta methods: make a step, locate edges in it, call the observer, prepare the
 //! next step.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::contact::Piece;
+use crate::model::{Model, State};
 use crate::ode::edges::arrival::{note_jumps, step_to_edge};
 use crate::ode::edges::exit::Found;
 use crate::ode::edges::passage::Passage;

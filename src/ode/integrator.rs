@@ -1,7 +1,6 @@
 //! The trait that all solvers implement.
 
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::model::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::Finish;

@@ -1,6 +1,6 @@
 //! The result of a run: last state and counts of work.
 
-use crate::model::state::State;
+use crate::model::State;
 
 /// The result of a run.
 ///

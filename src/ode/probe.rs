@@ -1,10 +1,9 @@
 //! Named output channels of a model.
 
-use crate::contact::tooth::Contact;
+use crate::contact::Contact;
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::model::channel::Channel;
-use crate::model::equations::Model;
+use crate::excitation::Side;
+use crate::model::{Channel, Model};
 use crate::ode::step::Step;
 
 /// First and last distance from an edge at which a channel is sampled for its limit there, as shares of the

@@ -1,6 +1,6 @@
 //! One accepted step of a run, as an observer receives it.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use std::ops::ControlFlow;
 
 /// A crossing: a contact reaches an edge of its gap at the end of a step, at the time [`Step::t1`].

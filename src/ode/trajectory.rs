@@ -1,11 +1,9 @@
 //! Recorded trajectories.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::export::table::ResultTable;
-use crate::model::channel::Channel;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::excitation::Side;
+use crate::export::ResultTable;
+use crate::model::{Channel, Model, State};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::probe::Probe;

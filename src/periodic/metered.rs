@@ -1,10 +1,9 @@
 //! Roots within a budget, and the reasons why they are not found.
 
 use crate::error::ParameterError;
-use crate::ode::budget::{Exhausted, Meter};
-use crate::roots::matrix::Matrix;
-use crate::roots::residual::Residual;
-use crate::roots::root::{Root, RootError};
+use crate::ode::Exhausted;
+use crate::ode::budget::Meter;
+use crate::roots::{Matrix, Residual, Root, RootError};
 
 /// Equations of which every residual counts against a budget. When the budget is spent, the residual is NaN
 /// without an evaluation, so that any root finder ends.

@@ -1,7 +1,7 @@
 //! Floquet multipliers, and the stability that follows from them.
 
 use crate::error::{ParameterError, check};
-use crate::ode::budget::Exhausted;
+use crate::ode::Exhausted;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use thiserror::Error;

@@ -1,6 +1,6 @@
 //! The stored form of why a branch ends.
 
-use crate::branches::branch_end::BranchEnd;
+use crate::branches::BranchEnd;
 use serde::de::{Deserialize, Deserializer};
 use serde::ser::{Serialize, Serializer};
 

@@ -1,9 +1,7 @@
 //! The stored form of the orbit of a balance.
 
 use crate::error::check;
-use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::balance::note::BalanceNote;
-use crate::periodic::balance::series::harmonics::Harmonics;
+use crate::periodic::{BalanceNote, FourierOrbit, Harmonics};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 

@@ -1,10 +1,8 @@
 //! The stored form of rows.
 
 use crate::numeric::not_finite::{AnyNumber, numbers, plain};
-use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::layout::Layout;
-use crate::sweep::settings::sweep::Sweep;
-use crate::sweep::sweep_error::PointError;
+use crate::sweep::{PointError, Rows, Sweep};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 use std::collections::BTreeMap;

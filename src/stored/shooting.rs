@@ -2,9 +2,9 @@
 
 use crate::error::{ParameterError, check};
 use crate::numeric::not_finite::AnyNumber;
-use crate::ode::budget::Budget;
-use crate::periodic::multipliers::Multipliers;
-use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
+use crate::ode::Budget;
+use crate::periodic::shooting::shooting_orbit::OrbitParts;
+use crate::periodic::{Multipliers, ShootingOrbit};
 use num_complex::Complex64;
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};

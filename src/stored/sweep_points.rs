@@ -1,6 +1,7 @@
 //! The stored form of the points of a sweep.
 
-use crate::sweep::settings::points::{Axis, Points, PointsKind};
+use crate::sweep::settings::points::PointsKind;
+use crate::sweep::{Axis, Points};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 

@@ -1,8 +1,8 @@
 //! Errors of a sweep: of the sweep as a whole and of one point.
 
 use crate::error::ParameterError;
-use crate::ode::integrate_error::IntegrateError;
-use crate::periodic::lyapunov::exponents::LyapunovError;
+use crate::ode::IntegrateError;
+use crate::periodic::LyapunovError;
 use crate::sweep::lanes::drive_table::TableError;
 use thiserror::Error;
 

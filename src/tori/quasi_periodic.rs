@@ -1,8 +1,8 @@
 //! Models whose drives are functions of several angles.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
+use crate::excitation::Side;
+use crate::model::Model;
 use crate::numeric::spread::golden;
 use std::f64::consts::TAU;
 use thiserror::Error;

@@ -1,11 +1,10 @@
 //! Periodic models with waves of other shafts added to their drives.
 
-use crate::drives::wrapped::{DriveRule, Wrapped};
+use crate::drives::{DriveRule, Wrapped};
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::{earlier, earliest};
-use crate::excitation::side::Side;
-use crate::excitation::wave::Wave;
-use crate::model::equations::Periodic;
+use crate::excitation::angle::earlier;
+use crate::excitation::{Side, Wave, earliest};
+use crate::model::Periodic;
 use crate::series::Series;
 use crate::tori::quasi_periodic::QuasiPeriodic;
 use std::f64::consts::TAU;

@@ -1,8 +1,8 @@
 //! Kinds of modes of planetary sets, and where a mode stores its energy.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::excitation::side::Side;
-use crate::linear::modes::{Mode, Modes};
+use crate::contact::Nonlinearity;
+use crate::excitation::Side;
+use crate::linear::{Mode, Modes};
 use crate::trains::shape::elements::{Entry, PlanetPlace, PlanetSet};
 use crate::trains::shape::train_shape::{Train, TrainShape};
 use nalgebra::DMatrix;

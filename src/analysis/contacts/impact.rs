@@ -1,7 +1,6 @@
 //! One impact, and the figures of many.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
+use crate::contact::{Contact, Piece};
 use crate::error::{ParameterError, check};
 
 /// One impact of a contact, from touching to separating. Speeds and times have the units of the model, SI in

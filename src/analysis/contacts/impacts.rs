@@ -2,16 +2,15 @@
 
 use crate::analysis::contacts::impact::{Impact, ImpactSummary, depth};
 use crate::analysis::contacts::pieces::{Pieces, Visit};
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
+use crate::contact::{Contact, Piece};
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::export::table::ResultTable;
-use crate::model::equations::Model;
+use crate::excitation::Side;
+use crate::export::ResultTable;
+use crate::model::Model;
 use crate::numeric::bracket::{Bracket, rounding};
 use crate::numeric::gauss::FIVE;
 use crate::ode::edges::hermite::{Distance, Hermite};
-use crate::ode::step::{Observer, Step};
+use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
 
 /// Observer that lists the impacts of all contacts of a run: instant, flank, speed, impulse, flight before.

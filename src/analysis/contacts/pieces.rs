@@ -1,12 +1,11 @@
 //! The piece of every contact, step after step.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Model;
 use crate::numeric::gauss::FIVE;
+use crate::ode::Step;
 use crate::ode::probe::Probe;
-use crate::ode::step::Step;
 
 /// A time that a contact spends on a piece: a whole step if edges are located, otherwise the weight of one of
 /// five Gauss points.

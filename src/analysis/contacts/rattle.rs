@@ -1,9 +1,9 @@
 //! Rattle: contact times, impacts and rattle state of every contact.
 
 use crate::analysis::contacts::pieces::Pieces;
-use crate::contact::piece::Piece;
-use crate::model::equations::Model;
-use crate::ode::step::{Observer, Step};
+use crate::contact::Piece;
+use crate::model::Model;
+use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
 
 /// The rattle state of a mesh, numbered as rsv in Liu 2021.

@@ -2,7 +2,7 @@
 
 use crate::analysis::spectra::spectrum::orders;
 use crate::error::{ParameterError, check};
-use crate::export::table::ResultTable;
+use crate::export::ResultTable;
 use std::f64::consts::TAU;
 
 /// A one-sided power density S(f), in the square of the unit of the samples per hertz.

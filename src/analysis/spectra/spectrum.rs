@@ -2,7 +2,7 @@
 
 use crate::analysis::spectra::window::Window;
 use crate::error::{ParameterError, check};
-use crate::export::table::ResultTable;
+use crate::export::ResultTable;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 

@@ -2,15 +2,12 @@
 
 use crate::analysis::spectra::spectrum::Spectrum;
 use crate::analysis::spectra::window::Window;
-use crate::drives::phase::VaryingSpeed;
+use crate::drives::VaryingSpeed;
 use crate::error::{ParameterError, check};
-use crate::model::equations::Model;
-use crate::model::shapes::shape::Shape;
-use crate::model::state::State;
-use crate::ode::budget::Budget;
-use crate::ode::integrator::{Integrator, sample};
+use crate::model::{Model, Shape, State};
+use crate::ode::integrator::sample;
 use crate::ode::probe::Probe;
-use crate::ode::trajectory::Failed;
+use crate::ode::{Budget, Failed, Integrator};
 use std::f64::consts::TAU;
 use thiserror::Error;
 

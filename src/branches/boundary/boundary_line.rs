@@ -3,10 +3,9 @@
 use crate::branches::line::{Line, LinePoint};
 use crate::branches::points::kind::Located;
 use crate::error::ParameterError;
-use crate::export::table::ResultTable;
-use crate::model::channel::Channel;
-use crate::periodic::multipliers::Multipliers;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::export::ResultTable;
+use crate::model::Channel;
+use crate::periodic::{Multipliers, ShootingOrbit};
 use std::fmt;
 
 /// One point of a [`BoundaryLine`].

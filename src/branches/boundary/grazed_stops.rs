@@ -1,7 +1,7 @@
 //! Rigid stops along a boundary: those that the orbits graze, and the softest impact.
 
 use crate::branches::orbits::contact_trace::{ContactTrace, Rigid};
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 
 /// Distance from a stop, over the range of motion, up to which an orbit grazes it `[1]`.
 pub(crate) const GRAZES: f64 = 1e-9;

@@ -1,8 +1,8 @@
 //! The halves of a symmetric orbit, x(t + T/2) = -x(t).
 
-use crate::model::state::State;
-use crate::periodic::multipliers::Multipliers;
-use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
+use crate::model::State;
+use crate::periodic::shooting::shooting_orbit::OrbitParts;
+use crate::periodic::{Multipliers, ShootingOrbit};
 use nalgebra::DMatrix;
 
 /// Share of the period by which a node may lie at its middle by rounding.

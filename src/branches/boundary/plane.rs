@@ -2,10 +2,10 @@
 
 use crate::branches::family::Family;
 use crate::branches::orbits::without_stops::WithoutStops;
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::error::{ParameterError, check};
-use crate::model::channel::Channel;
-use crate::model::equations::{Constants, Model, Periodic};
+use crate::model::equations::Constants;
+use crate::model::{Channel, Model, Periodic};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 

@@ -15,11 +15,8 @@ use crate::branches::orbits::orbit_method::Orbits;
 use crate::branches::steps::node::Node;
 use crate::branches::steps::stepper::{Followed, Over, Stepper};
 use crate::error::ParameterError;
-use crate::model::channel::Channel;
-use crate::model::equations::Periodic;
-use crate::model::state::State;
-use crate::periodic::multipliers::Multipliers;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::model::{Channel, Periodic, State};
+use crate::periodic::{Multipliers, ShootingOrbit};
 use nalgebra::DVector;
 
 /// Largest |dp/ds| at a cusp `[1]`.

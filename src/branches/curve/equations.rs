@@ -1,9 +1,8 @@
 //! Equations whose solutions form a curve.
 
 use crate::error::ParameterError;
-use crate::ode::budget::Exhausted;
-use crate::ode::integrate_error::IntegrateError;
-use crate::periodic::balance::balance_error::BalanceError;
+use crate::ode::{Exhausted, IntegrateError};
+use crate::periodic::BalanceError;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 

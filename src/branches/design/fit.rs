@@ -6,9 +6,8 @@ use crate::branches::design::reach::reach;
 use crate::branches::design::search::{Search, Space};
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::error::{ParameterError, check};
-use crate::model::equations::Periodic;
-use crate::model::state::State;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::model::{Periodic, State};
+use crate::periodic::ShootingOrbit;
 use std::cell::RefCell;
 use std::rc::Rc;
 

@@ -1,15 +1,13 @@
 //! The figure of an orbit that a design changes.
 
-use crate::analysis::statistics::{Statistics, Summary};
+use crate::analysis::{Statistics, Summary};
 use crate::branches::branch_error::BranchError;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
 use crate::error::ParameterError;
-use crate::model::equations::Periodic;
-use crate::ode::budget::Exhausted;
-use crate::ode::integrate_error::IntegrateError;
-use crate::periodic::shooting::failure::ShootingError;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::model::Periodic;
+use crate::ode::{Exhausted, IntegrateError};
+use crate::periodic::{ShootingError, ShootingOrbit};
 use thiserror::Error;
 
 /// A figure of a channel over a period.

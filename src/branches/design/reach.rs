@@ -1,9 +1,7 @@
 //! Orbits of a model whose constants have moved far.
 
 use crate::model::equations::Constants;
-use crate::periodic::shooting::failure::ShootingError;
-use crate::periodic::shooting::multiple::Shooting;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::periodic::{Shooting, ShootingError, ShootingOrbit};
 
 /// Shortest part of the way between two models that is tried `[1]`.
 const SHORTEST_PART: f64 = 1.0 / 256.0;

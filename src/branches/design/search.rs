@@ -3,8 +3,8 @@
 use crate::branches::design::objective::DesignError;
 use crate::error::{ParameterError, check};
 use crate::model::equations::Constants;
-use crate::ode::budget::Budget;
-use crate::periodic::shooting::multiple::Shooting;
+use crate::ode::Budget;
+use crate::periodic::Shooting;
 use slsqp::{FailStatus, StopTols, SuccessStatus};
 use std::cell::RefCell;
 

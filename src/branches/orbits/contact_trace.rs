@@ -1,12 +1,11 @@
 //! Extremes of the distance of contacts from their edges: what touches an edge at a grazing.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Model;
 use crate::numeric::brent::Brent;
 use crate::ode::probe::Probe;
-use crate::ode::step::{Observer, Step};
+use crate::ode::{Observer, Step};
 use crate::periodic::flow::saltation::{distance, edge_rate};
 use std::ops::ControlFlow;
 

@@ -1,15 +1,13 @@
 //! What is measured along an orbit: statistics of channels, rattle states, extremes, ranges of motion.
 
-use crate::analysis::contacts::rattle::{Rattle, RattleState};
 use crate::analysis::motion_size::MotionSize;
-use crate::analysis::statistics::{Statistics, Summary};
+use crate::analysis::{Rattle, RattleState, Statistics, Summary};
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
 use crate::branches::orbits::contact_trace::{ContactTrace, Tracer};
 use crate::branches::orbits::symmetries::Symmetries;
 use crate::error::ParameterError;
-use crate::model::channel::Channel;
-use crate::model::equations::Model;
+use crate::model::{Channel, Model};
 use crate::ode::probe::Probe;
 use crate::periodic::flow::walk::Walk;
 

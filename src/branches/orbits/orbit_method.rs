@@ -4,9 +4,8 @@ use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::orbits::measure::Measured;
-use crate::model::channel::Channel;
-use crate::model::state::State;
-use crate::periodic::multipliers::Multipliers;
+use crate::model::{Channel, State};
+use crate::periodic::Multipliers;
 use nalgebra::DVector;
 
 /// A curve whose points are periodic orbits.

@@ -1,6 +1,6 @@
 //! Symmetries in time of an orbit.
 
-use crate::ode::step::{Observer, Step};
+use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
 
 /// Observer that measures how far an orbit is from having a symmetry in time: a shorter period, or

@@ -1,11 +1,10 @@
 //! A model without some of its rigid stops.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::{Constants, Model, Periodic};
+use crate::contact::Piece;
+use crate::model::equations::Constants;
 use crate::model::expansion::expand::Expand;
-use crate::model::jacobian::Jacobian;
-use crate::model::offers::Offers;
 use crate::model::terms::Terms;
+use crate::model::{Jacobian, Model, Offers, Periodic};
 
 /// A model without the impacts on some of its rigid stops.
 ///

@@ -1,10 +1,8 @@
 //! The columns and the orbit of one point of a branch.
 
-use crate::analysis::contacts::rattle::RattleState;
-use crate::analysis::statistics::Summary;
+use crate::analysis::{RattleState, Summary};
 use crate::branches::points::kind::{Located, PointKind};
-use crate::periodic::multipliers::{Multipliers, Stability};
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::periodic::{Multipliers, ShootingOrbit, Stability};
 
 /// One point of a [`Branch`](crate::branches::Branch). `O`: the orbit,
 /// [`ShootingOrbit`] or [`FourierOrbit`](crate::periodic::FourierOrbit).

@@ -4,7 +4,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
 use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::test_functions::{below, outside, pairs_outside};
-use crate::periodic::multipliers::Multipliers;
+use crate::periodic::Multipliers;
 
 /// Distance of two phases up to which extremes of neighbouring orbits are the same one.
 pub(crate) const NEAR: f64 = 0.1;

@@ -1,7 +1,7 @@
 //! Kinds of points of a branch.
 
-use crate::analysis::contacts::rattle::RattleState;
-use crate::contact::piece::Piece;
+use crate::analysis::RattleState;
+use crate::contact::Piece;
 use std::fmt;
 
 /// The kind of a located point of a branch.

@@ -2,7 +2,7 @@
 
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
 use crate::branches::points::change::{Change, VERTICAL};
-use crate::periodic::multipliers::Multipliers;
+use crate::periodic::Multipliers;
 use num_complex::Complex64;
 
 /// A multiplier whose imaginary part is below this share of its absolute value counts as real.

@@ -4,9 +4,9 @@ use crate::branches::branch_error::BranchError;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::sensitivity::totals::Totals;
 use crate::error::ParameterError;
-use crate::model::equations::Periodic;
+use crate::model::Periodic;
+use crate::periodic::Multipliers;
 use crate::periodic::flow::saltation::CENTRAL;
-use crate::periodic::multipliers::Multipliers;
 use nalgebra::DVector;
 
 /// Step of the differences, in units of the constants.

@@ -13,10 +13,11 @@ use crate::branches::sensitivity::derivatives::{Neighbours, gather};
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::branches::sensitivity::totals::{Alone, Totals};
-use crate::contact::piece::Piece;
-use crate::model::equations::{Constants, Periodic};
-use crate::ode::budget::Budget;
-use crate::periodic::multipliers::Multipliers;
+use crate::contact::Piece;
+use crate::model::Periodic;
+use crate::model::equations::Constants;
+use crate::ode::Budget;
+use crate::periodic::Multipliers;
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
 

@@ -1,7 +1,7 @@
 //! Quantities along an orbit whose derivatives are computed.
 
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
+use crate::excitation::Side;
+use crate::model::Model;
 use crate::ode::probe::Probe;
 use crate::periodic::flow::saltation::distance;
 

@@ -6,11 +6,12 @@ use crate::branches::sensitivity::derivatives::{Derivatives, Neighbours, gather}
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::totals::{Alone, Totals};
 use crate::error::{ParameterError, check};
-use crate::model::channel::Channel;
-use crate::model::equations::{Constants, Periodic};
-use crate::ode::budget::{Budget, Meter};
+use crate::model::equations::Constants;
+use crate::model::{Channel, Periodic};
+use crate::ode::Budget;
+use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::periodic::ShootingOrbit;
 use nalgebra::DMatrix;
 use std::rc::Rc;
 

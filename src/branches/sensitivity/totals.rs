@@ -5,13 +5,11 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::family::Family;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, Slopes};
 use crate::error::ParameterError;
-use crate::model::channel::Channel;
 use crate::model::drive_slope::DriveSlope;
-use crate::model::equations::{Constants, Periodic};
-use crate::model::state::State;
+use crate::model::equations::Constants;
+use crate::model::{Channel, Periodic, State};
 use crate::ode::budget::Meter;
-use crate::periodic::shooting::multiple::Shooting;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::periodic::{Shooting, ShootingOrbit};
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
 

@@ -8,7 +8,7 @@ use crate::branches::family::Family;
 use crate::branches::following::Following;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::starts::start::Start;
-use crate::model::state::State;
+use crate::model::State;
 use crate::numeric::norms::dot;
 
 /// Least size of an orbit that comes back from infinity, as a share of the last orbit `[1]`.

@@ -16,8 +16,8 @@ use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::{Located, PointKind};
 use crate::branches::starts::start::{Resume, Start};
 use crate::branches::steps::stepper::Stepper;
-use crate::contact::piece::Piece;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::contact::Piece;
+use crate::periodic::ShootingOrbit;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 

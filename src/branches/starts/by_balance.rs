@@ -10,9 +10,8 @@ use crate::branches::orbits::by_balance::balance_family::{BalanceFamily, Balance
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::starts::start::{Resume, Start};
-use crate::model::equations::Periodic;
-use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::balance::settings::Balance;
+use crate::model::Periodic;
+use crate::periodic::{Balance, FourierOrbit};
 use std::rc::Rc;
 
 /// Largest last correction of a point, if the corrections do not converge quadratically `[1]`.

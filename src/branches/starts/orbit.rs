@@ -11,8 +11,8 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::starts::start::{Resume, Start};
 use crate::branches::steps::stepper::Stepper;
-use crate::model::state::State;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::model::State;
+use crate::periodic::ShootingOrbit;
 use std::rc::Rc;
 
 impl<F: Family> Start<F> for &[State] {

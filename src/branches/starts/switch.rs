@@ -14,9 +14,8 @@ use crate::branches::points::kind::PointKind;
 use crate::branches::starts::start::Start;
 use crate::branches::steps::stepper::Stepper;
 use crate::error::ParameterError;
-use crate::model::state::State;
-use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::model::State;
+use crate::periodic::{FourierOrbit, ShootingOrbit};
 use nalgebra::{DMatrix, DVector};
 
 /// The branch that crosses at a point, as a [`Start`]: at a period doubling the orbits of twice the period,

@@ -1,6 +1,6 @@
 //! What lies between two neighbouring points of a branch.
 
-use crate::analysis::contacts::rattle::RattleState;
+use crate::analysis::RattleState;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::locate::Between;
 use crate::branches::orbits::orbit_method::OrbitMethod;

@@ -3,7 +3,7 @@
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::points::test_functions::Values;
-use crate::periodic::multipliers::Multipliers;
+use crate::periodic::Multipliers;
 
 /// A point of the curve with what is measured along its orbit.
 pub(crate) struct Node<S> {

@@ -16,8 +16,7 @@ use crate::branches::steps::node::Node;
 use crate::branches::steps::stepper::{CORNER, Followed, Over, Stepper};
 use crate::branches::steps::stops::Impacts;
 use crate::error::ParameterError;
-use crate::model::channel::Channel;
-use crate::model::equations::Periodic;
+use crate::model::{Channel, Periodic};
 
 /// Shortest step, as a share of the maximum step, to separate changes that are not explained `[1]`.
 pub(crate) const SEPARATE: f64 = 1e-3;

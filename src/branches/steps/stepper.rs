@@ -15,8 +15,7 @@ use crate::branches::orbits::orbit_method::Orbits;
 use crate::branches::points::test_functions::Values;
 use crate::branches::steps::node::Node;
 use crate::error::ParameterError;
-use crate::model::channel::Channel;
-use crate::model::equations::Periodic;
+use crate::model::{Channel, Periodic};
 use std::collections::VecDeque;
 
 /// A curve with the points and the ends of its line: a branch or a boundary.

@@ -1,6 +1,6 @@
 //! Bifurcations within a part of a step that has one contact sequence.
 
-use crate::analysis::contacts::rattle::RattleState;
+use crate::analysis::RattleState;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::locate::{Between, Test};
@@ -11,7 +11,7 @@ use crate::branches::points::detect::{OUTSIDE, bifurcations};
 use crate::branches::points::test_functions::{
     above, below, doubling, from_above, from_below, is_torus, may_dip, torus,
 };
-use crate::periodic::multipliers::Multipliers;
+use crate::periodic::Multipliers;
 
 /// A point within a step.
 pub(crate) struct Place<S> {

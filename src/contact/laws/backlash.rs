@@ -4,8 +4,7 @@ use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::excitation::wave::{Angle, Wave};
+use crate::excitation::{Angle, Side, Wave};
 use crate::scalar::Scalar;
 
 /// Checks the edges of a gap. The lower edge may be -∞ or the upper edge ∞, if the other one is finite.

@@ -4,8 +4,7 @@ use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::excitation::wave::Angle;
+use crate::excitation::{Angle, Side};
 use crate::scalar::Scalar;
 
 /// A law g with damping. The mesh force is K(φ) f, so that the damping is proportional to the mesh stiffness:

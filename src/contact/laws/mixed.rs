@@ -7,8 +7,7 @@ use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::laws::power::PowerLaw;
 use crate::contact::laws::smooth::{Cubic, Linear, SmoothedBacklash};
 use crate::contact::piece::Piece;
-use crate::excitation::side::Side;
-use crate::excitation::wave::Angle;
+use crate::excitation::{Angle, Side};
 use crate::scalar::Scalar;
 
 /// One of the built-in laws or a user-defined law, for a model whose meshes have different laws.

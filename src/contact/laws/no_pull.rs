@@ -4,8 +4,7 @@ use crate::contact::deflection::Deflection;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::excitation::wave::Angle;
+use crate::excitation::{Angle, Side};
 use crate::scalar::Scalar;
 
 /// Damped dead zone f(x, x') = max(0, min(2 y, y + τ y')), with the depth y past an edge and its rate y'.

@@ -3,8 +3,7 @@
 use crate::contact::deflection::Deflection;
 use crate::contact::piece::Piece;
 use crate::dual::Dual;
-use crate::excitation::side::Side;
-use crate::excitation::wave::Angle;
+use crate::excitation::{Angle, Side};
 use crate::scalar::Scalar;
 
 /// The edges of a gap, in the unit of the deflection, and their rates.

@@ -5,8 +5,7 @@ use crate::contact::laws::backlash::gap;
 use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::excitation::wave::Angle;
+use crate::excitation::{Angle, Side};
 use crate::scalar::Scalar;
 
 /// f(x) = ±y0 (y/y0)^p, with the depth y of x past an edge, the exponent p >= 1 and a reference depth y0.

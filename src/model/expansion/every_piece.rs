@@ -1,9 +1,6 @@
 //! Contact laws recorded on all their pieces.
 
-use crate::contact::deflection::Deflection;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::piece::Piece;
-use crate::contact::piece_choice::{FixedPieces, PieceChoice, Place};
+use crate::contact::{Deflection, FixedPieces, Nonlinearity, Piece, PieceChoice, Place};
 use crate::tape::node::Node;
 use crate::tape::operations::{Guard, Op};
 use crate::tape::recording::Recording;

@@ -1,6 +1,6 @@
 //! The trait of models with a Taylor series.
 
-use crate::contact::tooth::Contact;
+use crate::contact::Contact;
 use crate::model::expansion::every_piece::EveryPiece;
 use crate::series::Series;
 use crate::tape::node::Node;

@@ -1,10 +1,7 @@
 //! The waves of a shape as finite Fourier series, by recording how they are computed.
 
 use crate::error::check;
-use crate::excitation::fourier::Fourier;
-use crate::excitation::jet::Jet;
-use crate::excitation::side::Side;
-use crate::excitation::wave::{Angle, Wave};
+use crate::excitation::{Angle, Fourier, Jet, Side, Wave};
 use crate::model::shapes::shape::Shape;
 use crate::tape::form::Form;
 use crate::tape::node::Node;

@@ -1,6 +1,6 @@
 //! Machines as tapes.
 
-use crate::excitation::side::Side;
+use crate::excitation::Side;
 use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};

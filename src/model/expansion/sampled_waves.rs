@@ -1,6 +1,6 @@
 //! The waves of a shape as Fourier series, from samples.
 
-use crate::excitation::side::Side;
+use crate::excitation::Side;
 use crate::model::expansion::fourier_angle::Harmonics;
 use crate::model::expansion::fourier_waves::FourierWaves;
 use crate::model::shapes::shape::Shape;

@@ -1,11 +1,8 @@
 //! Checks of a shape when a machine is created from it.
 
-use crate::contact::deflection::Deflection;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::piece::Piece;
-use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice, Place};
+use crate::contact::{ByDeflection, Deflection, FixedPieces, Nonlinearity, Piece, PieceChoice, Place};
 use crate::error::ParameterError;
-use crate::excitation::side::Side;
+use crate::excitation::Side;
 use crate::model::equations::Model;
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};

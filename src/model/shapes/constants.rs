@@ -1,6 +1,6 @@
 //! The constants of a machine as parameters.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::dual::Dual;
 use crate::error::{ParameterError, check};
 use crate::model::channel::Channel;

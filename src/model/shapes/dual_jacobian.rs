@@ -1,7 +1,6 @@
 //! Jacobians by dual numbers.
 
-use crate::contact::piece::Piece;
-use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
+use crate::contact::{ByDeflection, FixedPieces, Piece, PieceChoice};
 use crate::dual::Dual;
 use crate::model::jacobian::Jacobian;
 use crate::model::shapes::shape::{Drives, Shape, Size};

@@ -1,11 +1,8 @@
 //! Machines: shapes with the values of their constants.
 
-use crate::contact::piece::Piece;
-use crate::contact::piece_choice::{ByDeflection, FixedPieces};
-use crate::contact::tooth::Contact;
+use crate::contact::{ByDeflection, Contact, FixedPieces, Piece};
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::excitation::wave::Angle;
+use crate::excitation::{Angle, Side};
 use crate::model::channel::{Channel, place_of};
 use crate::model::equations::{Constants, Model, Periodic, redrive_each};
 use crate::model::expansion::expand::Expand;

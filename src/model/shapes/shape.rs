@@ -1,11 +1,8 @@
 //! Shapes: models whose algebra is written once for every number type.
 
-use crate::contact::piece::Piece;
-use crate::contact::piece_choice::PieceChoice;
-use crate::contact::tooth::Contact;
+use crate::contact::{Contact, Piece, PieceChoice};
 use crate::error::ParameterError;
-use crate::excitation::side::Side;
-use crate::excitation::wave::Angle;
+use crate::excitation::{Angle, Side};
 use crate::model::channel::Channel;
 use crate::scalar::Scalar;
 

@@ -1,7 +1,6 @@
 //! The terms of a machine, by numbers that carry them.
 
-use crate::contact::piece::Piece;
-use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice};
+use crate::contact::{ByDeflection, FixedPieces, Piece, PieceChoice};
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::model::terms::{Terms, TermsRoom};

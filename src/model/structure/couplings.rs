@@ -1,7 +1,7 @@
 //! Couplings of a model: the dependence of its accelerations on its coordinates and velocities.
 
-use crate::contact::piece::Piece;
-use crate::excitation::side::Side;
+use crate::contact::Piece;
+use crate::excitation::Side;
 use crate::model::equations::Periodic;
 use crate::model::jacobian::Jacobian;
 use crate::model::structure::slopes::Slopes;

@@ -1,8 +1,7 @@
 //! Rigid motions: directions in which a model moves without deforming a contact or a shaft.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
 use crate::model::equations::Model;
 use crate::model::structure::slopes::{Slopes, accelerate, offered};
 use crate::numeric::norms;
@@ -240,10 +239,11 @@ fn directions_of_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DM
 
 #[cfg(test)]
 mod tests {
+    use crate::error::ParameterError;
     use crate::model::structure::rigid::{rigid_modes, rigid_motions};
+    use crate::model::{Model, Periodic};
     use crate::models::nfg::{NfgPair, NfgParams};
     use crate::models::ring::{Frame, Ring, RingSet};
-    use crate::{Model, ParameterError, Periodic};
 
     #[test]
     fn the_ring_turns_freely_and_a_gap_does_not_count() -> Result<(), ParameterError> {

@@ -1,7 +1,7 @@
 //! Sizes of coordinates and velocities, from the terms of their equations.
 
-use crate::contact::piece::Piece;
-use crate::excitation::side::Side;
+use crate::contact::Piece;
+use crate::excitation::Side;
 use crate::model::equations::Model;
 use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::model::terms::TermsRoom;

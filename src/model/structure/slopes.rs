@@ -1,6 +1,6 @@
 //! Jacobians ∂a/∂q and ∂a/∂v of any model: those that the model provides, or central differences.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::model::equations::Model;
 use crate::model::jacobian::Jacobian;
 

@@ -1,7 +1,7 @@
 //! Parameters and readings of the noncircular face gear pair.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::centre::InstantCentre;
+use crate::excitation::InstantCentre;
 
 /// SI parameters of the noncircular face gear pair.
 ///

@@ -1,19 +1,9 @@
 //! The equations of the noncircular face gear pair with one degree of freedom.   Source: Liu 2021, Eq. (9).
 
-use crate::contact::deflection::Deflection;
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh;
-use crate::contact::mesh::Mesh;
-use crate::contact::piece_choice::PieceChoice;
-use crate::contact::tooth::Contact;
+use crate::contact::{Backlash, Contact, Deflection, Mesh, Nonlinearity, PieceChoice, mesh};
 use crate::error::{ParameterError, check};
-use crate::excitation::fourier::Fourier;
-use crate::excitation::jet::Jet;
-use crate::excitation::side::Side;
-use crate::excitation::wave::{Angle, Wave};
-use crate::model::channel::Channel;
-use crate::model::shapes::shape::{Drives, Shape, Size};
+use crate::excitation::{Angle, Fourier, Jet, Side, Wave};
+use crate::model::{Channel, Drives, Shape, Size};
 use crate::models::nfg::nfg_params::{Damping, ErrorForcing, HalfWidth, NfgReading};
 use crate::scalar::Scalar;
 

@@ -1,17 +1,9 @@
 //! The noncircular face gear pair with one degree of freedom.   Source: Liu 2021, Eq. (9).
 
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::Mesh;
+use crate::contact::{Backlash, Mesh, Nonlinearity};
 use crate::error::{ParameterError, check};
-use crate::excitation::centre::InstantCentre;
-use crate::excitation::fourier::Fourier;
-use crate::excitation::side::Side;
-use crate::excitation::wave::Wave;
-use crate::model::equations::Model;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Drives;
-use crate::model::state::State;
+use crate::excitation::{Fourier, InstantCentre, Side, Wave};
+use crate::model::{Drives, Machine, Model, State};
 use crate::models::nfg::nfg_params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
 

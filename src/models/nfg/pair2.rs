@@ -1,21 +1,10 @@
 //! The noncircular face gear pair with two degrees of freedom.   Source: Liu 2021, Eq. (4).
 
-use crate::contact::deflection::Deflection;
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::{LOWER, Mesh, UPPER};
-use crate::contact::piece_choice::PieceChoice;
-use crate::contact::tooth::Contact;
+use crate::contact::mesh::{LOWER, UPPER};
+use crate::contact::{Backlash, Contact, Deflection, Mesh, Nonlinearity, PieceChoice};
 use crate::error::{ParameterError, check};
-use crate::excitation::centre::InstantCentre;
-use crate::excitation::fourier::Fourier;
-use crate::excitation::side::Side;
-use crate::excitation::wave::{Angle, Wave};
-use crate::model::channel::Channel;
-use crate::model::equations::Model;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::{Drives, Shape, Size};
-use crate::model::state::State;
+use crate::excitation::{Angle, Fourier, InstantCentre, Side, Wave};
+use crate::model::{Channel, Drives, Machine, Model, Shape, Size, State};
 use crate::models::nfg::nfg_params::{CentreForcing, NfgParams, NfgReading, Radius};
 use crate::scalar::Scalar;
 

@@ -1,11 +1,8 @@
 //! The algebra of the ring, gear by gear.
 
-use crate::contact::deflection::Deflection;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
-use crate::contact::piece_choice::{PieceChoice, Place};
-use crate::contact::tooth::Contact;
-use crate::model::shapes::shape::Drives;
+use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, STIFFNESS, UPPER};
+use crate::contact::{Contact, Deflection, Mesh, Nonlinearity, PieceChoice, Place};
+use crate::model::Drives;
 use crate::models::ring::columns::{Parameters, STRIDE};
 use crate::models::ring::ring_shape::{Frame, RingShape};
 use crate::scalar::{Scalar, keep_rolled};

@@ -1,6 +1,6 @@
 //! Mass, damping, stiffness and mesh matrix of the ring.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::Nonlinearity;
 use crate::error::{ParameterError, check};
 use crate::models::ring::ring_shape::Ring;
 use nalgebra::{DMatrix, DVector};

@@ -1,9 +1,9 @@
 //! The dimensionless relative coordinates of Yao 2020, computed from the angles of the ring.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::Nonlinearity;
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::model::state::State;
+use crate::excitation::Side;
+use crate::model::State;
 use crate::models::ring::ring_shape::Ring;
 use nalgebra::DMatrix;
 

@@ -1,11 +1,8 @@
 //! Parameters of the ring.
 
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::Mesh;
+use crate::contact::{Backlash, Mesh, Nonlinearity};
 use crate::error::{ParameterError, check};
-use crate::excitation::fourier::Fourier;
-use crate::excitation::wave::Wave;
+use crate::excitation::{Fourier, Wave};
 use std::f64::consts::TAU;
 
 /// Maximum number of gears n. The matrices of 2n + 1 rows then have at most 2²⁶ entries.

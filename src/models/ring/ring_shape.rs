@@ -1,18 +1,11 @@
 //! The closed-loop ring of gears as a shape, with the angles as coordinates.
 
 use crate::contact::law_places::LawPlaces;
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, Mesh, STIFFNESS, UPPER};
-use crate::contact::piece_choice::PieceChoice;
-use crate::contact::tooth::Contact;
+use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, STIFFNESS, UPPER};
+use crate::contact::{Backlash, Contact, Mesh, Nonlinearity, PieceChoice};
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::earliest;
-use crate::excitation::side::Side;
-use crate::excitation::wave::Angle;
-use crate::model::channel::Channel;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::{Drives, Shape, Size};
+use crate::excitation::{Angle, Side, earliest};
+use crate::model::{Channel, Drives, Machine, Shape, Size};
 use crate::models::ring::columns::{Columns, STRIDE};
 use crate::models::ring::ring_params::{Gear, RingParams, Shaft};
 use crate::scalar::Scalar;

@@ -1,6 +1,6 @@
 //! Ends a step on an edge of a gap.
 
-use crate::model::equations::Model;
+use crate::model::Model;
 use crate::numeric::bracket::Bracket;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;

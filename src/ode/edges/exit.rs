@@ -1,7 +1,6 @@
 //! The exits of a contact from its piece, and its distance from each of them.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
+use crate::contact::{Contact, Piece};
 use crate::ode::edges::hermite::Distance;
 
 /// Slack: the distance past an edge up to which a contact still counts as on its piece, as a share of the gap

@@ -6,9 +6,8 @@
 //! the ends of the step. The coordinates inside the step are taken from their own cubics, so that only terms
 //! that depend on the drives contribute to the difference.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::model::equations::Model;
+use crate::contact::{Contact, Piece};
+use crate::model::Model;
 use crate::numeric::extremes::{larger, smaller};
 use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::{Edge, exits, scale};

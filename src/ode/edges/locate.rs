@@ -1,8 +1,7 @@
 //! Location of edges: the contact that leaves its piece first, and the instant.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::model::equations::Model;
+use crate::contact::{Contact, Piece};
+use crate::model::Model;
 use crate::ode::edges::exit::{Exit, Found, SLACK, exits, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
 use crate::ode::edges::gaps::{Gaps, Resolved};

@@ -1,6 +1,6 @@
 //! The passage of a run over edges: those of its contacts, rigid stops, and drive edges.
 
-use crate::model::equations::Model;
+use crate::model::Model;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
 use crate::ode::edges::stops::Stops;

@@ -1,7 +1,7 @@
 //! Rigid stops: velocities after impacts, flights between impacts, and contacts that come to rest.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::Model;
+use crate::contact::Piece;
+use crate::model::Model;
 use crate::ode::edges::exit::Exit;
 
 /// Maximum number of impacts that follow from one another at one instant, per contact of the model.

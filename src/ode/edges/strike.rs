@@ -1,8 +1,7 @@
 //! Impacts on rigid stops: velocities jump, contacts stay in their gaps.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::model::equations::Model;
+use crate::contact::{Contact, Piece};
+use crate::model::Model;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
 use crate::ode::edges::stops::{APPROACHES, LONGER, ROUNDING, SHORTEST};

@@ -1,7 +1,6 @@
 //! The interface of the adaptive solvers.
 
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::model::{Model, State};
 use crate::ode::driver::drive;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;

@@ -1,6 +1,6 @@
 //! The Dormand-Prince method of order 5.
 
-use crate::model::equations::Model;
+use crate::model::Model;
 use crate::ode::methods::adaptive::Adaptive;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;

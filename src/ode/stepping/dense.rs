@@ -1,6 +1,6 @@
 //! Dense output of one step.
 
-use crate::model::equations::Model;
+use crate::model::Model;
 use crate::ode::stepping::ends::LARGEST;
 use crate::ode::stepping::engine::{DENSE, Engine, Tableau};
 use crate::ode::stepping::tableau_row::TableauRow;

@@ -1,10 +1,8 @@
 //! The ends of a step: states, drives, contacts and pieces there.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::{Model, State};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::kink_rates::KinkRates;
 use crate::ode::stepping::nodes::Nodes;

@@ -1,9 +1,8 @@
 //! Stages and norms of one explicit Runge-Kutta step, common to all tableaux.
 
-use crate::contact::piece::Piece;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::contact::Piece;
+use crate::excitation::Side;
+use crate::model::{Model, State};
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;

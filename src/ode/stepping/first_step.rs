@@ -1,6 +1,6 @@
 //! The first step of an adaptive run.
 
-use crate::model::equations::Model;
+use crate::model::Model;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 

@@ -1,9 +1,8 @@
 //! Rates of inner kinks.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Model;
 
 /// The rates of the contacts that are inner kinks of contact laws. A model does not give them, since they
 /// contain its accelerations.

@@ -1,8 +1,7 @@
 //! The first contact that leaves its piece in a step.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::model::equations::Model;
+use crate::contact::{Contact, Piece};
+use crate::model::Model;
 use crate::ode::edges::exit::{Exit, Found};
 use crate::ode::edges::locate::{Locator, PLAIN};
 use crate::ode::integrate_error::IntegrateError;

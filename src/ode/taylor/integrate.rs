@@ -1,9 +1,8 @@
 //! The main loop of the Taylor integrator.
 
-use crate::model::equations::Model;
 use crate::model::expansion::expand::Expand;
-use crate::model::state::State;
 use crate::model::structure::slopes::accelerate;
+use crate::model::{Model, State};
 use crate::ode::edges::exit::Found;
 use crate::ode::edges::passage::Passage;
 use crate::ode::integrate_error::IntegrateError;

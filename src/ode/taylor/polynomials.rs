@@ -1,6 +1,6 @@
 //! A step, as the observer receives it.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::ode::step::StepView;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 

@@ -1,7 +1,7 @@
 //! Requirements of a balance on its model.
 
-use crate::model::equations::{Model, Periodic};
 use crate::model::structure::rigid::rigid_motions;
+use crate::model::{Model, Periodic};
 use crate::periodic::balance::balance_error::BalanceError;
 
 /// Rigid motions of a model.

@@ -1,7 +1,7 @@
 //! A periodic orbit as Fourier coefficients.
 
 use crate::error::{ParameterError, check};
-use crate::model::state::State;
+use crate::model::State;
 use crate::numeric::norms::largest;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::series::harmonics::Harmonics;

@@ -1,10 +1,8 @@
 //! Results of an orbit: time histories, contacts.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::Periodic;
-use crate::model::state::State;
-use crate::ode::integrator::Integrator;
-use crate::ode::trajectory::{Failed, Trajectory};
+use crate::model::{Periodic, State};
+use crate::ode::{Failed, Integrator, Trajectory};
 use crate::periodic::balance::fourier_orbit::{FourierOrbit, hermite_extreme};
 use crate::periodic::balance::quadrature::resolution::samples_along;
 use crate::periodic::balance::series::grid::Grid;

@@ -1,10 +1,9 @@
 //! Settings of a harmonic balance.
 
-use crate::ode::budget::Budget;
+use crate::ode::Budget;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::roots::broyden::Broyden;
-use crate::roots::newton::Newton;
+use crate::roots::{Broyden, Newton};
 
 impl Balance {
     /// Defaults: [`Integrals::Exact`], Newton's method with its default settings, the default [`Budget`].

@@ -1,9 +1,7 @@
 //! Solution of a harmonic balance.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::Periodic;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
+use crate::contact::Piece;
+use crate::model::{Machine, Periodic, Shape};
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
@@ -12,10 +10,7 @@ use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::quality::notes::notes;
 use crate::periodic::balance::settings::{Balance, Roots};
 use crate::periodic::metered::{Failure, Metered};
-use crate::roots::broyden::FirstJacobian;
-use crate::roots::newton::Newton;
-use crate::roots::residual::Residual;
-use crate::roots::root::{Root, RootError};
+use crate::roots::{FirstJacobian, Newton, Residual, Root, RootError};
 
 /// Factor on the number of samples or panels that shows whether they are enough.
 pub(crate) const FINER: usize = 2;

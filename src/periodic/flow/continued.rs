@@ -1,13 +1,11 @@
 //! Contacts fixed on their pieces, also for models without `accel_on_pieces`.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::model::equations::{Constants, Model};
+use crate::contact::{Contact, Piece};
+use crate::model::equations::Constants;
 use crate::model::expansion::expand::Expand;
-use crate::model::jacobian::Jacobian;
-use crate::model::offers::Offers;
 use crate::model::structure::slopes::{accelerate, offered};
 use crate::model::terms::Terms;
+use crate::model::{Jacobian, Model, Offers};
 use std::cell::RefCell;
 
 /// f(y) ≈ f(y_i) + (f(y_i) - f(y_i + φ Δ))/φ, Δ = y_i - y: a model whose contacts can be fixed on pieces.

@@ -1,8 +1,8 @@
 //! The method by which a flow and its derivative are integrated.
 
+use crate::model::Model;
 use crate::model::drive_slope::DriveSlope;
-use crate::model::equations::Model;
-use crate::ode::integrate_error::IntegrateError;
+use crate::ode::IntegrateError;
 use crate::ode::taylor::integrate::Prepared;
 use crate::periodic::flow::tangent_tape::tangent;
 use std::cell::RefCell;

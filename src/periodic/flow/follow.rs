@@ -1,14 +1,8 @@
 //! Runs of the tangent flow. A run is interrupted where the differences jump or outgrow their tolerances.
 
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::model::{Model, State};
 use crate::ode::budget::Meter;
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
-use crate::ode::methods::dop853::Dop853;
-use crate::ode::outcome::Finish;
-use crate::ode::step::{Observer, Step};
-use crate::ode::taylor::settings::Taylor;
+use crate::ode::{Dop853, Finish, IntegrateError, Integrator, Observer, Step, Taylor};
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::saltation::Saltation;
 use crate::periodic::flow::tangent::Tangent;

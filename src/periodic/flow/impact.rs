@@ -1,6 +1,6 @@
 //! Scratch arrays for the derivative of an impact on a rigid stop.
 
-use crate::model::equations::Model;
+use crate::model::Model;
 use crate::ode::edges::stops::Flight;
 
 /// Scratch arrays for the derivative of an impact. V are the velocities after the impact.

@@ -1,9 +1,8 @@
 //! Jump of small differences at an impact on a rigid stop.
 
-use crate::contact::piece::Piece;
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::contact::Piece;
+use crate::excitation::Side;
+use crate::model::{Model, State};
 use crate::numeric::norms::dot;
 use crate::periodic::flow::impact::Impact;
 use crate::periodic::flow::saltation::{CENTRAL, Saltation, distance, edge_rate};

@@ -1,12 +1,11 @@
 //! Jump of small differences at tooth edges.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Model;
 use crate::model::drive_slope::DriveSlope;
-use crate::model::equations::Model;
 use crate::numeric::norms::dot;
-use crate::ode::step::Step;
+use crate::ode::Step;
 use crate::periodic::flow::continued::{Continued, gradient};
 use crate::periodic::flow::impact::Impact;
 use crate::periodic::flow::tangent::Tangent;

@@ -1,14 +1,11 @@
 //! The variational equations as a model: a model together with small differences of its motion.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
+use crate::contact::{Contact, Piece};
 use crate::model::drive_slope::DriveSlope;
-use crate::model::equations::Model;
 use crate::model::expansion::expand::{Expand, Recorded};
-use crate::model::offers::Offers;
-use crate::model::state::State;
 use crate::model::structure::slopes::{Slopes, accelerate};
-use crate::ode::taylor::settings::Taylor;
+use crate::model::{Model, Offers, State};
+use crate::ode::Taylor;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::Expansion;
 use crate::periodic::flow::tangent_tape::tangent;

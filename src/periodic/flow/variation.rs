@@ -2,16 +2,10 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
-use crate::model::equations::Model;
-use crate::model::state::State;
-use crate::ode::budget::{Budget, Meter};
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
-use crate::ode::methods::dop853::Dop853;
-use crate::ode::outcome::Finish;
-use crate::ode::step::{Observer, Step};
+use crate::model::{Model, State};
+use crate::ode::budget::Meter;
 use crate::ode::taylor::integrate::Prepared;
-use crate::ode::taylor::settings::Taylor;
+use crate::ode::{Budget, Dop853, Finish, IntegrateError, Integrator, Observer, Step, Taylor};
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;

@@ -1,15 +1,9 @@
 //! The motion along an orbit, integrated from node to node.
 
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::model::{Model, State};
 use crate::ode::budget::Meter;
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
-use crate::ode::methods::dop853::Dop853;
-use crate::ode::outcome::{Finish, Stats};
-use crate::ode::step::{Observer, Step};
 use crate::ode::taylor::integrate::Prepared;
-use crate::ode::taylor::settings::Taylor;
+use crate::ode::{Dop853, Finish, IntegrateError, Integrator, Observer, Stats, Step, Taylor};
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::FlowMethod;
 use std::ops::ControlFlow;

@@ -1,10 +1,9 @@
 //! Directions of perturbation growth: integrated along a motion and kept orthonormal.
 
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::model::{Model, State};
 use crate::numeric::norms::dot;
-use crate::ode::budget::{Exhausted, Meter};
-use crate::ode::integrate_error::IntegrateError;
+use crate::ode::budget::Meter;
+use crate::ode::{Exhausted, IntegrateError};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 

@@ -1,9 +1,8 @@
 //! Lyapunov exponents: result and errors.
 
 use crate::error::ParameterError;
-use crate::model::state::State;
-use crate::ode::budget::Exhausted;
-use crate::ode::integrate_error::IntegrateError;
+use crate::model::State;
+use crate::ode::{Exhausted, IntegrateError};
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::lyapunov::growth::Growth;
 use thiserror::Error;

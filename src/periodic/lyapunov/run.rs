@@ -2,11 +2,10 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, Periodic};
-use crate::model::state::State;
 use crate::model::structure::rigid::rigid_modes;
-use crate::ode::budget::{Budget, Meter};
-use crate::ode::step::{Observer, Step};
+use crate::model::{Model, Periodic, State};
+use crate::ode::budget::Meter;
+use crate::ode::{Budget, Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::coarse_run;

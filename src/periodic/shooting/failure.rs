@@ -1,9 +1,9 @@
 //! Errors of shooting.
 
 use crate::error::ParameterError;
-use crate::linear::modes::LinearError;
-use crate::model::state::State;
-use crate::ode::integrate_error::IntegrateError;
+use crate::linear::LinearError;
+use crate::model::State;
+use crate::ode::IntegrateError;
 use thiserror::Error;
 
 /// The last iterate of a shooting run that failed.

@@ -2,13 +2,11 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
-use crate::linear::statics::static_state;
-use crate::model::equations::{Model, Periodic};
-use crate::model::state::State;
+use crate::linear::static_state;
 use crate::model::structure::rigid::rigid_modes;
+use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::step::Step;
+use crate::ode::{IntegrateError, Step};
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::flow::variation::metered;
 use crate::periodic::shooting::failure::ShootingError;

@@ -1,10 +1,9 @@
 //! Multiple shooting: periodic orbits to the accuracy of the integration.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::{Model, Periodic};
-use crate::model::state::State;
-use crate::ode::budget::{Budget, Meter};
-use crate::ode::integrate_error::IntegrateError;
+use crate::model::{Model, Periodic, State};
+use crate::ode::budget::Meter;
+use crate::ode::{Budget, IntegrateError};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::variation::unscaled;
 use crate::periodic::flow::walk::SegmentError;

@@ -1,7 +1,7 @@
 //! Motions near an orbit, from which shooting starts.
 
 use crate::error::ParameterError;
-use crate::model::state::State;
+use crate::model::State;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 

@@ -1,11 +1,9 @@
 //! One period of an orbit, recorded: results of it without another integration.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::error::{ParameterError, check};
-use crate::model::equations::Model;
-use crate::model::state::State;
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::step::{Crossing, Observer, Step, StepView};
+use crate::model::{Model, State};
+use crate::ode::{Crossing, IntegrateError, Observer, Step, StepView};
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::samples_for;

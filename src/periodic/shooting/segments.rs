@@ -1,8 +1,7 @@
 //! The segments of multiple shooting: integration over all segments, and norms of the corrections.
 
 use crate::model::drive_slope::DriveSlope;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::model::{Model, State};
 use crate::numeric::norms::remove;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};

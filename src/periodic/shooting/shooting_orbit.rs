@@ -1,11 +1,8 @@
 //! A periodic orbit to the accuracy of the integration.
 
-use crate::model::equations::Model;
-use crate::model::state::State;
-use crate::ode::budget::{Budget, Meter};
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::outcome::Stats;
-use crate::ode::step::{Observer, Step};
+use crate::model::{Model, State};
+use crate::ode::budget::Meter;
+use crate::ode::{Budget, IntegrateError, Observer, Stats, Step};
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::flow::walk::{SegmentError, Walk};
 use crate::periodic::multipliers::{Multipliers, Stability};

@@ -1,11 +1,8 @@
 //! Runs over the same table of drives, in one or several lanes.
 
-use crate::model::equations::{Model, Periodic};
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
-use crate::model::state::State;
+use crate::model::{Machine, Model, Periodic, Shape, State};
 use crate::numeric::spread::golden;
-use crate::ode::integrate_error::IntegrateError;
+use crate::ode::IntegrateError;
 use crate::sweep::engines::sweep_engine::{Job, Source};
 use crate::sweep::engines::track::{Next, Plan, Track};
 use crate::sweep::lanes::drive_table::{DriveTable, TableError};

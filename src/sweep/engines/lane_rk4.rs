@@ -1,10 +1,8 @@
 //! The engine that runs machines side by side: RK4 in vector lanes over a shared table of waves.
 
 use crate::error::check;
-use crate::linear::modes::{LinearError, Modes};
-use crate::model::equations::Periodic;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
+use crate::linear::{LinearError, Modes};
+use crate::model::{Machine, Periodic, Shape};
 use crate::sweep::engines::batch::{Batch, LaneRun, refuse};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;

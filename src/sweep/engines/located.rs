@@ -1,13 +1,9 @@
 //! Engine with located edges: every run by an integrator.
 
-use crate::analysis::contacts::rattle::Rattle;
-use crate::analysis::statistics::Statistics;
-use crate::model::equations::Periodic;
-use crate::model::state::State;
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
+use crate::analysis::{Rattle, Statistics};
+use crate::model::{Periodic, State};
 use crate::ode::probe::Probe;
-use crate::ode::step::Step;
+use crate::ode::{IntegrateError, Integrator, Step};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::{Next, Plan, Track, WithModel};
 use crate::sweep::lanes::flanks::ContactMeter;

@@ -1,7 +1,6 @@
 //! The interface between a sweep and the engine that makes its runs.
 
-use crate::model::equations::{Model, Periodic};
-use crate::model::state::State;
+use crate::model::{Model, Periodic, State};
 use crate::ode::probe::Probe;
 use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::meter::Kind;

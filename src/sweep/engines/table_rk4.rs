@@ -1,6 +1,6 @@
 //! The engine with a fixed step for any periodic model: RK4 over a table of drives, one run at a time.
 
-use crate::model::equations::Periodic;
+use crate::model::Periodic;
 use crate::sweep::engines::batch::{Batch, LaneRun, refuse, refuse_stops};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;

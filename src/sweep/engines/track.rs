@@ -2,9 +2,8 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
-use crate::model::equations::Periodic;
-use crate::model::state::State;
 use crate::model::structure::rigid::rigid_modes;
+use crate::model::{Periodic, State};
 use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::rows::layout::Layout;

@@ -1,15 +1,11 @@
 //! Ensembles: many runs of a random model, reduced to distributions.
 
-use crate::analysis::contacts::rattle::Rattle;
-use crate::analysis::statistics::Statistics;
+use crate::analysis::{Rattle, Statistics};
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
-use crate::model::equations::Model;
-use crate::model::state::State;
-use crate::ode::integrator::Integrator;
+use crate::excitation::Side;
+use crate::model::{Model, State};
 use crate::ode::probe::Probe;
-use crate::ode::step::{Observer, Step};
-use crate::ode::trajectory::uniform_times;
+use crate::ode::{Integrator, Observer, Step, uniform_times};
 use crate::sweep::ensembles::bands::{Bands, MemberResults};
 use crate::sweep::monitor::Monitor;
 use crate::sweep::sweep_error::PointError;

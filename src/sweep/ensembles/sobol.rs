@@ -1,6 +1,6 @@
 //! Random parameters and their Sobol indices.
 
-use crate::drives::held::CounterRng;
+use crate::drives::CounterRng;
 use crate::error::{ParameterError, check};
 use crate::sweep::settings::points::Points;
 use rand_distr::Distribution as Draw;

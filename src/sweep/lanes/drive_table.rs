@@ -1,9 +1,7 @@
 //! The drive table: drives over one period, computed once for all runs.
 
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
+use crate::excitation::Side;
+use crate::model::{Machine, Periodic, Shape};
 use std::f64::consts::TAU;
 use thiserror::Error;
 

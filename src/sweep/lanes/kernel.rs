@@ -1,9 +1,7 @@
 //! The classical Runge-Kutta method over a drive table, for all lanes at once.
 
-use crate::contact::piece_choice::ByDeflection;
-use crate::contact::tooth::Contact;
-use crate::model::equations::Model;
-use crate::model::shapes::shape::{Drives, Shape};
+use crate::contact::{ByDeflection, Contact};
+use crate::model::{Drives, Model, Shape};
 use crate::scalar::{Scalar, keep_rolled};
 use crate::sweep::lanes::drive_table::{DriveTable, WHOLE};
 use crate::sweep::lanes::instructions::InstructionSet;

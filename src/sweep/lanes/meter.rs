@@ -4,8 +4,8 @@
     reason = "index loops over arrays become vector instructions, iterators do not"
 )]
 
-use crate::analysis::statistics::Summary;
-use crate::contact::tooth::Contact;
+use crate::analysis::Summary;
+use crate::contact::Contact;
 use crate::sweep::lanes::flanks::{ContactMeter, Flanks};
 use crate::sweep::lanes::number::Number;
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Bifurcation diagrams along the axis (up) and back (down).
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::Periodic;
+use crate::model::Periodic;
 use crate::sweep::engines::sweep_engine::SweepEngine;
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;

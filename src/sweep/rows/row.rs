@@ -1,7 +1,6 @@
 //! A row: the results of one point of a sweep.
 
-use crate::analysis::contacts::rattle::{ContactStatistics, RattleState};
-use crate::analysis::statistics::Summary;
+use crate::analysis::{ContactStatistics, RattleState, Summary};
 use crate::error::{ParameterError, check};
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::settings::points::Point;

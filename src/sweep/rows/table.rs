@@ -1,8 +1,8 @@
 //! The rows of a sweep as a table of numbers.
 
 use crate::error::ParameterError;
-use crate::export::table::ResultTable;
-use crate::model::channel::Channel;
+use crate::export::ResultTable;
+use crate::model::Channel;
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
 

@@ -1,16 +1,14 @@
 //! The blocks of a sweep: order of the runs and storage of their rows.
 
 use crate::error::ParameterError;
-use crate::model::equations::Periodic;
-use crate::model::state::State;
+use crate::model::{Periodic, State};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::monitor::Monitor;
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
 use crate::sweep::settings::points::Point;
-use crate::sweep::settings::sweep::Sweep;
-use crate::sweep::settings::sweep::WarmStart;
+use crate::sweep::settings::sweep::{Sweep, WarmStart};
 use crate::sweep::sweep_error::PointError;
 use rayon::iter::ParallelIterator;
 use rayon::slice::ParallelSlice;

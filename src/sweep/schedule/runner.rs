@@ -1,12 +1,9 @@
 //! The runner of a sweep: whole, in chunks, or resumed.
 
 use crate::error::ParameterError;
-use crate::linear::statics::static_state;
+use crate::linear::static_state;
 use crate::model::channel::place_of;
-use crate::model::equations::Periodic;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
-use crate::model::state::State;
+use crate::model::{Machine, Periodic, Shape, State};
 use crate::ode::probe::Probe;
 use crate::sweep::engines::sweep_engine::SweepEngine;
 use crate::sweep::engines::track::Plan;

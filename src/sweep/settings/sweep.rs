@@ -1,8 +1,8 @@
 //! The settings of a sweep: points, settling and measured periods, requested results.
 
 use crate::error::{ParameterError, check};
-use crate::ode::budget::Budget;
-use crate::periodic::lyapunov::run::Lyapunov;
+use crate::ode::Budget;
+use crate::periodic::Lyapunov;
 use crate::sweep::settings::points::{Axis, Points};
 
 /// The start of a run: the start of its own point, or the state in which the neighbouring point ended.

@@ -1,10 +1,7 @@
 //! Faults of single teeth.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::{Excitation, same};
-use crate::excitation::combine::Product;
-use crate::excitation::jet::Jet;
-use crate::excitation::wave::Wave;
+use crate::excitation::{Excitation, Jet, Product, Wave, same};
 use crate::scalar::Scalar;
 use crate::series::Series;
 use crate::teeth::error::within;

@@ -1,9 +1,7 @@
 //! Transmission error of tolerances, harmonics and eccentric gears.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::combine::Sum;
-use crate::excitation::fourier::Fourier;
-use crate::excitation::wave::Wave;
+use crate::excitation::{Fourier, Sum, Wave};
 use crate::teeth::deviations::grade::QualityGrade;
 use crate::teeth::error::{TeethError, within};
 use crate::teeth::geometry::pair::GearPair;

@@ -1,7 +1,7 @@
 //! Two gears in mesh.
 
 use crate::error::ParameterError;
-use crate::excitation::rectangle::RectangularWave;
+use crate::excitation::RectangularWave;
 use crate::excitation::wave::divisor;
 use crate::teeth::error::{TeethError, within};
 use crate::teeth::geometry::checks;

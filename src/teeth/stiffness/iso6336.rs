@@ -1,7 +1,7 @@
 //! Mesh stiffness by ISO 6336-1, method B.
 
 use crate::error::ParameterError;
-use crate::excitation::rectangle::RectangularWave;
+use crate::excitation::RectangularWave;
 use crate::teeth::error::{TeethError, method_range, within};
 use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::pair::GearPair;

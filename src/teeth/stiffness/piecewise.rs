@@ -1,9 +1,7 @@
 //! Functions of the mesh cycle that are smooth between jumps.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::{Excitation, same};
-use crate::excitation::fourier::Fourier;
-use crate::excitation::jet::Jet;
+use crate::excitation::{Excitation, Fourier, Jet, same};
 use crate::numeric::gauss::ten;
 use crate::scalar::Scalar;
 use crate::series::Series;

@@ -1,7 +1,7 @@
 //! Tori fitted to states of a run.
 
 use crate::error::{ParameterError, check};
-use crate::model::state::State;
+use crate::model::State;
 use crate::tori::balance::torus::{Torus, rate};
 use crate::tori::balance::torus_error::TorusError;
 use crate::tori::balance::wave_vectors::WaveVectors;

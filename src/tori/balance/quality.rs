@@ -1,9 +1,10 @@
 //! Measures of the error of a torus.
 
-use crate::excitation::side::Side;
+use crate::excitation::Side;
 use crate::numeric::norms::largest;
 use crate::numeric::spread::weyl;
-use crate::ode::budget::{Exhausted, Meter};
+use crate::ode::Exhausted;
+use crate::ode::budget::Meter;
 use crate::tori::balance::torus::{Torus, rate};
 use crate::tori::balance::torus_equations::TorusEquations;
 use crate::tori::balance::wave_vectors::WaveVectors;

@@ -1,12 +1,11 @@
 //! Balance of a torus: settings and solution.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::error::{ParameterError, check};
-use crate::ode::budget::{Budget, Meter};
+use crate::ode::Budget;
+use crate::ode::budget::Meter;
 use crate::periodic::metered::{Failure, Metered};
-use crate::roots::newton::Newton;
-use crate::roots::residual::Residual;
-use crate::roots::root::{Root, RootError};
+use crate::roots::{Newton, Residual, Root, RootError};
 use crate::tori::balance::quality::{aliasing, between, smallest_rate};
 use crate::tori::balance::torus::Torus;
 use crate::tori::balance::torus_equations::TorusEquations;

@@ -1,7 +1,7 @@
 //! Tori as Fourier series in several angles.
 
 use crate::error::{ParameterError, check};
-use crate::model::state::State;
+use crate::model::State;
 use crate::tori::balance::angle_grid::AngleGrid;
 use crate::tori::balance::wave_vectors::WaveVectors;
 use crate::tori::circle::closed_curve::ClosedCurve;

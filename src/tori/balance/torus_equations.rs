@@ -1,12 +1,12 @@
 //! The equations of a balance in several angles and their Jacobian.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::error::{ParameterError, check};
-use crate::excitation::side::Side;
+use crate::excitation::Side;
 use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::periodic::balance::fourier_orbit::AT_REST;
-use crate::roots::matrix::{MAX_ENTRIES, Matrix};
-use crate::roots::residual::Residual;
+use crate::roots::matrix::MAX_ENTRIES;
+use crate::roots::{Matrix, Residual};
 use crate::tori::balance::angle_grid::AngleGrid;
 use crate::tori::balance::torus::{Torus, rate};
 use crate::tori::balance::wave_vectors::WaveVectors;

@@ -1,7 +1,7 @@
 //! Errors of a balance of a torus.
 
 use crate::error::ParameterError;
-use crate::ode::budget::Exhausted;
+use crate::ode::Exhausted;
 use crate::tori::balance::torus::Torus;
 use crate::tori::quasi_periodic::QuasiPeriodicError;
 use thiserror::Error;

@@ -1,15 +1,14 @@
 //! The equations of an invariant circle and their Jacobian.
 
 use crate::analysis::motion_size::MotionSize;
-use crate::model::equations::Model;
-use crate::model::state::State;
+use crate::model::{Model, State};
+use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
-use crate::ode::integrate_error::IntegrateError;
-use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::FlowMethod;
+use crate::periodic::flow::flow_method::Expansion;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::{metered, transition};
-use crate::roots::matrix::Matrix;
-use crate::roots::residual::Residual;
+use crate::roots::{Matrix, Residual};
 use crate::tori::circle::closed_curve::{ClosedCurve, weight_rates, weights};
 use crate::tori::circle::strobed::Strobed;
 use nalgebra::DMatrix;

@@ -1,8 +1,7 @@
 //! Errors of invariant circles.
 
 use crate::error::ParameterError;
-use crate::ode::budget::Exhausted;
-use crate::ode::integrate_error::IntegrateError;
+use crate::ode::{Exhausted, IntegrateError};
 use crate::tori::circle::invariant_circle::InvariantCircle;
 use crate::tori::quasi_periodic::QuasiPeriodicError;
 use thiserror::Error;

@@ -1,15 +1,12 @@
 //! Shooting for invariant circles: settings and solution.
 
 use crate::error::{ParameterError, check};
-use crate::model::equations::Periodic;
-use crate::model::state::State;
-use crate::ode::budget::Budget;
-use crate::ode::integrate_error::IntegrateError;
-use crate::periodic::flow::flow_method::FlowMethod;
+use crate::model::{Periodic, State};
+use crate::ode::{Budget, IntegrateError};
+use crate::periodic::FlowMethod;
 use crate::periodic::metered::Failure;
 use crate::roots::matrix::MAX_ENTRIES;
-use crate::roots::newton::Newton;
-use crate::roots::root::Root;
+use crate::roots::{Newton, Root};
 use crate::tori::circle::circle_equations::CircleEquations;
 use crate::tori::circle::circle_error::CircleError;
 use crate::tori::circle::closed_curve::{ClosedCurve, checked_nodes};

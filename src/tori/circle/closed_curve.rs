@@ -1,7 +1,7 @@
 //! Closed curves of states, interpolated by trigonometric polynomials.
 
 use crate::error::{ParameterError, check};
-use crate::model::state::State;
+use crate::model::State;
 use std::f64::consts::TAU;
 
 /// x(θ) = Σ_j D(θ - θ_j) x_j, θ_j = 2πj/M: a closed curve of states at one time, through M nodes.

@@ -1,8 +1,8 @@
 //! Guesses for invariant circles: from points of a run, and from an orbit at a Neimark-Sacker point.
 
 use crate::error::{ParameterError, check};
-use crate::model::state::State;
-use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
+use crate::model::State;
+use crate::periodic::ShootingOrbit;
 use crate::tori::circle::circle_error::CircleError;
 use crate::tori::circle::closed_curve::{ClosedCurve, checked_nodes};
 use crate::tori::least_squares::fit;

@@ -1,7 +1,7 @@
 //! Invariant circles.
 
-use crate::model::state::State;
-use crate::periodic::flow::flow_method::FlowMethod;
+use crate::model::State;
+use crate::periodic::FlowMethod;
 use crate::tori::circle::closed_curve::ClosedCurve;
 
 /// P(x(θ)) = x(θ + ρ): an invariant circle of the stroboscopic map P, a section of a torus.

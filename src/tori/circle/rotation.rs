@@ -1,7 +1,7 @@
 //! Rotation numbers of orbits of a map.
 
 use crate::error::{ParameterError, check};
-use crate::model::state::State;
+use crate::model::State;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 

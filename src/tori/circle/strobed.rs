@@ -1,8 +1,8 @@
 //! The flow between two instants of a stroboscope, from any angle.
 
-use crate::drives::wrapped::{DriveRule, Wrapped};
-use crate::excitation::side::Side;
-use crate::model::equations::{Model, Periodic};
+use crate::drives::{DriveRule, Wrapped};
+use crate::excitation::Side;
+use crate::model::{Model, Periodic};
 use crate::tori::quasi_periodic::QuasiPeriodic;
 use std::f64::consts::TAU;
 

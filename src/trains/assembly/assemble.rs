@@ -1,6 +1,6 @@
 //! Makes the shape and its constants from the parts.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::Nonlinearity;
 use crate::trains::assembly::builder::Builder;
 use crate::trains::parts::collection::Parts;
 use crate::trains::plan::train_plan::Plan;

@@ -1,12 +1,10 @@
 //! Adds elements to the algebra of a train by their rows.
 
 use crate::contact::law_places::LawPlaces;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::Mesh;
+use crate::contact::{Mesh, Nonlinearity};
 use crate::error::check;
-use crate::excitation::wave::Wave;
-use crate::model::channel::Channel;
-use crate::model::shapes::machine::Machine;
+use crate::excitation::Wave;
+use crate::model::{Channel, Machine};
 use crate::trains::assembly::planet_sets::planet_sets;
 use crate::trains::assembly::rows::{Layout, Row};
 use crate::trains::plan::train_plan::Plan;

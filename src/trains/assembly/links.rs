@@ -1,11 +1,8 @@
 //! Meshes, clearances of shafts, and bearings of a train.
 
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::Mesh;
-use crate::excitation::angle::Constant;
-use crate::excitation::wave::Wave;
-use crate::model::channel::Channel;
+use crate::contact::{Backlash, Mesh, Nonlinearity};
+use crate::excitation::{Constant, Wave};
+use crate::model::Channel;
 use crate::trains::assembly::builder::{ABOUT, ALONG, Builder};
 use crate::trains::assembly::rows::Row;
 use crate::trains::plan::topology::Gearing;

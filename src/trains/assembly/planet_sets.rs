@@ -1,6 +1,6 @@
 //! The planetary sets of a train.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::Nonlinearity;
 use crate::trains::assembly::rows::Layout;
 use crate::trains::shape::elements::{PlanetPlace, PlanetSet};
 use std::collections::BTreeSet;

@@ -1,6 +1,6 @@
 //! The terms of a rotating frame.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::Nonlinearity;
 use crate::trains::assembly::builder::Builder;
 use crate::trains::shape::elements::Rotating;
 use crate::trains::train_error::TrainError;

@@ -1,7 +1,7 @@
 //! Rows of a train: how far each coordinate moves a contact, a bearing or a shaft.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::model::channel::Channel;
+use crate::contact::Nonlinearity;
+use crate::model::Channel;
 use crate::trains::parts::mesh_part::Kind;
 use crate::trains::plan::topology::Gearing;
 use crate::trains::plan::train_plan::Plan;

@@ -1,7 +1,7 @@
 //! Torques of a train.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::model::channel::Channel;
+use crate::contact::Nonlinearity;
+use crate::model::Channel;
 use crate::trains::assembly::builder::Builder;
 use crate::trains::assembly::rows::Row;
 use crate::trains::parts::collection::Course;

@@ -1,7 +1,7 @@
 //! The parts of a train, as they are stated.
 
-use crate::contact::laws::backlash::Backlash;
-use crate::excitation::wave::Wave;
+use crate::contact::Backlash;
+use crate::excitation::Wave;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::characteristic::Characteristic;
 use crate::trains::parts::mesh_part::MeshPart;

@@ -1,13 +1,8 @@
 //! Meshes of a train.
 
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::ContactDamping;
-use crate::excitation::angle::Constant;
-use crate::excitation::rectangle::RectangularWave;
-use crate::excitation::side::Side;
-use crate::excitation::wave::Wave;
-use crate::teeth::geometry::pair::GearPair;
+use crate::contact::{Backlash, ContactDamping, Nonlinearity};
+use crate::excitation::{Constant, RectangularWave, Side, Wave};
+use crate::teeth::GearPair;
 use std::f64::consts::PI;
 
 /// Which gear has internal teeth.

@@ -1,7 +1,7 @@
 //! Checks of a topology: values are usual, bodies are supported and connected.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::excitation::side::Side;
+use crate::contact::Nonlinearity;
+use crate::excitation::Side;
 use crate::trains::plan::topology::Topology;
 use crate::trains::train_error::{TrainError, Warning};
 

@@ -1,7 +1,7 @@
 //! Whether the torques balance, what holds the rotation, and the frame of the coordinates that follows from
 //! both.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::Nonlinearity;
 use crate::trains::parts::collection::{Coordinates, Course, TorquePart};
 use crate::trains::plan::places::Planets;
 use crate::trains::plan::topology::Topology;

@@ -1,8 +1,7 @@
 //! The waves of a mesh over the common angle.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::excitation::combine::{Product, Sum};
-use crate::excitation::wave::Wave;
+use crate::contact::Nonlinearity;
+use crate::excitation::{Product, Sum, Wave};
 use crate::trains::plan::topology::Gearing;
 use crate::trains::plan::train_plan::Plan;
 use crate::trains::plan::turning::fraction::Fraction;

@@ -1,7 +1,7 @@
 //! Phases of the meshes: stated, from the places of planets, or from the teeth of a gear that two meshes
 //! share.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::Nonlinearity;
 use crate::trains::parts::mesh_part::{Kind, Phase};
 use crate::trains::plan::places::{Centres, Planets, SAME, snapped};
 use crate::trains::plan::topology::Gearing;

@@ -1,9 +1,8 @@
 //! Ranges of all numbers of the parts.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::error::check;
-use crate::excitation::side::Side;
-use crate::excitation::wave::Wave;
+use crate::contact::Nonlinearity;
+use crate::error::{ParameterError, check};
+use crate::excitation::{Side, Wave};
 use crate::trains::parts::characteristic::Characteristic;
 use crate::trains::parts::collection::{Course, Parts};
 use crate::trains::parts::mesh_part::Phase;
@@ -17,7 +16,7 @@ const RADII: u32 = 1024;
 /// Every number in its range.
 pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError> {
     if parts.bodies.is_empty() {
-        return Err(crate::ParameterError::Empty { name: "bodies of the train".into(), min: 1 }.into());
+        return Err(ParameterError::Empty { name: "bodies of the train".into(), min: 1 }.into());
     }
     for (name, body) in &parts.bodies {
         check::scale(format!("inertia of \"{name}\""), body.inertia)?;
@@ -58,7 +57,7 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
             }
             Course::OfSpeed(Characteristic::Polynomial(coefficients)) => {
                 if coefficients.is_empty() {
-                    return Err(crate::ParameterError::Empty { name: of("coefficients"), min: 1 }.into());
+                    return Err(ParameterError::Empty { name: of("coefficients"), min: 1 }.into());
                 }
                 coefficients.iter().try_for_each(|c| check::quantity(of("coefficient"), *c).map(drop))?;
             }
@@ -78,9 +77,7 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
         if !(0.0..=1.4).contains(&angle) {
             let name = format!("pressure angle of \"{name}\"");
             check::finite(&name, angle)?;
-            return Err(
-                crate::ParameterError::OutOfRange { name, value: angle, allowed: "[0, 1.4] rad" }.into()
-            );
+            return Err(ParameterError::OutOfRange { name, value: angle, allowed: "[0, 1.4] rad" }.into());
         }
         check::not_negative(format!("{name} damping"), mesh.damping)?;
         check::not_negative(format!("{name} half backlash"), mesh.half_backlash)?;

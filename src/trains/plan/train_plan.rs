@@ -1,6 +1,6 @@
 //! What follows from the parts alone, checked.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::Nonlinearity;
 use crate::trains::parts::collection::Parts;
 use crate::trains::plan::phases::phases;
 use crate::trains::plan::places::{Centres, Planets, centres, planets};

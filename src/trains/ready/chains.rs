@@ -1,7 +1,7 @@
 //! Idler, two-stage train, geared rotor and robot joint.
 
 use crate::error::ParameterError;
-use crate::excitation::wave::Wave;
+use crate::excitation::Wave;
 use crate::trains::parts::body::{Bearing, Body};
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;

@@ -1,8 +1,6 @@
 //! The noncircular face gear pair from parts.
 
-use crate::excitation::centre::InstantCentre;
-use crate::excitation::fourier::Fourier;
-use crate::excitation::wave::Wave;
+use crate::excitation::{Fourier, InstantCentre, Wave};
 use crate::models::nfg::nfg_params::NfgParams;
 use crate::models::nfg::pair2::NfgPair2;
 use crate::trains::parts::body::Body;

@@ -1,8 +1,7 @@
 //! Planetary sets.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::Constant;
-use crate::excitation::wave::Wave;
+use crate::excitation::{Constant, Wave};
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{MeshPart, Phase};

@@ -1,6 +1,6 @@
 //! The closed-loop ring of gears from parts.
 
-use crate::contact::laws::backlash::Backlash;
+use crate::contact::Backlash;
 use crate::models::ring::ring_params::RingParams;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;

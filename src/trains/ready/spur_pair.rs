@@ -1,9 +1,7 @@
 //! The spur gear pair with one degree of freedom.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::combine::Scaled;
-use crate::excitation::fourier::Fourier;
-use crate::excitation::wave::Wave;
+use crate::excitation::{Fourier, Scaled, Wave};
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;

@@ -1,8 +1,7 @@
 //! The accelerations of a train.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::piece_choice::PieceChoice;
-use crate::model::shapes::shape::Drives;
+use crate::contact::{Nonlinearity, PieceChoice};
+use crate::model::Drives;
 use crate::scalar::{Scalar, keep_rolled};
 use crate::trains::shape::contacts::At;
 use crate::trains::shape::elements::Shaft;

@@ -1,10 +1,7 @@
 //! The drives and the contacts of a train.
 
-use crate::contact::deflection::Deflection;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::piece_choice::{PieceChoice, Place};
-use crate::contact::tooth::Contact;
-use crate::model::shapes::shape::Drives;
+use crate::contact::{Contact, Deflection, Nonlinearity, PieceChoice, Place};
+use crate::model::Drives;
 use crate::scalar::Scalar;
 use crate::trains::shape::elements::Tooth;
 use crate::trains::shape::train_shape::TrainShape;

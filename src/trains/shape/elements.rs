@@ -2,10 +2,9 @@
 //!
 //! A lever multiplies a coordinate in a deflection. A pull is the acceleration that a unit of force causes.
 
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::mesh::Mesh;
-use crate::excitation::wave::Wave;
-use crate::model::channel::Channel;
+use crate::contact::{Backlash, Mesh};
+use crate::excitation::Wave;
+use crate::model::Channel;
 use crate::trains::parts::characteristic::Characteristic;
 use std::ops::Range;
 

@@ -1,18 +1,10 @@
 //! Gear trains as a shape.
 
 use crate::contact::law_places::LawPlaces;
-use crate::contact::laws::backlash::Backlash;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::mesh::{ContactDamping, Mesh};
-use crate::contact::piece_choice::PieceChoice;
-use crate::contact::tooth::Contact;
+use crate::contact::{Backlash, Contact, ContactDamping, Mesh, Nonlinearity, PieceChoice};
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::earliest;
-use crate::excitation::side::Side;
-use crate::excitation::wave::{Angle, Wave};
-use crate::model::channel::Channel;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::{Drives, Shape, Size};
+use crate::excitation::{Angle, Side, Wave, earliest};
+use crate::model::{Channel, Drives, Machine, Shape, Size};
 use crate::scalar::Scalar;
 use crate::trains::shape::elements::{Elements, Entry, PlanetSet, Tooth, ToothRest};
 

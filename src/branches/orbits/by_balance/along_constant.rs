@@ -1,10 +1,8 @@
 //! The derivative of a model with respect to a named constant, as a model.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::model::drive_slope::DriveSlope;
-use crate::model::equations::{Model, Periodic};
-use crate::model::jacobian::Jacobian;
-use crate::model::offers::Offers;
+use crate::model::{Jacobian, Model, Offers, Periodic};
 use std::cell::RefCell;
 use std::rc::Rc;
 

@@ -3,13 +3,8 @@
 use crate::branches::family::{ByFunction, Family};
 use crate::branches::orbits::by_balance::along_constant::AlongConstant;
 use crate::error::ParameterError;
-use crate::model::equations::Periodic;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
-use crate::periodic::balance::balance_error::BalanceError;
-use crate::periodic::balance::equations::balance_equations::BalanceEquations;
-use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::balance::settings::Balance;
+use crate::model::{Machine, Periodic, Shape};
+use crate::periodic::{Balance, BalanceEquations, BalanceError, FourierOrbit};
 use std::rc::Rc;
 
 /// A family of models of type `M`, with the equations of their balance.

@@ -2,11 +2,9 @@
 
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::by_balance::balance_family::BalanceFamily;
-use crate::model::equations::Periodic;
-use crate::periodic::balance::equations::balance_equations::BalanceEquations;
+use crate::model::Periodic;
 use crate::periodic::balance::equations::rebinding::Unbound;
-use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::balance::settings::Balance;
+use crate::periodic::{Balance, BalanceEquations, FourierOrbit};
 use std::rc::Rc;
 
 /// The model of one parameter and the arrays of its equations.

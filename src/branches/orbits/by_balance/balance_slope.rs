@@ -1,9 +1,10 @@
 //! The derivative of the residual of a balance with respect to a named constant.
 
-use crate::model::equations::Periodic;
+use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
-use crate::periodic::balance::equations::balance_equations::{BalanceEquations, Workspace};
+use crate::periodic::BalanceEquations;
+use crate::periodic::balance::equations::balance_equations::Workspace;
 use crate::periodic::balance::integration::integration_trait::{Integration, Motion};
 use crate::periodic::balance::series::spectra::Spectra;
 use nalgebra::DVector;

@@ -8,12 +8,9 @@ use crate::branches::orbits::by_balance::series_measure::measure_series;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::{OrbitMethod, Orbits};
 use crate::branches::stability_method::StabilityMethod;
-use crate::model::channel::Channel;
-use crate::model::equations::Periodic;
-use crate::model::state::State;
-use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::multipliers::Multipliers;
-use crate::roots::residual::Residual;
+use crate::model::{Channel, Periodic, State};
+use crate::periodic::{FourierOrbit, Multipliers};
+use crate::roots::Residual;
 use nalgebra::DVector;
 
 /// Coefficients up to this share of the range of motion count as zero.

@@ -1,18 +1,15 @@
 //! What is measured along the series of a balance.
 
-use crate::analysis::statistics::Summary;
+use crate::analysis::Summary;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
 use crate::branches::orbits::measure::Measured;
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Periodic;
 use crate::numeric::parabola::maximum;
-use crate::periodic::balance::equations::balance_equations::BalanceEquations;
-use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::balance::switching::contact_history::ContactHistory;
 use crate::periodic::balance::switching::instants::Switching;
 use crate::periodic::balance::switching::stencil::NODES;
+use crate::periodic::{BalanceEquations, ContactHistory, FourierOrbit};
 
 /// Fewest samples for the statistics of a channel.
 const FEWEST_SAMPLES: usize = 64;

@@ -3,8 +3,7 @@
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
 use crate::error::ParameterError;
-use crate::model::equations::Periodic;
-use crate::model::state::State;
+use crate::model::{Periodic, State};
 use nalgebra::DVector;
 
 impl OrbitCurve<'_> {

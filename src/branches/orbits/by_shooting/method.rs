@@ -8,14 +8,13 @@ use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
 use crate::branches::orbits::measure::{Measured, measure};
 use crate::branches::orbits::orbit_method::{OrbitMethod, Orbits};
 use crate::branches::stability_method::StabilityMethod;
-use crate::model::channel::Channel;
-use crate::model::state::State;
-use crate::ode::budget::Budget;
+use crate::model::{Channel, State};
+use crate::ode::Budget;
 use crate::periodic::flow::variation::unscaled;
-use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::multiple::LOOSER;
 use crate::periodic::shooting::segments::{drift, orthonormal};
-use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
+use crate::periodic::shooting::shooting_orbit::OrbitParts;
+use crate::periodic::{Multipliers, ShootingOrbit};
 use nalgebra::DVector;
 
 /// A state whose negative repeats half a period later within this share of its range belongs to a symmetric

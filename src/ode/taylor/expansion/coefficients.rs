@@ -1,6 +1,6 @@
 //! The Taylor coefficients of a motion, order by order.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::ode::taylor::expansion::aligned::Aligned;
 use crate::ode::taylor::expansion::plan::{Plan, SMALL, Small};
 use crate::ode::taylor::expansion::rows::{EIGHT, Eight};

@@ -1,6 +1,6 @@
 //! The order in which a tape is evaluated, and the columns of its numbers.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::ode::taylor::expansion::functions::{Function, Grid, Placed};
 use crate::ode::taylor::expansion::products::{BATCH, Products};
 use crate::ode::taylor::expansion::rows::{Block, EIGHT, Eight, Places, Rows};

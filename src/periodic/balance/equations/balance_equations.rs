@@ -1,12 +1,10 @@
 //! The equations of a balance, for any root finder.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::error::check;
-use crate::model::equations::{Model, Periodic};
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
+use crate::model::{Machine, Model, Periodic, Shape};
 use crate::ode::budget::Meter;
 use crate::periodic::balance::admission::{free_motions, refuse_stops};
 use crate::periodic::balance::amplitudes::sizes_apart;
@@ -23,8 +21,8 @@ use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 use crate::periodic::balance::switching::instants::Switching;
-use crate::roots::matrix::{MAX_ENTRIES, Matrix};
-use crate::roots::residual::Residual;
+use crate::roots::matrix::MAX_ENTRIES;
+use crate::roots::{Matrix, Residual};
 
 /// R(x) = coefficients of q'' - a(u(t), q, q') at the kept orders: the equations of a balance.
 ///

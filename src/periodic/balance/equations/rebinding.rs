@@ -1,6 +1,6 @@
 //! Equations of a balance that are bound to another model.
 
-use crate::model::equations::Periodic;
+use crate::model::Periodic;
 use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::equations::balance_equations::{BalanceEquations, Workspace};
 use crate::periodic::balance::series::grid::Grid;

@@ -1,8 +1,8 @@
 //! The choice of a way of integration and of its samples.
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::error::check;
-use crate::model::equations::Periodic;
+use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::ode::budget::Meter;

@@ -10,8 +10,8 @@
 //! χ_0 is the share of the period on the flank. α, A and B, with or without indices, are periodic and have
 //! short Fourier series. The coefficients of q'' are products of these series with χ and with the motion.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::Periodic;
+use crate::contact::Piece;
+use crate::model::Periodic;
 use crate::model::structure::couplings::{Couplings, Slope, is_linear_on_pieces};
 use crate::model::structure::slopes::Slopes;
 use crate::numeric::spread::weyl;

@@ -7,7 +7,7 @@ use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::switching::instants::Switching;
-use crate::roots::matrix::Matrix;
+use crate::roots::Matrix;
 
 /// The motion along which the integrals are taken.
 pub(crate) struct Motion<'a, 'm, M: ?Sized> {

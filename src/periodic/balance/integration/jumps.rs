@@ -1,9 +1,8 @@
 //! Jumps of the accelerations at switches, for example of damping that acts only in contact.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Periodic;
 use crate::model::structure::slopes::accelerate;
 use crate::numeric::norms::largest;
 use crate::periodic::balance::series::grid::Grid;

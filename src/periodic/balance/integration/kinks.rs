@@ -6,7 +6,7 @@
 //! ([`Stencil::weights`]) give this functional to rounding for every order at once. The samples are corrected
 //! first; one transform then gives all orders.
 
-use crate::model::equations::Periodic;
+use crate::model::Periodic;
 use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};

@@ -1,9 +1,6 @@
 //! Values of the contact laws in an evaluation of the algebra: recorded, or replaced by given ones.
 
-use crate::contact::deflection::Deflection;
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::contact::piece::Piece;
-use crate::contact::piece_choice::{ByDeflection, FixedPieces, PieceChoice, Place};
+use crate::contact::{ByDeflection, Deflection, FixedPieces, Nonlinearity, Piece, PieceChoice, Place};
 use crate::scalar::Scalar;
 use std::cell::Cell;
 

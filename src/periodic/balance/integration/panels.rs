@@ -1,7 +1,7 @@
 //! Exact switching by Gauss quadrature on the smooth intervals between switches and drive edges.
 
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
+use crate::excitation::Side;
+use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;

@@ -3,8 +3,8 @@
 //! c_k - i s_k ≈ (2/M) Σ_n a(u(t_n), q(t_n), q'(t_n)) e^{-ikωt_n},   t_n = n pT/M. The mean c_0 is half of
 //! this.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::Periodic;
+use crate::contact::Piece;
+use crate::model::Periodic;
 use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};

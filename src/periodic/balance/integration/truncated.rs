@@ -4,12 +4,10 @@
 //! Integration on uniform samples, as in Liu 2021, or with exact switching: every sum over the samples is
 //! then corrected around the switches as in [`kinks`](crate::periodic::balance::integration::kinks).
 
-use crate::contact::piece::Piece;
+use crate::contact::Piece;
 use crate::dual::Dual;
-use crate::model::equations::{Model, Periodic};
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::{Drives, Shape};
 use crate::model::structure::slopes::Slopes;
+use crate::model::{Drives, Machine, Model, Periodic, Shape};
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
@@ -22,7 +20,7 @@ use crate::periodic::balance::series::spectra::{Samples, Spectra, pack};
 use crate::periodic::balance::series::transform::{spread, unpack, write};
 use crate::periodic::balance::switching::instants::Switching;
 use crate::periodic::balance::switching::stencil::Stencil;
-use crate::roots::matrix::Matrix;
+use crate::roots::Matrix;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::cell::Cell;

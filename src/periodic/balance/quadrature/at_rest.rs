@@ -1,9 +1,9 @@
 //! Accelerations and slopes of a model at rest on fixed pieces: the short series of the integration in closed
 //! form. At rest: all coordinates and velocities are 0.
 
-use crate::contact::piece::Piece;
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
+use crate::contact::Piece;
+use crate::excitation::Side;
+use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::series::transform::{Transform, unpack};

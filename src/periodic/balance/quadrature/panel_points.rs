@@ -1,7 +1,7 @@
 //! Gauss quadrature between drive edges.
 
 use crate::error::ParameterError;
-use crate::model::equations::Periodic;
+use crate::model::Periodic;
 use crate::numeric::gauss::ten;
 use std::f64::consts::TAU;
 

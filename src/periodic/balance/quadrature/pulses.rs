@@ -1,7 +1,7 @@
 //! Pulses of the drives that lie between the nodes of a quadrature.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::Periodic;
+use crate::contact::Piece;
+use crate::model::Periodic;
 use crate::numeric::gauss::ten;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::amplitudes::sizes;

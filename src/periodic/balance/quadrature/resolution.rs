@@ -1,10 +1,9 @@
 //! Number of samples and width of panels that a model requires. They follow from the highest orders of the
 //! accelerations and of the distances from the tooth edges at a fixed state, which are those of the drives.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Periodic;
 use crate::model::structure::slopes::accelerate;
 use crate::numeric::spread::weyl;
 use crate::ode::budget::Meter;

@@ -1,18 +1,17 @@
 //! Check whether the integrals are too coarse for the accelerations along an orbit.
 
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
+use crate::excitation::Side;
+use crate::model::Periodic;
 use crate::numeric::norms::largest;
 use crate::numeric::spread::weyl;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
-use crate::periodic::balance::fourier_orbit::AT_REST;
-use crate::periodic::balance::fourier_orbit::{FourierOrbit, turned};
+use crate::periodic::balance::fourier_orbit::{AT_REST, FourierOrbit, turned};
 use crate::periodic::balance::integration::integration_trait::Check;
 use crate::periodic::balance::note::BalanceNote;
 use crate::periodic::balance::series::transform::unpack;
+use crate::roots::Residual;
 use crate::roots::factors::Factors;
-use crate::roots::residual::Residual;
 use num_complex::Complex64;
 
 /// Largest change of the accelerations by finer integrals without a note, as a share of the largest

@@ -1,9 +1,8 @@
 //! Floquet multipliers along the series of a balance.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Periodic;
 use crate::model::structure::rigid::rigid_modes;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;

@@ -1,7 +1,7 @@
 //! Notes on the reliability of a solved orbit.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::Periodic;
+use crate::contact::Piece;
+use crate::model::Periodic;
 use crate::numeric::spread::weyl;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;

@@ -1,9 +1,7 @@
 //! Proof of an orbit: estimates of its errors.
 
 use crate::error::ParameterError;
-use crate::model::equations::Periodic;
-use crate::model::shapes::machine::Machine;
-use crate::model::shapes::shape::Shape;
+use crate::model::{Machine, Periodic, Shape};
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;

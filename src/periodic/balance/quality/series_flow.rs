@@ -1,17 +1,16 @@
 //! The linearised flow along a series, by collocation.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Periodic;
 use crate::model::structure::slopes::Slopes;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::fourier_orbit::{FourierOrbit, turned};
 use crate::periodic::balance::quality::collocation::{Collocation, STAGES};
 use crate::periodic::multipliers::MultiplierError;
+use crate::roots::Matrix;
 use crate::roots::factors::Factors;
-use crate::roots::matrix::Matrix;
 use nalgebra::DMatrix;
 use nalgebra::SMatrix;
 use std::f64::consts::TAU;

@@ -3,7 +3,7 @@
 use crate::model::structure::couplings::{Coupling, Couplings, Slope};
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
-use crate::roots::matrix::Matrix;
+use crate::roots::Matrix;
 
 /// Order of the unknowns of a balance, and assembly of its Jacobian.
 ///

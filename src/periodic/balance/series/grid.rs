@@ -1,9 +1,8 @@
 //! Drives and motion at M uniform instants of one span.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::excitation::side::Side;
-use crate::model::equations::Periodic;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::Periodic;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::{Transform, spread};
 use num_complex::Complex64;

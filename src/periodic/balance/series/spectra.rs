@@ -1,7 +1,7 @@
 //! Fourier coefficients of accelerations and their slopes, from samples.
 
-use crate::contact::piece::Piece;
-use crate::model::equations::Periodic;
+use crate::contact::Piece;
+use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::periodic::balance::series::grid::Grid;

@@ -1,7 +1,7 @@
 //! Histories of the contacts along an orbit.
 
-use crate::analysis::contacts::rattle::ContactStatistics;
-use crate::contact::piece::Piece;
+use crate::analysis::ContactStatistics;
+use crate::contact::Piece;
 use crate::periodic::balance::switching::instants::Switching;
 
 /// The pieces of one contact over one span of an orbit, with contact times and impacts.

@@ -1,8 +1,7 @@
 //! Switches: the instants at which contacts change their piece along a sampled orbit.
 
-use crate::contact::piece::Piece;
-use crate::contact::tooth::Contact;
-use crate::model::equations::Periodic;
+use crate::contact::{Contact, Piece};
+use crate::model::Periodic;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::switching::stencil::{Polynomial, Stencil};
 

@@ -1,7 +1,7 @@
 //! Orders of all waves over one common angle.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
-use crate::excitation::wave::Wave;
+use crate::contact::Nonlinearity;
+use crate::excitation::Wave;
 use crate::trains::parts::collection::Course;
 use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::plan::topology::Topology;

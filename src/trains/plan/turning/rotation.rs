@@ -1,10 +1,9 @@
 //! Noncircular gears: the bodies that they turn unevenly.
 
-use crate::contact::laws::nonlinearity::Nonlinearity;
+use crate::contact::Nonlinearity;
 use crate::error::ParameterError;
-use crate::excitation::combine::{Product, Quotient};
-use crate::excitation::side::Side;
-use crate::excitation::wave::Wave;
+use crate::excitation::combine::Quotient;
+use crate::excitation::{Product, Side, Wave};
 use crate::trains::plan::places::SAME;
 use crate::trains::plan::topology::{Gearing, Topology};
 use crate::trains::plan::turning::kinematics::Kinematics;
