@@ -2,10 +2,11 @@
 //!
 //! A [`Model`] consists of drives, accelerations and contacts. A solver ([`Rk4`], [`Rk45`], [`Dop853`],
 //! [`Taylor`]) advances it in time and locates the instants at which teeth touch or separate; [`Balance`]
-//! and [`Shooting`] find periodic orbits; [`Sweep`] makes many runs. The [`guide`] starts with an example and a
-//! list by purpose.
+//! and [`Shooting`] find periodic orbits; [`Sweep`] makes many runs. The [`guide`] starts with an example and
+//! a list by purpose.
 //!
-//! A planetary set, its branch of periodic orbits over the speed, and a map over speed and torque in SIMD lanes:
+//! A planetary set, its branch of periodic orbits over the speed, and a map over speed and torque in SIMD
+//! lanes:
 //!
 //! ```
 //! use gear_dynamics::branches::{ByConstant, Continuation};
@@ -93,8 +94,8 @@ pub use num_complex;
 ///
 /// - A [`Model`] consists of drives (functions of time), algebra (accelerations) and contacts.
 /// - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`], [`Taylor`]) advances a model in time; see
-///   [which solver](guide::integrators). It locates the instants at which teeth touch or separate. No step extends over such an instant or over a jump of the
-///   drives.
+///   [which solver](guide::integrators). It locates the instants at which teeth touch or separate. No step
+///   extends over such an instant or over a jump of the drives.
 /// - An observer receives every step: [`Statistics`], [`Rattle`], [`Section`](analysis::Section) or a
 ///   closure.
 /// - [`Settle`] integrates a periodic model until its state repeats.
@@ -118,11 +119,11 @@ pub use num_complex;
 ///
 /// # Contents
 ///
-/// - **Your own model**: [`Shape`] and [`Machine`], one formula by [`from_fn`](model::from_fn), or two methods of
-///   [`Model`].
+/// - **Your own model**: [`Shape`] and [`Machine`], one formula by [`from_fn`](model::from_fn), or two
+///   methods of [`Model`].
 ///   [`check_model`](check::check_model) finds inconsistencies in it.
-/// - **Gear trains from parts** ([page](guide::trains)): [`Parts`](trains::Parts) of bodies, shafts, bearings, meshes
-///   and torques make a [`Train`](trains::Train); ready are [`SpurPair`](trains::SpurPair),
+/// - **Gear trains from parts** ([page](guide::trains)): [`Parts`](trains::Parts) of bodies, shafts,
+///   bearings, meshes and torques make a [`Train`](trains::Train); ready are [`SpurPair`](trains::SpurPair),
 ///   [`Planetary`](trains::Planetary) and others.
 /// - **Linear analysis** of any model: [`Modes`](linear::Modes), [`Campbell`](linear::Campbell),
 ///   [`static_state`](linear::static_state).
@@ -131,9 +132,9 @@ pub use num_complex;
 ///   [`Fourier`](excitation::Fourier), [`RectangularWave`](excitation::RectangularWave),
 ///   [`InstantCentre`](excitation::InstantCentre), [`Table`](excitation::Table),
 ///   [`Function`](excitation::Function) and others.
-/// - **Teeth** ([which method](guide::teeth)): [`GearPair`](teeth::GearPair) computes the geometry of involute
-///   gears, [`MethodB`](teeth::MethodB) (ISO 6336) and [`PotentialEnergy`](teeth::PotentialEnergy) the mesh
-///   stiffness, [`TransmissionError`](teeth::TransmissionError) the error of a quality grade,
+/// - **Teeth** ([which method](guide::teeth)): [`GearPair`](teeth::GearPair) computes the geometry of
+///   involute gears, [`MethodB`](teeth::MethodB) (ISO 6336) and [`PotentialEnergy`](teeth::PotentialEnergy)
+///   the mesh stiffness, [`TransmissionError`](teeth::TransmissionError) the error of a quality grade,
 ///   [`ToothLoss`](teeth::ToothLoss) and [`TipRelief`](teeth::TipRelief) faults and reliefs.
 /// - **Contact laws** ([table](guide::contact_laws)): [`Nonlinearity`](contact::Nonlinearity), with
 ///   [`Backlash`], [`AsymmetricBacklash`](contact::AsymmetricBacklash),
@@ -149,12 +150,13 @@ pub use num_complex;
 /// - **Periodic orbits by multiple shooting, and stability**: [`Shooting`],
 ///   [`ShootingOrbit`](periodic::ShootingOrbit), [`Multipliers`](periodic::Multipliers),
 ///   [`Stability`](periodic::Stability), [`Lyapunov`].
-/// - **Branches of periodic orbits** ([page](guide::branches)): [`Continuation`](branches::Continuation) over a
-///   parameter with located bifurcations, boundaries over two parameters, [`Sensitivity`](branches::Sensitivity)
-///   to all constants, [`Fit`](branches::Fit), [`Least`](branches::Least).
+/// - **Branches of periodic orbits** ([page](guide::branches)): [`Continuation`](branches::Continuation) over
+///   a parameter with located bifurcations, boundaries over two parameters,
+///   [`Sensitivity`](branches::Sensitivity) to all constants, [`Fit`](branches::Fit),
+///   [`Least`](branches::Least).
 /// - **Quasi-periodic motions** ([page](guide::tori)): [`TorusBalance`](tori::TorusBalance) for several base
-///   frequencies, [`CircleShooting`](tori::CircleShooting) for invariant circles with contact loss or of unknown
-///   rotation, [`WithShafts`](tori::WithShafts) for waves of further shafts.
+///   frequencies, [`CircleShooting`](tori::CircleShooting) for invariant circles with contact loss or of
+///   unknown rotation, [`WithShafts`](tori::WithShafts) for waves of further shafts.
 /// - **Your own equations**: [`Residual`](roots::Residual), solved by [`Newton`](roots::Newton) or
 ///   [`Broyden`](roots::Broyden).
 /// - **Results of a run** ([page](guide::results)): [`Statistics`], [`Rattle`],

@@ -310,8 +310,8 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
         let mut per_force: Option<f64> = None;
         for seen in edges {
             let ([far, a], w, h) = (seen.acceleration[row], seen.force[1], seen.h);
-            // The bend of a power of the depth decreases towards the edge: smooth terms have a share of it. At both
-            // distances together they may hide it, but they have second differences of its size.
+            // The bend of a power of the depth decreases towards the edge: smooth terms have a share of it.
+            // At both distances together they may hide it, but they have second differences of its size.
             let curve = a.curve[0].abs().max(a.curve[1].abs());
             let smooth = a.bend.abs() < KINK * far.bend.abs() || a.bend.abs() * h < CURVED * curve;
             if !clear(a, h, self.terms[row]) || smooth {

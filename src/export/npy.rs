@@ -6,8 +6,8 @@ use std::io::{Result, Write};
 
 impl ResultTable {
     /// Writes the numbers as an NPY array of 64-bit floats, one line for each row: the shape is (rows,
-    /// columns). NumPy reads it with `numpy.load`. The format has no names; [`columns`](ResultTable::columns) has
-    /// them.
+    /// columns). NumPy reads it with `numpy.load`. The format has no names; [`columns`](ResultTable::columns)
+    /// has them.
     ///
     /// Requires the feature `npy`.
     ///

@@ -32,8 +32,8 @@ pub struct Resonance {
 
 /// Natural frequencies over the speed, with the lines of excitation orders.
 ///
-/// The frequencies are |λ| of the damped, gyroscopic model with all teeth in contact ([`Modes::eigenvalues`]) at the
-/// angle 0, matched from speed to speed by their rank. A resonance on the last speed is not listed.
+/// The frequencies are |λ| of the damped, gyroscopic model with all teeth in contact ([`Modes::eigenvalues`])
+/// at the angle 0, matched from speed to speed by their rank. A resonance on the last speed is not listed.
 ///
 /// ```
 /// use gear_dynamics::linear::Campbell;
@@ -51,8 +51,8 @@ pub struct Campbell {
 }
 
 impl Campbell {
-    /// The diagram of a machine whose first constant is its speed, for increasing speeds, and excitation orders as
-    /// multiples of that speed.
+    /// The diagram of a machine whose first constant is its speed, for increasing speeds, and excitation
+    /// orders as multiples of that speed.
     ///
     /// # Errors
     /// Speeds out of range or not increasing; errors of [`Modes::in_contact`].

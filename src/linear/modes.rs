@@ -73,7 +73,8 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// ω² as the eigenvalue of the stiffness over the inertia; negative for a mode that is statically unstable.
+    /// ω² as the eigenvalue of the stiffness over the inertia; negative for a mode that is statically
+    /// unstable.
     pub fn square(&self) -> f64 {
         self.square
     }
@@ -94,8 +95,8 @@ impl Mode {
 /// Modes of a model about a contact state.
 ///
 /// Undamped: ∂a/∂q φ = -ω² φ. Damped: eigenvalues λ of [0, I; ∂a/∂q, ∂a/∂q']. a are the accelerations of the
-/// model on the given pieces of its contact laws, at given drives.   Source: Meirovitch, Fundamentals of Vibrations,
-/// chapter 7.
+/// model on the given pieces of its contact laws, at given drives.   Source: Meirovitch, Fundamentals of
+/// Vibrations, chapter 7.
 ///
 /// ```
 /// use gear_dynamics::linear::Modes;
@@ -129,8 +130,9 @@ impl Modes {
         Modes::on_pieces(model, t, &vec![Piece::Upper; model.contacts()])
     }
 
-    /// Modes with all teeth on their upper (drive) flanks and the mean of the Jacobian over a period: of the mean mesh
-    /// stiffness. The mean is taken by Gauss quadrature on 64 panels between two edges of the drives.
+    /// Modes with all teeth on their upper (drive) flanks and the mean of the Jacobian over a period: of the
+    /// mean mesh stiffness. The mean is taken by Gauss quadrature on 64 panels between two edges of the
+    /// drives.
     ///
     /// # Errors
     /// As [`in_contact`](Modes::in_contact); more than 10 000 edges in a period.
@@ -170,7 +172,8 @@ impl Modes {
         Modes::about(model, t, Some(pieces), &rest, &rest)
     }
 
-    /// Modes at time t about a state. `pieces`: that of each contact; `None`: those on which the state stands.
+    /// Modes at time t about a state. `pieces`: that of each contact; `None`: those on which the state
+    /// stands.
     ///
     /// # Errors
     /// As [`on_pieces`](Modes::on_pieces); coordinates or velocities of the wrong number.
@@ -221,8 +224,9 @@ impl Modes {
     pub fn rigid(&self) -> usize {
         self.list.iter().filter(|mode| mode.square == 0.0).count()
     }
-    /// Number of statically unstable modes, ω² < 0: they come first in the [`list`](Modes::list). A bearing with radial
-    /// clearance has two about its centre; use [`about`](Modes::about) with a state in which it carries.
+    /// Number of statically unstable modes, ω² < 0: they come first in the [`list`](Modes::list). A bearing
+    /// with radial clearance has two about its centre; use [`about`](Modes::about) with a state in which it
+    /// carries.
     pub fn unstable(&self) -> usize {
         self.list.iter().filter(|mode| mode.square < 0.0).count()
     }
@@ -245,8 +249,8 @@ impl Modes {
         &self.eigenvalues
     }
     /// Natural frequency |λ|/2π in cycles per time unit and damping ratio -Re λ/|λ| of each of the
-    /// [`eigenvalues`](Modes::eigenvalues). Rigid motions and overdamped modes are not among them: the list is
-    /// shorter than [`hertz`](Modes::hertz).
+    /// [`eigenvalues`](Modes::eigenvalues). Rigid motions and overdamped modes are not among them: the list
+    /// is shorter than [`hertz`](Modes::hertz).
     pub fn damped(&self) -> Vec<(f64, f64)> {
         self.eigenvalues.iter().map(|value| value.norm() / TAU).zip(self.damping_ratios()).collect()
     }

@@ -27,8 +27,8 @@ use nalgebra::{DMatrix, DVector};
 /// ```
 #[derive(Clone, Debug)]
 pub struct StaticState {
-    /// The state at rest at the time t: a start of integrations and solvers. A rigid motion of the model is left at
-    /// rest.
+    /// The state at rest at the time t: a start of integrations and solvers. A rigid motion of the model is
+    /// left at rest.
     pub state: State,
     /// Contacts with their deflections and forces.
     pub contacts: Vec<Contact>,
@@ -44,10 +44,10 @@ const TRIES: usize = 64;
 /// Maximum number of iterations of a singular value decomposition.
 const SWEEPS: usize = 10_000;
 
-/// The static state of a model under the loads and drives at time t: accelerations are 0, except those of a rigid
-/// motion. Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to the gap if
-/// both flanks pull. The search starts at q = 0: a bearing with radial clearance has no direction there, and its static
-/// state is not found.
+/// The static state of a model under the loads and drives at time t: accelerations are 0, except those of a
+/// rigid motion. Every contact is on its upper flank at first; it changes to the lower flank if it pulls
+/// there, and to the gap if both flanks pull. The search starts at q = 0: a bearing with radial clearance has
+/// no direction there, and its static state is not found.
 ///
 /// # Errors
 /// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap.
@@ -77,8 +77,8 @@ pub fn static_state<M: Periodic + ?Sized>(model: &M, t: f64) -> Result<StaticSta
     Err(LinearError::NoContactState { tried: TRIES })
 }
 
-/// The piece to try after `piece`: the same if the deflection lies on it, within rounding. A flank that pulls gives
-/// way to the other flank, and to the gap if that has pulled before.
+/// The piece to try after `piece`: the same if the deflection lies on it, within rounding. A flank that pulls
+/// gives way to the other flank, and to the gap if that has pulled before.
 fn next_piece(piece: Piece, contact: &Contact, left: &mut [bool; 2]) -> Piece {
     let near = 16.0 * f64::EPSILON * contact.deflection.abs();
     let upper = contact.deflection >= contact.upper - near;
@@ -100,8 +100,8 @@ fn next_piece(piece: Piece, contact: &Contact, left: &mut [bool; 2]) -> Piece {
     }
 }
 
-/// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method with the least
-/// change of coordinates.
+/// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method with the
+/// least change of coordinates.
 fn balanced<M: Model + ?Sized>(
     model: &M,
     t: f64,

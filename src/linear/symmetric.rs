@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 /// Relative difference up to which two numbers count as equal.
 const EQUAL: f64 = 1e-9;
 
-/// Diagonal inertias m with m_i A_ij = m_j A_ji for A = M⁻¹ K, of each connected set of coordinates relative to its
-/// first one. `None` if there are none: the stiffness is not symmetric or the inertia not diagonal.
+/// Diagonal inertias m with m_i A_ij = m_j A_ji for A = M⁻¹ K, of each connected set of coordinates relative
+/// to its first one. `None` if there are none: the stiffness is not symmetric or the inertia not diagonal.
 pub(crate) fn inertias(a: &DMatrix<f64>) -> Option<Vec<f64>> {
     let n = a.nrows();
     let mut m = vec![f64::NAN; n];

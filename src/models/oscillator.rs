@@ -13,8 +13,8 @@ use crate::scalar::Scalar;
 /// Duffing's equation, and a spur gear pair under a pulsating torque or, with A, under a transmission error.
 /// Source: Kahraman and Singh 1990 (J. Sound Vib. 142, 49).
 ///
-/// Constants: `speed` φ', `damping` c, `linear stiffness` k, `cubic stiffness` γ, `mesh stiffness` s, `stiffness
-/// variation` a, `mean force` F, `force` P, `inertia force` A, `half backlash` b.
+/// Constants: `speed` φ', `damping` c, `linear stiffness` k, `cubic stiffness` γ, `mesh stiffness` s,
+/// `stiffness variation` a, `mean force` F, `force` P, `inertia force` A, `half backlash` b.
 ///
 /// Its contact has the deflection q. An oscillator made without a mesh stiffness has no contact.
 ///

@@ -207,8 +207,8 @@ impl<C: Curve> Engine<C> {
     pub(crate) fn angle(from: &CurvePoint<C::Solution>, to: &CurvePoint<C::Solution>) -> f64 {
         between(&from.tangent, &from.tangent_of(to))
     }
-    /// By how much the curve turns between two points `[rad]`: from the tangent of the first to the chord, and on to
-    /// the tangent of the second. Between equal tangents it may turn and turn back.
+    /// By how much the curve turns between two points `[rad]`: from the tangent of the first to the chord,
+    /// and on to the tangent of the second. Between equal tangents it may turn and turn back.
     pub(crate) fn turn(from: &CurvePoint<C::Solution>, to: &CurvePoint<C::Solution>) -> f64 {
         let chord = from.scaled_difference(to).normalize();
         between(&from.tangent, &chord) + between(&chord, &from.tangent_of(to))

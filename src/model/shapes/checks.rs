@@ -9,7 +9,8 @@ use crate::model::shapes::shape::{Drives, Shape, Size};
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
-/// Evaluation by deflection that records the contacts of the laws that the algebra evaluates, and their edges.
+/// Evaluation by deflection that records the contacts of the laws that the algebra evaluates, and their
+/// edges.
 #[derive(Default)]
 struct Witness {
     asked: RefCell<Vec<(usize, [f64; 2])>>,

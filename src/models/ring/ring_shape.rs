@@ -46,8 +46,8 @@ pub enum Frame {
 /// J_M θ_M'' + C_M (θ_M' - θ_1') + K_M (θ_M - θ_1) = T_M
 /// J_Li θ_Li'' + C_si (θ_Li' - θ_i') + K_si (θ_Li - θ_i) = -T_Li
 ///
-/// Contact i is mesh i, with the deflection d_i `[m]` and the mesh force W_i `[N]`; g is its contact law, whose
-/// inner kinks are further contacts.
+/// Contact i is mesh i, with the deflection d_i `[m]` and the mesh force W_i `[N]`; g is its contact law,
+/// whose inner kinks are further contacts.
 ///
 /// Constants: `mesh frequency` ω [rad/s], `motor torque` T_M [N m], `mesh damping i` C_i [N s/m],
 /// `load torque i` T_Li [N m], with i = 1 .. n.

@@ -179,8 +179,8 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     }
 }
 
-/// Drift B s of the coordinates and of the velocities over one period, in the units of the model. `rigid`: B, in
-/// units of `scale`; `slack`: s.
+/// Drift B s of the coordinates and of the velocities over one period, in the units of the model. `rigid`: B,
+/// in units of `scale`; `slack`: s.
 pub(crate) fn drift(rigid: &DMatrix<f64>, slack: &DVector<f64>, scale: &[f64]) -> [Vec<f64>; 2] {
     let all = rigid * slack;
     let unscaled: Vec<f64> = all.iter().zip(scale).map(|(z, s)| z * s).collect();

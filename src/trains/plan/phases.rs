@@ -135,7 +135,8 @@ fn meeting<N: Nonlinearity>(
     let towards = libm::atan2(v - y, u - x) + if internal[1 - gear] { PI } else { 0.0 };
     let teeth = mesh.teeth[gear];
     let pitch = TAU / f64::from(teeth);
-    // The first gear pushes with the leading flank of its tooth, the second one is pushed at the trailing one.
+    // The first gear pushes with the leading flank of its tooth, the second one is pushed at the trailing
+    // one.
     let half = mesh.half_thickness[gear].unwrap_or(0.25 * pitch);
     let middle = sense * towards + if gear == 0 { -half } else { half };
     Some(Meeting {

@@ -96,8 +96,8 @@ fn centre_distance<N>(mesh: &MeshPart<N>) -> f64 {
     across / libm::cos(mesh.pressure_angle)
 }
 
-/// The centres of all bodies `[m]`: as stated, of a planet on its carrier, of a central gear without a statement
-/// that of its carrier. `None`: unknown.
+/// The centres of all bodies `[m]`: as stated, of a planet on its carrier, of a central gear without a
+/// statement that of its carrier. `None`: unknown.
 pub(crate) type Centres = Vec<Option<[f64; 2]>>;
 
 pub(crate) fn centres<N>(topology: &Topology<N>, planets: &Planets) -> Centres {

@@ -35,7 +35,8 @@ impl<N> Tooth<N> {
 }
 
 impl<N: Nonlinearity> TrainShape<N> {
-    /// The drives by their meaning. `PLAIN`: of a plain train, which has neither journals nor torques that vary.
+    /// The drives by their meaning. `PLAIN`: of a plain train, which has neither journals nor torques that
+    /// vary.
     #[inline(always)]
     pub(crate) fn drives<'u, const PLAIN: bool, S: Scalar>(&'u self, u: Drives<'u, S>) -> At<'u, S> {
         let elements = &self.elements;
@@ -83,7 +84,8 @@ impl<N: Nonlinearity> TrainShape<N> {
         if self.rests[i].varying.is_empty() { [d, dv] } else { self.varying_row([d, dv], i, at, q, v) }
     }
 
-    /// Adds the levers of noncircular gears to deflection and rate of tooth i, out of the loops of round gears.
+    /// Adds the levers of noncircular gears to deflection and rate of tooth i, out of the loops of round
+    /// gears.
     #[inline(never)]
     fn varying_row<S: Scalar>(
         &self,
