@@ -54,8 +54,9 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
         for spring in &elements.springs[..self.loose] {
             let ([j, k], [r, s]) = (spring.ends.map(|end| rolled::<PLAIN, S>(end as usize)), spring.levers);
-            let along = |x: &[S]| if PLAIN { x[j] - x[k] } else { x[j] * r + x[k] * s };
-            let force = along(q) * spring.stiffness + along(v) * spring.damping;
+            let [x, rate] =
+                if PLAIN { [q[j] - q[k], v[j] - v[k]] } else { [q[j] * r + q[k] * s, v[j] * r + v[k] * s] };
+            let force = x * spring.stiffness + rate * spring.damping;
             a[j] = a[j] - force * spring.pulls[0];
             a[k] = a[k] - force * spring.pulls[1];
         }
