@@ -63,7 +63,7 @@ fn folds_meet_in_a_cusp() {
     let cusps: Vec<_> = line.turns().filter(|(turn, _)| *turn == Turn::Cusp).collect();
     assert_eq!(cusps.len(), 1);
     let highest = cusps[0].1.parameters[1];
-    for point in line.points().iter().step_by(7) {
+    for point in line.points().iter().step_by(20) {
         let [speed, force] = point.parameters;
         let folds = over_speed(&model.with("mean force", force).unwrap());
         let near = folds
@@ -132,7 +132,7 @@ fn a_closed_boundary_ends_at_its_start() {
     let branch = Continuation::new(0.4, 0.6).run(&family, &[State::new(0.0, &[1.1], &[0.0])]).unwrap();
     let plane = ByFunctionOfTwo::new([("p", "1"), ("λ", "1")], at);
     assert_eq!(plane.parameters()[1].name, "λ");
-    let range = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0).bounds_across(-1.0, 1.0);
+    let range = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0).bounds_across(-1.0, 1.0).max_step(0.1);
     let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
     println!("{line}");
     assert_eq!(line.end(), &BranchEnd::Closed);
