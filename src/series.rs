@@ -28,7 +28,7 @@ pub struct Series {
     c: [f64; Series::CAPACITY],
     /// Number of coefficients; all further ones are 0.
     len: usize,
-    /// Number of coefficients of a function that is no polynomial; 1 for a constant.
+    /// Number of coefficients that a function of this series gets; 1 for a constant.
     full: usize,
     /// The time after the instant up to which the series represents its function.
     until: f64,

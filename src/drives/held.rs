@@ -5,6 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::excitation::angle::earlier;
 use crate::model::Model;
+use crate::numeric::split_mix::{GOLDEN, mix};
 use crate::series::Series;
 use rand::TryRng;
 use rand_distr::Distribution;
@@ -29,29 +30,19 @@ use std::sync::Arc;
 pub struct CounterRng(u64);
 
 impl CounterRng {
-    const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
-
     /// The generator of these four numbers.
     pub fn new(seed: u64, member: u64, stream: u64, index: u64) -> Self {
-        let start =
-            [member, stream, index].iter().fold(mix(seed.wrapping_add(Self::GOLDEN)), |state, &word| {
-                mix(state.wrapping_add(Self::GOLDEN)
-                    ^ mix(word.wrapping_add(Self::GOLDEN).wrapping_mul(0xd134_2543_de82_ef95)))
-            });
+        let start = [member, stream, index].iter().fold(mix(seed.wrapping_add(GOLDEN)), |state, &word| {
+            mix(state.wrapping_add(GOLDEN)
+                ^ mix(word.wrapping_add(GOLDEN).wrapping_mul(0xd134_2543_de82_ef95)))
+        });
         CounterRng(start)
     }
 
     fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(Self::GOLDEN);
+        self.0 = self.0.wrapping_add(GOLDEN);
         mix(self.0)
     }
-}
-
-/// The output function of SplitMix64.
-fn mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 impl TryRng for CounterRng {

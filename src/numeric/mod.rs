@@ -10,4 +10,5 @@ pub(crate) mod norms;
 pub(crate) mod not_finite;
 pub(crate) mod parabola;
 pub(crate) mod sine;
+pub(crate) mod split_mix;
 pub(crate) mod spread;

@@ -39,7 +39,7 @@ pub(crate) fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usiz
 #[cfg(test)]
 mod tests {
     #[test]
-    fn a_number_that_is_none_is_the_largest_wherever_it_stands() {
+    fn nan_counts_as_the_largest() {
         for at in 0..3 {
             let mut x = [1.0, -2.0, 0.5];
             assert_eq!(crate::numeric::norms::largest(&x), 2.0);

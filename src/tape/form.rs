@@ -21,7 +21,7 @@ impl Form {
     pub(crate) fn is_zero(&self) -> bool {
         self.value() == Some(0.0)
     }
-    /// The slot that it is, if it is one alone.
+    /// The slot, if the form is one slot with weight 1.
     pub(crate) fn alone(&self) -> Option<u32> {
         match self.terms[..] {
             [(slot, 1.0)] if self.constant == 0.0 => Some(slot),

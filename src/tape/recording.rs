@@ -31,7 +31,7 @@ impl Recording {
         Tape { dof, drives, forms, ops, accelerations, distances }
     }
 
-    /// Records what `f` does as evaluated on the pieces of `guard` alone.
+    /// Records `f`; its operations are used only on the pieces of `guard`.
     pub(crate) fn guarded<T>(&self, guard: Option<Guard>, f: impl FnOnce() -> T) -> T {
         let outer = self.guard.replace(guard.or(self.guard.get()));
         let result = f();

@@ -32,7 +32,7 @@ pub struct Welch {
 }
 
 impl Welch {
-    /// Segments of `segment` samples.
+    /// Averages over segments of `segment` samples.
     pub fn new(segment: usize) -> Self {
         Welch { segment, overlap: 0.5, window: Window::Hann, centred: false }
     }

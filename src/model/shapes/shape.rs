@@ -135,9 +135,9 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///
 /// /// q'' + 2 ζ q' + k(φ) f(q) = T: a spur pair over its mesh angle, dimensionless.
 /// #[derive(PartialEq)]
-/// struct SpurPair { stiffness: Wave, law: Backlash }
+/// struct OwnPair { stiffness: Wave, law: Backlash }
 ///
-/// impl Shape for SpurPair {
+/// impl Shape for OwnPair {
 ///     fn size(&self) -> Size { Size { dof: 1, waves: 1, contacts: 1, constants: 4 } }
 ///     fn constants(&self) -> Vec<Channel> {
 ///         ["speed", "load", "damping ratio", "half backlash"].map(|name| Channel::new(name, "1")).into()
@@ -166,7 +166,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// }
 ///
 /// let stiffness = Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?);
-/// let shape = SpurPair { stiffness, law: Backlash::new(1.0)? };
+/// let shape = OwnPair { stiffness, law: Backlash::new(1.0)? };
 /// let pair = Machine::with_constants(
 ///     shape,
 ///     &[("speed", 0.9), ("load", 0.1), ("damping ratio", 0.05), ("half backlash", 1.0)],

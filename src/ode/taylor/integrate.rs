@@ -36,7 +36,7 @@ fn moving(series: &[Series]) -> impl Iterator<Item = bool> + '_ {
     series.iter().map(|series| series.coefficients().len() > 1)
 }
 
-/// Number of coefficients of the drives that show which of them vary.
+/// Number of coefficients of a drive: two suffice to see whether it varies.
 const DRIVE_COEFFICIENTS: usize = 2;
 
 impl Prepared {

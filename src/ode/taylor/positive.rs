@@ -33,7 +33,7 @@ impl Polynomial {
         }
         (even[0] + s * odd[0], odd[0] + 2.0 * s * (even[1] + s * odd[1]))
     }
-    /// Value, derivative and Σ n (n - 1) |c_n| sⁿ, which is the largest |p''| s² in [0, s] at most.
+    /// Value, derivative and Σ n (n - 1) |c_n| sⁿ, an upper bound of |p''| s² in [0, s].
     fn with_bend(&self, s: f64) -> (f64, f64, f64) {
         let (square, mut even, mut odd) = (s * s, [0.0; 3], [0.0; 3]);
         let (pairs, last) = self.c[..=self.degree].as_chunks::<2>();

@@ -2,6 +2,7 @@
 
 use crate::model::{Model, State};
 use crate::numeric::norms::dot;
+use crate::numeric::split_mix::{GOLDEN, mix};
 use crate::ode::budget::Meter;
 use crate::ode::{Exhausted, IntegrateError};
 use crate::periodic::flow::tangent::Tangent;
@@ -112,12 +113,13 @@ impl<'s> Directions<'s> {
     /// splitmix64 of Steele, Lea & Flood, OOPSLA 2014.
     pub(crate) fn draw(&mut self, start: &State, all: &mut State) {
         let numbers = start.q.iter().chain(&start.v).chain([&start.t]);
-        let mut seed = numbers.fold(0_u64, |seed, x| mixed(seed.wrapping_add(x.to_bits())));
+        let mut seed =
+            numbers.fold(0_u64, |seed, x| mix(seed.wrapping_add(x.to_bits()).wrapping_add(GOLDEN)));
         let n = self.scale.len() / 2;
         let (of_q, of_v) = self.scale.split_at(n);
         for (half, scale) in [(&mut all.q, of_q), (&mut all.v, of_v)] {
             for (x, size) in half[n..].iter_mut().zip(scale.iter().cycle()) {
-                seed = mixed(seed);
+                seed = mix(seed.wrapping_add(GOLDEN));
                 *x = size * ((seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0);
             }
         }
@@ -167,12 +169,4 @@ impl<'s> Directions<'s> {
             }
         }
     }
-}
-
-/// The next number of splitmix64.
-fn mixed(seed: u64) -> u64 {
-    let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }

@@ -74,8 +74,8 @@ pub(crate) trait Integration<M: ?Sized> {
         true
     }
 
-    /// A second integration that follows another model, if this one holds results of its model. Default:
-    /// `None`, one integration serves any model.
+    /// A copy for another model, if results of this model are kept. Default: `None`, one integration serves
+    /// any model.
     fn twin(&self) -> Option<Box<dyn Integration<M>>> {
         None
     }
