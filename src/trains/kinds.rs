@@ -44,7 +44,7 @@ impl ModeKind {
 /// Frequencies of one cluster differ by less than this share.
 const CLUSTER: f64 = 1e-7;
 
-/// Share of a mode in a symmetry from which on it has the kind.
+/// Least projection on a symmetry at which a mode is of its kind.
 const PURE: f64 = 1.0 - 1e-6;
 
 impl<N: Nonlinearity> Train<N> {

@@ -52,7 +52,7 @@ pub(crate) fn along_direction<'m>(
         let value = passage.multipliers.as_ref().and_then(of);
         Ok((value.ok_or(CurveError::Singular)?, passage.crossings()))
     };
-    // The derivative over places on both sides, and whether the crossings on both sides are as many.
+    // The derivative over places on both sides, and whether both sides cross equally many edges.
     let central = |share: f64| -> Result<(f64, bool), BranchError> {
         let (mut sum, mut sides) = (0.0, [0, 0]);
         for (place, weight) in CENTRAL {

@@ -9,7 +9,7 @@ use crate::branches::line::{Line, LinePoint};
 ///
 /// | models | start | what is followed |
 /// |---|---|---|
-/// | [`Family`](crate::branches::Family) | [`State`](crate::State); `&[State]` at increasing times within one period | the orbit of the shooting near it |
+/// | [`Family`](crate::branches::Family) | [`State`](crate::State); `&[State]` at increasing times within one period; `&[]`, the static state | the orbit of the shooting near it |
 /// | | `&`[`ShootingOrbit`](crate::periodic::ShootingOrbit) | this orbit |
 /// | | `&`[`FourierOrbit`](crate::periodic::FourierOrbit) | the orbit of the balance near it |
 /// | | [`Switch`](crate::branches::Switch) | the branch that crosses at a located point |

@@ -76,7 +76,7 @@ pub struct MethodBStiffness {
     pub theoretical: f64,
     /// Correction factor C_M = 0.8 `[1]`.
     pub correction: f64,
-    /// InvoluteGear blank factor C_R `[1]`.
+    /// Gear blank factor C_R `[1]`.
     pub blank: f64,
     /// Basic rack factor C_B `[1]`.
     pub rack: f64,

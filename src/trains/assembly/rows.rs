@@ -104,7 +104,7 @@ impl<'p, N: Nonlinearity> Layout<'p, N> {
         let sense = if turns { 1.0 } else { -1.0 };
         let (sin, cos) = libm::sincos(mesh.pressure_angle);
         let apart = if mesh.kind == Kind::FirstInternal { -sin } else { sin };
-        // Components that are rounding are 0, so that parallel directions stay apart.
+        // Rounding errors become 0: they would couple motion along and across the line of action.
         let n = [0, 1].map(|i| sense * cos * t[i] + apart * e[i]);
         let n = n.map(|x| if x.abs() < 4.0 * f64::EPSILON { 0.0 } else { x });
         let [r1, r2] = mesh.radii;

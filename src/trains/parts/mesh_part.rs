@@ -273,8 +273,7 @@ impl<N: Nonlinearity> MeshPart<N> {
     pub fn phase_from_teeth(self) -> Self {
         MeshPart { phase: Phase::FromTeeth, ..self }
     }
-    /// States the phase of a mesh, in mesh cycles ahead of its wave, to be compared with the one that follows
-    /// from tooth counts and positions.
+    /// `build` fails unless tooth counts and places give this phase, in mesh cycles ahead of the wave.
     pub fn stated_phase(self, cycles: f64) -> Self {
         MeshPart { stated_phase: Some(cycles), ..self }
     }

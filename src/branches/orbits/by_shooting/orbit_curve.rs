@@ -162,8 +162,8 @@ impl<'f> OrbitCurve<'f> {
     pub(crate) fn wanted(&self) -> Option<FlowMethod> {
         self.wanted
     }
-    /// Size of drift k: that over a period at a speed of the size of the velocities. The velocity along a
-    /// rigid motion is given at the first node only, so that the orbit may drift.
+    /// Size of drift k: the drift in one period at a typical velocity. The velocity along a rigid motion is
+    /// given at the first node only, so that the orbit may drift.
     fn drift_size(&self, k: usize) -> f64 {
         let (q, v) = self.range.split_at(self.range.len() / 2);
         let ratios = q.iter().zip(v).filter(|(q, _)| **q > 0.0).map(|(q, v)| v * self.period / q);
