@@ -27,6 +27,16 @@ fn option<'a>(arguments: &'a [String], name: &str) -> Option<&'a str> {
     arguments.get(at + 1).map(String::as_str)
 }
 
+fn print(counts: &BTreeMap<&str, Count>) {
+    println!("{:24}{:>9}{:>9}{:>9}{:>12}", "check", "agree", "fail", "skipped", "ms a case");
+    for (name, count) in counts {
+        let skipped: u64 = count.skipped.values().sum();
+        let each = count.time.as_secs_f64() * 1e3 / (count.agree + count.fail + skipped) as f64;
+        println!("{name:24}{:9}{:9}{skipped:9}{each:12.1}", count.agree, count.fail);
+        count.skipped.iter().for_each(|(why, n)| println!("{:>33} skipped: {why}", n));
+    }
+}
+
 fn find(name: &str) -> Result<&'static Check, String> {
     all().find(|check| check.name == name).ok_or_else(|| format!("no check {name}"))
 }
@@ -92,18 +102,15 @@ fn run(arguments: &[String]) -> Result<bool, String> {
                     "-- {seed} {seconds} --case {case}   hangs: it runs for more than {} s",
                     LIMIT.as_secs()
                 );
+                if let Ok(counts) = counts.lock() {
+                    print(&counts);
+                }
                 std::process::exit(1);
             }
         }
     });
     let counts = counts.into_inner().map_err(|error| error.to_string())?;
-    println!("{:24}{:>9}{:>9}{:>9}{:>12}", "check", "agree", "fail", "skipped", "ms a case");
-    for (name, count) in &counts {
-        let skipped: u64 = count.skipped.values().sum();
-        let each = count.time.as_secs_f64() * 1e3 / (count.agree + count.fail + skipped) as f64;
-        println!("{name:24}{:9}{:9}{skipped:9}{each:12.1}", count.agree, count.fail);
-        count.skipped.iter().for_each(|(why, n)| println!("{:>33} skipped: {why}", n));
-    }
+    print(&counts);
     Ok(counts.values().all(|count| count.fail == 0))
 }
 

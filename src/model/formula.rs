@@ -49,7 +49,7 @@ pub struct Formula<F, P = ()> {
 }
 
 impl<F, P> Formula<F, P> {
-    /// The same formula with a period T, after which it repeats in t: a [`Periodic`] model.
+    /// The formula as a [`Periodic`] model: it repeats in t after the period T.
     ///
     /// # Errors
     /// A period outside 1e-50 .. 1e50.

@@ -63,7 +63,7 @@ fn folds_meet_in_a_cusp() {
     let cusps: Vec<_> = line.turns().filter(|(turn, _)| *turn == Turn::Cusp).collect();
     assert_eq!(cusps.len(), 1);
     let highest = cusps[0].1.parameters[1];
-    for point in line.points().iter().step_by(20) {
+    for point in line.points().iter().step_by(7) {
         let [speed, force] = point.parameters;
         let folds = over_speed(&model.with("mean force", force).unwrap());
         let near = folds

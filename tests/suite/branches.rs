@@ -211,7 +211,7 @@ fn multipliers_and_points_for_any_number_of_segments() {
         ("damping", 0.1),
     ]);
     let mut first: Option<Branch> = None;
-    for segments in [1, 2, 5, 30] {
+    for segments in [1, 2, 5, 16, 64] {
         let shooting = Shooting::new().segments(segments);
         let range = Continuation::new(0.6, 1.0).max_step(0.1).shooting(shooting);
         let branch = follow(&model, &range);

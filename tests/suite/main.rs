@@ -1,6 +1,5 @@
-//! The tests of the public interface, in one binary. `cargo test --test suite NAME` runs the tests whose path
-//! contains NAME, for example `cargo test --test suite located_edges`. Tests that take longer than half a
-//! minute are marked `#[ignore]`: `cargo test --release --test suite -- --ignored` runs them.
+//! The tests of the public interface, in one binary. CONTRIBUTING.md states the commands, the long tests among
+//! them.
 //!
 //! ARCHITECTURE.md says which file guards which promise.
 //!

@@ -54,8 +54,8 @@ pub(crate) struct BoundaryCurve<'f> {
     pub(crate) other_unit: f64,
     /// Unit of a distance from an edge.
     pub(crate) range: f64,
-    /// The least squared speed of an impact over the square of the largest velocity; 1 without impacts. ψ
-    /// is linear only over steps smaller than this share.
+    /// The least squared speed of an impact over the square of the largest velocity; 1 without impacts. The
+    /// smaller it is, the shorter are the differences from which the derivatives of ψ follow.
     pub(crate) softest: f64,
 }
 

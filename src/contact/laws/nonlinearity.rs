@@ -70,8 +70,8 @@ impl<S: Scalar> Edges<S> {
 ///     #[inline(always)]
 ///     fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
 ///         let y = at.x - at.upper;
-///         // Continued past the edge as y √|y|, because y^1.5 is not a number for y < 0.
-///         if piece == Piece::Upper { y * y.abs_powf(0.5) } else { S::from(0.0) }
+///         // Continued past the edge with the sign of y, because y^1.5 is not a number for y < 0.
+///         if piece == Piece::Upper { y.signed_powf(1.5) } else { S::from(0.0) }
 ///     }
 ///     fn edges<A: Angle>(&self, _angle: A, _side: Side) -> Edges<A::Number> {
 ///         Edges::at_rest(f64::NEG_INFINITY, self.gap)

@@ -52,7 +52,7 @@ impl<G: Shape> Machine<G> {
     /// [`Shape::prepare`].
     ///
     /// # Errors
-    /// A name that the shape does not have; drives, coordinates or velocities of the wrong number.
+    /// An unknown name; a wrong number of drives, coordinates or velocities.
     pub fn slope(&self, name: &str, u: &[f64], q: &[f64], v: &[f64]) -> Result<Vec<f64>, ParameterError> {
         let (place, dof) = (self.place(name)?, self.size().dof);
         check::length("drives", u.len(), self.drives())?;

@@ -27,8 +27,8 @@ pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f6
 /// and on both flanks.
 ///
 /// The Jacobians are evaluated at up to nine instants in (0, `span`) and states of nine sizes, with all
-/// contacts on their lower and then on their upper flanks. Each exact one reduces the directions that are
-/// left. Contacts in their gaps are not evaluated, because they resist no motion. A direction that changes
+/// contacts on their lower and then on their upper flanks. A direction that a Jacobian resists is excluded.
+/// Contacts in their gaps are not evaluated, because they resist no motion. A direction that changes
 /// the deflection of a rigid stop is not a rigid motion: ∂d/∂q of these contacts counts as a Jacobian.
 pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let n = model.dof();

@@ -3,6 +3,7 @@
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Model;
+use crate::model::structure::slopes::accelerate;
 
 /// The rates of the contacts that are inner kinks of contact laws. A model does not give them, since they
 /// contain its accelerations.
@@ -67,11 +68,7 @@ impl KinkRates {
         if delta == 0.0 {
             return;
         }
-        if model.offers().pieces {
-            model.accel_on_pieces(pieces, u, q, v, &mut self.a);
-        } else {
-            model.accel(u, q, v, &mut self.a);
-        }
+        accelerate(model, Some(pieces), u, q, v, &mut self.a);
         for j in 0..q.len() {
             self.q[j] = q[j] + delta * v[j];
             self.v[j] = v[j] + delta * self.a[j];

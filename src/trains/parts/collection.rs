@@ -177,8 +177,8 @@ impl<N> Parts<N> {
         let course = Course::OfSpeed(Characteristic::Induction { breakdown_slip, synchronous });
         self.add_torque(name, body, breakdown_torque, course)
     }
-    /// Adds a torque [N m] times a factor Σ c_k Ω^k over the speed Ω [rad/s] of the body along its rotation,
-    /// with the coefficients c_0, c_1, ...: a direct-current motor has two, a fan or a propeller has three.
+    /// Adds a torque [N m] that depends on the speed Ω [rad/s] of the body along its rotation by the factor
+    /// Σ c_k Ω^k. A direct-current motor has two coefficients c_0, c_1; a fan or a propeller has three.
     ///
     /// ```
     /// use gear_dynamics::trains::{Body, Parts};

@@ -195,8 +195,8 @@ impl<N: Nonlinearity> MeshPart<N> {
         self.faults[gear as usize] = Some(factor);
         self
     }
-    /// The same mesh with a noncircular gear, whose base radius is r g: r as stated with the tooth numbers,
-    /// and g a positive wave without jumps over the mean turn of the gear, the angle by which it has turned
+    /// Makes a gear of the mesh noncircular: its base radius is r g. r is stated with the tooth numbers, and g
+    /// is a positive wave without jumps over the mean turn of the gear, the angle by which it has turned
     /// at its mean speed.
     ///
     /// The gear moves the contact by r g q, and the bodies behind it turn unevenly:
