@@ -10,7 +10,8 @@ use crate::scalar::Scalar;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct LawPlaces {
     touching: usize,
-    of_laws: Vec<Place>,
+    /// The contact of the first inner kink of each law.
+    first_kinks: Vec<usize>,
     /// For each inner kink, its law and its number there.
     kinks: Vec<[usize; 2]>,
 }
@@ -18,18 +19,18 @@ pub(crate) struct LawPlaces {
 impl LawPlaces {
     /// The places of `laws` in a model in which teeth touch at the first `touching` contacts.
     pub(crate) fn of<'n, N: Nonlinearity + 'n>(laws: impl Iterator<Item = &'n N>, touching: usize) -> Self {
-        let (mut of_laws, mut kinks) = (Vec::new(), Vec::new());
+        let (mut first_kinks, mut kinks) = (Vec::new(), Vec::new());
         for (contact, law) in laws.enumerate() {
-            of_laws.push(Place { contact, kinks: touching + kinks.len() });
+            first_kinks.push(touching + kinks.len());
             kinks.extend((0..law.kinks()).map(|k| [contact, k]));
         }
-        LawPlaces { touching, of_laws, kinks }
+        LawPlaces { touching, first_kinks, kinks }
     }
 
-    /// The place of each law.
+    /// The place of law `i`. A law without inner kinks reads no list.
     #[inline(always)]
-    pub(crate) fn of_laws(&self) -> &[Place] {
-        &self.of_laws
+    pub(crate) fn of_law(&self, i: usize) -> Place {
+        Place { contact: i, kinks: self.first_kinks.get(i).copied().unwrap_or(self.touching) }
     }
     /// Number of inner kinks.
     #[inline(always)]

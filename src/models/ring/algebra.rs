@@ -1,7 +1,8 @@
 //! The algebra of the ring, gear by gear.
 
+use crate::contact::law_places::LawPlaces;
 use crate::contact::mesh::{ERROR, ERROR_RATE, LOWER, STIFFNESS, UPPER};
-use crate::contact::{Contact, Deflection, Mesh, Nonlinearity, PieceChoice, Place};
+use crate::contact::{Contact, Deflection, Mesh, Nonlinearity, PieceChoice};
 use crate::model::Drives;
 use crate::models::ring::columns::{Parameters, STRIDE};
 use crate::models::ring::ring_shape::{Frame, RingShape};
@@ -22,7 +23,7 @@ struct Instant<'a, S> {
     gears: &'a [Parameters],
     lists: [&'a [f64]; 5],
     meshes: &'a [[S; STRIDE]],
-    places: &'a [Place],
+    places: &'a LawPlaces,
     /// Whether all meshes have the waves of the first one.
     alike: bool,
     omega: S,
@@ -45,7 +46,7 @@ impl<'a, S: Scalar> Instant<'a, S> {
             gears,
             lists,
             meshes: &meshes.as_chunks().0[..n],
-            places: &shape.places.of_laws()[..n],
+            places: &shape.places,
             alike: shape.alike,
             omega: u.speed(),
             motor_torque: &rest[0],
@@ -82,7 +83,7 @@ impl<'a, S: Scalar> Instant<'a, S> {
         let x = gear.path - next.path - moving[ERROR];
         let rate = gear.speed - next.speed - self.omega * moving[ERROR_RATE];
         let at = Deflection { x, rate, lower: own[LOWER], upper: own[UPPER] };
-        meshes[i].force(law, self.places[i], at, rate, moving[STIFFNESS], self.damping[i])
+        meshes[i].force(law, self.places.of_law(i), at, rate, moving[STIFFNESS], self.damping[i])
     }
 
     /// The drives with stiffness and error of mesh i.
@@ -191,6 +192,6 @@ impl<N: Nonlinearity> RingShape<N> {
         let (x, rate) = (gear.path - next.path, gear.speed - next.speed);
         let mut waves = at.meshes[i];
         waves[..LOWER].copy_from_slice(&at.moving(i)[..LOWER]);
-        self.meshes[i].contact(law, at.places[i], &waves, at.omega, at.damping[i], x, rate)
+        self.meshes[i].contact(law, at.places.of_law(i), &waves, at.omega, at.damping[i], x, rate)
     }
 }

@@ -84,7 +84,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         let teeth = &self.teeth[..];
         let rests = &self.rests[..if PLAIN { 0 } else { teeth.len() }];
         let (damping, half) = (&at.damping[..teeth.len()], &at.half[..teeth.len()]);
-        let bounded = At { damping, half, places: &at.places[..teeth.len()], ..*at };
+        let bounded = At { damping, half, ..*at };
         let mut gear = Turning::of(first.at[0] as usize, q, v, a);
         for i in 0..teeth.len() {
             let tooth = &teeth[rolled::<PLAIN, S>(i)];

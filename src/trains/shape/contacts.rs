@@ -1,6 +1,7 @@
 //! The drives and the contacts of a train.
 
-use crate::contact::{Contact, Deflection, Nonlinearity, PieceChoice, Place};
+use crate::contact::law_places::LawPlaces;
+use crate::contact::{Contact, Deflection, Nonlinearity, PieceChoice};
 use crate::model::Drives;
 use crate::scalar::Scalar;
 use crate::trains::shape::elements::Tooth;
@@ -22,7 +23,7 @@ pub(crate) struct At<'u, S> {
     pub(crate) half: &'u [S],
     pub(crate) friction: &'u [S],
     /// The place of each law.
-    pub(crate) places: &'u [Place],
+    pub(crate) places: &'u LawPlaces,
 }
 
 impl<N> Tooth<N> {
@@ -49,7 +50,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         let (damping, rest) = rest.split_at(contacts);
         let (half, friction) = rest.split_at(contacts);
         let (jets, edges) = (jets.as_chunks().0, edges.as_chunks().0);
-        let places = self.places.of_laws();
+        let places = &self.places;
         At { single, jets, edges, speed: u.speed(), net, torques, damping, half, friction, places }
     }
 
@@ -118,9 +119,9 @@ impl<N: Nonlinearity> TrainShape<N> {
         let (stiffness, damping) = (at.single[tooth.stiffness as usize], at.damping[i]);
         let deflection = Deflection { x, rate, lower, upper };
         if PLAIN {
-            return stiffness * law.force(at.places[i], &tooth.law, deflection) + damping * rate;
+            return stiffness * law.force(at.places.of_law(i), &tooth.law, deflection) + damping * rate;
         }
-        self.rests[i].mesh.force(law, at.places[i], deflection, rate, stiffness, damping)
+        self.rests[i].mesh.force(law, at.places.of_law(i), deflection, rate, stiffness, damping)
     }
 
     /// Contact i as the solvers see it.
