@@ -27,8 +27,8 @@ pub(crate) struct FourierWaves {
     pub(super) orders: Vec<Order>,
     /// Index of the order, a and b of each term of each wave.
     pub(super) terms: Vec<Vec<Term>>,
-    /// Waves that are the same function as an earlier one, with that one.
-    copies: Vec<[usize; 2]>,
+    /// Waves that stand for others, with those, which are the same function.
+    copies: Vec<(usize, Vec<usize>)>,
     /// Whether the values are computed faster from the series than by the excitations.
     pub(crate) is_fast: bool,
     /// ±n^k/k! of each order; `None` if there are too many terms for an expansion.
@@ -61,13 +61,13 @@ impl FourierWaves {
         let known: Vec<usize> = by_order.keys().copied().collect();
         let lowest = known.first().copied().unwrap_or(0);
         let mut functions: BTreeMap<Vec<(usize, [u64; 2])>, usize> = BTreeMap::new();
-        let (mut copies, mut varying) = (Vec::new(), 0);
+        let (mut copies, mut varying): (BTreeMap<usize, Vec<usize>>, _) = (BTreeMap::new(), 0);
         for (wave, (mean, terms)) in waves.iter().enumerate().filter(|(_, (_, terms))| !terms.is_empty()) {
             let numbers = terms.iter().copied().chain([(0, [*mean, 0.0])]);
             let numbers = numbers.map(|(n, x)| (n, x.map(f64::to_bits))).collect();
             let first = *functions.entry(numbers).or_insert(wave);
             if first != wave {
-                copies.push([wave, first]);
+                copies.entry(first).or_default().push(wave);
                 continue;
             }
             varying += 1;
@@ -90,7 +90,7 @@ impl FourierWaves {
         FourierWaves {
             means: waves.iter().map(|(mean, _)| *mean).collect(),
             terms: waves.iter().map(|(_, terms)| terms.iter().map(placed).collect()).collect(),
-            copies,
+            copies: copies.into_iter().collect(),
             is_fast: groups <= GROUPS.max(varying),
             weights: few.then(|| orders.iter().map(|order| WaveWeights::new(order.n)).collect()),
             orders,
@@ -125,7 +125,7 @@ impl FourierWaves {
     #[inline(always)]
     fn write_rows<const W: usize>(&self, angles: [f64; W], u: [&mut [f64]; W]) {
         let Some((lowest, others)) = self.orders.split_first() else { return };
-        let first = lowest.turned(&angles, [[0.0; W]; 2], &[[0.0; W]; 2]);
+        let first = lowest.sin_cos(&angles);
         for &(wave, [a, b]) in &lowest.terms {
             for i in 0..W {
                 u[i][wave] = self.means[wave] + (a * first[1][i] + b * first[0][i]);
@@ -141,8 +141,13 @@ impl FourierWaves {
                 }
             }
         }
-        for row in u {
-            self.copies.iter().for_each(|&[copy, of]| row[copy] = row[of]);
+        for (of, copies) in &self.copies {
+            let values: [f64; W] = std::array::from_fn(|i| u[i][*of]);
+            for &copy in copies {
+                for i in 0..W {
+                    u[i][copy] = values[i];
+                }
+            }
         }
     }
 }
@@ -160,6 +165,12 @@ impl Order {
             rotate(&mut before, lowest);
             return before;
         }
+        self.sin_cos(angles)
+    }
+
+    /// Sines and cosines of n times the angles.
+    #[inline(always)]
+    pub(super) fn sin_cos<const W: usize>(&self, angles: &[f64; W]) -> [[f64; W]; 2] {
         let mut turned = [0.0; W];
         for i in 0..W {
             turned[i] = self.n * angles[i];
