@@ -209,9 +209,6 @@ impl Balance {
         let (failure, root) = Failure::of(error, meter)?;
         let (last, history) = (Box::new(orbit(&root)), root.history);
         Err(match failure {
-            Failure::Singular { .. } if let Some(contact) = start_in_gap => {
-                BalanceError::StartInGap { contact }
-            }
             Failure::Budget(exhausted) => BalanceError::Budget { exhausted, last, history },
             Failure::Slope { equation, unknown } => BalanceError::Slope {
                 acceleration: coordinate(equation),
@@ -219,9 +216,10 @@ impl Balance {
                 last,
                 history,
             },
-            Failure::Singular { unknown } => {
-                BalanceError::Undetermined { coordinate: coordinate(unknown), last, history }
-            }
+            Failure::Singular { unknown } => match start_in_gap {
+                Some(contact) => BalanceError::StartInGap { contact },
+                None => BalanceError::Undetermined { coordinate: coordinate(unknown), last, history },
+            },
             Failure::NotConverged => BalanceError::NotConverged { last, history },
             Failure::NotFinite => BalanceError::NotFinite { last, history },
         })
