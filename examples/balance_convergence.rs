@@ -7,7 +7,7 @@
 //! peak-to-peak value, the error with closed and with sampled integrals and the estimates |z_H - z_1.3H| and
 //! first correction of shooting; `convergence.csv` contains them.
 //!
-//! `cargo run --release --example balance_convergence`; everything is written to
+//! `cargo run --release -p examples --example balance_convergence`; everything is written to
 //! target/gallery/balance_convergence/.
 
 mod support;

@@ -4,7 +4,7 @@
 //! shares of the rattle states over the amplitude of the torque. The pictures show which motion each start
 //! (q, v) reaches; `basins.csv` and `amplitudes.csv` contain the tables.
 //!
-//! `cargo run --release --example basins`; everything is written to target/gallery/basins/.
+//! `cargo run --release -p examples --example basins`; everything is written to target/gallery/basins/.
 
 mod support;
 

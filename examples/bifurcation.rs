@@ -5,8 +5,8 @@
 //! show q once a turn and the exponent over the speed, and the range from 145 to 170 rad/s enlarged;
 //! `bifurcation.csv` and `lyapunov.csv` contain the numbers.
 //!
-//! `cargo run --release --example bifurcation`, with `-- --coarse` for one sixth of the speeds; everything is
-//! written to target/gallery/bifurcation/.
+//! `cargo run --release -p examples --example bifurcation`, with `-- --coarse` for one sixth of the speeds;
+//! everything is written to target/gallery/bifurcation/.
 
 mod support;
 

@@ -5,7 +5,8 @@
 //! statistics over speed, and the mesh force with constant and random mesh damping, torque and clearance;
 //! `speed_sweep.csv` and `mesh_force.csv` contain the numbers.
 //!
-//! `cargo run --release --example braiding_ring`; everything is written to target/gallery/braiding_ring/.
+//! `cargo run --release -p examples --example braiding_ring`; everything is written to
+//! target/gallery/braiding_ring/.
 
 mod support;
 

@@ -4,7 +4,8 @@
 //! The table states rattle state, peak-to-peak value of the deflection and contact loss at three frequencies
 //! of the ripple. The picture shows the deflection over time; `rattle.csv` contains the table.
 //!
-//! `cargo run --release --example custom_model`; everything is written to target/gallery/custom_model/.
+//! `cargo run --release -p examples --example custom_model`; everything is written to
+//! target/gallery/custom_model/.
 
 mod support;
 use gear_dynamics::contact::{Contact, Deflection, Edges, Nonlinearity};

@@ -6,7 +6,7 @@
 //! doublings of the spur pair the orbits of twice the period are followed as well. `folds.csv` contains the
 //! located points, and each curve has a file of its own.
 //!
-//! `cargo run --release --example frequency_response`; everything is written to
+//! `cargo run --release -p examples --example frequency_response`; everything is written to
 //! target/gallery/frequency_response/.
 
 mod support;

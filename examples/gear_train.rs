@@ -4,7 +4,8 @@
 //! and maps of rattle over speed and load in lanes. `modes.csv` lists the modes of these trains and of the published
 //! planetary sets of Lin and Parker 1999, Cooley and Parker 2012 and Kahraman 1994.
 //!
-//! `cargo run --release --example gear_train`; everything is written to target/gallery/gear_train/.
+//! `cargo run --release -p examples --example gear_train`; everything is written to
+//! target/gallery/gear_train/.
 
 #[path = "gear_train/published.rs"]
 mod published;

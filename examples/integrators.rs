@@ -5,7 +5,8 @@
 //! the picture show for each solver the best times; `integrators.csv` contains all of them. With `--coarse`
 //! the runs are shorter.
 //!
-//! `cargo run --release --example integrators`; everything is written to target/gallery/integrators/.
+//! `cargo run --release -p examples --example integrators`; everything is written to
+//! target/gallery/integrators/.
 
 #[path = "../benches/common/mod.rs"]
 mod benchmarks;

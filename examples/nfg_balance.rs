@@ -11,8 +11,8 @@
 //! point at the result of the previous one, upwards and downwards. The tables, pictures and CSV files show
 //! rattle state and peak-to-peak values of q and of its elastic part f(q), which does not contain the gap.
 //!
-//! `cargo run --release --example nfg_balance`, with `-- --coarse` for one sixth of the points; everything is
-//! written to target/gallery/nfg_balance/.
+//! `cargo run --release -p examples --example nfg_balance`, with `-- --coarse` for one sixth of the points;
+//! everything is written to target/gallery/nfg_balance/.
 
 mod nfg_balance {
     pub mod motions;

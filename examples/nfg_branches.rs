@@ -8,8 +8,8 @@
 //!   the settled motion at 180 rad/s in both directions, downwards as an unstable orbit through the speeds at
 //!   which runs in time are chaotic.
 //!
-//! `cargo run --release --example nfg_branches`, with `-- --coarse` for a part of the branches; tables and the
-//! picture are written to target/gallery/nfg_branches/.
+//! `cargo run --release -p examples --example nfg_branches`, with `-- --coarse` for a part of the branches;
+//! tables and the picture are written to target/gallery/nfg_branches/.
 
 mod support;
 

@@ -6,7 +6,8 @@
 //! speeds, and rattle state and peak-to-peak values from 100 to 250 rad/s; `speed_sweep.csv` contains the
 //! sweep.
 //!
-//! `cargo run --release --example nfg_rattle`; everything is written to target/gallery/nfg_rattle/.
+//! `cargo run --release -p examples --example nfg_rattle`; everything is written to
+//! target/gallery/nfg_rattle/.
 
 mod support;
 

@@ -9,7 +9,8 @@
 //! can remove the first harmonic entirely, the least peak-to-peak value lies at a kink with several equal
 //! maxima, and a gradient method converges slowly.
 //!
-//! `cargo run --release --example quieter_gears`; everything is written to target/gallery/quieter_gears/.
+//! `cargo run --release -p examples --example quieter_gears`; everything is written to
+//! target/gallery/quieter_gears/.
 
 mod support;
 

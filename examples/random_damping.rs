@@ -6,7 +6,8 @@
 //! transmission error over time, the held values of one member, and the histogram of the maximum force;
 //! `bands.csv` contains the bands of the force.
 //!
-//! `cargo run --release --example random_damping`; everything is written to target/gallery/random_damping/.
+//! `cargo run --release -p examples --example random_damping`; everything is written to
+//! target/gallery/random_damping/.
 
 mod support;
 

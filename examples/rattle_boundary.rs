@@ -12,8 +12,8 @@
 //! The pictures show the onset (white) and the period doubling (red) over rattle states and contact loss;
 //! `boundary.csv` and `map.csv` contain the numbers.
 //!
-//! `cargo run --release --example rattle_boundary`, with `-- --coarse` for a part of the speeds and fewer
-//! points of the map; everything is written to target/gallery/rattle_boundary/.
+//! `cargo run --release -p examples --example rattle_boundary`, with `-- --coarse` for a part of the speeds
+//! and fewer points of the map; everything is written to target/gallery/rattle_boundary/.
 
 mod support;
 

@@ -5,7 +5,8 @@
 //! a single run. The pictures show rattle state, peak-to-peak value of the deflection, contact loss and
 //! sensitivity over speed and load; `map.csv` contains the points.
 //!
-//! `cargo run --release --example rattle_map`; everything is written to target/gallery/rattle_map/.
+//! `cargo run --release -p examples --example rattle_map`; everything is written to
+//! target/gallery/rattle_map/.
 
 mod support;
 

@@ -35,7 +35,7 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     {
         return Err(IntegrateError::StopNotLocated { contact });
     }
-    // A build without optimisation compiles the loop once for all models, to save build time.
+    // A build with debug assertions, as of tests, compiles the loop once for all models, to save build time.
     #[cfg(debug_assertions)]
     let model: &dyn Model = &model;
     match (model.dof(), limits.locate && model.contacts() > 0) {

@@ -20,7 +20,9 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Warning {
-    /// The torques accelerate the train.
+    /// The torques accelerate the train. `build` checks it at the torques of the parts.
+    /// [`Machine::with`](crate::Machine::with) may change one torque alone, and then does not;
+    /// [`Parts::load`](crate::trains::Parts::load) balances the torques at all values.
     Unbalanced,
     /// A noncircular gear in a train that nothing holds to its kinematic rotation.
     Drifts,

@@ -55,6 +55,17 @@ fn onset_of_contact_loss_in_closed_form() {
 /// a continuation over the speed locates.
 #[test]
 fn folds_meet_in_a_cusp() {
+    cusp(28);
+}
+
+#[test]
+#[ignore = "half a minute without optimisation: cargo test --release --test suite branch_boundaries -- --ignored"]
+fn folds_that_meet_in_a_cusp_at_more_points() {
+    cusp(7);
+}
+
+/// Every `stride`-th point is compared.
+fn cusp(stride: usize) {
     let (model, branch) = (pair(), over_speed(&pair()));
     let plane = ByConstants::new(&model, ["speed", "mean force"]).unwrap();
     let fold = branch.of_kind(PointKind::Fold)[0];
@@ -63,7 +74,7 @@ fn folds_meet_in_a_cusp() {
     let cusps: Vec<_> = line.turns().filter(|(turn, _)| *turn == Turn::Cusp).collect();
     assert_eq!(cusps.len(), 1);
     let highest = cusps[0].1.parameters[1];
-    for point in line.points().iter().step_by(7) {
+    for point in line.points().iter().step_by(stride) {
         let [speed, force] = point.parameters;
         let folds = over_speed(&model.with("mean force", force).unwrap());
         let near = folds

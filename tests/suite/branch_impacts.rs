@@ -170,21 +170,29 @@ fn folds_with_impacts_lie_between_resonant_grazings() {
 /// With many segments the nodes stand close: they keep clear of the impact as well.
 #[test]
 fn branches_with_impacts_on_many_segments() {
+    impacts_on_segments(30);
+}
+
+#[test]
+#[ignore = "half a minute without optimisation: cargo test --release --test suite branch_impacts -- --ignored"]
+fn branches_with_impacts_on_more_segments() {
+    impacts_on_segments(64);
+}
+
+fn impacts_on_segments(segments: i32) {
     let model = stop(1.2, 1.0);
     let family = ByConstant::new(&model, "amplitude").unwrap();
     let start = Oscillator::new(DAMPING, 1.2, 1.0).guess(1, -1.618_119_618_100_248_4);
     let orbit = Shooting::new().solve(&model, &[start]).unwrap();
-    for segments in [30, 64] {
-        let times: Vec<f64> = (0..segments)
-            .map(|i| orbit.states()[0].t + orbit.period() * f64::from(i) / f64::from(segments))
-            .collect();
-        let nodes: Vec<State> = times.iter().map(|t| orbit.at(&model, *t).unwrap()).collect();
-        let branch = Continuation::new(1.0, 0.1).bounds(0.05, 1.1).run(&family, &nodes).unwrap();
-        println!("{branch}");
-        assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
-        assert!((branch.of_kind(PointKind::Fold)[0].parameter - 0.151_682_351_638_280_78).abs() < 1e-10);
-        assert!((branch.of_kind(PointKind::Grazing)[0].parameter - grazing(1.2)).abs() < 1e-10);
-    }
+    let times: Vec<f64> = (0..segments)
+        .map(|i| orbit.states()[0].t + orbit.period() * f64::from(i) / f64::from(segments))
+        .collect();
+    let nodes: Vec<State> = times.iter().map(|t| orbit.at(&model, *t).unwrap()).collect();
+    let branch = Continuation::new(1.0, 0.1).bounds(0.05, 1.1).run(&family, &nodes).unwrap();
+    println!("{branch}");
+    assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
+    assert!((branch.of_kind(PointKind::Fold)[0].parameter - 0.151_682_351_638_280_78).abs() < 1e-10);
+    assert!((branch.of_kind(PointKind::Grazing)[0].parameter - grazing(1.2)).abs() < 1e-10);
 }
 
 /// A deflection in another unit, and a lower stop that is never reached.

@@ -204,6 +204,16 @@ fn amplitude_of_doubled_orbits() {
 /// the located points agree.
 #[test]
 fn multipliers_and_points_for_any_number_of_segments() {
+    any_number_of_segments(&[1, 2, 16]);
+}
+
+#[test]
+#[ignore = "half a minute without optimisation: cargo test --release --test suite branches -- --ignored"]
+fn multipliers_and_points_for_more_numbers_of_segments() {
+    any_number_of_segments(&[1, 5, 64]);
+}
+
+fn any_number_of_segments(numbers: &[usize]) {
     let model = oscillator(&[
         ("mesh stiffness", 1.0),
         ("mean force", 0.1),
@@ -211,7 +221,7 @@ fn multipliers_and_points_for_any_number_of_segments() {
         ("damping", 0.1),
     ]);
     let mut first: Option<Branch> = None;
-    for segments in [1, 2, 5, 16, 64] {
+    for &segments in numbers {
         let shooting = Shooting::new().segments(segments);
         let range = Continuation::new(0.6, 1.0).max_step(0.1).shooting(shooting);
         let branch = follow(&model, &range);

@@ -29,7 +29,7 @@ fn rows() -> Rows {
 
 /// The file was written by `cargo test --test suite stored_results::writes_the_row_file -- --ignored` of
 /// version 0.1.0.
-const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/rows.json");
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/rows.json");
 
 #[test]
 #[ignore = "writes tests/data/rows.json: only for a new version of the stored form"]
