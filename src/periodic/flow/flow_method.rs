@@ -1,9 +1,9 @@
 //! The method by which a flow and its derivative are integrated.
 
-use crate::model::Model;
 use crate::model::drive_slope::DriveSlope;
-use crate::ode::IntegrateError;
+use crate::model::{Model, State};
 use crate::ode::taylor::integrate::Prepared;
+use crate::ode::{Dop853, Finish, IntegrateError, Integrator, Observer, Taylor};
 use crate::periodic::flow::tangent_tape::tangent;
 use std::cell::RefCell;
 use std::fmt;
@@ -42,8 +42,20 @@ impl fmt::Display for FlowMethod {
     }
 }
 
-/// The tape of a model with its derivatives, if the flow is integrated by Taylor series.
-pub(crate) struct Expansion(pub(crate) Option<RefCell<Prepared>>);
+/// Tolerances and steps of a run.
+pub(crate) struct Accuracy<'a> {
+    /// Relative tolerance `[1]`.
+    pub(crate) rtol: f64,
+    /// Absolute tolerance of all components, or of each.
+    pub(crate) atol: &'a [f64],
+    /// Order of a Taylor series.
+    pub(crate) order: usize,
+    /// First step of DOP853; 0 if it is free.
+    pub(crate) first: f64,
+}
+
+/// The tape of a model, with or without its derivatives, if it is integrated by Taylor series; `None`: DOP853.
+pub(crate) struct Expansion(Option<RefCell<Prepared>>);
 
 impl Expansion {
     /// The expansion for a number of differences, the last ones with respect to the parameters `forced`.
@@ -65,6 +77,35 @@ impl Expansion {
             (Ok(prepared), _) => Ok(Expansion(Some(RefCell::new(prepared)))),
             (Err(error), Some(_)) => Err(error),
             (Err(_), None) => Ok(Expansion(None)),
+        }
+    }
+
+    /// The expansion of a model without its derivatives: by DOP853 if that is `wanted` or if there is no series.
+    pub(crate) fn of_motion(model: &dyn Model, wanted: Option<FlowMethod>) -> Self {
+        let series = || Prepared::new(model).ok().map(RefCell::new);
+        Expansion(if wanted == Some(FlowMethod::Dop853) { None } else { series() })
+    }
+
+    /// Integrates the model of this expansion.
+    pub(crate) fn run<M: Model + ?Sized, O: Observer>(
+        &self,
+        accuracy: &Accuracy<'_>,
+        model: &M,
+        start: &State,
+        t_end: f64,
+        observer: &mut O,
+    ) -> Result<Finish, IntegrateError> {
+        let &Accuracy { rtol, atol, order, first } = accuracy;
+        match &self.0 {
+            Some(prepared) => {
+                let settings = Taylor::new().rtol(rtol).atol_each(atol).order(order);
+                prepared.borrow_mut().run(&settings, &model, start, t_end, observer)
+            }
+            None => {
+                let solver = Dop853::new().rtol(rtol).atol_each(atol);
+                let solver = if first > 0.0 { solver.first_step(first) } else { solver };
+                solver.run(model, start, t_end, observer)
+            }
         }
     }
 

@@ -2,8 +2,9 @@
 
 use crate::model::{Model, State};
 use crate::ode::budget::Meter;
-use crate::ode::{Dop853, Finish, IntegrateError, Integrator, Observer, Step, Taylor};
+use crate::ode::{IntegrateError, Observer, Step};
 use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::flow_method::Accuracy;
 use crate::periodic::flow::saltation::Saltation;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::walk::{NONE, finest};
@@ -88,28 +89,6 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         [half(&start.q, q), half(&start.v, v)].concat()
     }
 
-    /// Integrates with absolute tolerances. `first`: the first step; 0 if it is free.
-    fn integrate(
-        &self,
-        atol: &[f64],
-        first: f64,
-        start: &State,
-        t_end: f64,
-        observer: &mut Interrupter<'_, '_, '_, M>,
-    ) -> Result<Finish, IntegrateError> {
-        match &self.expansion.0 {
-            Some(prepared) => {
-                let settings = Taylor::new().rtol(NONE).atol_each(atol).order(self.order);
-                prepared.borrow_mut().run(&settings, &self, start, t_end, observer)
-            }
-            None => {
-                let solver = Dop853::new().rtol(NONE).atol_each(atol);
-                let solver = if first > 0.0 { solver.first_step(first) } else { solver };
-                solver.run(self, start, t_end, observer)
-            }
-        }
-    }
-
     /// Runs to `t_end` with fixed tolerances. Returns the state and the number of crossings. If the budget is
     /// spent, the state is the last one reached.
     pub(crate) fn flow_with_fixed_tolerances(
@@ -167,8 +146,10 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         for _ in 0..RESTARTS {
             let (atol, serves) = choose(&state);
             interrupter.serves = serves;
+            let accuracy = Accuracy { rtol: NONE, atol: &atol, order: self.order, first: step };
             let finish = self
-                .integrate(&atol, step, &state, t_end, &mut interrupter)
+                .expansion
+                .run(&accuracy, self, &state, t_end, &mut interrupter)
                 .map_err(|error| self.explain(error))?;
             crossings += finish.stats.crossings;
             state = finish.state;

@@ -4,10 +4,9 @@ use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
 use crate::model::{Model, State};
 use crate::ode::budget::Meter;
-use crate::ode::taylor::integrate::Prepared;
-use crate::ode::{Budget, Dop853, Finish, IntegrateError, Integrator, Observer, Step, Taylor};
+use crate::ode::{Budget, Finish, IntegrateError, Observer, Step, Taylor};
 use crate::periodic::flow::continued::Continued;
-use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::flow::flow_method::{Accuracy, Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
@@ -111,16 +110,10 @@ pub(crate) fn coarse_run(
     t_end: f64,
     observer: &mut dyn Observer,
 ) -> Result<Finish, IntegrateError> {
-    let atol = 1e-12 * largest(first);
-    match Prepared::new(model) {
-        Ok(mut prepared) if wanted != Some(FlowMethod::Dop853) => {
-            prepared.run(&Taylor::new().rtol(1e-9).atol(atol), model, start, t_end, observer)
-        }
-        _ => {
-            let mut watch = |step: &mut Step<'_>| observer.step(step);
-            Dop853::new().rtol(1e-9).atol(atol).run(model, start, t_end, &mut watch)
-        }
-    }
+    let (atol, order) = (1e-12 * largest(first), Taylor::order_for(1e-9));
+    let accuracy = Accuracy { rtol: 1e-9, atol: &[atol], order, first: 0.0 };
+    let mut watch = |step: &mut Step<'_>| observer.step(step);
+    Expansion::of_motion(model, wanted).run(&accuracy, model, start, t_end, &mut watch)
 }
 
 /// max |q_i|, |v_i|; 1 if that is 0 or not finite.

@@ -2,10 +2,9 @@
 
 use crate::model::{Model, State};
 use crate::ode::budget::Meter;
-use crate::ode::taylor::integrate::Prepared;
-use crate::ode::{Dop853, Finish, IntegrateError, Integrator, Observer, Stats, Step, Taylor};
+use crate::ode::{Finish, IntegrateError, Observer, Stats, Step, Taylor};
 use crate::periodic::flow::continued::Continued;
-use crate::periodic::flow::flow_method::FlowMethod;
+use crate::periodic::flow::flow_method::{Accuracy, Expansion, FlowMethod};
 use std::ops::ControlFlow;
 
 /// Relative tolerance so small that only the absolute tolerances have an effect.
@@ -38,8 +37,7 @@ pub(crate) struct Walk<'m> {
     scale: &'m [f64],
     /// Local error in these units.
     tolerance: f64,
-    /// The Taylor series; `None`: DOP853.
-    prepared: Option<Prepared>,
+    expansion: Expansion,
 }
 
 impl<'m> Walk<'m> {
@@ -50,16 +48,13 @@ impl<'m> Walk<'m> {
         method: FlowMethod,
     ) -> Self {
         let continued = Continued::new(model, scale);
-        let prepared = match method {
-            FlowMethod::Taylor => Prepared::new(&continued).ok(),
-            FlowMethod::Dop853 => None,
-        };
-        Walk { continued, scale, tolerance, prepared }
+        let expansion = Expansion::of_motion(&continued, Some(method));
+        Walk { continued, scale, tolerance, expansion }
     }
 
     /// Integrates from a state to a time.
     pub(crate) fn run(
-        &mut self,
+        &self,
         from: &State,
         until: f64,
         observer: &mut dyn Observer,
@@ -72,23 +67,16 @@ impl<'m> Walk<'m> {
         let mut watch = |step: &mut Step<'_>| {
             if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
         };
-        let finish = match &mut self.prepared {
-            Some(prepared) => {
-                let order = Taylor::order_for(self.tolerance);
-                let settings = Taylor::new().rtol(NONE).atol_each(&atol).order(order);
-                prepared.run(&settings, &self.continued, from, until, &mut watch)?
-            }
-            None => {
-                Dop853::new().rtol(NONE).atol_each(&atol).run(&self.continued, from, until, &mut watch)?
-            }
-        };
+        let order = Taylor::order_for(self.tolerance);
+        let accuracy = Accuracy { rtol: NONE, atol: &atol, order, first: 0.0 };
+        let finish = self.expansion.run(&accuracy, &self.continued, from, until, &mut watch)?;
         meter.left().map_err(|exhausted| IntegrateError::Budget { t: finish.state.t, exhausted })?;
         Ok(finish)
     }
 
     /// Integrates over all segments, until the observer stops.
     pub(crate) fn follow(
-        &mut self,
+        &self,
         states: &[State],
         end: f64,
         observer: &mut dyn Observer,

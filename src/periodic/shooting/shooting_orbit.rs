@@ -160,7 +160,7 @@ impl ShootingOrbit {
         let mut state = self.parts.states[node].clone();
         if inside > state.t {
             // To prepare a Taylor series takes longer than one segment.
-            let mut walk = Walk::new(model, &self.parts.scale, self.parts.flow, FlowMethod::Dop853);
+            let walk = Walk::new(model, &self.parts.scale, self.parts.flow, FlowMethod::Dop853);
             let mut quiet = |_: &mut Step<'_>| ControlFlow::Continue(());
             state = walk.run(&state, inside, &mut quiet, meter)?.state;
         }

@@ -3,6 +3,7 @@
 use crate::contact::Piece;
 use crate::model::Periodic;
 use crate::numeric::gauss::ten;
+use crate::numeric::lagrange::lagrange;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
@@ -62,7 +63,8 @@ impl<M: Periodic + ?Sized> SignalReader<'_, M> {
     fn ends(&mut self, breaks: &[f64], order: usize) -> Vec<f64> {
         let panels: Vec<(f64, f64)> = panels(breaks, self.period, order).collect();
         let signals = self.drives.signals();
-        let (basis, nodes) = (lagrange(), ten());
+        let nodes = ten();
+        let basis = lagrange(nodes.map(|(node, _)| node));
         // Interpolating polynomial of every signal on every panel: coefficients of x^m, x in [-1, 1].
         let (mut foreseen, mut largest) =
             (vec![vec![[0.0; 10]; signals]; panels.len()], vec![0.0f64; signals]);
@@ -158,20 +160,4 @@ impl<M: Periodic + ?Sized> SignalReader<'_, M> {
         }
         sums
     }
-}
-
-/// Coefficients of x^m in the Lagrange polynomial that is 1 at node i.
-fn lagrange() -> [[f64; 10]; 10] {
-    let nodes = ten().map(|(node, _)| node);
-    std::array::from_fn(|i| {
-        let mut p = [0.0; 10];
-        p[0] = 1.0;
-        for (degree, j) in (0..10).filter(|&j| j != i).enumerate() {
-            let scale = 1.0 / (nodes[i] - nodes[j]);
-            for m in (0..=degree + 1).rev() {
-                p[m] = scale * (if m > 0 { p[m - 1] } else { 0.0 } - nodes[j] * p[m]);
-            }
-        }
-        p
-    })
 }
