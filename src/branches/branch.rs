@@ -20,25 +20,7 @@ use std::fmt;
 /// assert_eq!(branch.located().count(), 0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-///
-/// `println!("{branch}")` shows some nine regular points and all located ones, each with the parameter, the
-/// peak-to-peak value of the first measured channel and the stability:
-///
-/// ```
-/// # use gear_dynamics::{State, branches::{ByConstant, Continuation}, trains::SpurPair};
-/// # let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
-/// # let family = ByConstant::new(&pair, "speed")?;
-/// # let branch = Continuation::new(0.6, 0.65).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
-/// let text = branch.to_string();
-/// let lines: Vec<&str> = text.lines().collect();
-/// assert!(lines[1].contains("peak-to-peak ") && lines[1].ends_with("  stability"), "{text}");
-/// assert!(lines[2].contains("0.600000000000  ") && lines[2].ends_with("  stable"), "{text}");
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 pub type Branch<O = ShootingOrbit> = Line<BranchPoint<O>>;
-
-/// Most intervals between the regular points that a summary shows.
-const SHOWN: usize = 8;
 
 /// What is common to the points of a branch.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,21 +50,8 @@ impl<O> LinePoint for BranchPoint<O> {
     fn summarise(line: &Branch<O>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [low, high] = line.range(0);
         writeln!(f, "{} points, {} = {low} .. {high}", line.points.len(), line.parameter())?;
-        let figure = line.channels().first().map(|channel| format!("peak-to-peak {channel}"));
-        let width = figure.as_ref().map_or(0, |name| name.chars().count().max(13));
-        let name = line.parameter().to_string();
-        let place = name.chars().count().max(18);
-        writeln!(f, "  {name:>place$}  {:>width$}  stability", figure.as_deref().unwrap_or(""))?;
-        let last = line.points.len().saturating_sub(1);
-        let apart = last.div_ceil(SHOWN).max(1);
-        for (i, point) in line.points.iter().enumerate() {
-            if i % apart != 0 && i != last && point.located.is_none() {
-                continue;
-            }
-            let size = figure.as_ref().map_or(String::new(), |_| format!("{:.6e}", point.peak_to_peak()));
-            write!(f, "  {:>place$.12}  {size:>width$}  {}", point.parameter, point.stability())?;
-            point.located.as_ref().map_or(Ok(()), |what| write!(f, "  {what}"))?;
-            writeln!(f)?;
+        for (what, point) in line.located() {
+            writeln!(f, "  {:>18.12}  peak-to-peak {:.6e}  {what}", point.parameter, point.peak_to_peak())?;
         }
         Ok(())
     }

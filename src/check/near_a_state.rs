@@ -14,8 +14,7 @@ use crate::ode::probe::Probe;
 /// The checks compare:
 /// - what [`Model::offers`] declares with what the model implements;
 /// - the Jacobian with differences of `accel`, and `accel_on_pieces` with `accel`;
-/// - the rates of contacts and edges with differences of deflections and edges in time, at several times over
-///   the period, or over one unit of time if it is not known;
+/// - the rates of contacts and edges with differences of deflections and edges in time;
 /// - edges, forces and impacts of contacts with the kinks and jumps of `accel`;
 /// - the drives with the edges that `next_edge` returns.
 ///
@@ -42,7 +41,6 @@ fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>
         at.jacobian(&mut findings);
         at.pieces(&mut findings);
         at.rates(period, &mut findings);
-        rates_at_other_times(model, typical, period, &mut findings);
         at.kinks(&mut findings);
         if !findings.iter().any(|f| matches!(f, Inconsistency::Kink { .. })) {
             at.undeclared_kinks(&mut findings);
@@ -50,35 +48,6 @@ fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>
         crate::check::drives::check(model, typical, period, &mut findings);
     }
     findings
-}
-
-/// Times beside that of the typical state at which the rates are checked.
-const OTHER_TIMES: i32 = 5;
-
-/// Checks the rates at other times over a period, or over one unit of time. At t = 0 a cosine has the rate 0:
-/// a rate that leaves it out is right there. Findings at one time suffice.
-fn rates_at_other_times<M: Model + ?Sized>(
-    model: &M,
-    typical: &State,
-    period: Option<f64>,
-    findings: &mut Vec<Inconsistency>,
-) {
-    for i in 1..=OTHER_TIMES {
-        if findings
-            .iter()
-            .any(|f| matches!(f, Inconsistency::ContactRate { .. } | Inconsistency::EdgeRate { .. }))
-        {
-            return;
-        }
-        let t = typical.t + golden(f64::from(i)) * period.unwrap_or(1.0);
-        let mut at = CheckPoint::new(model, &State::new(t, &typical.q, &typical.v));
-        let mut not_finite = Vec::new();
-        at.finite(&mut not_finite);
-        if not_finite.is_empty() {
-            at.measure();
-            at.rates(period, findings);
-        }
-    }
 }
 
 /// Checks a periodic model: the checks of [`check_model`], and whether accelerations and distances from edges

@@ -80,14 +80,6 @@ pub enum TrainError {
         /// The body.
         body: String,
     },
-    /// More than one load: one torque alone can balance the others.
-    #[error("the load is stated on \"{first}\" and on \"{second}\": one body is allowed")]
-    TwoLoads {
-        /// The body stated first.
-        first: String,
-        /// The body stated second.
-        second: String,
-    },
     /// A mesh or shaft contradicts the speeds that follow from the others.
     #[error(
         "the train cannot turn: \"{part}\" requires \"{body}\" to turn at {found:?} times the reference speed, \

@@ -91,8 +91,8 @@ pub struct Parts<N = Backlash> {
     pub(crate) shafts: Vec<ShaftPart>,
     pub(crate) meshes: Vec<(String, [String; 2], MeshPart<N>)>,
     pub(crate) torques: Vec<TorquePart>,
-    /// The bodies on which a torque balances all others. `build` allows one.
-    pub(crate) loads: Vec<String>,
+    /// The body on which a torque balances all others.
+    pub(crate) load: Option<String>,
     pub(crate) coordinates: Option<Coordinates>,
     pub(crate) rotating: Option<String>,
     pub(crate) accepted: Vec<Warning>,
@@ -105,7 +105,7 @@ impl<N> Default for Parts<N> {
             shafts: Vec::new(),
             meshes: Vec::new(),
             torques: Vec::new(),
-            loads: Vec::new(),
+            load: None,
             coordinates: None,
             rotating: None,
             accepted: Vec::new(),
@@ -211,22 +211,8 @@ impl<N> Parts<N> {
     /// assert!((heavier.contacts[0].force - 1500.0).abs() < 1e-9); // 45 N m over 0.03 m
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    ///
-    /// A train has one load: with a second one, [`build`](Parts::build) fails.
-    ///
-    /// ```
-    /// use gear_dynamics::trains::{Body, MeshPart, Parts, TrainError};
-    /// use gear_dynamics::Wave;
-    /// let mut parts = Parts::new();
-    /// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
-    /// let mesh = MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?);
-    /// parts.mesh("mesh", "pinion", "wheel", mesh);
-    /// let error = parts.load("pinion").load("wheel").build("pinion", 100.0).unwrap_err();
-    /// assert_eq!(error, TrainError::TwoLoads { first: "pinion".into(), second: "wheel".into() });
-    /// # Ok::<(), gear_dynamics::ParameterError>(())
-    /// ```
     pub fn load(&mut self, body: &str) -> &mut Self {
-        self.loads.push(body.into());
+        self.load = Some(body.into());
         self
     }
     fn add_torque(&mut self, name: &str, body: &str, value: f64, course: Course) -> &mut Self {
@@ -273,9 +259,7 @@ impl<N> Parts<N> {
             ..torque
         }));
         self.accepted.extend(other.accepted);
-        if self.loads.is_empty() {
-            self.loads.extend(other.loads.into_iter().map(renamed));
-        }
+        self.load = self.load.take().or(other.load.map(renamed));
         self.rotating = self.rotating.take().or(other.rotating.map(renamed));
         self
     }

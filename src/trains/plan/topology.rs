@@ -58,9 +58,6 @@ impl<'p, N> Topology<'p, N> {
         };
         let named = |part: &str, body: Option<&String>| body.map(|body| place(part, body)).transpose();
         let reference = place("the reference", reference)?;
-        if let [first, second, ..] = &parts.loads[..] {
-            return Err(TrainError::TwoLoads { first: first.clone(), second: second.clone() });
-        }
         let carrier =
             |(name, body): &(String, Body)| named(name, body.place.as_ref().map(|place| &place.carrier));
         let carriers = parts.bodies.iter().map(carrier).collect::<Result<Vec<_>, _>>()?;
@@ -89,7 +86,7 @@ impl<'p, N> Topology<'p, N> {
             shafts: parts.shafts.iter().map(shaft).collect::<Result<_, TrainError>>()?,
             torques: parts.torques.iter().map(torque).collect::<Result<_, TrainError>>()?,
             reference,
-            load: named("the load", parts.loads.first())?,
+            load: named("the load", parts.load.as_ref())?,
             rotating: named("the rotating frame", parts.rotating.as_ref())?,
             coordinates: parts.coordinates,
             accepted: &parts.accepted,
