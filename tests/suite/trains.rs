@@ -462,6 +462,52 @@ fn phases_of_planets_follow_from_teeth() {
 }
 
 #[test]
+fn a_second_load_is_refused() {
+    let error =
+        refused(|parts| drop(parts.torque("drive", "pinion", 10.0).load("wheel").load("pinion").clone()));
+    assert_eq!(error, TrainError::TwoLoads { bodies: ["wheel".into(), "pinion".into()] });
+    let mut joined = pair();
+    joined.torque("drive", "pinion", 10.0).load("wheel").join("other", {
+        let mut other = pair();
+        other.torque("drive", "pinion", 10.0).load("wheel");
+        other
+    });
+    assert!(joined.shaft("shaft", "wheel", "other pinion", 1e4, 1.0).build("pinion", 100.0).is_ok());
+}
+
+/// One of the meshes of a gear may state no phase: the others are behind it.
+#[test]
+fn phases_that_matter_are_stated() {
+    let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).unwrap());
+    let third = |stiffness: [Wave; 2], change: fn(MeshPart) -> MeshPart| {
+        let mut parts = Parts::new();
+        for (name, x) in [("pinion", 0.0), ("wheel", 0.1), ("third", -0.1)] {
+            parts.body(name, Body::new(1e-3).at([x, 0.0]));
+        }
+        let mesh = |k: &Wave| MeshPart::external([20, 40], [0.03, 0.06], k.clone());
+        parts.mesh("first", "pinion", "wheel", mesh(&stiffness[0]));
+        parts.mesh("second", "pinion", "third", change(mesh(&stiffness[1])));
+        parts
+    };
+    let unstated = third([wave(), wave()], |mesh| mesh);
+    let error = unstated.build("pinion", 100.0).unwrap_err();
+    assert!(matches!(error, TrainError::Warning { warning: Warning::PhaseUnstated, .. }), "{error}");
+    let text = error.to_string();
+    assert!(text.contains("\"first\" and \"second\"") && text.contains("phase_from_teeth"), "{text}");
+    assert!(unstated.clone().accept(Warning::PhaseUnstated).build("pinion", 100.0).is_ok());
+    for silent in [
+        third([wave(), wave()], |mesh| mesh.phase(0.0)),
+        third([wave(), wave()], MeshPart::phase_from_teeth),
+        third([k(), wave()], |mesh| mesh),
+    ] {
+        assert!(silent.build("pinion", 100.0).is_ok());
+    }
+    let mesh = || MeshPart::external([20, 20], [0.03, 0.03], wave());
+    assert!(idler([1e-3; 3], [mesh(), mesh()]).build("driver", 100.0).is_ok());
+    assert!(split_torque([1e-3; 4], 2, 1e4, 1.0, [mesh(), mesh()]).unwrap().build("input", 100.0).is_ok());
+}
+
+#[test]
 fn unusual_trains_are_warned_of() {
     warned(|parts| drop(parts.torque("drive", "pinion", 10.0).clone()), Warning::Unbalanced);
     let unusual = Warning::UnusualValue;
