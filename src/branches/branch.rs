@@ -19,7 +19,7 @@ use std::fmt;
 /// assert_eq!(branch.end(), &BranchEnd::Bound);
 /// assert_eq!(branch.located().count(), 0);
 /// let text = branch.to_string(); // a table: the first point and the located ones
-/// assert!(text.contains("peak-to-peak deflection [1]  stability after  point"), "{text}");
+/// assert!(text.contains("peak-to-peak deflection  stability after  point"), "{text}");
 /// assert!(text.lines().nth(2).is_some_and(|line| line.ends_with("stable           first")), "{text}");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -210,7 +210,7 @@ fn idlers_of_the_classics_from_parts() {
         for (name, ends, a) in [("one", ["first", "idler"], 0.2), ("two", ["idler", "last"], 0.15)] {
             let stiffness = Wave::new(Fourier::new(1.0, &[[a, 0.0]]).unwrap());
             let mesh = MeshPart::external([1, 1], [1.0, 1.0], stiffness).damping(0.06).half_backlash(1.0);
-            parts.mesh(name, ends[0], ends[1], mesh);
+            parts.mesh(name, ends[0], ends[1], mesh.phase(0.0)); // in phase, as published
         }
         // Mean mesh forces 0.1 and 0.12.
         parts.torque("t1", "first", 0.1).torque("t2", "idler", 0.02).torque("t3", "last", -0.12);
@@ -1064,7 +1064,7 @@ fn a_load_balances_all_torques() {
         (a[0] - torque / 1e-3).abs() < 1e-9 * a[0] && (a[1] + 2.0 * torque / 4e-3).abs() < 1e-9 * a[0],
         "{a:?}"
     );
-    let error = parts.load("nobody").build("pinion", 100.0).unwrap_err();
+    let error = pair().load("nobody").build("pinion", 100.0).unwrap_err();
     assert!(error.to_string().starts_with("\"the load\" refers to the body \"nobody\""), "{error}");
 }
 
