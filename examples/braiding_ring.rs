@@ -125,7 +125,7 @@ impl Disturbance {
             HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?,
             HeldProcess::new(hold, Uniform::new(-1.0, 1.0)?)?,
         );
-        let (share, both) = (share.with_seed(seed), both.with_seed(seed));
+        let (share, both) = (share.seed(seed), both.seed(seed));
         match *self {
             Disturbance::Constant(more) => {
                 force(&ring(&RingSet { mesh_damping: set.mesh_damping + more, ..set.clone() })?)
@@ -372,7 +372,7 @@ fn main() -> Outcome<()> {
 
     let bare = ring(&RingSet::set_e(3, 1000.0))?;
     let hold = bare.period(); // one mesh period
-    let process = HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.with_seed(2020);
+    let process = HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.seed(2020);
     let slots = damping_slots(&bare)?;
     let noisy = |gain: f64| Held::new(bare.clone()).per_slot(&slots, gain, process.clone());
     let channels = ["mesh force 1", "stiffness times deflection 1"];

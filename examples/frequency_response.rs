@@ -166,7 +166,7 @@ fn main() -> Outcome<()> {
         let family = ByConstant::new(&model, "speed")?;
         let channel = if name == "duffing" { "q1" } else { "deflection" };
         let continuation =
-            Continuation::new(speeds[0], speeds[1]).bounds(low, high).max_step(0.01).measure(&[channel]);
+            Continuation::new(speeds[0], speeds[1]).bounds(low, high).max_step(0.01).channels(&[channel]);
         let began = Instant::now();
         let branch = continuation.run(&family, &[start])?;
         report(&folder, &mut folds, name, &branch, began.elapsed().as_secs_f64())?;

@@ -172,7 +172,7 @@ fn roots_of_p(speed: f64) -> Outcome<()> {
             state = solver().end(&other, &state, state.t + other.period())?;
         }
     }
-    let draws = HeldProcess::new(1.0, Uniform::new(-1.0, 1.0)?)?.with_seed(2021);
+    let draws = HeldProcess::new(1.0, Uniform::new(-1.0, 1.0)?)?.seed(2021);
     for k in 0..starts_drawn {
         let drawn = (0..newton.harmonics().unknowns()).map(|i| pair.half_width() * draws.held(i as u64, k));
         starts.push(orbit_of(drawn.collect())?);

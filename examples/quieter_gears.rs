@@ -36,7 +36,7 @@ const ORDERS: usize = 3;
 /// Error: e(φ) = p(φ - ψ) + C Σ a_h cos h(φ - ψ) with the profile error p without relief, the tip relief C and
 /// the phase ψ of the error relative to the stiffness.
 #[derive(PartialEq)]
-struct SpurPair {
+struct RelievedPair {
     stiffness: Wave,
     /// cos h φ and sin h φ.
     harmonics: [[Wave; 2]; ORDERS],
@@ -56,7 +56,7 @@ const NAMES: [(&str, &str); 6] = [
     ("phase", "rad"),
 ];
 
-impl SpurPair {
+impl RelievedPair {
     /// e and de/dφ.
     #[inline(always)]
     fn error<S: Scalar>(&self, u: &Drives<'_, S>) -> [S; 2] {
@@ -73,7 +73,7 @@ impl SpurPair {
     }
 }
 
-impl Shape for SpurPair {
+impl Shape for RelievedPair {
     #[inline(always)]
     fn size(&self) -> Size {
         Size { dof: 1, waves: 1 + 2 * ORDERS, contacts: 1, constants: 4 + 2 * ORDERS }
@@ -125,7 +125,7 @@ impl Shape for SpurPair {
 }
 
 /// A pair of contact ratio 1.6 without relief.
-fn pair() -> Result<Machine<SpurPair>, ParameterError> {
+fn pair() -> Result<Machine<RelievedPair>, ParameterError> {
     // Harmonics of a rectangular wave of two pairs of teeth for 0.6 of the cycle, with a jump of 0.4.
     let step = |h: f64| 0.4 * 2.0 / (h * PI) * (0.6 * h * PI).sin();
     let stiffness = Fourier::new(1.0, &[[step(1.0), 0.0], [step(2.0), 0.0], [step(3.0), 0.0]])?;
@@ -140,7 +140,7 @@ fn pair() -> Result<Machine<SpurPair>, ParameterError> {
     // Harmonics of a triangle of height 1 and half width w [rad] about the middle of double contact.
     let w = 2.0;
     let triangle = |h: f64| 2.0 / PI * (1.0 - (h * w).cos()) / (h * h * w);
-    let shape = SpurPair {
+    let shape = RelievedPair {
         stiffness: Wave::new(stiffness),
         harmonics: [harmonic(1)?, harmonic(2)?, harmonic(3)?],
         relief: [triangle(1.0), triangle(2.0), triangle(3.0)],
@@ -161,7 +161,7 @@ const PHASE: [f64; 2] = [0.0, 3.0];
 const SIDE: usize = 100;
 
 /// Relief, phase, peak-to-peak value and contact loss over a grid.
-fn grid(pair: &Machine<SpurPair>) -> Outcome<Vec<[f64; 4]>> {
+fn grid(pair: &Machine<RelievedPair>) -> Outcome<Vec<[f64; 4]>> {
     let points = Points::grid(vec![
         Axis::linear("relief", RELIEF[0], RELIEF[1], SIDE)?,
         Axis::linear("phase", PHASE[0], PHASE[1], SIDE)?,
@@ -184,7 +184,7 @@ fn grid(pair: &Machine<SpurPair>) -> Outcome<Vec<[f64; 4]>> {
 }
 
 /// x over one mesh cycle of the orbit, over φ/2π, and its peak-to-peak value.
-fn cycle(pair: &Machine<SpurPair>) -> Outcome<(Vec<(f64, f64)>, f64)> {
+fn cycle(pair: &Machine<RelievedPair>) -> Outcome<(Vec<(f64, f64)>, f64)> {
     let orbit = Shooting::new().solve(pair, &[State::new(0.0, &[70.0], &[0.0])])?;
     let mut statistics = Statistics::new(pair, &["q1"])?;
     orbit.observe(pair, &mut statistics)?;

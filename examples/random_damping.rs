@@ -29,7 +29,7 @@ const SCALE: f64 = 1000.0;
 
 fn process(set: &RingSet, member: u64) -> Result<HeldProcess, Box<dyn std::error::Error>> {
     let hold = std::f64::consts::TAU / set.omega();
-    Ok(HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.with_seed(2020).with_member(member))
+    Ok(HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.seed(2020).member(member))
 }
 
 fn main() -> Outcome<()> {

@@ -18,6 +18,9 @@ use std::fmt;
 /// let branch = Continuation::new(0.6, 0.65).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
 /// assert_eq!(branch.end(), &BranchEnd::Bound);
 /// assert_eq!(branch.located().count(), 0);
+/// let text = branch.to_string(); // a table: the first point and the located ones
+/// assert!(text.contains("peak-to-peak deflection  stability after  point"), "{text}");
+/// assert!(text.lines().nth(2).is_some_and(|line| line.ends_with("stable           first")), "{text}");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type Branch<O = ShootingOrbit> = Line<BranchPoint<O>>;
@@ -50,8 +53,20 @@ impl<O> LinePoint for BranchPoint<O> {
     fn summarise(line: &Branch<O>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [low, high] = line.range(0);
         writeln!(f, "{} points, {} = {low} .. {high}", line.points.len(), line.parameter())?;
-        for (what, point) in line.located() {
-            writeln!(f, "  {:>18.12}  peak-to-peak {:.6e}  {what}", point.parameter, point.peak_to_peak())?;
+        let figure = line.channels().first().map(|channel| format!("peak-to-peak {channel}"));
+        let parameter = line.parameter().to_string();
+        let [left, right] = [parameter.len().max(18), figure.as_ref().map_or(0, String::len)];
+        let figure = figure.unwrap_or_default();
+        writeln!(f, "  {parameter:>left$}  {figure:>right$}  stability after  point")?;
+        for (at, point) in line.points.iter().enumerate() {
+            let what = match &point.located {
+                Some(what) => what.to_string(),
+                None if at == 0 => "first".into(),
+                None => continue,
+            };
+            let value = if right > 0 { format!("{:.6e}", point.peak_to_peak()) } else { String::new() };
+            let stability = line.stability_after(at);
+            writeln!(f, "  {:>left$.12}  {value:>right$}  {stability:<15}  {what}", point.parameter)?;
         }
         Ok(())
     }
@@ -73,6 +88,20 @@ impl<O> Branch<O> {
     /// The located points of one kind: `branch.of_kind(PointKind::Fold)`.
     pub fn of_kind(&self, kind: PointKind) -> Vec<&BranchPoint<O>> {
         self.points.iter().filter(|point| point.kind() == Some(kind)).collect()
+    }
+    /// The stability of the points after point `at` up to the next located one, for a person: `stable`, or
+    /// `stable, unstable` where it changes at no located point.
+    fn stability_after(&self, at: usize) -> String {
+        let after = &self.points[at + 1..];
+        let next = after.iter().position(|point| point.located.is_some()).unwrap_or(after.len());
+        let first = usize::from(self.points[at].located.is_some());
+        let stretch = &self.points[at + first.min(next)..=at + next];
+        let mut seen: Vec<Stability> = stretch.iter().map(BranchPoint::stability).collect();
+        if seen.iter().any(|stability| *stability != Stability::Undecided) {
+            seen.retain(|stability| *stability != Stability::Undecided);
+        }
+        seen.dedup();
+        seen.iter().map(Stability::to_string).collect::<Vec<_>>().join(", ")
     }
     /// On each pass of the branch over `parameter`, the nearer of the two neighbouring points. Nothing is
     /// interpolated.

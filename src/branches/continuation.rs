@@ -128,7 +128,7 @@ impl Continuation {
     }
     /// Channels whose statistics are kept for every point (see [`Probe`](crate::analysis::Probe)). Default:
     /// the deflection of the first contact, or `q1` without contacts.
-    pub fn measure(self, channels: &[&str]) -> Self {
+    pub fn channels(self, channels: &[&str]) -> Self {
         Continuation { channels: Some(channels.iter().map(|name| (*name).to_owned()).collect()), ..self }
     }
     /// The solver of the first orbit. Its period multiple, segments, tolerances and flow method are those of
@@ -158,7 +158,7 @@ impl Continuation {
     /// let family = ByConstant::new(&pair, "speed")?;
     /// let balance = Balance::new(Harmonics::up_to(12));
     /// let guess = balance.linearised(&pair, Piece::Upper)?;
-    /// let branch = Continuation::new(0.6, 0.7).measure(&["q1"]).balance(balance).run(&family, &guess)?;
+    /// let branch = Continuation::new(0.6, 0.7).channels(&["q1"]).balance(balance).run(&family, &guess)?;
     /// let last = branch.points().last().ok_or("a point")?;
     /// assert_eq!(last.parameter, 0.7);
     /// assert!((last.peak_to_peak() - last.orbit.peak_to_peak(0)).abs() < 1e-9);

@@ -14,7 +14,8 @@ use crate::ode::probe::Probe;
 /// The checks compare:
 /// - what [`Model::offers`] declares with what the model implements;
 /// - the Jacobian with differences of `accel`, and `accel_on_pieces` with `accel`;
-/// - the rates of contacts and edges with differences of deflections and edges in time;
+/// - the rates of contacts and edges with differences of deflections and edges in time, at the instant of the
+///   state and at four more phases of the period (without a period: of 1 s, 1 ms, 1000 s and 1 μs);
 /// - edges, forces and impacts of contacts with the kinks and jumps of `accel`;
 /// - the drives with the edges that `next_edge` returns.
 ///

@@ -42,6 +42,24 @@ impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
         CheckPoint { model, state: state.clone(), u, size, terms, reach }
     }
 
+    /// The same coordinates and velocities at another instant. The sizes of the terms are kept.
+    pub(crate) fn at(&self, t: f64) -> Self {
+        let mut u = vec![0.0; self.model.drives()];
+        self.model.drive(t, Side::After, &mut u);
+        let State { q, v, .. } = &self.state;
+        let mut later = CheckPoint {
+            u,
+            state: State::new(t, q, v),
+            terms: self.terms.clone(),
+            reach: Vec::new(),
+            ..*self
+        };
+        let contacts = later.contacts(q, v);
+        later.reach =
+            self.reach.iter().zip(contacts).map(|(reach, c)| reach.max(c.deflection.abs())).collect();
+        later
+    }
+
     pub(crate) fn accel(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
         let mut a = vec![0.0; self.model.dof()];
         self.model.accel(&self.u, q, v, &mut a);

@@ -5,11 +5,18 @@ use crate::check::point::CheckPoint;
 use crate::check::tolerances::{ROUGH, ROUNDING};
 use crate::contact::Contact;
 use crate::excitation::Side;
-use crate::model::Model;
+use crate::model::{Model, State};
+use crate::numeric::spread::golden;
 use crate::ode::probe::Probe;
 
 /// Number of steps of the differences, each a tenth of the one before.
 const DIFFERENCES: i32 = 10;
+
+/// Number of further phases of each span at which the rates are compared.
+const PHASES: u32 = 4;
+
+/// Spans of time in the place of a period that is not known.
+const SPANS: [f64; 4] = [1.0, 1e-3, 1e3, 1e-6];
 
 /// A difference quotient and a bound of its rounding.
 #[derive(Clone, Copy)]
@@ -45,15 +52,52 @@ fn contradiction(given: f64, quotients: &[Quotient]) -> Option<f64> {
     settled.map(|pair| pair[0].value)
 }
 
+impl Inconsistency {
+    /// The contact whose rate is wrong, and whether it is that of its deflection.
+    fn rate_of(&self) -> Option<(usize, bool)> {
+        match self {
+            Inconsistency::ContactRate { contact, .. } => Some((*contact, true)),
+            Inconsistency::EdgeRate { contact, .. } => Some((*contact, false)),
+            _ => None,
+        }
+    }
+}
+
 impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// Compares the rates of deflections and edges with central differences in time along the motion q' = v,
-    /// v' = a. It also compares ∂(rate)/∂v with ∂(deflection)/∂q, which is possible at rest as well.
-    pub(crate) fn rates(&mut self, period: Option<f64>, findings: &mut Vec<Inconsistency>) {
+    /// v' = a, at the typical instant and at further phases of the period: at t = 0 the rate of a cosine is 0.
+    /// It also compares ∂(rate)/∂v with ∂(deflection)/∂q, which is possible at rest as well.
+    pub(crate) fn rates(&self, period: Option<f64>, findings: &mut Vec<Inconsistency>) {
+        let mut wrong = self.along_the_motion(period);
+        let spans = period.map_or(SPANS.to_vec(), |period| vec![period]);
+        for (span, i) in spans.into_iter().flat_map(|span| (1..=PHASES).map(move |i| (span, i))) {
+            let later = self.at(self.state.t + golden(f64::from(i)) * span).along_the_motion(period);
+            for finding in later {
+                if wrong.iter().all(|known| known.rate_of() != finding.rate_of()) {
+                    wrong.push(finding);
+                }
+            }
+        }
+        let State { q, v, t } = &self.state;
+        let mut probe = Probe::new(self.model);
+        let here: Vec<Contact> = probe.read_contacts(*t, Side::After, q, v).to_vec();
+        let touching = self.model.offers().touching(here.len());
+        for (contact, c) in here[..touching].iter().enumerate() {
+            if wrong.iter().all(|known| known.rate_of() != Some((contact, true))) {
+                wrong.extend(self.rate_by_velocity(contact, c));
+            }
+        }
+        findings.extend(wrong);
+    }
+
+    /// Compares the rates with differences along the motion, at the instant of this point.
+    fn along_the_motion(&self, period: Option<f64>) -> Vec<Inconsistency> {
+        let mut findings = Vec::new();
         let mut probe = Probe::new(self.model);
         let (t, q, v) = (self.state.t, &self.state.q, &self.state.v);
         let here: Vec<Contact> = probe.read_contacts(t, Side::After, q, v).to_vec();
         if here.is_empty() {
-            return;
+            return findings;
         }
         let a = self.accel(q, v);
         let still = v.iter().all(|v| *v == 0.0);
@@ -82,8 +126,6 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
             };
             if let Some(differences) = wrong(c.rate, self.reach[contact], &|c| c.deflection) {
                 findings.push(Inconsistency::ContactRate { contact, given: c.rate, differences });
-            } else {
-                findings.extend(self.rate_by_velocity(contact, c));
             }
             for (given, differences) in [
                 (c.lower_rate, wrong(c.lower_rate, c.lower.abs(), &|c| c.lower)),
@@ -96,6 +138,7 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
                 }));
             }
         }
+        findings
     }
 
     /// Checks ∂(rate)/∂v = ∂(deflection)/∂q, for a deflection that does not depend on velocities.

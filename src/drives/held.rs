@@ -72,7 +72,7 @@ type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 /// ```
 /// use gear_dynamics::{drives::HeldProcess, excitation::Side};
 /// use rand_distr::Uniform;
-/// let process = HeldProcess::new(0.5, Uniform::new(0.0, 1.0)?)?.with_seed(7);
+/// let process = HeldProcess::new(0.5, Uniform::new(0.0, 1.0)?)?.seed(7);
 /// assert_eq!(process.value(0.1, Side::After, 0), process.value(0.4, Side::After, 0));
 /// assert_ne!(process.value(0.5, Side::Before, 0), process.value(0.5, Side::After, 0));
 /// let given = HeldProcess::from_values(0.5, &[3.0, 5.0])?;
@@ -129,11 +129,11 @@ impl HeldProcess {
     }
 
     /// The same process with another seed, for an independent experiment. Default: 0.
-    pub fn with_seed(self, seed: u64) -> Self {
+    pub fn seed(self, seed: u64) -> Self {
         HeldProcess { seed, ..self }
     }
     /// The same process for another member of an ensemble with the same seed. Default: 0.
-    pub fn with_member(self, member: u64) -> Self {
+    pub fn member(self, member: u64) -> Self {
         HeldProcess { member, ..self }
     }
     /// Hold time h, in the time unit of the model.
@@ -214,7 +214,7 @@ struct Fill {
 /// use rand_distr::Uniform;
 /// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// // C_gΔ of Yao 2020: uniform on (0, 1) times 500 N s/m, one stream per mesh, hold time 0.1 ms.
-/// let process = HeldProcess::new(1e-4, Uniform::new(0.0, 1.0)?)?.with_seed(1);
+/// let process = HeldProcess::new(1e-4, Uniform::new(0.0, 1.0)?)?.seed(1);
 /// let slots =
 ///     (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
 /// let noisy = Held::new(ring).per_slot(&slots, 500.0, process)?;

@@ -19,6 +19,9 @@ struct StoredRows {
     /// Index of the first point of these rows.
     first: usize,
     layout: Layout,
+    /// Units of the channels; none in files of before.
+    #[serde(default)]
+    units: Vec<String>,
     /// The values of each point, in the order of the layout; none for a point without a row.
     rows: Vec<Option<Vec<AnyNumber>>>,
     /// Texts of the errors of points without a row.
@@ -45,6 +48,7 @@ impl Serialize for Rows {
             sweep: self.sweep.clone(),
             first: self.range.start,
             layout: self.layout.clone(),
+            units: self.units.clone(),
             rows: self.done.iter().enumerate().map(row).collect(),
             errors: texts(&self.errors),
             checks: self.checks.iter().map(check).collect(),
@@ -95,7 +99,11 @@ impl StoredRows {
                 Err(format!("the row of point {index} has {} values: {stride} are needed", row.len()))
             }
         };
+        if !self.units.is_empty() && self.units.len() != layout.channels {
+            return Err(format!("{} units for {} channels", self.units.len(), layout.channels));
+        }
         let mut rows = Rows::new(sweep, layout, self.first..end);
+        rows.units = self.units;
         for (place, row) in self.rows.into_iter().enumerate() {
             if let Some(row) = row {
                 fits(self.first + place, &row)?;

@@ -30,6 +30,9 @@ pub enum Warning {
     Unsupported,
     /// Parts of the train are not connected.
     Disconnected,
+    /// Meshes with gears on one body vary over their teeth, and more than one of them states no phase. What
+    /// the train does depends on the phases between them.
+    PhaseUnstated,
     /// A value is a thousand times off what steel gears have. Dimensionless trains accept this.
     UnusualValue,
 }
@@ -61,6 +64,17 @@ pub enum TrainError {
     DuplicateName {
         /// The name.
         name: String,
+    },
+    /// Two loads that balance the other torques: each would be what the other one leaves.
+    #[error(
+        "there is a load on \"{}\" and another one on \"{}\": one balances all torques; state the other one as a \
+         torque (Parts::torque)",
+        bodies[0],
+        bodies[1]
+    )]
+    TwoLoads {
+        /// The first two bodies that were given.
+        bodies: [String; 2],
     },
     /// A part refers to a body that does not exist.
     #[error("\"{part}\" refers to the body \"{body}\", which does not exist; there are: {known}")]

@@ -373,7 +373,7 @@ fn refusals_and_ends() {
     assert!(matches!(refused(Continuation::new(f64::NAN, 1.2)), BranchError::Parameter(_)));
     assert!(matches!(refused(Continuation::new(1.0, 1.2).first_step(0.0)), BranchError::Parameter(_)));
     assert!(matches!(
-        refused(Continuation::new(1.0, 1.2).measure(&["q7"])),
+        refused(Continuation::new(1.0, 1.2).channels(&["q7"])),
         BranchError::Parameter(ParameterError::NoSuchChannel { .. })
     ));
     let no_orbit =
@@ -390,7 +390,7 @@ fn refusals_and_ends() {
     assert!(matches!(coarse.end(), BranchEnd::StepUnderflow { .. }), "{}", coarse.end());
     assert!(matches!(refused(range.clone().min_step(0.1)), BranchError::Parameter(_)));
     assert!(matches!(refused(range.clone().max_points(0)), BranchError::Parameter(_)));
-    let twice = refused(range.clone().measure(&["q1", "q1"]));
+    let twice = refused(range.clone().channels(&["q1", "q1"]));
     assert!(matches!(twice, BranchError::Parameter(ParameterError::Twice { .. })));
     let elsewhere = Continuation::new(2.0, 3.0).resume(&family, &points).err();
     assert!(matches!(elsewhere, Some(BranchError::Bounds { low: 2.0, .. })));

@@ -215,11 +215,11 @@ fn starts_without_an_orbit_are_refused() {
     let branch = few.run(&family, &start).unwrap();
     assert!(matches!(branch.end(), BranchEnd::Exhausted(_)) && !branch.points().is_empty());
     // Other channels, and one that does not exist.
-    let forces = continuation.clone().measure(&["mesh force", "q1"]);
+    let forces = continuation.clone().channels(&["mesh force", "q1"]);
     let branch = forces.run(&family, &start).unwrap();
     let point = &branch.points()[0];
     assert!((point.summaries[0].mean - 0.1).abs() < 1e-6, "the mean force balances the load");
-    let error = continuation.clone().measure(&["force"]).run(&family, &start).unwrap_err();
+    let error = continuation.clone().channels(&["force"]).run(&family, &start).unwrap_err();
     assert!(error.to_string().contains("force"), "{error}");
 }
 

@@ -223,6 +223,45 @@ fn wrong_rates_are_named() {
     }
 }
 
+/// The rate of an error of transmission e cos t is left out: at t = 0 nothing shows it.
+#[test]
+fn wrong_rates_are_named_where_a_cosine_hides_them() {
+    struct Hidden;
+    impl Model for Hidden {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = 0.1 - (q[0] - u[0] - 1.0).max(0.0) + (-q[0] + u[0] - 1.0).max(0.0);
+        }
+        fn drives(&self) -> usize {
+            1
+        }
+        fn drive(&self, t: f64, _: Side, u: &mut [f64]) {
+            u[0] = 0.3 * t.cos();
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            let x = q[0] - u[0];
+            let force = (x - 1.0).max(0.0) - (-x - 1.0).max(0.0);
+            let (lower, upper) = (-1.0, 1.0);
+            out[0] = Contact { deflection: x, rate: v[0], lower, upper, force, ..Contact::default() };
+        }
+    }
+    impl Periodic for Hidden {
+        fn period(&self) -> f64 {
+            std::f64::consts::TAU
+        }
+    }
+    for start in [State::new(0.0, &[1.4], &[0.0]), State::new(0.0, &[1.4], &[0.3])] {
+        for findings in [check_periodic(&Hidden, &start), check_model(&Hidden, &start)] {
+            assert!(matches!(findings[..], [Inconsistency::ContactRate { contact: 0, .. }]), "{findings:?}");
+        }
+    }
+}
+
 /// One contact between two masses: the check compares its force with one of the two accelerations, the same
 /// at both edges.
 #[test]

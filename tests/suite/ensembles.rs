@@ -28,7 +28,7 @@ impl Model for Oscillator {
 fn member(hold: f64) -> impl Fn(u64) -> Result<(Held<Oscillator>, State), ParameterError> + Sync {
     let uniform = Uniform::new(0.0, 1.0).unwrap();
     move |member| {
-        let process = HeldProcess::new(hold, uniform)?.with_seed(11).with_member(member);
+        let process = HeldProcess::new(hold, uniform)?.seed(11).member(member);
         Ok((Held::new(Oscillator).shared(&[0], 0.2, process)?, State::new(0.0, &[1.0], &[0.0])))
     }
 }

@@ -25,7 +25,7 @@ fn energy(s: &State) -> f64 {
 }
 
 fn process(hold: f64, member: u64) -> HeldProcess {
-    HeldProcess::new(hold, Uniform::new(0.0, 1.0).unwrap()).unwrap().with_seed(2020).with_member(member)
+    HeldProcess::new(hold, Uniform::new(0.0, 1.0).unwrap()).unwrap().seed(2020).member(member)
 }
 
 fn member(hold: f64, member: u64) -> Held<Damped> {
@@ -81,14 +81,13 @@ fn counter_based() {
     let forward: Vec<u64> = (0..100).map(|k| p.held(7, k).to_bits()).collect();
     let backward: Vec<u64> = (0..100).rev().map(|k| p.held(7, k).to_bits()).collect();
     assert!(forward.iter().eq(backward.iter().rev()));
-    let others =
-        [process(0.1, 4).held(7, 0), process(0.1, 3).held(8, 0), process(0.1, 3).with_seed(1).held(7, 0)];
+    let others = [process(0.1, 4).held(7, 0), process(0.1, 3).held(8, 0), process(0.1, 3).seed(1).held(7, 0)];
     assert!(others.iter().all(|x| x.to_bits() != forward[0]));
     // The values themselves are pinned: the crate promises that they do not change.
     let first: Vec<f64> = (0..3).map(|k| p.held(7, k)).collect();
     println!("{first:?}");
     assert_eq!(first, VALUES);
-    let normal = HeldProcess::new(1.0, Normal::new(0.0, 1.0).unwrap()).unwrap().with_seed(2020);
+    let normal = HeldProcess::new(1.0, Normal::new(0.0, 1.0).unwrap()).unwrap().seed(2020);
     println!("{:?}", normal.held(0, 0));
     assert_eq!(normal.held(0, 0), NORMAL);
 }

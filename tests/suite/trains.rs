@@ -210,7 +210,7 @@ fn idlers_of_the_classics_from_parts() {
         for (name, ends, a) in [("one", ["first", "idler"], 0.2), ("two", ["idler", "last"], 0.15)] {
             let stiffness = Wave::new(Fourier::new(1.0, &[[a, 0.0]]).unwrap());
             let mesh = MeshPart::external([1, 1], [1.0, 1.0], stiffness).damping(0.06).half_backlash(1.0);
-            parts.mesh(name, ends[0], ends[1], mesh);
+            parts.mesh(name, ends[0], ends[1], mesh.phase(0.0)); // in phase, as published
         }
         // Mean mesh forces 0.1 and 0.12.
         parts.torque("t1", "first", 0.1).torque("t2", "idler", 0.02).torque("t3", "last", -0.12);
@@ -459,6 +459,52 @@ fn phases_of_planets_follow_from_teeth() {
     let error = stated(0.25).unwrap_err();
     let TrainError::PhaseContradicts { computed, .. } = error else { panic!("{error}") };
     assert!((computed - 2.0 / 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_second_load_is_refused() {
+    let error =
+        refused(|parts| drop(parts.torque("drive", "pinion", 10.0).load("wheel").load("pinion").clone()));
+    assert_eq!(error, TrainError::TwoLoads { bodies: ["wheel".into(), "pinion".into()] });
+    let mut joined = pair();
+    joined.torque("drive", "pinion", 10.0).load("wheel").join("other", {
+        let mut other = pair();
+        other.torque("drive", "pinion", 10.0).load("wheel");
+        other
+    });
+    assert!(joined.shaft("shaft", "wheel", "other pinion", 1e4, 1.0).build("pinion", 100.0).is_ok());
+}
+
+/// One of the meshes of a gear may state no phase: the others are behind it.
+#[test]
+fn phases_that_matter_are_stated() {
+    let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).unwrap());
+    let third = |stiffness: [Wave; 2], change: fn(MeshPart) -> MeshPart| {
+        let mut parts = Parts::new();
+        for (name, x) in [("pinion", 0.0), ("wheel", 0.1), ("third", -0.1)] {
+            parts.body(name, Body::new(1e-3).at([x, 0.0]));
+        }
+        let mesh = |k: &Wave| MeshPart::external([20, 40], [0.03, 0.06], k.clone());
+        parts.mesh("first", "pinion", "wheel", mesh(&stiffness[0]));
+        parts.mesh("second", "pinion", "third", change(mesh(&stiffness[1])));
+        parts
+    };
+    let unstated = third([wave(), wave()], |mesh| mesh);
+    let error = unstated.build("pinion", 100.0).unwrap_err();
+    assert!(matches!(error, TrainError::Warning { warning: Warning::PhaseUnstated, .. }), "{error}");
+    let text = error.to_string();
+    assert!(text.contains("\"first\" and \"second\"") && text.contains("phase_from_teeth"), "{text}");
+    assert!(unstated.clone().accept(Warning::PhaseUnstated).build("pinion", 100.0).is_ok());
+    for silent in [
+        third([wave(), wave()], |mesh| mesh.phase(0.0)),
+        third([wave(), wave()], MeshPart::phase_from_teeth),
+        third([k(), wave()], |mesh| mesh),
+    ] {
+        assert!(silent.build("pinion", 100.0).is_ok());
+    }
+    let mesh = || MeshPart::external([20, 20], [0.03, 0.03], wave());
+    assert!(idler([1e-3; 3], [mesh(), mesh()]).build("driver", 100.0).is_ok());
+    assert!(split_torque([1e-3; 4], 2, 1e4, 1.0, [mesh(), mesh()]).unwrap().build("input", 100.0).is_ok());
 }
 
 #[test]
@@ -1018,7 +1064,7 @@ fn a_load_balances_all_torques() {
         (a[0] - torque / 1e-3).abs() < 1e-9 * a[0] && (a[1] + 2.0 * torque / 4e-3).abs() < 1e-9 * a[0],
         "{a:?}"
     );
-    let error = parts.load("nobody").build("pinion", 100.0).unwrap_err();
+    let error = pair().load("nobody").build("pinion", 100.0).unwrap_err();
     assert!(error.to_string().starts_with("\"the load\" refers to the body \"nobody\""), "{error}");
 }
 

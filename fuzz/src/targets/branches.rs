@@ -30,7 +30,7 @@ fn continuation(case: &mut Case, [from, to]: [f64; 2]) -> Continuation {
     }
     if case.chance(0.2) {
         let channel = if case.hostile() { "no such channel" } else { case.pick(&["q1", "deflection 1"]) };
-        settings = settings.measure(&[channel]);
+        settings = settings.channels(&[channel]);
     }
     if case.chance(0.3) { settings.both_ways() } else { settings }
 }

@@ -152,7 +152,7 @@ pub fn process(case: &mut Case, hold: f64, size: f64) -> Result<HeldProcess, Sto
         let (a, b) = (case.quantity(size), case.quantity(2.0 * size));
         HeldProcess::new(hold, rand_distr::Uniform::new(a, b)?)?
     };
-    Ok(process.with_seed(case.seed()).with_member(case.seed()))
+    Ok(process.seed(case.seed()).member(case.seed()))
 }
 
 /// Values of held processes at any time and of any number.

@@ -142,6 +142,7 @@ pub fn train(case: &mut Case) -> Run {
         Warning::Unsupported,
         Warning::Disconnected,
         Warning::Drifts,
+        Warning::PhaseUnstated,
     ] {
         parts.accept(warning);
     }

@@ -20,7 +20,7 @@ use thiserror::Error;
 /// runs themselves are not stored.
 ///
 /// A member is a function of its number: a [`Held`](crate::drives::Held) process [with that
-/// member](crate::drives::HeldProcess::with_member), parameters [drawn for
+/// member](crate::drives::HeldProcess::member), parameters [drawn for
 /// it](crate::sweep::RandomParameters), or both. The results do not depend on the number of threads. The
 /// memory does not depend on the number of members.
 ///

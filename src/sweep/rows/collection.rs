@@ -52,6 +52,8 @@ pub struct Rows {
     /// Points and settings of the sweep, without budgets.
     pub(crate) sweep: Sweep,
     pub(crate) layout: Layout,
+    /// Units of the channels; none if they are not known. They are no result: rows that differ in them are equal.
+    pub(crate) units: Vec<String>,
     /// Indices of the points of this chunk.
     pub(crate) range: Range<usize>,
     /// The rows, one after the other; zeros for points without a row.
@@ -109,6 +111,7 @@ impl Rows {
         Rows {
             sweep: sweep.without_budget(),
             layout: layout.clone(),
+            units: Vec::new(),
             data: vec![0.0; range.len() * layout.stride()],
             done: vec![false; range.len()],
             range,

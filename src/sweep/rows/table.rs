@@ -11,7 +11,8 @@ impl Rows {
     ///
     /// - `point`, the index, then the parameters of the point;
     /// - `period multiple` (0 for `None`), `change`, `settled after`, `scatter`, `sensitive` (0 or 1);
-    /// - `mean q1`, `rms q1`, `min q1`, `max q1`, `deviation q1` of each channel;
+    /// - `mean q1`, `rms q1`, `min q1`, `max q1`, `deviation q1` of each channel, in its unit if the model states
+    ///   one;
     /// - with [`rattle`](crate::Sweep::rattle) for each contact, from 1: `lower 1`, `gap 1`, `upper 1`
     ///   (shares of the time), `impacts lower 1`, `impacts upper 1`, `rattle state 1`
     ///   ([`rsv`](crate::RattleState::rsv));
@@ -20,15 +21,17 @@ impl Rows {
     /// Strobed states, checks and the texts of errors are not in the table.
     ///
     /// ```
-    /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
+    /// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};
     /// let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
-    /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q1"]).run(
-    ///     &LaneRk4::new(63 * 32),
+    /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q1", "elastic part"]).run(
+    ///     &Located(Dop853::new()), // lanes and tables have no channels of the model's own
     ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
     ///     |_, pair| pair.static_start(),
     /// )?;
     /// let table = rows.table()?;
     /// assert_eq!(table.column("speed")?, [100.0, 120.0]);
+    /// let unit = |name: &str| table.columns().iter().find(|c| c.name == name).map(|c| c.unit.as_str());
+    /// assert_eq!((unit("mean elastic part"), unit("mean q1")), (Some("rad"), Some("")));
     /// assert_eq!(table.column("mean q1")?[1], rows.get(1)?.channel("q1")?.mean);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -40,9 +43,10 @@ impl Rows {
         let mut columns = vec![Channel::new("point", "1")];
         columns.extend(parameters.iter().map(|name| Channel::new(name, "")));
         columns.extend(["period multiple", "change", "settled after", "scatter", "sensitive"].map(ratio));
-        for name in self.sweep.names() {
+        for (i, name) in self.sweep.names().iter().enumerate() {
             let figures = ["mean", "rms", "min", "max", "deviation"];
-            columns.extend(figures.map(|figure| Channel::new(format!("{figure} {name}"), "")));
+            let unit = self.units.get(i).map_or("", String::as_str);
+            columns.extend(figures.map(|figure| Channel::new(format!("{figure} {name}"), unit)));
         }
         for i in 1..=self.layout.contacts {
             let figures = ["lower", "gap", "upper", "impacts lower", "impacts upper", "rattle state"];

@@ -190,6 +190,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         if model.dof() == 0 {
             return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, min: 1 }.into());
         }
+        let units = channels.iter().map(|&channel| probe.channels()[channel].unit.clone()).collect();
         engine.accepts(&model, &channels)?;
         if let Some(finer) = &finer {
             finer.accepts(&model, &channels)?;
@@ -211,6 +212,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         if !rows.shape(&plan.layout)? {
             return Err(SweepError::Parts { row: rows.range.start });
         }
+        rows.units = units;
         let (lines, checks) =
             (sweep.missing(rows), if finer.is_some() { sweep.unchecked(rows) } else { Vec::new() });
         let work = Work {

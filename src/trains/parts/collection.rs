@@ -91,8 +91,8 @@ pub struct Parts<N = Backlash> {
     pub(crate) shafts: Vec<ShaftPart>,
     pub(crate) meshes: Vec<(String, [String; 2], MeshPart<N>)>,
     pub(crate) torques: Vec<TorquePart>,
-    /// The body on which a torque balances all others.
-    pub(crate) load: Option<String>,
+    /// The body on which a torque balances all others. More than one is an error of `build`.
+    pub(crate) loads: Vec<String>,
     pub(crate) coordinates: Option<Coordinates>,
     pub(crate) rotating: Option<String>,
     pub(crate) accepted: Vec<Warning>,
@@ -105,7 +105,7 @@ impl<N> Default for Parts<N> {
             shafts: Vec::new(),
             meshes: Vec::new(),
             torques: Vec::new(),
-            load: None,
+            loads: Vec::new(),
             coordinates: None,
             rotating: None,
             accepted: Vec::new(),
@@ -196,7 +196,7 @@ impl<N> Parts<N> {
     }
     /// Adds a torque on a body that balances all others at their mean and at the mean speeds, whatever the
     /// values of their constants are: the power of all torques in the kinematic rotation is 0. It has no
-    /// constant of its own. If it is stated twice, the last body holds.
+    /// constant of its own. [`build`](Parts::build) refuses a second load: it would have no equation.
     ///
     /// ```
     /// use gear_dynamics::linear::static_state;
@@ -212,7 +212,7 @@ impl<N> Parts<N> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn load(&mut self, body: &str) -> &mut Self {
-        self.load = Some(body.into());
+        self.loads.push(body.into());
         self
     }
     fn add_torque(&mut self, name: &str, body: &str, value: f64, course: Course) -> &mut Self {
@@ -259,7 +259,9 @@ impl<N> Parts<N> {
             ..torque
         }));
         self.accepted.extend(other.accepted);
-        self.load = self.load.take().or(other.load.map(renamed));
+        if self.loads.is_empty() {
+            self.loads = other.loads.into_iter().map(renamed).collect();
+        }
         self.rotating = self.rotating.take().or(other.rotating.map(renamed));
         self
     }

@@ -33,6 +33,8 @@ pub enum OfMesh {
 /// The phase of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Phase {
+    /// Not stated: that of a planet's place, otherwise 0.
+    Unstated,
     /// The mesh is ahead of its waves by this number of mesh cycles. The phase of a planet's place is added.
     Ahead(f64),
     /// The phase follows from the teeth of a gear that two meshes share.
@@ -104,7 +106,7 @@ impl MeshPart {
             contact_damping: ContactDamping::Always,
             damping: 0.0,
             half_backlash: 0.0,
-            phase: Phase::Ahead(0.0),
+            phase: Phase::Unstated,
             stated_phase: None,
             friction: None,
             pitch_point: 0.5 * PI,
@@ -239,9 +241,17 @@ impl<N: Nonlinearity> MeshPart<N> {
         MeshPart { contact_damping, ..self }
     }
     /// The same mesh ahead by a part of its mesh cycle. The mesh of a planet is shifted by the position of
-    /// the planet in addition.
+    /// the planet in addition. Default: 0, which [`Warning::PhaseUnstated`] asks to state where the phases of
+    /// several meshes matter.
+    ///
+    /// [`Warning::PhaseUnstated`]: crate::trains::Warning::PhaseUnstated
     pub fn phase(self, cycles: f64) -> Self {
         MeshPart { phase: Phase::Ahead(cycles), ..self }
+    }
+    /// The same mesh with the phase 0, unless it states another one.
+    pub(crate) fn phase_or_zero(self) -> Self {
+        let phase = if self.phase == Phase::Unstated { Phase::Ahead(0.0) } else { self.phase };
+        MeshPart { phase, ..self }
     }
     /// The same mesh with the phase that follows from the teeth of a gear which it shares with another mesh:
     /// an idler, two wheels on one pinion, the ring mesh of a planet. The three bodies need places

@@ -2,7 +2,9 @@
 
 use crate::contact::Nonlinearity;
 use crate::excitation::Side;
-use crate::trains::plan::topology::Topology;
+use crate::trains::parts::mesh_part::Phase;
+use crate::trains::plan::topology::{Gearing, Topology};
+use crate::trains::plan::turning::orders::follows_teeth;
 use crate::trains::train_error::{TrainError, Warning};
 
 /// Stiffnesses of meshes of gears [N/m]; steel gears have some 1e8 to 1e10.
@@ -70,27 +72,64 @@ impl<N: Nonlinearity> Topology<'_, N> {
         Ok(())
     }
 
-    fn connected(&self) -> Result<(), TrainError> {
-        // Bodies that are connected have the same root.
-        let mut parents: Vec<usize> = (0..self.bodies.len()).collect();
-        let root = |parents: &mut [usize], mut body: usize| {
-            while parents[body] != body {
-                parents[body] = parents[parents[body]];
-                body = parents[body];
-            }
-            body
+    /// Warns of meshes whose gears share bodies, which vary over their teeth and of which more than one states
+    /// no phase: one may, the others are behind it. The meshes of planets of one carrier with the same gear
+    /// count as one, since their places give the phases between them.
+    pub(crate) fn states_phases(&self) -> Result<(), TrainError> {
+        let varying: Vec<_> = self.meshes.iter().filter(|mesh| follows_teeth(mesh.part)).collect();
+        let groups = groups(self.bodies.len(), varying.iter().map(|mesh| mesh.ends));
+        let unstated =
+            |mesh: &&&Gearing<N>| mesh.part.phase == Phase::Unstated && mesh.part.stated_phase.is_none();
+        let gear = |mesh: &Gearing<N>| {
+            let centre = mesh.ends.into_iter().find(|&body| self.carriers[body].is_none());
+            mesh.carrier.map(|carrier| (carrier, centre, mesh.part.teeth))
         };
+        let mut first: Vec<Option<&Gearing<N>>> = vec![None; self.bodies.len()];
+        for mesh in varying.iter().filter(unstated) {
+            let first = &mut first[groups[mesh.ends[0]]];
+            match *first {
+                None => *first = Some(mesh),
+                Some(other) if gear(mesh).is_some() && gear(mesh) == gear(other) => {}
+                Some(other) => {
+                    let message = format!(
+                        "\"{}\" and \"{}\" vary over their teeth, their gears share bodies, and neither states \
+                         its phase: MeshPart::phase_from_teeth computes it, MeshPart::phase states it",
+                        other.name, mesh.name
+                    );
+                    self.warn(Warning::PhaseUnstated, message)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn connected(&self) -> Result<(), TrainError> {
         let carried = self.carriers.iter().enumerate();
         let carried = carried.filter_map(|(body, carrier)| Some([body, (*carrier)?]));
         let shafts = self.shafts.iter().map(|(_, ends)| *ends);
-        for pair in self.meshes.iter().map(|mesh| mesh.ends).chain(shafts).chain(carried) {
-            let [a, b] = pair.map(|body| root(&mut parents, body));
-            parents[a.max(b)] = a.min(b);
-        }
-        let apart = (0..self.bodies.len()).find(|&body| root(&mut parents, body) != 0);
+        let meshes = self.meshes.iter().map(|mesh| mesh.ends);
+        let groups = groups(self.bodies.len(), meshes.chain(shafts).chain(carried));
+        let apart = groups.iter().position(|&first| first != 0);
         apart.map_or(Ok(()), |body| {
             let [one, other] = [0, body].map(|body| self.name(body));
             self.warn(Warning::Disconnected, format!("\"{other}\" is not connected with \"{one}\""))
         })
     }
+}
+
+/// For each body the first one of those that pairs join with it.
+fn groups(bodies: usize, pairs: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
+    let mut parents: Vec<usize> = (0..bodies).collect();
+    let root = |parents: &mut [usize], mut body: usize| {
+        while parents[body] != body {
+            parents[body] = parents[parents[body]];
+            body = parents[body];
+        }
+        body
+    };
+    for pair in pairs {
+        let [a, b] = pair.map(|body| root(&mut parents, body));
+        parents[a.max(b)] = a.min(b);
+    }
+    (0..bodies).map(|body| root(&mut parents, body)).collect()
 }

@@ -39,8 +39,10 @@ pub(crate) fn phases<N: Nonlinearity>(
         .iter()
         .map(|mesh| {
             let planet = mesh.ends.iter().find_map(|&body| planets[body].as_ref());
+            let ahead = planet.map_or(0.0, |planet| planet.ahead);
             match mesh.part.phase {
-                Phase::Ahead(cycles) => Some(snapped(planet.map_or(0.0, |planet| planet.ahead) + cycles)),
+                Phase::Unstated => Some(snapped(ahead)),
+                Phase::Ahead(cycles) => Some(snapped(ahead + cycles)),
                 Phase::FromTeeth => None,
             }
         })
@@ -108,8 +110,8 @@ fn miss<N>(meshes: &[Gearing<N>], [(one, own), (other, found)]: [(usize, f64); 2
         computed: snapped(computed),
     };
     match [one, other].map(|mesh| &meshes[mesh].part.phase) {
-        [_, Phase::Ahead(_)] => contradicts(other, found, phase),
-        [Phase::Ahead(_), _] => contradicts(one, own, own + found - phase),
+        [_, Phase::Unstated | Phase::Ahead(_)] => contradicts(other, found, phase),
+        [Phase::Unstated | Phase::Ahead(_), _] => contradicts(one, own, own + found - phase),
         _ => TrainError::TeethMiss { mesh: name(other), gap: distance(found, phase) },
     }
 }

@@ -38,7 +38,7 @@ impl<'p, N> Topology<'p, N> {
     ///
     /// # Errors
     /// Two parts with the same name; a name that does not exist; a part that joins a body with itself; a
-    /// planet on a planet; a mesh between planets of different carriers.
+    /// planet on a planet; a mesh between planets of different carriers; two loads.
     pub(crate) fn of(parts: &'p Parts<N>, reference: &str) -> Result<Self, TrainError> {
         check_names(parts)?;
         let places: BTreeMap<&str, usize> =
@@ -56,6 +56,9 @@ impl<'p, N> Topology<'p, N> {
             }
             Ok([a, b])
         };
+        if let [one, other, ..] = &parts.loads[..] {
+            return Err(TrainError::TwoLoads { bodies: [one.clone(), other.clone()] });
+        }
         let named = |part: &str, body: Option<&String>| body.map(|body| place(part, body)).transpose();
         let reference = place("the reference", reference)?;
         let carrier =
@@ -86,7 +89,7 @@ impl<'p, N> Topology<'p, N> {
             shafts: parts.shafts.iter().map(shaft).collect::<Result<_, TrainError>>()?,
             torques: parts.torques.iter().map(torque).collect::<Result<_, TrainError>>()?,
             reference,
-            load: named("the load", parts.load.as_ref())?,
+            load: named("the load", parts.loads.first())?,
             rotating: named("the rotating frame", parts.rotating.as_ref())?,
             coordinates: parts.coordinates,
             accepted: &parts.accepted,

@@ -40,6 +40,7 @@ impl<'p, N: Nonlinearity> Plan<'p, N> {
             topology.held()?;
         }
         let centres = centres(&topology, &planets);
+        topology.states_phases()?;
         let phases = phases(&topology.meshes, &kinematics, &planets, &centres)?;
         Ok(Plan { topology, kinematics, planets, centres, orders, rotations, phases, relative })
     }

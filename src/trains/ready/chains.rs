@@ -8,7 +8,8 @@ use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::train_error::Warning;
 
 /// An idler train: `driver`, `idler` and `driven` of the moments of inertia J [kg m²], with the meshes
-/// `first mesh` and `second mesh`. The phase of the second mesh is that of its [`MeshPart`].
+/// `first mesh` and `second mesh`. The phases of the meshes are those of their [`MeshPart`]s, 0 if
+/// none is stated.
 ///
 /// J_1 q_1'' + r_1 W_1 = T_1,   J_2 q_2'' - r_2 W_1 + r_2 W_2 = T_2,   J_3 q_3'' - r_3 W_2 = T_3.   Source:
 /// Al-Shyyab and Kahraman 2005, J. Sound Vib. 284, 151.
@@ -27,7 +28,12 @@ pub fn idler(inertias: [f64; 3], [first, second]: [MeshPart; 2]) -> Parts {
     for (name, inertia) in ["driver", "idler", "driven"].into_iter().zip(inertias) {
         parts.body(name, Body::new(inertia));
     }
-    parts.mesh("first mesh", "driver", "idler", first).mesh("second mesh", "idler", "driven", second);
+    parts.mesh("first mesh", "driver", "idler", first.phase_or_zero()).mesh(
+        "second mesh",
+        "idler",
+        "driven",
+        second.phase_or_zero(),
+    );
     parts
 }
 
@@ -121,6 +127,7 @@ pub fn robot_joint(
 /// A split-torque train: `input` drives `paths` intermediate gears in parallel, each with a shaft to a second
 /// gear that drives `output`.
 ///
+/// All meshes `input i` have the phase that is stated for them, otherwise 0, and so do all `output i`.
 /// Bodies: `input`, `output`, and `first i` and `second i` of path i; meshes: `input i` and `output i`;
 /// shafts: `shaft i`.
 ///
@@ -147,6 +154,7 @@ pub fn split_torque(
         return Err(ParameterError::TooFew { name: "paths".into(), value: 0, min: 1 });
     }
     crate::error::check::count("paths", &[paths], 100)?;
+    let [inner, outer] = [inner, outer].map(MeshPart::phase_or_zero);
     let mut parts = Parts::new();
     parts.body("input", Body::new(input)).body("output", Body::new(output));
     for i in 1..=paths {

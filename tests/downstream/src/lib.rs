@@ -11,9 +11,9 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// m q'' + c x' + k(φ) f(x) = F with x = q - e(φ) along the line of action: a spur pair over its mesh angle,
 /// with any contact law.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SpurPair<N>(pub Mesh<N>);
+pub struct MeshedPair<N>(pub Mesh<N>);
 
-impl<N: Nonlinearity> Shape for SpurPair<N> {
+impl<N: Nonlinearity> Shape for MeshedPair<N> {
     #[inline(always)]
     fn size(&self) -> Size {
         Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: 1, constants: 4 }

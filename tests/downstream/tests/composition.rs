@@ -1,6 +1,6 @@
 //! The types of this crate in all parts of the library.
 
-use downstream::{Four, Heun, Kick, Knock, SoftStop, SpurPair};
+use downstream::{Four, Heun, Kick, Knock, MeshedPair, SoftStop};
 use gear_dynamics::analysis::{Probe, Summary, strobe};
 use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
@@ -27,10 +27,10 @@ fn start() -> State {
 }
 
 /// A pair with the natural frequency 2e4 rad/s, the damping ratio 0.05 and a rectangular stiffness.
-fn pair<N: Nonlinearity>(law: N) -> Machine<SpurPair<N>> {
+fn pair<N: Nonlinearity>(law: N) -> Machine<MeshedPair<N>> {
     let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.5, 1.6e8, 2.4e8).unwrap());
     let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6]]).unwrap());
-    let shape = SpurPair(Mesh::new(stiffness, error, law));
+    let shape = MeshedPair(Mesh::new(stiffness, error, law));
     Machine::with_constants(
         shape,
         &[("mesh frequency", 1.6e4), ("load", 500.0), ("damping", 1000.0), ("mass", 0.5)],
@@ -38,7 +38,7 @@ fn pair<N: Nonlinearity>(law: N) -> Machine<SpurPair<N>> {
     .unwrap()
 }
 
-fn rattling() -> Machine<SpurPair<Backlash>> {
+fn rattling() -> Machine<MeshedPair<Backlash>> {
     pair(Backlash::new(2e-5).unwrap())
 }
 
@@ -133,7 +133,7 @@ fn the_pair_is_wrapped() {
     let process = HeldProcess::from_values(1e-4, &[-100.0, 100.0]).unwrap();
     let member = |member: u64| {
         Held::new(rattling())
-            .per_slot(&[load], 1.0, process.clone().with_member(member))
+            .per_slot(&[load], 1.0, process.clone().member(member))
             .map(|held| (held, loaded()))
     };
     let bands = ensemble.run(&accurate(), member).unwrap();
