@@ -17,5 +17,6 @@ pub use crate::trains::ready::nfg::nfg_parts;
 pub use crate::trains::ready::planetary::{Members, Planetary};
 pub use crate::trains::ready::ring::ring_parts;
 pub use crate::trains::ready::spur_pair::{Dimensionless, SpurPair};
+pub use crate::trains::shape::drawing::{Drawing, DrawnBody, DrawnLink};
 pub use crate::trains::shape::train_shape::{Train, TrainShape};
 pub use crate::trains::train_error::{TrainError, Warning};

@@ -49,7 +49,7 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
             per_inertia = vec![1.0; coordinates.len()];
         }
         let elements = Elements { per_inertia, ..Elements::default() };
-        let (sets, ratio) = (planet_sets(&layout), plan.orders.ratio);
+        let (sets, drawing, ratio) = (planet_sets(&layout), layout.drawing(), plan.orders.ratio);
         let (teeth, rests, places, torques, constants) = Default::default();
         let shape = TrainShape {
             coordinates,
@@ -64,6 +64,7 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
             sets,
             masses,
             frame,
+            drawing,
             fastest: 1,
             ratio,
         };

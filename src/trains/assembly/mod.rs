@@ -2,6 +2,7 @@
 
 pub(crate) mod assemble;
 pub(crate) mod builder;
+pub(crate) mod drawn;
 pub(crate) mod links;
 pub(crate) mod planet_sets;
 pub(crate) mod rotating;

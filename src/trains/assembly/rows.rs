@@ -134,6 +134,14 @@ impl<'p, N: Nonlinearity> Layout<'p, N> {
     pub(crate) fn own(&self, body: usize, lever: f64) -> Row {
         Row(self.angle[body].map(|at| Entry { at, by: lever }).into_iter().collect())
     }
+    /// The rows of the counterclockwise angle of a body and of x and y of its centre.
+    pub(crate) fn motion(&self, body: usize) -> [Vec<Entry>; 3] {
+        let mut rows: [Row; 3] = Default::default();
+        self.turn(&mut rows[0], body, 1.0);
+        self.shift(&mut rows[1], body, [1.0, 0.0]);
+        self.shift(&mut rows[2], body, [0.0, 1.0]);
+        rows.map(|row| row.clean().0)
+    }
     /// The row of a shaft: the difference of two angles along their rotations.
     pub(crate) fn shaft(&self, [a, b]: [usize; 2]) -> Row {
         Row(self.own(a, 1.0).0.into_iter().chain(self.own(b, -1.0).0).collect())

@@ -90,7 +90,7 @@ pub(crate) fn planets<N>(topology: &Topology<N>, kinematics: &Kinematics) -> Res
 }
 
 /// Centre distance (r_1 ± r_2)/cos α `[m]` of a mesh.
-fn centre_distance<N>(mesh: &MeshPart<N>) -> f64 {
+pub(crate) fn centre_distance<N>(mesh: &MeshPart<N>) -> f64 {
     let [r1, r2] = mesh.radii;
     let across = if mesh.kind == Kind::External { r1 + r2 } else { (r1 - r2).abs() };
     across / libm::cos(mesh.pressure_angle)

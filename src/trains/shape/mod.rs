@@ -2,5 +2,6 @@
 
 pub(crate) mod algebra;
 pub(crate) mod contacts;
+pub(crate) mod drawing;
 pub(crate) mod elements;
 pub(crate) mod train_shape;

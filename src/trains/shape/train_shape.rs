@@ -6,6 +6,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side, Wave, earliest};
 use crate::model::{Channel, Drives, Machine, Shape, Size};
 use crate::scalar::Scalar;
+use crate::trains::shape::drawing::Drawing;
 use crate::trains::shape::elements::{Elements, Entry, PlanetSet, Tooth, ToothRest};
 
 /// A gear train made of [`Parts`](crate::trains::Parts).
@@ -73,6 +74,7 @@ pub struct TrainShape<N = Backlash> {
     pub(crate) masses: Vec<f64>,
     /// In relative coordinates: the coordinate that is left out, and the rigid motion, which is 1 there.
     pub(crate) frame: Option<(usize, Vec<f64>)>,
+    pub(crate) drawing: Drawing,
     /// Order of the fastest mesh.
     pub(crate) fastest: u32,
     /// φ'/speed.
@@ -87,6 +89,10 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// The mesh of each contact that is not a radial clearance.
     pub fn meshes(&self) -> impl Iterator<Item = &Mesh<N>> {
         self.rests.iter().map(|rest| &rest.mesh)
+    }
+    /// What a drawing of the train shows.
+    pub fn drawing(&self) -> &Drawing {
+        &self.drawing
     }
     /// Speed of the angle φ of the waves over the speed of the reference body.
     pub fn ratio(&self) -> f64 {

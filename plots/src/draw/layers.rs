@@ -1,0 +1,131 @@
+//! What a panel contains.
+
+use crate::draw::colours::Ink;
+use crate::svg::writer::Anchor;
+
+/// How a series of points is drawn.
+///
+/// Lines of one panel differ in colour and in dashes, dots in colour and in form: they can be told apart in grey.
+///
+/// ```
+/// use gear_dynamics_plots::{Figure, Mark, Panel};
+/// let lines = [(4.0, 2e-6), (8.0, 5e-7)];
+/// let panel = Panel::new("", "order [1]", "amplitude [m]")?.with("mesh", Mark::Bars, lines)?;
+/// assert!(Figure::from(panel).to_svg().contains("amplitude [μm]"));
+/// # Ok::<(), gear_dynamics_plots::PlotError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// A curve. The first one is solid, others have dashes of their own.
+    Line,
+    /// A thin dashed curve.
+    Dashed,
+    /// Dots with a rim.
+    Dots,
+    /// Small dots, for many points.
+    Specks,
+    /// Bars from the foot of the panel, as in a spectrum.
+    Bars,
+    /// The area within a closed outline.
+    Area,
+}
+
+/// One layer of a panel.
+#[derive(Clone, Debug)]
+pub(crate) enum Layer {
+    Curve(Curve),
+    /// Spans of x over the full height.
+    Shade {
+        ink: Ink,
+        spans: Vec<[f64; 2]>,
+    },
+    Raster(Raster),
+    /// Closed outlines.
+    Outline {
+        lines: Vec<Vec<[f64; 2]>>,
+        fill: Option<(Ink, f64)>,
+        stroke: Option<(Ink, f64)>,
+    },
+    /// A text inside the panel.
+    Note {
+        at: [f64; 2],
+        text: String,
+        anchor: Anchor,
+        ink: Ink,
+    },
+    /// A name where a straight line leaves the panel.
+    Exit {
+        from: [f64; 2],
+        to: [f64; 2],
+        text: String,
+        ink: Ink,
+    },
+    /// A measure beside the panel: a length along y and its meaning.
+    Height {
+        length: f64,
+        text: String,
+    },
+}
+
+/// A series of points.
+#[derive(Clone, Debug)]
+pub(crate) struct Curve {
+    pub(crate) mark: Mark,
+    pub(crate) ink: Ink,
+    /// Number of the dash or form.
+    pub(crate) style: usize,
+    pub(crate) width: f64,
+    pub(crate) points: Vec<[f64; 2]>,
+}
+
+/// Values in the cells of a grid.
+#[derive(Clone, Debug)]
+pub(crate) struct Raster {
+    /// Borders of the cells along x and y, one more than cells.
+    pub(crate) borders: [Vec<f64>; 2],
+    /// Values, y fastest; NaN: no result.
+    pub(crate) values: Vec<f64>,
+    /// The colours of whole numbers; none: the bar of the panel gives colours.
+    pub(crate) inks: Vec<Ink>,
+}
+
+/// An entry of a legend.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Entry {
+    pub(crate) label: String,
+    pub(crate) swatch: Swatch,
+}
+
+/// The sample beside the text of a legend.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Swatch {
+    Line { ink: Ink, style: usize, width: f64, cased: bool },
+    Dot { ink: Ink, style: usize },
+    Speck { ink: Ink },
+    Field { ink: Ink, opacity: f64 },
+}
+
+/// The colours of a map with their values.
+#[derive(Clone, Debug)]
+pub(crate) struct Bar {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    pub(crate) range: [f64; 2],
+    pub(crate) logarithmic: bool,
+}
+
+/// The place in which a share of the range lies, from 0 to 1.
+pub(crate) fn share(value: f64, [low, high]: [f64; 2], logarithmic: bool) -> f64 {
+    if logarithmic { (value / low).ln() / (high / low).ln() } else { (value - low) / (high - low) }
+}
+
+/// The width of the dashed and dotted lines beside the solid ones, as share of the width.
+pub(crate) const DASHES: [&str; 6] = ["", "6 3", "1.6 2.4", "9 3 1.6 3", "3 2", "12 4"];
+/// The dash of [`Mark::Dashed`].
+pub(crate) const THIN_DASH: &str = "4.5 3";
+/// Style numbers from which on the thin dash is drawn.
+pub(crate) const THIN: usize = 100;
+
+pub(crate) fn dash(style: usize) -> &'static str {
+    if style >= THIN { THIN_DASH } else { DASHES[style % DASHES.len()] }
+}

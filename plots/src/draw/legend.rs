@@ -1,0 +1,70 @@
+//! Legends: rows of entries above the panel, where they cover nothing.
+
+use crate::draw::colours::{Ink, Theme};
+use crate::draw::curve::marker;
+use crate::draw::layers::{Entry, Swatch, dash};
+use crate::svg::text::width;
+use crate::svg::writer::{Anchor, Stroke, Svg, path};
+
+const SIZE: f64 = 10.0;
+const SWATCH: f64 = 24.0;
+const GAP: f64 = 12.0;
+pub(crate) const ROW: f64 = 14.0;
+
+/// The entries in rows of at most a width, each with its place along the row.
+pub(crate) fn rows(entries: &[Entry], most: f64) -> Vec<Vec<(f64, &Entry)>> {
+    let mut rows: Vec<Vec<(f64, &Entry)>> = Vec::new();
+    let mut end = f64::INFINITY;
+    for entry in entries {
+        let own = SWATCH + 4.0 + width(&entry.label, SIZE);
+        if end + own > most {
+            rows.push(Vec::new());
+            end = 0.0;
+        }
+        if let Some(row) = rows.last_mut() {
+            row.push((end, entry));
+        }
+        end += own + GAP;
+    }
+    rows
+}
+
+/// Draws rows whose upper left corner is given.
+pub(crate) fn draw(svg: &mut Svg, theme: Theme, rows: &[Vec<(f64, &Entry)>], [x0, y0]: [f64; 2]) {
+    let ink = theme.colour(Ink::Text);
+    for (k, row) in rows.iter().enumerate() {
+        let y = y0 + ROW * (k as f64 + 0.5);
+        for (x, entry) in row {
+            let x = x0 + x;
+            sample(svg, theme, entry.swatch, [x, y]);
+            svg.text([x + SWATCH + 4.0, y + 3.5], &entry.label, SIZE, Anchor::Start, &ink, false);
+        }
+    }
+}
+
+fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
+    let centre = [x + 0.5 * SWATCH, y];
+    match swatch {
+        Swatch::Line { ink, style, width, cased } => {
+            let d = path(&[[x, y], [x + SWATCH, y]], false);
+            let colour = theme.colour(ink);
+            let stroke = Stroke { colour: &colour, width, dash: dash(style) };
+            if cased {
+                svg.stroke(&d, Stroke { colour: "#8a8a8a", width: width + 6.0, dash: "" });
+                svg.stroke(&d, Stroke { colour: "#ffffff", width: width + 2.2, dash: "" });
+                svg.stroke(&d, Stroke { colour: "#000000", ..stroke });
+            } else {
+                svg.stroke(&d, stroke);
+            }
+        }
+        Swatch::Dot { ink, style } => svg.fill(&marker(centre, style, 3.4), &theme.colour(ink), 1.0),
+        Swatch::Speck { ink } => svg.fill(&marker(centre, 0, 2.0), &theme.colour(ink), 1.0),
+        Swatch::Field { ink, opacity } => {
+            let [left, right] = [x + 6.0, x + SWATCH];
+            let d = path(&[[left, y - 5.0], [right, y - 5.0], [right, y + 5.0], [left, y + 5.0]], true);
+            svg.fill(&d, &theme.colour(ink), opacity);
+            let colour = theme.colour(Ink::Grey);
+            svg.stroke(&d, Stroke { colour: &colour, width: 0.5, dash: "" });
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! From layers to SVG.
+
+pub(crate) mod colours;
+pub(crate) mod curve;
+pub(crate) mod frame;
+pub(crate) mod labels;
+pub(crate) mod layers;
+pub(crate) mod legend;
+pub(crate) mod paint;
+pub(crate) mod ticks;

@@ -1,0 +1,89 @@
+//! Branches of periodic orbits.
+
+use crate::draw::colours::Ink;
+use crate::draw::layers::{Curve, Mark, THIN};
+use crate::error::PlotError;
+use crate::panel::Panel;
+use gear_dynamics::branches::{Branch, BranchPoint, PointKind};
+use gear_dynamics::periodic::Stability;
+
+/// The kinds of located points, with their names.
+const KINDS: [(PointKind, &str); 6] = [
+    (PointKind::Fold, "fold"),
+    (PointKind::PeriodDoubling, "period doubling"),
+    (PointKind::NeimarkSacker, "Neimark-Sacker"),
+    (PointKind::Branch, "crossing of branches"),
+    (PointKind::SymmetryBreaking, "symmetry breaking"),
+    (PointKind::Grazing, "grazing"),
+];
+
+/// A figure of the orbits over the parameter: stable ones solid, all others dashed, located points marked by kind.
+///
+/// `axes`: texts with units of the parameter and the figure. `of`: the figure, for example
+/// [`BranchPoint::peak_to_peak`].
+///
+/// ```
+/// use gear_dynamics::branches::{BranchPoint, ByConstant, Continuation};
+/// use gear_dynamics::{State, trains::SpurPair};
+/// use gear_dynamics_plots::{Figure, branch};
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
+/// let family = ByConstant::new(&pair, "speed")?;
+/// let line = Continuation::new(0.6, 0.85).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
+/// let panel = branch(&[&line], ["speed Ω [1]", "peak-to-peak value [1]"], BranchPoint::peak_to_peak)?;
+/// let svg = Figure::from(panel).to_svg();
+/// assert!(svg.contains(">stable</text>") && svg.contains(">grazing</text>"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`PlotError::Empty`] for branches without two points, [`PlotError::NotFinite`], [`PlotError::NoUnit`].
+pub fn branch<O>(
+    branches: &[&Branch<O>],
+    axes: [&str; 2],
+    of: impl Fn(&BranchPoint<O>) -> f64,
+) -> Result<Panel, PlotError> {
+    let mut panel = Panel::new("", axes[0], axes[1])?;
+    let place = |point: &BranchPoint<O>| [point.parameter, of(point)];
+    if branches.iter().all(|branch| branch.points().len() < 2) {
+        return Err(PlotError::Empty { what: "points of the branch".into() });
+    }
+    for stable in [true, false] {
+        for piece in branches.iter().flat_map(|branch| pieces(branch, stable)) {
+            let points = piece.iter().map(place).collect();
+            let (label, style, ink) =
+                if stable { ("stable", 0, Ink::Series(0)) } else { ("unstable", THIN, Ink::Series(1)) };
+            panel.curve(label, Curve { mark: Mark::Line, ink, style, width: 1.7, points })?;
+        }
+    }
+    for (style, (kind, name)) in KINDS.into_iter().enumerate() {
+        let found = branches.iter().flat_map(|branch| branch.of_kind(kind));
+        let points: Vec<_> = found.map(place).collect();
+        if !points.is_empty() {
+            let ink = if kind == PointKind::Grazing { Ink::Grey } else { Ink::Text };
+            panel.curve(name, Curve { mark: Mark::Dots, ink, style, width: 1.0, points })?;
+        }
+    }
+    Ok(panel)
+}
+
+/// The longest pieces of one stability. A located bifurcation is undecided: its neighbours decide.
+fn pieces<O>(branch: &Branch<O>, stable: bool) -> Vec<&[BranchPoint<O>]> {
+    let points = branch.points();
+    let is_stable = |i: usize| {
+        let two = &points[i..i + 2];
+        let is = |stability: Stability| two.iter().any(|point| point.stability() == stability);
+        is(Stability::Stable) && !is(Stability::Unstable)
+    };
+    let mut pieces = Vec::new();
+    let mut start = 0;
+    let spans = points.len().saturating_sub(1);
+    for i in 0..spans {
+        if i + 1 == spans || is_stable(i + 1) != is_stable(i) {
+            if is_stable(i) == stable {
+                pieces.push(&points[start..i + 2]);
+            }
+            start = i + 1;
+        }
+    }
+    pieces
+}

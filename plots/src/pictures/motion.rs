@@ -1,0 +1,174 @@
+//! Time histories and phase portraits with the states of a contact.
+
+use crate::draw::colours::Ink;
+use crate::draw::layers::{Curve, Layer, Mark, Swatch, THIN};
+use crate::error::PlotError;
+use crate::panel::{Panel, name_and_unit};
+use gear_dynamics::Model;
+use gear_dynamics::analysis::Probe;
+use gear_dynamics::contact::{Contact, Piece};
+use gear_dynamics::excitation::Side;
+use gear_dynamics::ode::Trajectory;
+
+/// A channel over the time, with the states of a contact shaded: the gap grey, and the flank that carries for less of
+/// the time in a pale colour. Of the deflection of this contact the edges of the gap are drawn, too.
+///
+/// `channel`: the name of a [channel](gear_dynamics::analysis::Probe) of the model with its unit. `contact`: its
+/// number from 0, or `None`. The time axis is `t [s]`; [`Panel::x`] names another unit.
+///
+/// ```
+/// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic};
+/// use gear_dynamics_plots::{Figure, history};
+/// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
+/// let run = Dop853::new().trajectory(&pair, &pair.static_start()?, 0.2 * pair.period())?;
+/// let panel = history(&pair, &run, "deflection [m]", 0)?.x("τ = ω_n t [1]")?.title("180 rad/s");
+/// let svg = Figure::from(panel).to_svg();
+/// assert!(svg.contains("deflection [μm]") && svg.contains("gap"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`PlotError::Empty`] for a run of fewer than two states, [`PlotError::NotFinite`], [`PlotError::NoUnit`],
+/// [`PlotError::NoSuch`] for a contact that the model does not have, and the errors of
+/// [`Trajectory::channel`].
+pub fn history<M: Model + ?Sized>(
+    model: &M,
+    run: &Trajectory,
+    channel: &str,
+    contact: impl Into<Option<usize>>,
+) -> Result<Panel, PlotError> {
+    let mut panel = Panel::new("", "time t [s]", channel)?;
+    let [name, _] = name_and_unit(channel)?;
+    let points: Vec<[f64; 2]> =
+        run.times().iter().zip(run.channel(model, &name)?).map(|(t, x)| [*t, x]).collect();
+    if points.len() < 2 {
+        return Err(PlotError::Empty { what: format!("time history of {name}") });
+    }
+    if let Some(contact) = contact.into() {
+        let contacts = contacts(model, run, contact)?;
+        shade(&mut panel, run.times(), &contacts);
+        if name == "deflection" || name == format!("deflection {}", contact + 1) {
+            for edge in [|c: &Contact| c.lower, |c: &Contact| c.upper] {
+                let points: Vec<_> =
+                    run.times().iter().zip(&contacts).map(|(t, contact)| [*t, edge(contact)]).collect();
+                if points.iter().all(|point| point[1].is_finite()) {
+                    let curve = Curve { mark: Mark::Dashed, ink: Ink::Text, style: THIN, width: 0.9, points };
+                    panel.curve("edges of the gap", curve)?;
+                }
+            }
+        }
+    }
+    panel.curve("", Curve { mark: Mark::Line, ink: Ink::Series(0), style: 0, width: 1.5, points })?;
+    Ok(panel)
+}
+
+/// The contact at each state of a run.
+fn contacts<M: Model + ?Sized>(
+    model: &M,
+    run: &Trajectory,
+    contact: usize,
+) -> Result<Vec<Contact>, PlotError> {
+    let count = model.contacts();
+    if contact >= count {
+        return Err(PlotError::NoSuch { what: "contacts of the model".into(), index: contact, count });
+    }
+    let mut probe = Probe::new(model);
+    let at = |i: usize| {
+        let side = if i == 0 { Side::After } else { Side::Before };
+        probe.read_contacts(run.times()[i], side, run.q(i), run.v(i))[contact]
+    };
+    Ok((0..run.len()).map(at).collect())
+}
+
+/// The spans of time on each piece: lower flank, gap, upper flank. Instants between two states are linear.
+fn spans(times: &[f64], contacts: &[Contact]) -> [Vec<[f64; 2]>; 3] {
+    let mut spans: [Vec<[f64; 2]>; 3] = Default::default();
+    let mut start = times[0];
+    for (t, two) in times.windows(2).zip(contacts.windows(2)) {
+        let [from, to] = [two[0].piece() as usize, two[1].piece() as usize];
+        let pass = |edge: fn(&Contact) -> f64| {
+            let [a, b] = [0, 1].map(|i| two[i].deflection - edge(&two[i]));
+            t[0] + (t[1] - t[0]) * (a / (a - b)).clamp(0.0, 1.0)
+        };
+        let mut at = from;
+        while at != to {
+            let next = if to > at { at + 1 } else { at - 1 };
+            let edge: fn(&Contact) -> f64 = if at.min(next) == 0 { |c| c.lower } else { |c| c.upper };
+            let end = pass(edge);
+            spans[at].push([start, end]);
+            (start, at) = (end, next);
+        }
+    }
+    if let (Some(last), Some(end)) = (contacts.last(), times.last()) {
+        spans[last.piece() as usize].push([start, *end]);
+    }
+    spans
+}
+
+/// Shades gap and flanks.
+fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact]) {
+    let spans = spans(times, contacts);
+    let time = |piece: Piece| spans[piece as usize].iter().map(|s| s[1] - s[0]).sum::<f64>();
+    let [main, other] = if time(Piece::Upper) > time(Piece::Lower) {
+        [Piece::Upper, Piece::Lower]
+    } else {
+        [Piece::Lower, Piece::Upper]
+    };
+    let name = |piece: Piece| if piece == Piece::Lower { "lower flank" } else { "upper flank" };
+    for (piece, ink, label) in
+        [(main, Ink::Paper, name(main)), (Piece::Gap, Ink::Gap, "gap"), (other, Ink::Flank, name(other))]
+    {
+        let spans = spans[piece as usize].clone();
+        if spans.is_empty() {
+            continue;
+        }
+        panel.entry(label, Swatch::Field { ink, opacity: 1.0 });
+        if ink != Ink::Paper {
+            panel.layers.push(Layer::Shade { ink, spans });
+        }
+    }
+}
+
+/// Deflection and rate of a contact, with its gap shaded: its part that is free at all times.
+///
+/// `axes`: texts with units. `contact`: its number from 0.
+///
+/// ```
+/// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic};
+/// use gear_dynamics_plots::{Figure, phase_portrait};
+/// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
+/// let run = Dop853::new().trajectory(&pair, &pair.static_start()?, 0.2 * pair.period())?;
+/// let panel = phase_portrait(&pair, &run, 0, ["deflection d [m]", "rate d' [m]"])?;
+/// assert!(Figure::from(panel).to_svg().contains("rate d' [μm]"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`history`].
+pub fn phase_portrait<M: Model + ?Sized>(
+    model: &M,
+    run: &Trajectory,
+    contact: usize,
+    axes: [&str; 2],
+) -> Result<Panel, PlotError> {
+    let mut panel = Panel::new("", axes[0], axes[1])?;
+    let contacts = contacts(model, run, contact)?;
+    if contacts.len() < 2 {
+        return Err(PlotError::Empty { what: "phase portrait".into() });
+    }
+    let lower = contacts.iter().fold(f64::NEG_INFINITY, |most, c| most.max(c.lower));
+    let upper = contacts.iter().fold(f64::INFINITY, |least, c| least.min(c.upper));
+    let points: Vec<[f64; 2]> = contacts.iter().map(|c| [c.deflection, c.rate]).collect();
+    let ends = |of: fn(f64, f64) -> f64, start: f64| points.iter().fold(start, |end, p| of(end, p[0]));
+    let (least, most) = (ends(f64::min, f64::INFINITY), ends(f64::max, f64::NEG_INFINITY));
+    if lower < upper {
+        // Without edges the whole panel is gap.
+        let span = [lower.max(least - (most - least)), upper.min(most + (most - least))];
+        panel.layers.push(Layer::Shade { ink: Ink::Gap, spans: vec![span] });
+        panel.entry("gap", Swatch::Field { ink: Ink::Gap, opacity: 1.0 });
+    }
+    panel.curve("", Curve { mark: Mark::Line, ink: Ink::Series(0), style: 0, width: 1.3, points })?;
+    let wide = most.max(upper.min(most)) - least.min(lower.max(least));
+    panel.x.range = Some([least - 0.04 * wide, most + 0.04 * wide]).filter(|r| r[0] < r[1]);
+    Ok(panel)
+}
