@@ -119,6 +119,9 @@ pub use num_complex;
 ///
 /// # Contents
 ///
+/// - **A course** ([chapter 1](guide::course::ch01)): ten chapters from two gears on a bench to a rattle map and a
+///   train of one's own. Pages [from Python and MATLAB](guide::from_python_and_matlab) and on a
+///   [robot joint](guide::robot_joint).
 /// - **Your own model**: [`Shape`] and [`Machine`], one formula by [`from_fn`](model::from_fn), or two
 ///   methods of [`Model`].
 ///   [`check_model`](check::check_model) finds inconsistencies in it.
