@@ -119,6 +119,9 @@ pub use num_complex;
 ///
 /// # Contents
 ///
+/// - **A course** ([chapter 1](guide::course::ch01)): ten chapters from two gears on a bench to a rattle map and a
+///   train of one's own. Pages [from Python and MATLAB](guide::from_python_and_matlab) and on a
+///   [robot joint](guide::robot_joint).
 /// - **Your own model**: [`Shape`] and [`Machine`], one formula by [`from_fn`](model::from_fn), or two
 ///   methods of [`Model`].
 ///   [`check_model`](check::check_model) finds inconsistencies in it.
@@ -170,6 +173,34 @@ pub use num_complex;
 /// - **Limits on work**: [`Budget`], for steps, wall time and cancellation.
 /// - **Background**: [`guide`].
 pub mod guide {
+    /// A course of ten chapters with one pair of gears: from drawing data to a rattle map, and to a train of
+    /// one's own. It needs neither Rust nor nonlinear dynamics, and is read in an afternoon.
+    pub mod course {
+        #[doc = include_str!("../docs/course/01-one-coordinate.md")]
+        pub mod ch01 {}
+        #[doc = include_str!("../docs/course/02-linear-response.md")]
+        pub mod ch02 {}
+        #[doc = include_str!("../docs/course/03-contact-loss.md")]
+        pub mod ch03 {}
+        #[doc = include_str!("../docs/course/04-one-orbit.md")]
+        pub mod ch04 {}
+        #[doc = include_str!("../docs/course/05-jumps.md")]
+        pub mod ch05 {}
+        #[doc = include_str!("../docs/course/06-maps.md")]
+        pub mod ch06 {}
+        #[doc = include_str!("../docs/course/07-random-loads.md")]
+        pub mod ch07 {}
+        #[doc = include_str!("../docs/course/08-own-law.md")]
+        pub mod ch08 {}
+        #[doc = include_str!("../docs/course/09-own-train.md")]
+        pub mod ch09 {}
+        #[doc = include_str!("../docs/course/10-which-solver.md")]
+        pub mod ch10 {}
+    }
+    #[doc = include_str!("../docs/from-python-and-matlab.md")]
+    pub mod from_python_and_matlab {}
+    #[doc = include_str!("../docs/robot-joint.md")]
+    pub mod robot_joint {}
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
     #[doc = include_str!("../docs/own-model.md")]
