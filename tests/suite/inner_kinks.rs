@@ -114,7 +114,7 @@ fn train() -> gear_dynamics::trains::Train<MixedLaw> {
     }
     let mesh = |teeth: [u32; 2], law: MixedLaw| {
         let radii = teeth.map(|teeth| 1.5e-3 * f64::from(teeth));
-        MeshPart::external(teeth, radii, wave(2e8, 3e7)).error(wave(0.0, 1e-5)).law(law)
+        MeshPart::external(teeth, radii, wave(2e8, 3e7)).error(wave(0.0, 1e-5)).phase(0.0).law(law)
     };
     parts.mesh("plain", "wheel", "left", mesh([60, 20], MixedLaw::Backlash(Backlash::new(2e-5).unwrap())));
     parts.mesh("damped", "wheel", "right", mesh([60, 30], MixedLaw::NoPull(no_pull())));

@@ -76,7 +76,14 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
                 stroke: Some((ink, width)),
             });
         }
-        let foot = if body.internal { -0.93 } else { -0.45 } * radius;
+        // The name of a hub stands above it: a carrier has the centre of its sun.
+        let foot = if body.radius == 0.0 {
+            1.6
+        } else if body.internal {
+            -0.93
+        } else {
+            -0.6
+        } * radius;
         let (at, text) = ([place[0], place[1] + foot], body.name.clone());
         panel.layers.push(Layer::Note { at, text, anchor: Anchor::Middle, ink: Ink::Text });
     }

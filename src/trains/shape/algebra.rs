@@ -223,7 +223,7 @@ mod tests {
         let wave = |mean, a| Wave::new(Fourier::new(mean, &[[a, 0.3 * a]]).unwrap());
         let radii = teeth.map(|teeth| 1.5e-3 * f64::from(teeth));
         let part = MeshPart::external(teeth, radii, wave(2e8, 3e7)).error(wave(0.0, error));
-        part.damping(800.0).half_backlash(2e-5)
+        part.damping(800.0).half_backlash(2e-5).phase(0.0)
     }
 
     /// A plain train and the general algebra agree in contact and in the gap, and the bits are the same in lanes.

@@ -1,0 +1,227 @@
+//! The pictures of the course.
+
+use crate::Outcome;
+use crate::pair::{bench_pair, waves, with_brake, with_law};
+use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
+use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
+use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::excitation::{Angle, Side};
+use gear_dynamics::linear::static_state;
+use gear_dynamics::model::Scalar;
+use gear_dynamics::ode::{Step, uniform_times};
+use gear_dynamics::periodic::ShootingOrbit;
+use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4};
+use gear_dynamics::trains::Train;
+use gear_dynamics::{Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor};
+use gear_dynamics_plots::{
+    Figure, Mark, Panel, band, branch, history, phase_portrait, rattle_map, stiffness,
+};
+use std::ops::ControlFlow;
+
+pub fn excitation(_: bool) -> Outcome<Figure> {
+    let [k, e] = waves()?;
+    let first = stiffness(&[("", &k)], "mesh stiffness k [N/m]", 2.0)?.title("stiffness of the mesh");
+    let second =
+        stiffness(&[("", &e)], "transmission error e [m]", 2.0)?.title("error of unloaded teeth, grade 6");
+    Ok(Figure::new([first, second]).columns(2))
+}
+
+/// The branch of the pair over its speed.
+fn branch_of<N: Nonlinearity>(pair: &Train<N>, [from, to]: [f64; 2]) -> Outcome<Branch<ShootingOrbit>> {
+    let start = static_state(pair, 0.0)?.state;
+    Ok(Continuation::new(from, to).run(&ByConstant::new(pair, "speed")?, &[start])?)
+}
+
+const SPEED: &str = "speed of the driver [rad/s]";
+const SWING: &str = "peak-to-peak deflection [m]";
+
+pub fn response(_: bool) -> Outcome<Figure> {
+    let pair = bench_pair(120.0)?;
+    let linear = branch_of(&pair.with("mesh half backlash", 0.0)?, [120.0, 600.0])?;
+    let loss = branch_of(&pair, [120.0, 600.0])?;
+    let curve = |line: &Branch<ShootingOrbit>| -> Vec<(f64, f64)> {
+        line.points().iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
+    };
+    let panel = Panel::new("50 teeth, 300 N m", SPEED, SWING)?
+        .with("b = 40 μm: contact loss", Mark::Line, curve(&loss))?
+        .with("no gap: always in contact", Mark::Dashed, curve(&linear))?;
+    Ok(panel.into())
+}
+
+/// A run of the pair after it has settled.
+fn settled(speed: f64, periods: f64) -> Outcome<(Train, gear_dynamics::ode::Trajectory)> {
+    let pair = bench_pair(speed)?;
+    let start = Settle::new().tolerance(1e-8).run(&Taylor::new(), &pair, None)?.state;
+    let end = start.t + periods * pair.period();
+    let times = uniform_times(start.t, end, (200.0 * periods) as usize)?;
+    let run = Taylor::new().sample(&pair, &start, &times)?;
+    Ok((pair, run))
+}
+
+pub fn contact_loss(_: bool) -> Outcome<Figure> {
+    let (pair, run) = settled(380.0, 5.0)?;
+    let deflection = history(&pair, &run, "deflection [m]", 0)?.title("380 rad/s, 300 N m");
+    let force = history(&pair, &run, "mesh force [N]", None)?;
+    Ok(Figure::new([deflection, force]).panel_size(560.0, 230.0))
+}
+
+pub fn orbit(_: bool) -> Outcome<Figure> {
+    let (pair, run) = settled(380.0, 1.01)?;
+    let axes = ["deflection d [m]", "rate of deflection d' [m/s]"];
+    Ok(phase_portrait(&pair, &run, 0, axes)?.title("one mesh period at 380 rad/s").into())
+}
+
+pub fn jumps(coarse: bool) -> Outcome<Figure> {
+    let pair = bench_pair(270.0)?;
+    let line = branch_of(&pair, [270.0, 600.0])?;
+    let speeds = Axis::linear("speed", 275.0, 590.0, if coarse { 22 } else { 36 })?;
+    let sweep = Sweep::grid(vec![speeds])?.settle(60).measure(4).channels(&["deflection"]);
+    let diagram =
+        Bifurcation::extremes("deflection").run(&sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?)?;
+    let swings = |points: &[gear_dynamics::sweep::DiagramPoint]| -> Vec<(f64, f64)> {
+        let swing = |values: &[f64]| {
+            let [low, high] =
+                values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
+            high - low
+        };
+        points.iter().map(|point| (point.parameter, swing(&point.values))).collect()
+    };
+    let panel = branch(&[&line], [SPEED, SWING], BranchPoint::peak_to_peak)?
+        .with("sweep up", Mark::Dots, swings(diagram.up()))?
+        .with("sweep down", Mark::Dots, swings(diagram.down()))?;
+    Ok(Figure::from(panel.title("spur pair, 50 teeth, b = 40 μm, 300 N m")).panel_size(640.0, 400.0))
+}
+
+pub fn map(coarse: bool) -> Outcome<Figure> {
+    let (columns, rows) = if coarse { (21, 7) } else { (81, 46) };
+    let pair = bench_pair(200.0)?;
+    let axes =
+        vec![Axis::linear("speed", 200.0, 600.0, columns)?, Axis::linear("drive", 150.0, 600.0, rows)?];
+    let sweep = Sweep::grid(axes)?.settle(60).measure(2).rattle();
+    let runs = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
+    let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
+    let line = branch_of(&pair.with("speed", 270.0)?, [270.0, 600.0])?;
+    let plane = ByConstants::new(&pair, ["speed", "drive"])?;
+    for onset in line.of_kind(PointKind::Grazing) {
+        for to in [150.0, 600.0] {
+            panel = panel.boundary(
+                "located onset of contact loss",
+                &Continuation::new(300.0, to).run(&plane, onset)?,
+            )?;
+        }
+    }
+    let panel = panel.x_range(200.0, 600.0)?.y_range(150.0, 600.0)?;
+    Ok(Figure::from(panel.title("rattle of the pair from its static state")).panel_size(640.0, 400.0))
+}
+
+pub fn random(coarse: bool) -> Outcome<Figure> {
+    let pair = with_brake(300.0)?;
+    let solver = Dop853::new().rtol(1e-6).atol_each(&[1e-11, 1e-11, 1e-7, 1e-7]);
+    let steady = Settle::new().run(&solver, &pair, None)?.state;
+    let start = State::new(0.0, &steady.q, &steady.v);
+    let process = HeldProcess::new(1e-3, rand_distr::Uniform::new_inclusive(-100.0, 100.0)?)?;
+    let ensemble = Ensemble::new(if coarse { 20 } else { 400 }, 0.01, 400)?.channels(&["mesh force"]);
+    let bands = ensemble.run(&solver, |member| {
+        let process = process.clone().member(member);
+        let held = Held::new(pair.clone()).per_slot(&[pair.slot("drive")?], 1.0, process)?;
+        Ok::<_, ParameterError>((held, start.clone()))
+    })?;
+    let panel = band(&bands, "mesh force [N]", [0.05, 0.95])?;
+    let title = "torque 300 N m ± 100 N m, uniform, held for 1 ms";
+    Ok(Figure::from(panel.title(title)).panel_size(560.0, 300.0))
+}
+
+/// f = y²/(y + s), y the depth past an edge: rough flanks.
+#[derive(Clone, PartialEq)]
+struct RoughFlank {
+    b: f64,
+    s: f64,
+}
+
+impl Nonlinearity for RoughFlank {
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        let press = |y: S| y * y / (y + S::from(self.s));
+        press((at.x - at.upper).max(S::from(0.0))) - press((at.lower - at.x).max(S::from(0.0)))
+    }
+    fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
+        let press = |y: S| y * y / (y + S::from(self.s));
+        match piece {
+            Piece::Upper => press(at.x - at.upper),
+            Piece::Lower => -press(at.lower - at.x),
+            Piece::Gap => S::from(0.0),
+        }
+    }
+    fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
+        Edges::at_rest(-self.b, self.b)
+    }
+}
+
+pub fn law(_: bool) -> Outcome<Figure> {
+    let rough = RoughFlank { b: 4e-5, s: 3e-6 };
+    let force =
+        |x: f64| (1e-6 * x, rough.force(Deflection { x: 1e-6 * x, rate: 0.0, lower: -4e-5, upper: 4e-5 }));
+    let ideal = |x: f64| (1e-6 * x, 1e-6 * ((x - 40.0).max(0.0) - (-x - 40.0).max(0.0)));
+    let along = || (-1200..=1200).map(|i| f64::from(i) / 20.0);
+    let laws = Panel::new("contact law", "deflection [m]", "depth of force, f = F/k [m]")?
+        .with("smooth flanks", Mark::Line, along().map(ideal))?
+        .with("rough flanks", Mark::Line, along().map(force))?;
+    let curve = |line: &Branch<ShootingOrbit>| -> Vec<(f64, f64)> {
+        line.points().iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
+    };
+    let folds = |line: &Branch<ShootingOrbit>| -> Vec<(f64, f64)> {
+        let folds = line.of_kind(PointKind::Fold);
+        folds.iter().map(|fold| (fold.parameter, fold.peak_to_peak())).collect()
+    };
+    let smooth = branch_of(&bench_pair(270.0)?, [270.0, 400.0])?;
+    let other = branch_of(&with_law(rough, 270.0)?, [270.0, 400.0])?;
+    let lines = Panel::new("response", SPEED, SWING)?
+        .with("smooth flanks", Mark::Line, curve(&smooth))?
+        .with("rough flanks", Mark::Line, curve(&other))?
+        .with("folds", Mark::Dots, folds(&smooth).into_iter().chain(folds(&other)))?;
+    Ok(Figure::new([laws, lines]).columns(2))
+}
+
+pub fn solvers(_: bool) -> Outcome<Figure> {
+    let pair = bench_pair(380.0)?;
+    let start = static_state(&pair, 0.0)?.state;
+    let (end, radius) = (50.0 * pair.period(), 0.070_477);
+    let exact = Dop853::new().rtol(1e-13).atol_each(&[1e-17, 1e-13]).end(&pair, &start, end)?.q[0];
+    let work = |solver: &dyn Fn(f64) -> Outcome<(u64, f64)>, settings: &[f64]| -> Outcome<Vec<(f64, f64)>> {
+        let runs = settings.iter().map(|setting| solver(*setting));
+        let point = |run: Outcome<(u64, f64)>| {
+            let (evaluations, q) = run?;
+            Ok((evaluations as f64, (radius * (q - exact)).abs().max(1e-18)))
+        };
+        runs.map(point).collect()
+    };
+    let atol = |rtol: f64| [1e-5 * rtol, 1e-1 * rtol];
+    let steps = [32.0, 64.0, 128.0, 256.0, 512.0];
+    let tolerances = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11];
+    let run = |solver: &dyn Runs| solver.ends(&pair, &start, end);
+    let plain = work(&|n| run(&Rk4::new(pair.period() / n).plain()), &steps)?;
+    let rk4 = work(&|n| run(&Rk4::new(pair.period() / n)), &steps)?;
+    let rk45 = work(&|r| run(&Rk45::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
+    let dop853 = work(&|r| run(&Dop853::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
+    let taylor = work(&|r| run(&Taylor::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
+    let panel =
+        Panel::new("50 mesh periods with contact loss", "evaluations [1]", "error of the deflection [m]")?
+            .with("Rk4, edges not located", Mark::Line, plain)?
+            .with("Rk4", Mark::Line, rk4)?
+            .with("Rk45", Mark::Line, rk45)?
+            .with("Dop853", Mark::Line, dop853)?
+            .with("Taylor", Mark::Line, taylor)?;
+    Ok(Figure::from(panel.logarithmic_x()?.logarithmic_y()?).panel_size(560.0, 380.0))
+}
+
+/// Any solver.
+trait Runs {
+    /// Evaluations and the angle of the driver at the end.
+    fn ends(&self, pair: &Train, start: &State, end: f64) -> Outcome<(u64, f64)>;
+}
+
+impl<I: Integrator> Runs for I {
+    fn ends(&self, pair: &Train, start: &State, end: f64) -> Outcome<(u64, f64)> {
+        let run = self.run(pair, start, end, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))?;
+        Ok((run.stats.evaluations, run.state.q[0]))
+    }
+}

@@ -1,0 +1,89 @@
+//! Pictures of a two-stage gearbox and of a planetary set.
+
+use crate::Outcome;
+use gear_dynamics::analysis::{Spectrum, Window};
+use gear_dynamics::linear::{Campbell, Modes};
+use gear_dynamics::ode::uniform_times;
+use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy, QualityGrade, TransmissionError};
+use gear_dynamics::trains::{Bearing, Body, Members, MeshPart, OfMesh, Parts, Planetary, Train};
+use gear_dynamics::{Integrator, Periodic, Settle, Taylor, Wave};
+use gear_dynamics_plots::{Figure, mode, order_spectrum};
+
+/// A mesh of steel gears of grade 6, module and width in metres.
+fn stage(teeth: [u32; 2], module: f64, width: f64) -> Outcome<(MeshPart, [Body; 2])> {
+    let gear = |z| InvoluteGear::external(z, module)?.face_width(width);
+    let pair = GearPair::new(&gear(teeth[0])?, &gear(teeth[1])?)?;
+    let stiffness = PotentialEnergy::tian_2004().wave(&pair)?.fourier_series(3)?;
+    let error = TransmissionError::of_grade(&pair, [QualityGrade::new(6)?; 2])?;
+    let mesh = MeshPart::of_pair(&pair, Wave::new(stiffness)).error(Wave::new(error.tooth().clone()));
+    let mesh = mesh.error_of_turn(OfMesh::Driver, Wave::new(error.shaft(0).clone()));
+    let body = |i: usize| pair.gears()[i].blank(0.02, 7850.0).map(|blank| Body::new(blank.polar_inertia));
+    Ok((mesh.damping(2000.0).half_backlash(4e-5), [body(0)?, body(1)?]))
+}
+
+/// The gearbox of the ninth chapter.
+fn gearbox() -> Outcome<Train> {
+    let ((first, [b1, b2]), (second, [b3, b4])) =
+        (stage([25, 50], 0.002, 0.02)?, stage([20, 60], 0.003, 0.03)?);
+    let mut parts = Parts::new();
+    parts.body("motor", Body::new(5e-3)).body("pinion 1", b1).body("wheel 1", b2);
+    parts.body("pinion 2", b3).body("wheel 2", b4);
+    parts.shaft("input", "motor", "pinion 1", 1e4, 1.0).shaft("middle", "wheel 1", "pinion 2", 5e4, 1.0);
+    parts.mesh("first", "pinion 1", "wheel 1", first).mesh("second", "pinion 2", "wheel 2", second);
+    Ok(parts.torque("drive", "motor", 50.0).load("wheel 2").build("motor", 150.0)?)
+}
+
+pub fn orders(_: bool) -> Outcome<Figure> {
+    let train = gearbox()?;
+    let state = Settle::new().tolerance(1e-5).run(&Taylor::new(), &train, None)?.state;
+    let (count, end) = (2048, state.t + train.period());
+    let run = Taylor::new().sample(&train, &state, &uniform_times(state.t, end, count)?)?;
+    let names =
+        [(25.0, "mesh 1"), (50.0, "2 x"), (75.0, "3 x"), (10.0, "mesh 2"), (20.0, "2 x"), (30.0, "3 x")];
+    let panel = |title: &str, channel: &str| -> Outcome<_> {
+        let force = run.channel(&train, channel)?;
+        let spectrum = Spectrum::new(&force, train.period() / count as f64, Window::Rectangular)?;
+        let turn = 150.0 / std::f64::consts::TAU; // Hz
+        let panel = order_spectrum(&spectrum, turn, "amplitude of the force [N]", &names)?.title(title);
+        Ok(panel.x_range(0.0, 90.0)?)
+    };
+    let panels = [
+        panel("first mesh, 25/50 teeth", "mesh force 1")?,
+        panel("second mesh, 20/60 teeth", "mesh force 2")?,
+    ];
+    Ok(Figure::new(panels).panel_size(640.0, 250.0))
+}
+
+pub fn campbell(coarse: bool) -> Outcome<Figure> {
+    let steps = if coarse { 11 } else { 61 };
+    let speeds: Vec<f64> = (0..steps).map(|i| 20.0 + 380.0 * f64::from(i) / f64::from(steps - 1)).collect();
+    let diagram = Campbell::of(&gearbox()?, &speeds, &[10.0, 20.0, 25.0, 50.0])?;
+    let names = [(10.0, "mesh 2"), (20.0, "2 x mesh 2"), (25.0, "mesh 1"), (50.0, "2 x mesh 1")];
+    let panel = gear_dynamics_plots::campbell(&diagram, "speed of the motor [rad/s]", &names)?;
+    let panel = panel.title("two-stage gearbox").y_range(0.0, 3200.0)?;
+    Ok(Figure::from(panel).panel_size(640.0, 400.0))
+}
+
+pub fn modes(_: bool) -> Outcome<Figure> {
+    let wave = |k: f64| Wave::constant(k);
+    let members = Members {
+        sun: (30, Body::new(1e-3).on(Bearing::new(0.4, 1e8))),
+        planet: (30, Body::new(1e-3).on(Bearing::new(0.7, 1e8))),
+        ring: (90, Body::new(5e-2).on(Bearing::new(2.0, 1e8)).held(1e9, 0.0)),
+        carrier: Body::new(3e-2).on(Bearing::new(5.0, 1e8)),
+    };
+    let set =
+        Planetary::new(3, 0.03, members, [wave(2e8)?, wave(2.5e8)?])?.damping(700.0).half_backlash(3e-5);
+    let train = set.parts().torque("drive", "sun", 80.0).load("carrier").build("sun", 400.0)?;
+    let modes = Modes::mean_in_contact(&train)?;
+    let kinds = train.kinds(&modes);
+    let moving: Vec<_> = modes.list().iter().zip(&kinds).filter(|(mode, _)| mode.hertz() > 1.0).collect();
+    let mut panels = Vec::new();
+    for i in [0, 3, 7, 12] {
+        if let Some((shape, kind)) = moving.get(i) {
+            let title = format!("{:.0} Hz, {kind:?}", shape.hertz());
+            panels.push(mode(&train, shape.shape())?.title(title.to_lowercase().replace("hz", "Hz")));
+        }
+    }
+    Ok(Figure::new(panels).columns(2).panel_size(330.0, 330.0))
+}

@@ -1,0 +1,54 @@
+//! The pair of gears of the course.
+
+use crate::Outcome;
+use gear_dynamics::Wave;
+use gear_dynamics::contact::Nonlinearity;
+use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy, QualityGrade, TransmissionError};
+use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train};
+
+/// Mesh stiffness [N/m] and transmission error [m] of two gears of 50 teeth.
+pub fn waves() -> Outcome<[Wave; 2]> {
+    let (teeth, _) = gears()?;
+    let stiffness = PotentialEnergy::ma_2014([0.03; 2])?.wave(&teeth)?.fourier_series(3)?;
+    let error = TransmissionError::of_grade(&teeth, [QualityGrade::new(6)?; 2])?.tooth().clone();
+    Ok([Wave::new(stiffness), Wave::new(error)])
+}
+
+fn gears() -> Outcome<(GearPair, f64)> {
+    let gear = InvoluteGear::external(50, 0.003)?.face_width(0.02)?;
+    Ok((GearPair::new(&gear, &gear)?, gear.blank(0.03, 7850.0)?.polar_inertia))
+}
+
+fn mesh() -> Outcome<MeshPart> {
+    let [stiffness, error] = waves()?;
+    let mesh = MeshPart::of_pair(&gears()?.0, stiffness).error(error);
+    Ok(mesh.damping(2000.0).half_backlash(4e-5))
+}
+
+/// The pair on a bench; 300 N m on the driver.
+pub fn bench_pair(speed: f64) -> Outcome<Train> {
+    let mut parts = Parts::new();
+    let inertia = gears()?.1;
+    parts.body("driver", Body::new(inertia)).body("driven", Body::new(inertia));
+    parts.mesh("mesh", "driver", "driven", mesh()?);
+    Ok(parts.torque("drive", "driver", 300.0).load("driven").build("driver", speed)?)
+}
+
+/// The same with another contact law.
+pub fn with_law<N: Nonlinearity + Clone>(law: N, speed: f64) -> Outcome<Train<N>> {
+    let mut parts = Parts::default();
+    let inertia = gears()?.1;
+    parts.body("driver", Body::new(inertia)).body("driven", Body::new(inertia));
+    parts.mesh("mesh", "driver", "driven", mesh()?.law(law));
+    Ok(parts.torque("drive", "driver", 300.0).load("driven").build("driver", speed)?)
+}
+
+/// The same in inertial coordinates, where a torque can be random.
+pub fn with_brake(speed: f64) -> Outcome<Train> {
+    let mut parts = Parts::new();
+    let inertia = gears()?.1;
+    parts.body("driver", Body::new(inertia)).body("driven", Body::new(inertia));
+    parts.mesh("mesh", "driver", "driven", mesh()?).coordinates(Coordinates::Inertial);
+    parts.torque("drive", "driver", 300.0).torque("brake", "driven", -300.0);
+    Ok(parts.build("driver", speed)?)
+}
