@@ -200,6 +200,10 @@ pub mod guide {
     pub mod sweeps {}
     #[doc = include_str!("../docs/errata.md")]
     pub mod errata {}
+    #[doc = include_str!("../docs/reproduction.md")]
+    pub mod reproduction {}
+    #[doc = include_str!("../docs/validation.md")]
+    pub mod validation {}
     #[doc = include_str!("../docs/references.md")]
     pub mod references {}
     #[doc = include_str!("../docs/glossary.md")]

@@ -27,7 +27,9 @@ const TABLE2: [[f64; 11]; 9] = [
     [1064.0, 3.8, 2.06, 243.2, 115.4,  56.0, 4.0, 0.039, 241.0, 1.978, 50.7],
     [1176.0, 4.2, 2.29, 268.8, 135.5,  59.1, 4.4, 0.032, 267.9, 2.094, 65.4],
 ];
-/// Ratio of the belt from the motor to the pinion.
+/// Load torque of Table 1 [N m]; the text of the experiment states 3 N m.
+const LOAD: f64 = 30.0;
+/// Ratio of the belt from the motor to the pinion, as the text states it. The printed f_c are those of 4/3.
 const BELT: f64 = 1.3;
 
 /// Table 2 at one speed: the orbits of P and of the published equations; amplitudes of f(q) at the centre and
@@ -38,9 +40,9 @@ struct Lines {
     amplitudes: [[f64; 2]; 3],
 }
 
-fn table2_lines(rpm: f64) -> Outcome<Lines> {
+fn table2_lines(rpm: f64, belt: f64, load_torque: f64) -> Outcome<Lines> {
     const SAMPLES: usize = 8192;
-    let params = NfgParams { speed: rpm * TAU / 60.0 / BELT, ..NfgParams::table1() };
+    let params = NfgParams { speed: rpm * TAU / 60.0 / belt, load_torque, ..NfgParams::table1() };
     let pair = pair(&params)?;
     let balance = paper()?;
     let p = balance.solve_truncating_forces(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
@@ -59,7 +61,7 @@ fn table2_lines(rpm: f64) -> Outcome<Lines> {
     let (_, of_exact) = orbit_of(&NfgPair::with_reading(&params, NfgReading::exact())?)?;
     // Without rattle and with a constant half width q and f(q) differ by a constant only.
     let amplitudes = [[p.amplitude(0, 1), p.amplitude(0, MESH)], of_published, of_exact];
-    Ok(Lines { hertz: rpm / 60.0 / BELT / params.ratio, orbits: [p, published], amplitudes })
+    Ok(Lines { hertz: rpm / 60.0 / belt / params.ratio, orbits: [p, published], amplitudes })
 }
 
 /// The constant C that minimises the mean square of C ours/theirs - 1, and the maximum remaining deviation
@@ -72,7 +74,7 @@ fn fit(ours: impl Iterator<Item = f64>, theirs: impl Iterator<Item = f64>) -> (f
 
 /// Table 2, Fig. 17 and Fig. 18.
 pub fn figures(report: &mut Report) -> Outcome<()> {
-    let lines = TABLE2.iter().map(|row| table2_lines(row[0])).collect::<Outcome<Vec<_>>>()?;
+    let lines = TABLE2.iter().map(|row| table2_lines(row[0], BELT, LOAD)).collect::<Outcome<Vec<_>>>()?;
     let ratio = |l: &Lines, r: usize| MESH as f64 * l.amplitudes[r][1] / l.amplitudes[r][0];
     let centre = |l: &Lines, r: usize| TAU * l.hertz * l.amplitudes[r][0];
     let mesh = |l: &Lines, r: usize| TAU * MESH as f64 * l.hertz * l.amplitudes[r][1];
@@ -131,6 +133,21 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     let header =
         ["reading", "C of A_c, worst row", "C of A_e, worst row", "C of ξ, worst row", "C of A_e/C of A_c"];
     report.table("table2_constants", Kind::Fixed, &header, &rows);
+    let mut rows = Vec::new();
+    for (belt, load) in [(BELT, LOAD), (4.0 / 3.0, LOAD), (BELT, 3.0)] {
+        let lines: Outcome<Vec<Lines>> = TABLE2.iter().map(|row| table2_lines(row[0], belt, load)).collect();
+        let mut cells = vec![format!("{belt:.3}"), load.to_string()];
+        match lines {
+            Ok(lines) => cells.extend((0..READINGS.len()).map(|r| {
+                let (c, worst) = fit(lines.iter().map(|l| ratio(l, r)), TABLE2.iter().map(|row| row[5]));
+                format!("C = {c:.4}, {worst:.2} %")
+            })),
+            Err(error) => cells.extend(vec![error.to_string(); READINGS.len()]),
+        }
+        rows.push(cells);
+    }
+    let header = ["belt ratio", "T2 [N m]", "P", "published", "exact"];
+    report.table("table2_conditions", Kind::Fixed, &header, &rows);
     let off = TABLE2.iter().fold(0.0f64, |m, row| m.max((row[4] / row[2] / row[5] - 1.0).abs()));
     println!("the printed A_e/A_c differ from the printed ξ by up to {:.1} %", 100.0 * off);
     let natural = NfgPair::with_reading(&NfgParams::table1(), NfgReading::published())?.natural_frequency();
