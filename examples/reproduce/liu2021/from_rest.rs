@@ -149,18 +149,18 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         },
     );
     let panel = |title: &str, unit: &str, of: fn(&Run) -> f64| {
-        let panel = Panel::new(title, "ω1 [rad/s]", unit);
+        let panel = Panel::new(title, "ω1 [rad/s]", unit).headroom(0.2);
         all.iter().fold(panel, |panel, (name, _, runs)| {
             panel.with(*name, Mark::Dots, speeds.iter().zip(runs).map(|(s, r)| (*s, of(r))).collect())
         })
     };
     let panels = [
         panel("rattle state (0 none, 1 unilateral, 2 bilateral)", "state", |r| f64::from(r.state.rsv())),
-        panel("peak-to-peak of q", "ppv [rad]", |r| r.q.peak_to_peak()),
-        panel("peak-to-peak of f(q)", "ppv [rad]", |r| r.elastic.peak_to_peak()),
-        panel("peak-to-peak of the deflection r_b2 q", "ppv [m]", |r| r.deflection.peak_to_peak()),
+        panel("peak-to-peak of q", "ppv [mrad]", |r| 1e3 * r.q.peak_to_peak()),
+        panel("peak-to-peak of f(q)", "ppv [mrad]", |r| 1e3 * r.elastic.peak_to_peak()),
+        panel("peak-to-peak of the deflection r_b2 q", "ppv [mm]", |r| 1e3 * r.deflection.peak_to_peak()),
     ];
-    report.figure("fig11_from_rest.svg", 1, &panels);
+    report.figure("fig11_from_rest.svg", 2, &panels);
     Ok(())
 }
 

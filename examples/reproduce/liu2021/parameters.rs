@@ -117,11 +117,12 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
                     "state",
                     (|p| f64::from(p.state.rsv())) as fn(&Point) -> f64,
                 ),
-                ("peak-to-peak of q", "ppv [rad]", |p| p.ppv),
-                ("peak-to-peak of f(q)", "ppv [rad]", |p| p.elastic),
+                ("peak-to-peak of q", "ppv [mrad]", |p| 1e3 * p.ppv),
+                ("peak-to-peak of f(q)", "ppv [mrad]", |p| 1e3 * p.elastic),
             ] {
-                let mut panel =
-                    Panel::new(format!("{title}: {what}"), sweep.axis, unit).labels_at(corner.clone());
+                let mut panel = Panel::new(format!("{title}: {what}"), sweep.axis, unit)
+                    .labels_at(corner.clone())
+                    .headroom(if file == "stiffness" { 0.6 } else { 0.0 });
                 for (_, r, b) in of(s) {
                     let curve = points((s, r, b)).into_iter().flatten();
                     let curve = curve.filter_map(|(x, p)| p.as_ref().map(|p| (*x, value(p)))).collect();

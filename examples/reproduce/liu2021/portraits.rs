@@ -16,26 +16,25 @@ use plotters::prelude::SeriesLabelPosition;
 /// Time history, phase portrait and order spectrum of one turn, as in Figs. 8-10.
 fn portrait(title: &str, orbits: &[(&str, &FourierOrbit)]) -> Outcome<[Panel; 3]> {
     const SAMPLES: usize = 4096;
-    let mut history = Panel::new(title, "turns of the face gear", "q [rad]");
-    let mut phase = Panel::new("phase portrait", "q [rad]", "dq/dτ [rad]");
-    let mut spectrum = Panel::new("spectrum", "order of the face gear", "amplitude [rad]")
+    const MICRO: f64 = 1e6;
+    let mut history = Panel::new(title, "turns of the face gear", "q [μrad]").headroom(0.15);
+    let mut phase = Panel::new("phase portrait", "q [μrad]", "dq/dτ [μrad]");
+    let mut spectrum = Panel::new("spectrum", "order of the face gear", "amplitude of q [μrad]")
         .labels_at(SeriesLabelPosition::UpperRight);
     for (name, orbit) in orbits {
         let turn = orbit.history(SAMPLES)?;
-        let points = (0..SAMPLES).map(|i| (i as f64 / SAMPLES as f64, turn.q(i)[0])).collect();
-        history = history.with("", Mark::Line, points);
-        phase = phase.with("", Mark::Line, (0..SAMPLES).map(|i| (turn.q(i)[0], turn.v(i)[0])).collect());
+        let points = (0..SAMPLES).map(|i| (i as f64 / SAMPLES as f64, MICRO * turn.q(i)[0])).collect();
+        history = history.with(*name, Mark::Line, points);
+        let points = (0..SAMPLES).map(|i| (MICRO * turn.q(i)[0], MICRO * turn.v(i)[0])).collect();
+        phase = phase.with("", Mark::Line, points);
         let lines = orbit
             .harmonics()
             .orders()
             .iter()
             .filter(|&&k| k > 0 && k <= 260)
-            .map(|&k| (k as f64, orbit.amplitude(0, k)));
-        spectrum = spectrum.with(
-            *name,
-            if name.starts_with('P') { Mark::Dots } else { Mark::Bars },
-            lines.collect(),
-        );
+            .map(|&k| (k as f64, MICRO * orbit.amplitude(0, k)));
+        let mark = if name.starts_with('P') { Mark::Dots } else { Mark::Bars };
+        spectrum = spectrum.with(*name, mark, lines.collect());
     }
     Ok([history, phase, spectrum])
 }

@@ -47,7 +47,7 @@ fn table2_lines(rpm: f64, belt: f64, load_torque: f64) -> Outcome<Lines> {
     let balance = paper()?;
     let p = balance.solve_truncating_forces(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
     let orbit_of = |pair: &NfgPair| -> Outcome<(FourierOrbit, [f64; 2])> {
-        let cycle = shooting().solve(pair, &[pair.static_start()?])?;
+        let cycle = shooting().max_iterations(30).solve(pair, &[pair.static_start()?])?;
         let start = &cycle.states()[0];
         let turn = solver().sample(pair, start, &uniform_times(0.0, pair.period(), SAMPLES)?)?;
         let series = Fourier::fit(&turn.channel(pair, ELASTIC)?, MESH)?;
@@ -125,7 +125,13 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     report.table("table2_experiment", Kind::Fixed, &header, &measured);
     let rows: Vec<Vec<String>> = (0..READINGS.len())
         .map(|r| {
-            let with = |c: (f64, f64)| format!("{:.4e}, {:.2} %", c.0, c.1);
+            let with = |c: (f64, f64)| {
+                if c.0 < 100.0 {
+                    format!("{:.4}, {:.2} %", c.0, c.1)
+                } else {
+                    format!("{:.4e}, {:.2} %", c.0, c.1)
+                }
+            };
             let quotient = format!("{:.4}", c_mesh[r].0 / c_centre[r].0);
             vec![READINGS[r].into(), with(c_centre[r]), with(c_mesh[r]), with(c_ratio[r]), quotient]
         })
@@ -142,7 +148,10 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
                 let (c, worst) = fit(lines.iter().map(|l| ratio(l, r)), TABLE2.iter().map(|row| row[5]));
                 format!("C = {c:.4}, {worst:.2} %")
             })),
-            Err(error) => cells.extend(vec![error.to_string(); READINGS.len()]),
+            Err(error) => {
+                println!("belt {belt}, {load} N m: {error}");
+                cells.extend(vec!["no orbit".to_owned(); READINGS.len()]);
+            }
         }
         rows.push(cells);
     }

@@ -155,14 +155,14 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     };
     let constant = ring(&RingSet { mesh_damping: c_g + 0.5, ..RingSet::set_e(3, 1000.0) })?;
     let values = (0..400).map(|k| (f64::from(k), process.held(0, k as u64))).collect();
-    let held = Panel::new("held values of C_D (first mesh)", "hold number", "value [1]");
+    let held = Panel::new("Fig. 11: held values of C_D, first mesh", "hold number", "[N s/m]");
     let panels = [
-        held.with("", Mark::Dots, values),
+        held.with("", Mark::Specks, values),
         drawn("C_D = 0", history(&bare, &channels, 8.0, 1e-4)?),
         drawn("C_D = 0.5 N s/m", history(&constant, &channels, 8.0, 1e-4)?),
         drawn("C_D = U(0,1) N s/m", history(&noisy(1.0)?, &channels, 8.0, 1e-4)?),
         drawn("C_D = U(0,1) C_g", history(&noisy(c_g)?, &channels, 8.0, 1e-4)?),
     ];
-    report.figure("fig11_13_mesh_force.svg", 1, &panels);
+    report.figure("fig11_13_mesh_force.svg", 2, &panels);
     Ok(())
 }

@@ -107,14 +107,14 @@ pub fn transmission_error(report: &mut Report) -> Outcome<()> {
             format!("{:.4}", 1e6 * late.peak_to_peak()),
         ]);
         let title = format!("set {name}, b = {} μm: envelope of the deflection", 1e6 * b);
-        let curve = envelope(&times, &values[0], 1000);
-        panels.push(Panel::new(title, "t [s]", "d1 [m]").with("", Mark::Line, curve));
+        let curve = envelope(&times, &values[0], 1000).iter().map(|(t, d)| (*t, 1e6 * d)).collect();
+        panels.push(Panel::new(title, "t [s]", "d1 [μm]").with("", Mark::Line, curve));
     }
     #[rustfmt::skip]
     let header = ["set", "b [μm]", "mean after 9 s [μm]", "peak-to-peak within 1 s [μm]",
         "peak-to-peak after 9 s [μm]"];
     report.table("ring_deflection", Kind::Fixed, &header, &rows);
-    report.figure("fig5_7_transmission_error.svg", 1, &panels);
+    report.figure("fig5_7_transmission_error.svg", 3, &panels);
     Ok(())
 }
 
@@ -138,14 +138,14 @@ pub fn spectrum(report: &mut Report) -> Outcome<()> {
             .collect();
         peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
         let named: Vec<String> =
-            peaks.iter().take(4).map(|(f, a)| format!("{f:.1} Hz ({:.4} μm)", 1e6 * a)).collect();
+            peaks.iter().take(4).map(|(f, a)| format!("{f:.1} Hz ({:.3} nm)", 1e9 * a)).collect();
         rows.push(vec![name.into(), format!("{:.2}", 1e6 * lines[0].1), named.join(", ")]);
         let decades = lines.iter().map(|(f, a)| (*f, a.max(1e-13).log10())).collect();
         let panel = Panel::new(format!("set {name}"), "f [Hz]", "amplitude [m]").decades();
         panels.push(panel.with("", Mark::Line, decades));
     }
     report.table("ring_spectrum", Kind::Fixed, &["set", "at 0 Hz [μm]", "largest lines"], &rows);
-    report.figure("fig8_spectrum.svg", 1, &panels);
+    report.figure("fig8_spectrum.svg", 2, &panels);
     Ok(())
 }
 
@@ -209,15 +209,15 @@ pub fn over_speed(report: &mut Report) -> Outcome<()> {
         mine.map(|(c, p)| (c.1.rpm, of(p))).collect::<Vec<_>>()
     };
     let panels = [
-        ("RMS of the deflection", (|p: &Point| p.dte.rms) as fn(&Point) -> f64),
-        ("mean of the deflection", |p| p.dte.mean),
-        ("peak-to-peak of the deflection", |p| p.dte.peak_to_peak()),
+        ("RMS of the deflection", (|p: &Point| 1e6 * p.dte.rms) as fn(&Point) -> f64),
+        ("mean of the deflection", |p| 1e6 * p.dte.mean),
+        ("peak-to-peak of the deflection", |p| 1e6 * p.dte.peak_to_peak()),
     ]
     .map(|(title, of)| {
-        let panel = Panel::new(title, "speed [r/min]", "[m]");
+        let panel = Panel::new(title, "speed [r/min]", "[μm]").headroom(0.25);
         SETS.iter()
             .fold(panel, |panel, (name, _)| panel.with(format!("set {name}"), Mark::Line, curve(name, of)))
     });
-    report.figure("fig9_10_speed.svg", 1, &panels);
+    report.figure("fig9_10_speed.svg", 3, &panels);
     Ok(())
 }
