@@ -5,7 +5,6 @@ use super::motions::Point;
 use super::sweeps::{BRANCHES, READINGS, SWEEPS, follow, jumps, misses, onset, spans, trend};
 use crate::reproduce::report::{Kind, Report};
 use crate::support::{Mark, Outcome, Panel, progress};
-use plotters::prelude::SeriesLabelPosition;
 use rayon::prelude::*;
 
 /// The points of a sweep over its parameter; `None` if no orbit was found.
@@ -103,11 +102,6 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         if file == "eccentricity" {
             gap_and_elastic(report, &all, first)?;
         }
-        let corner = match file {
-            "load" => SeriesLabelPosition::UpperRight,
-            "stiffness" => SeriesLabelPosition::UpperLeft,
-            _ => SeriesLabelPosition::LowerRight,
-        };
         let mut panels = Vec::new();
         for (s, sweep) in members() {
             let title = sweep.title();
@@ -120,14 +114,17 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
                 ("peak-to-peak of q", "ppv [mrad]", |p| 1e3 * p.ppv),
                 ("peak-to-peak of f(q)", "ppv [mrad]", |p| 1e3 * p.elastic),
             ] {
+                // The states have free space above; their labels serve all panels of the row.
+                let labelled = unit == "state";
                 let mut panel = Panel::new(format!("{title}: {what}"), sweep.axis, unit)
-                    .labels_at(corner.clone())
-                    .headroom(if file == "stiffness" { 0.6 } else { 0.0 });
+                    .headroom(if labelled { 0.9 } else { 0.0 });
                 for (_, r, b) in of(s) {
                     let curve = points((s, r, b)).into_iter().flatten();
                     let curve = curve.filter_map(|(x, p)| p.as_ref().map(|p| (*x, value(p)))).collect();
                     let mark = if r == 0 { Mark::Line } else { Mark::Dots };
-                    panel = panel.with(format!("{} {}", READINGS[r], BRANCHES[b]), mark, curve);
+                    let name =
+                        if labelled { format!("{} {}", READINGS[r], BRANCHES[b]) } else { String::new() };
+                    panel = panel.with(name, mark, curve);
                 }
                 panels.push(panel);
             }
