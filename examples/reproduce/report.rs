@@ -81,7 +81,9 @@ impl Report {
 
     /// A Markdown table. It is printed, written to `NAME.md` and looked for on the page.
     pub fn table(&mut self, name: &str, kind: Kind, header: &[&str], rows: &[Vec<String>]) {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        // Brackets of units are no links.
+        let line =
+            |cells: &[String]| format!("| {} |\n", cells.join(" | ")).replace('[', "\\[").replace(']', "\\]");
         let mut text = line(&header.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>());
         text += &format!("|{}\n", "---|".repeat(header.len()));
         rows.iter().for_each(|row| text += &line(row));
