@@ -201,6 +201,10 @@ pub mod guide {
     pub mod from_python_and_matlab {}
     #[doc = include_str!("../docs/robot-joint.md")]
     pub mod robot_joint {}
+    #[doc = include_str!("../docs/start.md")]
+    pub mod start {}
+    #[doc = include_str!("../docs/errors.md")]
+    pub mod errors {}
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
     #[doc = include_str!("../docs/own-model.md")]
@@ -231,6 +235,10 @@ pub mod guide {
     pub mod sweeps {}
     #[doc = include_str!("../docs/errata.md")]
     pub mod errata {}
+    #[doc = include_str!("../docs/reproduction.md")]
+    pub mod reproduction {}
+    #[doc = include_str!("../docs/validation.md")]
+    pub mod validation {}
     #[doc = include_str!("../docs/references.md")]
     pub mod references {}
     #[doc = include_str!("../docs/glossary.md")]

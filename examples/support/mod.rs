@@ -141,7 +141,7 @@ pub fn figure(path: PathBuf, columns: usize, panels: &[Panel]) -> Outcome<()> {
         let decades = |y: &f64| format!("{:.0e}", 10f64.powf(*y));
         let plain = |x: &f64| match x.abs() {
             size if size < smallest => "0".into(),
-            size if (1e-2..1e4).contains(&size) => format!("{}", (x * 1e4).round() / 1e4),
+            size if (1e-2..1e5).contains(&size) => format!("{}", (x * 1e4).round() / 1e4),
             _ => format!("{x:.1e}"),
         };
         let mut mesh = chart.configure_mesh();

@@ -1,6 +1,6 @@
 //! Sweeps over one parameter, and their evaluation in words.
 
-use crate::nfg_balance::motions::{Point, converged, paper, paper_orbit, paper_point};
+use super::motions::{Point, converged, paper, paper_orbit, paper_point};
 use crate::support::{Outcome, coarse};
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::FourierOrbit;
@@ -96,6 +96,17 @@ pub const SWEEPS: [Sweep; 8] = [
 ];
 
 impl Sweep {
+    pub fn title(&self) -> String {
+        if self.speed.is_nan() {
+            self.figure.into()
+        } else {
+            format!("{}, {} rad/s", self.figure, self.speed)
+        }
+    }
+    /// The speed of the pinion at a value of the parameter `[rad/s]`.
+    pub fn speed_at(&self, x: f64) -> f64 {
+        if self.speed.is_nan() { x } else { self.speed }
+    }
     /// Number of intervals of a reading; one sixth in a short run.
     pub fn intervals(&self, reading: usize) -> usize {
         let intervals = self.intervals[reading.min(1)];
@@ -199,29 +210,26 @@ pub fn spans(points: &[(f64, Option<Point>)], word: impl Fn(&Point) -> String, m
     list.join(", ")
 }
 
-/// The onset of bilateral rattle, where a bilateral point follows another: the growth of the peak-to-peak
-/// values of q and f(q).
-pub fn onset(points: &[(f64, Option<Point>)]) -> String {
+/// The onset of bilateral rattle, where a bilateral point follows another: where, and the growth of the
+/// peak-to-peak values of q and f(q).
+pub fn onset(points: &[(f64, Option<Point>)]) -> Vec<String> {
     let known = known(points);
     let first = known
         .windows(2)
         .find(|w| w[0].1.state != RattleState::Bilateral && w[1].1.state == RattleState::Bilateral);
-    first.map_or("no onset of bilateral rattle".into(), |w| {
-        let ([a, b], [x0, x1]) = ([w[0].1, w[1].1], [w[0].0, w[1].0]);
-        let grown =
-            |of: fn(&Point) -> f64| format!("{:.3e} to {:.3e} rad, x {:.2}", of(&a), of(&b), of(&b) / of(&a));
-        format!("onset of bilateral rattle {x0}..{x1}: q {}; f(q) {}", grown(|p| p.ppv), grown(|p| p.elastic))
-    })
+    let Some(w) = first else { return vec!["nowhere".into(), "-".into(), "-".into()] };
+    let ([a, b], [x0, x1]) = ([w[0].1, w[1].1], [w[0].0, w[1].0]);
+    let grown = |of: fn(&Point) -> f64| format!("{:.3e} to {:.3e}, x {:.1}", of(&a), of(&b), of(&b) / of(&a));
+    vec![format!("{x0} and {x1}"), grown(|p| p.ppv), grown(|p| p.elastic)]
 }
 
 /// For each rattle state the peak-to-peak value at its first and last point, and the number of intervals
 /// between neighbours of this state in which it falls.
-pub fn trend(points: &[(f64, Option<Point>)], of: fn(&Point) -> f64) -> String {
+pub fn trend(points: &[(f64, Option<Point>)], of: fn(&Point) -> f64) -> Vec<String> {
     let known = known(points);
-    let states = [RattleState::None, RattleState::Unilateral, RattleState::Bilateral];
-    let words = states.iter().filter_map(|&state| {
-        let (first, last) =
-            (known.iter().find(|p| p.1.state == state)?, known.iter().rfind(|p| p.1.state == state)?);
+    let word = |state: RattleState| {
+        let first = known.iter().find(|p| p.1.state == state)?;
+        let last = known.iter().rfind(|p| p.1.state == state)?;
         let pairs: Vec<f64> = known
             .windows(2)
             .filter(|w| w[0].1.state == state && w[1].1.state == state)
@@ -229,17 +237,14 @@ pub fn trend(points: &[(f64, Option<Point>)], of: fn(&Point) -> f64) -> String {
             .collect();
         let falls = pairs.iter().filter(|change| **change < -1e-4).count();
         let deepest = pairs.iter().fold(0.0f64, |m, x| m.min(*x));
-        Some(format!(
-            "{state} {:.3e} at {} to {:.3e} at {}, falls in {falls} of {} intervals, by up to {:.0} %",
-            of(&first.1),
-            first.0,
-            of(&last.1),
-            last.0,
-            pairs.len(),
-            -100.0 * deepest
-        ))
-    });
-    words.collect::<Vec<_>>().join("; ")
+        let ends = format!("{:.3e} at {} to {:.3e} at {}", of(&first.1), first.0, of(&last.1), last.0);
+        Some(match falls {
+            0 => format!("{ends}, falls in none of {}", pairs.len()),
+            _ => format!("{ends}, falls in {falls} of {}, by up to {:.0} %", pairs.len(), -100.0 * deepest),
+        })
+    };
+    let states = [RattleState::None, RattleState::Unilateral, RattleState::Bilateral];
+    states.iter().map(|state| word(*state).unwrap_or("-".into())).collect()
 }
 
 fn known(points: &[(f64, Option<Point>)]) -> Vec<(f64, Point)> {
@@ -248,7 +253,7 @@ fn known(points: &[(f64, Option<Point>)]) -> Vec<(f64, Point)> {
 
 /// Differences of the peak-to-peak values of P from those of the converged motion at common parameters: the
 /// maximum where both have one rattle state, and the maximum of all.
-pub fn misses(p: &[(f64, Option<Point>)], truth: &[(f64, Option<Point>)]) -> String {
+pub fn misses(p: &[(f64, Option<Point>)], truth: &[(f64, Option<Point>)]) -> Vec<String> {
     let both: Vec<(f64, f64, bool)> = known(truth)
         .iter()
         .filter_map(|(x, t)| {
@@ -261,12 +266,7 @@ pub fn misses(p: &[(f64, Option<Point>)], truth: &[(f64, Option<Point>)]) -> Str
         m.map_or("nothing".into(), |m| format!("{:+.0} % at {}", 100.0 * m.1, m.0))
     };
     let same = both.iter().filter(|m| m.2).count();
-    format!(
-        "{} where both have the same state ({same} of {} points), {} of all",
-        say(worst(true)),
-        both.len(),
-        say(worst(false))
-    )
+    vec![format!("{same} of {}", both.len()), say(worst(true)), say(worst(false))]
 }
 
 /// Intervals in which the peak-to-peak value changes by more than a third.

@@ -1,17 +1,11 @@
 //! Error of the harmonic balance and its estimates over the number of orders H, for the face gear pair of Liu
-//! 2021 (reading A of docs/models.md) at four speeds: without rattle, with unilateral and with bilateral
-//! rattle.
+//! 2021 (reading A of docs/models.md) at four speeds.
 //!
 //! The reference is the orbit polished by shooting. Its projection is the guess at every H, so that the error
-//! is that of the equations and not of the search. The tables and pictures show, as shares of the
-//! peak-to-peak value, the error with closed and with sampled integrals and the estimates |z_H - z_1.3H| and
-//! first correction of shooting; `convergence.csv` contains them.
-//!
-//! `cargo run --release -p examples --example balance_convergence`; everything is written to
-//! target/gallery/balance_convergence/.
+//! is that of the equations and not of the search. Errors are shares of the peak-to-peak value.
 
-mod support;
-
+use crate::reproduce::report::{Kind, Report};
+use crate::support::{Mark, Outcome, Panel, coarse, progress};
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::{FourierOrbit, Integrals, Proof};
 use gear_dynamics::roots::Residual;
@@ -19,7 +13,6 @@ use gear_dynamics::{Balance, Dop853, Harmonics, NfgPair, NfgParams, Settle, Shoo
 use nalgebra::{DMatrix, DVector};
 use plotters::prelude::SeriesLabelPosition;
 use rayon::prelude::*;
-use support::{Mark, Outcome, Panel, csv_file, figure, gallery, progress};
 
 const SPEEDS: [f64; 4] = [120.0, 140.0, 180.0, 220.0];
 const ORDERS: [usize; 8] = [65, 100, 200, 300, 400, 550, 750, 1000];
@@ -83,8 +76,8 @@ fn needed(pair: &NfgPair) -> Outcome<f64> {
     Ok(1.2 * stiffness.sqrt() / pair.centre_frequency())
 }
 
-/// Prints the differences of residual and Jacobian between the ways of integration, at the projected orbit.
-fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
+/// The differences of residual and Jacobian between the ways of integration, at the projected orbit.
+fn ways_of_integrating(report: &mut Report, speed: f64, highest: usize) -> Outcome<()> {
     let pair = NfgPair::with_reading(
         &NfgParams { speed, ..NfgParams::table1() },
         NfgReading::published_on_base_radius(),
@@ -102,10 +95,8 @@ fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
     };
     let (r, jacobian) = look(Integrals::Closed)?;
     let switches = guess.contacts(&pair)?[0].intervals.len();
-    println!(
-        "\n{speed} rad/s, H = {highest}, {switches} switches a turn: maximum difference from closed \
-         integrals, equations scaled as solved"
-    );
+    println!("{speed} rad/s, H = {highest}, {switches} switches a turn, equations scaled as solved");
+    let mut rows = Vec::new();
     for integrals in [
         Integrals::Kinks,
         Integrals::Panels,
@@ -113,25 +104,24 @@ fn ways_of_integrating(speed: f64, highest: usize) -> Outcome<()> {
         Integrals::Sampled { samples: 65_536 },
     ] {
         let (other, slopes) = look(integrals)?;
-        println!(
-            "  {:28} residual {:.0e}, Jacobian {:.0e}",
+        rows.push(vec![
             format!("{integrals:?}"),
-            (other - &r).amax(),
-            (slopes - &jacobian).amax()
-        );
+            format!("{:.0e}", (other - &r).amax()),
+            format!("{:.0e}", (slopes - &jacobian).amax()),
+        ]);
     }
+    // Differences near the rounding error are those of one machine.
+    report.table("integrals", Kind::Full, &["integrals", "residual", "Jacobian"], &rows);
     Ok(())
 }
 
-fn main() -> Outcome<()> {
-    let folder = gallery("balance_convergence")?;
-    let bar = progress("orders", SPEEDS.len() * ORDERS.len() * WAYS.len());
-    let mut csv = csv_file(
-        folder.join("convergence.csv"),
-        "omega_1,integrals,orders,error,truncation,shooting,aliasing,iterations",
-    )?;
+/// Errors over the number of orders, and the ways of integration.
+pub fn figures(report: &mut Report) -> Outcome<()> {
+    let orders = if coarse() { &ORDERS[..4] } else { &ORDERS[..] };
+    let bar = progress("orders", SPEEDS.len() * orders.len() * WAYS.len());
     let mut panels = Vec::new();
-    let mut failures = [0, 0];
+    let mut all: Vec<(f64, Vec<Row>)> = Vec::new();
+    let mut reach = Vec::new();
     for speed in SPEEDS {
         let pair = NfgPair::with_reading(
             &NfgParams { speed, ..NfgParams::table1() },
@@ -140,87 +130,77 @@ fn main() -> Outcome<()> {
         let needed = needed(&pair)?;
         let (truth, crossings) = truth(&pair)?;
         let cases: Vec<(usize, usize)> =
-            (0..WAYS.len()).flat_map(|w| (0..ORDERS.len()).map(move |h| (w, h))).collect();
+            (0..WAYS.len()).flat_map(|w| (0..orders.len()).map(move |h| (w, h))).collect();
         let rows: Vec<Row> = cases
             .par_iter()
             .map(|&(w, h)| {
-                let row = row(&pair, &truth, ORDERS[h], WAYS[w].1);
+                let row = row(&pair, &truth, orders[h], WAYS[w].1);
                 bar.inc(1);
                 row
             })
             .collect();
-        bar.suspend(|| {
-            println!(
-                "\n{speed} rad/s, {crossings} crossings a turn: errors as shares of the peak-to-peak value\n"
-            );
-            println!(
-                "{:>6}  {:>10} {:>10} {:>10}   {:>13} {:>14}",
-                "orders", "error", "|zH-z1.3H|", "shooting", WAYS[1].0, WAYS[2].0
-            );
-            for (h, &orders) in ORDERS.iter().enumerate() {
-                let [closed, coarse, fine] = [0, 1, 2].map(|w| rows[w * ORDERS.len() + h]);
-                println!(
-                    "{orders:6}  {:>10} {:>10} {:>10}   {:>13} {:>14}",
-                    short(closed.error),
-                    short(closed.truncation),
-                    short(closed.shooting),
-                    short(coarse.error),
-                    short(fine.error)
-                );
-            }
-            let low: Vec<usize> = (0..ORDERS.len()).filter(|&h| (ORDERS[h] as f64) < needed).collect();
-            let failed = low.iter().filter(|&&h| rows[h].error.is_nan()).count();
-            failures = [failures[0] + failed, failures[1] + low.len()];
-            let slope = (rows[7].error / rows[5].error).ln() / (ORDERS[7] as f64 / ORDERS[5] as f64).ln();
-            println!(
-                "{needed:.0} orders reach the maximum local natural frequency; Newton fails at {failed} of \
-                 {} below",
-                low.len()
-            );
-            println!("from {} to {} orders the error is proportional to H^{slope:.1}", ORDERS[5], ORDERS[7]);
-        });
-        for (&(w, h), r) in cases.iter().zip(&rows) {
-            csv.row(&[
-                &speed,
-                &WAYS[w].0,
-                &ORDERS[h],
-                &r.error,
-                &r.truncation,
-                &r.shooting,
-                &r.aliasing,
-                &r.iterations,
-            ])?;
-        }
+        let low: Vec<usize> = (0..orders.len()).filter(|&h| (orders[h] as f64) < needed).collect();
+        let failed = low.iter().filter(|&&h| rows[h].error.is_nan()).count();
+        reach.push(vec![
+            format!("{speed}"),
+            crossings.to_string(),
+            format!("{needed:.0}"),
+            format!("{failed} of {}", low.len()),
+        ]);
         let curve = |w: usize, of: fn(&Row) -> f64| -> Vec<(f64, f64)> {
-            ORDERS
+            orders
                 .iter()
-                .zip(&rows[w * ORDERS.len()..])
+                .zip(&rows[w * orders.len()..])
                 .map(|(h, r)| (*h as f64, of(r).log10()))
                 .filter(|p| p.1.is_finite())
                 .collect()
         };
-        let panel =
-            Panel::new(format!("{speed} rad/s, {crossings} crossings"), "orders H", "share of peak-to-peak")
-                .decades();
-        let panel = panel.labels_at(SeriesLabelPosition::UpperRight);
         panels.push(
-            panel
+            Panel::new(format!("{speed} rad/s, {crossings} crossings"), "orders H", "share of peak-to-peak")
+                .decades()
+                .labels_at(SeriesLabelPosition::UpperRight)
                 .with("error, closed", Mark::Line, curve(0, |r| r.error))
                 .with("|z_H - z_1.3H|", Mark::Dots, curve(0, |r| r.truncation))
                 .with("shooting correction", Mark::Dots, curve(0, |r| r.shooting))
                 .with("error, M = 4096", Mark::Line, curve(1, |r| r.error))
                 .with("error, M = 65536", Mark::Line, curve(2, |r| r.error)),
         );
+        all.push((speed, rows));
     }
     bar.finish_and_clear();
-    figure(folder.join("convergence.svg"), 2, &panels)?;
-    println!(
-        "\nbelow 1.2 √(max F)/ω_c orders, started on the reference, Newton fails {} times of {}",
-        failures[0], failures[1]
+    let rows: Vec<Vec<String>> = (0..orders.len())
+        .map(|h| {
+            let mut cells = vec![orders[h].to_string()];
+            cells.extend(all.iter().map(|(_, rows)| {
+                let [closed, _, sampled] = [0, 1, 2].map(|w| rows[w * orders.len() + h]);
+                format!("{}, {}, {}", short(closed.error), short(closed.truncation), short(sampled.error))
+            }));
+            cells
+        })
+        .collect();
+    let header = ["orders H", "120 rad/s", "140 rad/s", "180 rad/s", "220 rad/s"];
+    report.table("orders_of_a_balance", Kind::Full, &header, &rows);
+    #[rustfmt::skip]
+    let header = ["speed [rad/s]", "crossings a turn", "orders that reach the largest local natural frequency",
+        "Newton fails below them"];
+    report.table("orders_needed", Kind::Full, &header, &reach);
+    report.csv(
+        "convergence.csv",
+        "omega_1,integrals,orders,error,truncation,shooting,aliasing,iterations",
+        |csv| {
+            for (speed, rows) in &all {
+                for (i, r) in rows.iter().enumerate() {
+                    let (w, h) = (i / orders.len(), i % orders.len());
+                    #[rustfmt::skip]
+                    csv.row(&[speed, &WAYS[w].0, &orders[h], &r.error, &r.truncation, &r.shooting, &r.aliasing,
+                        &r.iterations])?;
+                }
+            }
+            Ok(())
+        },
     );
-    ways_of_integrating(180.0, 500)?;
-    println!("\n-: no orbit found from the reference. pictures and tables: {}", folder.display());
-    Ok(())
+    report.figure("convergence.svg", 2, &panels);
+    ways_of_integrating(report, 180.0, if coarse() { 100 } else { 500 })
 }
 
 /// A number with two digits; `-` if no orbit was found, `fails` if shooting found none.

@@ -1,0 +1,138 @@
+//! What the balance P leaves open: its roots at one speed, and its limits over the load.
+
+use super::motions::{MESH, Point, broyden, pair, paper, paper_point, solver};
+use crate::reproduce::report::{Kind, Report};
+use crate::support::{Outcome, coarse};
+use gear_dynamics::contact::Piece;
+use gear_dynamics::drives::HeldProcess;
+use gear_dynamics::periodic::{FourierOrbit, Integrals};
+use gear_dynamics::{Balance, Harmonics, Integrator, NfgPair, NfgParams, Periodic, RattleState};
+use rand_distr::Uniform;
+use rayon::prelude::*;
+
+/// The roots of the balance P at one speed, found from many starts: turns of runs in time at this and
+/// higher speeds projected on the 15 unknowns, random coefficients within the half width of the gap, and
+/// random changes of the coefficients of the roots already found.
+pub fn roots(report: &mut Report, speed: f64) -> Outcome<()> {
+    const TURNS: usize = 6;
+    const SHIFTED: u64 = 40;
+    let starts_drawn: u64 = if coarse() { 60 } else { 600 };
+    let pair = pair_at(speed)?;
+    let (newton, broyden) = (paper()?, broyden()?);
+    let orbit_of =
+        |coefficients: Vec<f64>| FourierOrbit::new(newton.harmonics(), pair.period(), &[coefficients]);
+    let mut starts = Vec::new();
+    for other in [0.0, 10.0, 20.0, 30.0, 40.0, 50.0].map(|more| pair_at(speed + more)) {
+        let other = other?;
+        let mut state = other.static_start()?;
+        for _ in 0..TURNS {
+            let seen = FourierOrbit::project(&solver(), &other, &state, newton.harmonics())?;
+            starts.push(orbit_of(seen.coefficients(0).to_vec())?);
+            state = solver().end(&other, &state, state.t + other.period())?;
+        }
+    }
+    let draws = HeldProcess::new(1.0, Uniform::new(-1.0, 1.0)?)?.seed(2021);
+    for k in 0..starts_drawn {
+        let drawn = (0..newton.harmonics().unknowns()).map(|i| pair.half_width() * draws.held(i as u64, k));
+        starts.push(orbit_of(drawn.collect())?);
+    }
+    let solved = |start: &FourierOrbit| {
+        [&newton, &broyden]
+            .into_iter()
+            .filter_map(|way| way.solve_truncating_forces(&pair, start).ok())
+            .collect()
+    };
+    let (mut roots, mut count): (Vec<(Point, FourierOrbit)>, usize) = (Vec::new(), 0);
+    // New roots give further starts, until no root is new.
+    while !starts.is_empty() {
+        count += starts.len();
+        let found: Vec<Vec<FourierOrbit>> = starts.par_iter().map(solved).collect();
+        starts.clear();
+        for orbit in found.into_iter().flatten() {
+            if roots.iter().any(|(_, known)| known.distance(&orbit) < 1e-3) {
+                continue;
+            }
+            for k in 0..SHIFTED {
+                let k = starts_drawn + SHIFTED * roots.len() as u64 + k;
+                let shifted = orbit
+                    .coefficients(0)
+                    .iter()
+                    .enumerate()
+                    .map(|(i, c)| c * (1.0 + 0.5 * draws.held(i as u64, k)));
+                starts.push(orbit_of(shifted.collect())?);
+            }
+            roots.push((paper_point(&pair, &orbit)?, orbit));
+        }
+    }
+    let mut rows = Vec::new();
+    for wanted in [RattleState::None, RattleState::Unilateral, RattleState::Bilateral] {
+        let of = |value: fn(&Point) -> f64| {
+            let values = roots.iter().filter(|r| r.0.state == wanted).map(|r| value(&r.0));
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
+        };
+        let number = roots.iter().filter(|r| r.0.state == wanted).count();
+        if number > 0 {
+            let ([q0, q1], [f0, f1]) = (of(|p| p.ppv), of(|p| p.elastic));
+            rows.push(vec![
+                format!("{speed} rad/s"),
+                count.to_string(),
+                number.to_string(),
+                wanted.to_string(),
+                format!("{q0:.3e} .. {q1:.3e}"),
+                format!("{f0:.3e} .. {f1:.3e}"),
+            ]);
+        }
+    }
+    let header = ["speed", "starts", "roots", "state", "ppv of q", "ppv of f(q)"];
+    report.table("roots_of_p", Kind::Full, &header, &rows);
+    Ok(())
+}
+
+fn pair_at(speed: f64) -> Outcome<NfgPair> {
+    pair(&NfgParams { speed, ..NfgParams::table1() })
+}
+
+/// For several numbers of samples: at which load P first loses contact, and where the branch ends or
+/// touches the back flank: from 25 N m downwards at 125 rad/s.
+pub fn load_limits(report: &mut Report) -> Outcome<()> {
+    const STEP: f64 = 0.01;
+    let rows: Result<Vec<Vec<String>>, String> = [512, 1024, 2048, 16_384]
+        .par_iter()
+        .map(|&samples| {
+            let limits = || -> Outcome<(f64, f64, &str)> {
+                let balance =
+                    Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples });
+                let at = |i: u32| {
+                    pair(&NfgParams {
+                        speed: 125.0,
+                        load_torque: 25.0 - STEP * f64::from(i),
+                        ..NfgParams::table1()
+                    })
+                };
+                let mut orbit = balance.linearised(&at(0)?, Piece::Lower)?;
+                let mut lost = None;
+                for i in 0.. {
+                    let pair = at(i)?;
+                    let load = pair.constant("load torque")?;
+                    let Ok(next) = balance.solve_truncating_forces(&pair, &orbit) else {
+                        return Ok((lost.unwrap_or(f64::NAN), load + STEP, "ends"));
+                    };
+                    match next.contacts(&pair)?[0].statistics.rattle_state() {
+                        RattleState::Bilateral => {
+                            return Ok((lost.unwrap_or(f64::NAN), load + STEP, "reaches the back flank"));
+                        }
+                        RattleState::None => {}
+                        _ => lost = lost.or(Some(load)),
+                    }
+                    orbit = next;
+                }
+                Err("the branch does not end".into())
+            };
+            let (lost, end, how) = limits().map_err(|e| format!("{samples} samples: {e}"))?;
+            Ok(vec![samples.to_string(), format!("{lost:.2}"), format!("{end:.2}: {how}")])
+        })
+        .collect();
+    let header = ["samples M", "contact lost from [N m]", "branch ends at [N m]"];
+    report.table("load_limits_of_p", Kind::Fixed, &header, &rows?);
+    Ok(())
+}

@@ -1,0 +1,168 @@
+//! Figs. 11-13 of Yao 2020: the mesh force with constant and random mesh damping, torque and clearance.
+
+use super::ring::{History, SETS, damping_slots, history, ring, solver};
+use crate::reproduce::report::{Kind, Report};
+use crate::support::{Mark, Outcome, Panel, envelope, progress};
+use gear_dynamics::analysis::Summary;
+use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::models::ring::RingSet;
+use gear_dynamics::{Integrator, Model, Periodic, State, Statistics};
+use rand_distr::Uniform;
+use rayon::prelude::*;
+
+/// The mesh force of the first mesh in a run from rest: extremes inside the steps, before and after 7 s.
+struct Force {
+    /// Maximum |W| before and after 7 s [N].
+    peak: [f64; 2],
+    /// Maximum |K d| without the dead zone [N].
+    spring: [f64; 2],
+    /// Peak-to-peak value of W after 7 s [N].
+    steady: f64,
+}
+
+fn force<M: Model>(model: &M) -> Outcome<Force> {
+    let channels = ["mesh force 1", "stiffness times deflection 1"];
+    let (mut early, mut late) = (Statistics::new(model, &channels)?, Statistics::new(model, &channels)?);
+    let solver = solver(model);
+    let at_seven = solver.run(model, &State::at_rest(model.dof()), 7.0, &mut early)?.state;
+    solver.run(model, &at_seven, 8.0, &mut late)?;
+    let of =
+        |channel: &str| -> Outcome<[Summary; 2]> { Ok([early.summary(channel)?, late.summary(channel)?]) };
+    let size = |x: Summary| x.max.abs().max(x.min.abs());
+    let (w, kd) = (of(channels[0])?, of(channels[1])?);
+    Ok(Force { peak: w.map(size), spring: kd.map(size), steady: w[1].peak_to_peak() })
+}
+
+/// A disturbance of the ring at 1000 r/min.
+#[derive(Clone, Copy)]
+enum Disturbance {
+    /// Constant C_D [N s/m], equal in all meshes.
+    Constant(f64),
+    /// C_D uniform between 0 and this value [N s/m], separately for each mesh.
+    Damping(f64),
+    /// Motor torque uniform within ± this share.
+    Torque(f64),
+    /// b uniform within ± this share, separately for each mesh.
+    Clearance(f64),
+}
+
+impl Disturbance {
+    fn name(&self) -> String {
+        match self {
+            Disturbance::Constant(c) => format!("C_D = {c:.1} N s/m, constant"),
+            Disturbance::Damping(c) => format!("C_D = U(0, {c:.1}) N s/m"),
+            Disturbance::Torque(share) => format!("T_M within ±{:.0} %", 100.0 * share),
+            Disturbance::Clearance(share) => format!("b within ±{:.0} %", 100.0 * share),
+        }
+    }
+
+    /// Runs the ring with the disturbance; random values are held for one mesh period.
+    fn force(&self, set: &RingSet) -> Outcome<Force> {
+        let seed = 2020;
+        let bare = ring(set)?;
+        let hold = std::f64::consts::TAU / set.omega();
+        let (share, both) = (
+            HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?,
+            HeldProcess::new(hold, Uniform::new(-1.0, 1.0)?)?,
+        );
+        let (share, both) = (share.seed(seed), both.seed(seed));
+        match *self {
+            Disturbance::Constant(more) => {
+                force(&ring(&RingSet { mesh_damping: set.mesh_damping + more, ..set.clone() })?)
+            }
+            Disturbance::Damping(most) => {
+                let slots = damping_slots(&bare)?;
+                force(&Held::new(bare).per_slot(&slots, most, share)?)
+            }
+            Disturbance::Torque(part) => {
+                let slot = bare.slot("motor torque")?;
+                force(&Held::new(bare).shared(&[slot], part * set.motor_torque, both)?)
+            }
+            Disturbance::Clearance(part) => {
+                let slots = (0..3).map(|mesh| bare.clearance_slots(mesh)).collect::<Result<Vec<_>, _>>()?;
+                force(&Held::new(bare).clearance(&slots, part * set.half_backlash, both)?)
+            }
+        }
+    }
+}
+
+/// Figs. 11-13 and conclusion 4.
+pub fn figures(report: &mut Report) -> Outcome<()> {
+    let c_g = RingSet::set_e(3, 1000.0).mesh_damping;
+    let mut disturbances: Vec<Disturbance> =
+        [0.0, 0.5, 1.0, 10.0, 100.0, c_g, 2.0 * c_g].map(Disturbance::Constant).into();
+    disturbances.extend([1.0, c_g, 2.0 * c_g].map(Disturbance::Damping));
+    disturbances.extend([
+        Disturbance::Torque(0.1),
+        Disturbance::Clearance(0.01),
+        Disturbance::Clearance(0.1),
+    ]);
+    let cases: Vec<(&str, RingSet, Disturbance)> =
+        SETS.iter().flat_map(|(name, set)| disturbances.iter().map(|d| (*name, set(1000.0), *d))).collect();
+    let bar = progress("disturbances", cases.len());
+    let forces: Vec<Result<Force, String>> = cases
+        .par_iter()
+        .map(|(name, set, disturbance)| {
+            let force =
+                disturbance.force(set).map_err(|e| format!("set {name}, {}: {e}", disturbance.name()));
+            bar.inc(1);
+            force
+        })
+        .collect();
+    bar.finish_and_clear();
+    let forces: Vec<Force> = forces.into_iter().collect::<Result<_, _>>()?;
+    report.csv(
+        "ring_force.csv",
+        "set,disturbance,peak_early,peak_late,p2p_late,spring_early,spring_late",
+        |csv| {
+            for ((name, _, disturbance), f) in cases.iter().zip(&forces) {
+                let what = disturbance.name().replace(", ", " ");
+                #[rustfmt::skip]
+                csv.row(&[name, &what, &f.peak[0], &f.peak[1], &f.steady, &f.spring[0], &f.spring[1]])?;
+            }
+            Ok(())
+        },
+    );
+    let rows: Vec<Vec<String>> = cases
+        .iter()
+        .zip(&forces)
+        .map(|((name, _, disturbance), f)| {
+            vec![
+                (*name).to_owned(),
+                disturbance.name(),
+                format!("{:.2}", f.peak[0]),
+                format!("{:.2}", f.peak[1]),
+                format!("{:.2}", f.steady),
+                format!("{:.1}", f.spring[0]),
+                format!("{:.1}", f.spring[1]),
+            ]
+        })
+        .collect();
+    #[rustfmt::skip]
+    let header = ["set", "disturbance", "largest W, t < 7 s [N]", "largest W, t > 7 s [N]",
+        "peak-to-peak of W, t > 7 s [N]", "largest K d, t < 7 s [N]", "largest K d, t > 7 s [N]"];
+    report.table("ring_force", Kind::Fixed, &header, &rows);
+
+    let bare = ring(&RingSet::set_e(3, 1000.0))?;
+    let hold = bare.period(); // one mesh period
+    let process = HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.seed(2020);
+    let slots = damping_slots(&bare)?;
+    let noisy = |gain: f64| Held::new(bare.clone()).per_slot(&slots, gain, process.clone());
+    let channels = ["mesh force 1"];
+    let drawn = |label: &str, (times, values): History| -> Panel {
+        let curve = envelope(&times, &values[0], 800);
+        Panel::new(format!("mesh force of set E, {label}"), "t [s]", "W1 [N]").with("", Mark::Line, curve)
+    };
+    let constant = ring(&RingSet { mesh_damping: c_g + 0.5, ..RingSet::set_e(3, 1000.0) })?;
+    let values = (0..400).map(|k| (f64::from(k), process.held(0, k as u64))).collect();
+    let held = Panel::new("Fig. 11: held values of C_D, first mesh", "hold number", "[N s/m]");
+    let panels = [
+        held.with("", Mark::Specks, values),
+        drawn("C_D = 0", history(&bare, &channels, 8.0, 1e-4)?),
+        drawn("C_D = 0.5 N s/m", history(&constant, &channels, 8.0, 1e-4)?),
+        drawn("C_D = U(0,1) N s/m", history(&noisy(1.0)?, &channels, 8.0, 1e-4)?),
+        drawn("C_D = U(0,1) C_g", history(&noisy(c_g)?, &channels, 8.0, 1e-4)?),
+    ];
+    report.figure("fig11_13_mesh_force.svg", 2, &panels);
+    Ok(())
+}

@@ -1,0 +1,4 @@
+//! The closed-loop gear ring of Yao 2020.
+
+pub mod forces;
+pub mod ring;

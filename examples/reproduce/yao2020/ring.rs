@@ -1,0 +1,223 @@
+//! The closed-loop gear ring of Yao 2020, Figs. 5-10: deflection of the first pair over time, its spectrum and its
+//! statistics over speed, with sets A and E of docs/models.md for the parameters that Yao 2020 does not state.
+
+use crate::reproduce::report::{Kind, Report};
+use crate::support::{Mark, Outcome, Panel, coarse, envelope, progress};
+use gear_dynamics::analysis::{ContactStatistics, Spectrum, Summary, Window};
+use gear_dynamics::linear::Modes;
+use gear_dynamics::models::ring::{Frame, RingSet};
+use gear_dynamics::ode::uniform_times;
+use gear_dynamics::{Dop853, Integrator, Model, ParameterError, Rattle, Ring, State, Statistics};
+use rayon::prelude::*;
+
+pub type Set = (&'static str, fn(f64) -> RingSet);
+pub const SETS: [Set; 2] = [("A", |rpm| RingSet::set_a(3, rpm)), ("E", |rpm| RingSet::set_e(3, rpm))];
+
+/// The ring of three gears as Yao 2020 prints it, in the frame of its rigid motion, since 44 N m and 3 x 2 N
+/// m do not balance.
+pub fn ring(set: &RingSet) -> Outcome<Ring> {
+    Ok(Ring::as_printed(&set.params()?)?.in_frame(Frame::Rigid))
+}
+
+/// The slots of the damping of each mesh.
+pub fn damping_slots(ring: &Ring) -> Result<Vec<usize>, ParameterError> {
+    (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect()
+}
+
+/// Tolerances by component: angles of 1e-3 rad contain deflections of 1e-5 m.
+pub fn solver<M: Model>(model: &M) -> Dop853 {
+    let n = model.dof();
+    Dop853::new().rtol(1e-8).atol_each(&[vec![1e-11; n], vec![1e-7; n]].concat())
+}
+
+/// Times, and the values of channels at them.
+pub type History = (Vec<f64>, Vec<Vec<f64>>);
+
+/// Channels of a run from rest, every `spacing` seconds.
+pub fn history<M: Model>(model: &M, channels: &[&str], end: f64, spacing: f64) -> Outcome<History> {
+    let times = uniform_times(0.0, end, (end / spacing).round() as usize)?;
+    let run = solver(model).sample(model, &State::at_rest(model.dof()), &times)?;
+    let values = channels.iter().map(|name| run.channel(model, name)).collect::<Result<_, _>>()?;
+    Ok((times, values))
+}
+
+/// Results at one speed.
+struct Point {
+    /// Deflection of the first mesh.
+    dte: Summary,
+    force: Summary,
+    /// Contact statistics of the first mesh.
+    contact: ContactStatistics,
+}
+
+/// Runs from rest to 5 s and measures until 5.5 s.
+fn at_speed(set: &RingSet) -> Outcome<Point> {
+    let ring = ring(set)?;
+    let solver = solver(&ring);
+    let settled = solver.end(&ring, &State::at_rest(ring.dof()), 5.0)?;
+    let (mut rattle, mut statistics) =
+        (Rattle::new(&ring), Statistics::new(&ring, &["deflection 1", "mesh force 1"])?);
+    solver.run(&ring, &settled, 5.5, &mut (&mut rattle, &mut statistics))?;
+    let (dte, force) = (statistics.summary("deflection 1")?, statistics.summary("mesh force 1")?);
+    Ok(Point { dte, force, contact: rattle.contact(0) })
+}
+
+/// Natural frequencies, and the torque that accelerates the ring.
+pub fn modes(report: &mut Report) -> Outcome<()> {
+    let mut rows = Vec::new();
+    for (name, set) in SETS {
+        let ring = ring(&set(1000.0))?;
+        let hertz: Vec<String> =
+            Modes::mean_in_contact(&ring)?.hertz().iter().map(|f| format!("{f:.1}")).collect();
+        rows.push(vec![
+            name.into(),
+            format!("{:.0}", ring.torque_imbalance()),
+            format!("{:.1}", ring.rigid_acceleration()),
+            hertz.join(", "),
+        ]);
+    }
+    let header = ["set", "torque imbalance [N m]", "rigid acceleration [rad/s²]", "natural frequencies [Hz]"];
+    report.table("ring_modes", Kind::Fixed, &header, &rows);
+    Ok(())
+}
+
+/// Figs. 5-7.
+pub fn transmission_error(report: &mut Report) -> Outcome<()> {
+    let widths = [2.65e-6, 2.65e-5, 2.65e-4];
+    let cases: Vec<(Set, f64)> = SETS.iter().flat_map(|set| widths.iter().map(|b| (*set, *b))).collect();
+    let runs: Vec<Result<History, String>> = cases
+        .par_iter()
+        .map(|((_, set), half_backlash)| {
+            let set = RingSet { half_backlash: *half_backlash, ..set(1000.0) };
+            ring(&set)
+                .and_then(|ring| history(&ring, &["deflection 1"], 10.0, 1e-4))
+                .map_err(|e| e.to_string())
+        })
+        .collect();
+    let (mut rows, mut panels) = (Vec::new(), Vec::new());
+    for (((name, _), b), run) in cases.iter().zip(runs) {
+        let (times, values) = run?;
+        let (early, late) =
+            (Summary::from_samples(&values[0][..10_000])?, Summary::from_samples(&values[0][90_000..])?);
+        rows.push(vec![
+            (*name).to_owned(),
+            format!("{}", 1e6 * b),
+            format!("{:.3}", 1e6 * late.mean),
+            format!("{:.2}", 1e6 * early.peak_to_peak()),
+            format!("{:.4}", 1e6 * late.peak_to_peak()),
+        ]);
+        let title = format!("set {name}, b = {} μm: envelope of the deflection", 1e6 * b);
+        let curve = envelope(&times, &values[0], 1000).iter().map(|(t, d)| (*t, 1e6 * d)).collect();
+        panels.push(Panel::new(title, "t [s]", "d1 [μm]").with("", Mark::Line, curve));
+    }
+    #[rustfmt::skip]
+    let header = ["set", "b [μm]", "mean after 9 s [μm]", "peak-to-peak within 1 s [μm]",
+        "peak-to-peak after 9 s [μm]"];
+    report.table("ring_deflection", Kind::Fixed, &header, &rows);
+    report.figure("fig5_7_transmission_error.svg", 3, &panels);
+    Ok(())
+}
+
+/// Fig. 8: first 4 s, Hann window.
+pub fn spectrum(report: &mut Report) -> Outcome<()> {
+    let (mut rows, mut panels) = (Vec::new(), Vec::new());
+    for (name, set) in SETS {
+        let (_, values) = history(&ring(&set(1000.0))?, &["deflection 1"], 4.0, 2.5e-5)?;
+        let spectrum = Spectrum::new(&values[0], 2.5e-5, Window::Hann)?;
+        let lines: Vec<(f64, f64)> = spectrum
+            .frequencies()
+            .iter()
+            .zip(spectrum.amplitudes())
+            .map(|(f, a)| (*f, *a))
+            .take_while(|p| p.0 <= 1500.0)
+            .collect();
+        let mut peaks: Vec<(f64, f64)> = lines
+            .windows(3)
+            .filter(|w| w[0].0 > 5.0 && w[1].1 > w[0].1 && w[1].1 > w[2].1)
+            .map(|w| w[1])
+            .collect();
+        peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let named: Vec<String> =
+            peaks.iter().take(4).map(|(f, a)| format!("{f:.1} Hz ({:.3} nm)", 1e9 * a)).collect();
+        rows.push(vec![name.into(), format!("{:.2}", 1e6 * lines[0].1), named.join(", ")]);
+        let decades = lines.iter().map(|(f, a)| (*f, a.max(1e-13).log10())).collect();
+        let panel = Panel::new(format!("set {name}"), "f [Hz]", "amplitude [m]").decades();
+        panels.push(panel.with("", Mark::Line, decades));
+    }
+    report.table("ring_spectrum", Kind::Fixed, &["set", "at 0 Hz [μm]", "largest lines"], &rows);
+    report.figure("fig8_spectrum.svg", 2, &panels);
+    Ok(())
+}
+
+/// Figs. 9 and 10.
+pub fn over_speed(report: &mut Report) -> Outcome<()> {
+    let step = if coarse() { 2500.0 } else { 500.0 };
+    let speeds: Vec<f64> = (1..).map(|i| step * f64::from(i)).take_while(|rpm| *rpm <= 1e4).collect();
+    let cases: Vec<(&str, RingSet)> =
+        SETS.iter().flat_map(|(name, set)| speeds.iter().map(|rpm| (*name, set(*rpm)))).collect();
+    let bar = progress("speed sweep of the ring", cases.len());
+    let points: Vec<Result<Point, String>> = cases
+        .par_iter()
+        .map(|(name, set)| {
+            let point = at_speed(set).map_err(|e| format!("set {name} at {} r/min: {e}", set.rpm));
+            bar.inc(1);
+            point
+        })
+        .collect();
+    bar.finish_and_clear();
+    let points: Vec<Point> = points.into_iter().collect::<Result<_, _>>()?;
+    let flanks =
+        |c: &ContactStatistics| (100.0 * c.loss_fraction(), 100.0 * c.time[0] / c.time.iter().sum::<f64>());
+    report.csv(
+        "ring_speed.csv",
+        "set,rpm,dte_mean,dte_rms,dte_p2p,force_min,force_max,apart,back_flank",
+        |csv| {
+            for ((name, set), p) in cases.iter().zip(&points) {
+                let ((apart, back), d) = (flanks(&p.contact), p.dte);
+                #[rustfmt::skip]
+                csv.row(&[name, &set.rpm, &d.mean, &d.rms, &d.peak_to_peak(), &p.force.min, &p.force.max, &apart,
+                    &back])?;
+            }
+            Ok(())
+        },
+    );
+    let rows: Vec<Vec<String>> = cases
+        .iter()
+        .zip(&points)
+        .filter(|((_, set), _)| set.rpm % 1000.0 == 0.0)
+        .map(|((name, set), p)| {
+            let (apart, back) = flanks(&p.contact);
+            vec![
+                (*name).to_owned(),
+                set.rpm.to_string(),
+                format!("{:.2}", 1e6 * p.dte.mean),
+                format!("{:.2}", 1e6 * p.dte.rms),
+                format!("{:.2}", 1e6 * p.dte.peak_to_peak()),
+                format!("{:.1}", p.force.min),
+                format!("{:.1}", p.force.max),
+                format!("{apart:.1} %"),
+                format!("{back:.1} %"),
+            ]
+        })
+        .collect();
+    #[rustfmt::skip]
+    let header = ["set", "r/min", "mean [μm]", "RMS [μm]", "peak-to-peak [μm]", "W min [N]", "W max [N]",
+        "contact lost", "back flank"];
+    report.table("ring_over_speed", Kind::Full, &header, &rows);
+    let curve = |name: &str, of: fn(&Point) -> f64| {
+        let mine = cases.iter().zip(&points).filter(|(c, _)| c.0 == name);
+        mine.map(|(c, p)| (c.1.rpm, of(p))).collect::<Vec<_>>()
+    };
+    let panels = [
+        ("RMS of the deflection", (|p: &Point| 1e6 * p.dte.rms) as fn(&Point) -> f64),
+        ("mean of the deflection", |p| 1e6 * p.dte.mean),
+        ("peak-to-peak of the deflection", |p| 1e6 * p.dte.peak_to_peak()),
+    ]
+    .map(|(title, of)| {
+        let panel = Panel::new(title, "speed [r/min]", "[μm]").headroom(0.25);
+        SETS.iter()
+            .fold(panel, |panel, (name, _)| panel.with(format!("set {name}"), Mark::Line, curve(name, of)))
+    });
+    report.figure("fig9_10_speed.svg", 3, &panels);
+    Ok(())
+}
