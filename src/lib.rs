@@ -201,6 +201,58 @@ pub mod guide {
     pub mod from_python_and_matlab {}
     #[doc = include_str!("../docs/robot-joint.md")]
     pub mod robot_joint {}
+    /// Twelve pictures, each with the function of `examples/gallery/` that draws it.
+    ///
+    /// `cargo run --release -p examples --example gallery` redraws all.
+    ///
+    /// # 1. Mesh stiffness and transmission error
+    ///
+    #[doc = include_str!("../docs/pictures/01-excitation.svg")]
+    ///
+    /// # 2. Linear response and response with contact loss
+    ///
+    #[doc = include_str!("../docs/pictures/02-response.svg")]
+    ///
+    /// # 3. Deflection and force over time, the gap shaded
+    ///
+    #[doc = include_str!("../docs/pictures/03-contact-loss.svg")]
+    ///
+    /// # 4. An orbit in the phase plane
+    ///
+    #[doc = include_str!("../docs/pictures/04-orbit.svg")]
+    ///
+    /// # 5. A branch with its folds and grazings, sweeps up and down
+    ///
+    #[doc = include_str!("../docs/pictures/05-jumps.svg")]
+    ///
+    /// # 6. Rattle map with the located onset of contact loss
+    ///
+    #[doc = include_str!("../docs/pictures/06-map.svg")]
+    ///
+    /// # 7. Mesh force under a random torque: mean and band
+    ///
+    #[doc = include_str!("../docs/pictures/07-random.svg")]
+    ///
+    /// # 8. A contact law of one's own, and how it moves the folds
+    ///
+    #[doc = include_str!("../docs/pictures/08-law.svg")]
+    ///
+    /// # 9. Orders of the mesh forces of a two-stage gearbox
+    ///
+    #[doc = include_str!("../docs/pictures/09-orders.svg")]
+    ///
+    /// # 10. Error over work of the solvers
+    ///
+    #[doc = include_str!("../docs/pictures/10-solvers.svg")]
+    ///
+    /// # 11. Campbell diagram of the gearbox
+    ///
+    #[doc = include_str!("../docs/pictures/11-campbell.svg")]
+    ///
+    /// # 12. Modes of a planetary set, gears turning and moving
+    ///
+    #[doc = include_str!("../docs/pictures/12-modes.svg")]
+    pub mod gallery {}
     #[doc = include_str!("../docs/start.md")]
     pub mod start {}
     #[doc = include_str!("../docs/errors.md")]

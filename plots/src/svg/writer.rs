@@ -44,6 +44,9 @@ pub(crate) fn path(points: &[[f64; 2]], closed: bool) -> String {
     d
 }
 
+/// Stands for the name of the picture in names of its parts until it is known.
+const NAME: char = '\u{1}';
+
 impl Svg {
     pub(crate) fn fill(&mut self, d: &str, colour: &str, opacity: f64) {
         let opacity = if opacity < 1.0 { format!(" fill-opacity=\"{opacity}\"") } else { String::new() };
@@ -119,8 +122,8 @@ impl Svg {
         self.clips += 1;
         let _ = writeln!(
             self.body,
-            "<clipPath id=\"c{id}\"><rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\"/></clipPath>\n\
-             <g clip-path=\"url(#c{id})\" stroke-linejoin=\"round\">"
+            "<clipPath id=\"{NAME}{id}\"><rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\"/></clipPath>\n\
+             <g clip-path=\"url(#{NAME}{id})\" stroke-linejoin=\"round\">"
         );
         draw(self);
         self.body.push_str("</g>\n");
@@ -129,22 +132,27 @@ impl Svg {
     pub(crate) fn gradient(&mut self, [x, y, w, h]: [f64; 4], colours: &[String]) {
         let id = self.clips;
         self.clips += 1;
-        let _ = write!(self.body, "<linearGradient id=\"c{id}\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">");
+        let _ = write!(self.body, "<linearGradient id=\"{NAME}{id}\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">");
         for (i, colour) in colours.iter().enumerate() {
             let at = number(i as f64 / (colours.len() - 1).max(1) as f64);
             let _ = write!(self.body, "<stop offset=\"{at}\" stop-color=\"{colour}\"/>");
         }
         self.body.push_str("</linearGradient>\n");
-        self.rectangle([x, y, w, h], &format!("url(#c{id})"));
+        self.rectangle([x, y, w, h], &format!("url(#{NAME}{id})"));
     }
     /// The document of a size on a background.
     pub(crate) fn document(self, [width, height]: [f64; 2], background: &str) -> String {
         let [w, h] = [width, height].map(number);
+        // Names differ between pictures, so that several can stand in one page of HTML.
+        let hash = self
+            .body
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        let body = self.body.replace(NAME, &format!("c{hash:x}-"));
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\" \
              font-family=\"Helvetica,Arial,'DejaVu Sans',sans-serif\">\n\
-             <rect width=\"{w}\" height=\"{h}\" fill=\"{background}\"/>\n{}</svg>\n",
-            self.body
+             <rect width=\"{w}\" height=\"{h}\" fill=\"{background}\"/>\n{body}</svg>\n"
         )
     }
 }
