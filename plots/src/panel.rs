@@ -131,7 +131,14 @@ impl Panel {
     /// Adds a curve of given colour.
     pub(crate) fn curve(&mut self, label: &str, curve: Curve) -> Result<(), PlotError> {
         let what = if label.is_empty() { &self.y.name } else { label };
-        finite(what, curve.points.iter().flatten())?;
+        if curve.points.is_empty() {
+            return Err(PlotError::Empty { what: what.into() });
+        }
+        for (index, point) in curve.points.iter().enumerate() {
+            if let Some(&value) = point.iter().find(|value| !value.is_finite()) {
+                return Err(PlotError::NotFinite { what: what.into(), index, value });
+            }
+        }
         for (axis, at) in [(&self.x, 0), (&self.y, 1)] {
             let wrong = curve.points.iter().map(|point| point[at]).find(|value| *value <= 0.0);
             if let (true, Some(value)) = (axis.logarithmic, wrong) {

@@ -139,7 +139,7 @@ fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact]) {
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
 /// let run = Dop853::new().trajectory(&pair, &pair.static_start()?, 0.2 * pair.period())?;
 /// let panel = phase_portrait(&pair, &run, 0, ["deflection d [m]", "rate d' [m]"])?;
-/// assert!(Figure::from(panel).to_svg().contains("rate d' [μm]"));
+/// assert!(Figure::from(panel).to_svg().contains("rate d' [nm]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 /// ```
 /// use gear_dynamics::{Wave, excitation::RectangularWave};
 /// use gear_dynamics_plots::{Figure, stiffness};
-/// let wave = Wave::new(RectangularWave::from_contact_ratio(1.6, [2e8, 3e8])?);
+/// let wave = Wave::new(RectangularWave::from_contact_ratio(1.6, 2e8, 3e8)?);
 /// let svg = Figure::from(stiffness(&[("stage 1", &wave)], "mesh stiffness k [N/m]", 2.0)?).to_svg();
 /// assert!(svg.contains("mesh stiffness k [N/μm]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
