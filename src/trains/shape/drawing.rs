@@ -70,7 +70,7 @@ pub struct DrawnLink {
 }
 
 impl<N: Nonlinearity> Train<N> {
-    /// Angle [rad] and displacement of the centre along x and y `[m]` of each body, from coordinates or from the
+    /// Angle `[rad]` and displacement of the centre along x and y `[m]` of each body, from coordinates or from the
     /// [shape of a mode](crate::linear::Mode::shape). Angles are counterclockwise, also of a body that turns
     /// clockwise. A locked body and one without bearing does not move.
     ///
