@@ -121,7 +121,7 @@ impl Wave {
         self.order
     }
     /// Number of edges in a turn of the shaft.
-    pub fn edges_per_turn(&self) -> usize {
+    pub(crate) fn edges_per_turn(&self) -> usize {
         self.order as usize * self.edges.len()
     }
     /// Phase ψ `[rad]` in [0, 2π).

@@ -252,12 +252,7 @@ impl Modes {
     /// [`eigenvalues`](Modes::eigenvalues). Rigid motions and overdamped modes are not among them: the list
     /// is shorter than [`hertz`](Modes::hertz).
     pub fn damped(&self) -> Vec<(f64, f64)> {
-        self.eigenvalues.iter().map(|value| value.norm() / TAU).zip(self.damping_ratios()).collect()
-    }
-    /// Damping ratios -Re λ/|λ|, in the order of [`eigenvalues`](Modes::eigenvalues), not of the
-    /// [`list`](Modes::list).
-    pub fn damping_ratios(&self) -> Vec<f64> {
-        self.eigenvalues.iter().map(|value| -value.re / value.norm()).collect()
+        self.eigenvalues.iter().map(|value| (value.norm() / TAU, -value.re / value.norm())).collect()
     }
 }
 

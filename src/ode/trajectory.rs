@@ -92,13 +92,6 @@ impl Trajectory {
     pub fn last(&self) -> Option<State> {
         self.len().checked_sub(1).map(|i| self.state(i))
     }
-    /// Phase portrait of coordinate `j`: pairs (q_j, v_j).
-    ///
-    /// # Panics
-    /// If the model has no coordinate `j`.
-    pub fn phase_portrait(&self, j: usize) -> Vec<(f64, f64)> {
-        (0..self.len()).map(|i| (self.q(i)[j], self.v(i)[j])).collect()
-    }
     /// A named channel of the model over the whole run (see [`Probe`]). At a drive edge it has the value
     /// before the edge; at the start of the run, the value after it.
     ///

@@ -198,7 +198,7 @@ impl Multipliers {
         self.error
     }
     /// The same multipliers with another error.
-    pub fn with_error(self, error: f64) -> Self {
+    pub(crate) fn with_error(self, error: f64) -> Self {
         Multipliers { error: error.abs(), ..self }
     }
 

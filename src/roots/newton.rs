@@ -31,7 +31,6 @@ use crate::roots::root::{Root, RootError};
 pub struct Newton {
     tolerance: f64,
     max_iterations: usize,
-    min_damping: f64,
 }
 
 impl Default for Newton {
@@ -43,10 +42,13 @@ impl Default for Newton {
 /// Maximum ratio of a correction to the last one with which the factors are kept `[1]`.
 const FAST: f64 = 0.5;
 
+/// Minimum damping λ `[1]`.
+const MIN_DAMPING: f64 = 1e-4;
+
 impl Newton {
-    /// Defaults: tolerance 1e-10, at most 50 iterations, minimum damping 1e-4.
+    /// Defaults: tolerance 1e-10, at most 50 iterations.
     pub fn new() -> Self {
-        Newton { tolerance: 1e-10, max_iterations: 50, min_damping: 1e-4 }
+        Newton { tolerance: 1e-10, max_iterations: 50 }
     }
     /// Maximum of the last correction, as a share of the largest unknown of the guess or the iterate `[1]`,
     /// above 0 and below 1. Default: 1e-10.
@@ -57,10 +59,6 @@ impl Newton {
     pub fn max_iterations(self, max_iterations: usize) -> Self {
         Newton { max_iterations, ..self }
     }
-    /// Minimum damping λ `[1]`, above 0 and below 1. Default: 1e-4.
-    pub fn min_damping(self, min_damping: f64) -> Self {
-        Newton { min_damping, ..self }
-    }
 
     /// Solves r(x) = 0 from a guess.
     ///
@@ -68,7 +66,6 @@ impl Newton {
     /// [`RootError`]; [`RootError::last`] returns the last iterate.
     pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
         check::share("tolerance", self.tolerance)?;
-        check::share("minimum damping", self.min_damping)?;
         let n = equations.size();
         let mut r = vec![0.0; n];
         let mut root = Root::start(equations, guess, &mut r)?;
@@ -103,7 +100,7 @@ impl Newton {
             }
             let bound = self.tolerance * first.max(largest(&root.x));
             if let Some(descent) = descent.as_mut().filter(|_| size > bound) {
-                if !descent.step(equations, &mut root, &r, &step, (&mut x, &mut trial), self.min_damping) {
+                if !descent.step(equations, &mut root, &r, &step, (&mut x, &mut trial)) {
                     return Err(root.stuck(&trial));
                 }
                 root.step_to(&x, largest(&trial));
@@ -142,7 +139,7 @@ impl Newton {
                 if stale {
                     break None;
                 }
-                if damping.is_nan() || damping < self.min_damping {
+                if damping.is_nan() || damping < MIN_DAMPING {
                     break Some(f64::INFINITY);
                 }
             };
@@ -230,8 +227,8 @@ const WINDOW: usize = 5;
 const SHORT: f64 = 0.125;
 
 impl Descent {
-    /// Writes the next iterate to `x` and its residual to `trial`. `false`: no λ of at least `least` is
-    /// accepted.
+    /// Writes the next iterate to `x` and its residual to `trial`. `false`: no λ of at least
+    /// [`MIN_DAMPING`] is accepted.
     fn step<R: Residual + ?Sized>(
         &mut self,
         equations: &mut R,
@@ -239,7 +236,6 @@ impl Descent {
         r: &[f64],
         step: &[f64],
         (x, trial): (&mut [f64], &mut [f64]),
-        least: f64,
     ) -> bool {
         let here = dot(r, r);
         self.last[self.steps % WINDOW] = here;
@@ -247,7 +243,7 @@ impl Descent {
         let most = self.last.iter().fold(0.0, |m: f64, x| m.max(*x));
         for (longest, below) in [(1.0, here), (SHORT, most)] {
             let mut share = longest;
-            while share >= least {
+            while share >= MIN_DAMPING {
                 x.iter_mut().zip(&root.x).zip(step).for_each(|((x, x0), s)| *x = x0 + share * s);
                 equations.residual(x, trial);
                 root.evaluations += 1;

@@ -66,7 +66,7 @@ impl<'w> Monitor<'w> {
         }
     }
     /// Whether the flag of [`cancel`](Monitor::cancel) is `true`.
-    pub fn is_cancelled(&self) -> bool {
+    pub(crate) fn is_cancelled(&self) -> bool {
         self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     }
 }

@@ -136,7 +136,7 @@ fn multipliers_of_anything() {
     assert!(Multipliers::from_monodromy(&nalgebra::DMatrix::zeros(2, 3), 0.0).is_err());
     let none = Multipliers::new(Vec::new(), 0.0);
     assert_eq!((none.largest(), none.stability()), (0.0, Stability::Stable));
-    let close = Multipliers::new(vec![Complex64::new(0.0, 0.999), Complex64::new(-0.5, 0.0)], 1e-2);
-    assert_eq!(close.stability(), Stability::Undecided);
-    assert_eq!(close.with_error(1e-4).stability(), Stability::Stable);
+    let close = |error| Multipliers::new(vec![Complex64::new(0.0, 0.999), Complex64::new(-0.5, 0.0)], error);
+    assert_eq!(close(1e-2).stability(), Stability::Undecided);
+    assert_eq!(close(1e-4).stability(), Stability::Stable);
 }

@@ -5,8 +5,7 @@ use gear_dynamics::roots::{Broyden, Equations, FirstJacobian, Matrix, Newton};
 
 /// Newton's method with any setting.
 pub fn newton(case: &mut Case, tolerance: f64) -> Newton {
-    let newton = Newton::new().max_iterations(case.effort(20)).tolerance(tolerance);
-    if case.chance(0.5) { newton.min_damping(case.number(1e-3)) } else { newton }
+    Newton::new().max_iterations(case.effort(20)).tolerance(tolerance)
 }
 
 /// Broyden's method with any setting.

@@ -129,6 +129,9 @@ impl<C: Curve> Engine<C> {
     }
 
     /// The point whose distance from `from` along `direction` is `ds`, by Newton's method from (x, p).
+    ///
+    /// It is not damped, unlike [`Newton`](crate::roots::Newton): where corrections grow, the curve is
+    /// followed by shorter steps.
     pub(crate) fn correct(
         &mut self,
         from: &CurvePoint<C::Solution>,

@@ -175,7 +175,7 @@ impl NfgParams {
         self.ratio * f64::from(self.pinion_teeth)
     }
     /// Pitch radius of the pinion r1 = m Z1/2 `[m]`.
-    pub fn pinion_pitch_radius(&self) -> f64 {
+    pub(crate) fn pinion_pitch_radius(&self) -> f64 {
         0.5 * self.module * f64::from(self.pinion_teeth)
     }
     /// β = 2 ε/(1 + ε²) `[1]`, the relative variation of the base radius: r_b2 = L (1 + β cos x).
@@ -188,7 +188,7 @@ impl NfgParams {
     }
     /// Mean pitch radius r1 i_j (1 + ε²)/(1 - ε²) `[m]`, L without cos α. It fits the figures of Liu 2021
     /// best.
-    pub fn mean_pitch_radius(&self) -> f64 {
+    pub(crate) fn mean_pitch_radius(&self) -> f64 {
         let eps2 = self.eccentric_ratio * self.eccentric_ratio;
         self.pinion_pitch_radius() * self.ratio * (1.0 + eps2) / (1.0 - eps2)
     }

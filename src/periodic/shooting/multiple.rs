@@ -212,6 +212,9 @@ impl Shooting {
         Ok(())
     }
 
+    /// Newton's method for the cyclic system. [`Newton`](crate::roots::Newton) does not replace it: one run
+    /// gives residuals and transitions together, so that no factors are kept, a run that fails halves the
+    /// step, and the iteration ends where the noise of the flow begins.
     fn newton(
         &self,
         model: &dyn Model,

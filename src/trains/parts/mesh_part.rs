@@ -295,11 +295,7 @@ impl<N: Nonlinearity> MeshPart<N> {
         // `RectangularWave::sign` reverses from -1 to 1 at 3π/2.
         let sign = Wave::new(RectangularWave::sign());
         let shifted = sign.clone().with_phase(1.5 * PI - self.pitch_point);
-        self.friction_with_sign(coefficient, shifted.unwrap_or(sign))
-    }
-    /// The same mesh with tooth friction whose sign over the mesh angle is given.
-    pub fn friction_with_sign(self, coefficient: f64, sign: Wave) -> Self {
-        MeshPart { friction: Some(FrictionPart { coefficient, sign }), ..self }
+        MeshPart { friction: Some(FrictionPart { coefficient, sign: shifted.unwrap_or(sign) }), ..self }
     }
     /// Numbers of teeth.
     pub fn teeth(&self) -> [u32; 2] {
