@@ -96,5 +96,5 @@ fn exit([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Option<[f64; 2]> {
         first = first.max(one.min(other));
         last = last.min(one.max(other));
     }
-    (first <= last).then(|| [ax + last * (bx - ax), ay + last * (by - ay)])
+    (first <= last).then_some([ax + last * (bx - ax), ay + last * (by - ay)])
 }
