@@ -1,6 +1,6 @@
 //! Twelve pictures: one for each chapter of the course, a Campbell diagram and a mode of a planetary set.
-//! `cargo run --release -p examples --example gallery`, with `-- --coarse` for fewer points. The SVG files under
-//! `target/gallery/gallery/` are those of `docs/pictures/`.
+//! `cargo run --release -p examples --example gallery`, with `-- --coarse` for fewer points. The SVG files are written to
+//! `target/gallery/gallery/`; `docs/pictures/` has copies.
 
 #[path = "gallery/course.rs"]
 mod course;

@@ -201,7 +201,7 @@ pub mod guide {
     pub mod from_python_and_matlab {}
     #[doc = include_str!("../docs/robot-joint.md")]
     pub mod robot_joint {}
-    /// Twelve pictures, each with the function of `examples/gallery/` that draws it.
+    /// Twelve pictures; `examples/gallery/` has a function for each.
     ///
     /// `cargo run --release -p examples --example gallery` redraws all.
     ///

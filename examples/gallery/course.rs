@@ -74,21 +74,25 @@ pub fn orbit(_: bool) -> Outcome<Figure> {
 pub fn jumps(coarse: bool) -> Outcome<Figure> {
     let pair = bench_pair(270.0)?;
     let line = branch_of(&pair, [270.0, 600.0])?;
-    let speeds = Axis::linear("speed", 275.0, 590.0, if coarse { 22 } else { 36 })?;
+    let step = if coarse { 15.0 } else { 5.0 };
+    let speeds = Axis::linear("speed", 275.0, 590.0, (315.0 / step) as usize + 1)?;
     let sweep = Sweep::grid(vec![speeds])?.settle(60).measure(4).channels(&["deflection"]);
     let diagram =
         Bifurcation::extremes("deflection").run(&sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?)?;
-    let swings = |points: &[gear_dynamics::sweep::DiagramPoint]| -> Vec<(f64, f64)> {
+    // Every other point of each sweep, so that neither covers the other.
+    let swings = |points: &[gear_dynamics::sweep::DiagramPoint], first: f64| -> Vec<(f64, f64)> {
         let swing = |values: &[f64]| {
             let [low, high] =
                 values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
             high - low
         };
-        points.iter().map(|point| (point.parameter, swing(&point.values))).collect()
+        let mut chosen: Vec<_> = points.iter().map(|point| (point.parameter, swing(&point.values))).collect();
+        chosen.retain(|(speed, _)| ((speed - first) / (2.0 * step)).fract().abs() < 1e-6);
+        chosen
     };
     let panel = branch(&[&line], [SPEED, SWING], BranchPoint::peak_to_peak)?
-        .with("sweep up", Mark::Dots, swings(diagram.up()))?
-        .with("sweep down", Mark::Dots, swings(diagram.down()))?;
+        .with("sweep up", Mark::Dots, swings(diagram.up(), 275.0))?
+        .with("sweep down", Mark::Dots, swings(diagram.down(), 275.0 + step))?;
     Ok(Figure::from(panel.title("spur pair, 50 teeth, b = 40 μm, 300 N m")).panel_size(640.0, 400.0))
 }
 
@@ -100,9 +104,10 @@ pub fn map(coarse: bool) -> Outcome<Figure> {
     let sweep = Sweep::grid(axes)?.settle(60).measure(2).rattle();
     let runs = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
-    let line = branch_of(&pair.with("speed", 270.0)?, [270.0, 600.0])?;
+    let lines = [[200.0, 270.0], [270.0, 600.0]].map(|span| branch_of(&pair.with("speed", span[0])?, span));
+    let lines = lines.into_iter().collect::<Outcome<Vec<_>>>()?;
     let plane = ByConstants::new(&pair, ["speed", "drive"])?;
-    for onset in line.of_kind(PointKind::Grazing) {
+    for onset in lines.iter().flat_map(|line| line.of_kind(PointKind::Grazing)) {
         for to in [150.0, 600.0] {
             panel = panel.boundary(
                 "located onset of contact loss",

@@ -2,10 +2,10 @@
 
 use crate::Outcome;
 use gear_dynamics::analysis::{Spectrum, Window};
-use gear_dynamics::linear::{Campbell, Modes};
+use gear_dynamics::linear::{Campbell, Mode, Modes};
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy, QualityGrade, TransmissionError};
-use gear_dynamics::trains::{Bearing, Body, Members, MeshPart, OfMesh, Parts, Planetary, Train};
+use gear_dynamics::trains::{Bearing, Body, Members, MeshPart, ModeKind, OfMesh, Parts, Planetary, Train};
 use gear_dynamics::{Integrator, Periodic, Settle, Taylor, Wave};
 use gear_dynamics_plots::{Figure, mode, order_spectrum};
 
@@ -38,8 +38,7 @@ pub fn orders(_: bool) -> Outcome<Figure> {
     let state = Settle::new().tolerance(1e-5).run(&Taylor::new(), &train, None)?.state;
     let (count, end) = (2048, state.t + train.period());
     let run = Taylor::new().sample(&train, &state, &uniform_times(state.t, end, count)?)?;
-    let names =
-        [(25.0, "mesh 1"), (50.0, "2 x"), (75.0, "3 x"), (10.0, "mesh 2"), (20.0, "2 x"), (30.0, "3 x")];
+    let names = [(25.0, "mesh 1"), (10.0, "mesh 2"), (50.0, "2 x mesh 1"), (75.0, "3 x mesh 1")];
     let panel = |title: &str, channel: &str| -> Outcome<_> {
         let force = run.channel(&train, channel)?;
         let spectrum = Spectrum::new(&force, train.period() / count as f64, Window::Rectangular)?;
@@ -73,17 +72,20 @@ pub fn modes(_: bool) -> Outcome<Figure> {
         carrier: Body::new(3e-2).on(Bearing::new(5.0, 1e8)),
     };
     let set =
-        Planetary::new(3, 0.03, members, [wave(2e8)?, wave(2.5e8)?])?.damping(700.0).half_backlash(3e-5);
+        Planetary::new(4, 0.03, members, [wave(2e8)?, wave(2.5e8)?])?.damping(700.0).half_backlash(3e-5);
     let train = set.parts().torque("drive", "sun", 80.0).load("carrier").build("sun", 400.0)?;
     let modes = Modes::mean_in_contact(&train)?;
     let kinds = train.kinds(&modes);
-    let moving: Vec<_> = modes.list().iter().zip(&kinds).filter(|(mode, _)| mode.hertz() > 1.0).collect();
-    let mut panels = Vec::new();
-    for i in [0, 3, 7, 12] {
-        if let Some((shape, kind)) = moving.get(i) {
-            let title = format!("{:.0} Hz, {kind:?}", shape.hertz());
-            panels.push(mode(&train, shape.shape())?.title(title.to_lowercase().replace("hz", "Hz")));
-        }
-    }
+    let of_kind = |kind: ModeKind| {
+        let all = modes.list().iter().zip(&kinds);
+        all.filter(move |(mode, found)| **found == kind && mode.hertz() > 1.0).map(|(mode, _)| mode)
+    };
+    let chosen = of_kind(ModeKind::Rotational).take(2).map(|mode| (mode, "rotational"));
+    let chosen = chosen.chain(of_kind(ModeKind::Translational).take(1).map(|mode| (mode, "translational")));
+    let chosen = chosen.chain(of_kind(ModeKind::Planet).take(1).map(|mode| (mode, "planet mode")));
+    let panel = |(shape, kind): (&Mode, &str)| {
+        Ok(mode(&train, shape.shape())?.title(format!("{:.0} Hz, {kind}", shape.hertz())))
+    };
+    let panels = chosen.map(panel).collect::<Outcome<Vec<_>>>()?;
     Ok(Figure::new(panels).columns(2).panel_size(330.0, 330.0))
 }

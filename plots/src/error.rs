@@ -48,6 +48,12 @@ pub enum PlotError {
         /// Start and end.
         range: [f64; 2],
     },
+    /// A number of mesh cycles that cannot be drawn.
+    #[error("{value:?} mesh cycles: a number in (0, 1e4] is needed")]
+    Cycles {
+        /// The number.
+        value: f64,
+    },
     /// An axis or a colour bar without a unit.
     #[error("\"{axis}\" states no unit: write \"name [unit]\", and \"name [1]\" without dimension")]
     NoUnit {

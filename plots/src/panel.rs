@@ -121,7 +121,7 @@ impl Panel {
         Ok(self)
     }
     /// The number of a series: that of its label, or the next one.
-    fn number(&mut self, label: &str) -> usize {
+    pub(crate) fn number(&mut self, label: &str) -> usize {
         let known = self.series.iter().position(|known| !label.is_empty() && known == label);
         known.unwrap_or_else(|| {
             self.series.push(label.into());

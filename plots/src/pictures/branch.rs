@@ -46,6 +46,10 @@ pub fn branch<O>(
     if branches.iter().all(|branch| branch.points().len() < 2) {
         return Err(PlotError::Empty { what: "points of the branch".into() });
     }
+    // Series that are added later differ from both in colour.
+    for label in ["stable", "unstable"] {
+        panel.number(label);
+    }
     for stable in [true, false] {
         for piece in branches.iter().flat_map(|branch| pieces(branch, stable)) {
             let points = piece.iter().map(place).collect();

@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 /// ```
 ///
 /// # Errors
-/// [`PlotError::Empty`] without waves, [`PlotError::Range`] for cycles that are not positive, [`PlotError::NotFinite`],
+/// [`PlotError::Empty`] without waves, [`PlotError::Cycles`] for cycles outside (0, 1e4], [`PlotError::NotFinite`],
 /// [`PlotError::NoUnit`].
 pub fn stiffness(waves: &[(&str, &Wave)], value: &str, cycles: f64) -> Result<Panel, PlotError> {
     let mut panel = Panel::new("", "mesh cycles φ/2π [1]", value)?;
@@ -30,7 +30,7 @@ pub fn stiffness(waves: &[(&str, &Wave)], value: &str, cycles: f64) -> Result<Pa
     }
     finite("cycles", [&cycles])?;
     if cycles <= 0.0 || cycles > 1e4 {
-        return Err(PlotError::Range { what: "range of the cycles".into(), range: [0.0, cycles] });
+        return Err(PlotError::Cycles { value: cycles });
     }
     for (name, wave) in waves {
         panel = panel.with(name, Mark::Line, samples(wave, cycles))?;

@@ -72,7 +72,8 @@ pub struct DrawnLink {
 impl<N: Nonlinearity> Train<N> {
     /// Angle `[rad]` and displacement of the centre along x and y `[m]` of each body, from coordinates or from the
     /// [shape of a mode](crate::linear::Mode::shape). Angles are counterclockwise, also of a body that turns
-    /// clockwise. A locked body and one without bearing does not move.
+    /// clockwise. A locked body does not turn;
+    /// without bearing a centre moves only as the pin of a carrier.
     ///
     /// ```
     /// use gear_dynamics::trains::SpurPair;
