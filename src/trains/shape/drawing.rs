@@ -35,7 +35,8 @@ pub struct Drawing {
 /// let mut parts = Parts::new();
 /// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3).at([0.1, 0.0]));
 /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
-/// let wheel = &parts.build("pinion", 100.0)?.shape().drawing().bodies[1];
+/// let train = parts.build("pinion", 100.0)?;
+/// let wheel = &train.shape().drawing().bodies[1];
 /// assert_eq!((wheel.centre, wheel.internal), (Some([0.1, 0.0]), false));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
