@@ -35,13 +35,15 @@ fn branch_of<N: Nonlinearity>(pair: &Train<N>, [from, to]: [f64; 2]) -> Outcome<
 const SPEED: &str = "speed of the driver [rad/s]";
 const SWING: &str = "peak-to-peak deflection [m]";
 
+/// Peak-to-peak deflection over the speed.
+fn curve(line: &Branch<ShootingOrbit>) -> Vec<(f64, f64)> {
+    line.points().iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
+}
+
 pub fn response(_: bool) -> Outcome<Figure> {
     let pair = bench_pair(120.0)?;
     let linear = branch_of(&pair.with("mesh half backlash", 0.0)?, [120.0, 600.0])?;
     let loss = branch_of(&pair, [120.0, 600.0])?;
-    let curve = |line: &Branch<ShootingOrbit>| -> Vec<(f64, f64)> {
-        line.points().iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
-    };
     let panel = Panel::new("50 teeth, 300 N m", SPEED, SWING)?
         .with("b = 40 μm: contact loss", Mark::Line, curve(&loss))?
         .with("no gap: always in contact", Mark::Dashed, curve(&linear))?;
@@ -170,9 +172,6 @@ pub fn law(_: bool) -> Outcome<Figure> {
     let laws = Panel::new("contact law", "deflection [m]", "depth of force, f = F/k [m]")?
         .with("smooth flanks", Mark::Line, along().map(ideal))?
         .with("rough flanks", Mark::Line, along().map(force))?;
-    let curve = |line: &Branch<ShootingOrbit>| -> Vec<(f64, f64)> {
-        line.points().iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
-    };
     let folds = |line: &Branch<ShootingOrbit>| -> Vec<(f64, f64)> {
         let folds = line.of_kind(PointKind::Fold);
         folds.iter().map(|fold| (fold.parameter, fold.peak_to_peak())).collect()

@@ -1,10 +1,13 @@
 //! The pair of gears of the course.
 
 use crate::Outcome;
-use gear_dynamics::Wave;
 use gear_dynamics::contact::Nonlinearity;
 use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy, QualityGrade, TransmissionError};
 use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train};
+use gear_dynamics::{Backlash, Wave};
+
+/// b, half of the backlash [m].
+const HALF_BACKLASH: f64 = 4e-5;
 
 /// Mesh stiffness [N/m] and transmission error [m] of two gears of 50 teeth.
 pub fn waves() -> Outcome<[Wave; 2]> {
@@ -19,36 +22,29 @@ fn gears() -> Outcome<(GearPair, f64)> {
     Ok((GearPair::new(&gear, &gear)?, gear.blank(0.03, 7850.0)?.polar_inertia))
 }
 
-fn mesh() -> Outcome<MeshPart> {
+/// The two gears with their mesh, 300 N m on the driver and a contact law.
+fn parts<N: Nonlinearity + Clone>(law: N) -> Outcome<Parts<N>> {
+    let (teeth, inertia) = gears()?;
     let [stiffness, error] = waves()?;
-    let mesh = MeshPart::of_pair(&gears()?.0, stiffness).error(error);
-    Ok(mesh.damping(2000.0).half_backlash(4e-5))
+    let mesh = MeshPart::of_pair(&teeth, stiffness).error(error).damping(2000.0);
+    let mut parts = Parts::default();
+    parts.body("driver", Body::new(inertia)).body("driven", Body::new(inertia));
+    parts.mesh("mesh", "driver", "driven", mesh.law(law)).torque("drive", "driver", 300.0);
+    Ok(parts)
 }
 
-/// The pair on a bench; 300 N m on the driver.
+/// The pair on a bench, with a load on the driven gear.
 pub fn bench_pair(speed: f64) -> Outcome<Train> {
-    let mut parts = Parts::new();
-    let inertia = gears()?.1;
-    parts.body("driver", Body::new(inertia)).body("driven", Body::new(inertia));
-    parts.mesh("mesh", "driver", "driven", mesh()?);
-    Ok(parts.torque("drive", "driver", 300.0).load("driven").build("driver", speed)?)
+    with_law(Backlash::new(HALF_BACKLASH)?, speed)
 }
 
 /// The same with another contact law.
 pub fn with_law<N: Nonlinearity + Clone>(law: N, speed: f64) -> Outcome<Train<N>> {
-    let mut parts = Parts::default();
-    let inertia = gears()?.1;
-    parts.body("driver", Body::new(inertia)).body("driven", Body::new(inertia));
-    parts.mesh("mesh", "driver", "driven", mesh()?.law(law));
-    Ok(parts.torque("drive", "driver", 300.0).load("driven").build("driver", speed)?)
+    Ok(parts(law)?.load("driven").build("driver", speed)?)
 }
 
 /// The same in inertial coordinates, where a torque can be random.
 pub fn with_brake(speed: f64) -> Outcome<Train> {
-    let mut parts = Parts::new();
-    let inertia = gears()?.1;
-    parts.body("driver", Body::new(inertia)).body("driven", Body::new(inertia));
-    parts.mesh("mesh", "driver", "driven", mesh()?).coordinates(Coordinates::Inertial);
-    parts.torque("drive", "driver", 300.0).torque("brake", "driven", -300.0);
-    Ok(parts.build("driver", speed)?)
+    let mut parts = parts(Backlash::new(HALF_BACKLASH)?)?;
+    Ok(parts.coordinates(Coordinates::Inertial).torque("brake", "driven", -300.0).build("driver", speed)?)
 }

@@ -14,8 +14,9 @@ use crate::ode::probe::Probe;
 /// The checks compare:
 /// - what [`Model::offers`] declares with what the model implements;
 /// - the Jacobian with differences of `accel`, and `accel_on_pieces` with `accel`;
-/// - the rates of contacts and edges with differences of deflections and edges in time, at the instant of the
-///   state and at four more phases of the period (without a period: of 1 s, 1 ms, 1000 s and 1 μs);
+/// - the rates of contacts and edges with differences of deflections and edges in time. This is done at the
+///   instant of the state and at four more phases of the period. A model without period is checked at four
+///   instants within each of 1, 1e-3, 1e3 and 1e-6 units of time;
 /// - edges, forces and impacts of contacts with the kinks and jumps of `accel`;
 /// - the drives with the edges that `next_edge` returns.
 ///

@@ -164,7 +164,7 @@ fn balanced<M: Model + ?Sized>(
 }
 
 /// Number of equations from which a factorisation with pivots is tried before a singular value decomposition, which
-/// costs some thirty times as much.
+/// takes longer.
 const LARGE: usize = 128;
 
 /// Smallest entry on the diagonal of R, as a share of the largest one, of equations that are independent.

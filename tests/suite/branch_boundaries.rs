@@ -55,7 +55,7 @@ fn onset_of_contact_loss_in_closed_form() {
 /// a continuation over the speed locates.
 #[test]
 fn folds_meet_in_a_cusp() {
-    cusp(28);
+    cusp(20);
 }
 
 #[test]

@@ -170,7 +170,7 @@ fn folds_with_impacts_lie_between_resonant_grazings() {
 /// With many segments the nodes stand close: they keep clear of the impact as well.
 #[test]
 fn branches_with_impacts_on_many_segments() {
-    impacts_on_segments(30);
+    impacts_on_segments(40);
 }
 
 #[test]

@@ -117,16 +117,6 @@ fn a_fold_and_a_grazing() {
 /// Every kind of located point, moved by a small change of each constant.
 #[test]
 fn located_points_of_a_pair() {
-    located_points(&["damping", "mean force"]);
-}
-
-#[test]
-#[ignore = "half a minute without optimisation: cargo test --release --test suite branch_sensitivities -- --ignored"]
-fn located_points_of_a_pair_by_more_constants() {
-    located_points(&["force", "mesh stiffness"]);
-}
-
-fn located_points(names: &[&str]) {
     let model =
         oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let family = ByConstant::new(&model, "speed").unwrap();
@@ -134,7 +124,7 @@ fn located_points(names: &[&str]) {
     let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
     for (kind, point) in branch.located() {
         let slopes = Sensitivity::of_point(&model, "speed", point).unwrap();
-        for &name in names {
+        for name in ["damping", "mean force", "force", "mesh stiffness"] {
             let value = model.constant(name).unwrap();
             let place = model.names().iter().position(|channel| channel.name == name).unwrap();
             let at = |c: f64| moved_point(&model, name, c, point);

@@ -17,9 +17,9 @@ const KINDS: [(PointKind, &str); 6] = [
     (PointKind::Grazing, "grazing"),
 ];
 
-/// A figure of the orbits over the parameter: stable ones solid, all others dashed, located points marked by kind.
+/// A quantity of the orbits over the parameter: stable ones solid, all others dashed, located points marked by kind.
 ///
-/// `axes`: texts with units of the parameter and the figure. `of`: the figure, for example
+/// `axes`: texts with units of the parameter and the quantity. `of`: the quantity, for example
 /// [`BranchPoint::peak_to_peak`].
 ///
 /// ```

@@ -9,10 +9,10 @@ use gear_dynamics::RattleState;
 use gear_dynamics::branches::BoundaryLine;
 use gear_dynamics::sweep::{Row, Rows};
 
-/// A figure of each row as colour over the two parameters of a sweep, with a bar of colours. Rows without result and
-/// figures that are NaN are grey, with an entry in the legend.
+/// A quantity of each row as colour over the two parameters of a sweep, with a bar of colours. Rows without result and
+/// quantities that are NaN are grey, with an entry in the legend.
 ///
-/// `axes`: texts with units of the first and the second parameter. `value`: text with unit of the figure `of` a row.
+/// `axes`: texts with units of the first and the second parameter. `value`: text with unit of the quantity `of` a row.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, LaneRk4};
@@ -29,7 +29,7 @@ use gear_dynamics::sweep::{Row, Rows};
 ///
 /// # Errors
 /// [`PlotError::NoGrid`] for points that are no grid over two parameters; [`PlotError::Empty`] if no row has a
-/// result; [`PlotError::NotFinite`] for an infinite figure; [`PlotError::NoUnit`].
+/// result; [`PlotError::NotFinite`] for an infinite quantity; [`PlotError::NoUnit`].
 pub fn map(
     rows: &Rows,
     axes: [&str; 2],

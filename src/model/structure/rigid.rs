@@ -101,7 +101,7 @@ impl Free {
 
     /// Narrows all directions down to few that contain every one which no Jacobian resists: those that one weighted
     /// sum C of the Jacobians does not resist, by a factorisation C = Q R with pivots. A singular value
-    /// decomposition of all Jacobians costs some thirty times as much.
+    /// decomposition of all Jacobians takes longer.
     fn narrow(&mut self, jacobians: &[DMatrix<f64>]) {
         let n = self.size.len();
         let mut sum = DMatrix::<f64>::zeros(n, n);

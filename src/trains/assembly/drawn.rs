@@ -1,4 +1,4 @@
-//! What a drawing of a train shows, from its plan.
+//! The drawing of a train from its plan.
 
 use crate::contact::Nonlinearity;
 use crate::trains::assembly::rows::Layout;
@@ -15,7 +15,6 @@ impl<N: Nonlinearity> Layout<'_, N> {
                 centre: self.plan.centres[i],
                 radius: 0.0,
                 internal: false,
-                carrier: topology.carriers[i],
                 motion: self.motion(i),
             };
             for mesh in &topology.meshes {
@@ -30,9 +29,9 @@ impl<N: Nonlinearity> Layout<'_, N> {
             }
             drawn
         };
-        let mesh = |ends, distance| DrawnLink { ends, distance };
-        let meshes = topology.meshes.iter().map(|m| mesh(m.ends, Some(centre_distance(m.part))));
-        let shafts = topology.shafts.iter().map(|(_, ends)| mesh(*ends, None));
+        let link = |ends, distance| DrawnLink { ends, distance };
+        let meshes = topology.meshes.iter().map(|mesh| link(mesh.ends, Some(centre_distance(mesh.part))));
+        let shafts = topology.shafts.iter().map(|(_, ends)| link(*ends, None));
         Drawing {
             bodies: topology.bodies.iter().enumerate().map(body).collect(),
             links: meshes.chain(shafts).collect(),

@@ -127,7 +127,8 @@ pub fn robot_joint(
 /// A split-torque train: `input` drives `paths` intermediate gears in parallel, each with a shaft to a second
 /// gear that drives `output`.
 ///
-/// All meshes `input i` have the phase that is stated for them, otherwise 0, and so do all `output i`.
+/// The meshes `input i` share one phase, and the meshes `output i` share another one: that of their
+/// [`MeshPart`], 0 if it states none.
 /// Bodies: `input`, `output`, and `first i` and `second i` of path i; meshes: `input i` and `output i`;
 /// shafts: `shaft i`.
 ///

@@ -1,4 +1,4 @@
-//! What a drawing of a train shows.
+//! Drawings of trains: bodies, places, links, motions.
 
 use crate::contact::Nonlinearity;
 use crate::error::{ParameterError, check};
@@ -50,8 +50,6 @@ pub struct DrawnBody {
     pub radius: f64,
     /// Whether its teeth point inwards.
     pub internal: bool,
-    /// Index of its carrier, if it is a planet.
-    pub carrier: Option<usize>,
     /// Counterclockwise angle, x and y of the centre, as sums over the inertial coordinates.
     pub(crate) motion: [Vec<Entry>; 3],
 }
@@ -73,8 +71,8 @@ pub struct DrawnLink {
 impl<N: Nonlinearity> Train<N> {
     /// Angle `[rad]` and displacement of the centre along x and y `[m]` of each body, from coordinates or from the
     /// [shape of a mode](crate::linear::Mode::shape). Angles are counterclockwise, also of a body that turns
-    /// clockwise. A locked body does not turn;
-    /// without bearing a centre moves only as the pin of a carrier.
+    /// clockwise. A locked body does not turn. The centre of a body without bearing moves only if it is the pin of a
+    /// carrier.
     ///
     /// ```
     /// use gear_dynamics::trains::SpurPair;
