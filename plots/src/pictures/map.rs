@@ -48,7 +48,7 @@ pub fn map(
 }
 
 /// The rattle state of a contact over the two parameters of a sweep, as areas of four colours. `contact`: its number
-/// from 0.
+/// from 0. A train has a contact for each mesh; the picture shows this one alone.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, LaneRk4};
