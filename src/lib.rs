@@ -176,29 +176,81 @@ pub mod guide {
     /// A course of ten chapters with one pair of gears: from drawing data to a rattle map, and to a train of
     /// one's own. It needs neither Rust nor nonlinear dynamics, and is read in an afternoon.
     pub mod course {
+        /// Drawing data become one equation of motion.
+        ///
+        #[doc = include_str!("../docs/pictures/01-excitation.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/01-one-coordinate.md")]
         pub mod ch01 {}
+        /// At which speeds a pair resonates, and how long the linear answer is right.
+        ///
+        #[doc = include_str!("../docs/pictures/02-response.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/02-linear-response.md")]
         pub mod ch02 {}
+        /// What happens when teeth separate, and why a program must know the instant.
+        ///
+        #[doc = include_str!("../docs/pictures/03-contact-loss.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/03-contact-loss.md")]
         pub mod ch03 {}
+        /// One periodic orbit, and how large its error is.
+        ///
+        #[doc = include_str!("../docs/pictures/04-orbit.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/04-one-orbit.md")]
         pub mod ch04 {}
+        /// Why a pair jumps, and at other speeds upwards than downwards.
+        ///
+        #[doc = include_str!("../docs/pictures/05-jumps.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/05-jumps.md")]
         pub mod ch05 {}
+        /// Where, over speed and torque, a pair rattles.
+        ///
+        #[doc = include_str!("../docs/pictures/06-map.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/06-maps.md")]
         pub mod ch06 {}
+        /// What an uneven torque does to the peak of the mesh force.
+        ///
+        #[doc = include_str!("../docs/pictures/07-random.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/07-random-loads.md")]
         pub mod ch07 {}
+        /// A contact law of one's own.
+        ///
+        #[doc = include_str!("../docs/pictures/08-law.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/08-own-law.md")]
         pub mod ch08 {}
+        /// A train of one's own, from teeth to the orders of its noise.
+        ///
+        #[doc = include_str!("../docs/pictures/09-orders.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/09-own-train.md")]
         pub mod ch09 {}
+        /// Units, scaling, and which tool answers which question.
+        ///
+        #[doc = include_str!("../docs/pictures/10-solvers.svg")]
+        ///
+        #[doc = include_str!("../docs/links.md")]
         #[doc = include_str!("../docs/course/10-which-solver.md")]
         pub mod ch10 {}
     }
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/from-python-and-matlab.md")]
     pub mod from_python_and_matlab {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/robot-joint.md")]
     pub mod robot_joint {}
     /// Twelve pictures; `examples/gallery/` has a function for each.
@@ -253,48 +305,74 @@ pub mod guide {
     ///
     #[doc = include_str!("../docs/pictures/12-modes.svg")]
     pub mod gallery {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/start.md")]
     pub mod start {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/errors.md")]
     pub mod errors {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/theory.md")]
     pub mod theory {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/own-model.md")]
     pub mod own_model {}
+    /// Which solver for which purpose, at which cost.
+    ///
+    #[doc = include_str!("../docs/integrators.svg")]
+    ///
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/integrators.md")]
     pub mod integrators {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/events.md")]
     pub mod events {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/results.md")]
     pub mod results {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/contact-laws.md")]
     pub mod contact_laws {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/trains.md")]
     pub mod trains {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/ready-trains.md")]
     pub mod ready_trains {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/teeth.md")]
     pub mod teeth {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/balance.md")]
     pub mod balance {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/branches.md")]
     pub mod branches {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/tori.md")]
     pub mod tori {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/models.md")]
     pub mod models {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/sweeps.md")]
     pub mod sweeps {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/errata.md")]
     pub mod errata {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/reproduction.md")]
     pub mod reproduction {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/validation.md")]
     pub mod validation {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/references.md")]
     pub mod references {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/glossary.md")]
     pub mod glossary {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../ARCHITECTURE.md")]
     pub mod architecture {}
     /// The README, included here so that its code is tested.
