@@ -44,6 +44,7 @@ mod located_edges_work;
 mod lyapunov;
 mod mesh_phases;
 mod noncircular;
+mod pages;
 mod phase_laws;
 mod reference_nfg;
 mod reference_ring;

@@ -1,0 +1,98 @@
+//! Links and pictures of the pages: a forge follows the definitions at the end of a page, rustdoc those of
+//! docs/links.md, which stand before each page in src/lib.rs.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{read_dir, read_to_string};
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+}
+
+/// All pages below the root that a reader may open, as paths from the root.
+fn pages() -> Vec<PathBuf> {
+    let folders = ["", "docs", "docs/course"];
+    let entries = folders.into_iter().flat_map(|folder| read_dir(root().join(folder)).unwrap());
+    let pages = entries.map(|entry| entry.unwrap().path().strip_prefix(root()).unwrap().to_owned());
+    let pages: Vec<_> =
+        pages.filter(|page| page.extension().is_some_and(|end| end == "md") && !page.ends_with("links.md")).collect();
+    assert!(pages.len() > 30);
+    pages
+}
+
+/// The text of a page without code.
+fn prose(page: &Path) -> String {
+    let text = read_to_string(root().join(page)).unwrap();
+    let blocks = text.split("\n```").step_by(2);
+    blocks.collect::<Vec<_>>().join("\n")
+}
+
+/// The labels that a text defines, with their targets.
+fn definitions(text: &str) -> BTreeMap<&str, &str> {
+    let lines = text.lines().filter_map(|line| line.strip_prefix('[')?.split_once("]: "));
+    lines.collect()
+}
+
+/// The labels to which the links of a text refer, whatever their case and line breaks.
+fn labels(text: &str) -> BTreeSet<String> {
+    let lines = text.lines().filter(|line| !(line.starts_with('[') && line.contains("]: ")));
+    let text = lines.collect::<Vec<_>>().join("\n");
+    let links = text.split('[').skip(1).filter_map(|rest| rest.split_once(']'));
+    let links = links.filter(|(_, after)| !after.starts_with(['(', '[']));
+    links.map(|(label, _)| label.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()).collect()
+}
+
+/// The pages that src/lib.rs includes for rustdoc, as paths from the root.
+fn pages_of_rustdoc() -> Vec<PathBuf> {
+    let library = read_to_string(root().join("src/lib.rs")).unwrap();
+    let files = library.lines().filter_map(|line| line.split_once("include_str!(\"../")?.1.split('"').next());
+    let files: Vec<_> = files.filter(|file| file.ends_with(".md") && *file != "README.md").collect();
+    let (links, pages): (Vec<_>, Vec<_>) = files.chunks(2).map(|pair| (pair[0], PathBuf::from(pair[1]))).unzip();
+    assert!(links.iter().all(|file| *file == "docs/links.md"), "docs/links.md stands before each page: {files:?}");
+    pages
+}
+
+#[test]
+fn links_and_pictures_of_pages_exist() {
+    let mut dead = Vec::new();
+    for page in pages() {
+        let text = prose(&page);
+        let inline = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        for target in inline.chain(definitions(&text).into_values()) {
+            let file = target.split('#').next().unwrap();
+            if !target.contains("://") && !root().join(&page).with_file_name(file).exists() {
+                dead.push(format!("{}: {target}", page.display()));
+            }
+        }
+    }
+    assert!(dead.is_empty(), "{dead:#?}");
+}
+
+#[test]
+fn links_of_pages_lead_somewhere_in_rustdoc() {
+    let rustdoc = read_to_string(root().join("docs/links.md")).unwrap();
+    let known: BTreeSet<_> = definitions(&rustdoc).into_keys().collect();
+    let mut wrong = Vec::new();
+    for page in pages_of_rustdoc() {
+        let text = prose(&page);
+        let own: BTreeSet<_> = definitions(&text).into_keys().collect();
+        let without = own.difference(&known).map(|label| format!("docs/links.md lacks [{label}]"));
+        let lower: BTreeSet<_> = own.iter().map(|label| label.to_lowercase()).collect();
+        let unknown = known.iter().filter(|label| !lower.contains(&label.to_lowercase()));
+        let used = labels(&text);
+        let undefined = unknown.filter(|label| used.contains(&label.to_lowercase()));
+        let undefined = undefined.map(|label| format!("the page does not define [{label}]"));
+        let unused = lower.difference(&used).map(|label| format!("nothing refers to [{label}]"));
+        let inline = text.split("](").skip(1).filter(|rest| !rest.starts_with("https://"));
+        let inline = inline.map(|rest| format!("a link to {:?}", rest.split(')').next()));
+        let all = without.chain(undefined).chain(unused).chain(inline);
+        wrong.extend(all.map(|what| format!("{}: {what}", page.display())));
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn paths_of_rustdoc_stand_in_its_definitions_only() {
+    let wrong: Vec<_> = pages().into_iter().filter(|page| prose(page).contains("(crate::")).collect();
+    assert!(wrong.is_empty(), "links that a forge does not follow: {wrong:?}");
+}
