@@ -5,34 +5,8 @@
 //! and [`Shooting`] find periodic orbits; [`Sweep`] makes many runs. The [`guide`] starts with an example and
 //! a list by purpose.
 //!
-//! A planetary set, its branch of periodic orbits over the speed, and a map over speed and torque in SIMD
-//! lanes:
-//!
-//! ```
-//! use gear_dynamics::branches::{ByConstant, Continuation};
-//! use gear_dynamics::excitation::Fourier;
-//! use gear_dynamics::sweep::{Axis, LaneRk4};
-//! use gear_dynamics::trains::{Body, Members, Planetary};
-//! use gear_dynamics::{Sweep, Wave};
-//! let wave = |k: f64| Fourier::new(k, &[[0.2 * k, 0.0]]).map(Wave::new); // N/m over the mesh angle
-//! let members = Members {
-//!     sun: (30, Body::new(1e-3)), // teeth, kg m²
-//!     planet: (30, Body::new(1e-3)),
-//!     ring: (90, Body::new(5e-2).locked()),
-//!     carrier: Body::new(3e-2),
-//! };
-//! let set = Planetary::new(3, 0.03, members, [wave(2e8)?, wave(2.5e8)?])?.damping(700.0).half_backlash(3e-5);
-//! let train = set.parts().torque("drive", "sun", 80.0).load("carrier").build("sun", 400.0)?;
-//! let branch = Continuation::new(400.0, 440.0).run(&ByConstant::new(&train, "speed")?, &[])?;
-//! let axes = vec![Axis::linear("speed", 400.0, 440.0, 4)?, Axis::linear("drive", 20.0, 80.0, 4)?];
-//! let sweep = Sweep::grid(axes)?.channels(&["deflection 1"]).rattle();
-//! let rows = sweep.of_machine(&LaneRk4::for_model(&train)?, &train)?.run()?;
-//! rows.table()?.write_csv(std::io::stdout())?; // a line for each speed and torque
-//! # let (last, row) = (branch.points().last().ok_or("a point")?, rows.get(15)?);
-//! # let mean = row.channel("deflection 1")?.mean; // 440 rad/s, 80 N m: by shooting and in lanes
-//! # assert!((last.parameter - 440.0).abs() < 1e-9 && (mean / last.summaries[0].mean - 1.0).abs() < 1e-6);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+#![doc = include_str!("../docs/links.md")]
+#![doc = include_str!("../docs/planetary.md")]
 
 pub mod analysis;
 pub mod branches;

@@ -1,4 +1,4 @@
-//! Links and pictures of the pages: a forge follows the definitions at the end of a page, rustdoc those of
+//! The pages against the tree. Links and pictures: a forge follows the definitions at the end of a page, rustdoc those of
 //! docs/links.md, which stand before each page in src/lib.rs.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,8 +14,9 @@ fn pages() -> Vec<PathBuf> {
     let folders = ["", "docs", "docs/course"];
     let entries = folders.into_iter().flat_map(|folder| read_dir(root().join(folder)).unwrap());
     let pages = entries.map(|entry| entry.unwrap().path().strip_prefix(root()).unwrap().to_owned());
-    let pages: Vec<_> =
-        pages.filter(|page| page.extension().is_some_and(|end| end == "md") && !page.ends_with("links.md")).collect();
+    let pages: Vec<_> = pages
+        .filter(|page| page.extension().is_some_and(|end| end == "md") && !page.ends_with("links.md"))
+        .collect();
     assert!(pages.len() > 30);
     pages
 }
@@ -47,8 +48,12 @@ fn pages_of_rustdoc() -> Vec<PathBuf> {
     let library = read_to_string(root().join("src/lib.rs")).unwrap();
     let files = library.lines().filter_map(|line| line.split_once("include_str!(\"../")?.1.split('"').next());
     let files: Vec<_> = files.filter(|file| file.ends_with(".md") && *file != "README.md").collect();
-    let (links, pages): (Vec<_>, Vec<_>) = files.chunks(2).map(|pair| (pair[0], PathBuf::from(pair[1]))).unzip();
-    assert!(links.iter().all(|file| *file == "docs/links.md"), "docs/links.md stands before each page: {files:?}");
+    let (links, pages): (Vec<_>, Vec<_>) =
+        files.chunks(2).map(|pair| (pair[0], PathBuf::from(pair[1]))).unzip();
+    assert!(
+        links.iter().all(|file| *file == "docs/links.md"),
+        "docs/links.md stands before each page: {files:?}"
+    );
     pages
 }
 
@@ -95,4 +100,25 @@ fn links_of_pages_lead_somewhere_in_rustdoc() {
 fn paths_of_rustdoc_stand_in_its_definitions_only() {
     let wrong: Vec<_> = pages().into_iter().filter(|page| prose(page).contains("(crate::")).collect();
     assert!(wrong.is_empty(), "links that a forge does not follow: {wrong:?}");
+}
+
+#[test]
+fn every_public_error_stands_on_the_page_of_errors() {
+    let page = read_to_string(root().join("docs/errors.md")).unwrap();
+    let mut folders = vec![root().join("src")];
+    let mut errors = vec!["Unsettled".to_owned(), "Inconsistency".to_owned(), "Exhausted".to_owned()];
+    while let Some(folder) = folders.pop() {
+        for path in read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let code = read_to_string(path).unwrap();
+            let names =
+                code.lines().filter_map(|line| line.strip_prefix("pub enum ")?.split([' ', '<']).next());
+            errors.extend(names.filter(|name| name.ends_with("Error")).map(str::to_owned));
+        }
+    }
+    errors.retain(|name| !page.contains(&format!("`{name}")));
+    assert!(errors.is_empty(), "docs/errors.md does not say what to do on {errors:?}");
 }
