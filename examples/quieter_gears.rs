@@ -177,7 +177,7 @@ fn grid(pair: &Machine<RelievedPair>) -> Outcome<Vec<[f64; 4]>> {
             row.point()["relief"],
             row.point()["phase"],
             row.channel("q1")?.peak_to_peak(),
-            row.contact(0).loss_fraction(),
+            row.contacts()[0].loss_fraction(),
         ])
     };
     rows.iter().map(row).collect()

@@ -235,11 +235,11 @@ fn main() -> Outcome<()> {
     let (mut wrong, mut near) = (0, 0);
     for row in rows.iter() {
         let [speed, load] = [row.point()["speed"], row.point()["load"]];
-        csv.row(&[&speed, &load, &row.rattle_state(0).rsv()])?;
+        csv.row(&[&speed, &load, &row.contacts()[0].rattle_state().rsv()])?;
         let i = (((speed - ends[0]) / step) as usize).min(onsets.len() - 2);
         let [a, b] = [&onsets[i], &onsets[i + 1]];
         let onset = a.load + (speed - a.speed) / (b.speed - a.speed) * (b.load - a.load);
-        let differs = (load < onset) != (row.rattle_state(0) != RattleState::None);
+        let differs = (load < onset) != (row.contacts()[0].rattle_state() != RattleState::None);
         if (load / onset - 1.0).abs() < 0.02 {
             near += 1;
         } else if differs {
@@ -261,9 +261,9 @@ fn main() -> Outcome<()> {
         &[
             map(
                 "rattle state: 0 none, 1 unilateral, 2 bilateral",
-                rows.column(|row| f64::from(row.rattle_state(0).rsv())),
+                rows.column(|row| f64::from(row.contacts()[0].rattle_state().rsv())),
             ),
-            map("contact loss, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
+            map("contact loss, share of the time", rows.column(|row| row.contacts()[0].loss_fraction())),
         ],
         &[curve, doubling],
     )?;

@@ -71,7 +71,7 @@ fn main() -> Outcome<()> {
         csv.row(&[
             &row.point()["omega_1"],
             &row.point()["load"],
-            &(row.rattle_state(0).rsv()),
+            &(row.contacts()[0].rattle_state().rsv()),
             &row.channel("q1")?.peak_to_peak(),
         ])?;
     }
@@ -92,7 +92,7 @@ fn main() -> Outcome<()> {
         100.0 * rows.iter().filter(|row| of(row)).count() as f64 / (SIDE * SIDE) as f64
     };
     for state in [RattleState::None, RattleState::Unilateral, RattleState::Bilateral, RattleState::Floating] {
-        println!("{state:10} {:5.1}% of the points", share(&|row| row.rattle_state(0) == state));
+        println!("{state:10} {:5.1}% of the points", share(&|row| row.contacts()[0].rattle_state() == state));
     }
     println!("sensitive  {:5.1}% of the points: chaotic or grazing", share(&|row| row.is_sensitive()));
 
@@ -104,13 +104,13 @@ fn main() -> Outcome<()> {
         &[
             map(
                 "rattle state: 0 none, 1 unilateral, 2 bilateral, 3 floating",
-                rows.column(|row| f64::from(row.rattle_state(0).rsv())),
+                rows.column(|row| f64::from(row.contacts()[0].rattle_state().rsv())),
             ),
             map(
                 "log10 of the peak-to-peak of the deflection [m]",
                 rows.column(|row| row.channel("deflection").map_or(f64::NAN, |x| x.peak_to_peak().log10())),
             ),
-            map("contact loss, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
+            map("contact loss, share of the time", rows.column(|row| row.contacts()[0].loss_fraction())),
             map(
                 "sensitive: 1 if results depend on small changes",
                 rows.column(|row| f64::from(u8::from(row.is_sensitive()))),

@@ -1,44 +1,11 @@
-//! Poincaré sections.
+//! Poincaré sections: states at which a channel crosses a level.
 
 use crate::error::{ParameterError, check};
-use crate::model::{Model, Periodic, State};
+use crate::model::{Model, State};
 use crate::numeric::gauss::FIVE;
-use crate::ode::integrator::sample;
 use crate::ode::probe::Probe;
-use crate::ode::{Budget, Failed, Integrator, Observer, Step, Trajectory};
+use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
-
-/// Strobed states of a run: `count` states at the times start + k T, k = 1 .. `count`, with the period T of
-/// the drives.
-///
-/// ```
-/// use gear_dynamics::{Budget, Dop853, NfgPair, NfgParams, analysis::strobe};
-/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let section = strobe(&Dop853::new(), &pair, &pair.static_start()?, 3, &Budget::new())?;
-/// assert_eq!(section.len(), 3);
-/// assert!((section.q(2)[0] - section.q(1)[0]).abs() < 1e-9); // nearly periodic after two turns
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// # Errors
-/// [`Failed`], which contains the states before the failure or the end of the budget. A count with
-/// count (2 dof + 1) > 2²⁶ or a period outside 1e-50 .. 1e50 fails before the run.
-pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
-    integrator: &I,
-    model: &M,
-    start: &State,
-    count: usize,
-    budget: &Budget,
-) -> Result<Trajectory, Failed> {
-    let checked = check::count("numbers of the states", &[count, 2 * model.dof() + 1], check::NUMBERS)
-        .and_then(|_| check::scale("period of the model", model.period()));
-    if let Err(error) = checked {
-        let trajectory = Box::new(Trajectory::empty(model.dof(), start.t));
-        return Err(Failed { error: error.into(), trajectory });
-    }
-    let times: Vec<f64> = (1..=count).map(|k| start.t + k as f64 * model.period()).collect();
-    sample(integrator, model, start, &times, Some(&budget.begin()))
-}
 
 /// The direction in which a channel crosses the level of a [`Section`].
 ///

@@ -55,6 +55,9 @@ pub struct Continuation {
     pub(crate) budget: Budget,
 }
 
+/// Name of the parameter in errors.
+const PARAMETER: &str = "parameter of the continuation";
+
 impl Continuation {
     /// A continuation from the parameter `from` towards `to`.
     ///
@@ -195,11 +198,8 @@ impl Continuation {
     pub(crate) fn across(&self, p: f64) -> Result<[f64; 2], BranchError> {
         let wide = [0.1 * p, 10.0 * p];
         let [low, high] = self.across.unwrap_or([wide[0].min(wide[1]), wide[0].max(wide[1])]);
-        check::all_finite("bounds across", &[low, high])?;
-        if low < high && (low..=high).contains(&p) {
-            return Ok([low, high]);
-        }
-        Err(BranchError::Bounds { low, high, start: p })
+        check::between("first parameter of the boundary", p, [low, high])?;
+        Ok([low, high])
     }
 
     /// Unit of the parameter in the length of a step.
@@ -210,20 +210,15 @@ impl Continuation {
     pub(crate) fn check(&self) -> Result<(), BranchError> {
         check::all_finite("ends of the continuation", &[self.from, self.to])?;
         if self.from == self.to {
-            return Err(BranchError::EmptyRange { value: self.from });
+            return Ok(check::between(PARAMETER, self.from, [self.from, self.to])?);
         }
-        let [low, high] = self.low_and_high();
-        check::all_finite("bounds of the parameter", &[low, high])?;
-        if !(low < high && (low..=high).contains(&self.from)) {
-            return Err(BranchError::Bounds { low, high, start: self.from });
-        }
+        self.check_start(self.from)?;
         self.check_steps()
     }
 
     /// Checks that a continuation starts within the bounds of the parameter.
     pub(crate) fn check_start(&self, start: f64) -> Result<(), BranchError> {
-        let [low, high] = self.low_and_high();
-        if (low..=high).contains(&start) { Ok(()) } else { Err(BranchError::Bounds { low, high, start }) }
+        Ok(check::between(PARAMETER, start, self.low_and_high())?)
     }
 
     pub(crate) fn check_steps(&self) -> Result<(), BranchError> {

@@ -91,7 +91,7 @@ pub enum MultiplierError {
     Monodromy(#[from] ParameterError),
     /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
     #[error("the multipliers were not computed: {0}")]
-    Budget(#[from] Exhausted),
+    Exhausted(#[from] Exhausted),
 }
 
 /// Floquet multipliers μ of an orbit, the eigenvalues of its monodromy matrix: a small difference grows by μ

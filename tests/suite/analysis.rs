@@ -117,7 +117,7 @@ fn coexisting_orbits_of_a_spur_pair() {
             // up to h²/8 times the acceleration.
             let outside = [q.max - number("max"), number("min") - q.min];
             assert!(outside.iter().all(|d| (-1e-10..1e-7).contains(d)), "W = {w}: {outside:?}");
-            let contact = rattle.contact(0);
+            let contact = rattle.contacts()[0];
             assert!((contact.loss_fraction() - number("gap_fraction")).abs() < 1e-8);
             assert_eq!(finish.stats.crossings as f64, number("crossings"));
             let expected =
@@ -139,7 +139,7 @@ fn rattle_without_located_edges() {
         .plain()
         .run(&model, &start, 10.0 * model.period(), &mut rattle)
         .unwrap();
-    let contact = rattle.contact(0);
+    let contact = rattle.contacts()[0];
     assert_eq!((contact.rattle_state(), contact.impact_count()), (RattleState::Unilateral, 10));
     assert!((contact.loss_fraction() - 0.541_751_5).abs() < 1e-3);
 }
@@ -177,13 +177,13 @@ fn settling_finds_the_period_multiple() {
     assert_eq!(multiple(0.20), Ok(1));
     assert_eq!(multiple(0.28), Ok(2));
     assert_eq!(multiple(0.29), Ok(4));
-    assert!(matches!(multiple(0.50), Err(Unsettled::Aperiodic { periods: 500, .. })));
+    assert!(matches!(multiple(0.50), Err(SettleError::Aperiodic { periods: 500, .. })));
     assert_eq!(multiple(0.65), Ok(2));
     // Without excitation the motion decays to rest in a well, which has period 1.
     assert_eq!(multiple(0.0), Ok(1));
     assert!(matches!(
         Settle::new().tolerance(0.0).run(&solver, &Duffing { force: 0.2 }, &start),
-        Err(Unsettled::Failed { .. })
+        Err(SettleError::Integrate { .. })
     ));
 }
 

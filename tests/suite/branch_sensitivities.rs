@@ -9,7 +9,7 @@ use gear_dynamics::model::{Periodic, State};
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::ode::Exhausted;
 use gear_dynamics::periodic::ShootingOrbit;
-use gear_dynamics::{Budget, NfgPair, NfgParams, Shooting, Statistics};
+use gear_dynamics::{Budget, NfgPair, NfgParams, ParameterError, Shooting, Statistics};
 
 /// Central difference of fourth order.
 fn difference(f: &dyn Fn(f64) -> f64, at: f64, h: f64) -> f64 {
@@ -268,7 +268,7 @@ fn least_peak_to_peak_value() {
     assert!(matches!(few, Err(DesignError::NotConverged { evaluations: 1..=2, .. })), "{few:?}");
     let bounds =
         Least::new("deflection", Figure::Rms).over("stiffness variation", 0.1, 0.3).run(&model, &guess);
-    assert!(matches!(bounds, Err(DesignError::Bounds { value: 0.05, .. })));
+    assert!(matches!(bounds, Err(DesignError::Parameter(ParameterError::Bounds { value: 0.05, .. }))));
 }
 
 /// A spent budget keeps the best constants found; a cancelled search has none.

@@ -210,7 +210,7 @@ fn starts_without_an_orbit_are_refused() {
     assert!(matches!(error, BranchError::Balance(BalanceError::StartInGap { contact: 0 })), "{error}");
     let start = guess(&model, [1.1, 0.0, 0.0]);
     let error = Continuation::new(0.5, 0.5).run(&family, &start).unwrap_err();
-    assert!(matches!(error, BranchError::EmptyRange { .. }));
+    assert!(matches!(error, BranchError::Parameter(ParameterError::Bounds { .. })));
     let few = continuation.clone().budget(Budget::new().steps(100));
     let branch = few.run(&family, &start).unwrap();
     assert!(matches!(branch.end(), BranchEnd::Exhausted(_)) && !branch.points().is_empty());

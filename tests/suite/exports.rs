@@ -148,9 +148,9 @@ fn rows_of_a_sweep() {
         let force = row.channel("mesh force").unwrap();
         assert_eq!([find("rms mesh force"), find("max mesh force")], [force.rms, force.max]);
         assert_eq!(find("deviation q1"), row.channel("q1").unwrap().deviation);
-        assert_eq!(find("gap 1"), row.contact(0).time[1]);
-        assert_eq!(find("impacts upper 1"), row.contact(0).impacts[1] as f64);
-        assert_eq!(find("rattle state 1"), f64::from(row.rattle_state(0).rsv()));
+        assert_eq!(find("gap 1"), row.contacts()[0].time[1]);
+        assert_eq!(find("impacts upper 1"), row.contacts()[0].impacts[1] as f64);
+        assert_eq!(find("rattle state 1"), f64::from(row.contacts()[0].rattle_state().rsv()));
         assert_eq!([find("change"), find("scatter")], [row.change(), row.scatter()]);
     }
     // A parameter with the name of a result.

@@ -48,7 +48,7 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
         for channel in ["q1", "deflection", "mesh force"] {
             assert_eq!(alone.channel(channel), row.channel(channel), "{what}, {channel}");
         }
-        assert_eq!(alone.contact(0), row.contact(0), "{what}");
+        assert_eq!(alone.contacts()[0], row.contacts()[0], "{what}");
     }
     let force = |i: usize| together.get(i).unwrap().channel("mesh force").unwrap();
     assert_ne!(force(0), force(3), "{what} has no effect");

@@ -66,7 +66,7 @@ fn orbit_by<I: Integrator>(solver: &I, pair: &NfgPair) -> Measured {
     let times = uniform_times(steady.state.t, end, SAMPLES * steady.period_multiple).unwrap();
     let run = solver.sample(pair, &steady.state, &times).unwrap();
     Measured {
-        state: rattle.contact(0).rattle_state(),
+        state: rattle.contacts()[0].rattle_state(),
         q: statistics.summary("q1").unwrap(),
         deflection: statistics.summary("deflection").unwrap(),
         crossings: finish.stats.crossings / steady.period_multiple as u64,

@@ -233,6 +233,6 @@ fn a_stop_on_one_side_alone() {
     let (one, other) = (rows(&stop, 2.0), rows(&far, 2.0));
     assert!(one.errors().is_empty(), "{:?}", one.errors());
     for (a, b) in one.iter().zip(other.iter()) {
-        assert_eq!((a.channel("q1"), a.contact(0)), (b.channel("q1"), b.contact(0)));
+        assert_eq!((a.channel("q1"), a.contacts()[0]), (b.channel("q1"), b.contacts()[0]));
     }
 }

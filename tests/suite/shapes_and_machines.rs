@@ -376,7 +376,7 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
     assert!(matches!(of(|s| s.repeats = 2), Err(P::NotPeriodic { .. })));
     assert!(matches!(of(|s| s.repeats = 0), Err(P::TooFew { .. })));
     assert_eq!(of(|s| (s.repeats, s.wave) = (2, |x: f64| (2.0 * x).sin())), Ok(()));
-    assert!(matches!(of(|s| s.names = vec!["speed", "speed"]), Err(P::ConstantTwice { .. })));
+    assert!(matches!(of(|s| s.names = vec!["speed", "speed"]), Err(P::Twice { .. })));
     let shape = Flawed::right();
     assert_eq!(
         Machine::with_constants(shape.clone(), &[("speed", 1.0)]).unwrap_err(),
@@ -384,7 +384,7 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
     );
     assert_eq!(
         Machine::with_constants(shape.clone(), &[("speed", 1.0), ("speed", 2.0), ("load", 1.0)]).unwrap_err(),
-        P::ConstantTwice { name: "speed".into() }
+        P::Twice { name: "speed".into() }
     );
     assert!(matches!(
         Machine::with_constants(shape.clone(), &[("speed", 0.0), ("load", 1.0)]),

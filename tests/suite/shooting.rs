@@ -144,7 +144,8 @@ fn spur_pairs_of_the_classics() {
                     (Statistics::new(&model, &["q1"]).unwrap(), Rattle::new(&model));
                 cycle.observe(&model, &mut (&mut statistics, &mut rattle)).unwrap();
                 let q = statistics.summary("q1").unwrap();
-                let ours = [q.max, q.min, q.mean, q.standard_deviation(), rattle.contact(0).loss_fraction()];
+                let ours =
+                    [q.max, q.min, q.mean, q.standard_deviation(), rattle.contacts()[0].loss_fraction()];
                 // The reference extremes are those of 4000 samples of a period.
                 assert!((-1e-9..2e-7).contains(&(ours[0] - number(&solution["max"]))));
                 assert!((-1e-9..2e-7).contains(&(number(&solution["min"]) - ours[1])));
@@ -406,7 +407,7 @@ fn bad_guesses() {
     }
     assert!(matches!(
         shooting.solve(&Breaks, &[State::at_rest(1)]),
-        Err(ShootingError::Flow { segment: 0, .. })
+        Err(ShootingError::Integrate { segment: 0, .. })
     ));
 }
 
@@ -427,7 +428,7 @@ fn a_recorded_orbit_needs_no_further_integration() {
             orbit.observe(&model, &mut both).unwrap();
         }
         let [q, f] = ["q1", "mesh force"].map(|name| statistics.summary(name).unwrap());
-        [q.mean, q.rms, q.max, q.min, f.mean, f.rms, rattle.contact(0).loss_fraction()]
+        [q.mean, q.rms, q.max, q.min, f.mean, f.rms, rattle.contacts()[0].loss_fraction()]
     };
     for (a, b) in figures(true).into_iter().zip(figures(false)) {
         assert!((a - b).abs() < 1e-11, "{a} {b}");

@@ -44,7 +44,7 @@ fn a_row_file_of_the_repository_is_read() {
     assert_eq!(read.fingerprint(), fresh.fingerprint());
     assert_eq!(read.points(), fresh.points());
     let row = read.get(3).unwrap();
-    assert_eq!(row.rattle_state(0), fresh.get(3).unwrap().rattle_state(0));
+    assert_eq!(row.contacts()[0].rattle_state(), fresh.get(3).unwrap().contacts()[0].rattle_state());
     assert_eq!(row.channel("q1").unwrap().mean, fresh.get(3).unwrap().channel("q1").unwrap().mean);
     assert_eq!(read.get(4).unwrap_err().to_string(), "no model: left out");
     // Rows that were read can be resumed by the same sweep.

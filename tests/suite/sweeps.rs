@@ -60,7 +60,7 @@ fn the_same_bits_however_it_is_run() {
         let alone = alone.run(&LaneRk4::new(STEPS), pair, rest).unwrap();
         let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
         assert_eq!(a.channel("q1"), b.channel("q1"));
-        assert_eq!(a.contact(0), b.contact(0));
+        assert_eq!(a.contacts()[0], b.contacts()[0]);
         assert!(a.strobes().eq(b.strobes()));
         assert_eq!(alone.alone(), 1);
     }
@@ -80,7 +80,7 @@ fn the_bits_are_pinned() {
         (15, -6.374_161_364_181e-4, -7.539_015_901_571e-4, -5.441_418_128_511e-4, 369.0, 93),
     ] {
         let row = rows.get(index).unwrap();
-        let (q, contact) = (row.channel("q1").unwrap(), row.contact(0));
+        let (q, contact) = (row.channel("q1").unwrap(), row.contacts()[0]);
         for (found, expected) in [(q.mean, mean), (q.min, min), (q.max, max)] {
             assert!((found / expected - 1.0).abs() < 1e-9, "row {index}: {found} instead of {expected}");
         }
@@ -148,8 +148,8 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg, at_rest).unwrap();
     let lanes = sweep.clone().check_every(1).run(&LaneRk4::new(63 * 64).lanes::<4>(), nfg, at_rest).unwrap();
     for (a, b) in lanes.iter().zip(located.iter()) {
-        assert_eq!(a.rattle_state(0), b.rattle_state(0));
-        let (x, y) = (a.contact(0), b.contact(0));
+        assert_eq!(a.contacts()[0].rattle_state(), b.contacts()[0].rattle_state());
+        let (x, y) = (a.contacts()[0], b.contacts()[0]);
         // A stay of less than a step may fall between two samples. Then neither it nor its impact is counted.
         let Missed { flights, short, peaks } = missed(&nfg(&a.point()).unwrap(), 8, 63 * 64, &channels);
         assert!(x.impact_count().abs_diff(y.impact_count()) <= short, "{x:?} {y:?}, {short} short stays");
@@ -195,7 +195,7 @@ fn the_scalar_engine_agrees_with_lanes() {
                 "{a:?} {b:?}"
             );
         }
-        assert_eq!(a.contact(0), b.contact(0));
+        assert_eq!(a.contacts()[0], b.contacts()[0]);
     }
 }
 
@@ -217,7 +217,7 @@ fn chaos_is_flagged_and_periods_are_found() {
     let fine = fine.periodic_tolerance(1e-4).run(&LaneRk4::new(4 * 4032).lanes::<4>(), nfg, at_rest).unwrap();
     assert_eq!(of(&fine), [(Some(1), false)]);
     let (coarse, fine) = (rows.get(3).unwrap(), fine.get(0).unwrap());
-    assert_eq!(coarse.rattle_state(0), fine.rattle_state(0));
+    assert_eq!(coarse.contacts()[0].rattle_state(), fine.contacts()[0].rattle_state());
     for channel in ["q1", "deflection"] {
         let [a, b] = [coarse, fine].map(|row| row.channel(channel).unwrap().peak_to_peak());
         assert!((a / b - 1.0).abs() < 0.05, "{channel}: {a} {b}"); // the bound of `is_sensitive`
@@ -317,7 +317,7 @@ fn rings_in_lanes_are_each_ring_alone() {
             }
         }
         // The rows are those of different motions, with impacts.
-        assert!(together.iter().any(|row| (0..3).any(|i| row.contact(i).impact_count() > 0)));
+        assert!(together.iter().any(|row| (0..3).any(|i| row.contacts()[i].impact_count() > 0)));
         let mut differ: Vec<u64> =
             together.iter().map(|row| row.channel("deflection 1").unwrap().rms.to_bits()).collect();
         differ.sort_unstable();
@@ -590,14 +590,14 @@ fn up_and_down(speeds: &[f64]) {
         let [x, y] = [a, b].map(|row| row.channel("q1").unwrap().peak_to_peak());
         println!(
             "{speed}: {:?} {:?}, {:.2} %, scatter {:.1e}",
-            a.rattle_state(0),
-            b.rattle_state(0),
+            a.contacts()[0].rattle_state(),
+            b.contacts()[0].rattle_state(),
             100.0 * (x / y - 1.0),
             a.scatter()
         );
         if !(a.is_sensitive() || b.is_sensitive()) {
             firm += 1;
-            assert_eq!(a.rattle_state(0), b.rattle_state(0), "{speed}");
+            assert_eq!(a.contacts()[0].rattle_state(), b.contacts()[0].rattle_state(), "{speed}");
             assert!((x / y - 1.0).abs() < 0.05, "{speed}: {x} {y}");
         }
         assert!(
@@ -643,10 +643,10 @@ fn located(scan: &[f64], measure: usize) -> Rows {
 #[test]
 fn thresholds_of_reading_a() {
     let rows = located(&[131.38, 131.48, 164.0], 2);
-    let states: Vec<_> = rows.iter().map(|row| row.rattle_state(0)).collect();
+    let states: Vec<_> = rows.iter().map(|row| row.contacts()[0].rattle_state()).collect();
     assert_eq!(states, [RattleState::None, RattleState::Unilateral, RattleState::Bilateral]);
     let last = rows.get(2).unwrap();
-    assert_eq!((last.period_multiple(), last.contact(0).impact_count()), (Some(1), 2 * 126));
+    assert_eq!((last.period_multiple(), last.contacts()[0].impact_count()), (Some(1), 2 * 126));
 }
 
 #[test]
@@ -657,7 +657,7 @@ fn onset_of_bilateral_rattle_of_reading_a() {
     let onset = rows
         .iter()
         .zip(scan)
-        .find(|(row, _)| row.rattle_state(0) == RattleState::Bilateral)
+        .find(|(row, _)| row.contacts()[0].rattle_state() == RattleState::Bilateral)
         .map(|(_, speed)| speed);
     assert!(onset.is_some_and(|speed| (149.6..=150.1).contains(&speed)), "{onset:?}");
 }

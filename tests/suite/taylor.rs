@@ -184,7 +184,7 @@ algebra!(Sink, |q, _v, a| { a[0] = (q[0] + S::from(1.0)).ln() });
 #[test]
 fn singular_points_are_named() {
     let run = |error: Result<State, IntegrateError>| match error.unwrap_err() {
-        IntegrateError::Singular { t, what } => (t, what),
+        IntegrateError::NoSeriesAt { t, what } => (t, what),
         other => panic!("{other}"),
     };
     // x'' = -1/x² from rest at 1 reaches 0 at π/(2√2).

@@ -59,7 +59,7 @@ fn at_speed(set: &RingSet) -> Outcome<Point> {
         (Rattle::new(&ring), Statistics::new(&ring, &["deflection 1", "mesh force 1"])?);
     solver.run(&ring, &settled, 5.5, &mut (&mut rattle, &mut statistics))?;
     let (dte, force) = (statistics.summary("deflection 1")?, statistics.summary("mesh force 1")?);
-    Ok(Point { dte, force, contact: rattle.contact(0) })
+    Ok(Point { dte, force, contact: rattle.contacts()[0] })
 }
 
 /// Natural frequencies, and the torque that accelerates the ring.

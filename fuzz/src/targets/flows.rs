@@ -4,7 +4,7 @@ use super::{build, laws};
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased};
 use crate::{any, solvers};
-use gear_dynamics::analysis::{Direction, Impacts, Probe, Section, Summary, Waterfall, strobe};
+use gear_dynamics::analysis::{Direction, Impacts, Probe, Section, Strobe, Summary, Waterfall};
 use gear_dynamics::check::{check_model, check_periodic};
 use gear_dynamics::drives::VaryingSpeed;
 use gear_dynamics::ode::{Step, Trajectory, uniform_times};
@@ -123,7 +123,7 @@ pub fn observers(case: &mut Case) -> Run {
 
 /// The impacts of one contact, of which the rattle counted `count`.
 fn listed(case: &mut Case, impacts: &Impacts<'_, Erased>, contact: usize, count: u64) -> Run {
-    let summary = impacts.summary(contact);
+    let summary = impacts.summaries()[contact];
     // Rebounds at one instant are one impact of the list.
     holds(summary.count <= count, || format!("{summary:?}: {count} counted"))?;
     for impact in impacts.of(contact) {
@@ -144,7 +144,8 @@ pub fn settling(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let solver = solvers::solver(case, model.period(), 2 * model.dof());
     if case.chance(0.5) {
-        let points = strobe(&solver, &model, &start, case.effort(5), &Budget::new().steps(20_000))?;
+        let points =
+            Strobe::new(case.effort(5)).budget(Budget::new().steps(20_000)).run(&solver, &model, &start)?;
         for i in 0..points.len() {
             all_finite("strobed q", points.q(i))?;
         }
@@ -162,8 +163,9 @@ pub fn settling(case: &mut Case) -> Run {
         Err(error) => {
             // A start that is not finite is returned as it was.
             holds(
-                start.q.iter().any(|q| !q.is_finite()) || error.state().q.iter().all(|q| q.is_finite()),
-                || format!("{:?}", error.state()),
+                start.q.iter().any(|q| !q.is_finite())
+                    || error.last().is_none_or(|last| last.q.iter().all(|q| q.is_finite())),
+                || format!("{:?}", error.last()),
             )?;
             Err(error.into())
         }

@@ -48,7 +48,7 @@ pub fn map(
 }
 
 /// The rattle state of a contact over the two parameters of a sweep, as areas of four colours. `contact`: its number
-/// from 0. A train has a contact for each mesh; the picture shows this one alone.
+/// from 0. A train has a contact for each mesh; the picture shows this one alone. Grey without rattle statistics of it.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, LaneRk4};
@@ -70,7 +70,7 @@ pub fn map(
 pub fn rattle_map(rows: &Rows, axes: [&str; 2], contact: usize) -> Result<Panel, PlotError> {
     let names = ["no rattle", "unilateral rattle", "bilateral rattle", "no contact"];
     category_map(rows, axes, &names, |row| {
-        Some(match row.rattle_state(contact) {
+        Some(match row.contacts().get(contact)?.rattle_state() {
             RattleState::None => 0,
             RattleState::Unilateral => 1,
             RattleState::Bilateral => 2,

@@ -38,8 +38,8 @@ impl Sensitivity {
     /// # Errors
     /// [`BranchError::Kind`] for a point that was not located or is a crossing of branches;
     /// [`BranchError::NoConstants`]; an unknown constant.
-    pub fn of_point<M: Periodic>(
-        model: &M,
+    pub fn of_point(
+        model: &dyn Periodic,
         parameter: &str,
         point: &BranchPoint,
     ) -> Result<Vec<f64>, BranchError> {

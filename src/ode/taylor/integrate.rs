@@ -310,7 +310,7 @@ impl<'r> Run<'r> {
         let c = &self.prepared.c;
         let finite = (0..=c.degree).all(|n| c.q(n).iter().chain(c.v(n)).all(|x| x.is_finite()));
         match c.plan.functions().find(|function| function.is_singular_at_zero()) {
-            Some(function) => IntegrateError::Singular { t, what: function.name() },
+            Some(function) => IntegrateError::NoSeriesAt { t, what: function.name() },
             None if !finite || h.is_nan() => self.not_finite(),
             None => IntegrateError::StepUnderflow { t, h },
         }

@@ -103,7 +103,7 @@ impl<I: Integrator> Located<I> {
                     track.add_channel(i, &ChannelMeter::of(&x, period), period);
                 }
                 for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
-                    let (now, before) = (rattle.contact(i), *counted);
+                    let (now, before) = (rattle.contacts()[i], *counted);
                     let time = |k: usize| now.time[k] - before.time[k];
                     let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
                     track.add_contact(

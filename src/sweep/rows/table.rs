@@ -84,8 +84,7 @@ impl Rows {
             let summary = row.channel(name)?;
             line.extend([summary.mean, summary.rms, summary.min, summary.max, summary.deviation]);
         }
-        for i in 0..self.layout.contacts {
-            let contact = row.contact(i);
+        for contact in row.contacts() {
             line.extend(contact.time);
             line.extend(contact.impacts.map(|count| count as f64));
             line.push(f64::from(contact.rattle_state().rsv()));

@@ -197,7 +197,7 @@ impl Sweep {
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;
-/// assert_eq!(map.iter().filter(|row| row.rattle_state(0) == RattleState::Bilateral).count(), 7);
+/// assert_eq!(map.iter().filter(|row| row.contacts()[0].rattle_state() == RattleState::Bilateral).count(), 7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

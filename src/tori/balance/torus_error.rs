@@ -92,7 +92,7 @@ pub enum TorusError {
          iterations: at k = 0 no stiffness acts on it, otherwise the torus is at a fold or at a resonance",
         last.iterations()
     )]
-    Undetermined {
+    Singular {
         /// Index of the coordinate, from 0.
         coordinate: usize,
         /// The wave vector.
@@ -131,7 +131,7 @@ pub enum TorusError {
     },
     /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
     #[error("the balance stopped after {} iterations: {exhausted}", last.iterations())]
-    Budget {
+    Exhausted {
         /// The limit that was reached.
         exhausted: Exhausted,
         /// The last iterate, or the guess.
@@ -143,11 +143,11 @@ impl TorusError {
     /// The last iterate, if the solve began.
     pub fn last(&self) -> Option<&Torus> {
         match self {
-            TorusError::Undetermined { last, .. }
+            TorusError::Singular { last, .. }
             | TorusError::Slope { last, .. }
             | TorusError::NotConverged { last }
             | TorusError::NotFinite { last }
-            | TorusError::Budget { last, .. } => Some(last),
+            | TorusError::Exhausted { last, .. } => Some(last),
             _ => None,
         }
     }

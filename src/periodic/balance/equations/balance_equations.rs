@@ -97,7 +97,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             Demand { model, harmonics, integrals, near, finer, size, rates, has_fixed_pieces, meter };
         let (grid, integration) = demand.choose(&couplings, &mut slopes)?;
         if let Some(exhausted) = meter.exhausted() {
-            return Err(BalanceError::Budget {
+            return Err(BalanceError::Exhausted {
                 exhausted,
                 last: Box::new(near.clone()),
                 history: Vec::new(),
