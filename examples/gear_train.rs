@@ -116,7 +116,7 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
         .periodic_tolerance(5e-3)
         .settle(periods)
         .measure(periods / 2)
-        .channels(&["deflection 1"])
+        .channels(&["deflection 0"])
         .rattle();
     let bar = progress(name, side * side);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
@@ -138,7 +138,7 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
         map("contact loss, share of the time", rows.column(|row| row.contacts()[0].loss_fraction())),
         map(
             "peak-to-peak of the deflection [μm]",
-            rows.column(|row| row.channel("deflection 1").map_or(f64::NAN, |x| 1e6 * x.peak_to_peak())),
+            rows.column(|row| row.channel("deflection 0").map_or(f64::NAN, |x| 1e6 * x.peak_to_peak())),
         ),
     ])
 }

@@ -72,9 +72,9 @@ fn along(pair: &NfgPair, onset: &Onset, speed: f64) -> Outcome<Option<Onset>> {
     };
     let load = last.parameters[0];
     let pair = pair.with("speed", speed)?.with("load torque", load)?;
-    let mut statistics = Statistics::new(&pair, &["q1"])?;
+    let mut statistics = Statistics::new(&pair, &["q0"])?;
     last.orbit.observe(&pair, &mut statistics)?;
-    let q = statistics.summary("q1")?;
+    let q = statistics.summary("q0")?;
     let separated = distance(&pair, q.max) > 1e-7 * q.peak_to_peak();
     let point = BranchPoint {
         parameter: load,
@@ -125,9 +125,9 @@ fn onset_in_time(pair: &NfgPair, guess: f64) -> Outcome<f64> {
     let largest = |load: f64| -> Outcome<f64> {
         let pair = pair.with("load torque", load)?;
         let settled = Settle::new().run(&solver, &pair, &pair.static_start()?)?.state;
-        let mut statistics = Statistics::new(&pair, &["q1"])?;
+        let mut statistics = Statistics::new(&pair, &["q0"])?;
         solver.run(&pair, &settled, settled.t + pair.period(), &mut statistics)?;
-        Ok(distance(&pair, statistics.summary("q1")?.max))
+        Ok(distance(&pair, statistics.summary("q0")?.max))
     };
     let (mut a, mut b) = (1.02 * guess, 1.01 * guess);
     let (mut at_a, mut at_b) = (largest(a)?, largest(b)?);

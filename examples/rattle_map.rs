@@ -37,7 +37,7 @@ fn scalar_run(pair: &NfgPair) -> Outcome<f64> {
     let began = Instant::now();
     let solver = Rk4::new(pair.period() / STEPS as f64).plain();
     let settled = solver.end(pair, &pair.static_start()?, PERIODS as f64 * pair.period())?;
-    let mut statistics = Statistics::new(pair, &["q1"])?;
+    let mut statistics = Statistics::new(pair, &["q0"])?;
     let share = PERIODS * MEASURE / SETTLE;
     solver.run(pair, &settled, settled.t + share as f64 * pair.period(), &mut statistics)?;
     Ok(began.elapsed().as_secs_f64() / (4 * STEPS * (PERIODS + share)) as f64)
@@ -55,7 +55,7 @@ fn main() -> Outcome<()> {
         .periodic_tolerance(5e-3)
         .settle(SETTLE)
         .measure(MEASURE)
-        .channels(&["q1", "deflection"])
+        .channels(&["q0", "deflection"])
         .rattle();
 
     let bar = progress("speed x load", SIDE * SIDE);
@@ -72,7 +72,7 @@ fn main() -> Outcome<()> {
             &row.point()["omega_1"],
             &row.point()["load"],
             &(row.contacts()[0].rattle_state().rsv()),
-            &row.channel("q1")?.peak_to_peak(),
+            &row.channel("q0")?.peak_to_peak(),
         ])?;
     }
     let evaluations = (SIDE * SIDE * 4 * STEPS * (SETTLE + MEASURE)) as f64;

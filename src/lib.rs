@@ -25,11 +25,11 @@
 //! let train = set.parts().torque("drive", "sun", 80.0).load("carrier").build("sun", 400.0)?;
 //! let branch = Continuation::new(400.0, 440.0).run(&ByConstant::new(&train, "speed")?, &[])?;
 //! let axes = vec![Axis::linear("speed", 400.0, 440.0, 4)?, Axis::linear("drive", 20.0, 80.0, 4)?];
-//! let sweep = Sweep::grid(axes)?.channels(&["deflection 1"]).rattle();
+//! let sweep = Sweep::grid(axes)?.channels(&["deflection 0"]).rattle();
 //! let rows = sweep.of_machine(&LaneRk4::for_model(&train)?, &train)?.run()?;
 //! rows.table()?.write_csv(std::io::stdout())?; // a line for each speed and torque
 //! # let (last, row) = (branch.points().last().ok_or("a point")?, rows.get(15)?);
-//! # let mean = row.channel("deflection 1")?.mean; // 440 rad/s, 80 N m: by shooting and in lanes
+//! # let mean = row.channel("deflection 0")?.mean; // 440 rad/s, 80 N m: by shooting and in lanes
 //! # assert!((last.parameter - 440.0).abs() < 1e-9 && (mean / last.summaries[0].mean - 1.0).abs() < 1e-6);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

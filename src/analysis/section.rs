@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 /// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, State, model::from_fn};
 /// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
 /// let count = |direction| -> Result<usize, Box<dyn std::error::Error>> {
-///     let mut section = Section::new(&spring, "q1", 0.0, direction)?;
+///     let mut section = Section::new(&spring, "q0", 0.0, direction)?;
 ///     Dop853::new().run(&spring, &State::new(0.0, &[1.0], &[0.0]), 10.0, &mut section)?;
 ///     Ok(section.states().len())
 /// };
@@ -43,7 +43,7 @@ pub enum Direction {
 /// ```
 /// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, State, model::from_fn};
 /// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
-/// let mut section = Section::new(&spring, "q1", 0.0, Direction::Rising)?;
+/// let mut section = Section::new(&spring, "q0", 0.0, Direction::Rising)?;
 /// Dop853::new().run(&spring, &State::new(0.0, &[1.0], &[0.0]), 10.0, &mut section)?;
 /// assert_eq!(section.states().len(), 1);
 /// assert!((section.states()[0].t - 1.5 * std::f64::consts::PI).abs() < 1e-8);

@@ -63,7 +63,7 @@ impl Continuation {
     ///
     /// Defaults: bounds `from` and `to`, first step 0.01, steps of 1e-9 to 0.05, at most 2000 points, motions
     /// of up to 5000 times the gap, the static deflection or the first orbit, the first deflection as the
-    /// measured channel (`q1` for a model without contacts), default [`Shooting`], default [`Budget`].
+    /// measured channel (`q0` for a model without contacts), default [`Shooting`], default [`Budget`].
     pub fn new(from: f64, to: f64) -> Self {
         Continuation {
             from,
@@ -130,7 +130,7 @@ impl Continuation {
         Continuation { max_motion, ..self }
     }
     /// Channels whose statistics are kept for every point (see [`Probe`](crate::analysis::Probe)). Default:
-    /// the deflection of the first contact, or `q1` without contacts.
+    /// the deflection of the first contact, or `q0` without contacts.
     pub fn channels(self, channels: &[&str]) -> Self {
         Continuation { channels: Some(channels.iter().map(|name| (*name).to_owned()).collect()), ..self }
     }
@@ -161,7 +161,7 @@ impl Continuation {
     /// let family = ByConstant::new(&pair, "speed")?;
     /// let balance = Balance::new(Harmonics::up_to(12));
     /// let guess = balance.linearised(&pair, Piece::Upper)?;
-    /// let branch = Continuation::new(0.6, 0.7).channels(&["q1"]).balance(balance).run(&family, &guess)?;
+    /// let branch = Continuation::new(0.6, 0.7).channels(&["q0"]).balance(balance).run(&family, &guess)?;
     /// let last = branch.points().last().ok_or("a point")?;
     /// assert_eq!(last.parameter, 0.7);
     /// assert!((last.peak_to_peak() - last.orbit.peak_to_peak(0)).abs() < 1e-9);

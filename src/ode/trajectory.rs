@@ -16,7 +16,7 @@ use thiserror::Error;
 /// let fall = from_fn(1, |_, _, _, a| a[0] = -2.0)?;
 /// let run = Rk4::new(0.5).trajectory(&fall, &State::at_rest(1), 1.0)?;
 /// assert_eq!(run.times(), [0.0, 0.5, 1.0]);
-/// assert!((run.channel(&fall, "q1")?[2] + 1.0).abs() < 1e-15);
+/// assert!((run.channel(&fall, "q0")?[2] + 1.0).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

@@ -89,7 +89,7 @@ fn figures_of_a_duffing_oscillator() {
         ("damping", 0.05),
     ];
     let model = oscillator(&[&given[..], &[("half backlash", 9.0)]].concat());
-    check(&model, &State::at_rest(1), "q1", 1e-7);
+    check(&model, &State::at_rest(1), "q0", 1e-7);
 }
 
 /// A fold and a grazing, moved by a small change of two constants.
@@ -215,7 +215,7 @@ fn constants_are_fitted_to_a_response() {
     let given = [("speed", 0.7), ("linear stiffness", 1.0), ("force", 0.18), ("half backlash", 9.0)];
     let truth = oscillator(&[&given[..], &[("cubic stiffness", 0.1), ("damping", 0.05)]].concat());
     let start = oscillator(&[&given[..], &[("cubic stiffness", 0.05), ("damping", 0.15)]].concat());
-    let fit = Fit::new("speed", "q1", Figure::PeakToPeak).over("damping", 0.02, 0.3).over(
+    let fit = Fit::new("speed", "q0", Figure::PeakToPeak).over("damping", 0.02, 0.3).over(
         "cubic stiffness",
         0.01,
         0.3,

@@ -215,7 +215,7 @@ fn starts_without_an_orbit_are_refused() {
     let branch = few.run(&family, &start).unwrap();
     assert!(matches!(branch.end(), BranchEnd::Exhausted(_)) && !branch.points().is_empty());
     // Other channels, and one that does not exist.
-    let forces = continuation.clone().channels(&["mesh force", "q1"]);
+    let forces = continuation.clone().channels(&["mesh force", "q0"]);
     let branch = forces.run(&family, &start).unwrap();
     let point = &branch.points()[0];
     assert!((point.summaries[0].mean - 0.1).abs() < 1e-6, "the mean force balances the load");

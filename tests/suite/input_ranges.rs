@@ -124,20 +124,20 @@ fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
 fn a_time_that_the_bands_do_not_have_is_an_error() {
     let family = |_: u64| Ok::<_, P>((Swing, State::at_rest(1)));
     let bands =
-        Ensemble::new(2, 1.0, 4).unwrap().channels(&["q1", "v1"]).run(&Rk4::new(0.1), family).unwrap();
+        Ensemble::new(2, 1.0, 4).unwrap().channels(&["q0", "v0"]).run(&Rk4::new(0.1), family).unwrap();
     for i in [5, 1 << 62, 1 << 63, usize::MAX / 2, usize::MAX] {
-        for channel in ["q1", "v1"] {
+        for channel in ["q0", "v0"] {
             assert!(matches!(bands.at(channel, i), Err(P::Length { found: 5, .. })), "{channel} {i}");
         }
     }
-    assert!(bands.at("q1", 4).is_ok());
+    assert!(bands.at("q0", 4).is_ok());
 }
 
 /// An ensemble with more distributions than the maximum is refused before a member runs.
 #[test]
 fn an_ensemble_bounds_its_distributions() {
     let family = |_: u64| -> Result<(Swing, State), P> { panic!("a member ran") };
-    let bands = Ensemble::new(2, 1.0, 1 << 18).unwrap().channels(&["q1", "v1"]).run(&Rk4::new(0.1), family);
+    let bands = Ensemble::new(2, 1.0, 1 << 18).unwrap().channels(&["q0", "v0"]).run(&Rk4::new(0.1), family);
     assert!(matches!(bands, Err(EnsembleError::Parameter(P::TooMany { max: 262_144, .. }))));
 }
 

@@ -25,7 +25,7 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
     let sweep = |shares: &[f64]| {
         let points = Points::on_axis(Axis::list("share", shares).unwrap());
         let sweep =
-            Sweep::new(points).settle(1).measure(1).channels(&["q1", "deflection", "mesh force"]).rattle();
+            Sweep::new(points).settle(1).measure(1).channels(&["q0", "deflection", "mesh force"]).rattle();
         let start = |_: &Point<'_>, model: &Machine<G>| -> Result<State, ParameterError> {
             let n = model.dof();
             Ok(State::new(0.0, &vec![-1.5e-3; n], &vec![0.0; n]))
@@ -45,7 +45,7 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
     for (i, share) in shares.iter().enumerate() {
         let (alone, row) = (sweep(&[*share]), together.get(i).unwrap());
         let alone = alone.get(0).unwrap();
-        for channel in ["q1", "deflection", "mesh force"] {
+        for channel in ["q0", "deflection", "mesh force"] {
             assert_eq!(alone.channel(channel), row.channel(channel), "{what}, {channel}");
         }
         assert_eq!(alone.contacts()[0], row.contacts()[0], "{what}");

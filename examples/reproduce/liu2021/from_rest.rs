@@ -47,13 +47,13 @@ fn measure(pair: &NfgPair) -> Outcome<Run> {
     };
     let turns = if multiple > 0 { multiple } else { MEASURE };
     let mut rattle = Rattle::new(pair);
-    let mut statistics = Statistics::new(pair, &["q1", "elastic part", "deflection"])?;
+    let mut statistics = Statistics::new(pair, &["q0", "elastic part", "deflection"])?;
     let mut both = (&mut rattle, &mut statistics);
     solver().run(pair, &on_orbit, on_orbit.t + turns as f64 * pair.period(), &mut both)?;
     let contact = rattle.contacts()[0];
     Ok(Run {
         state: contact.rattle_state(),
-        q: statistics.summary("q1")?,
+        q: statistics.summary("q0")?,
         elastic: statistics.summary("elastic part")?,
         deflection: statistics.summary("deflection")?,
         loss: contact.loss_fraction(),

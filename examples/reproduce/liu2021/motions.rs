@@ -137,7 +137,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         let point = on_cycle(pair, &cycle)?;
         return Ok((motion(cycle.states()[0].clone(), Some(cycle)), point));
     }
-    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1", ELASTIC])?);
+    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q0", ELASTIC])?);
     let run =
         solver().run(pair, &state, MEASURE as f64 * pair.period(), &mut (&mut rattle, &mut statistics))?;
     Ok((motion(run.state, None), seen(&rattle, &statistics, "aperiodic")?))
@@ -149,11 +149,11 @@ fn seen(
     stable: &'static str,
 ) -> Outcome<Point> {
     let ppv = |channel| statistics.summary(channel).map(|s| s.peak_to_peak());
-    Ok(Point { state: rattle.contacts()[0].rattle_state(), ppv: ppv("q1")?, elastic: ppv(ELASTIC)?, stable })
+    Ok(Point { state: rattle.contacts()[0].rattle_state(), ppv: ppv("q0")?, elastic: ppv(ELASTIC)?, stable })
 }
 
 pub fn on_cycle(pair: &NfgPair, cycle: &ShootingOrbit) -> Outcome<Point> {
-    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1", ELASTIC])?);
+    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q0", ELASTIC])?);
     cycle.observe(pair, &mut (&mut rattle, &mut statistics))?;
     seen(&rattle, &statistics, word(Some(cycle.stability())))
 }

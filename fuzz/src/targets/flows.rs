@@ -75,7 +75,7 @@ pub fn observers(case: &mut Case) -> Run {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut statistics = Statistics::new(&model, &names)?;
     let (mut rattle, mut impacts) = (Rattle::new(&model), Impacts::new(&model));
-    let name = if names.is_empty() { "q1" } else { case.pick(&names) };
+    let name = if names.is_empty() { "q0" } else { case.pick(&names) };
     let level = case.number(1e-4) * case.signed();
     let mut section = Section::new(
         &model,
@@ -188,7 +188,7 @@ pub fn varying(case: &mut Case) -> Run {
     let varying = VaryingSpeed::new(pair, law);
     let end = span(case, 0.5 * turn);
     let waterfall = Waterfall::new(case.count(1), case.count(16))?.budget(Budget::new().steps(20_000));
-    let name = case.pick(&["q1", "deflection", "mesh force", "no such channel"]);
+    let name = case.pick(&["q0", "deflection", "mesh force", "no such channel"]);
     for line in waterfall.run(&solver, &varying, &start, end, name)? {
         all_finite("time and speed of a line", &[line.t, line.speed])?;
         all_finite("orders", &line.orders)?;

@@ -20,8 +20,8 @@ use gear_dynamics::sweep::{Row, Rows};
 /// use gear_dynamics_plots::{Figure, map};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.1, 0.2, 2)?];
-/// let rows = Sweep::grid(axes)?.settle(20).measure(1).channels(&["q1"]).of_machine(&LaneRk4::new(64), &swing)?.run()?;
-/// let swing = |row: &gear_dynamics::sweep::Row<'_>| row.channel("q1").map_or(f64::NAN, |q| q.peak_to_peak());
+/// let rows = Sweep::grid(axes)?.settle(20).measure(1).channels(&["q0"]).of_machine(&LaneRk4::new(64), &swing)?.run()?;
+/// let swing = |row: &gear_dynamics::sweep::Row<'_>| row.channel("q0").map_or(f64::NAN, |q| q.peak_to_peak());
 /// let panel = map(&rows, ["speed Ω [1]", "force [1]"], "peak-to-peak of q [1]", swing)?;
 /// assert!(Figure::from(panel).to_svg().contains("peak-to-peak of q [1]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

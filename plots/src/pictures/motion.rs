@@ -47,7 +47,7 @@ pub fn history(
     if let Some(contact) = contact.into() {
         let contacts = contacts(model, run, contact)?;
         shade(&mut panel, run.times(), &contacts);
-        if name == "deflection" || name == format!("deflection {}", contact + 1) {
+        if name == "deflection" || name == format!("deflection {contact}") {
             for edge in [|c: &Contact| c.lower, |c: &Contact| c.upper] {
                 let points: Vec<_> =
                     run.times().iter().zip(&contacts).map(|(t, contact)| [*t, edge(contact)]).collect();

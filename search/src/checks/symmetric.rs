@@ -251,8 +251,8 @@ impl Figures {
         let mean: Vec<f64> = deflected.iter().map(|summary| summary.mean).collect();
         let said = |what: &str, error: &dyn std::fmt::Display| format!("{what}: {error}");
         let sensitivity =
-            Sensitivity::of(train, orbit, &["deflection 1"]).map_err(|e| said("sensitivity", &e))?;
-        let slopes = sensitivity.mean("deflection 1").map_err(|e| said("sensitivity", &e))?;
+            Sensitivity::of(train, orbit, &["deflection 0"]).map_err(|e| said("sensitivity", &e))?;
+        let slopes = sensitivity.mean("deflection 0").map_err(|e| said("sensitivity", &e))?;
         let slopes = slopes.iter().zip(train.constants()).map(|(slope, constant)| slope * constant).collect();
         // The linearised start has all contacts on one flank.
         let one_flank = mean.iter().all(|mean| *mean > 0.0);

@@ -82,7 +82,7 @@ impl Flow<'_, '_> {
             } else if self.halvings < HALVINGS {
                 self.halvings += 1;
             } else {
-                return Err(Failure::Vanished { direction: least.0 + 1, t: all.t });
+                return Err(Failure::Vanished { direction: least.0, t: all.t });
             }
         }
         Ok(())

@@ -124,7 +124,7 @@ pub enum LyapunovError {
         last.measured()
     )]
     Vanished {
-        /// The direction, counted from 1.
+        /// Index of the direction, from 0.
         direction: usize,
         /// Time at which it vanishes.
         t: f64,

@@ -18,7 +18,7 @@ use std::ops::ControlFlow;
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};
 /// let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
-/// let rows = sweep.channels(&["q1"]).run(
+/// let rows = sweep.channels(&["q0"]).run(
 ///     &Located(Dop853::new().rtol(1e-8).atol(1e-13)),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),

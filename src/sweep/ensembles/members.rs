@@ -31,9 +31,9 @@ use thiserror::Error;
 ///     let spring = from_fn(1, move |_, q, _, a| a[0] = -k * q[0])?;
 ///     Ok::<_, ParameterError>((spring, State::new(0.0, &[1.0], &[0.0])))
 /// };
-/// let bands = Ensemble::new(10, 1.0, 4)?.channels(&["q1"]).run(&Rk4::new(0.05), family)?;
+/// let bands = Ensemble::new(10, 1.0, 4)?.channels(&["q0"]).run(&Rk4::new(0.05), family)?;
 /// // A little below cos 1 = 0.54, since the stiffnesses are 1 to 1.09.
-/// assert!((bands.at("q1", 4)?.mean() - 0.52).abs() < 0.01);
+/// assert!((bands.at("q0", 4)?.mean() - 0.52).abs() < 0.01);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
