@@ -109,7 +109,8 @@ impl Prepared {
                     run.passage.stats.steps += 1;
                     let stopped = run.report(at_edge, full, observer);
                     if stopped || run.e.t1 >= t_end {
-                        let (state, stats) = (run.e.state_at_end(), run.passage.stats);
+                        let (state, mut stats) = (run.e.state_at_end(), run.passage.stats);
+                        stats.evaluations += run.e.evaluations();
                         return Ok(Finish { state, stopped, stats });
                     }
                     run.pass(at_edge)?;
