@@ -62,10 +62,6 @@ impl Summary {
     pub fn peak_to_peak(&self) -> f64 {
         self.max - self.min
     }
-    /// Standard deviation: the root mean square about the mean.
-    pub fn standard_deviation(&self) -> f64 {
-        self.deviation
-    }
 }
 
 /// Observer that computes the [`Summary`] of chosen channels from the dense output.

@@ -123,7 +123,7 @@ fn members_start_at_time_zero() {
     assert_eq!((bands.members(), bands.failed().0), (3, 1));
     let (member, error) = bands.failed().1.unwrap();
     assert!(
-        *member == 2 && matches!(error, PointError::Start(ParameterError::OutOfRange { value: 0.5, .. })),
+        *member == 2 && matches!(error, PointError::Parameter(ParameterError::OutOfRange { value: 0.5, .. })),
         "{error}"
     );
 }

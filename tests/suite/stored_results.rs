@@ -131,7 +131,7 @@ fn stored_forms_that_contradict_themselves_are_refused() {
     let whole = serde_json::to_value(rows()).unwrap();
     type Change = fn(&mut Value);
     let changes: [(&str, Change); 13] = [
-        ("version 2", |v| v["version"] = json!(2)),
+        ("version 3", |v| v["version"] = json!(3)),
         ("6 rows from point 3", |v| v["first"] = json!(3)),
         ("has 1 values", |v| v["rows"][0] = json!([1.0])),
         ("layout of the rows", |v| v["layout"]["channels"] = json!(7)),

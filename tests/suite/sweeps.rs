@@ -452,7 +452,7 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
         ))
     };
     let rows = sweep(3).run(&LaneRk4::new(STEPS).lanes::<4>(), pair, far).unwrap();
-    assert!(matches!(rows.get(1), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
+    assert!(matches!(rows.get(1), Err(PointError::Parameter(ParameterError::OutOfRange { .. }))));
     assert_eq!(rows.iter().count(), 2);
     // Steps far above the stability limit.
     let coarse = sweep(3).settle(2000).run(&LaneRk4::new(3).lanes::<4>(), pair, rest).unwrap();
@@ -460,13 +460,13 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
     let wrong = sweep(2)
         .run(&LaneRk4::new(STEPS).lanes::<4>(), pair, |_, _| Ok::<_, ParameterError>(State::at_rest(2)))
         .unwrap();
-    assert!(matches!(wrong.get(0), Err(PointError::Start(ParameterError::Length { .. }))));
+    assert!(matches!(wrong.get(0), Err(PointError::Parameter(ParameterError::Length { .. }))));
     let late = sweep(2)
         .run(&LaneRk4::new(STEPS).lanes::<4>(), pair, |_, _| {
             Ok::<_, ParameterError>(State::new(0.5, &[0.0], &[0.0]))
         })
         .unwrap();
-    assert!(matches!(late.get(0), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
+    assert!(matches!(late.get(0), Err(PointError::Parameter(ParameterError::OutOfRange { .. }))));
 }
 
 /// Models that cannot share lanes run alone, and the rows count them. Models of several shapes run in groups

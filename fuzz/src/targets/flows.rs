@@ -58,7 +58,7 @@ fn channels(case: &mut Case, model: &Erased, trajectory: &Trajectory) -> Run {
         all_finite(format_args!("channel {name}"), &values)?;
         if !values.is_empty() {
             let summary = Summary::from_samples(&values)?;
-            finite("standard deviation", summary.standard_deviation())?;
+            finite("standard deviation", summary.deviation)?;
         }
     }
     case.accept(trajectory.channel(model, "no such channel"));
@@ -114,7 +114,7 @@ pub fn observers(case: &mut Case) -> Run {
         if let Some(summary) = case.accept(statistics.summary(name)) {
             all_finite(
                 format_args!("summary of {name}"),
-                &[summary.mean, summary.rms, summary.min, summary.max, summary.standard_deviation()],
+                &[summary.mean, summary.rms, summary.min, summary.max, summary.deviation],
             )?;
         }
     }

@@ -90,7 +90,7 @@ impl<I: Integrator> Located<I> {
                 if source.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             };
             let finish = if measuring {
-                let mut statistics = Statistics::new(model, &names).map_err(PointError::Start)?;
+                let mut statistics = Statistics::new(model, &names).map_err(PointError::Parameter)?;
                 let mut measures = (&mut statistics, &mut rattle);
                 let finish = self.0.run(model, &state, end, &mut (&mut look, &mut measures))?;
                 if finish.stopped {

@@ -218,10 +218,10 @@ impl<'w> Ensemble<'w> {
         member: u64,
     ) -> Result<Option<MemberResults>, PointError> {
         let (model, start) = family(member).map_err(|e| PointError::Model(e.to_string()))?;
-        start.check(model.dof()).map_err(PointError::Start)?;
+        start.check(model.dof()).map_err(PointError::Parameter)?;
         if start.t != 0.0 {
             let (name, value) = ("start.t".into(), start.t);
-            return Err(PointError::Start(ParameterError::OutOfRange {
+            return Err(PointError::Parameter(ParameterError::OutOfRange {
                 name,
                 value,
                 allowed: "[0, 0]: every member starts at time 0",
@@ -233,9 +233,9 @@ impl<'w> Ensemble<'w> {
             .iter()
             .map(|name| probe.index(name))
             .collect::<Result<Vec<_>, _>>()
-            .map_err(PointError::Start)?;
+            .map_err(PointError::Parameter)?;
         let peaks: Vec<&str> = self.peaks.iter().map(String::as_str).collect();
-        let mut statistics = Statistics::new(&model, &peaks).map_err(PointError::Start)?;
+        let mut statistics = Statistics::new(&model, &peaks).map_err(PointError::Parameter)?;
         let mut rattle = self.rattle.then(|| Rattle::new(&model));
         let mut values = Vec::with_capacity(chosen.len() * self.times.len());
         let mut y = [&start.q[..], &start.v].concat();
