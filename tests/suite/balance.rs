@@ -731,7 +731,7 @@ fn orbit_of_another_model_is_refused() {
     let guess =
         FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
     let error = Balance::new(Harmonics::up_to(3)).solve(&pair(120.0), &guess).unwrap_err();
-    assert_eq!(error, BalanceError::Coordinates { expected: 1, found: 2 });
+    assert!(matches!(error, BalanceError::Parameter(ParameterError::Length { expected: 1, found: 2, .. })));
     assert!(FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0]]).is_err());
     assert!(FourierOrbit::new(&Harmonics::up_to(0), f64::NAN, &[vec![0.0]]).is_err());
     assert!(FourierOrbit::new(&Harmonics::up_to(0), 1.0, &[vec![f64::NAN]]).is_err());
@@ -823,12 +823,18 @@ fn orbits_of_another_model_are_refused_by_name() {
     assert!(matches!(orbit.contacts(&pair), Err(ParameterError::Length { .. })));
     let multipliers =
         |model: &dyn Periodic| Balance::new(orbit.harmonics().clone()).multipliers(model, &orbit);
-    assert_eq!(multipliers(&pair), Err(MultiplierError::Coordinates { expected: 1, found: orbit.dof() }));
+    assert!(matches!(
+        multipliers(&pair),
+        Err(MultiplierError::Parameter(ParameterError::Length { expected: 1, found: 2, .. }))
+    ));
     assert!(multipliers(&chain).is_ok());
     assert!(Shooting::new().solve_from(&pair, &orbit).is_err());
     assert!(FourierOrbit::project(&Dop853::new(), &pair, &State::at_rest(2), &Harmonics::up_to(1)).is_err());
     let balance = Balance::new(Harmonics::up_to(3));
-    assert!(matches!(balance.prove(&pair, &orbit), Err(BalanceError::Coordinates { expected: 1, found: 2 })));
+    assert!(matches!(
+        balance.prove(&pair, &orbit),
+        Err(BalanceError::Parameter(ParameterError::Length { expected: 1, found: 2, .. }))
+    ));
 }
 
 /// The debug text of an error does not contain the coefficients.

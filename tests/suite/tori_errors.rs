@@ -20,7 +20,7 @@ fn invalid_settings_and_guesses_of_tori() {
     assert!(matches!(parameter(TorusBalance::new(within(&[3]))), ParameterError::Length { .. }));
     assert!(matches!(parameter(TorusBalance::new(within(&[200, 200]))), ParameterError::TooMany { .. }));
     let wrong = from_rest(&balance, &model, &[0.0, 0.0]).unwrap_err();
-    assert_eq!(wrong, TorusError::Coordinates { expected: 1, found: 2 });
+    assert!(matches!(wrong, TorusError::Parameter(ParameterError::Length { expected: 1, found: 2, .. })));
     assert!(wrong.last().is_none());
     let loose = balance.clone().newton(Newton::new().tolerance(2.0));
     assert!(matches!(
@@ -248,7 +248,7 @@ fn invalid_settings_and_guesses_of_circles() {
     assert!(matches!(error, CircleError::Parameter(ParameterError::NotPositive { .. })));
     let two = ClosedCurve::new(&[0.0, 1.0, 2.0].map(|q| State::new(0.0, &[q, 0.0], &[0.0, 0.0]))).unwrap();
     let error = new().solve(&TwoToneDuffing, &two).unwrap_err();
-    assert_eq!(error, CircleError::Coordinates { expected: 1, found: 2 });
+    assert!(matches!(error, CircleError::Parameter(ParameterError::Length { expected: 1, found: 2, .. })));
     assert!(error.last().is_none());
     let mut three = Forced { frequencies: vec![1.0, 1.5, 2.5], phases: [0.0; 2], law: |q: f64, _: f64| -q };
     let error = new().solve(&three, &guess).unwrap_err();

@@ -22,14 +22,6 @@ pub enum BalanceError {
     /// A guess or a setting is not valid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The orbit has another number of coordinates than the model.
-    #[error("the orbit has {found} coordinates and the model has {expected}: these numbers must be equal")]
-    Coordinates {
-        /// Number of coordinates of the model.
-        expected: usize,
-        /// Number of coordinates of the orbit.
-        found: usize,
-    },
     /// The samples are too few for the orders.
     #[error(
         "{samples} samples are too few for order {highest}: at least {} are needed, and several times as \

@@ -162,9 +162,7 @@ impl TorusBalance {
         check::fraction("separation", self.separation)?;
         check::length("highest orders", self.vectors.angles(), frequencies.len())?;
         check::length("frequencies of the guess", guess.frequencies().len(), frequencies.len())?;
-        if guess.dof() != model.dof() {
-            return Err(TorusError::Coordinates { expected: model.dof(), found: guess.dof() });
-        }
+        check::length("coordinates of the torus", guess.dof(), model.dof())?;
         if let Some(contact) = model.offers().first_stop() {
             return Err(TorusError::RigidStop { contact });
         }

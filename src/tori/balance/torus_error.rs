@@ -37,14 +37,6 @@ pub enum TorusError {
     /// The drives of the model are not functions of its angles.
     #[error(transparent)]
     Drives(#[from] QuasiPeriodicError),
-    /// The guess has another number of coordinates than the model.
-    #[error("the torus has {found} coordinates and the model has {expected}: these numbers must be equal")]
-    Coordinates {
-        /// Number of coordinates of the model.
-        expected: usize,
-        /// Number of coordinates of the torus.
-        found: usize,
-    },
     /// The states do not determine the coefficients: they are too few, or they do not spread over the torus.
     #[error(
         "{states} states do not determine {unknowns} coefficients: take more states, at times that have no \

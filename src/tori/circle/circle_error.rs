@@ -32,14 +32,6 @@ pub enum CircleError {
     /// The drives of the model are not functions of its angles.
     #[error(transparent)]
     Drives(#[from] QuasiPeriodicError),
-    /// The guess has another number of coordinates than the model.
-    #[error("the curve has {found} coordinates and the model has {expected}: these numbers must be equal")]
-    Coordinates {
-        /// Number of coordinates of the model.
-        expected: usize,
-        /// Number of coordinates of the curve.
-        found: usize,
-    },
     /// The points do not determine a curve with so many nodes: they are too few, or they repeat, as on an
     /// orbit of a few periods.
     #[error(

@@ -239,9 +239,7 @@ impl CircleShooting {
     fn checked(&self, dof: usize, guess: &ClosedCurve) -> Result<ClosedCurve, CircleError> {
         check::positive("between", self.between)?;
         check::tolerance("flow_tolerance", self.flow_tolerance)?;
-        if guess.dof() != dof {
-            return Err(CircleError::Coordinates { expected: dof, found: guess.dof() });
-        }
+        check::length("coordinates of the curve", guess.dof(), dof)?;
         let nodes = checked_nodes(self.nodes.unwrap_or(guess.nodes()))?;
         let unknowns = nodes * guess.width() + 1;
         check::count("entries of the Jacobian", &[unknowns, unknowns], MAX_ENTRIES)?;
