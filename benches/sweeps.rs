@@ -23,7 +23,7 @@ fn ensemble(count: usize) -> Sweep {
 
 fn ensemble_over(count: usize, periods: usize) -> Sweep {
     let points = Points::on_axis(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
-    Sweep::new(points).settle(0).measure(periods).channels(&["q1"]).rattle()
+    Sweep::new(points).settle(0).measure(periods).channels(&["q0"]).rattle()
 }
 
 fn run(sweep: &Sweep, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
@@ -78,7 +78,7 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEng
     Sweep::new(Points::on_axis(torques))
         .settle(0)
         .measure(periods)
-        .channels(&["deflection 1"])
+        .channels(&["deflection 0"])
         .run(
             engine,
             |p| sample.with("motor torque", p["torque"]),
@@ -102,7 +102,7 @@ fn report_speeds() {
     let omega = sample.mesh_frequency();
     let speeds = Axis::linear("omega", 0.5 * omega, omega, 64).expect("the range is in order");
     let sweep =
-        Sweep::new(Points::on_axis(speeds)).settle(10).measure(10).channels(&["deflection 1"]).rattle();
+        Sweep::new(Points::on_axis(speeds)).settle(10).measure(10).channels(&["deflection 0"]).rattle();
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let family = |p: &Point<'_>| sample.with("mesh frequency", p["omega"]);
     let lanes = || drop(black_box(sweep.run(&LaneRk4::new(1000), family, start).expect("the rings run")));

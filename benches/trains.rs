@@ -56,7 +56,7 @@ where
     let rows = Sweep::new(Points::on_axis(torques))
         .settle(0)
         .measure(20)
-        .channels(&["deflection 1"])
+        .channels(&["deflection 0"])
         .run(
             &LaneRk4::new(64).instructions(InstructionSet::Best),
             |p| with(p["torque"]),
@@ -84,7 +84,7 @@ fn map(train: &Train, side: usize, engine: &impl SweepEngine<Train>) {
     let points = Points::grid(vec![axis("speed", 80.0, 200.0), axis("load", 0.1, 2.0)]).expect("two axes");
     let model = |p: &Point<'_>| train.with_all(&[("drive", 30.0 * p["load"]), ("speed", p["speed"])]);
     let start = |_: &Point<'_>, train: &Train| Ok::<_, ParameterError>(State::at_rest(train.dof()));
-    let sweep = Sweep::new(points).settle(20).measure(10).channels(&["deflection 1"]);
+    let sweep = Sweep::new(points).settle(20).measure(10).channels(&["deflection 0"]);
     black_box(sweep.run(engine, model, start).expect("the map runs"));
 }
 
@@ -96,7 +96,7 @@ fn one_by_one(train: &Train, side: usize) {
         let run = train.with_all(&[("drive", 30.0 * load), ("speed", speed)]).expect("it is in range");
         let solver = Rk4::new(run.period() / 64.0).plain();
         let settled = solver.end(&run, &State::at_rest(run.dof()), 20.0 * run.period()).expect("it runs");
-        let mut statistics = Statistics::new(&run, &["deflection 1"]).expect("the channel exists");
+        let mut statistics = Statistics::new(&run, &["deflection 0"]).expect("the channel exists");
         solver.run(&run, &settled, settled.t + 10.0 * run.period(), &mut statistics).expect("it runs");
         black_box(statistics);
     }

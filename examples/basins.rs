@@ -84,7 +84,9 @@ fn main() -> Outcome<()> {
     let mut csv = csv_file(folder.join("amplitudes.csv"), "amplitude,none,unilateral,bilateral")?;
     for amplitude in amplitudes.values() {
         let share = |state: RattleState| {
-            let ends = |row: &Row<'_>| row.point()["amplitude"] == *amplitude && row.rattle_state(0) == state;
+            let ends = |row: &Row<'_>| {
+                row.point()["amplitude"] == *amplitude && row.contacts()[0].rattle_state() == state
+            };
             100.0 * rows.iter().filter(ends).count() as f64 / (COARSE * COARSE) as f64
         };
         let [none, one, both] =

@@ -30,7 +30,7 @@ fn main() -> Outcome<()> {
     let exponents = Lyapunov::new().align(3).periods(40).tolerance(1e-7);
     let sweep = Sweep::new(Points::on_axis(speeds)).settle(30).measure(40).lyapunov(exponents);
     let engine = Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14]));
-    let diagram = Bifurcation::strobed("q1").run(&sweep.runner(
+    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
         &engine,
         |p| {
             NfgPair::with_reading(

@@ -64,7 +64,7 @@ fn main() -> Outcome<()> {
         let steady = solver.end(&idler, &State::new(0.0, &[1.2], &[0.0]), 300.0)?;
         let (mut rattle, mut statistics) = (Rattle::new(&idler), Statistics::new(&idler, &["deflection"])?);
         solver.run(&idler, &steady, 400.0, &mut (&mut rattle, &mut statistics))?;
-        let (contact, d) = (rattle.contact(0), statistics.summary("deflection")?.peak_to_peak());
+        let (contact, d) = (rattle.contacts()[0], statistics.summary("deflection")?.peak_to_peak());
         let (state, apart) = (contact.rattle_state(), contact.loss_fraction());
         println!("frequency {omega}: {state}, peak-to-peak {d:.4}, contact loss {:.1}%", 100.0 * apart);
         csv.row(&[&omega, &state, &d, &apart])?;

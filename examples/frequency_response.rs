@@ -164,7 +164,7 @@ fn main() -> Outcome<()> {
     println!("           speed  peak-to-peak  kind");
     for Problem { name, title, labels, model, start, speeds, bounds: [low, high] } in problems()? {
         let family = ByConstant::new(&model, "speed")?;
-        let channel = if name == "duffing" { "q1" } else { "deflection" };
+        let channel = if name == "duffing" { "q0" } else { "deflection" };
         let continuation =
             Continuation::new(speeds[0], speeds[1]).bounds(low, high).max_step(0.01).channels(&[channel]);
         let began = Instant::now();

@@ -116,14 +116,14 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
         .periodic_tolerance(5e-3)
         .settle(periods)
         .measure(periods / 2)
-        .channels(&["deflection 1"])
+        .channels(&["deflection 0"])
         .rattle();
     let bar = progress(name, side * side);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
     let rows = sweep.of_machine(&engine, train)?.monitor(&Monitor::new().progress(&advance)).run()?;
     bar.finish_and_clear();
-    let lost = rows.iter().filter(|row| row.contact(0).loss_fraction() > 0.0).count();
+    let lost = rows.iter().filter(|row| row.contacts()[0].loss_fraction() > 0.0).count();
     println!(
         "{name}: {} points in {:.1} s, {} errors; contact is lost in {:.1} % of them",
         side * side,
@@ -135,10 +135,10 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
     let map =
         |title: &str, values| Map { title: format!("{name}: {title}"), across, up, columns: side, values };
     Ok([
-        map("contact loss, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
+        map("contact loss, share of the time", rows.column(|row| row.contacts()[0].loss_fraction())),
         map(
             "peak-to-peak of the deflection [μm]",
-            rows.column(|row| row.channel("deflection 1").map_or(f64::NAN, |x| 1e6 * x.peak_to_peak())),
+            rows.column(|row| row.channel("deflection 0").map_or(f64::NAN, |x| 1e6 * x.peak_to_peak())),
         ),
     ])
 }

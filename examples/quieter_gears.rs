@@ -166,7 +166,7 @@ fn grid(pair: &Machine<RelievedPair>) -> Outcome<Vec<[f64; 4]>> {
         Axis::linear("relief", RELIEF[0], RELIEF[1], SIDE)?,
         Axis::linear("phase", PHASE[0], PHASE[1], SIDE)?,
     ])?;
-    let sweep = Sweep::new(points).settle(100).until_repeats(1e-7).measure(1).channels(&["q1"]).rattle();
+    let sweep = Sweep::new(points).settle(100).until_repeats(1e-7).measure(1).channels(&["q0"]).rattle();
     let rows = sweep.run(
         &LaneRk4::new(256),
         |p: &Point<'_>| pair.with("tip relief", p["relief"])?.with("phase", p["phase"]),
@@ -176,8 +176,8 @@ fn grid(pair: &Machine<RelievedPair>) -> Outcome<Vec<[f64; 4]>> {
         Ok([
             row.point()["relief"],
             row.point()["phase"],
-            row.channel("q1")?.peak_to_peak(),
-            row.contact(0).loss_fraction(),
+            row.channel("q0")?.peak_to_peak(),
+            row.contacts()[0].loss_fraction(),
         ])
     };
     rows.iter().map(row).collect()
@@ -186,13 +186,13 @@ fn grid(pair: &Machine<RelievedPair>) -> Outcome<Vec<[f64; 4]>> {
 /// x over one mesh cycle of the orbit, over φ/2π, and its peak-to-peak value.
 fn cycle(pair: &Machine<RelievedPair>) -> Outcome<(Vec<(f64, f64)>, f64)> {
     let orbit = Shooting::new().solve(pair, &[State::new(0.0, &[70.0], &[0.0])])?;
-    let mut statistics = Statistics::new(pair, &["q1"])?;
+    let mut statistics = Statistics::new(pair, &["q0"])?;
     orbit.observe(pair, &mut statistics)?;
     let at = |k: u32| -> Outcome<(f64, f64)> {
         let share = f64::from(k) / 200.0;
         Ok((share, orbit.at(pair, share * pair.period())?.q[0]))
     };
-    Ok(((0..=200).map(at).collect::<Outcome<_>>()?, statistics.summary("q1")?.peak_to_peak()))
+    Ok(((0..=200).map(at).collect::<Outcome<_>>()?, statistics.summary("q0")?.peak_to_peak()))
 }
 
 fn main() -> Outcome<()> {
@@ -203,7 +203,7 @@ fn main() -> Outcome<()> {
 
     let began = Instant::now();
     let start = pair.with("tip relief", 5.0)?.with("phase", 1.0)?;
-    let least = Least::new("q1", Figure::PeakToPeak)
+    let least = Least::new("q0", Figure::PeakToPeak)
         .over("tip relief", RELIEF[0], RELIEF[1])
         .over("phase", PHASE[0], PHASE[1]);
     let best = least.run(&start, &[State::new(0.0, &[70.0], &[0.0])])?;

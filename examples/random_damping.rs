@@ -46,7 +46,7 @@ fn main() -> Outcome<()> {
         );
         Ok((noisy.map_err(|e| e.to_string())?, State::at_rest(ring.dof())))
     };
-    let (force, error) = ("mesh force 1", "transmission error 1");
+    let (force, error) = ("mesh force 0", "transmission error 0");
     let ensemble = Ensemble::new(MEMBERS, END, SPANS)?.channels(&[force, error]).peaks(&[force]).rattle();
     let bands = ensemble.run(&Dop853::new().rtol(1e-7).atol(1e-11), family)?;
 

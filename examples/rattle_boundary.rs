@@ -72,9 +72,9 @@ fn along(pair: &NfgPair, onset: &Onset, speed: f64) -> Outcome<Option<Onset>> {
     };
     let load = last.parameters[0];
     let pair = pair.with("speed", speed)?.with("load torque", load)?;
-    let mut statistics = Statistics::new(&pair, &["q1"])?;
+    let mut statistics = Statistics::new(&pair, &["q0"])?;
     last.orbit.observe(&pair, &mut statistics)?;
-    let q = statistics.summary("q1")?;
+    let q = statistics.summary("q0")?;
     let separated = distance(&pair, q.max) > 1e-7 * q.peak_to_peak();
     let point = BranchPoint {
         parameter: load,
@@ -125,9 +125,9 @@ fn onset_in_time(pair: &NfgPair, guess: f64) -> Outcome<f64> {
     let largest = |load: f64| -> Outcome<f64> {
         let pair = pair.with("load torque", load)?;
         let settled = Settle::new().run(&solver, &pair, &pair.static_start()?)?.state;
-        let mut statistics = Statistics::new(&pair, &["q1"])?;
+        let mut statistics = Statistics::new(&pair, &["q0"])?;
         solver.run(&pair, &settled, settled.t + pair.period(), &mut statistics)?;
-        Ok(distance(&pair, statistics.summary("q1")?.max))
+        Ok(distance(&pair, statistics.summary("q0")?.max))
     };
     let (mut a, mut b) = (1.02 * guess, 1.01 * guess);
     let (mut at_a, mut at_b) = (largest(a)?, largest(b)?);
@@ -235,11 +235,11 @@ fn main() -> Outcome<()> {
     let (mut wrong, mut near) = (0, 0);
     for row in rows.iter() {
         let [speed, load] = [row.point()["speed"], row.point()["load"]];
-        csv.row(&[&speed, &load, &row.rattle_state(0).rsv()])?;
+        csv.row(&[&speed, &load, &row.contacts()[0].rattle_state().rsv()])?;
         let i = (((speed - ends[0]) / step) as usize).min(onsets.len() - 2);
         let [a, b] = [&onsets[i], &onsets[i + 1]];
         let onset = a.load + (speed - a.speed) / (b.speed - a.speed) * (b.load - a.load);
-        let differs = (load < onset) != (row.rattle_state(0) != RattleState::None);
+        let differs = (load < onset) != (row.contacts()[0].rattle_state() != RattleState::None);
         if (load / onset - 1.0).abs() < 0.02 {
             near += 1;
         } else if differs {
@@ -261,9 +261,9 @@ fn main() -> Outcome<()> {
         &[
             map(
                 "rattle state: 0 none, 1 unilateral, 2 bilateral",
-                rows.column(|row| f64::from(row.rattle_state(0).rsv())),
+                rows.column(|row| f64::from(row.contacts()[0].rattle_state().rsv())),
             ),
-            map("contact loss, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
+            map("contact loss, share of the time", rows.column(|row| row.contacts()[0].loss_fraction())),
         ],
         &[curve, doubling],
     )?;

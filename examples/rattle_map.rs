@@ -37,7 +37,7 @@ fn scalar_run(pair: &NfgPair) -> Outcome<f64> {
     let began = Instant::now();
     let solver = Rk4::new(pair.period() / STEPS as f64).plain();
     let settled = solver.end(pair, &pair.static_start()?, PERIODS as f64 * pair.period())?;
-    let mut statistics = Statistics::new(pair, &["q1"])?;
+    let mut statistics = Statistics::new(pair, &["q0"])?;
     let share = PERIODS * MEASURE / SETTLE;
     solver.run(pair, &settled, settled.t + share as f64 * pair.period(), &mut statistics)?;
     Ok(began.elapsed().as_secs_f64() / (4 * STEPS * (PERIODS + share)) as f64)
@@ -55,7 +55,7 @@ fn main() -> Outcome<()> {
         .periodic_tolerance(5e-3)
         .settle(SETTLE)
         .measure(MEASURE)
-        .channels(&["q1", "deflection"])
+        .channels(&["q0", "deflection"])
         .rattle();
 
     let bar = progress("speed x load", SIDE * SIDE);
@@ -71,8 +71,8 @@ fn main() -> Outcome<()> {
         csv.row(&[
             &row.point()["omega_1"],
             &row.point()["load"],
-            &(row.rattle_state(0).rsv()),
-            &row.channel("q1")?.peak_to_peak(),
+            &(row.contacts()[0].rattle_state().rsv()),
+            &row.channel("q0")?.peak_to_peak(),
         ])?;
     }
     let evaluations = (SIDE * SIDE * 4 * STEPS * (SETTLE + MEASURE)) as f64;
@@ -92,7 +92,7 @@ fn main() -> Outcome<()> {
         100.0 * rows.iter().filter(|row| of(row)).count() as f64 / (SIDE * SIDE) as f64
     };
     for state in [RattleState::None, RattleState::Unilateral, RattleState::Bilateral, RattleState::Floating] {
-        println!("{state:10} {:5.1}% of the points", share(&|row| row.rattle_state(0) == state));
+        println!("{state:10} {:5.1}% of the points", share(&|row| row.contacts()[0].rattle_state() == state));
     }
     println!("sensitive  {:5.1}% of the points: chaotic or grazing", share(&|row| row.is_sensitive()));
 
@@ -104,13 +104,13 @@ fn main() -> Outcome<()> {
         &[
             map(
                 "rattle state: 0 none, 1 unilateral, 2 bilateral, 3 floating",
-                rows.column(|row| f64::from(row.rattle_state(0).rsv())),
+                rows.column(|row| f64::from(row.contacts()[0].rattle_state().rsv())),
             ),
             map(
                 "log10 of the peak-to-peak of the deflection [m]",
                 rows.column(|row| row.channel("deflection").map_or(f64::NAN, |x| x.peak_to_peak().log10())),
             ),
-            map("contact loss, share of the time", rows.column(|row| row.contact(0).loss_fraction())),
+            map("contact loss, share of the time", rows.column(|row| row.contacts()[0].loss_fraction())),
             map(
                 "sensitive: 1 if results depend on small changes",
                 rows.column(|row| f64::from(u8::from(row.is_sensitive()))),

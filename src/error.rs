@@ -51,6 +51,21 @@ pub enum ParameterError {
         /// The range allowed.
         allowed: &'static str,
     },
+    /// Bounds are reversed or equal, or the value lies outside them.
+    #[error(
+        "{name} has the bounds {low:?} .. {high:?} and the value {value:?}: the lower bound must be smaller, and \
+         the value must lie between them"
+    )]
+    Bounds {
+        /// Name of the parameter.
+        name: String,
+        /// Its value.
+        value: f64,
+        /// Lower bound.
+        low: f64,
+        /// Upper bound.
+        high: f64,
+    },
     /// A list is empty.
     #[error("{name} is empty: at least {min} entries are needed")]
     Empty {
@@ -69,8 +84,8 @@ pub enum ParameterError {
         /// Length given.
         found: usize,
     },
-    /// Two parameters have the same name.
-    #[error("there is more than one parameter \"{name}\": names must be different")]
+    /// A name is given twice, or stands twice in a list.
+    #[error("there is more than one \"{name}\": names must be different")]
     Twice {
         /// The name that occurs twice.
         name: String,
@@ -159,12 +174,6 @@ pub enum ParameterError {
         /// Name of the constant.
         name: String,
     },
-    /// A constant is given twice, or two constants of a shape have the same name.
-    #[error("constant \"{name}\" is given twice")]
-    ConstantTwice {
-        /// Name of the constant.
-        name: String,
-    },
     /// A constant has no slot among the drives: the algebra uses values derived from it, or it is the speed
     /// of the angle.
     #[error(
@@ -175,15 +184,12 @@ pub enum ParameterError {
         /// Name of the constant.
         name: String,
     },
-    /// The algebra of a shape evaluates a contact beyond the number of contacts in its `Size`.
-    #[error(
-        "the algebra evaluates contact {contact}, but the size of the shape has {contacts} contacts; \
-         contacts count from 0"
-    )]
+    /// The model has no contact with this index; for a shape, its algebra evaluates one beyond its `Size`.
+    #[error("contact {contact} does not exist: the model has {contacts} contacts; contacts count from 0")]
     NoSuchContact {
         /// Index of the contact, from 0.
         contact: usize,
-        /// Number of contacts in the size of the shape.
+        /// Number of contacts of the model.
         contacts: usize,
     },
     /// A contact law lacks the flank that a positive load requires.
@@ -303,6 +309,15 @@ pub(crate) mod check {
         } else {
             wrong(name, value, |name| E::OutOfRange { name, value, allowed })
         }
+    }
+
+    /// A value between two finite bounds.
+    pub(crate) fn between(name: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), E> {
+        all_finite(&format!("bounds of {name}"), &[low, high])?;
+        if low < high && (low..=high).contains(&value) {
+            return Ok(());
+        }
+        Err(E::Bounds { name: name.into(), value, low, high })
     }
 
     /// A ratio in [0, 1), such as the eccentric ratio.

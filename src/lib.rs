@@ -86,7 +86,7 @@ pub use num_complex;
 ///
 /// let mut rattle = Rattle::new(&pair);
 /// let turn = solver.run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle)?;
-/// assert_eq!(rattle.contact(0).rattle_state(), RattleState::Bilateral);
+/// assert_eq!(rattle.contacts()[0].rattle_state(), RattleState::Bilateral);
 /// assert_eq!(turn.stats.crossings, 252);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -138,7 +138,7 @@ pub use num_complex;
 ///   [`Broyden`](roots::Broyden).
 /// - **Results of a run** ([page](guide::results)): [`Statistics`], [`Rattle`],
 ///   [`Impacts`](analysis::Impacts), [`Spectrum`](analysis::Spectrum), [`Welch`](analysis::Welch),
-///   [`strobe`](analysis::strobe), [`Section`](analysis::Section), [`Settle`], and named channels by
+///   [`Strobe`](analysis::Strobe), [`Section`](analysis::Section), [`Settle`], and named channels by
 ///   [`Probe`](analysis::Probe).
 /// - **Tables of results as CSV and NPY**: [`ResultTable`](export::ResultTable), [`Csv`](export::Csv).
 /// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4) and

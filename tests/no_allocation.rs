@@ -107,7 +107,7 @@ fn steps_do_not_allocate() {
 fn analysis_does_not_allocate() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
     let start = pair.static_start().unwrap();
-    let mut statistics = Statistics::new(&pair, &["q1", "deflection", "mesh force"]).unwrap();
+    let mut statistics = Statistics::new(&pair, &["q0", "deflection", "mesh force"]).unwrap();
     let mut rattle = Rattle::new(&pair);
     let mut run = |share: f64| {
         allocations(|| {
@@ -127,7 +127,7 @@ fn a_million_points_fit_into_200_megabytes() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().unwrap();
     let loads = Axis::linear("load", 20.0, 40.0, POINTS / 2).unwrap();
     let points = Points::grid(vec![Axis::list("speed", &[1800.0, 1801.0]).unwrap(), loads]).unwrap();
-    let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q1", "deflection"]).rattle();
+    let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0", "deflection"]).rattle();
     let family = |p: &Point<'_>| {
         NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() })
     };
@@ -157,7 +157,7 @@ fn members_are_not_kept() {
         Ok((pair.clone(), State::new(0.0, &[-6.4e-4 * (1.0 + 1e-6 * member as f64)], &[0.0])))
     };
     let most = |members: u64| {
-        let ensemble = Ensemble::new(members, 2.0, 4).unwrap().channels(&["q1"]).rattle();
+        let ensemble = Ensemble::new(members, 2.0, 4).unwrap().channels(&["q0"]).rattle();
         allocation_counter::measure(|| drop(pool.install(|| ensemble.run(&Rk4::new(0.5), family)).unwrap()))
             .bytes_max
     };

@@ -47,8 +47,8 @@ pub fn orders(_: bool) -> Outcome<Figure> {
         Ok(panel.x_range(0.0, 90.0)?)
     };
     let panels = [
-        panel("first mesh, 25/50 teeth", "mesh force 1")?,
-        panel("second mesh, 20/60 teeth", "mesh force 2")?,
+        panel("first mesh, 25/50 teeth", "mesh force 0")?,
+        panel("second mesh, 20/60 teeth", "mesh force 1")?,
     ];
     Ok(Figure::new(panels).panel_size(640.0, 250.0))
 }

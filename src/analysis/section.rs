@@ -1,44 +1,11 @@
-//! Poincaré sections.
+//! Poincaré sections: states at which a channel crosses a level.
 
 use crate::error::{ParameterError, check};
-use crate::model::{Model, Periodic, State};
+use crate::model::{Model, State};
 use crate::numeric::gauss::FIVE;
-use crate::ode::integrator::sample;
 use crate::ode::probe::Probe;
-use crate::ode::{Budget, Failed, Integrator, Observer, Step, Trajectory};
+use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
-
-/// Strobed states of a run: `count` states at the times start + k T, k = 1 .. `count`, with the period T of
-/// the drives.
-///
-/// ```
-/// use gear_dynamics::{Budget, Dop853, NfgPair, NfgParams, analysis::strobe};
-/// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let section = strobe(&Dop853::new(), &pair, &pair.static_start()?, 3, &Budget::new())?;
-/// assert_eq!(section.len(), 3);
-/// assert!((section.q(2)[0] - section.q(1)[0]).abs() < 1e-9); // nearly periodic after two turns
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// # Errors
-/// [`Failed`], which contains the states before the failure or the end of the budget. A count with
-/// count (2 dof + 1) > 2²⁶ or a period outside 1e-50 .. 1e50 fails before the run.
-pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
-    integrator: &I,
-    model: &M,
-    start: &State,
-    count: usize,
-    budget: &Budget,
-) -> Result<Trajectory, Failed> {
-    let checked = check::count("numbers of the states", &[count, 2 * model.dof() + 1], check::NUMBERS)
-        .and_then(|_| check::scale("period of the model", model.period()));
-    if let Err(error) = checked {
-        let trajectory = Box::new(Trajectory::empty(model.dof(), start.t));
-        return Err(Failed { error: error.into(), trajectory });
-    }
-    let times: Vec<f64> = (1..=count).map(|k| start.t + k as f64 * model.period()).collect();
-    sample(integrator, model, start, &times, Some(&budget.begin()))
-}
 
 /// The direction in which a channel crosses the level of a [`Section`].
 ///
@@ -46,7 +13,7 @@ pub fn strobe<I: Integrator, M: Periodic + ?Sized>(
 /// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, State, model::from_fn};
 /// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
 /// let count = |direction| -> Result<usize, Box<dyn std::error::Error>> {
-///     let mut section = Section::new(&spring, "q1", 0.0, direction)?;
+///     let mut section = Section::new(&spring, "q0", 0.0, direction)?;
 ///     Dop853::new().run(&spring, &State::new(0.0, &[1.0], &[0.0]), 10.0, &mut section)?;
 ///     Ok(section.states().len())
 /// };
@@ -76,7 +43,7 @@ pub enum Direction {
 /// ```
 /// use gear_dynamics::{analysis::{Direction, Section}, Dop853, Integrator, State, model::from_fn};
 /// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
-/// let mut section = Section::new(&spring, "q1", 0.0, Direction::Rising)?;
+/// let mut section = Section::new(&spring, "q0", 0.0, Direction::Rising)?;
 /// Dop853::new().run(&spring, &State::new(0.0, &[1.0], &[0.0]), 10.0, &mut section)?;
 /// assert_eq!(section.states().len(), 1);
 /// assert!((section.states()[0].t - 1.5 * std::f64::consts::PI).abs() < 1e-8);

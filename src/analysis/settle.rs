@@ -67,27 +67,23 @@ impl Settle {
     /// `start` is `None`.
     ///
     /// # Errors
-    /// [`Unsettled::NoStart`] if no start is given and the model has no static state.
-    /// [`Unsettled::Aperiodic`] if the state does not repeat within the maximum number of periods (chaos,
-    /// quasi-periodicity or slow decay). [`Unsettled::Failed`] if the integration fails, the budget is spent,
-    /// a setting is outside its range, or the period of the model is outside 1e-50 .. 1e50.
+    /// [`SettleError::NoStaticState`] if no start is given and the model has no static state.
+    /// [`SettleError::Aperiodic`] if the state does not repeat within the maximum number of periods (chaos,
+    /// quasi-periodicity or slow decay). [`SettleError::Integrate`] if the integration fails or the budget is
+    /// spent. [`SettleError::Parameter`] if a setting is outside its range or the period of the model outside
+    /// 1e-50 .. 1e50.
     pub fn run<'s, I: Integrator, M: Periodic + ?Sized>(
         &self,
         integrator: &I,
         model: &M,
         start: impl Into<Option<&'s State>>,
-    ) -> Result<Steady, Unsettled> {
+    ) -> Result<Steady, SettleError> {
         let start = match start.into() {
             Some(start) => start.clone(),
-            None => match static_state(model, 0.0) {
-                Ok(rest) => rest.state,
-                Err(error) => return Err(Unsettled::NoStart { error, state: State::at_rest(model.dof()) }),
-            },
+            None => static_state(&model, 0.0)?.state,
         };
         let period = model.period();
-        if let Err(error) = self.check(period) {
-            return Err(Unsettled::Failed { error: error.into(), state: start.clone(), periods: 0 });
-        }
+        self.check(period)?;
         let joined = |state: &State| [&state.q[..], &state.v].concat();
         let mut section: Vec<Vec<f64>> = vec![joined(&start)];
         let mut last = start.clone();
@@ -109,13 +105,13 @@ impl Settle {
                 (&meter).step(step)
             };
             let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);
-            let failed = |error, state| Unsettled::Failed { error, state, periods: k - 1 };
+            let failed = |error, last| SettleError::Integrate { error, last, periods: k - 1 };
             let state = match finish {
                 Ok(finish) => finish.state,
                 Err(error) => return Err(failed(error, last)),
             };
             if let Some(exhausted) = meter.exhausted() {
-                return Err(failed(IntegrateError::Budget { t: state.t, exhausted }, last));
+                return Err(failed(IntegrateError::Exhausted { t: state.t, exhausted }, last));
             }
             last = state;
             motion.weigh_on_flanks(model, &last, period / parts.max(1) as f64);
@@ -136,12 +132,7 @@ impl Settle {
                 }
             }
         }
-        Err(Unsettled::Aperiodic {
-            state: last,
-            periods: self.max_periods,
-            closest,
-            multiple: self.max_multiple,
-        })
+        Err(SettleError::Aperiodic { last, periods: self.max_periods, closest, multiple: self.max_multiple })
     }
 
     fn check(&self, period: f64) -> Result<(), ParameterError> {
@@ -184,25 +175,32 @@ pub struct Steady {
 /// The error of [`Settle::run`]: no steady state was found.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle, analysis::Unsettled};
+/// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle, analysis::SettleError};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let start = pair.static_start()?;
 /// let unsettled = Settle::new().max_periods(1).run(&Dop853::new(), &pair, &start).unwrap_err();
-/// assert!(matches!(unsettled, Unsettled::Aperiodic { periods: 1, .. }));
+/// assert!(matches!(unsettled, SettleError::Aperiodic { periods: 1, .. }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum Unsettled {
+#[non_exhaustive]
+pub enum SettleError {
+    /// A setting or the period of the model is outside its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// No start was given, and the model has no static state.
+    #[error("no static state to start from: {0}")]
+    NoStaticState(#[from] LinearError),
     /// No period multiple was found within the maximum number of periods. A multiple p counts only if the
     /// state repeats after p periods at more than p periods in a row.
     #[error(
         "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is \
-         {closest:.1e} of the range of motion; it must be at most the tolerance, and the tolerance must \
-         exceed the error of the solver"
+         {closest:.1e} of the range of motion; it must be at most the tolerance: raise max_periods for a slow \
+         decay, max_multiple for a longer period, or the tolerance if it lies below the error of the solver"
     )]
     Aperiodic {
         /// The last state. Statistics of the motion can start from it.
-        state: State,
+        last: State,
         /// Number of periods of the drives that were integrated.
         periods: usize,
         /// Smallest difference of the last period over all period multiples, as a share of the ranges.
@@ -210,33 +208,24 @@ pub enum Unsettled {
         /// Maximum period multiple.
         multiple: usize,
     },
-    /// No start was given, and the model has no static state.
-    #[error("no static state to start from: {error}")]
-    NoStart {
-        /// Error of the static state.
-        error: LinearError,
-        /// The coordinates 0 at rest.
-        state: State,
-    },
-    /// The integration failed, or a setting was outside its range.
+    /// The integration failed.
     #[error("after {periods} periods: {error}")]
-    Failed {
+    Integrate {
         /// Error of the integration.
         error: IntegrateError,
         /// State at the end of the last complete period.
-        state: State,
+        last: State,
         /// Number of complete periods.
         periods: usize,
     },
 }
 
-impl Unsettled {
-    /// The last state at the end of a period; at rest if there was no start.
-    pub fn state(&self) -> &State {
+impl SettleError {
+    /// The last state at the end of a period; `None` if the run did not begin.
+    pub fn last(&self) -> Option<&State> {
         match self {
-            Unsettled::Aperiodic { state, .. }
-            | Unsettled::NoStart { state, .. }
-            | Unsettled::Failed { state, .. } => state,
+            SettleError::Parameter(_) | SettleError::NoStaticState(_) => None,
+            SettleError::Aperiodic { last, .. } | SettleError::Integrate { last, .. } => Some(last),
         }
     }
 }

@@ -62,10 +62,6 @@ impl Summary {
     pub fn peak_to_peak(&self) -> f64 {
         self.max - self.min
     }
-    /// Standard deviation: the root mean square about the mean.
-    pub fn standard_deviation(&self) -> f64 {
-        self.deviation
-    }
 }
 
 /// Observer that computes the [`Summary`] of chosen channels from the dense output.
@@ -76,10 +72,10 @@ impl Summary {
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, State, Statistics, model::from_fn};
 /// let spring = from_fn(1, |_, q, _, a| a[0] = -q[0])?;
-/// let mut statistics = Statistics::new(&spring, &["q1"])?;
+/// let mut statistics = Statistics::new(&spring, &["q0"])?;
 /// let start = State::new(0.0, &[1.0], &[0.0]);
 /// Dop853::new().rtol(1e-11).run(&spring, &start, std::f64::consts::TAU, &mut statistics)?;
-/// let q = statistics.summary("q1")?;
+/// let q = statistics.summary("q0")?;
 /// assert!((q.max - 1.0).abs() < 1e-9 && (q.min + 1.0).abs() < 1e-9);
 /// assert!((q.rms - 0.5f64.sqrt()).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -2,7 +2,7 @@
 
 use crate::branches::line::{Line, LinePoint};
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::kind::{Located, PointKind};
+use crate::branches::points::kind::{Event, PointKind};
 use crate::error::ParameterError;
 use crate::export::ResultTable;
 use crate::model::Channel;
@@ -46,7 +46,7 @@ impl<O> LinePoint for BranchPoint<O> {
         self.arclength = arclength;
     }
     fn reverse(&mut self) {
-        if let Some(Located::Grazing { rattle, .. }) = &mut self.located {
+        if let Some(Event::Grazing { rattle, .. }) = &mut self.located {
             rattle.reverse();
         }
     }
@@ -82,7 +82,7 @@ impl<O> Branch<O> {
         &self.head.channels
     }
     /// The located points with what they are.
-    pub fn located(&self) -> impl Iterator<Item = (&Located, &BranchPoint<O>)> {
+    pub fn located(&self) -> impl Iterator<Item = (&Event, &BranchPoint<O>)> {
         self.points.iter().filter_map(|point| point.located.as_ref().map(|what| (what, point)))
     }
     /// The located points of one kind: `branch.of_kind(PointKind::Fold)`.
@@ -121,7 +121,7 @@ impl<O> Branch<O> {
     /// - `multiplier i real` and `multiplier i imaginary`, by decreasing absolute value, and
     ///   `largest multiplier` |μ|;
     /// - `stability`: 1 stable, -1 unstable, 0 undecided;
-    /// - for each contact its rattle state, `rattle i`, and its sequence: the crossings of its edges in one
+    /// - for each contact `rattle state i`, and its sequence: the crossings of its edges in one
     ///   period, `crossings lower i` and `crossings upper i`;
     /// - `kind`: 0 for a regular point, otherwise the [code](PointKind::code) of the located one.
     ///
@@ -136,13 +136,14 @@ impl<O> Branch<O> {
         }
         let first = self.points.first();
         let multipliers = first.map_or(0, |point| point.multipliers.values().len());
-        for i in 1..=multipliers {
+        for i in 0..multipliers {
             columns.extend(["real", "imaginary"].map(|part| number(format!("multiplier {i} {part}"))));
         }
         columns.extend(["largest multiplier", "stability"].map(|name| number(name.into())));
-        for i in 1..=first.map_or(0, |point| point.rattle.len()) {
-            columns
-                .extend(["rattle", "crossings lower", "crossings upper"].map(|n| number(format!("{n} {i}"))));
+        for i in 0..first.map_or(0, |point| point.rattle.len()) {
+            columns.extend(
+                ["rattle state", "crossings lower", "crossings upper"].map(|n| number(format!("{n} {i}"))),
+            );
         }
         columns.push(number("kind".into()));
         let mut table = ResultTable::new(columns)?;

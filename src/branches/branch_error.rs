@@ -10,11 +10,11 @@ use thiserror::Error;
 /// [`BranchEnd`](crate::branches::BranchEnd).
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, branches::{BranchError, ByConstant, Continuation}};
+/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, branches::{BranchError, ByConstant, Continuation}};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let family = ByConstant::new(&pair, "speed")?;
 /// let error = Continuation::new(100.0, 100.0).run(&family, &[pair.static_start()?]).unwrap_err();
-/// assert!(matches!(error, BranchError::EmptyRange { value: 100.0 }));
+/// assert!(matches!(error, BranchError::Parameter(ParameterError::Bounds { value: 100.0, .. })));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -23,24 +23,6 @@ pub enum BranchError {
     /// A setting is not valid.
     #[error("{0}")]
     Parameter(#[from] ParameterError),
-    /// The range of the parameter has length zero.
-    #[error("the continuation starts and ends at the same parameter {value:?}: the ends must differ")]
-    EmptyRange {
-        /// Start and end.
-        value: f64,
-    },
-    /// The bounds are reversed or do not contain the start.
-    #[error(
-        "the bounds of the parameter are {low:?} .. {high:?}: the lower one must be smaller, and {start:?} must lie between them"
-    )]
-    Bounds {
-        /// Lower bound.
-        low: f64,
-        /// Upper bound.
-        high: f64,
-        /// Start of the continuation.
-        start: f64,
-    },
     /// The start is no orbit.
     #[error("no orbit at the start of the branch: {0}")]
     Start(#[from] ShootingError),

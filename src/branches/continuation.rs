@@ -55,12 +55,15 @@ pub struct Continuation {
     pub(crate) budget: Budget,
 }
 
+/// Name of the parameter in errors.
+const PARAMETER: &str = "parameter of the continuation";
+
 impl Continuation {
     /// A continuation from the parameter `from` towards `to`.
     ///
     /// Defaults: bounds `from` and `to`, first step 0.01, steps of 1e-9 to 0.05, at most 2000 points, motions
     /// of up to 5000 times the gap, the static deflection or the first orbit, the first deflection as the
-    /// measured channel (`q1` for a model without contacts), default [`Shooting`], default [`Budget`].
+    /// measured channel (`q0` for a model without contacts), default [`Shooting`], default [`Budget`].
     pub fn new(from: f64, to: f64) -> Self {
         Continuation {
             from,
@@ -127,7 +130,7 @@ impl Continuation {
         Continuation { max_motion, ..self }
     }
     /// Channels whose statistics are kept for every point (see [`Probe`](crate::analysis::Probe)). Default:
-    /// the deflection of the first contact, or `q1` without contacts.
+    /// the deflection of the first contact, or `q0` without contacts.
     pub fn channels(self, channels: &[&str]) -> Self {
         Continuation { channels: Some(channels.iter().map(|name| (*name).to_owned()).collect()), ..self }
     }
@@ -158,7 +161,7 @@ impl Continuation {
     /// let family = ByConstant::new(&pair, "speed")?;
     /// let balance = Balance::new(Harmonics::up_to(12));
     /// let guess = balance.linearised(&pair, Piece::Upper)?;
-    /// let branch = Continuation::new(0.6, 0.7).channels(&["q1"]).balance(balance).run(&family, &guess)?;
+    /// let branch = Continuation::new(0.6, 0.7).channels(&["q0"]).balance(balance).run(&family, &guess)?;
     /// let last = branch.points().last().ok_or("a point")?;
     /// assert_eq!(last.parameter, 0.7);
     /// assert!((last.peak_to_peak() - last.orbit.peak_to_peak(0)).abs() < 1e-9);
@@ -195,11 +198,8 @@ impl Continuation {
     pub(crate) fn across(&self, p: f64) -> Result<[f64; 2], BranchError> {
         let wide = [0.1 * p, 10.0 * p];
         let [low, high] = self.across.unwrap_or([wide[0].min(wide[1]), wide[0].max(wide[1])]);
-        check::all_finite("bounds across", &[low, high])?;
-        if low < high && (low..=high).contains(&p) {
-            return Ok([low, high]);
-        }
-        Err(BranchError::Bounds { low, high, start: p })
+        check::between("first parameter of the boundary", p, [low, high])?;
+        Ok([low, high])
     }
 
     /// Unit of the parameter in the length of a step.
@@ -210,20 +210,15 @@ impl Continuation {
     pub(crate) fn check(&self) -> Result<(), BranchError> {
         check::all_finite("ends of the continuation", &[self.from, self.to])?;
         if self.from == self.to {
-            return Err(BranchError::EmptyRange { value: self.from });
+            return Ok(check::between(PARAMETER, self.from, [self.from, self.to])?);
         }
-        let [low, high] = self.low_and_high();
-        check::all_finite("bounds of the parameter", &[low, high])?;
-        if !(low < high && (low..=high).contains(&self.from)) {
-            return Err(BranchError::Bounds { low, high, start: self.from });
-        }
+        self.check_start(self.from)?;
         self.check_steps()
     }
 
     /// Checks that a continuation starts within the bounds of the parameter.
     pub(crate) fn check_start(&self, start: f64) -> Result<(), BranchError> {
-        let [low, high] = self.low_and_high();
-        if (low..=high).contains(&start) { Ok(()) } else { Err(BranchError::Bounds { low, high, start }) }
+        Ok(check::between(PARAMETER, start, self.low_and_high())?)
     }
 
     pub(crate) fn check_steps(&self) -> Result<(), BranchError> {

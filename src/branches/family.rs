@@ -67,7 +67,7 @@ impl<'m> ByConstant<'m> {
     /// # Errors
     /// [`ParameterError::NoSuchConstant`], which lists the constants; a model without named constants has
     /// none.
-    pub fn new<M: Model>(model: &'m M, name: &str) -> Result<Self, ParameterError> {
+    pub fn new(model: &'m dyn Model, name: &str) -> Result<Self, ParameterError> {
         let none = || ParameterError::NoSuchConstant { name: name.into(), known: "none".into() };
         let constants = model.named_constants().ok_or_else(none)?;
         Ok(ByConstant { constants, place: constants.place(name)? })

@@ -34,7 +34,7 @@ pub use crate::branches::following::Following;
 pub use crate::branches::line::{BranchNote, Line};
 pub use crate::branches::orbits::by_balance::balance_family::TruncatedForces;
 pub use crate::branches::points::branch_point::BranchPoint;
-pub use crate::branches::points::kind::{Located, PointKind};
+pub use crate::branches::points::kind::{Event, PointKind};
 pub use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
 pub use crate::branches::stability_method::StabilityMethod;
 pub use crate::branches::starts::beyond::Beyond;

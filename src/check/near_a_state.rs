@@ -23,12 +23,12 @@ use crate::ode::probe::Probe;
 /// Three errors are not found: a constant factor in the force of a contact, because masses are not known;
 /// missing damping in the force of a contact, if the damping acts in the gap as well; a jump that `accel`
 /// makes of the time, because only jumps of drives are compared with `next_edge`.
-pub fn check_model<M: Model + ?Sized>(model: &M, typical: &State) -> Vec<Inconsistency> {
+pub fn check_model(model: &dyn Model, typical: &State) -> Vec<Inconsistency> {
     check_over(model, typical, None)
 }
 
 /// Checks a model. `period`: the period of the drives, if it is known.
-fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>) -> Vec<Inconsistency> {
+fn check_over(model: &dyn Model, typical: &State, period: Option<f64>) -> Vec<Inconsistency> {
     let mut findings = Vec::new();
     if (typical.q.len(), typical.v.len()) != (model.dof(), model.dof()) {
         return vec![Inconsistency::State { given: [typical.q.len(), typical.v.len()], dof: model.dof() }];
@@ -54,7 +54,7 @@ fn check_over<M: Model + ?Sized>(model: &M, typical: &State, period: Option<f64>
 
 /// Checks a periodic model: the checks of [`check_model`], and whether accelerations and distances from edges
 /// repeat with the period. Of those that do not repeat, the one with the largest deviation is reported.
-pub fn check_periodic<M: Periodic + ?Sized>(model: &M, typical: &State) -> Vec<Inconsistency> {
+pub fn check_periodic(model: &dyn Periodic, typical: &State) -> Vec<Inconsistency> {
     let period = Some(model.period()).filter(|period| *period > 0.0 && period.is_finite());
     let mut findings = check_over(model, typical, period);
     if findings.iter().any(|f| matches!(f, Inconsistency::State { .. })) {

@@ -6,7 +6,7 @@ use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
 use crate::contact::piece_choice::{PieceChoice, Place};
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::earlier;
+use crate::excitation::earliest::earlier;
 use crate::excitation::wave::divisor;
 use crate::excitation::{Angle, Scaled, Side, Wave};
 use crate::scalar::Scalar;

@@ -3,7 +3,7 @@
 use crate::drives::wrapped::{DriveRule, Wrapped};
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
-use crate::excitation::angle::earlier;
+use crate::excitation::earliest::earlier;
 use crate::model::Model;
 use crate::series::Series;
 use std::fmt;

@@ -1,132 +1,86 @@
-//! Functions of an angle.
+//! The angle at which waves are evaluated: a number or a series.
 
-use crate::error::{ParameterError, check};
 use crate::excitation::jet::Jet;
+use crate::excitation::side::Side;
+use crate::excitation::wave::Wave;
+use crate::scalar::Scalar;
 use crate::series::Series;
-use std::any::Any;
 use std::fmt::Debug;
 
-/// A function f(φ) of an angle φ `[rad]` with period 2π and its first two derivatives over the angle, exact
-/// where they exist.
+/// An angle `[rad]` at which waves are evaluated: an `f64`, or a [`Series`] over time.
 ///
-/// It contains neither the speed of the angle nor the number of repetitions in one turn of a shaft. The
-/// latter is the order of a [`Wave`](crate::Wave).
+/// A [`Shape`](crate::Shape) writes its waves once for both kinds.
 ///
 /// ```
-/// use gear_dynamics::excitation::{Excitation, Fourier};
-/// let error = Fourier::new(0.0, &[[0.0, 1e-5]])?; // 10 μm sin φ
-/// assert_eq!(error.jet(0.0).rate, 1e-5);
+/// use gear_dynamics::{excitation::{Angle, Fourier, Side}, model::{Scalar, Series}, Wave};
+/// fn radius<A: Angle>(angle: A) -> A::Number {
+///     angle.number().cos() * 0.4 + A::Number::from(1.0)
+/// }
+/// assert_eq!(radius(0.0), 1.4);
+/// // At 3 rad/s from the angle 0: 1 + 0.4 cos 3t = 1.4 - 1.8 t² + ...
+/// assert_eq!(radius(Series::variable(0.0, 3.0, 4)).coefficients()[2], -1.8);
+/// let wave = Wave::new(Fourier::new(1.0, &[[0.4, 0.0]])?);
+/// assert_eq!(wave.value(0.0, Side::After), 1.4);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-pub trait Excitation: Any + Debug + Send + Sync {
-    /// Returns f, f' and f'' at an angle in [0, 2π). A [`Wave`](crate::Wave) never evaluates it at one of
-    /// its [`edges`](Excitation::edges).
-    fn jet(&self, angle: f64) -> Jet;
-    /// Returns f alone. Default: from [`jet`](Excitation::jet).
-    fn value(&self, angle: f64) -> f64 {
-        self.jet(angle).value
+pub trait Angle: Copy + Debug {
+    /// The numbers that waves have at this angle.
+    type Number: Scalar;
+    /// The angle itself.
+    fn number(self) -> Self::Number;
+    /// The angle multiplied by a factor, for example by a number of teeth.
+    fn times(self, factor: f64) -> Self;
+    /// Returns any function of the angle in plain numbers. It has no series: at a [`Series`] the result is
+    /// [refused](Series::refusal).
+    fn by_function(self, f: impl Fn(f64) -> f64) -> Self::Number;
+    /// Returns the value of a wave. See [`Wave::value`].
+    fn value_of(self, wave: &Wave, side: Side) -> Self::Number;
+    /// Returns value and derivatives of a wave over the angle. See [`Wave::jet`].
+    fn jet_of(self, wave: &Wave, side: Side) -> Jet<Self::Number>;
+}
+
+impl Angle for f64 {
+    type Number = f64;
+    #[inline(always)]
+    fn number(self) -> f64 {
+        self
     }
-    /// Returns f, f' and f'' as Taylor series over time, from the series of the angle. [`Taylor`] requires
-    /// it. Default: refused.
-    ///
-    /// A formula in a generic [`Scalar`] serves this method and [`jet`](Excitation::jet): the arithmetic of
-    /// `Jet<S>` gives the derivatives.
-    ///
-    /// [`Taylor`]: crate::Taylor
-    /// [`Scalar`]: crate::model::Scalar
-    fn series(&self, angle: &Series) -> Jet<Series> {
-        let _ = angle;
-        Jet::constant(Series::refused("an excitation without `Excitation::series`"))
+    #[inline(always)]
+    fn times(self, factor: f64) -> f64 {
+        factor * self
     }
-    /// Returns the series of f alone. Default: from [`series`](Excitation::series).
-    fn value_series(&self, angle: &Series) -> Series {
-        self.series(angle).value
+    #[inline(always)]
+    fn by_function(self, f: impl Fn(f64) -> f64) -> f64 {
+        f(self)
     }
-    /// Returns mean and pairs (c_n, s_n) of f as a finite Fourier series, if it is one with at most 64 waves.
-    /// Products of such excitations are expanded once. Default: `None`.
-    fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
-        None
+    #[inline]
+    fn value_of(self, wave: &Wave, side: Side) -> f64 {
+        wave.value_at(self, side)
     }
-    /// Angles in [0, 2π) at which f or a derivative jumps, in any order. Default: none.
-    fn edges(&self) -> Vec<f64> {
-        Vec::new()
-    }
-    /// Whether another excitation is the same function, so that models with either of them may share a drive
-    /// table. Default: `false`. A type with `PartialEq` implements it as
-    /// `gear_dynamics::excitation::same(self, other)`.
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        let _ = other;
-        false
+    #[inline]
+    fn jet_of(self, wave: &Wave, side: Side) -> Jet {
+        wave.jet_at(self, side)
     }
 }
 
-/// Whether two excitations have the same type and are equal. It implements [`Excitation::same_as`] for a
-/// type with `PartialEq`.
-///
-/// ```
-/// use gear_dynamics::excitation::{Constant, Fourier, same};
-/// let (two, also) = (Constant::new(2.0)?, Constant::new(2.0)?);
-/// assert!(same(&two, &also) && !same(&two, &Fourier::new(2.0, &[])?));
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-pub fn same<E: Excitation + PartialEq>(one: &E, other: &dyn Excitation) -> bool {
-    let other: &dyn Any = other;
-    other.downcast_ref::<E>() == Some(one)
-}
-
-/// The smallest of several angles or instants, any of which may be missing; `None` if all are missing. A
-/// model with several waves computes its next edge in this way.
-///
-/// ```
-/// assert_eq!(gear_dynamics::excitation::earliest([None, Some(2.0), Some(1.5)]), Some(1.5));
-/// ```
-pub fn earliest(edges: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
-    edges.into_iter().fold(None, earlier)
-}
-
-/// The earlier of two instants, either of which may be missing.
-pub(crate) fn earlier(a: Option<f64>, b: Option<f64>) -> Option<f64> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(a.min(b)),
-        (a, b) => a.or(b),
+impl Angle for Series {
+    type Number = Series;
+    fn number(self) -> Series {
+        self
     }
-}
-
-/// A constant excitation.
-///
-/// ```
-/// use gear_dynamics::excitation::{Constant, Excitation};
-/// assert_eq!(Constant::new(2e8)?.value(1.0), 2e8);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Constant(f64);
-
-impl Constant {
-    /// The constant 0.
-    pub(crate) fn zero() -> Self {
-        Constant(0.0)
+    fn times(self, factor: f64) -> Series {
+        self * factor
     }
-    /// A constant within ±1e50.
-    ///
-    /// # Errors
-    /// A value beyond ±1e50.
-    pub fn new(value: f64) -> Result<Self, ParameterError> {
-        Ok(Constant(check::quantity("constant excitation", value)?))
+    fn by_function(self, _: impl Fn(f64) -> f64) -> Series {
+        Series::refused("a plain function of the angle (`Angle::by_function`)")
     }
-}
-
-impl Excitation for Constant {
-    fn jet(&self, _: f64) -> Jet {
-        Jet::constant(self.0)
+    fn value_of(self, wave: &Wave, side: Side) -> Series {
+        let (excitation, own) = wave.own_series(self, side);
+        excitation.value_series(&own)
     }
-    fn series(&self, _: &Series) -> Jet<Series> {
-        Jet::constant(self.0.into())
-    }
-    fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
-        Some((self.0, Vec::new()))
-    }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
+    fn jet_of(self, wave: &Wave, side: Side) -> Jet<Series> {
+        let (excitation, own) = wave.own_series(self, side);
+        let (jet, n) = (excitation.series(&own), f64::from(wave.order()));
+        Jet { value: jet.value, rate: jet.rate * n, second: jet.second * (n * n) }
     }
 }

@@ -1,7 +1,7 @@
 //! The instantaneous centre of a noncircular gear.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::{Excitation, same};
+use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::jet::Jet;
 use crate::scalar::Scalar;
 use crate::series::Series;

@@ -1,7 +1,7 @@
 //! Excitations composed of waves, and excitations given by closures.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::{Excitation, same};
+use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;

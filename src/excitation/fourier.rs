@@ -1,7 +1,7 @@
 //! Fourier series.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::{Excitation, same};
+use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::jet::Jet;
 use crate::scalar::Scalar;
 use crate::series::{BLOCKS, EIGHT, Series, WaveWeights};

@@ -1,7 +1,7 @@
 //! Rectangular waves: the mesh stiffness of a contact ratio.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::{Excitation, same};
+use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::series::Series;

@@ -1,16 +1,15 @@
-//! Waves: excitations on a shaft, and the kinds of angles at which they are evaluated.
+//! Waves: excitations on a shaft.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::Excitation;
+use crate::excitation::angle::Angle;
+use crate::excitation::excitation_trait::Excitation;
 use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
 use crate::numeric::gauss;
-use crate::scalar::Scalar;
 use crate::series::Series;
 use std::any::Any;
 use std::f64::consts::TAU;
-use std::fmt::Debug;
 use std::sync::Arc;
 
 /// A wave f(n φ + ψ) of the angle φ of a shaft.
@@ -83,7 +82,7 @@ impl Wave {
     /// # Errors
     /// A value beyond ±1e50.
     pub fn constant(value: f64) -> Result<Self, ParameterError> {
-        Ok(Wave::new(crate::excitation::angle::Constant::new(value)?))
+        Ok(Wave::new(crate::excitation::constant::Constant::new(value)?))
     }
 
     /// The same wave, repeated `order` times as often in a turn of the shaft, for example once for each
@@ -258,7 +257,7 @@ impl Wave {
     /// The same number, but 0 if all are constants.
     pub(crate) fn divisor_of_orders<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
         let varies =
-            |wave: &&Wave| !(&*wave.excitation as &dyn Any).is::<crate::excitation::angle::Constant>();
+            |wave: &&Wave| !(&*wave.excitation as &dyn Any).is::<crate::excitation::constant::Constant>();
         waves.into_iter().filter(varies).fold(0, |common, wave| divisor(common, wave.order))
     }
 
@@ -304,83 +303,5 @@ impl PartialEq for Wave {
             || (self.order == other.order
                 && self.ahead == other.ahead
                 && self.excitation.same_as(&*other.excitation))
-    }
-}
-
-/// An angle `[rad]` at which waves are evaluated: an `f64`, or a [`Series`] over time.
-///
-/// A [`Shape`](crate::Shape) writes its waves once for both kinds.
-///
-/// ```
-/// use gear_dynamics::{excitation::{Angle, Fourier, Side}, model::{Scalar, Series}, Wave};
-/// fn radius<A: Angle>(angle: A) -> A::Number {
-///     angle.number().cos() * 0.4 + A::Number::from(1.0)
-/// }
-/// assert_eq!(radius(0.0), 1.4);
-/// // At 3 rad/s from the angle 0: 1 + 0.4 cos 3t = 1.4 - 1.8 t² + ...
-/// assert_eq!(radius(Series::variable(0.0, 3.0, 4)).coefficients()[2], -1.8);
-/// let wave = Wave::new(Fourier::new(1.0, &[[0.4, 0.0]])?);
-/// assert_eq!(wave.value(0.0, Side::After), 1.4);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-pub trait Angle: Copy + Debug {
-    /// The numbers that waves have at this angle.
-    type Number: Scalar;
-    /// The angle itself.
-    fn number(self) -> Self::Number;
-    /// The angle multiplied by a factor, for example by a number of teeth.
-    fn times(self, factor: f64) -> Self;
-    /// Returns any function of the angle in plain numbers. It has no series: at a [`Series`] the result is
-    /// [refused](Series::refusal).
-    fn by_function(self, f: impl Fn(f64) -> f64) -> Self::Number;
-    /// Returns the value of a wave. See [`Wave::value`].
-    fn value_of(self, wave: &Wave, side: Side) -> Self::Number;
-    /// Returns value and derivatives of a wave over the angle. See [`Wave::jet`].
-    fn jet_of(self, wave: &Wave, side: Side) -> Jet<Self::Number>;
-}
-
-impl Angle for f64 {
-    type Number = f64;
-    #[inline(always)]
-    fn number(self) -> f64 {
-        self
-    }
-    #[inline(always)]
-    fn times(self, factor: f64) -> f64 {
-        factor * self
-    }
-    #[inline(always)]
-    fn by_function(self, f: impl Fn(f64) -> f64) -> f64 {
-        f(self)
-    }
-    #[inline]
-    fn value_of(self, wave: &Wave, side: Side) -> f64 {
-        wave.value_at(self, side)
-    }
-    #[inline]
-    fn jet_of(self, wave: &Wave, side: Side) -> Jet {
-        wave.jet_at(self, side)
-    }
-}
-
-impl Angle for Series {
-    type Number = Series;
-    fn number(self) -> Series {
-        self
-    }
-    fn times(self, factor: f64) -> Series {
-        self * factor
-    }
-    fn by_function(self, _: impl Fn(f64) -> f64) -> Series {
-        Series::refused("a plain function of the angle (`Angle::by_function`)")
-    }
-    fn value_of(self, wave: &Wave, side: Side) -> Series {
-        let (excitation, own) = wave.own_series(self, side);
-        excitation.value_series(&own)
-    }
-    fn jet_of(self, wave: &Wave, side: Side) -> Jet<Series> {
-        let (excitation, own) = wave.own_series(self, side);
-        let (jet, n) = (excitation.series(&own), f64::from(wave.order()));
-        Jet { value: jet.value, rate: jet.rate * n, second: jet.second * (n * n) }
     }
 }

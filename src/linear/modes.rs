@@ -36,7 +36,7 @@ pub enum LinearError {
     },
     /// Eigenvalues did not converge.
     #[error("the eigenvalues of a matrix of {rows} rows did not converge")]
-    NoConvergence {
+    NotConverged {
         /// Number of rows.
         rows: usize,
     },
@@ -126,7 +126,7 @@ impl Modes {
     ///
     /// # Errors
     /// A model whose Jacobian is not finite; eigenvalues that do not converge.
-    pub fn in_contact<M: Model + ?Sized>(model: &M, t: f64) -> Result<Self, LinearError> {
+    pub fn in_contact(model: &dyn Model, t: f64) -> Result<Self, LinearError> {
         Modes::on_pieces(model, t, &vec![Piece::Upper; model.contacts()])
     }
 
@@ -136,7 +136,7 @@ impl Modes {
     ///
     /// # Errors
     /// As [`in_contact`](Modes::in_contact); more than 10 000 edges in a period.
-    pub fn mean_in_contact<M: Periodic + ?Sized>(model: &M) -> Result<Self, LinearError> {
+    pub fn mean_in_contact(model: &dyn Periodic) -> Result<Self, LinearError> {
         const PANELS: usize = 64;
         let (n, period) = (model.dof(), model.period());
         let pieces = vec![Piece::Upper; model.contacts()];
@@ -167,7 +167,7 @@ impl Modes {
     ///
     /// # Errors
     /// As [`in_contact`](Modes::in_contact); a list of pieces of the wrong length.
-    pub fn on_pieces<M: Model + ?Sized>(model: &M, t: f64, pieces: &[Piece]) -> Result<Self, LinearError> {
+    pub fn on_pieces(model: &dyn Model, t: f64, pieces: &[Piece]) -> Result<Self, LinearError> {
         let rest = vec![0.0; model.dof()];
         Modes::about(model, t, Some(pieces), &rest, &rest)
     }
@@ -177,8 +177,8 @@ impl Modes {
     ///
     /// # Errors
     /// As [`on_pieces`](Modes::on_pieces); coordinates or velocities of the wrong number.
-    pub fn about<M: Model + ?Sized>(
-        model: &M,
+    pub fn about(
+        model: &dyn Model,
         t: f64,
         pieces: Option<&[Piece]>,
         q: &[f64],
@@ -273,7 +273,7 @@ fn symmetric(a: &DMatrix<f64>, m: &[f64]) -> Result<Vec<Mode>, LinearError> {
         |i: usize, j: usize| 0.5 * (a[(i, j)] * (root[i] / root[j]) + a[(j, i)] * (root[j] / root[i]));
     let matrix = faer::Mat::from_fn(n, n, entry);
     let found =
-        matrix.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinearError::NoConvergence { rows: n })?;
+        matrix.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinearError::NotConverged { rows: n })?;
     let (values, vectors) = (found.S().column_vector(), found.U());
     let most = (0..n).map(|k| values[k].abs()).fold(0.0, f64::max);
     Ok((0..n).map(|k| mode(values[k], most, (0..n).map(|i| vectors[(i, k)] / root[i]))).collect())
@@ -283,7 +283,7 @@ fn symmetric(a: &DMatrix<f64>, m: &[f64]) -> Result<Vec<Mode>, LinearError> {
 fn general(a: &DMatrix<f64>) -> Result<Vec<Mode>, LinearError> {
     let n = a.nrows();
     let matrix = faer::Mat::from_fn(n, n, |i, j| a[(i, j)]);
-    let found = matrix.eigen().map_err(|_| LinearError::NoConvergence { rows: n })?;
+    let found = matrix.eigen().map_err(|_| LinearError::NotConverged { rows: n })?;
     let (values, vectors) = (found.S().column_vector(), found.U());
     let most = (0..n).map(|k| values[k].norm()).fold(0.0, f64::max);
     let real = |k: &usize| values[*k].im.abs() <= 1e-9 * most;
@@ -314,7 +314,7 @@ fn damped(q: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Vec<Complex64>, LinearEr
         (false, true) => q[(i - n, j)] / (omega * omega),
         (false, false) => v[(i - n, j - n)] / omega,
     });
-    let values = matrix.eigenvalues().map_err(|_| LinearError::NoConvergence { rows: 2 * n })?;
+    let values = matrix.eigenvalues().map_err(|_| LinearError::NotConverged { rows: 2 * n })?;
     let most = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
     let mut values: Vec<Complex64> = values
         .iter()

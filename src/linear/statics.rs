@@ -5,7 +5,7 @@ use crate::excitation::Side;
 use crate::linear::modes::LinearError;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::structure::slopes::{Slopes, accelerate};
-use crate::model::{Model, Periodic, State};
+use crate::model::{Periodic, State};
 use faer::Mat;
 use nalgebra::{DMatrix, DVector};
 
@@ -52,7 +52,7 @@ const SWEEPS: usize = 10_000;
 ///
 /// # Errors
 /// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap.
-pub fn static_state<M: Periodic + ?Sized>(model: &M, t: f64) -> Result<StaticState, LinearError> {
+pub fn static_state(model: &dyn Periodic, t: f64) -> Result<StaticState, LinearError> {
     let n = model.dof();
     crate::error::check::finite("time", t)?;
     let mut u = vec![0.0; model.drives()];
@@ -103,8 +103,8 @@ fn next_piece(piece: Piece, contact: &Contact, left: &mut [bool; 2]) -> Piece {
 
 /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method with the
 /// least change of coordinates.
-fn balanced<M: Model + ?Sized>(
-    model: &M,
+fn balanced(
+    model: &dyn Periodic,
     t: f64,
     u: &[f64],
     pieces: &[Piece],
@@ -137,7 +137,7 @@ fn balanced<M: Model + ?Sized>(
         if matrix.iter().chain(right.iter()).any(|x| !x.is_finite()) {
             return Err(LinearError::NotFinite { t });
         }
-        let mut step = least_solution(matrix, &right).ok_or(LinearError::NoConvergence { rows: n })?;
+        let mut step = least_solution(matrix, &right).ok_or(LinearError::NotConverged { rows: n })?;
         step.iter_mut().zip(&columns).for_each(|(step, scale)| *step *= scale);
         let stepped = q.iter().zip(step.iter()).map(|(q, step)| q + step).collect();
         let change = (0..n).fold(0.0f64, |most, i| most.max(step[i].abs()));

@@ -20,7 +20,7 @@ use thiserror::Error;
 ///
 /// ```
 /// use gear_dynamics::{Budget, Dop853, NfgPair, NfgParams, Settle};
-/// use gear_dynamics::{analysis::Unsettled, ode::{Exhausted, IntegrateError}};
+/// use gear_dynamics::{analysis::SettleError, ode::{Exhausted, IntegrateError}};
 /// use std::sync::{Arc, atomic::{AtomicBool, Ordering}};
 /// use std::time::Duration;
 /// let stop = Arc::new(AtomicBool::new(false));
@@ -28,7 +28,7 @@ use thiserror::Error;
 /// stop.store(true, Ordering::Relaxed); // from any thread
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let settled = Settle::new().budget(budget).run(&Dop853::new(), &pair, &pair.static_start()?);
-/// let Err(Unsettled::Failed { error: IntegrateError::Budget { exhausted, .. }, .. }) = settled else {
+/// let Err(SettleError::Integrate { error: IntegrateError::Exhausted { exhausted, .. }, .. }) = settled else {
 ///     panic!("the call is cancelled")
 /// };
 /// assert_eq!(exhausted, Exhausted::Cancelled);

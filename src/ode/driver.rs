@@ -97,7 +97,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         if flow.is_break() || run.e.ends.t1 >= t_end {
             // Attempts = accepted + rejected steps. `e.evaluations` does not count those of attempts.
             let (attempts, stats) = (attempt + 1, run.passage.stats);
-            let evaluations = attempts * T::EVALUATIONS + run.e.evaluations;
+            let evaluations = attempts * T::EVALUATIONS + run.e.evaluations + run.e.ends.evaluations();
             let stats = Stats { steps: attempts - stats.rejected, evaluations, ..stats };
             return Ok(Finish { state: run.e.ends.state_at_end(), stopped: flow.is_break(), stats });
         }

@@ -85,7 +85,7 @@ pub enum IntegrateError {
     },
     /// The acceleration has no Taylor series at an instant, and steps towards it shrink to nothing.
     #[error("the steps of the Taylor series shrink to nothing at t = {t:?}, because of {what}")]
-    Singular {
+    NoSeriesAt {
         /// The time reached.
         t: f64,
         /// What has no series there.
@@ -136,7 +136,7 @@ pub enum IntegrateError {
     },
     /// The [`Budget`](crate::Budget) of the call is spent, or the call was cancelled.
     #[error("stopped at t = {t:?}: {exhausted}")]
-    Budget {
+    Exhausted {
         /// The time reached.
         t: f64,
         /// The limit that was reached.

@@ -121,7 +121,7 @@ pub(crate) fn sample<I: Integrator + ?Sized, M: Model + ?Sized>(
     };
     let run = integrator.run(model, start, last, &mut keep).and_then(|finish| {
         match meter.and_then(Meter::exhausted) {
-            Some(exhausted) => Err(IntegrateError::Budget { t: finish.state.t, exhausted }),
+            Some(exhausted) => Err(IntegrateError::Exhausted { t: finish.state.t, exhausted }),
             None => Ok(finish),
         }
     });

@@ -13,9 +13,9 @@ const LIMIT: [f64; 2] = [4e-15, 1e-3];
 /// Evaluates all channels of a model at one instant.
 ///
 /// The channels of a model, in order:
-/// - the coordinates `q1`, `q2`, ... and the velocities `v1`, `v2`, ...;
-/// - `deflection`, `mesh force` and `contact` (1 touching, 0 in the gap), numbered from 1 if there are
-///   several contacts;
+/// - the coordinates `q0`, `q1`, ... and the velocities `v0`, `v1`, ...;
+/// - `deflection`, `mesh force` and `contact` (1 touching, 0 in the gap), with its index, as
+///   `deflection 0`, if there are several contacts;
 /// - the model's [own channels](Model::channels).
 ///
 /// Coordinates, velocities, deflections and forces have the units of the model; their unit text is empty.
@@ -47,9 +47,9 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
     pub fn new(model: &'m M) -> Self {
         let n = model.dof();
         let contacts = model.offers().touching(model.contacts());
-        let mut channels: Vec<Channel> = (1..=n).map(|i| Channel::new(format!("q{i}"), "")).collect();
-        channels.extend((1..=n).map(|i| Channel::new(format!("v{i}"), "")));
-        for i in 1..=contacts {
+        let mut channels: Vec<Channel> = (0..n).map(|i| Channel::new(format!("q{i}"), "")).collect();
+        channels.extend((0..n).map(|i| Channel::new(format!("v{i}"), "")));
+        for i in 0..contacts {
             for (name, unit) in [("deflection", ""), ("mesh force", ""), ("contact", "1")] {
                 channels.push(Channel::new(
                     if contacts == 1 { name.to_owned() } else { format!("{name} {i}") },

@@ -16,7 +16,7 @@ use thiserror::Error;
 /// let fall = from_fn(1, |_, _, _, a| a[0] = -2.0)?;
 /// let run = Rk4::new(0.5).trajectory(&fall, &State::at_rest(1), 1.0)?;
 /// assert_eq!(run.times(), [0.0, 0.5, 1.0]);
-/// assert!((run.channel(&fall, "q1")?[2] + 1.0).abs() < 1e-15);
+/// assert!((run.channel(&fall, "q0")?[2] + 1.0).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -98,14 +98,14 @@ impl Trajectory {
     /// # Errors
     /// [`ParameterError::NoSuchChannel`], which lists the channels of the model. [`ParameterError::Length`]
     /// for a model with another number of coordinates.
-    pub fn channel<M: Model + ?Sized>(&self, model: &M, name: &str) -> Result<Vec<f64>, ParameterError> {
+    pub fn channel(&self, model: &dyn Model, name: &str) -> Result<Vec<f64>, ParameterError> {
         check::length("coordinates of the model", model.dof(), self.dof)?;
         let mut probe = Probe::new(model);
         let index = probe.index(name)?;
         Ok((0..self.len()).map(|i| self.read(&mut probe, i)[index]).collect())
     }
     /// The channels of the model at index `i`.
-    fn read<'p, M: Model + ?Sized>(&self, probe: &'p mut Probe<'_, M>, i: usize) -> &'p [f64] {
+    fn read<'p>(&self, probe: &'p mut Probe<'_, dyn Model + '_>, i: usize) -> &'p [f64] {
         let side = if self.times[i] == self.start { Side::After } else { Side::Before };
         probe.read(self.times[i], side, self.q(i), self.v(i))
     }
@@ -114,7 +114,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// As [`channel`](Trajectory::channel); [`ParameterError::Twice`] for two columns of one name.
-    pub fn table<M: Model + ?Sized>(&self, model: &M, names: &[&str]) -> Result<ResultTable, ParameterError> {
+    pub fn table(&self, model: &dyn Model, names: &[&str]) -> Result<ResultTable, ParameterError> {
         check::length("coordinates of the model", model.dof(), self.dof)?;
         let mut probe = Probe::new(model);
         let chosen = match names {
@@ -156,6 +156,13 @@ pub struct Failed {
     pub error: IntegrateError,
     /// The states computed before the failure.
     pub trajectory: Box<Trajectory>,
+}
+
+impl From<ParameterError> for Failed {
+    /// A failure before the run: the trajectory is empty.
+    fn from(error: ParameterError) -> Self {
+        Failed { error: error.into(), trajectory: Box::new(Trajectory::empty(0, 0.0)) }
+    }
 }
 
 /// t_i = t0 + i (t1 - t0)/count, i = 0 .. count - 1: `count` equally spaced times, without the end t1. Over a

@@ -33,7 +33,7 @@ impl<R: Residual + ?Sized> Residual for Metered<'_, '_, R> {
 /// The reason why a root finder ended before a root.
 pub(crate) enum Failure {
     /// The budget is spent.
-    Budget(Exhausted),
+    Exhausted(Exhausted),
     /// A slope of the equations is not finite.
     Slope { equation: usize, unknown: usize },
     /// The equations do not determine an unknown.
@@ -50,7 +50,7 @@ impl Failure {
     /// Error: a setting is not valid.
     pub(crate) fn of(error: RootError, meter: &Meter<'_>) -> Result<(Self, Root), ParameterError> {
         // Residuals after the end of the budget are NaN.
-        let spent = |failure| meter.exhausted().map_or(failure, Failure::Budget);
+        let spent = |failure| meter.exhausted().map_or(failure, Failure::Exhausted);
         let (failure, last) = match error {
             RootError::Parameter(error) => return Err(error),
             RootError::Slope { equation, unknown, last, .. } => (Failure::Slope { equation, unknown }, last),

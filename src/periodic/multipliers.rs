@@ -41,24 +41,19 @@ impl std::fmt::Display for Stability {
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, Periodic};
-/// use gear_dynamics::periodic::{FourierOrbit, MultiplierError};
+/// use gear_dynamics::periodic::FourierOrbit;
 /// let (pair, orders) = (NfgPair::new(&NfgParams::table1())?, Harmonics::up_to(0));
 /// let two = FourierOrbit::new(&orders, pair.period(), &[vec![0.0], vec![0.0]])?;
 /// let error = Balance::new(orders).multipliers(&pair, &two).unwrap_err();
-/// assert_eq!(error, MultiplierError::Coordinates { expected: 1, found: 2 });
+/// assert_eq!(error.to_string(), "coordinates of the orbit has 2 entries: 1 are needed");
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MultiplierError {
-    /// The orbit has another number of coordinates than the model.
-    #[error("the orbit has {found} coordinates and the model has {expected}: these numbers must be equal")]
-    Coordinates {
-        /// Number of coordinates of the model.
-        expected: usize,
-        /// Number of coordinates of the orbit.
-        found: usize,
-    },
+    /// The orbit is one of another model, or the monodromy matrix has no finite eigenvalues.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// The model has a rigid stop, at which the linearised motion jumps. [`Shooting`](crate::Shooting)
     /// computes that jump.
     #[error("contact {contact} has a rigid stop, at which the linearised motion jumps: use Shooting")]
@@ -86,12 +81,9 @@ pub enum MultiplierError {
         /// Start time of the step.
         t: f64,
     },
-    /// The monodromy matrix has no finite eigenvalues.
-    #[error(transparent)]
-    Monodromy(#[from] ParameterError),
     /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
     #[error("the multipliers were not computed: {0}")]
-    Budget(#[from] Exhausted),
+    Exhausted(#[from] Exhausted),
 }
 
 /// Floquet multipliers μ of an orbit, the eigenvalues of its monodromy matrix: a small difference grows by μ

@@ -8,7 +8,9 @@ use serde::ser::{Serialize, Serializer};
 use std::collections::BTreeMap;
 
 /// Version of the stored form. A change that older readers cannot read increases it.
-const VERSION: u32 = 1;
+///
+/// 2: the numbers of channels count from 0, in version 1 from 1.
+const VERSION: u32 = 2;
 
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "Rows")]
@@ -66,9 +68,11 @@ impl<'de> Deserialize<'de> for Rows {
 
 impl StoredRows {
     /// The rows, if all parts fit together.
-    fn read(self) -> Result<Rows, String> {
-        if self.version != VERSION {
-            return Err(format!("version {} of stored rows: version {VERSION} can be read", self.version));
+    fn read(mut self) -> Result<Rows, String> {
+        match self.version {
+            VERSION => {}
+            1 => self.sweep.channels.iter_mut().for_each(|name| *name = counted_from_0(name)),
+            other => return Err(format!("version {other} of stored rows: up to {VERSION} can be read")),
         }
         self.sweep.check().map_err(|error| format!("settings of the sweep: {error}"))?;
         let (sweep, layout) = (&self.sweep, &self.layout);
@@ -128,5 +132,24 @@ impl StoredRows {
             rows.exponent_errors.insert(belongs(index, true)?, PointError::Text(text));
         }
         Ok(rows)
+    }
+}
+
+/// The name of a channel of version 1 as it is now: `q1` is `q0`.
+fn counted_from_0(name: &str) -> String {
+    const NUMBERED: [&str; 7] = [
+        "q",
+        "v",
+        "deflection ",
+        "mesh force ",
+        "contact ",
+        "transmission error ",
+        "stiffness times deflection ",
+    ];
+    let numbered =
+        NUMBERED.iter().find_map(|kind| Some((kind, name.strip_prefix(kind)?.parse::<usize>().ok()?)));
+    match numbered {
+        Some((kind, number @ 1..)) => format!("{kind}{}", number - 1),
+        _ => name.into(),
     }
 }

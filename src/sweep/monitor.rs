@@ -12,7 +12,7 @@ use std::sync::atomic::Ordering;
 /// let stop = AtomicBool::new(false);
 /// let show = |done: usize, _total: usize| stop.store(done >= 20, Relaxed);
 /// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 130.0, 400)?);
-/// let sweep = Sweep::new(speeds).settle(1).measure(1).channels(&["q1"]);
+/// let sweep = Sweep::new(speeds).settle(1).measure(1).channels(&["q0"]);
 /// let engine = LaneRk4::new(63 * 16);
 /// let watch = Monitor::new().progress(&show).cancel(&stop);
 /// let pair = |p: &Point<'_>| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() });

@@ -61,8 +61,8 @@ pub enum PointError {
     #[error("no model: {0}")]
     Model(String),
     /// A start or a channel that is not allowed for the model.
-    #[error("start: {0}")]
-    Start(ParameterError),
+    #[error(transparent)]
+    Parameter(ParameterError),
     /// A requested result is infinite or NaN although the motion is finite.
     #[error("results of the run: {0}")]
     Value(ParameterError),

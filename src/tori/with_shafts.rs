@@ -2,7 +2,7 @@
 
 use crate::drives::{DriveRule, Wrapped};
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::earlier;
+use crate::excitation::earliest::earlier;
 use crate::excitation::{Side, Wave, earliest};
 use crate::model::Periodic;
 use crate::series::Series;

@@ -45,9 +45,9 @@ fn balance_reaches_the_truth_and_knows_its_error() {
         assert!(error < 1e-3);
         assert!(error < 2.0 * proof.truncation && proof.truncation < 2.0 * error);
         assert!(error < 6.0 * proof.shooting && proof.shooting < 6.0 * error);
-        let mut statistics = Statistics::new(&pair, &["q1"]).unwrap();
+        let mut statistics = Statistics::new(&pair, &["q0"]).unwrap();
         cycle.observe(&pair, &mut statistics).unwrap();
-        let (summary, ppv) = (statistics.summary("q1").unwrap(), case["ppv"].as_f64().unwrap());
+        let (summary, ppv) = (statistics.summary("q0").unwrap(), case["ppv"].as_f64().unwrap());
         for (found, name) in [(summary.max, "qmax"), (summary.min, "qmin"), (summary.mean, "mean")] {
             assert!((found - case[name].as_f64().unwrap()).abs() < 1e-9 * ppv, "{speed} {name}");
         }

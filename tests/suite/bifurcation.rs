@@ -65,7 +65,7 @@ fn linear(omega: f64) -> (f64, bool) {
 fn a_fold_is_crossed_both_ways() {
     let omegas: Vec<f64> = (0..=13).map(|i| 0.46 + 0.03 * f64::from(i)).collect();
     let sweep = over(&omegas).settle(200).measure(16);
-    let diagram = Bifurcation::strobed("q1").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap();
+    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap();
     let hysteresis = diagram.hysteresis(1e-3).unwrap();
     println!("{hysteresis:?}, undecided {:?}", diagram.undecided());
     for (up, down) in diagram.up().iter().zip(diagram.down()) {
@@ -164,7 +164,7 @@ fn two_motions_side_by_side() {
 fn a_diagram_says_where_it_cannot_decide() {
     let omegas = [0.60, 0.62, 0.64];
     let run =
-        |sweep: Sweep| Bifurcation::strobed("q1").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap();
+        |sweep: Sweep| Bifurcation::strobed("q0").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap();
     let hasty = run(over(&omegas).settle(1).measure(4));
     assert_eq!((hasty.hysteresis(1e-3).unwrap(), hasty.undecided()), (vec![], omegas.to_vec()));
     assert!(run(over(&omegas).settle(1).measure(4).periodic_tolerance(0.5)).undecided().is_empty());
@@ -185,7 +185,7 @@ fn points_that_fail_leave_the_rest_of_the_diagram() {
     let some = |p: &Point<'_>| {
         if p["omega"] == 0.62 { Err("no pair".to_owned()) } else { gentle(p).map_err(|e| e.to_string()) }
     };
-    let (bifurcation, sweep) = (Bifurcation::strobed("v1"), over(&[0.60, 0.62, 0.64]).settle(60).measure(4));
+    let (bifurcation, sweep) = (Bifurcation::strobed("v0"), over(&[0.60, 0.62, 0.64]).settle(60).measure(4));
     let diagram = bifurcation.run(&sweep.runner(&engine(), some, in_contact)).unwrap();
     assert_eq!(diagram.up().iter().map(|point| point.parameter).collect::<Vec<_>>(), [0.60, 0.64]);
     assert_eq!((diagram.hysteresis(1e-3).unwrap(), diagram.undecided()), (vec![], vec![0.62]));
@@ -211,13 +211,13 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
         wrong,
         SweepError::Parameter(ParameterError::NoSuchChannel {
             name: "deflection".into(),
-            known: "q1, v1".into()
+            known: "q0, v0".into()
         })
     );
-    let wrong = run(Bifurcation::extremes("q2"), over(&[0.6, 0.7]));
+    let wrong = run(Bifurcation::extremes("q1"), over(&[0.6, 0.7]));
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::NoSuchChannel { .. })));
     let axes = vec![Axis::list("omega", &[0.6, 0.7]).unwrap(), Axis::list("load", &[1.0]).unwrap()];
-    let wrong = run(Bifurcation::strobed("q1"), Sweep::new(Points::grid(axes).unwrap()));
+    let wrong = run(Bifurcation::strobed("q0"), Sweep::new(Points::grid(axes).unwrap()));
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::Length { expected: 1, found: 2, .. })));
     assert_eq!(started.load(Relaxed), 0);
 }
@@ -226,7 +226,7 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
 fn a_diagram_is_watched_and_stopped() {
     let omegas: Vec<f64> = (0..20).map(|i| 0.60 + 0.01 * f64::from(i)).collect();
     let (bifurcation, sweep, engine) =
-        (Bifurcation::strobed("q1"), over(&omegas).settle(20).measure(4), engine());
+        (Bifurcation::strobed("q0"), over(&omegas).settle(20).measure(4), engine());
     let runner = || sweep.runner(&engine, gentle, in_contact);
     let (most, rows, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
     let progress = |done: usize, total: usize| {

@@ -2,13 +2,13 @@
 
 use crate::common::family::oscillator;
 use crate::common::stored;
-use gear_dynamics::Shooting;
 use gear_dynamics::branches::{
     BoundaryLine, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, ByFunctionOfTwo,
     Continuation, Plane, PointKind, Turn,
 };
 use gear_dynamics::model::State;
 use gear_dynamics::models::Oscillator;
+use gear_dynamics::{ParameterError, Shooting};
 
 fn pair() -> Oscillator {
     oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)])
@@ -157,7 +157,10 @@ fn a_closed_boundary_ends_at_its_start() {
     let refused = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0);
     let mut at_zero = branch.of_kind(PointKind::Grazing)[0].clone();
     at_zero.parameter = 0.0;
-    assert!(matches!(refused.run(&plane, &at_zero), Err(BranchError::Bounds { start: 0.0, .. })));
+    assert!(matches!(
+        refused.run(&plane, &at_zero),
+        Err(BranchError::Parameter(ParameterError::Bounds { value: 0.0, .. }))
+    ));
 }
 
 /// The symmetry breaking of a Duffing oscillator over speed and force, against the points that branches over the speed

@@ -260,9 +260,9 @@ fn a_grazing_ends_where_another_maximum_reaches_the_stop() {
     for point in line.points() {
         let [amplitude, shift] = point.parameters;
         let at = model.with("amplitude", amplitude).unwrap().with("shift", shift).unwrap();
-        let mut statistics = Statistics::new(&at, &["q1"]).unwrap();
+        let mut statistics = Statistics::new(&at, &["q0"]).unwrap();
         point.orbit.observe(&at, &mut statistics).unwrap();
-        let top = statistics.summary("q1").unwrap().max;
+        let top = statistics.summary("q0").unwrap().max;
         assert!(top < 1.0 + 1e-8, "{shift} {top}");
     }
 }

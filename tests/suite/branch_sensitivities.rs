@@ -9,7 +9,7 @@ use gear_dynamics::model::{Periodic, State};
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::ode::Exhausted;
 use gear_dynamics::periodic::ShootingOrbit;
-use gear_dynamics::{Budget, NfgPair, NfgParams, Shooting, Statistics};
+use gear_dynamics::{Budget, NfgPair, NfgParams, ParameterError, Shooting, Statistics};
 
 /// Central difference of fourth order.
 fn difference(f: &dyn Fn(f64) -> f64, at: f64, h: f64) -> f64 {
@@ -89,7 +89,7 @@ fn figures_of_a_duffing_oscillator() {
         ("damping", 0.05),
     ];
     let model = oscillator(&[&given[..], &[("half backlash", 9.0)]].concat());
-    check(&model, &State::at_rest(1), "q1", 1e-7);
+    check(&model, &State::at_rest(1), "q0", 1e-7);
 }
 
 /// A fold and a grazing, moved by a small change of two constants.
@@ -215,7 +215,7 @@ fn constants_are_fitted_to_a_response() {
     let given = [("speed", 0.7), ("linear stiffness", 1.0), ("force", 0.18), ("half backlash", 9.0)];
     let truth = oscillator(&[&given[..], &[("cubic stiffness", 0.1), ("damping", 0.05)]].concat());
     let start = oscillator(&[&given[..], &[("cubic stiffness", 0.05), ("damping", 0.15)]].concat());
-    let fit = Fit::new("speed", "q1", Figure::PeakToPeak).over("damping", 0.02, 0.3).over(
+    let fit = Fit::new("speed", "q0", Figure::PeakToPeak).over("damping", 0.02, 0.3).over(
         "cubic stiffness",
         0.01,
         0.3,
@@ -268,7 +268,7 @@ fn least_peak_to_peak_value() {
     assert!(matches!(few, Err(DesignError::NotConverged { evaluations: 1..=2, .. })), "{few:?}");
     let bounds =
         Least::new("deflection", Figure::Rms).over("stiffness variation", 0.1, 0.3).run(&model, &guess);
-    assert!(matches!(bounds, Err(DesignError::Bounds { value: 0.05, .. })));
+    assert!(matches!(bounds, Err(DesignError::Parameter(ParameterError::Bounds { value: 0.05, .. }))));
 }
 
 /// A spent budget keeps the best constants found; a cancelled search has none.

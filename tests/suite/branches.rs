@@ -315,7 +315,7 @@ fn both_ways() {
     let parts =
         ["real", "imaginary"].map(|part| table.column(&format!("multiplier 2 {part}")).unwrap()[last]);
     assert_eq!(parts, [m.re, m.im]);
-    assert_eq!(table.column("crossings upper 1").unwrap()[last], 0.0);
+    assert_eq!(table.column("crossings upper 0").unwrap()[last], 0.0);
     assert!(branch.to_string().contains("fold"));
 }
 
@@ -366,14 +366,22 @@ fn refusals_and_ends() {
     let family = ByConstant::new(&model, "speed").unwrap();
     let rest = [State::at_rest(1)];
     let refused = |range: Continuation| range.run(&family, &rest).unwrap_err();
-    assert_eq!(refused(Continuation::new(1.0, 1.0)), BranchError::EmptyRange { value: 1.0 });
+    let out_of = |value, low, high| {
+        BranchError::from(ParameterError::Bounds {
+            name: "parameter of the continuation".into(),
+            value,
+            low,
+            high,
+        })
+    };
+    assert_eq!(refused(Continuation::new(1.0, 1.0)), out_of(1.0, 1.0, 1.0));
     let reversed = refused(Continuation::new(1.0, 1.2).bounds(2.0, 0.5));
-    assert_eq!(reversed, BranchError::Bounds { low: 2.0, high: 0.5, start: 1.0 });
-    assert!(matches!(refused(Continuation::new(1.0, 1.2).bounds(1.1, 1.5)), BranchError::Bounds { .. }));
+    assert_eq!(reversed, out_of(1.0, 2.0, 0.5));
+    assert_eq!(refused(Continuation::new(1.0, 1.2).bounds(1.1, 1.5)), out_of(1.0, 1.1, 1.5));
     assert!(matches!(refused(Continuation::new(f64::NAN, 1.2)), BranchError::Parameter(_)));
     assert!(matches!(refused(Continuation::new(1.0, 1.2).first_step(0.0)), BranchError::Parameter(_)));
     assert!(matches!(
-        refused(Continuation::new(1.0, 1.2).channels(&["q7"])),
+        refused(Continuation::new(1.0, 1.2).channels(&["q6"])),
         BranchError::Parameter(ParameterError::NoSuchChannel { .. })
     ));
     let no_orbit =
@@ -390,10 +398,10 @@ fn refusals_and_ends() {
     assert!(matches!(coarse.end(), BranchEnd::StepUnderflow { .. }), "{}", coarse.end());
     assert!(matches!(refused(range.clone().min_step(0.1)), BranchError::Parameter(_)));
     assert!(matches!(refused(range.clone().max_points(0)), BranchError::Parameter(_)));
-    let twice = refused(range.clone().channels(&["q1", "q1"]));
+    let twice = refused(range.clone().channels(&["q0", "q0"]));
     assert!(matches!(twice, BranchError::Parameter(ParameterError::Twice { .. })));
     let elsewhere = Continuation::new(2.0, 3.0).resume(&family, &points).err();
-    assert!(matches!(elsewhere, Some(BranchError::Bounds { low: 2.0, .. })));
+    assert!(matches!(elsewhere, Some(BranchError::Parameter(ParameterError::Bounds { low: 2.0, .. }))));
     let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
     let cancelled = range.clone().budget(Budget::new().cancel(stop)).run(&family, &rest);
     assert!(matches!(cancelled, Err(BranchError::Curve(CurveError::Exhausted(Exhausted::Cancelled)))));
@@ -430,7 +438,7 @@ fn refusals_and_ends() {
         Err(BranchError::Kind { kind: None, .. })
     ));
     let orbit = Shooting::new().solve(&CubicChain { omega: 1.0 }, &[State::at_rest(2)]).unwrap();
-    let none = Sensitivity::of(&CubicChain { omega: 1.0 }, &orbit, &["q1"]);
+    let none = Sensitivity::of(&CubicChain { omega: 1.0 }, &orbit, &["q0"]);
     assert!(matches!(none, Err(BranchError::NoConstants)));
 }
 

@@ -210,12 +210,12 @@ fn starts_without_an_orbit_are_refused() {
     assert!(matches!(error, BranchError::Balance(BalanceError::StartInGap { contact: 0 })), "{error}");
     let start = guess(&model, [1.1, 0.0, 0.0]);
     let error = Continuation::new(0.5, 0.5).run(&family, &start).unwrap_err();
-    assert!(matches!(error, BranchError::EmptyRange { .. }));
+    assert!(matches!(error, BranchError::Parameter(ParameterError::Bounds { .. })));
     let few = continuation.clone().budget(Budget::new().steps(100));
     let branch = few.run(&family, &start).unwrap();
     assert!(matches!(branch.end(), BranchEnd::Exhausted(_)) && !branch.points().is_empty());
     // Other channels, and one that does not exist.
-    let forces = continuation.clone().channels(&["mesh force", "q1"]);
+    let forces = continuation.clone().channels(&["mesh force", "q0"]);
     let branch = forces.run(&family, &start).unwrap();
     let point = &branch.points()[0];
     assert!((point.summaries[0].mean - 0.1).abs() < 1e-6, "the mean force balances the load");

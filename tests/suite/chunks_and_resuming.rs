@@ -100,7 +100,7 @@ fn along(count: usize) -> Sweep {
     Sweep::new(Points::on_axis(Axis::linear("w", 1.0, 3.0, count).unwrap()))
         .settle(2)
         .measure(2)
-        .channels(&["q1"])
+        .channels(&["q0"])
         .strobe(1)
 }
 fn chunks(sweep: &Sweep, count: usize) -> Vec<Rows> {
@@ -119,7 +119,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
     let grid =
         Points::grid(vec![Axis::linear("w", 1.0, 3.0, 10).unwrap(), Axis::list("x", &[1.0, 2.0]).unwrap()])
             .unwrap();
-    let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q1"]).warm_start(WarmStart::Up);
+    let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q0"]).warm_start(WarmStart::Up);
     for sweep in [along(10).check_every(4), lines.check_every(4)] {
         let whole = sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, rest).unwrap();
         let checked: Vec<usize> =
@@ -132,7 +132,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
             let merged = Rows::merge(chunks(&sweep, count)).unwrap();
             assert_eq!((&merged, merged.fingerprint()), (&whole, whole.fingerprint()), "{count} chunks");
             for (a, b) in merged.iter().zip(whole.iter()) {
-                assert_eq!((a.error("q1"), a.is_sensitive()), (b.error("q1"), b.is_sensitive()));
+                assert_eq!((a.error("q0"), a.is_sensitive()), (b.error("q0"), b.is_sensitive()));
             }
         }
         let (one, other) = (sweep.clone().check_every(0), sweep.check_every(3));
@@ -155,7 +155,7 @@ fn a_line_goes_on_after_a_point_that_fails() {
         Sweep::new(points)
             .settle(2)
             .measure(2)
-            .channels(&["q1"])
+            .channels(&["q0"])
             .strobe(1)
             .warm_start(warm_start)
             .run(engine, family, rest)
@@ -179,7 +179,7 @@ fn a_line_goes_on_after_a_point_that_fails() {
                 part.iter().map(|i| all.points().point(*i).values().to_vec()).collect();
             let alone = run(Points::list(&["w"], &points).unwrap(), warm_start, engine, swing);
             for (row, index) in alone.iter().zip(part) {
-                assert_eq!(row.channel("q1"), rows.get(index).unwrap().channel("q1"), "{index}");
+                assert_eq!(row.channel("q0"), rows.get(index).unwrap().channel("q0"), "{index}");
             }
         }
     }
@@ -272,7 +272,7 @@ fn periods_and_constants_that_are_none() {
 fn a_check_counts_only_beside_its_row() {
     // RK4 is stable up to w h = 2.83. At w = 40 a step of 1/8 is too long; a quarter of it is not.
     let points = Points::on_axis(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
-    let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q1"]).check_every(2);
+    let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q0"]).check_every(2);
     let kicked =
         |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
     let rows = sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, kicked).unwrap();
@@ -280,9 +280,9 @@ fn a_check_counts_only_beside_its_row() {
     let [first, next, last] = [0, 1, 3].map(|i| rows.get(i).unwrap());
     // The estimate is a few per cent of the range, since 16 samples in a period may miss (π/16)²/2 of each
     // extreme. It must not contain the missing row.
-    let q1 = first.channel("q1").unwrap();
-    assert!(first.error("q1").unwrap() < 0.1 * q1.peak_to_peak(), "{:?} {q1:?}", first.error("q1"));
-    assert_eq!((next.error("q1"), last.error("q1")), (first.error("q1"), first.error("q1")));
+    let q1 = first.channel("q0").unwrap();
+    assert!(first.error("q0").unwrap() < 0.1 * q1.peak_to_peak(), "{:?} {q1:?}", first.error("q0"));
+    assert_eq!((next.error("q0"), last.error("q0")), (first.error("q0"), first.error("q0")));
 }
 
 /// If the check of a point fails, the row contains the error, counts as sensitive and has no estimate of its
@@ -298,11 +298,11 @@ fn a_check_that_fails_is_told() {
     let rows = sweep.run(&LaneRk4::new(16).lanes::<4>(), family, rest).unwrap();
     let row = rows.get(2).unwrap();
     assert!(matches!(row.checked(), Some(Err(PointError::Table(TableError::EdgeOffGrid { .. })))));
-    assert!(row.is_sensitive() && row.error("q1").is_none());
+    assert!(row.is_sensitive() && row.error("q0").is_none());
     let [one, two, three, five] = [0, 1, 3, 4].map(|i| rows.get(i).unwrap());
     assert!(!one.is_sensitive() && !two.is_sensitive());
-    let most = one.error("q1").unwrap().max(five.error("q1").unwrap());
-    assert_eq!((two.error("q1"), three.error("q1")), (Some(most), Some(most)));
+    let most = one.error("q0").unwrap().max(five.error("q0").unwrap());
+    assert_eq!((two.error("q0"), three.error("q0")), (Some(most), Some(most)));
     let back = stored(&rows);
     assert_eq!(back.fingerprint(), rows.fingerprint());
     let (told, error) = (back.get(2).unwrap(), row.checked().unwrap().unwrap_err());
@@ -342,12 +342,12 @@ fn rows_of_another_sweep_are_refused() {
     let wider = Sweep::new(Points::on_axis(Axis::linear("w", 1.0, 3.5, 8).unwrap()))
         .settle(2)
         .measure(2)
-        .channels(&["q1"])
+        .channels(&["q0"])
         .strobe(1);
     let renamed = Sweep::new(Points::on_axis(Axis::linear("v", 1.0, 3.0, 8).unwrap()))
         .settle(2)
         .measure(2)
-        .channels(&["q1"])
+        .channels(&["q0"])
         .strobe(1);
     let of = |change: fn(Sweep) -> Sweep| change(sweep.clone());
     let others = [
@@ -355,7 +355,7 @@ fn rows_of_another_sweep_are_refused() {
         renamed,
         of(|s| s.settle(3)),
         of(|s| s.measure(3)),
-        of(|s| s.channels(&["v1"])),
+        of(|s| s.channels(&["v0"])),
         of(|s| s.strobe(2)),
         of(|s| s.rattle()),
         of(|s| s.warm_start(WarmStart::Up)),
@@ -444,7 +444,7 @@ fn two_threads_may_show_rows_at_once() {
     let (inside, together) = (AtomicUsize::new(0), AtomicBool::new(false));
     let rows = |row: &Row<'_>| {
         assert!(
-            row.channel("q1").unwrap().max > 0.0 && row.point()["w"] >= 1.0 && row.strobes().count() == 1
+            row.channel("q0").unwrap().max > 0.0 && row.point()["w"] >= 1.0 && row.strobes().count() == 1
         );
         if inside.fetch_add(1, Relaxed) > 0 {
             together.store(true, Relaxed);
@@ -553,12 +553,12 @@ fn jumps_without_number() {
     let run = |steps: usize, every: f64| {
         let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(swing(p)?, every));
         let points = Points::on_axis(Axis::list("w", &[1.0]).unwrap());
-        let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q1"]);
+        let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
         sweep.run(&TableRk4::new(steps), family, |_, _| Ok::<_, ParameterError>(State::at_rest(1))).unwrap()
     };
     // More than 10⁵ edges.
     let (often, once) = (run(1 << 18, 2.0 / f64::from(1 << 18)), run(1 << 18, 2.0));
-    let [often, once] = [&often, &once].map(|rows| rows.get(0).unwrap().channel("q1").unwrap());
+    let [often, once] = [&often, &once].map(|rows| rows.get(0).unwrap().channel("q0").unwrap());
     // Drives at an edge are read 1e-6 of a step beside it.
     assert!((often.max - once.max).abs() < 1e-9 * once.max, "{often:?} {once:?}");
     assert!(matches!(run(16, 2.0 / 48.0).get(0), Err(PointError::Table(TableError::EdgeOffGrid { .. }))));
@@ -573,7 +573,7 @@ fn a_cancelled_run_is_resumed() {
         Axis::list("x", &[1.0, 2.0, 3.0]).unwrap(),
     ])
     .unwrap();
-    let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q1"]).warm_start(WarmStart::Down);
+    let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q0"]).warm_start(WarmStart::Down);
     let engine = LaneRk4::new(16).lanes::<4>();
     for sweep in [along(120), along(120).check_every(3), lines.clone(), lines.check_every(3)] {
         let count = sweep.points().len();

@@ -65,14 +65,14 @@ impl Periodic for Loaded {
 /// Period between two maxima of a free motion that starts at its maximum, and the minimum.
 fn free_period<M: Model>(model: &M, maximum: f64, period: f64) -> (f64, f64) {
     let start = State::new(0.0, &[maximum], &[0.0]);
-    let mut section = Section::new(model, "v1", 0.0, Direction::Falling).unwrap();
-    let mut statistics = Statistics::new(model, &["q1"]).unwrap();
+    let mut section = Section::new(model, "v0", 0.0, Direction::Falling).unwrap();
+    let mut statistics = Statistics::new(model, &["q0"]).unwrap();
     let mut both = (&mut statistics, &mut section);
     Dop853::new().rtol(1e-13).atol(1e-15).run(model, &start, 2.2 * period, &mut both).unwrap();
     let times: Vec<f64> = section.states().iter().map(|s| s.t).collect();
     assert!(times.len() >= 2, "{times:?}");
     let last = times.len() - 1;
-    (times[last] - times[last - 1], statistics.summary("q1").unwrap().min)
+    (times[last] - times[last - 1], statistics.summary("q0").unwrap().min)
 }
 
 /// T = 2π + 4 b/(A - b).   Source: Den Hartog, Mechanical Vibrations, 1956, Sect. 8.

@@ -85,7 +85,7 @@ fn ensembles_do_not_depend_on_threads() {
     let run = || {
         Ensemble::new(1000, 5.0, 4)
             .unwrap()
-            .channels(&["q1", "energy"])
+            .channels(&["q0", "energy"])
             .run(&Rk4::new(0.25), member(0.5))
             .unwrap()
     };
@@ -98,7 +98,7 @@ fn members_that_fail_are_counted_and_the_others_stand() {
     let some = |m: u64| {
         if m.is_multiple_of(4) { Err("bad".to_owned()) } else { member(0.5)(m).map_err(|e| e.to_string()) }
     };
-    let bands = Ensemble::new(20, 1.0, 1).unwrap().channels(&["q1"]).run(&Rk4::new(0.25), some).unwrap();
+    let bands = Ensemble::new(20, 1.0, 1).unwrap().channels(&["q0"]).run(&Rk4::new(0.25), some).unwrap();
     assert_eq!((bands.members(), bands.failed().0), (15, 5));
     assert_eq!(bands.failed().1, Some(&(0, PointError::Model("bad".into()))));
     let none =
@@ -119,11 +119,11 @@ fn members_start_at_time_zero() {
     let late = |m: u64| {
         Ok::<_, ParameterError>((Oscillator, State::new(if m == 2 { 0.5 } else { 0.0 }, &[1.0], &[0.0])))
     };
-    let bands = Ensemble::new(4, 1.0, 4).unwrap().channels(&["q1"]).run(&Rk4::new(0.25), late).unwrap();
+    let bands = Ensemble::new(4, 1.0, 4).unwrap().channels(&["q0"]).run(&Rk4::new(0.25), late).unwrap();
     assert_eq!((bands.members(), bands.failed().0), (3, 1));
     let (member, error) = bands.failed().1.unwrap();
     assert!(
-        *member == 2 && matches!(error, PointError::Start(ParameterError::OutOfRange { value: 0.5, .. })),
+        *member == 2 && matches!(error, PointError::Parameter(ParameterError::OutOfRange { value: 0.5, .. })),
         "{error}"
     );
 }
@@ -136,14 +136,14 @@ fn a_mistyped_channel_is_found_before_anything_runs() {
         member(0.5)(m)
     };
     for ensemble in [
-        Ensemble::new(500, 1.0, 1).unwrap().channels(&["q7"]),
-        Ensemble::new(500, 1.0, 1).unwrap().peaks(&["q7"]),
+        Ensemble::new(500, 1.0, 1).unwrap().channels(&["q6"]),
+        Ensemble::new(500, 1.0, 1).unwrap().peaks(&["q6"]),
     ] {
         let error = ensemble.run(&Rk4::new(0.25), counted).unwrap_err();
         assert!(
             matches!(
                 &error,
-                EnsembleError::Parameter(ParameterError::NoSuchChannel { name, .. }) if name == "q7"
+                EnsembleError::Parameter(ParameterError::NoSuchChannel { name, .. }) if name == "q6"
             ),
             "{error}"
         );
@@ -154,7 +154,7 @@ fn a_mistyped_channel_is_found_before_anything_runs() {
 #[test]
 fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let ensemble = Ensemble::new(300, 5.0, 1).unwrap().channels(&["q1"]);
+    let ensemble = Ensemble::new(300, 5.0, 1).unwrap().channels(&["q0"]);
     let run = |watch: &Monitor<'_>| {
         one.install(|| ensemble.clone().monitor(watch).run(&Rk4::new(0.25), member(0.5)))
     };
@@ -178,11 +178,11 @@ fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
 #[test]
 fn peaks_are_those_of_the_run() {
     let one = |_: u64| Ok::<_, ParameterError>((Oscillator, State::new(0.0, &[0.0], &[1.0])));
-    let ensemble = Ensemble::new(2, 2.0, 2).unwrap().channels(&["q1"]).peaks(&["q1"]);
+    let ensemble = Ensemble::new(2, 2.0, 2).unwrap().channels(&["q0"]).peaks(&["q0"]);
     let bands = ensemble.run(&Dop853::new().rtol(1e-11).atol(1e-13), one).unwrap();
-    assert!((bands.at("q1", 2).unwrap().max() - 2f64.sin()).abs() < 1e-9);
-    assert!((bands.peak("q1").unwrap().mean() - 1.0).abs() < 1e-9, "{:?}", bands.peak("q1"));
-    assert_eq!(bands.convergence("q1").unwrap().len(), 2);
+    assert!((bands.at("q0", 2).unwrap().max() - 2f64.sin()).abs() < 1e-9);
+    assert!((bands.peak("q0").unwrap().mean() - 1.0).abs() < 1e-9, "{:?}", bands.peak("q0"));
+    assert_eq!(bands.convergence("q0").unwrap().len(), 2);
     assert!(bands.peak("energy").is_err());
 }
 

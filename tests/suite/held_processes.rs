@@ -46,7 +46,7 @@ fn ensemble_energies() {
             .map(|k| energy(&solver.end(&member(hold, k), &State::new(0.0, &[1.0], &[0.0]), 40.0).unwrap()))
             .collect();
         let s = Summary::from_samples(&energies).unwrap();
-        let error = s.standard_deviation() / (count as f64).sqrt();
+        let error = s.deviation / (count as f64).sqrt();
         println!("h = {hold}: {} ± {error:.1e} against {expected}", s.mean);
         assert!((s.mean - expected).abs() < 3.0 * error);
     }

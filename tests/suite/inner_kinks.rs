@@ -186,7 +186,7 @@ fn lanes_and_balance_of_a_pair_with_inner_kinks() {
         let [a, b] = [&lanes, &fine].map(|row| row.channel("deflection").unwrap());
         // Samples and kinks inside steps of 6e-3 give errors of some 1e-4.
         assert!((a.max - b.max).abs() < 1e-3 && (a.min - b.min).abs() < 1e-3, "{a:?} {b:?}");
-        assert_eq!(lanes.rattle_state(0), fine.rattle_state(0));
+        assert_eq!(lanes.contacts()[0].rattle_state(), fine.contacts()[0].rattle_state());
     }
     let settled = Dop853::new().rtol(1e-12).end(&pair, &start, 60.0 * pair.period()).unwrap();
     let orbit = Shooting::new().solve(&pair, &[State { t: 0.0, ..settled }]).unwrap();

@@ -25,7 +25,7 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
     let sweep = |shares: &[f64]| {
         let points = Points::on_axis(Axis::list("share", shares).unwrap());
         let sweep =
-            Sweep::new(points).settle(1).measure(1).channels(&["q1", "deflection", "mesh force"]).rattle();
+            Sweep::new(points).settle(1).measure(1).channels(&["q0", "deflection", "mesh force"]).rattle();
         let start = |_: &Point<'_>, model: &Machine<G>| -> Result<State, ParameterError> {
             let n = model.dof();
             Ok(State::new(0.0, &vec![-1.5e-3; n], &vec![0.0; n]))
@@ -45,10 +45,10 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
     for (i, share) in shares.iter().enumerate() {
         let (alone, row) = (sweep(&[*share]), together.get(i).unwrap());
         let alone = alone.get(0).unwrap();
-        for channel in ["q1", "deflection", "mesh force"] {
+        for channel in ["q0", "deflection", "mesh force"] {
             assert_eq!(alone.channel(channel), row.channel(channel), "{what}, {channel}");
         }
-        assert_eq!(alone.contact(0), row.contact(0), "{what}");
+        assert_eq!(alone.contacts()[0], row.contacts()[0], "{what}");
     }
     let force = |i: usize| together.get(i).unwrap().channel("mesh force").unwrap();
     assert_ne!(force(0), force(3), "{what} has no effect");
@@ -82,4 +82,19 @@ fn pairs_of_two_degrees_of_freedom() {
         });
     }
     each_alone("pinion inertia", |by| NfgPair2::new(&NfgParams::table1(), 10.0 * (1.0 + by)).unwrap());
+}
+
+/// The drawing of a train is no part of its shape: trains that differ in a stated centre alone share lanes.
+#[test]
+fn trains_that_are_drawn_elsewhere_share_lanes() {
+    use gear_dynamics::trains::{Body, Parts};
+    let train = |x: f64| {
+        let mut parts = Parts::new();
+        parts.body("motor", Body::new(0.1)).body("brake", Body::new(0.2).at([x, 0.0]));
+        parts.shaft("shaft", "motor", "brake", 1e4, 1.0);
+        parts.build("motor", 100.0).unwrap()
+    };
+    let (here, there) = (train(0.0), train(1.0));
+    assert_ne!(here.shape().drawing(), there.shape().drawing());
+    assert!(here.shares_lanes_with(&there));
 }

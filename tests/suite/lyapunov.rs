@@ -282,7 +282,7 @@ fn bad_input() {
     }
     let solve = Lyapunov::new().settle(0).align(0);
     match solve.run_over(&Breaks, &State::new(0.0, &[1.0], &[0.0]), 1.0) {
-        Err(LyapunovError::Flow { so_far, .. }) => assert_eq!(so_far.history(0).len(), 5),
+        Err(LyapunovError::Integrate { last, .. }) => assert_eq!(last.history(0).len(), 5),
         other => panic!("{other:?}"),
     }
     let start = State::at_rest(1);
@@ -486,12 +486,12 @@ fn a_run_that_ends_early_keeps_its_state() {
     let start = State::new(0.0, &[1.0], &[0.0]);
     // While settling, in its last period, and while measuring.
     for settle in [50, 6, 2] {
-        let Err(LyapunovError::Flow { so_far, .. }) =
+        let Err(LyapunovError::Integrate { last, .. }) =
             Lyapunov::new().settle(settle).align(0).run_over(&Breaks, &start, 1.0)
         else {
             panic!("settled although the acceleration is NaN");
         };
-        let state = so_far.state();
+        let state = last.state();
         assert!(state.t > 4.0 && state.t < 5.5 && state.q != start.q, "{settle}: {state:?}");
     }
 }
@@ -509,8 +509,8 @@ fn a_budget_ends_any_run() {
     ];
     for lyapunov in most {
         match lyapunov.budget(Budget::new().steps(600)).run(&model, &start) {
-            Err(LyapunovError::Exhausted { exhausted: Exhausted::Steps { limit: 600 }, so_far }) => {
-                assert!(so_far.state().t > TAU)
+            Err(LyapunovError::Exhausted { exhausted: Exhausted::Steps { limit: 600 }, last }) => {
+                assert!(last.state().t > TAU)
             }
             other => panic!("{other:?}"),
         }

@@ -84,7 +84,7 @@ fn the_face_gear_pair_of_parts_is_the_pair() {
 fn rattling<M: Model>(model: &M, start: &State, end: f64) -> (State, f64) {
     let mut rattle = Rattle::new(model);
     let end = Dop853::new().rtol(1e-12).atol(1e-16).run(model, start, end, &mut rattle).unwrap();
-    (end.state, rattle.contact(0).loss_fraction())
+    (end.state, rattle.contacts()[0].loss_fraction())
 }
 
 /// Through contact losses: by DOP853 in both models, by Taylor series in the train.

@@ -60,17 +60,17 @@ fn orbit_by<I: Integrator>(solver: &I, pair: &NfgPair) -> Measured {
     let span = steady.period_multiple as f64 * pair.period();
     let end = steady.state.t + span;
     let mut rattle = Rattle::new(pair);
-    let mut statistics = Statistics::new(pair, &["q1", "deflection"]).unwrap();
+    let mut statistics = Statistics::new(pair, &["q0", "deflection"]).unwrap();
     let mut both = (&mut rattle, &mut statistics);
     let finish = solver.run(pair, &steady.state, end, &mut both).unwrap();
     let times = uniform_times(steady.state.t, end, SAMPLES * steady.period_multiple).unwrap();
     let run = solver.sample(pair, &steady.state, &times).unwrap();
     Measured {
-        state: rattle.contact(0).rattle_state(),
-        q: statistics.summary("q1").unwrap(),
+        state: rattle.contacts()[0].rattle_state(),
+        q: statistics.summary("q0").unwrap(),
         deflection: statistics.summary("deflection").unwrap(),
         crossings: finish.stats.crossings / steady.period_multiple as u64,
-        samples: run.channel(pair, "q1").unwrap(),
+        samples: run.channel(pair, "q0").unwrap(),
         steady,
     }
 }

@@ -75,7 +75,7 @@ fn compare_with<I: Integrator, M: Model>(solver: &I, model: &M, case: &Value, na
         println!("{name} t = {}: angles {dq:.1e}, rates {dv:.1e}", times[i]);
         assert!(dq < bound && dv < bound, "{name} t = {}: angles {dq:e}, rates {dv:e}", times[i]);
         for (mesh, w) in list(&outputs[i]["W"]).iter().enumerate() {
-            let ours = run.channel(model, &format!("mesh force {}", mesh + 1)).unwrap()[i];
+            let ours = run.channel(model, &format!("mesh force {mesh}")).unwrap()[i];
             assert!(
                 (ours - w).abs() < bound * 1e4,
                 "{name} t = {}: W{} {ours} against {w}",

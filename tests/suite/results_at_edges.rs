@@ -207,7 +207,7 @@ fn zero_backlash_does_not_rattle() {
         let model = Oscillator { half_width: 0.0, load };
         let mut rattle = Rattle::new(&model);
         solver.run(&model, &State::new(0.3, &[1.0], &[0.2]), 60.0, &mut rattle).unwrap();
-        let contact = rattle.contact(0);
+        let contact = rattle.contacts()[0];
         assert_eq!(
             (contact.rattle_state(), contact.impact_count(), contact.loss_fraction()),
             (RattleState::None, 0, 0.0),
@@ -217,7 +217,7 @@ fn zero_backlash_does_not_rattle() {
         let mut sampled = Rattle::new(&model);
         solver.clone().plain().run(&model, &State::new(0.3, &[1.0], &[0.2]), 60.0, &mut sampled).unwrap();
         assert_eq!(
-            (sampled.contact(0).rattle_state(), sampled.contact(0).impact_count()),
+            (sampled.contacts()[0].rattle_state(), sampled.contacts()[0].impact_count()),
             (RattleState::None, 0)
         );
     }
@@ -226,7 +226,7 @@ fn zero_backlash_does_not_rattle() {
     let mut rattle = Rattle::new(&model);
     let run = solver.run(&model, &State::new(0.0, &[1.0], &[0.0]), 60.0, &mut rattle).unwrap();
     assert_eq!(
-        (rattle.contact(0).rattle_state(), rattle.contact(0).impact_count()),
+        (rattle.contacts()[0].rattle_state(), rattle.contacts()[0].impact_count()),
         (RattleState::Bilateral, 19)
     );
     assert_eq!(run.stats.crossings, 38);
@@ -247,7 +247,8 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
         sweep.run(&Located(Dop853::new()), family, start).unwrap(),
     ];
     for rows in &all {
-        let (state, contact) = (rows.get(0).unwrap().rattle_state(0), rows.get(0).unwrap().contact(0));
+        let (state, contact) =
+            (rows.get(0).unwrap().contacts()[0].rattle_state(), rows.get(0).unwrap().contacts()[0]);
         assert!(contact.time[0] > 0.0 && contact.time[2] > 0.0, "the load does not reverse: {contact:?}");
         assert_eq!((state, contact.impact_count()), (RattleState::None, 0), "{contact:?}");
     }

@@ -119,7 +119,7 @@ fn what_drifts_apart_does_not_settle() {
         }
     }
     let steady = Settle::new().max_periods(40).run(&Dop853::new(), &Slipping, &State::at_rest(2));
-    assert!(matches!(steady, Err(Unsettled::Aperiodic { .. })), "{steady:?}");
+    assert!(matches!(steady, Err(SettleError::Aperiodic { .. })), "{steady:?}");
     for (period, _) in rows(&Slipping, &State::at_rest(2), 20) {
         assert_eq!(period, None);
     }

@@ -165,7 +165,7 @@ fn rings_of_any_speed_share_lanes() {
     let sweep = |speeds: &[f64]| {
         let points = Points::on_axis(Axis::list("rpm", speeds).unwrap());
         let sweep =
-            Sweep::new(points).settle(1).measure(2).channels(&["deflection 1", "mesh force 2"]).rattle();
+            Sweep::new(points).settle(1).measure(2).channels(&["deflection 0", "mesh force 1"]).rattle();
         sweep.run(&LaneRk4::new(200).lanes::<4>(), family, start).unwrap()
     };
     let speeds = [2000.0, 2500.0, 3000.0, 4000.0];
@@ -173,9 +173,9 @@ fn rings_of_any_speed_share_lanes() {
     assert_eq!(together.alone(), 0);
     for (row, speed) in together.iter().zip(speeds) {
         let alone = sweep(&[speed]);
-        assert_eq!(row.channel("mesh force 2"), alone.get(0).unwrap().channel("mesh force 2"));
+        assert_eq!(row.channel("mesh force 1"), alone.get(0).unwrap().channel("mesh force 1"));
     }
-    let forces: Vec<f64> = together.iter().map(|row| row.channel("mesh force 2").unwrap().max).collect();
+    let forces: Vec<f64> = together.iter().map(|row| row.channel("mesh force 1").unwrap().max).collect();
     assert!(forces.windows(2).all(|two| two[0] != two[1]), "{forces:?}");
 }
 
@@ -376,7 +376,7 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
     assert!(matches!(of(|s| s.repeats = 2), Err(P::NotPeriodic { .. })));
     assert!(matches!(of(|s| s.repeats = 0), Err(P::TooFew { .. })));
     assert_eq!(of(|s| (s.repeats, s.wave) = (2, |x: f64| (2.0 * x).sin())), Ok(()));
-    assert!(matches!(of(|s| s.names = vec!["speed", "speed"]), Err(P::ConstantTwice { .. })));
+    assert!(matches!(of(|s| s.names = vec!["speed", "speed"]), Err(P::Twice { .. })));
     let shape = Flawed::right();
     assert_eq!(
         Machine::with_constants(shape.clone(), &[("speed", 1.0)]).unwrap_err(),
@@ -384,7 +384,7 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
     );
     assert_eq!(
         Machine::with_constants(shape.clone(), &[("speed", 1.0), ("speed", 2.0), ("load", 1.0)]).unwrap_err(),
-        P::ConstantTwice { name: "speed".into() }
+        P::Twice { name: "speed".into() }
     );
     assert!(matches!(
         Machine::with_constants(shape.clone(), &[("speed", 0.0), ("load", 1.0)]),
@@ -457,7 +457,7 @@ fn lanes_refuse_rigid_stops() {
     let sweep = Sweep::new(Points::on_axis(Axis::list("weight", &[1.0]).unwrap()))
         .settle(0)
         .measure(2)
-        .channels(&["q1"]);
+        .channels(&["q0"]);
     let refused = PointError::from(IntegrateError::StopNotLocated { contact: 0 });
     for rows in [
         sweep.run(&LaneRk4::new(64).lanes::<4>(), family, start),
@@ -467,7 +467,7 @@ fn lanes_refuse_rigid_stops() {
     }
     // From a height of 1/2 it falls for 1 s and is back at the top after 2 s.
     let rows = sweep.run(&Located(Dop853::new()), family, start).unwrap();
-    assert!((rows.get(0).unwrap().channel("q1").unwrap().max - 0.5).abs() < 1e-9);
+    assert!((rows.get(0).unwrap().channel("q0").unwrap().max - 0.5).abs() < 1e-9);
 }
 
 /// A contact that the algebra uses must be counted in the size, and it must have edges if its law has.

@@ -141,10 +141,10 @@ fn spur_pairs_of_the_classics() {
                 assert_eq!(cycle.stability() == Stability::Stable, solution["stable"].as_bool().unwrap());
                 assert_eq!(cycle.crossings(), solution["crossings"].as_u64().unwrap());
                 let (mut statistics, mut rattle) =
-                    (Statistics::new(&model, &["q1"]).unwrap(), Rattle::new(&model));
+                    (Statistics::new(&model, &["q0"]).unwrap(), Rattle::new(&model));
                 cycle.observe(&model, &mut (&mut statistics, &mut rattle)).unwrap();
-                let q = statistics.summary("q1").unwrap();
-                let ours = [q.max, q.min, q.mean, q.standard_deviation(), rattle.contact(0).loss_fraction()];
+                let q = statistics.summary("q0").unwrap();
+                let ours = [q.max, q.min, q.mean, q.deviation, rattle.contacts()[0].loss_fraction()];
                 // The reference extremes are those of 4000 samples of a period.
                 assert!((-1e-9..2e-7).contains(&(ours[0] - number(&solution["max"]))));
                 assert!((-1e-9..2e-7).contains(&(number(&solution["min"]) - ours[1])));
@@ -214,9 +214,9 @@ fn check_face_gear_pair(wanted: &[f64]) {
         let off = ((first.q[0] - number(&case["q0"])) / ppv)
             .abs()
             .max(((first.v[0] - number(&case["v0"])) / ppv).abs());
-        let mut statistics = Statistics::new(&pair, &["q1"]).unwrap();
+        let mut statistics = Statistics::new(&pair, &["q0"]).unwrap();
         cycle.observe(&pair, &mut statistics).unwrap();
-        let q = statistics.summary("q1").unwrap();
+        let q = statistics.summary("q0").unwrap();
         println!(
             "{speed}: {off:.1e} ppv {:.1e} mean {:.1e}, {} crossings, corrections {}, \
              multipliers {} {} error {:.1e}",
@@ -406,7 +406,7 @@ fn bad_guesses() {
     }
     assert!(matches!(
         shooting.solve(&Breaks, &[State::at_rest(1)]),
-        Err(ShootingError::Flow { segment: 0, .. })
+        Err(ShootingError::Integrate { segment: 0, .. })
     ));
 }
 
@@ -419,15 +419,15 @@ fn a_recorded_orbit_needs_no_further_integration() {
     let recorded = orbit.record(&model).unwrap();
     let figures = |replayed: bool| {
         let (mut statistics, mut rattle) =
-            (Statistics::new(&model, &["q1", "mesh force"]).unwrap(), Rattle::new(&model));
+            (Statistics::new(&model, &["q0", "mesh force"]).unwrap(), Rattle::new(&model));
         let mut both = (&mut statistics, &mut rattle);
         if replayed {
             recorded.replay(&mut both)
         } else {
             orbit.observe(&model, &mut both).unwrap();
         }
-        let [q, f] = ["q1", "mesh force"].map(|name| statistics.summary(name).unwrap());
-        [q.mean, q.rms, q.max, q.min, f.mean, f.rms, rattle.contact(0).loss_fraction()]
+        let [q, f] = ["q0", "mesh force"].map(|name| statistics.summary(name).unwrap());
+        [q.mean, q.rms, q.max, q.min, f.mean, f.rms, rattle.contacts()[0].loss_fraction()]
     };
     for (a, b) in figures(true).into_iter().zip(figures(false)) {
         assert!((a - b).abs() < 1e-11, "{a} {b}");

@@ -19,7 +19,7 @@ fn frequencies(count: usize) -> Points {
     Points::on_axis(Axis::linear("we", 0.15, 0.36, count).unwrap())
 }
 fn sweep(count: usize) -> Sweep {
-    Sweep::new(frequencies(count)).settle(2).measure(3).channels(&["q1", "v1"]).rattle().strobe(2)
+    Sweep::new(frequencies(count)).settle(2).measure(3).channels(&["q0", "v0"]).rattle().strobe(2)
 }
 /// Fingerprint of the rows of a sweep.
 fn hash(sweep: &Sweep, engine: &impl SweepEngine<LanePair>) -> u64 {
@@ -56,11 +56,11 @@ fn the_same_bits_however_it_is_run() {
     for i in [0, 17, 40] {
         let value = rows.points().point(i)["we"];
         let alone = Sweep::new(Points::on_axis(Axis::list("we", &[value]).unwrap()));
-        let alone = alone.settle(1).measure(2).channels(&["q1", "v1"]).rattle().strobe(2);
+        let alone = alone.settle(1).measure(2).channels(&["q0", "v0"]).rattle().strobe(2);
         let alone = alone.run(&LaneRk4::new(STEPS), pair, rest).unwrap();
         let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
-        assert_eq!(a.channel("q1"), b.channel("q1"));
-        assert_eq!(a.contact(0), b.contact(0));
+        assert_eq!(a.channel("q0"), b.channel("q0"));
+        assert_eq!(a.contacts()[0], b.contacts()[0]);
         assert!(a.strobes().eq(b.strobes()));
         assert_eq!(alone.alone(), 1);
     }
@@ -80,7 +80,7 @@ fn the_bits_are_pinned() {
         (15, -6.374_161_364_181e-4, -7.539_015_901_571e-4, -5.441_418_128_511e-4, 369.0, 93),
     ] {
         let row = rows.get(index).unwrap();
-        let (q, contact) = (row.channel("q1").unwrap(), row.contact(0));
+        let (q, contact) = (row.channel("q0").unwrap(), row.contacts()[0]);
         for (found, expected) in [(q.mean, mean), (q.min, min), (q.max, max)] {
             assert!((found / expected - 1.0).abs() < 1e-9, "row {index}: {found} instead of {expected}");
         }
@@ -142,14 +142,14 @@ fn missed(pair: &NfgPair, settle: usize, steps: usize, channels: &[&str]) -> Mis
 /// Fixed steps over the table agree with located edges within the error estimate of the rows.
 #[test]
 fn lanes_agree_with_located_edges_within_their_estimate() {
-    let channels = ["q1", "deflection", "mesh force"];
+    let channels = ["q0", "deflection", "mesh force"];
     let sweep =
         Sweep::new(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&channels).rattle();
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg, at_rest).unwrap();
     let lanes = sweep.clone().check_every(1).run(&LaneRk4::new(63 * 64).lanes::<4>(), nfg, at_rest).unwrap();
     for (a, b) in lanes.iter().zip(located.iter()) {
-        assert_eq!(a.rattle_state(0), b.rattle_state(0));
-        let (x, y) = (a.contact(0), b.contact(0));
+        assert_eq!(a.contacts()[0].rattle_state(), b.contacts()[0].rattle_state());
+        let (x, y) = (a.contacts()[0], b.contacts()[0]);
         // A stay of less than a step may fall between two samples. Then neither it nor its impact is counted.
         let Missed { flights, short, peaks } = missed(&nfg(&a.point()).unwrap(), 8, 63 * 64, &channels);
         assert!(x.impact_count().abs_diff(y.impact_count()) <= short, "{x:?} {y:?}, {short} short stays");
@@ -174,7 +174,7 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
             assert!(apart <= error && error <= 2.0 * peak, "{channel}: {apart} against {error}, {peak}");
         }
     }
-    assert!(located.iter().all(|row| row.error("q1").is_none()));
+    assert!(located.iter().all(|row| row.error("q0").is_none()));
 }
 
 /// Single runs over a table of all drives take the same steps; they differ by the rounding of the drives.
@@ -183,19 +183,19 @@ fn the_scalar_engine_agrees_with_lanes() {
     let sweep = Sweep::new(speeds(&[100.0, 120.0, 130.0]))
         .settle(1)
         .measure(2)
-        .channels(&["q1", "deflection", "mesh force"])
+        .channels(&["q0", "deflection", "mesh force"])
         .rattle();
     let lanes = sweep.run(&LaneRk4::new(2016).lanes::<4>(), nfg, at_rest).unwrap();
     let scalar = sweep.run(&TableRk4::new(2016), nfg, at_rest).unwrap();
     for (a, b) in lanes.iter().zip(scalar.iter()) {
-        for channel in ["q1", "deflection", "mesh force"] {
+        for channel in ["q0", "deflection", "mesh force"] {
             let (a, b) = (a.channel(channel).unwrap(), b.channel(channel).unwrap());
             assert!(
                 (a.mean - b.mean).abs() < 1e-9 * a.mean.abs() && (a.max - b.max).abs() < 1e-9 * a.max.abs(),
                 "{a:?} {b:?}"
             );
         }
-        assert_eq!(a.contact(0), b.contact(0));
+        assert_eq!(a.contacts()[0], b.contacts()[0]);
     }
 }
 
@@ -207,18 +207,18 @@ fn chaos_is_flagged_and_periods_are_found() {
     let sweep = Sweep::new(speeds(&[120.0, 155.0, 158.0, 180.0, 250.0]))
         .settle(60)
         .measure(40)
-        .channels(&["q1", "deflection"])
+        .channels(&["q0", "deflection"])
         .rattle();
     let rows = sweep.run(&LaneRk4::new(4032).lanes::<8>(), nfg, at_rest).unwrap();
     let of =
         |rows: &Rows| rows.iter().map(|row| (row.period_multiple(), row.is_sensitive())).collect::<Vec<_>>();
     assert_eq!(of(&rows), [(Some(1), false), (None, true), (None, true), (None, false), (Some(1), false)]);
-    let fine = Sweep::new(speeds(&[180.0])).settle(60).measure(4).channels(&["q1", "deflection"]).rattle();
+    let fine = Sweep::new(speeds(&[180.0])).settle(60).measure(4).channels(&["q0", "deflection"]).rattle();
     let fine = fine.periodic_tolerance(1e-4).run(&LaneRk4::new(4 * 4032).lanes::<4>(), nfg, at_rest).unwrap();
     assert_eq!(of(&fine), [(Some(1), false)]);
     let (coarse, fine) = (rows.get(3).unwrap(), fine.get(0).unwrap());
-    assert_eq!(coarse.rattle_state(0), fine.rattle_state(0));
-    for channel in ["q1", "deflection"] {
+    assert_eq!(coarse.contacts()[0].rattle_state(), fine.contacts()[0].rattle_state());
+    for channel in ["q0", "deflection"] {
         let [a, b] = [coarse, fine].map(|row| row.channel(channel).unwrap().peak_to_peak());
         assert!((a / b - 1.0).abs() < 0.05, "{channel}: {a} {b}"); // the bound of `is_sensitive`
     }
@@ -228,13 +228,13 @@ fn chaos_is_flagged_and_periods_are_found() {
 #[test]
 fn lanes_are_refilled_as_they_finish() {
     let points = frequencies(23);
-    let sweep = Sweep::new(points.clone()).settle(40).until_repeats(1e-9).measure(2).channels(&["q1"]);
+    let sweep = Sweep::new(points.clone()).settle(40).until_repeats(1e-9).measure(2).channels(&["q0"]);
     let together = sweep.run(&LaneRk4::new(1008).lanes::<4>(), pair, rest).unwrap();
     let settled: Vec<usize> = together.iter().map(|row| row.settled_after()).collect();
     assert!(settled.iter().min() < settled.iter().max(), "{settled:?}");
     assert_eq!(together, sweep.run(&LaneRk4::new(1008).lanes::<8>(), pair, rest).unwrap());
     equals_each_alone(&together, |points| {
-        let sweep = Sweep::new(points).settle(40).until_repeats(1e-9).measure(2).channels(&["q1"]);
+        let sweep = Sweep::new(points).settle(40).until_repeats(1e-9).measure(2).channels(&["q0"]);
         sweep.run(&LaneRk4::new(1008).lanes::<4>(), pair, rest).unwrap()
     });
 }
@@ -246,7 +246,7 @@ fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
         let alone = run(Points::list(&names, &[row.point().values().to_vec()]).unwrap());
         let one = alone.get(0).unwrap();
         assert_eq!(alone.alone(), 1);
-        for channel in ["q1", "deflection 1", "mesh force 2"] {
+        for channel in ["q0", "deflection 0", "mesh force 1"] {
             assert_eq!(one.channel(channel).ok(), row.channel(channel).ok(), "{channel} of {}", row.index());
         }
         assert_eq!(
@@ -268,7 +268,7 @@ fn rings_in_lanes_are_each_ring_alone() {
     let jumping = Wave::new(RectangularWave::new(0.8e8, 1.2e8, 0.6).unwrap());
     let error = Wave::new(Fourier::new(0.0, &[[0.0, 1e-5]]).unwrap());
     let mut prints = Vec::new();
-    // Mean and maximum of deflection 1 [m] and maximum of mesh force 2 [N], computed separately with the same
+    // Mean and maximum of deflection 0 [m] and maximum of mesh force 1 [N], computed separately with the same
     // Runge-Kutta steps: of the first row (4 N m, 1000 N s/m) and of the last one (8 N m, 3000 N s/m).
     let of_smooth = [
         [1.805_728_388_441e-5, 3.015_639_402_410e-5, 60.269_161_637_96],
@@ -293,7 +293,7 @@ fn rings_in_lanes_are_each_ring_alone() {
             Sweep::new(points)
                 .settle(1)
                 .measure(2)
-                .channels(&["q1", "deflection 1", "mesh force 2"])
+                .channels(&["q0", "deflection 0", "mesh force 1"])
                 .rattle()
                 .strobe(1)
         };
@@ -311,15 +311,15 @@ fn rings_in_lanes_are_each_ring_alone() {
         prints.push(format!("{:016x}", together.fingerprint()));
         for (index, expected) in [0, 26].into_iter().zip(numbers) {
             let row = together.get(index).unwrap();
-            let (d, w) = (row.channel("deflection 1").unwrap(), row.channel("mesh force 2").unwrap());
+            let (d, w) = (row.channel("deflection 0").unwrap(), row.channel("mesh force 1").unwrap());
             for (found, expected) in [d.mean, d.max, w.max].into_iter().zip(expected) {
                 assert!((found / expected - 1.0).abs() < 1e-9, "row {index}: {found} instead of {expected}");
             }
         }
         // The rows are those of different motions, with impacts.
-        assert!(together.iter().any(|row| (0..3).any(|i| row.contact(i).impact_count() > 0)));
+        assert!(together.iter().any(|row| (0..3).any(|i| row.contacts()[i].impact_count() > 0)));
         let mut differ: Vec<u64> =
-            together.iter().map(|row| row.channel("deflection 1").unwrap().rms.to_bits()).collect();
+            together.iter().map(|row| row.channel("deflection 0").unwrap().rms.to_bits()).collect();
         differ.sort_unstable();
         differ.dedup();
         assert_eq!(differ.len(), 27);
@@ -332,7 +332,7 @@ fn rings_in_lanes_are_each_ring_alone() {
 /// With warm starts each run begins in the state in which its neighbour ended, upwards and downwards.
 #[test]
 fn states_are_carried_along_a_line() {
-    let sweep = Sweep::new(frequencies(5)).settle(1).measure(1).channels(&["q1"]).strobe(1);
+    let sweep = Sweep::new(frequencies(5)).settle(1).measure(1).channels(&["q0"]).strobe(1);
     for warm_start in [WarmStart::Up, WarmStart::Down] {
         let rows =
             sweep.clone().warm_start(warm_start).run(&LaneRk4::new(1008).lanes::<8>(), pair, rest).unwrap();
@@ -344,14 +344,14 @@ fn states_are_carried_along_a_line() {
             let alone = Sweep::new(Points::on_axis(Axis::list("we", &[value]).unwrap()))
                 .settle(1)
                 .measure(1)
-                .channels(&["q1"])
+                .channels(&["q0"])
                 .strobe(1);
             let start = state.clone();
             let alone = alone
                 .run(&LaneRk4::new(1008).lanes::<8>(), pair, |_, _| Ok::<_, ParameterError>(start.clone()))
                 .unwrap();
             let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
-            assert_eq!(a.channel("q1"), b.channel("q1"), "{warm_start:?} {i}");
+            assert_eq!(a.channel("q0"), b.channel("q0"), "{warm_start:?} {i}");
             let end = a.strobes().next().unwrap();
             state = State::new(0.0, &end[..1], &end[1..]);
         }
@@ -376,7 +376,7 @@ fn a_cancelled_sweep_keeps_what_is_done() {
     );
     let whole = sweep.run(&LaneRk4::new(STEPS), pair, rest).unwrap();
     for row in part.iter() {
-        assert_eq!(row.channel("q1"), whole.get(row.index()).unwrap().channel("q1"));
+        assert_eq!(row.channel("q0"), whole.get(row.index()).unwrap().channel("q0"));
     }
 }
 
@@ -452,7 +452,7 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
         ))
     };
     let rows = sweep(3).run(&LaneRk4::new(STEPS).lanes::<4>(), pair, far).unwrap();
-    assert!(matches!(rows.get(1), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
+    assert!(matches!(rows.get(1), Err(PointError::Parameter(ParameterError::OutOfRange { .. }))));
     assert_eq!(rows.iter().count(), 2);
     // Steps far above the stability limit.
     let coarse = sweep(3).settle(2000).run(&LaneRk4::new(3).lanes::<4>(), pair, rest).unwrap();
@@ -460,13 +460,13 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
     let wrong = sweep(2)
         .run(&LaneRk4::new(STEPS).lanes::<4>(), pair, |_, _| Ok::<_, ParameterError>(State::at_rest(2)))
         .unwrap();
-    assert!(matches!(wrong.get(0), Err(PointError::Start(ParameterError::Length { .. }))));
+    assert!(matches!(wrong.get(0), Err(PointError::Parameter(ParameterError::Length { .. }))));
     let late = sweep(2)
         .run(&LaneRk4::new(STEPS).lanes::<4>(), pair, |_, _| {
             Ok::<_, ParameterError>(State::new(0.5, &[0.0], &[0.0]))
         })
         .unwrap();
-    assert!(matches!(late.get(0), Err(PointError::Start(ParameterError::OutOfRange { .. }))));
+    assert!(matches!(late.get(0), Err(PointError::Parameter(ParameterError::OutOfRange { .. }))));
 }
 
 /// Models that cannot share lanes run alone, and the rows count them. Models of several shapes run in groups
@@ -477,7 +477,7 @@ fn models_that_cannot_share_lanes_run_alone() {
         NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: 100.0, ..NfgParams::table1() })
     };
     let points = Points::on_axis(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
-    let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q1"]);
+    let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
     let rows = sweep.run(&LaneRk4::new(2016), eccentric, at_rest).unwrap();
     assert_eq!((rows.alone(), rows.iter().count()), (6, 6));
     let grid = Points::grid(vec![
@@ -488,16 +488,16 @@ fn models_that_cannot_share_lanes_run_alone() {
     let family = |p: &Point<'_>| {
         NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: p["speed"], ..NfgParams::table1() })
     };
-    let sweep = Sweep::new(grid).settle(0).measure(1).channels(&["q1"]);
+    let sweep = Sweep::new(grid).settle(0).measure(1).channels(&["q0"]);
     let rows = sweep.run(&LaneRk4::new(2016).lanes::<8>(), family, at_rest).unwrap();
     assert!(rows.alone() <= 2 && rows.iter().count() == 10);
     for row in rows.iter() {
         let alone = Sweep::new(Points::list(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap())
             .settle(0)
             .measure(1)
-            .channels(&["q1"]);
+            .channels(&["q0"]);
         let alone = alone.run(&LaneRk4::new(2016).lanes::<8>(), family, at_rest).unwrap();
-        assert_eq!(alone.iter().next().unwrap().channel("q1"), row.channel("q1"));
+        assert_eq!(alone.iter().next().unwrap().channel("q0"), row.channel("q0"));
     }
 }
 
@@ -521,11 +521,11 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
     let sweep = Sweep::new(Points::on_axis(Axis::list("torque", &[40.0, 48.0]).unwrap()))
         .settle(1)
         .measure(1)
-        .channels(&["deflection 1"]);
+        .channels(&["deflection 0"]);
     let on = sweep.run(&LaneRk4::new(4000).lanes::<4>(), wave, start).unwrap();
     let located = sweep.run(&Located(Dop853::new().rtol(1e-9)), wave, start).unwrap();
     for (a, b) in on.iter().zip(located.iter()) {
-        let (a, b) = (a.channel("deflection 1").unwrap(), b.channel("deflection 1").unwrap());
+        let (a, b) = (a.channel("deflection 0").unwrap(), b.channel("deflection 0").unwrap());
         // The motion is not periodic yet: a mean over N samples is off by (x_N - x_0)/2N.
         assert!((a.mean - b.mean).abs() < b.peak_to_peak() / (2.0 * 4000.0), "{a:?} {b:?}");
     }
@@ -575,7 +575,7 @@ fn reading_a(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
 /// compares them).
 fn up_and_down(speeds: &[f64]) {
     let sweep =
-        Sweep::new(self::speeds(speeds)).settle(60).measure(40).channels(&["q1", "deflection"]).rattle();
+        Sweep::new(self::speeds(speeds)).settle(60).measure(40).channels(&["q0", "deflection"]).rattle();
     let way = |warm_start| {
         sweep
             .clone()
@@ -587,17 +587,17 @@ fn up_and_down(speeds: &[f64]) {
     let mut firm = 0;
     for (a, b) in up.iter().zip(down.iter()) {
         let speed = a.point()["speed"];
-        let [x, y] = [a, b].map(|row| row.channel("q1").unwrap().peak_to_peak());
+        let [x, y] = [a, b].map(|row| row.channel("q0").unwrap().peak_to_peak());
         println!(
             "{speed}: {:?} {:?}, {:.2} %, scatter {:.1e}",
-            a.rattle_state(0),
-            b.rattle_state(0),
+            a.contacts()[0].rattle_state(),
+            b.contacts()[0].rattle_state(),
             100.0 * (x / y - 1.0),
             a.scatter()
         );
         if !(a.is_sensitive() || b.is_sensitive()) {
             firm += 1;
-            assert_eq!(a.rattle_state(0), b.rattle_state(0), "{speed}");
+            assert_eq!(a.contacts()[0].rattle_state(), b.contacts()[0].rattle_state(), "{speed}");
             assert!((x / y - 1.0).abs() < 0.05, "{speed}: {x} {y}");
         }
         assert!(
@@ -619,7 +619,7 @@ fn up_and_down_agree() {
 fn up_and_down_agree_with_located_edges() {
     let sweep = Sweep::new(speeds(&[163.5, 164.0])).settle(60).measure(4);
     let engine = Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]));
-    let diagram = Bifurcation::strobed("q1").run(&sweep.runner(&engine, reading_a, at_rest)).unwrap();
+    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine, reading_a, at_rest)).unwrap();
     for way in [diagram.up(), diagram.down()] {
         assert_eq!(way.iter().map(|mark| mark.period).collect::<Vec<_>>(), [Some(2), Some(1)]);
     }
@@ -643,10 +643,10 @@ fn located(scan: &[f64], measure: usize) -> Rows {
 #[test]
 fn thresholds_of_reading_a() {
     let rows = located(&[131.38, 131.48, 164.0], 2);
-    let states: Vec<_> = rows.iter().map(|row| row.rattle_state(0)).collect();
+    let states: Vec<_> = rows.iter().map(|row| row.contacts()[0].rattle_state()).collect();
     assert_eq!(states, [RattleState::None, RattleState::Unilateral, RattleState::Bilateral]);
     let last = rows.get(2).unwrap();
-    assert_eq!((last.period_multiple(), last.contact(0).impact_count()), (Some(1), 2 * 126));
+    assert_eq!((last.period_multiple(), last.contacts()[0].impact_count()), (Some(1), 2 * 126));
 }
 
 #[test]
@@ -657,7 +657,7 @@ fn onset_of_bilateral_rattle_of_reading_a() {
     let onset = rows
         .iter()
         .zip(scan)
-        .find(|(row, _)| row.rattle_state(0) == RattleState::Bilateral)
+        .find(|(row, _)| row.contacts()[0].rattle_state() == RattleState::Bilateral)
         .map(|(_, speed)| speed);
     assert!(onset.is_some_and(|speed| (149.6..=150.1).contains(&speed)), "{onset:?}");
 }

@@ -193,7 +193,7 @@ fn closed_forms_of_the_pair_62_62() {
         (Reading::Ross, number(&published["root_angle"])),
         (Reading::Exact, number(&published["b"]) / gear.reference_radius()),
     ] {
-        let curve = method.with_reading(reading).root_curve(&gear).unwrap();
+        let curve = method.reading(reading).root_curve(&gear).unwrap();
         close(curve.half_root_angle, expected, 1e-14);
         close(curve.depth, number(&published["a"]), 1e-13);
         close(curve.distance, number(&published["b"]), 1e-14);
@@ -204,7 +204,7 @@ fn closed_forms_of_the_pair_62_62() {
 fn quadratures_of_the_pair_62_62() {
     let data = &read("teeth.json")["potential_energy_62_62"];
     let (pair, published, computed) = (pair_62(data), &data["published"], &data["computed"]);
-    let method = PotentialEnergy::ma_2014([0.035; 2]).unwrap().with_reading(Reading::Ross);
+    let method = PotentialEnergy::ma_2014([0.035; 2]).unwrap().reading(Reading::Ross);
     let tooth = method.tooth(&pair.gears()[0], 20f64.to_radians()).unwrap();
     let expected = &computed["tooth_at_pitch"];
     close(tooth.total(), number(&expected["k"]), 3e-12); // digits printed
@@ -232,13 +232,13 @@ fn quadratures_of_the_pair_62_62() {
 fn the_exact_reading_of_the_pair_62_62() {
     let pair = pair_62(&read("teeth.json")["potential_energy_62_62"]);
     let exact = PotentialEnergy::ma_2014([0.035; 2]).unwrap();
-    let ross = exact.with_reading(Reading::Ross);
+    let ross = exact.reading(Reading::Ross);
     let change = |of: &dyn Fn(&PotentialEnergy) -> f64| of(&exact) / of(&ross) - 1.0;
     let foundation = |m: &PotentialEnergy| m.tooth(&pair.gears()[0], 20f64.to_radians()).unwrap().foundation;
     let total = |m: &PotentialEnergy| m.tooth(&pair.gears()[0], 20f64.to_radians()).unwrap().total();
     let mean = |m: &PotentialEnergy| m.wave(&pair).unwrap().mean();
     let body = |m: &PotentialEnergy| {
-        m.with_foundation(Foundation::PerBody, [0.035; 2]).unwrap().wave(&pair).unwrap().mean()
+        m.foundation(Foundation::PerBody, [0.035; 2]).unwrap().wave(&pair).unwrap().mean()
     };
     for (found, expected) in [
         (change(&foundation), 0.132_103),
@@ -410,7 +410,7 @@ proptest! {
         let other = method.pair(&pair, pair.contact_ratio() - s).unwrap();
         prop_assert!((one.total() / other.total() - 1.0).abs() < 1e-11);
         prop_assert!((one.teeth[0].total() / other.teeth[1].total() - 1.0).abs() < 1e-11);
-        let body = method.with_foundation(Foundation::PerBody, [bore; 2]).unwrap();
+        let body = method.foundation(Foundation::PerBody, [bore; 2]).unwrap();
         let rigid = method.without_foundation();
         let end = pair.end_of_double_contact();
         let (double, single) = (0.5 * end, 0.5 * (end + TAU));
@@ -859,7 +859,7 @@ fn methods_outside_their_range() {
     assert_eq!(error, TeethError::NotApplicable { method: "the transition curve", teeth: "undercut" });
     assert!(matches!(method.tooth(&a, 0.01), Err(TeethError::Interference { gear: 0, .. })));
     for bore in [0.001, 0.11] {
-        let method = method.with_foundation(Foundation::PerPair, [bore; 2]).unwrap();
+        let method = method.foundation(Foundation::PerPair, [bore; 2]).unwrap();
         let error = method.wave(&GearPair::new(&a, &b).unwrap()).unwrap_err();
         assert!(matches!(
             error,

@@ -294,26 +294,32 @@ fn one_budget_ends_flows_shooting_settling_and_balance() {
     let spent = [Budget::new().steps(3), Budget::new().time(Duration::ZERO), Budget::new().cancel(stop)];
     for budget in spent {
         let flow = Variation::new().budget(budget.clone()).run(&pair, &start, pair.period());
-        assert!(matches!(flow, Err(IntegrateError::Budget { .. })));
+        assert!(matches!(flow, Err(IntegrateError::Exhausted { .. })));
         let shot = Shooting::new().budget(budget.clone()).solve(&pair, std::slice::from_ref(&start));
-        assert!(matches!(shot, Err(ShootingError::Flow { error: IntegrateError::Budget { .. }, .. })));
+        assert!(matches!(
+            shot,
+            Err(ShootingError::Integrate { error: IntegrateError::Exhausted { .. }, .. })
+        ));
         let settled = Settle::new().budget(budget.clone()).run(&Dop853::new(), &pair, &start);
-        assert!(matches!(settled, Err(Unsettled::Failed { error: IntegrateError::Budget { .. }, .. })));
+        assert!(matches!(
+            settled,
+            Err(SettleError::Integrate { error: IntegrateError::Exhausted { .. }, .. })
+        ));
         let balance = Balance::new(Harmonics::up_to(70));
         let guess = balance.linearised(&pair, Piece::Lower).unwrap();
         let solved = balance.clone().budget(budget.clone()).solve(&pair, &guess);
-        assert!(matches!(solved, Err(BalanceError::Budget { .. })), "{solved:?}");
+        assert!(matches!(solved, Err(BalanceError::Exhausted { .. })), "{solved:?}");
         let multipliers = balance.budget(budget.clone()).multipliers(&pair, &guess);
-        assert!(matches!(multipliers, Err(MultiplierError::Budget(_))), "{multipliers:?}");
+        assert!(matches!(multipliers, Err(MultiplierError::Exhausted(_))), "{multipliers:?}");
         assert!(Shooting::new().budget(budget.clone()).solve_from(&pair, &guess).is_err());
-        let failed = strobe(&Dop853::new(), &pair, &start, 5, &budget).unwrap_err();
-        assert!(matches!(failed.error, IntegrateError::Budget { .. }), "{failed}");
+        let failed = Strobe::new(5).budget(budget.clone()).run(&Dop853::new(), &pair, &start).unwrap_err();
+        assert!(matches!(failed.error, IntegrateError::Exhausted { .. }), "{failed}");
         let calm = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() }).unwrap();
         let orbit = Shooting::new().solve(&calm, &[calm.static_start().unwrap()]).unwrap();
         let orbit = orbit.budget(budget);
         let far = orbit.states()[0].t + 0.999 * orbit.period();
-        assert!(matches!(orbit.at(&calm, far), Err(IntegrateError::Budget { .. })));
-        assert!(matches!(orbit.record(&calm), Err(IntegrateError::Budget { .. })));
+        assert!(matches!(orbit.at(&calm, far), Err(IntegrateError::Exhausted { .. })));
+        assert!(matches!(orbit.record(&calm), Err(IntegrateError::Exhausted { .. })));
     }
 }
 

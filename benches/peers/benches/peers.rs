@@ -234,7 +234,7 @@ fn hand_written_rk4(pair: &Pair) -> End {
 fn ensemble(count: usize, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
     let pair = Pair::new().machine();
     let points = Points::on_axis(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
-    let sweep = Sweep::new(points).settle(0).measure(20).channels(&["q1"]).rattle();
+    let sweep = Sweep::new(points).settle(0).measure(20).channels(&["q0"]).rattle();
     let rows =
         sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
     rows.expect("the workload runs")

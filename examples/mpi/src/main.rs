@@ -11,7 +11,7 @@
 //! rows of its last chunk and asks for the next one. Rows are functions of their points alone, so that the
 //! fingerprint does not depend on the number of ranks: `examples/mpi/check.sh` compares runs on 1, 2 and 3
 //! ranks with a run without MPI (`--serial`). If a rank fails, the job ends. `--channel NAME` measures
-//! another channel than `q1`.
+//! another channel than `q0`.
 
 use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Rows, SweepError};
 use gear_dynamics::{NfgPair, NfgParams, ParameterError, State, Sweep};
@@ -94,7 +94,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
     let channel =
         arguments.iter().position(|argument| argument == "--channel").and_then(|i| arguments.get(i + 1));
-    let sweep = sweep(channel.map_or("q1", String::as_str))?;
+    let sweep = sweep(channel.map_or("q0", String::as_str))?;
     if arguments.iter().any(|argument| argument == "--serial") {
         println!("{:016x}", compute(&sweep, 0, 1)?.fingerprint());
         return Ok(());

@@ -3,7 +3,7 @@
 
 use crate::reproduce::report::{Kind, Report};
 use crate::support::{Mark, Outcome, Panel, coarse, progress};
-use gear_dynamics::analysis::{Summary, Unsettled};
+use gear_dynamics::analysis::{SettleError, Summary};
 use gear_dynamics::models::nfg::{NfgPair2, NfgReading};
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::{
@@ -42,18 +42,18 @@ fn measure(pair: &NfgPair) -> Outcome<Run> {
         Settle::new().tolerance(1e-8).max_periods(SETTLE).run(&solver(), pair, &pair.static_start()?);
     let (on_orbit, multiple) = match settled {
         Ok(steady) => (steady.state, steady.period_multiple),
-        Err(Unsettled::Aperiodic { state, .. }) => (state, 0),
+        Err(SettleError::Aperiodic { last: state, .. }) => (state, 0),
         Err(failed) => return Err(failed.into()),
     };
     let turns = if multiple > 0 { multiple } else { MEASURE };
     let mut rattle = Rattle::new(pair);
-    let mut statistics = Statistics::new(pair, &["q1", "elastic part", "deflection"])?;
+    let mut statistics = Statistics::new(pair, &["q0", "elastic part", "deflection"])?;
     let mut both = (&mut rattle, &mut statistics);
     solver().run(pair, &on_orbit, on_orbit.t + turns as f64 * pair.period(), &mut both)?;
-    let contact = rattle.contact(0);
+    let contact = rattle.contacts()[0];
     Ok(Run {
         state: contact.rattle_state(),
-        q: statistics.summary("q1")?,
+        q: statistics.summary("q0")?,
         elastic: statistics.summary("elastic part")?,
         deflection: statistics.summary("deflection")?,
         loss: contact.loss_fraction(),

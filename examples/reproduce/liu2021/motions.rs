@@ -1,7 +1,7 @@
 //! Motions of the pair: by the harmonic balance of Liu 2021, and converged.
 
 use crate::support::Outcome;
-use gear_dynamics::analysis::{Summary, Unsettled};
+use gear_dynamics::analysis::{SettleError, Summary};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::{BalanceError, FourierOrbit, Integrals, ShootingOrbit, Stability};
@@ -71,8 +71,11 @@ pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<FourierOrbit>> {
 
 /// A run in time from the static start, projected on the 15 unknowns.
 pub fn run(pair: &NfgPair) -> Outcome<FourierOrbit> {
-    let run = Settle::new().tolerance(1e-4).max_periods(8).run(&solver(), pair, &pair.static_start()?);
-    let late = run.map_or_else(|unsettled| unsettled.state().clone(), |steady| steady.state);
+    let settle = Settle::new().tolerance(1e-4).max_periods(8);
+    let late = match settle.run(&solver(), pair, &pair.static_start()?) {
+        Ok(steady) => steady.state,
+        Err(error) => error.last().cloned().ok_or(error)?,
+    };
     Ok(FourierOrbit::project(&solver(), pair, &late, paper()?.harmonics())?)
 }
 
@@ -123,7 +126,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
     let (state, multiple) =
         match Settle::new().tolerance(1e-5).max_periods(SETTLE).run(&solver(), pair, &start) {
             Ok(steady) => (steady.state, steady.period_multiple),
-            Err(Unsettled::Aperiodic { state, closest, .. }) => (state, usize::from(closest < 1e-2)),
+            Err(SettleError::Aperiodic { last: state, closest, .. }) => (state, usize::from(closest < 1e-2)),
             Err(failed) => return Err(failed.into()),
         };
     let state = State { t: 0.0, ..state };
@@ -134,7 +137,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         let point = on_cycle(pair, &cycle)?;
         return Ok((motion(cycle.states()[0].clone(), Some(cycle)), point));
     }
-    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1", ELASTIC])?);
+    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q0", ELASTIC])?);
     let run =
         solver().run(pair, &state, MEASURE as f64 * pair.period(), &mut (&mut rattle, &mut statistics))?;
     Ok((motion(run.state, None), seen(&rattle, &statistics, "aperiodic")?))
@@ -146,11 +149,11 @@ fn seen(
     stable: &'static str,
 ) -> Outcome<Point> {
     let ppv = |channel| statistics.summary(channel).map(|s| s.peak_to_peak());
-    Ok(Point { state: rattle.contact(0).rattle_state(), ppv: ppv("q1")?, elastic: ppv(ELASTIC)?, stable })
+    Ok(Point { state: rattle.contacts()[0].rattle_state(), ppv: ppv("q0")?, elastic: ppv(ELASTIC)?, stable })
 }
 
 pub fn on_cycle(pair: &NfgPair, cycle: &ShootingOrbit) -> Outcome<Point> {
-    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q1", ELASTIC])?);
+    let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q0", ELASTIC])?);
     cycle.observe(pair, &mut (&mut rattle, &mut statistics))?;
     seen(&rattle, &statistics, word(Some(cycle.stability())))
 }

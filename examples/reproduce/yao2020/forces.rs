@@ -21,7 +21,7 @@ struct Force {
 }
 
 fn force<M: Model>(model: &M) -> Outcome<Force> {
-    let channels = ["mesh force 1", "stiffness times deflection 1"];
+    let channels = ["mesh force 0", "stiffness times deflection 0"];
     let (mut early, mut late) = (Statistics::new(model, &channels)?, Statistics::new(model, &channels)?);
     let solver = solver(model);
     let at_seven = solver.run(model, &State::at_rest(model.dof()), 7.0, &mut early)?.state;
@@ -148,7 +148,7 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     let process = HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.seed(2020);
     let slots = damping_slots(&bare)?;
     let noisy = |gain: f64| Held::new(bare.clone()).per_slot(&slots, gain, process.clone());
-    let channels = ["mesh force 1"];
+    let channels = ["mesh force 0"];
     let drawn = |label: &str, (times, values): History| -> Panel {
         let curve = envelope(&times, &values[0], 800);
         Panel::new(format!("mesh force of set E, {label}"), "t [s]", "W1 [N]").with("", Mark::Line, curve)

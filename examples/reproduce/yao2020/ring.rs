@@ -56,10 +56,10 @@ fn at_speed(set: &RingSet) -> Outcome<Point> {
     let solver = solver(&ring);
     let settled = solver.end(&ring, &State::at_rest(ring.dof()), 5.0)?;
     let (mut rattle, mut statistics) =
-        (Rattle::new(&ring), Statistics::new(&ring, &["deflection 1", "mesh force 1"])?);
+        (Rattle::new(&ring), Statistics::new(&ring, &["deflection 0", "mesh force 0"])?);
     solver.run(&ring, &settled, 5.5, &mut (&mut rattle, &mut statistics))?;
-    let (dte, force) = (statistics.summary("deflection 1")?, statistics.summary("mesh force 1")?);
-    Ok(Point { dte, force, contact: rattle.contact(0) })
+    let (dte, force) = (statistics.summary("deflection 0")?, statistics.summary("mesh force 0")?);
+    Ok(Point { dte, force, contact: rattle.contacts()[0] })
 }
 
 /// Natural frequencies, and the torque that accelerates the ring.
@@ -90,7 +90,7 @@ pub fn transmission_error(report: &mut Report) -> Outcome<()> {
         .map(|((_, set), half_backlash)| {
             let set = RingSet { half_backlash: *half_backlash, ..set(1000.0) };
             ring(&set)
-                .and_then(|ring| history(&ring, &["deflection 1"], 10.0, 1e-4))
+                .and_then(|ring| history(&ring, &["deflection 0"], 10.0, 1e-4))
                 .map_err(|e| e.to_string())
         })
         .collect();
@@ -122,7 +122,7 @@ pub fn transmission_error(report: &mut Report) -> Outcome<()> {
 pub fn spectrum(report: &mut Report) -> Outcome<()> {
     let (mut rows, mut panels) = (Vec::new(), Vec::new());
     for (name, set) in SETS {
-        let (_, values) = history(&ring(&set(1000.0))?, &["deflection 1"], 4.0, 2.5e-5)?;
+        let (_, values) = history(&ring(&set(1000.0))?, &["deflection 0"], 4.0, 2.5e-5)?;
         let spectrum = Spectrum::new(&values[0], 2.5e-5, Window::Hann)?;
         let lines: Vec<(f64, f64)> = spectrum
             .frequencies()

@@ -29,7 +29,7 @@ fn continuation(case: &mut Case, [from, to]: [f64; 2]) -> Continuation {
             settings.first_step(case.number(0.01)).max_step(case.number(0.1)).min_step(case.number(1e-9));
     }
     if case.chance(0.2) {
-        let channel = if case.hostile() { "no such channel" } else { case.pick(&["q1", "deflection 1"]) };
+        let channel = if case.hostile() { "no such channel" } else { case.pick(&["q0", "deflection 0"]) };
         settings = settings.channels(&[channel]);
     }
     if case.chance(0.3) { settings.both_ways() } else { settings }

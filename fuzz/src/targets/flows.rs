@@ -4,7 +4,7 @@ use super::{build, laws};
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased};
 use crate::{any, solvers};
-use gear_dynamics::analysis::{Direction, Impacts, Probe, Section, Summary, Waterfall, strobe};
+use gear_dynamics::analysis::{Direction, Impacts, Probe, Section, Strobe, Summary, Waterfall};
 use gear_dynamics::check::{check_model, check_periodic};
 use gear_dynamics::drives::VaryingSpeed;
 use gear_dynamics::ode::{Step, Trajectory, uniform_times};
@@ -58,7 +58,7 @@ fn channels(case: &mut Case, model: &Erased, trajectory: &Trajectory) -> Run {
         all_finite(format_args!("channel {name}"), &values)?;
         if !values.is_empty() {
             let summary = Summary::from_samples(&values)?;
-            finite("standard deviation", summary.standard_deviation())?;
+            finite("standard deviation", summary.deviation)?;
         }
     }
     case.accept(trajectory.channel(model, "no such channel"));
@@ -75,7 +75,7 @@ pub fn observers(case: &mut Case) -> Run {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut statistics = Statistics::new(&model, &names)?;
     let (mut rattle, mut impacts) = (Rattle::new(&model), Impacts::new(&model));
-    let name = if names.is_empty() { "q1" } else { case.pick(&names) };
+    let name = if names.is_empty() { "q0" } else { case.pick(&names) };
     let level = case.number(1e-4) * case.signed();
     let mut section = Section::new(
         &model,
@@ -114,7 +114,7 @@ pub fn observers(case: &mut Case) -> Run {
         if let Some(summary) = case.accept(statistics.summary(name)) {
             all_finite(
                 format_args!("summary of {name}"),
-                &[summary.mean, summary.rms, summary.min, summary.max, summary.standard_deviation()],
+                &[summary.mean, summary.rms, summary.min, summary.max, summary.deviation],
             )?;
         }
     }
@@ -123,7 +123,7 @@ pub fn observers(case: &mut Case) -> Run {
 
 /// The impacts of one contact, of which the rattle counted `count`.
 fn listed(case: &mut Case, impacts: &Impacts<'_, Erased>, contact: usize, count: u64) -> Run {
-    let summary = impacts.summary(contact);
+    let summary = impacts.summaries()[contact];
     // Rebounds at one instant are one impact of the list.
     holds(summary.count <= count, || format!("{summary:?}: {count} counted"))?;
     for impact in impacts.of(contact) {
@@ -144,7 +144,8 @@ pub fn settling(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let solver = solvers::solver(case, model.period(), 2 * model.dof());
     if case.chance(0.5) {
-        let points = strobe(&solver, &model, &start, case.effort(5), &Budget::new().steps(20_000))?;
+        let points =
+            Strobe::new(case.effort(5)).budget(Budget::new().steps(20_000)).run(&solver, &model, &start)?;
         for i in 0..points.len() {
             all_finite("strobed q", points.q(i))?;
         }
@@ -162,8 +163,9 @@ pub fn settling(case: &mut Case) -> Run {
         Err(error) => {
             // A start that is not finite is returned as it was.
             holds(
-                start.q.iter().any(|q| !q.is_finite()) || error.state().q.iter().all(|q| q.is_finite()),
-                || format!("{:?}", error.state()),
+                start.q.iter().any(|q| !q.is_finite())
+                    || error.last().is_none_or(|last| last.q.iter().all(|q| q.is_finite())),
+                || format!("{:?}", error.last()),
             )?;
             Err(error.into())
         }
@@ -186,7 +188,7 @@ pub fn varying(case: &mut Case) -> Run {
     let varying = VaryingSpeed::new(pair, law);
     let end = span(case, 0.5 * turn);
     let waterfall = Waterfall::new(case.count(1), case.count(16))?.budget(Budget::new().steps(20_000));
-    let name = case.pick(&["q1", "deflection", "mesh force", "no such channel"]);
+    let name = case.pick(&["q0", "deflection", "mesh force", "no such channel"]);
     for line in waterfall.run(&solver, &varying, &start, end, name)? {
         all_finite("time and speed of a line", &[line.t, line.speed])?;
         all_finite("orders", &line.orders)?;

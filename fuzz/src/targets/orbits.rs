@@ -231,7 +231,7 @@ pub fn balance(case: &mut Case) -> Run {
     holds(!orbit.distance(&guess).is_nan(), || "distance is NaN".into())?;
     match balance.multipliers(&model, &orbit) {
         Ok(all) => multipliers(&all)?,
-        Err(error @ MultiplierError::Budget(_)) => return Err(error.into()),
+        Err(error @ MultiplierError::Exhausted(_)) => return Err(error.into()),
         Err(_) => {}
     }
     if case.chance(0.2) {

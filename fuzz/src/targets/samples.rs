@@ -13,15 +13,15 @@ pub fn summaries(case: &mut Case) -> Run {
     let summary = Summary::from_samples(&samples)?;
     case.note(|| format!("{summary:?}"));
     all_finite("summary", &[summary.mean, summary.rms, summary.min, summary.max])?;
-    all_finite("range and deviation", &[summary.peak_to_peak(), summary.standard_deviation()])?;
+    all_finite("range and deviation", &[summary.peak_to_peak(), summary.deviation])?;
     // Squares of values below 1e-150 underflow.
     let slack = 1e-9 * summary.min.abs().max(summary.max.abs()) + 1e-150;
     holds(summary.mean >= summary.min - slack && summary.mean <= summary.max + slack, || {
         format!("{summary:?}")
     })?;
     holds(summary.rms <= summary.min.abs().max(summary.max.abs()) + slack, || format!("{summary:?}"))?;
-    holds(summary.standard_deviation() <= summary.peak_to_peak() + 1e-6 * slack + f64::MIN_POSITIVE, || {
-        format!("deviation {} of {summary:?}", summary.standard_deviation())
+    holds(summary.deviation <= summary.peak_to_peak() + 1e-6 * slack + f64::MIN_POSITIVE, || {
+        format!("deviation {} of {summary:?}", summary.deviation)
     })
 }
 

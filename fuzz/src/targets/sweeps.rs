@@ -49,7 +49,7 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
         sweep = sweep.periodic_tolerance(case.number(1e-6));
     }
     if case.chance(0.7) {
-        sweep = sweep.channels(if case.hostile() { &["q1", "q9"] } else { &["q1", "v1"] });
+        sweep = sweep.channels(if case.hostile() { &["q0", "q8"] } else { &["q0", "v0"] });
     }
     if case.chance(0.5) {
         sweep = sweep.rattle();
@@ -75,8 +75,8 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
 fn judge(case: &mut Case, rows: Rows) -> Run {
     for row in rows.iter() {
         holds(
-            row.channel("q1").map_or(true, |s| s.mean.is_finite() && s.rms.is_finite() && s.max.is_finite()),
-            || format!("row {}: {:?}", row.index(), row.channel("q1")),
+            row.channel("q0").map_or(true, |s| s.mean.is_finite() && s.rms.is_finite() && s.max.is_finite()),
+            || format!("row {}: {:?}", row.index(), row.channel("q0")),
         )?;
         holds(row.lyapunov().is_none_or(f64::is_finite), || {
             format!("row {}: exponent {:?}", row.index(), row.lyapunov())
@@ -89,7 +89,7 @@ fn judge(case: &mut Case, rows: Rows) -> Run {
             row.grazes(),
             row.is_sensitive(),
             row.checked().is_some(),
-            row.error("q1"),
+            row.error("q0"),
             row.period_multiple(),
             row.settled_after(),
         );
@@ -161,7 +161,7 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
     let sweep = Sweep::new(points)
         .settle(case.effort(2))
         .measure(case.effort(2))
-        .channels(&["q1", "deflection"])
+        .channels(&["q0", "deflection"])
         .rattle()
         .strobe(2);
     let engine = LaneRk4::new(if case.hostile() { steps(case, 100) } else { 60 }).lanes::<4>();
@@ -202,7 +202,7 @@ pub fn bifurcation(case: &mut Case) -> Run {
     let count = 2 + case.below(4);
     let points = Points::on_axis(axis(case, "force", 0.1, 1.0, count)?);
     let sweep = sweep(case, points);
-    let name = if case.hostile() { "contact force 9" } else { "q1" };
+    let name = if case.hostile() { "contact force 9" } else { "q0" };
     let diagram = if case.chance(0.5) { Bifurcation::strobed(name) } else { Bifurcation::extremes(name) };
     case.note(|| format!("{sweep:?} {diagram:?}"));
     let engine = TableRk4::new(100);
@@ -227,9 +227,9 @@ pub fn ensembles(case: &mut Case) -> Run {
     if members > 64 {
         return Ok(());
     }
-    ensemble = ensemble.channels(&["q1"]);
+    ensemble = ensemble.channels(&["q0"]);
     if case.chance(0.5) {
-        ensemble = ensemble.peaks(&["v1"]);
+        ensemble = ensemble.peaks(&["v0"]);
     }
     if case.chance(0.5) {
         ensemble = ensemble.rattle();
@@ -243,16 +243,16 @@ pub fn ensembles(case: &mut Case) -> Run {
     };
     let bands = ensemble.run(&solver, family)?;
     all_finite("times", bands.times())?;
-    for (i, mean) in bands.mean("q1")?.into_iter().enumerate() {
-        holds(mean.is_finite() || bands.at("q1", i)?.count() == 0, || format!("mean at time {i} is {mean}"))?;
+    for (i, mean) in bands.mean("q0")?.into_iter().enumerate() {
+        holds(mean.is_finite() || bands.at("q0", i)?.count() == 0, || format!("mean at time {i} is {mean}"))?;
     }
-    all_finite("band", &bands.band("q1", case.number(0.5))?)?;
+    all_finite("band", &bands.band("q0", case.number(0.5))?)?;
     let i = case.count(3);
-    if let Some(at) = case.accept(bands.at("q1", i)) {
+    if let Some(at) = case.accept(bands.at("q0", i)) {
         holds(i < bands.times().len(), || format!("time {i} of {}", bands.times().len()))?;
         holds(at.mean().is_finite() || at.count() == 0, || format!("mean at time {i} is {}", at.mean()))?;
     }
-    if let Some(peak) = case.accept(bands.peak("v1")) {
+    if let Some(peak) = case.accept(bands.peak("v0")) {
         holds(peak.mean().is_finite() || peak.count() == 0, || format!("mean peak is {}", peak.mean()))?;
     }
     Ok(())

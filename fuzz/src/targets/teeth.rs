@@ -82,10 +82,9 @@ pub fn stiffness(case: &mut Case) -> Run {
     let bores = [case.number(0.02), case.number(0.02)];
     let method = PotentialEnergy::ma_2014(bores)?.material(case.number(2e11), case.number(0.2))?;
     let foundation = case.pick(&[Foundation::None, Foundation::PerPair, Foundation::PerBody]);
-    let method = method.with_foundation(foundation, bores)?.extrapolated();
-    let method =
-        method.with_tooth_model(case.pick(&[ToothModel::FromBaseCircle, ToothModel::WithTransition]));
-    let method = method.with_reading(case.pick(&[Reading::Exact, Reading::Ross]));
+    let method = method.foundation(foundation, bores)?.extrapolated();
+    let method = method.tooth_model(case.pick(&[ToothModel::FromBaseCircle, ToothModel::WithTransition]));
+    let method = method.reading(case.pick(&[Reading::Exact, Reading::Ross]));
     finite("pair of teeth", method.pair(&pair, case.number(0.5))?.total())?;
     let stiffness = method.wave(&pair)?;
     all_finite("stiffness", &[stiffness.mean(), stiffness.error(), method.mesh(&pair, case.number(1.0))?])?;

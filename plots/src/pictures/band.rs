@@ -17,8 +17,8 @@ use gear_dynamics::sweep::Bands;
 ///     let constants = [("speed", 1.0), ("damping", 0.1), ("linear stiffness", 1.0 + 0.1 * member as f64)];
 ///     Ok::<_, gear_dynamics::ParameterError>((Oscillator::new(&constants)?, State::new(0.0, &[1.0], &[0.0])))
 /// };
-/// let bands = Ensemble::new(5, 10.0, 50)?.channels(&["q1"]).run(&Dop853::new(), family)?;
-/// let svg = Figure::from(band(&bands, "q1 [1]", [0.05, 0.95])?).to_svg();
+/// let bands = Ensemble::new(5, 10.0, 50)?.channels(&["q0"]).run(&Dop853::new(), family)?;
+/// let svg = Figure::from(band(&bands, "q0 [1]", [0.05, 0.95])?).to_svg();
 /// assert!(svg.contains("5 % to 95 %") && svg.contains("mean of 5 members"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

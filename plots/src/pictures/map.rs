@@ -20,8 +20,8 @@ use gear_dynamics::sweep::{Row, Rows};
 /// use gear_dynamics_plots::{Figure, map};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.1, 0.2, 2)?];
-/// let rows = Sweep::grid(axes)?.settle(20).measure(1).channels(&["q1"]).of_machine(&LaneRk4::new(64), &swing)?.run()?;
-/// let swing = |row: &gear_dynamics::sweep::Row<'_>| row.channel("q1").map_or(f64::NAN, |q| q.peak_to_peak());
+/// let rows = Sweep::grid(axes)?.settle(20).measure(1).channels(&["q0"]).of_machine(&LaneRk4::new(64), &swing)?.run()?;
+/// let swing = |row: &gear_dynamics::sweep::Row<'_>| row.channel("q0").map_or(f64::NAN, |q| q.peak_to_peak());
 /// let panel = map(&rows, ["speed Ω [1]", "force [1]"], "peak-to-peak of q [1]", swing)?;
 /// assert!(Figure::from(panel).to_svg().contains("peak-to-peak of q [1]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -48,7 +48,7 @@ pub fn map(
 }
 
 /// The rattle state of a contact over the two parameters of a sweep, as areas of four colours. `contact`: its number
-/// from 0. A train has a contact for each mesh; the picture shows this one alone.
+/// from 0. A train has a contact for each mesh; the picture shows this one alone. Grey without rattle statistics of it.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, LaneRk4};
@@ -70,7 +70,7 @@ pub fn map(
 pub fn rattle_map(rows: &Rows, axes: [&str; 2], contact: usize) -> Result<Panel, PlotError> {
     let names = ["no rattle", "unilateral rattle", "bilateral rattle", "no contact"];
     category_map(rows, axes, &names, |row| {
-        Some(match row.rattle_state(contact) {
+        Some(match row.contacts().get(contact)?.rattle_state() {
             RattleState::None => 0,
             RattleState::Unilateral => 1,
             RattleState::Bilateral => 2,

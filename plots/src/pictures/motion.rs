@@ -31,8 +31,8 @@ use gear_dynamics::ode::Trajectory;
 /// [`PlotError::Empty`] for a run of fewer than two states, [`PlotError::NotFinite`], [`PlotError::NoUnit`],
 /// [`PlotError::NoSuch`] for a contact that the model does not have, and the errors of
 /// [`Trajectory::channel`].
-pub fn history<M: Model + ?Sized>(
-    model: &M,
+pub fn history(
+    model: &dyn Model,
     run: &Trajectory,
     channel: &str,
     contact: impl Into<Option<usize>>,
@@ -47,7 +47,7 @@ pub fn history<M: Model + ?Sized>(
     if let Some(contact) = contact.into() {
         let contacts = contacts(model, run, contact)?;
         shade(&mut panel, run.times(), &contacts);
-        if name == "deflection" || name == format!("deflection {}", contact + 1) {
+        if name == "deflection" || name == format!("deflection {contact}") {
             for edge in [|c: &Contact| c.lower, |c: &Contact| c.upper] {
                 let points: Vec<_> =
                     run.times().iter().zip(&contacts).map(|(t, contact)| [*t, edge(contact)]).collect();
@@ -63,11 +63,7 @@ pub fn history<M: Model + ?Sized>(
 }
 
 /// The contact at each state of a run.
-fn contacts<M: Model + ?Sized>(
-    model: &M,
-    run: &Trajectory,
-    contact: usize,
-) -> Result<Vec<Contact>, PlotError> {
+fn contacts(model: &dyn Model, run: &Trajectory, contact: usize) -> Result<Vec<Contact>, PlotError> {
     let count = model.contacts();
     if contact >= count {
         return Err(PlotError::NoSuch { what: "contacts of the model".into(), index: contact, count });
@@ -145,8 +141,8 @@ fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact]) {
 ///
 /// # Errors
 /// As [`history`].
-pub fn phase_portrait<M: Model + ?Sized>(
-    model: &M,
+pub fn phase_portrait(
+    model: &dyn Model,
     run: &Trajectory,
     contact: usize,
     axes: [&str; 2],

@@ -102,10 +102,10 @@ fn closing(draw: &mut Draw, of: Drawn) -> Outcome {
 /// Statistics of the deflection along an orbit, and its crossings.
 fn figures(train: &Train, orbit: &ShootingOrbit) -> Result<([f64; 3], u64), String> {
     let mut statistics =
-        Statistics::new(train, &["deflection 1"]).or_else(|_| Statistics::new(train, &["deflection"]));
+        Statistics::new(train, &["deflection 0"]).or_else(|_| Statistics::new(train, &["deflection"]));
     let statistics = statistics.as_mut().map_err(|error| told(&*error))?;
     orbit.observe(train, statistics).map_err(told)?;
-    let name = if statistics.summary("deflection 1").is_ok() { "deflection 1" } else { "deflection" };
+    let name = if statistics.summary("deflection 0").is_ok() { "deflection 0" } else { "deflection" };
     let s: Summary = statistics.summary(name).map_err(told)?;
     Ok(([s.mean, s.rms, s.peak_to_peak()], orbit.crossings()))
 }
@@ -141,7 +141,7 @@ fn compare_derivatives(
     let named = train.named_constants().ok_or("no constants")?;
     let name = named.names()[place].name.clone();
     draw.note(|| format!("{name} = {value}"));
-    let channel = if train.contacts() > 1 { "deflection 1" } else { "deflection" };
+    let channel = if train.contacts() > 1 { "deflection 0" } else { "deflection" };
     let exact = Sensitivity::of(train, &orbit, &[channel]).map_err(told)?;
     let slopes = [exact.mean(channel), exact.rms(channel), exact.peak_to_peak(channel)];
     let at = |h: f64| -> Result<([f64; 3], u64), String> {

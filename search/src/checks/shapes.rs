@@ -226,10 +226,10 @@ fn lanes<G: Shape + Send + Sync>(
         let alone = Points::on_axis(Axis::list("speed", &[*speed]).map_err(told)?);
         let alone = rows(machine, alone, &lanes)?;
         let alone = alone.get(0).map_err(told)?;
-        if row.channel("q1") != alone.channel("q1") || !row.strobes().eq(alone.strobes()) {
+        if row.channel("q0") != alone.channel("q0") || !row.strobes().eq(alone.strobes()) {
             return Err(format!("the row at {speed:?} depends on its neighbours"));
         }
-        let [a, b] = [row, table.get(i).map_err(told)?].map(|row| row.channel("q1").map_err(told));
+        let [a, b] = [row, table.get(i).map_err(told)?].map(|row| row.channel("q0").map_err(told));
         let (a, b) = (a?, b?);
         if (a.rms - b.rms).abs() > 1e-6 * a.rms {
             return Err(format!("RMS of the row at {speed:?}: {:e} in lanes, {:e} one by one", a.rms, b.rms));
@@ -254,7 +254,7 @@ where
     G: Shape + Send + Sync,
     E: SweepEngine<Machine<G>>,
 {
-    let sweep = Sweep::new(points).settle(1).measure(1).channels(&["q1"]).rattle().strobe(1);
+    let sweep = Sweep::new(points).settle(1).measure(1).channels(&["q0"]).rattle().strobe(1);
     let start = |_: &Point<'_>, model: &Machine<G>| Ok::<_, ParameterError>(State::at_rest(model.dof()));
     sweep.run(engine, |p| machine.with("speed", p["speed"]), start).map_err(told)
 }

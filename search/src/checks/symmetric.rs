@@ -5,7 +5,7 @@
 use crate::draw::Draw;
 use crate::models::symmetric::Symmetric;
 use crate::{Check, Outcome, agree};
-use gear_dynamics::analysis::{Summary, Unsettled};
+use gear_dynamics::analysis::{SettleError, Summary};
 use gear_dynamics::branches::{BranchEnd, ByConstant, Continuation, Sensitivity};
 use gear_dynamics::periodic::{BalanceError, FlowMethod, Lyapunov, ShootingOrbit, Variation};
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
@@ -26,7 +26,7 @@ pub const CHECKS: [Check; 3] = [
 const SAME: f64 = 1e-9;
 
 /// A settled state and its period multiple.
-fn settled<I: Integrator>(by: &I, train: &Train) -> Result<(State, usize), Unsettled> {
+fn settled<I: Integrator>(by: &I, train: &Train) -> Result<(State, usize), SettleError> {
     let settle = Settle::new().tolerance(1e-8).max_periods(400);
     settle.run(by, train, &State::at_rest(train.dof())).map(|steady| (steady.state, steady.period_multiple))
 }
@@ -80,7 +80,7 @@ fn coordinates(draw: &mut Draw) -> Outcome {
     };
     let (start, multiple) = match settled(&by_taylor(), &inertial) {
         Ok(found) => found,
-        Err(Unsettled::Aperiodic { .. }) => match settled(&by_taylor(), &relative) {
+        Err(SettleError::Aperiodic { .. }) => match settled(&by_taylor(), &relative) {
             Ok(_) => return fails("settle", "only in relative coordinates".into()),
             Err(_) => return Outcome::Skipped("the motion does not repeat"),
         },
@@ -136,7 +136,7 @@ fn solvers(draw: &mut Draw) -> Outcome {
     };
     let (start, multiple) = match settled(&by_taylor(), &train) {
         Ok(found) => found,
-        Err(Unsettled::Aperiodic { .. }) => return Outcome::Skipped("the motion does not repeat"),
+        Err(SettleError::Aperiodic { .. }) => return Outcome::Skipped("the motion does not repeat"),
         Err(error) => return fails("settle by Taylor", error.to_string()),
     };
     let solver = Dop853::new().rtol(1e-11).atol(1e-16);
@@ -251,8 +251,8 @@ impl Figures {
         let mean: Vec<f64> = deflected.iter().map(|summary| summary.mean).collect();
         let said = |what: &str, error: &dyn std::fmt::Display| format!("{what}: {error}");
         let sensitivity =
-            Sensitivity::of(train, orbit, &["deflection 1"]).map_err(|e| said("sensitivity", &e))?;
-        let slopes = sensitivity.mean("deflection 1").map_err(|e| said("sensitivity", &e))?;
+            Sensitivity::of(train, orbit, &["deflection 0"]).map_err(|e| said("sensitivity", &e))?;
+        let slopes = sensitivity.mean("deflection 0").map_err(|e| said("sensitivity", &e))?;
         let slopes = slopes.iter().zip(train.constants()).map(|(slope, constant)| slope * constant).collect();
         // The linearised start has all contacts on one flank.
         let one_flank = mean.iter().all(|mean| *mean > 0.0);

@@ -106,12 +106,12 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
     /// accelerations.
     ///
     /// # Errors
-    /// A mass outside 1e-50 .. 1e50.
-    ///
-    /// # Panics
-    /// If the model has no such contact.
+    /// [`ParameterError::NoSuchContact`]; a mass outside 1e-50 .. 1e50.
     pub fn effective_mass(mut self, contact: usize, mass: f64) -> Result<Self, ParameterError> {
-        self.masses[contact] = Some(check::scale(format!("effective mass of contact {contact}"), mass)?);
+        let contacts = self.masses.len();
+        let place =
+            self.masses.get_mut(contact).ok_or(ParameterError::NoSuchContact { contact, contacts })?;
+        *place = Some(check::scale(format!("effective mass of contact {contact}"), mass)?);
         Ok(self)
     }
 
@@ -125,16 +125,12 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
         self.impacts.iter().filter(move |impact| impact.contact == contact)
     }
 
-    /// Figures of the impacts of one contact over the observed time.
+    /// Figures of the impacts of each contact over the observed time.
     ///
     /// For the figures of a periodic motion, start the observed run while the teeth are apart: contacts that
     /// already touch at its start are not impacts.
-    ///
-    /// # Panics
-    /// If the model has no such contact.
-    pub fn summary(&self, contact: usize) -> ImpactSummary {
-        assert!(contact < self.watched.len(), "no contact {contact}: there are {}", self.watched.len());
-        ImpactSummary::of(self.of(contact), self.time)
+    pub fn summaries(&self) -> Vec<ImpactSummary> {
+        (0..self.watched.len()).map(|contact| ImpactSummary::of(self.of(contact), self.time)).collect()
     }
 
     /// A table of all impacts: contact, flank (-1 lower, 1 upper) and the fields of [`Impact`]. What an

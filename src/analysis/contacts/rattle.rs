@@ -109,7 +109,7 @@ impl ContactStatistics {
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let mut rattle = Rattle::new(&pair);
 /// Dop853::new().run(&pair, &pair.static_start()?, 0.1 * pair.period(), &mut rattle)?;
-/// assert_eq!(rattle.contact(0).rattle_state(), RattleState::None);
+/// assert_eq!(rattle.contacts()[0].rattle_state(), RattleState::None);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Rattle<'m, M: ?Sized> {
@@ -124,14 +124,7 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
         Rattle { pieces: Pieces::new(model), contacts: vec![ContactStatistics::default(); touching] }
     }
 
-    /// Statistics of contact `i`; the first contact is 0.
-    ///
-    /// # Panics
-    /// If the model has no contact `i`.
-    pub fn contact(&self, i: usize) -> ContactStatistics {
-        self.contacts[i]
-    }
-    /// Statistics of all contacts.
+    /// Statistics of each contact.
     pub fn contacts(&self) -> &[ContactStatistics] {
         &self.contacts
     }

@@ -9,7 +9,6 @@ use crate::ode::integrator::sample;
 use crate::ode::probe::Probe;
 use crate::ode::{Budget, Failed, Integrator};
 use std::f64::consts::TAU;
-use thiserror::Error;
 
 /// Amplitudes by order of the phase φ, window after window of a run with varying speed.
 ///
@@ -31,24 +30,6 @@ pub struct Waterfall {
     turns: usize,
     samples: usize,
     budget: Budget,
-}
-
-/// The error of [`Waterfall::run`].
-///
-/// ```
-/// use gear_dynamics::{ParameterError, analysis::WaterfallError};
-/// let error = WaterfallError::from(ParameterError::TooFew { name: "turns".into(), value: 0, min: 1 });
-/// assert_eq!(error.to_string(), "turns is 0: at least 1 are needed");
-/// ```
-#[derive(Clone, Debug, Error)]
-#[non_exhaustive]
-pub enum WaterfallError {
-    /// A channel that the model does not have, or a value outside its range.
-    #[error(transparent)]
-    Parameter(#[from] ParameterError),
-    /// The integration failed. The error contains the states before the failure.
-    #[error(transparent)]
-    Failed(#[from] Box<Failed>),
 }
 
 /// The amplitudes of one window.
@@ -107,9 +88,9 @@ impl Waterfall {
     /// window weights the samples.
     ///
     /// # Errors
-    /// [`WaterfallError::Parameter`] for an `end` that is not positive, a channel that the model does not
-    /// have, or a run of more than 2²⁶ numbers, a state and a time for each sample.
-    /// [`WaterfallError::Failed`] if the integration fails or the budget is spent.
+    /// [`Failed`] for an `end` that is not positive, a channel that the model does not have, or a run of more
+    /// than 2²⁶ numbers, a state and a time for each sample; if the integration fails or the budget is spent,
+    /// with the states before the failure.
     pub fn run<I: Integrator, G: Shape>(
         &self,
         solver: &I,
@@ -117,7 +98,7 @@ impl Waterfall {
         start: &State,
         end: f64,
         channel: &str,
-    ) -> Result<Vec<WaterfallLine>, WaterfallError> {
+    ) -> Result<Vec<WaterfallLine>, Failed> {
         check::positive("end of the run", end)?;
         let (law, step) = (model.law(), TAU / self.samples as f64);
         let window = self.turns * self.samples;
@@ -130,7 +111,7 @@ impl Waterfall {
             check::NUMBERS,
         )?;
         let times: Vec<f64> = (0..count).map(|k| law.time(k as f64 * step)).collect();
-        let run = sample(solver, model, start, &times, Some(&self.budget.begin())).map_err(Box::new)?;
+        let run = sample(solver, model, start, &times, Some(&self.budget.begin()))?;
         let values = run.channel(model, channel)?;
         times
             .chunks_exact(window)

@@ -1,7 +1,7 @@
 //! The boundary of a bifurcation or an onset in the plane of two parameters.
 
 use crate::branches::line::{Line, LinePoint};
-use crate::branches::points::kind::Located;
+use crate::branches::points::kind::Event;
 use crate::error::ParameterError;
 use crate::export::ResultTable;
 use crate::model::Channel;
@@ -73,7 +73,7 @@ pub type BoundaryLine = Line<BoundaryPoint>;
 pub struct BoundaryHead {
     pub(crate) parameters: [Channel; 2],
     /// What happens on the boundary.
-    pub(crate) what: Located,
+    pub(crate) what: Event,
     /// Bounds of p.
     pub(crate) across: [f64; 2],
 }
@@ -109,7 +109,7 @@ impl BoundaryLine {
         &self.head.parameters
     }
     /// What happens on the boundary.
-    pub fn what(&self) -> &Located {
+    pub fn what(&self) -> &Event {
         &self.head.what
     }
     /// The turning points.

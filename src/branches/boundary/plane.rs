@@ -57,7 +57,7 @@ impl<'m> ByConstants<'m> {
     /// # Errors
     /// [`ParameterError::NoSuchConstant`], which lists the constants; [`ParameterError::Twice`] for the same
     /// constant twice.
-    pub fn new<M: Model>(model: &'m M, names: [&str; 2]) -> Result<Self, ParameterError> {
+    pub fn new(model: &'m dyn Model, names: [&str; 2]) -> Result<Self, ParameterError> {
         let none = || ParameterError::NoSuchConstant { name: names[0].into(), known: "none".into() };
         let constants = model.named_constants().ok_or_else(none)?;
         if names[0] == names[1] {

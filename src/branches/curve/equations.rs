@@ -67,7 +67,7 @@ pub enum CurveError {
     },
     /// An integration along the orbit failed.
     #[error("the integration over segment {segment} failed: {error}")]
-    Flow {
+    Integrate {
         /// Index of the segment, from 0.
         segment: usize,
         /// The reason.

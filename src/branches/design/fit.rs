@@ -55,9 +55,9 @@ impl Fit {
     ///
     /// # Errors
     /// [`DesignError`].
-    pub fn response<M: Periodic>(
+    pub fn response(
         &self,
-        model: &M,
+        model: &dyn Periodic,
         parameters: &[f64],
         guess: &[State],
     ) -> Result<Vec<f64>, DesignError> {
@@ -72,9 +72,9 @@ impl Fit {
     }
 
     /// The orbits of a model at all parameters.
-    fn orbits<M: Periodic>(
+    fn orbits(
         &self,
-        model: &M,
+        model: &dyn Periodic,
         parameters: &[f64],
         guess: &[State],
     ) -> Result<Vec<ShootingOrbit>, DesignError> {
@@ -99,9 +99,9 @@ impl Fit {
     ///
     /// # Errors
     /// [`DesignError`]; if the optimiser does not converge, the error holds the best constants.
-    pub fn run<M: Periodic>(
+    pub fn run(
         &self,
-        model: &M,
+        model: &dyn Periodic,
         measured: &[(f64, f64)],
         guess: &[State],
     ) -> Result<Optimum, DesignError> {
@@ -109,7 +109,7 @@ impl Fit {
         let place = constants.place(&self.objective.parameter)?;
         let (space, start) = Space::new(constants, &self.over)?;
         if self.over.iter().any(|(name, _)| *name == self.objective.parameter) {
-            return Err(ParameterError::ConstantTwice { name: self.objective.parameter.clone() }.into());
+            return Err(ParameterError::Twice { name: self.objective.parameter.clone() }.into());
         }
         let (parameters, values): (Vec<f64>, Vec<f64>) = measured.iter().copied().unzip();
         check::all_finite("measured values", &values)?;

@@ -65,8 +65,8 @@ impl Least {
     ///
     /// # Errors
     /// [`DesignError`]; if the optimiser does not converge, the error holds the best constants.
-    pub fn run<M: Periodic>(&self, model: &M, guess: &[State]) -> Result<Optimum, DesignError> {
-        let (constants, model) = (constants_of(model)?, model as &dyn Periodic);
+    pub fn run(&self, model: &dyn Periodic, guess: &[State]) -> Result<Optimum, DesignError> {
+        let constants = constants_of(model)?;
         let (space, start) = Space::new(constants, &self.over)?;
         let (shooting, meter) = (&self.shooting, Rc::new(self.budget.begin()));
         let orbit = shooting.solve(model, guess)?;

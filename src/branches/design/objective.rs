@@ -73,11 +73,11 @@ impl Figure {
 /// Errors of [`Least`](crate::branches::Least) and [`Fit`](crate::branches::Fit).
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, branches::{DesignError, Figure, Least}};
+/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, branches::{DesignError, Figure, Least}};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let least = Least::new("deflection", Figure::PeakToPeak).over("load torque", 30.0, 10.0);
 /// let error = least.run(&pair, &[pair.static_start()?]).unwrap_err();
-/// assert!(matches!(error, DesignError::Bounds { low: 30.0, high: 10.0, .. }));
+/// assert!(matches!(error, DesignError::Parameter(ParameterError::Bounds { low: 30.0, high: 10.0, .. })));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -86,20 +86,6 @@ pub enum DesignError {
     /// A setting is not valid, or a channel or a constant does not exist.
     #[error("design: {0}")]
     Parameter(#[from] ParameterError),
-    /// The bounds of a constant are reversed, or the model lies outside them.
-    #[error(
-        "the bounds of {name} are {low:?} .. {high:?}: the lower one must be smaller, and the value of the model, {value:?}, must lie between them"
-    )]
-    Bounds {
-        /// Name of the constant.
-        name: String,
-        /// Lower bound.
-        low: f64,
-        /// Upper bound.
-        high: f64,
-        /// Value in the model.
-        value: f64,
-    },
     /// No orbit was found.
     #[error("design: {0}")]
     Shooting(#[from] ShootingError),
@@ -114,16 +100,16 @@ pub enum DesignError {
     Exhausted(#[from] Exhausted),
     /// The optimiser stopped before it converged.
     #[error(
-        "the optimiser stopped after {evaluations} evaluations: {reason}; the best value is {best:?} at {constants:?}"
+        "the optimiser stopped after {evaluations} evaluations: {reason}; the least value is {value:?} at {constants:?}"
     )]
     NotConverged {
         /// Why it stopped.
         reason: String,
         /// Number of evaluations.
         evaluations: usize,
-        /// The best value.
-        best: f64,
-        /// The constants of the best value.
+        /// The least value found.
+        value: f64,
+        /// The constants of the least value.
         constants: Vec<(String, f64)>,
     },
 }

@@ -52,13 +52,10 @@ impl Space {
         for (name, [low, high]) in over {
             let place = constants.place(name)?;
             if space.places.contains(&place) {
-                return Err(ParameterError::ConstantTwice { name: name.clone() }.into());
+                return Err(ParameterError::Twice { name: name.clone() }.into());
             }
-            check::all_finite(&format!("bounds of {name}"), &[*low, *high])?;
             let value = constants.values()[place];
-            if !(low < high && (*low..=*high).contains(&value)) {
-                return Err(DesignError::Bounds { name: name.clone(), low: *low, high: *high, value });
-            }
+            check::between(name, value, [*low, *high])?;
             start.push((value - low) / (high - low));
             space.names.push(name.clone());
             space.places.push(place);
@@ -200,7 +197,7 @@ impl<T> Search<T> {
         };
         if let Some(error) = failed {
             let (reason, constants) = (error.to_string(), space.named(&x));
-            return Err(DesignError::NotConverged { reason, evaluations, best: value, constants });
+            return Err(DesignError::NotConverged { reason, evaluations, value, constants });
         }
         let reason = match outcome {
             Ok((SuccessStatus::MaxEvalReached, ..)) => {
@@ -211,7 +208,7 @@ impl<T> Search<T> {
             Err((status, ..)) => format!("{status:?}"),
         };
         let constants = space.named(&x);
-        Err(DesignError::NotConverged { reason, evaluations, best: value, constants })
+        Err(DesignError::NotConverged { reason, evaluations, value, constants })
     }
 }
 

@@ -75,5 +75,5 @@ pub(crate) fn chosen_channels(
         return wanted.iter().map(|name| Ok(probe.channels()[probe.index(name)?].clone())).collect();
     }
     let found = probe.channels().iter().find(|channel| channel.name.starts_with("deflection"));
-    Ok(vec![found.cloned().map_or_else(|| Ok(probe.channels()[probe.index("q1")?].clone()), Ok)?])
+    Ok(vec![found.cloned().map_or_else(|| Ok(probe.channels()[probe.index("q0")?].clone()), Ok)?])
 }

@@ -53,15 +53,15 @@ impl fmt::Display for PointKind {
 /// What a located point of a branch is.
 ///
 /// ```
-/// use gear_dynamics::{RattleState, branches::{Located, PointKind}, contact::Piece};
+/// use gear_dynamics::{RattleState, branches::{Event, PointKind}, contact::Piece};
 /// let rattle = [RattleState::None, RattleState::Unilateral];
-/// let onset = Located::Grazing { contact: 0, edge: Piece::Upper, rattle };
+/// let onset = Event::Grazing { contact: 0, edge: Piece::Upper, rattle };
 /// assert_eq!((onset.kind(), onset.changes_rattle()), (PointKind::Grazing, true));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
-pub enum Located {
+pub enum Event {
     /// A bifurcation: any kind but a grazing.
     Bifurcation(PointKind),
     /// A contact touches an edge without crossing it.
@@ -75,23 +75,23 @@ pub enum Located {
     },
 }
 
-impl Located {
+impl Event {
     /// The kind of the point.
     pub fn kind(&self) -> PointKind {
         match self {
-            Located::Bifurcation(kind) => *kind,
-            Located::Grazing { .. } => PointKind::Grazing,
+            Event::Bifurcation(kind) => *kind,
+            Event::Grazing { .. } => PointKind::Grazing,
         }
     }
     /// Whether the rattle state of a contact changes: an onset of contact loss or of back contact.
     pub fn changes_rattle(&self) -> bool {
-        matches!(self, Located::Grazing { rattle: [before, after], .. } if before != after)
+        matches!(self, Event::Grazing { rattle: [before, after], .. } if before != after)
     }
 }
 
-impl fmt::Display for Located {
+impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Located::Grazing { contact, edge, rattle: [before, after] } = self else {
+        let Event::Grazing { contact, edge, rattle: [before, after] } = self else {
             return self.kind().fmt(f);
         };
         let flank = if *edge == Piece::Lower { "lower" } else { "upper" };

@@ -6,7 +6,7 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::measure::measure;
 use crate::branches::orbits::without_stops::WithoutStops;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::kind::{Located, PointKind};
+use crate::branches::points::kind::{Event, PointKind};
 use crate::branches::points::test_functions::{doubling, torus};
 use crate::branches::sensitivity::along::{along_direction, smooth};
 use crate::branches::sensitivity::derivatives::{Neighbours, gather};
@@ -38,8 +38,8 @@ impl Sensitivity {
     /// # Errors
     /// [`BranchError::Kind`] for a point that was not located or is a crossing of branches;
     /// [`BranchError::NoConstants`]; an unknown constant.
-    pub fn of_point<M: Periodic>(
-        model: &M,
+    pub fn of_point(
+        model: &dyn Periodic,
         parameter: &str,
         point: &BranchPoint,
     ) -> Result<Vec<f64>, BranchError> {
@@ -51,18 +51,18 @@ impl Sensitivity {
         let alone = Alone(&*at);
         let totals = Totals::new(&alone, constants, &point.orbit, Rc::new(budget.begin()))?;
         let along: Vec<f64> = match &point.located {
-            Some(Located::Bifurcation(PointKind::Fold)) => {
+            Some(Event::Bifurcation(PointKind::Fold)) => {
                 let w = left_null(&totals.by_x).ok_or(CurveError::Singular)?;
                 let slopes = totals.by_c.tr_mul(&w);
                 slopes.iter().zip(&totals.units).map(|(slope, unit)| slope / unit).collect()
             }
-            Some(Located::Bifurcation(PointKind::PeriodDoubling)) => {
+            Some(Event::Bifurcation(PointKind::PeriodDoubling)) => {
                 return of_multipliers(&totals, constants, place, &|m| Some(doubling(m)));
             }
-            Some(Located::Bifurcation(PointKind::NeimarkSacker)) => {
+            Some(Event::Bifurcation(PointKind::NeimarkSacker)) => {
                 return of_multipliers(&totals, constants, place, &torus);
             }
-            Some(Located::Grazing { contact, edge, .. }) => {
+            Some(Event::Grazing { contact, edge, .. }) => {
                 grazing(&totals, &*at, *contact, *edge == Piece::Lower)?
             }
             _ => {
@@ -83,7 +83,7 @@ impl Sensitivity {
 /// time.
 fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -> Box<dyn Periodic + 'm> {
     match &point.located {
-        Some(Located::Grazing { contact, edge, .. })
+        Some(Event::Grazing { contact, edge, .. })
             if point.crossings[*contact][usize::from(*edge == Piece::Upper)] == 0 =>
         {
             Box::new(WithoutStops::new(model, &[(*contact, *edge)]))

@@ -55,7 +55,7 @@ struct Figures {
 ///
 /// # Errors
 /// A model without named constants.
-pub(crate) fn constants_of<M: Periodic + ?Sized>(model: &M) -> Result<&dyn Constants, BranchError> {
+pub(crate) fn constants_of<'m>(model: &'m (dyn Periodic + 'm)) -> Result<&'m dyn Constants, BranchError> {
     model.named_constants().ok_or(BranchError::NoConstants)
 }
 
@@ -68,8 +68,8 @@ impl Sensitivity {
     /// [`CurveError::NoSolution`](crate::branches::CurveError::NoSolution) for the orbit of another model,
     /// for example with another speed; [`CurveError::Singular`](crate::branches::CurveError::Singular) if an
     /// orbit is not isolated. Near a fold the derivatives grow without bound.
-    pub fn of<M: Periodic>(model: &M, orbit: &ShootingOrbit, channels: &[&str]) -> Result<Self, BranchError> {
-        Self::within(model as &dyn Periodic, orbit, channels, Rc::new(Budget::new().begin()))
+    pub fn of(model: &dyn Periodic, orbit: &ShootingOrbit, channels: &[&str]) -> Result<Self, BranchError> {
+        Self::within(model, orbit, channels, Rc::new(Budget::new().begin()))
     }
 
     /// [`of`](Sensitivity::of) within a budget.
@@ -160,8 +160,8 @@ impl Sensitivity {
     ///
     /// # Errors
     /// As [`of`](Sensitivity::of).
-    pub fn of_largest_multiplier<M: Periodic>(
-        model: &M,
+    pub fn of_largest_multiplier(
+        model: &dyn Periodic,
         orbit: &ShootingOrbit,
     ) -> Result<Vec<[f64; 2]>, BranchError> {
         let constants = constants_of(model)?;

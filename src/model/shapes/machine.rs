@@ -85,13 +85,13 @@ impl<G: Shape> Machine<G> {
         if let Some(twice) =
             (1..names.len()).find(|&i| names[..i].iter().any(|channel| channel.name == names[i].name))
         {
-            return Err(ParameterError::ConstantTwice { name: names[twice].name.clone() });
+            return Err(ParameterError::Twice { name: names[twice].name.clone() });
         }
         let mut constants = vec![f64::NAN; names.len()];
         for &(name, value) in given {
             let place = fixed.place(name)?;
             if !constants[place].is_nan() {
-                return Err(ParameterError::ConstantTwice { name: name.into() });
+                return Err(ParameterError::Twice { name: name.into() });
             }
             constants[place] = check::quantity(name, value)?;
         }

@@ -330,7 +330,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
                 Channel::new(format!("stiffness times deflection {i}"), "N"),
             ]
         };
-        (1..=self.meshes.len()).flat_map(of_mesh).collect()
+        (0..self.meshes.len()).flat_map(of_mesh).collect()
     }
     fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         for (i, (out, contact)) in out.chunks_exact_mut(2).zip(contacts).enumerate() {

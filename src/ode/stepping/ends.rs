@@ -109,6 +109,11 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
         self.model.redrive(self.t1, Side::Before, self.nodes.end_mut());
     }
 
+    /// Number of evaluations of the accelerations for the rates of inner kinks.
+    pub(crate) fn evaluations(&self) -> u64 {
+        self.kink_rates.evaluations
+    }
+
     /// Computes the contacts at θ of the step in `self.contacts`, with the coordinates from the cubic through
     /// the coordinates and velocities at both ends.
     ///

@@ -17,6 +17,8 @@ pub(super) struct KinkRates {
     contacts: Vec<Contact>,
     /// Accelerations.
     a: Vec<f64>,
+    /// Number of evaluations of the accelerations.
+    pub(super) evaluations: u64,
 }
 
 /// Time over which the rates are differences, as a share of the step `[1]`. The rates serve to choose
@@ -36,6 +38,7 @@ impl KinkRates {
             v: motion(),
             contacts: vec![Contact::default(); needed(contacts)],
             a: motion(),
+            evaluations: 0,
         }
     }
 
@@ -68,6 +71,7 @@ impl KinkRates {
         if delta == 0.0 {
             return;
         }
+        self.evaluations += 1;
         accelerate(model, Some(pieces), u, q, v, &mut self.a);
         for j in 0..q.len() {
             self.q[j] = q[j] + delta * v[j];

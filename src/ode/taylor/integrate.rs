@@ -109,7 +109,8 @@ impl Prepared {
                     run.passage.stats.steps += 1;
                     let stopped = run.report(at_edge, full, observer);
                     if stopped || run.e.t1 >= t_end {
-                        let (state, stats) = (run.e.state_at_end(), run.passage.stats);
+                        let (state, mut stats) = (run.e.state_at_end(), run.passage.stats);
+                        stats.evaluations += run.e.evaluations();
                         return Ok(Finish { state, stopped, stats });
                     }
                     run.pass(at_edge)?;
@@ -310,7 +311,7 @@ impl<'r> Run<'r> {
         let c = &self.prepared.c;
         let finite = (0..=c.degree).all(|n| c.q(n).iter().chain(c.v(n)).all(|x| x.is_finite()));
         match c.plan.functions().find(|function| function.is_singular_at_zero()) {
-            Some(function) => IntegrateError::Singular { t, what: function.name() },
+            Some(function) => IntegrateError::NoSeriesAt { t, what: function.name() },
             None if !finite || h.is_nan() => self.not_finite(),
             None => IntegrateError::StepUnderflow { t, h },
         }

@@ -22,14 +22,6 @@ pub enum BalanceError {
     /// A guess or a setting is not valid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The orbit has another number of coordinates than the model.
-    #[error("the orbit has {found} coordinates and the model has {expected}: these numbers must be equal")]
-    Coordinates {
-        /// Number of coordinates of the model.
-        expected: usize,
-        /// Number of coordinates of the orbit.
-        found: usize,
-    },
     /// The samples are too few for the orders.
     #[error(
         "{samples} samples are too few for order {highest}: at least {} are needed, and several times as \
@@ -103,7 +95,7 @@ pub enum BalanceError {
         "the balance does not determine coordinate {coordinate} after {} iterations: no stiffness acts on it",
         last.iterations()
     )]
-    Undetermined {
+    Singular {
         /// Index of the coordinate, from 0.
         coordinate: usize,
         /// The last iterate.
@@ -145,13 +137,13 @@ pub enum BalanceError {
         /// Highest order allowed, or highest order reached if there is a `cause`.
         highest: usize,
         /// The best orbit: it converged but is less accurate than required.
-        best: Box<FourierOrbit>,
+        last: Box<FourierOrbit>,
         /// Error of the estimate with more orders, if it failed.
         cause: Option<Box<BalanceError>>,
     },
     /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
     #[error("the balance stopped after {} iterations: {exhausted}", last.iterations())]
-    Budget {
+    Exhausted {
         /// The limit that was reached.
         exhausted: crate::ode::budget::Exhausted,
         /// The last iterate, or the guess.
@@ -166,11 +158,11 @@ impl BalanceError {
     pub fn last(&self) -> Option<&FourierOrbit> {
         match self {
             BalanceError::Slope { last, .. }
-            | BalanceError::Undetermined { last, .. }
+            | BalanceError::Singular { last, .. }
             | BalanceError::NotConverged { last, .. }
             | BalanceError::NotFinite { last, .. }
-            | BalanceError::Budget { last, .. }
-            | BalanceError::Accuracy { best: last, .. } => Some(last),
+            | BalanceError::Exhausted { last, .. }
+            | BalanceError::Accuracy { last, .. } => Some(last),
             _ => None,
         }
     }

@@ -28,11 +28,8 @@ impl FourierOrbit {
     ) -> Result<Self, Failed> {
         let span = model.period() * harmonics.periods() as f64;
         let (m, n) = (samples_for(harmonics.highest()), start.q.len());
-        if let Err(error) =
-            harmonics.check().and_then(|()| check::count("numbers of the run", &[m, 2 * n], check::NUMBERS))
-        {
-            return Err(Failed { error: error.into(), trajectory: Box::new(Trajectory::empty(n, start.t)) });
-        }
+        harmonics.check()?;
+        check::count("numbers of the run", &[m, 2 * n], check::NUMBERS)?;
         let times: Vec<f64> = (0..m).map(|j| start.t + span * j as f64 / m as f64).collect();
         let run = integrator.sample(model, start, &times)?;
         let samples: Vec<f64> =
@@ -116,7 +113,7 @@ impl FourierOrbit {
     ///
     /// # Errors
     /// [`ParameterError`] if the model has another number of coordinates.
-    pub fn contacts<M: Periodic + ?Sized>(&self, model: &M) -> Result<Vec<ContactHistory>, ParameterError> {
+    pub fn contacts(&self, model: &dyn Periodic) -> Result<Vec<ContactHistory>, ParameterError> {
         check::length("coordinates of the orbit", self.dof(), model.dof())?;
         let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));
         grid.set(&self.coefficients);

@@ -209,7 +209,7 @@ impl Balance {
         let (failure, root) = Failure::of(error, meter)?;
         let (last, history) = (Box::new(orbit(&root)), root.history);
         Err(match failure {
-            Failure::Budget(exhausted) => BalanceError::Budget { exhausted, last, history },
+            Failure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last, history },
             Failure::Slope { equation, unknown } => BalanceError::Slope {
                 acceleration: coordinate(equation),
                 coordinate: coordinate(unknown),
@@ -218,7 +218,7 @@ impl Balance {
             },
             Failure::Singular { unknown } => match start_in_gap {
                 Some(contact) => BalanceError::StartInGap { contact },
-                None => BalanceError::Undetermined { coordinate: coordinate(unknown), last, history },
+                None => BalanceError::Singular { coordinate: coordinate(unknown), last, history },
             },
             Failure::NotConverged => BalanceError::NotConverged { last, history },
             Failure::NotFinite => BalanceError::NotFinite { last, history },

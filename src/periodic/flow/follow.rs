@@ -119,7 +119,7 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
                 (0..self.columns).map(|k| self.size(k, &state.q, &state.v).max(1.0)).collect();
             (self.tolerances(tolerance, state, &sizes), sizes.iter().map(|size| GROWTH * size).collect())
         })?;
-        meter.left().map_err(|exhausted| IntegrateError::Budget { t: state.t, exhausted })?;
+        meter.left().map_err(|exhausted| IntegrateError::Exhausted { t: state.t, exhausted })?;
         Ok((state, crossings))
     }
 

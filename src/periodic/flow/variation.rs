@@ -138,7 +138,7 @@ pub(crate) fn metered(
         if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
     };
     let finish = coarse_run(first, wanted, model, start, t_end, &mut watch)?;
-    meter.left().map_err(|exhausted| IntegrateError::Budget { t: finish.state.t, exhausted })?;
+    meter.left().map_err(|exhausted| IntegrateError::Exhausted { t: finish.state.t, exhausted })?;
     Ok(finish.state)
 }
 

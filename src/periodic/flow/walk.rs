@@ -70,7 +70,7 @@ impl<'m> Walk<'m> {
         let order = Taylor::order_for(self.tolerance);
         let accuracy = Accuracy { rtol: NONE, atol: &atol, order, first: 0.0 };
         let finish = self.expansion.run(&accuracy, &self.continued, from, until, &mut watch)?;
-        meter.left().map_err(|exhausted| IntegrateError::Budget { t: finish.state.t, exhausted })?;
+        meter.left().map_err(|exhausted| IntegrateError::Exhausted { t: finish.state.t, exhausted })?;
         Ok(finish)
     }
 

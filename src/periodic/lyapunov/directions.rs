@@ -18,14 +18,14 @@ const HALVINGS: u32 = 40;
 
 /// Errors of a run, without the exponents so far.
 pub(crate) enum Failure {
-    Flow(IntegrateError),
+    Integrate(IntegrateError),
     Exhausted(Exhausted),
     Vanished { direction: usize, t: f64 },
 }
 
 impl From<IntegrateError> for Failure {
     fn from(error: IntegrateError) -> Self {
-        Failure::Flow(error)
+        Failure::Integrate(error)
     }
 }
 
@@ -36,12 +36,12 @@ impl From<Exhausted> for Failure {
 }
 
 impl Failure {
-    pub(crate) fn with(self, so_far: Exponents) -> LyapunovError {
-        let so_far = Box::new(so_far);
+    pub(crate) fn with(self, last: Exponents) -> LyapunovError {
+        let last = Box::new(last);
         match self {
-            Failure::Flow(error) => LyapunovError::Flow { error, so_far },
-            Failure::Exhausted(exhausted) => LyapunovError::Exhausted { exhausted, so_far },
-            Failure::Vanished { direction, t } => LyapunovError::Vanished { direction, t, so_far },
+            Failure::Integrate(error) => LyapunovError::Integrate { error, last },
+            Failure::Exhausted(exhausted) => LyapunovError::Exhausted { exhausted, last },
+            Failure::Vanished { direction, t } => LyapunovError::Vanished { direction, t, last },
         }
     }
 }
@@ -82,7 +82,7 @@ impl Flow<'_, '_> {
             } else if self.halvings < HALVINGS {
                 self.halvings += 1;
             } else {
-                return Err(Failure::Vanished { direction: least.0 + 1, t: all.t });
+                return Err(Failure::Vanished { direction: least.0, t: all.t });
             }
         }
         Ok(())

@@ -101,34 +101,46 @@ pub enum LyapunovError {
     #[error("Lyapunov exponents: {0}")]
     Parameter(#[from] ParameterError),
     /// The integration failed.
-    #[error("the integration failed after {} measured periods: {error}", so_far.measured())]
-    Flow {
+    #[error("the integration failed after {} measured periods: {error}", last.measured())]
+    Integrate {
         /// Error of the integration.
         error: IntegrateError,
         /// Exponents over the periods measured before.
-        so_far: Box<Exponents>,
+        last: Box<Exponents>,
     },
     /// The [`Budget`](crate::Budget) is spent.
-    #[error("the run was stopped after {} measured periods: {exhausted}", so_far.measured())]
+    #[error("the run was stopped after {} measured periods: {exhausted}", last.measured())]
     Exhausted {
         /// The limit that was reached.
         exhausted: Exhausted,
         /// Exponents over the periods measured before.
-        so_far: Box<Exponents>,
+        last: Box<Exponents>,
     },
     /// The length of a direction falls to zero at one instant, for example where a body sticks. The flow is
     /// singular there and the direction has no finite exponent.
     #[error(
         "direction {direction} shrinks to zero at t = {t:?} after {} measured periods: \
          the flow is singular there",
-        so_far.measured()
+        last.measured()
     )]
     Vanished {
-        /// The direction, counted from 1.
+        /// Index of the direction, from 0.
         direction: usize,
         /// Time at which it vanishes.
         t: f64,
         /// Exponents over the periods measured before.
-        so_far: Box<Exponents>,
+        last: Box<Exponents>,
     },
+}
+
+impl LyapunovError {
+    /// The exponents over the periods measured before the failure; `None` for a wrong setting.
+    pub fn last(&self) -> Option<&Exponents> {
+        match self {
+            LyapunovError::Parameter(_) => None,
+            LyapunovError::Integrate { last, .. }
+            | LyapunovError::Exhausted { last, .. }
+            | LyapunovError::Vanished { last, .. } => Some(last),
+        }
+    }
 }

@@ -60,7 +60,7 @@ pub enum ShootingError {
     },
     /// The integration over a segment failed.
     #[error("the integration over segment {segment} failed: {error}")]
-    Flow {
+    Integrate {
         /// Index of the segment, from 0.
         segment: usize,
         /// Error of the integration.
@@ -106,7 +106,7 @@ impl ShootingError {
             ShootingError::Parameter(_)
             | ShootingError::NoStaticState(_)
             | ShootingError::GuessTime { .. } => None,
-            ShootingError::Flow { last, .. }
+            ShootingError::Integrate { last, .. }
             | ShootingError::Singular { last, .. }
             | ShootingError::NotConverged { last, .. } => Some(last),
         }

@@ -69,7 +69,7 @@ impl Guess {
         let model: &dyn Model = model;
         let rigid = rigid_modes(model, period);
         let mut motion = MotionSize::new(model.dof(), &rigid);
-        let fail = |segment: usize, error: IntegrateError, states: &[State]| ShootingError::Flow {
+        let fail = |segment: usize, error: IntegrateError, states: &[State]| ShootingError::Integrate {
             segment,
             error,
             last: crate::periodic::shooting::failure::Iterate {

@@ -222,7 +222,7 @@ impl Shooting {
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
         let expansion = Expansion::new(model, 2 * model.dof(), &[], self.method).map_err(|error| {
-            ShootingError::Flow {
+            ShootingError::Integrate {
                 segment: 0,
                 error,
                 last: Iterate { states: guess.states.clone(), corrections: Vec::new() },
@@ -240,7 +240,7 @@ impl Shooting {
             ShootingError::NotConverged { component, range, correction: share * range, last }
         };
         let mut here = segments.round(&guess.states, None, self.flow_tolerance, meter).map_err(
-            |SegmentError { segment, error }| ShootingError::Flow {
+            |SegmentError { segment, error }| ShootingError::Integrate {
                 segment,
                 error,
                 last: fail(&guess.states, &corrections),
@@ -276,8 +276,8 @@ impl Shooting {
                             break Some(trial);
                         }
                     }
-                    Err(SegmentError { segment, error: error @ IntegrateError::Budget { .. } }) => {
-                        return Err(ShootingError::Flow { segment, error, last: last(&corrections) });
+                    Err(SegmentError { segment, error: error @ IntegrateError::Exhausted { .. } }) => {
+                        return Err(ShootingError::Integrate { segment, error, last: last(&corrections) });
                     }
                     Err(_) => {}
                 }
@@ -351,7 +351,7 @@ impl Shooting {
             let t = start.t + orbit.period() * shorter as f64 / self.multiple as f64;
             let later = orbit.state_at(model, t, meter).map_err(|error| {
                 let (states, corrections) = (orbit.states().to_vec(), orbit.corrections().to_vec());
-                ShootingError::Flow { segment: 0, error, last: Iterate { states, corrections } }
+                ShootingError::Integrate { segment: 0, error, last: Iterate { states, corrections } }
             })?;
             if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
                 return Ok(shorter);

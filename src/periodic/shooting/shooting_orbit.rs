@@ -18,10 +18,10 @@ use std::ops::ControlFlow;
 /// let cycle = Shooting::new().solve(&pair, &[pair.static_start()?])?;
 /// assert_eq!((cycle.crossings(), cycle.stability()), (0, Stability::Stable));
 ///
-/// let mut statistics = Statistics::new(&pair, &["q1"])?;
+/// let mut statistics = Statistics::new(&pair, &["q0"])?;
 /// cycle.observe(&pair, &mut statistics)?;
 /// let later = cycle.at(&pair, 3.25 * pair.period())?;
-/// assert!(statistics.summary("q1")?.min <= later.q[0]);
+/// assert!(statistics.summary("q0")?.min <= later.q[0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

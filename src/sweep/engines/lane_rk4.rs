@@ -33,7 +33,7 @@ use std::collections::VecDeque;
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
 /// fn fingerprint(engine: &impl SweepEngine<NfgPair>) -> Result<u64, Box<dyn std::error::Error>> {
 ///     let speeds = Points::on_axis(Axis::linear("speed", 100.0, 130.0, 6)?);
-///     let rows = Sweep::new(speeds).settle(0).measure(1).channels(&["q1"]).run(
+///     let rows = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]).run(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),

@@ -18,7 +18,7 @@ use std::ops::ControlFlow;
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};
 /// let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
-/// let rows = sweep.channels(&["q1"]).run(
+/// let rows = sweep.channels(&["q0"]).run(
 ///     &Located(Dop853::new().rtol(1e-8).atol(1e-13)),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
@@ -90,7 +90,7 @@ impl<I: Integrator> Located<I> {
                 if source.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             };
             let finish = if measuring {
-                let mut statistics = Statistics::new(model, &names).map_err(PointError::Start)?;
+                let mut statistics = Statistics::new(model, &names).map_err(PointError::Parameter)?;
                 let mut measures = (&mut statistics, &mut rattle);
                 let finish = self.0.run(model, &state, end, &mut (&mut look, &mut measures))?;
                 if finish.stopped {
@@ -103,7 +103,7 @@ impl<I: Integrator> Located<I> {
                     track.add_channel(i, &ChannelMeter::of(&x, period), period);
                 }
                 for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
-                    let (now, before) = (rattle.contact(i), *counted);
+                    let (now, before) = (rattle.contacts()[i], *counted);
                     let time = |k: usize| now.time[k] - before.time[k];
                     let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
                     track.add_contact(

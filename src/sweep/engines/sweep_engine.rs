@@ -15,12 +15,12 @@ use crate::sweep::sweep_error::{PointError, SweepError};
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 /// fn mean(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
 ///     let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
-///     let rows = sweep.channels(&["q1"]).run(
+///     let rows = sweep.channels(&["q0"]).run(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;
-///     Ok(rows.get(0)?.channel("q1")?.mean)
+///     Ok(rows.get(0)?.channel("q0")?.mean)
 /// }
 /// let (lanes, located) =
 ///     (mean(&LaneRk4::new(63 * 64))?, mean(&Located(Dop853::new().rtol(1e-8).atol(1e-13)))?);

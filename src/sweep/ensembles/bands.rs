@@ -20,13 +20,13 @@ pub(crate) struct MemberResults {
 ///     let fall = from_fn(1, move |_, _, _, a| a[0] = -(g as f64))?;
 ///     Ok::<_, ParameterError>((fall, State::at_rest(1)))
 /// };
-/// let bands = Ensemble::new(5, 2.0, 2)?.channels(&["q1"]).run(&Rk4::new(0.5), family)?;
+/// let bands = Ensemble::new(5, 2.0, 2)?.channels(&["q0"]).run(&Rk4::new(0.5), family)?;
 /// // q = -g t²/2 with g = 0 .. 4: RK4 is exact on a parabola.
 /// assert_eq!(
-///     (bands.times()[2], bands.at("q1", 2)?.min(), bands.at("q1", 2)?.mean()),
+///     (bands.times()[2], bands.at("q0", 2)?.min(), bands.at("q0", 2)?.mean()),
 ///     (2.0, -8.0, -4.0)
 /// );
-/// assert!((bands.band("q1", 0.5)?[1] + 1.0).abs() < 1e-12);
+/// assert!((bands.band("q0", 0.5)?[1] + 1.0).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

@@ -31,9 +31,9 @@ use thiserror::Error;
 ///     let spring = from_fn(1, move |_, q, _, a| a[0] = -k * q[0])?;
 ///     Ok::<_, ParameterError>((spring, State::new(0.0, &[1.0], &[0.0])))
 /// };
-/// let bands = Ensemble::new(10, 1.0, 4)?.channels(&["q1"]).run(&Rk4::new(0.05), family)?;
+/// let bands = Ensemble::new(10, 1.0, 4)?.channels(&["q0"]).run(&Rk4::new(0.05), family)?;
 /// // A little below cos 1 = 0.54, since the stiffnesses are 1 to 1.09.
-/// assert!((bands.at("q1", 4)?.mean() - 0.52).abs() < 0.01);
+/// assert!((bands.at("q0", 4)?.mean() - 0.52).abs() < 0.01);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -218,10 +218,10 @@ impl<'w> Ensemble<'w> {
         member: u64,
     ) -> Result<Option<MemberResults>, PointError> {
         let (model, start) = family(member).map_err(|e| PointError::Model(e.to_string()))?;
-        start.check(model.dof()).map_err(PointError::Start)?;
+        start.check(model.dof()).map_err(PointError::Parameter)?;
         if start.t != 0.0 {
             let (name, value) = ("start.t".into(), start.t);
-            return Err(PointError::Start(ParameterError::OutOfRange {
+            return Err(PointError::Parameter(ParameterError::OutOfRange {
                 name,
                 value,
                 allowed: "[0, 0]: every member starts at time 0",
@@ -233,9 +233,9 @@ impl<'w> Ensemble<'w> {
             .iter()
             .map(|name| probe.index(name))
             .collect::<Result<Vec<_>, _>>()
-            .map_err(PointError::Start)?;
+            .map_err(PointError::Parameter)?;
         let peaks: Vec<&str> = self.peaks.iter().map(String::as_str).collect();
-        let mut statistics = Statistics::new(&model, &peaks).map_err(PointError::Start)?;
+        let mut statistics = Statistics::new(&model, &peaks).map_err(PointError::Parameter)?;
         let mut rattle = self.rattle.then(|| Rattle::new(&model));
         let mut values = Vec::with_capacity(chosen.len() * self.times.len());
         let mut y = [&start.q[..], &start.v].concat();

@@ -9,7 +9,7 @@ use pulp::WithSimd;
 /// ```
 /// use gear_dynamics::{sweep::{Axis, InstructionSet, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
 /// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 130.0, 8)?);
-/// let sweep = Sweep::new(speeds).settle(0).measure(1).channels(&["q1"]);
+/// let sweep = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]);
 /// let bits = |set| {
 ///     sweep.run(
 ///         &LaneRk4::new(63 * 16).instructions(set),

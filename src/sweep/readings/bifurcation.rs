@@ -21,7 +21,7 @@ use std::sync::atomic::Ordering;
 /// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
 /// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 120.0, 3)?);
 /// let (sweep, engine) = (Sweep::new(speeds).settle(20).measure(4), LaneRk4::new(63 * 32));
-/// let diagram = Bifurcation::strobed("q1").run(&sweep.runner(
+/// let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
 ///     &engine,
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     |_, pair| pair.static_start(),
@@ -37,7 +37,7 @@ pub struct Bifurcation {
 }
 
 impl Bifurcation {
-    /// Samples a coordinate or velocity (`q1`, `v1`, ...) once per measured period.
+    /// Samples a coordinate or velocity (`q0`, `v0`, ...) once per measured period.
     pub fn strobed(channel: &str) -> Self {
         Bifurcation { channel: channel.into(), strobed: true }
     }
@@ -111,10 +111,10 @@ impl Bifurcation {
     }
 }
 
-/// The index of `q1`, `v1`, ... in a state.
+/// The index of `q0`, `v0`, ... in a state.
 fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
     let names: Vec<String> =
-        ["q", "v"].iter().flat_map(|x| (1..=dof).map(move |i| format!("{x}{i}"))).collect();
+        ["q", "v"].iter().flat_map(|x| (0..dof).map(move |i| format!("{x}{i}"))).collect();
     check::channel_index(&names, name)
 }
 
@@ -130,7 +130,7 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 /// };
 /// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
 /// let (sweep, engine) = (Sweep::new(amplitudes).settle(20).measure(2), TableRk4::new(64));
-/// let diagram = Bifurcation::strobed("q1").run(&sweep.runner(
+/// let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
 ///     &engine,
 ///     |p| swing(p["f"]),
 ///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),

@@ -1,6 +1,6 @@
 //! A row: the results of one point of a sweep.
 
-use crate::analysis::{ContactStatistics, RattleState, Summary};
+use crate::analysis::{ContactStatistics, Summary};
 use crate::error::{ParameterError, check};
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::settings::points::Point;
@@ -16,7 +16,7 @@ use crate::sweep::sweep_error::PointError;
 ///     |_, pair| pair.static_start(),
 /// )?;
 /// let row = rows.iter().next().ok_or("no row")?;
-/// assert_eq!(row.contact(0).rattle_state(), RattleState::Bilateral);
+/// assert_eq!(row.contacts()[0].rattle_state(), RattleState::Bilateral);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -55,24 +55,15 @@ impl Row<'_> {
         Ok(Summary { mean, rms, min, max, deviation })
     }
 
-    /// Contact times of contact `i` as shares of the measured time `[1]`, and numbers of impacts in all
-    /// measured periods.
-    ///
-    /// # Panics
-    /// If there is no contact `i`, or without [`rattle`](crate::Sweep::rattle).
-    pub fn contact(&self, i: usize) -> ContactStatistics {
-        assert!(i < self.rows.layout.contacts, "no contact {i}: there are {}", self.rows.layout.contacts);
-        let at = self.rows.layout.contact(i);
-        let x = &self.data[at..at + 5];
-        ContactStatistics { time: [x[0], x[1], x[2]], impacts: [x[3] as u64, x[4] as u64] }
-    }
-
-    /// Rattle state of contact `i`.
-    ///
-    /// # Panics
-    /// As [`contact`](Row::contact).
-    pub fn rattle_state(&self, i: usize) -> RattleState {
-        self.contact(i).rattle_state()
+    /// Statistics of each contact: contact times as shares of the measured time `[1]`, and numbers of impacts in
+    /// all measured periods. Empty without [`rattle`](crate::Sweep::rattle).
+    pub fn contacts(&self) -> Vec<ContactStatistics> {
+        let of = |i: usize| {
+            let at = self.rows.layout.contact(i);
+            let x = &self.data[at..at + 5];
+            ContactStatistics { time: [x[0], x[1], x[2]], impacts: [x[3] as u64, x[4] as u64] }
+        };
+        (0..self.rows.layout.contacts).map(of).collect()
     }
 
     /// Period multiple p of the motion; `None` if the motion does not repeat within the tolerance: chaos, not
@@ -160,8 +151,8 @@ impl Row<'_> {
         let range =
             |row: &Row<'_>, i: usize| row.data[layout.channel(i) + 3] - row.data[layout.channel(i) + 2];
         let off = |i: usize| (range(self, i) - range(fine, i)).abs() > ANOTHER * range(fine, i);
-        (0..layout.contacts).any(|i| self.rattle_state(i) != fine.rattle_state(i))
-            || (0..layout.channels).any(off)
+        let states = |row: &Row<'_>| row.contacts().iter().map(|c| c.rattle_state()).collect::<Vec<_>>();
+        states(self) != states(fine) || (0..layout.channels).any(off)
     }
 
     /// Estimated error of mean, RMS and extremes of a channel due to the step, in the unit of the channel.

@@ -11,10 +11,10 @@ impl Rows {
     ///
     /// - `point`, the index, then the parameters of the point;
     /// - `period multiple` (0 for `None`), `change`, `settled after`, `scatter`, `sensitive` (0 or 1);
-    /// - `mean q1`, `rms q1`, `min q1`, `max q1`, `deviation q1` of each channel, in its unit if the model states
+    /// - `mean q0`, `rms q0`, `min q0`, `max q0`, `deviation q0` of each channel, in its unit if the model states
     ///   one;
-    /// - with [`rattle`](crate::Sweep::rattle) for each contact, from 1: `lower 1`, `gap 1`, `upper 1`
-    ///   (shares of the time), `impacts lower 1`, `impacts upper 1`, `rattle state 1`
+    /// - with [`rattle`](crate::Sweep::rattle) for each contact: `lower 0`, `gap 0`, `upper 0`
+    ///   (shares of the time), `impacts lower 0`, `impacts upper 0`, `rattle state 0`
     ///   ([`rsv`](crate::RattleState::rsv));
     /// - with [`lyapunov`](crate::Sweep::lyapunov): `lyapunov`, `lyapunov error`.
     ///
@@ -23,7 +23,7 @@ impl Rows {
     /// ```
     /// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};
     /// let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
-    /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q1", "elastic part"]).run(
+    /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0", "elastic part"]).run(
     ///     &Located(Dop853::new()), // lanes and tables have no channels of the model's own
     ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
     ///     |_, pair| pair.static_start(),
@@ -31,8 +31,8 @@ impl Rows {
     /// let table = rows.table()?;
     /// assert_eq!(table.column("speed")?, [100.0, 120.0]);
     /// let unit = |name: &str| table.columns().iter().find(|c| c.name == name).map(|c| c.unit.as_str());
-    /// assert_eq!((unit("mean elastic part"), unit("mean q1")), (Some("rad"), Some("")));
-    /// assert_eq!(table.column("mean q1")?[1], rows.get(1)?.channel("q1")?.mean);
+    /// assert_eq!((unit("mean elastic part"), unit("mean q0")), (Some("rad"), Some("")));
+    /// assert_eq!(table.column("mean q0")?[1], rows.get(1)?.channel("q0")?.mean);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -48,7 +48,7 @@ impl Rows {
             let unit = self.units.get(i).map_or("", String::as_str);
             columns.extend(figures.map(|figure| Channel::new(format!("{figure} {name}"), unit)));
         }
-        for i in 1..=self.layout.contacts {
+        for i in 0..self.layout.contacts {
             let figures = ["lower", "gap", "upper", "impacts lower", "impacts upper", "rattle state"];
             columns.extend(figures.map(|figure| ratio(&format!("{figure} {i}"))));
         }
@@ -84,8 +84,7 @@ impl Rows {
             let summary = row.channel(name)?;
             line.extend([summary.mean, summary.rms, summary.min, summary.max, summary.deviation]);
         }
-        for i in 0..self.layout.contacts {
-            let contact = row.contact(i);
+        for contact in row.contacts() {
             line.extend(contact.time);
             line.extend(contact.impacts.map(|count| count as f64));
             line.push(f64::from(contact.rattle_state().rsv()));

@@ -84,10 +84,10 @@ impl<M: Periodic> LineBlock<'_, '_, M> {
             Some(state) => State::new(0.0, &state[..found[0]], &state[found[0]..]),
             None => (self.work.start)(&point, &model)?,
         };
-        start.check(found[0]).map_err(PointError::Start)?;
+        start.check(found[0]).map_err(PointError::Parameter)?;
         if start.t != 0.0 {
             let (name, value) = ("start.t".into(), start.t);
-            return Err(PointError::Start(ParameterError::OutOfRange {
+            return Err(PointError::Parameter(ParameterError::OutOfRange {
                 name,
                 value,
                 allowed: "[0, 0]: every run starts at time 0",

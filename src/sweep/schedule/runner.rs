@@ -25,7 +25,7 @@ use std::sync::atomic::AtomicUsize;
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Points, Rows};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
 /// let sweep = Sweep::new(Points::on_axis(Axis::linear("speed", 100.0, 130.0, 8)?));
-/// let sweep = sweep.settle(1).measure(1).channels(&["q1"]);
+/// let sweep = sweep.settle(1).measure(1).channels(&["q0"]);
 /// let engine = LaneRk4::new(63 * 16);
 /// let runner = sweep.runner(
 ///     &engine,

@@ -14,13 +14,13 @@ use crate::sweep::settings::points::{Axis, Points};
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points, WarmStart}, NfgPair, NfgParams, Sweep};
 /// let speeds = Points::on_axis(Axis::linear("speed", 120.0, 120.4, 3)?);
 /// let ppv = |warm_start, settle| -> Result<f64, Box<dyn std::error::Error>> {
-///     let sweep = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q1"]);
+///     let sweep = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q0"]);
 ///     let rows = sweep.warm_start(warm_start).run(
 ///         &LaneRk4::new(63 * 16),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;
-///     Ok(rows.get(2)?.channel("q1")?.peak_to_peak())
+///     Ok(rows.get(2)?.channel("q0")?.peak_to_peak())
 /// };
 /// let settled = ppv(WarmStart::No, 1)?;
 /// assert!((ppv(WarmStart::Up, 0)? / settled - 1.0).abs() < 1e-3);
@@ -190,14 +190,14 @@ impl Sweep {
 /// let map = Sweep::new(Points::grid(axes)?)
 ///     .settle(4)
 ///     .measure(1)
-///     .channels(&["q1"])
+///     .channels(&["q0"])
 ///     .rattle()
 ///     .run(
 ///         &LaneRk4::new(63 * 32),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
 ///         |_, pair| pair.static_start(),
 ///     )?;
-/// assert_eq!(map.iter().filter(|row| row.rattle_state(0) == RattleState::Bilateral).count(), 7);
+/// assert_eq!(map.iter().filter(|row| row.contacts()[0].rattle_state() == RattleState::Bilateral).count(), 7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

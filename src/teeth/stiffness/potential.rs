@@ -14,7 +14,8 @@ use std::f64::consts::{PI, TAU};
 ///
 /// ```
 /// use gear_dynamics::teeth::{Foundation, PotentialEnergy};
-/// assert_eq!(PotentialEnergy::ma_2014([0.035; 2])?.foundation(), Foundation::PerPair);
+/// let method = PotentialEnergy::ma_2014([0.035; 2])?;
+/// assert_eq!(method.foundation(Foundation::PerPair, [0.035; 2])?, method);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,7 +110,7 @@ impl PotentialEnergy {
     /// A bore outside 1e-6 .. 100 m.
     pub fn ma_2014(bores: [f64; 2]) -> Result<Self, ParameterError> {
         let method = PotentialEnergy { young: 206e9, model: ToothModel::WithTransition, ..Self::tian_2004() };
-        method.with_foundation(Foundation::PerPair, bores)
+        method.foundation(Foundation::PerPair, bores)
     }
 
     /// The same method for a material with Young's modulus E `[N/m²]` and Poisson ratio ν `[1]`, of both
@@ -122,14 +123,14 @@ impl PotentialEnergy {
         Ok(PotentialEnergy { young, poisson: check_poisson(poisson)?, ..self })
     }
     /// The same method with another shape of the tooth below its involute.
-    pub fn with_tooth_model(self, model: ToothModel) -> Self {
+    pub fn tooth_model(self, model: ToothModel) -> Self {
         PotentialEnergy { model, ..self }
     }
     /// The same method with a foundation and the bores of both gears `[m]`, which it needs.
     ///
     /// # Errors
     /// A bore outside 1e-6 .. 100 m.
-    pub fn with_foundation(self, foundation: Foundation, bores: [f64; 2]) -> Result<Self, ParameterError> {
+    pub fn foundation(self, foundation: Foundation, bores: [f64; 2]) -> Result<Self, ParameterError> {
         for bore in bores {
             within("bore", bore, [1e-6, 100.0], "[1e-6, 100] m")?;
         }
@@ -146,21 +147,8 @@ impl PotentialEnergy {
         PotentialEnergy { foundation: Foundation::None, ..self }
     }
     /// The same method with another reading of the geometry.
-    pub fn with_reading(self, reading: Reading) -> Self {
+    pub fn reading(self, reading: Reading) -> Self {
         PotentialEnergy { reading, ..self }
-    }
-
-    /// The shape of the tooth below its involute.
-    pub fn tooth_model(&self) -> ToothModel {
-        self.model
-    }
-    /// Where the gear bodies count.
-    pub fn foundation(&self) -> Foundation {
-        self.foundation
-    }
-    /// How the geometry is read.
-    pub fn reading(&self) -> Reading {
-        self.reading
     }
 
     /// Stiffness of one tooth of a gear, loaded at a transverse pressure angle `[rad]`. The bore of the

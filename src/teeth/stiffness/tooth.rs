@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 ///
 /// ```
 /// use gear_dynamics::teeth::{PotentialEnergy, Reading};
-/// assert_eq!(PotentialEnergy::tian_2004().reading(), Reading::Exact);
+/// assert_eq!(PotentialEnergy::tian_2004().reading(Reading::Exact), PotentialEnergy::tian_2004());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
@@ -30,7 +30,8 @@ pub enum Reading {
 ///
 /// ```
 /// use gear_dynamics::teeth::{PotentialEnergy, ToothModel};
-/// assert_eq!(PotentialEnergy::tian_2004().tooth_model(), ToothModel::FromBaseCircle);
+/// let method = PotentialEnergy::tian_2004();
+/// assert_eq!(method.tooth_model(ToothModel::FromBaseCircle), method);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToothModel {

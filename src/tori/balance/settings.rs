@@ -26,7 +26,7 @@ use crate::tori::quasi_periodic::{QuasiPeriodic, checked_frequencies};
 /// show this; [`CircleShooting`](crate::tori::CircleShooting) locates the edges. The same holds for drives
 /// that jump.
 ///
-/// A rigid motion leaves its mean undetermined ([`TorusError::Undetermined`]): use relative coordinates.
+/// A rigid motion leaves its mean undetermined ([`TorusError::Singular`]): use relative coordinates.
 ///
 /// ```
 /// use gear_dynamics::{Model, excitation::Side, tori::{QuasiPeriodic, TorusBalance, WaveVectors}};
@@ -144,7 +144,7 @@ impl TorusBalance {
         let root = self.newton.solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
         let mut torus = finish(&equations, root, &meter)?;
         let stopped =
-            |exhausted, torus: &Torus| TorusError::Budget { exhausted, last: Box::new(torus.clone()) };
+            |exhausted, torus: &Torus| TorusError::Exhausted { exhausted, last: Box::new(torus.clone()) };
         torus.quality.between = between(model, &torus, &meter).map_err(|e| stopped(e, &torus))?;
         let finer = TorusEquations::new(model, &self.vectors, &torus, 2 * self.oversampling);
         // Beyond the limits of memory the aliasing stays unknown.
@@ -162,9 +162,7 @@ impl TorusBalance {
         check::fraction("separation", self.separation)?;
         check::length("highest orders", self.vectors.angles(), frequencies.len())?;
         check::length("frequencies of the guess", guess.frequencies().len(), frequencies.len())?;
-        if guess.dof() != model.dof() {
-            return Err(TorusError::Coordinates { expected: model.dof(), found: guess.dof() });
-        }
+        check::length("coordinates of the torus", guess.dof(), model.dof())?;
         if let Some(contact) = model.offers().first_stop() {
             return Err(TorusError::RigidStop { contact });
         }
@@ -198,13 +196,13 @@ fn finish<M: QuasiPeriodic + ?Sized>(
     let (failure, root) = Failure::of(error, meter)?;
     let last = Box::new(torus(root));
     Err(match failure {
-        Failure::Budget(exhausted) => TorusError::Budget { exhausted, last },
+        Failure::Exhausted(exhausted) => TorusError::Exhausted { exhausted, last },
         Failure::Slope { equation, unknown } => {
             TorusError::Slope { acceleration: equation / width, coordinate: unknown / width, last }
         }
         Failure::Singular { unknown } => {
             let (coordinate, vector) = equations.meaning(unknown);
-            TorusError::Undetermined { coordinate, vector, last }
+            TorusError::Singular { coordinate, vector, last }
         }
         Failure::NotConverged => TorusError::NotConverged { last },
         Failure::NotFinite => TorusError::NotFinite { last },

@@ -37,14 +37,6 @@ pub enum TorusError {
     /// The drives of the model are not functions of its angles.
     #[error(transparent)]
     Drives(#[from] QuasiPeriodicError),
-    /// The guess has another number of coordinates than the model.
-    #[error("the torus has {found} coordinates and the model has {expected}: these numbers must be equal")]
-    Coordinates {
-        /// Number of coordinates of the model.
-        expected: usize,
-        /// Number of coordinates of the torus.
-        found: usize,
-    },
     /// The states do not determine the coefficients: they are too few, or they do not spread over the torus.
     #[error(
         "{states} states do not determine {unknowns} coefficients: take more states, at times that have no \
@@ -92,7 +84,7 @@ pub enum TorusError {
          iterations: at k = 0 no stiffness acts on it, otherwise the torus is at a fold or at a resonance",
         last.iterations()
     )]
-    Undetermined {
+    Singular {
         /// Index of the coordinate, from 0.
         coordinate: usize,
         /// The wave vector.
@@ -131,7 +123,7 @@ pub enum TorusError {
     },
     /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
     #[error("the balance stopped after {} iterations: {exhausted}", last.iterations())]
-    Budget {
+    Exhausted {
         /// The limit that was reached.
         exhausted: Exhausted,
         /// The last iterate, or the guess.
@@ -143,11 +135,11 @@ impl TorusError {
     /// The last iterate, if the solve began.
     pub fn last(&self) -> Option<&Torus> {
         match self {
-            TorusError::Undetermined { last, .. }
+            TorusError::Singular { last, .. }
             | TorusError::Slope { last, .. }
             | TorusError::NotConverged { last }
             | TorusError::NotFinite { last }
-            | TorusError::Budget { last, .. } => Some(last),
+            | TorusError::Exhausted { last, .. } => Some(last),
             _ => None,
         }
     }

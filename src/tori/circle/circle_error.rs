@@ -32,14 +32,6 @@ pub enum CircleError {
     /// The drives of the model are not functions of its angles.
     #[error(transparent)]
     Drives(#[from] QuasiPeriodicError),
-    /// The guess has another number of coordinates than the model.
-    #[error("the curve has {found} coordinates and the model has {expected}: these numbers must be equal")]
-    Coordinates {
-        /// Number of coordinates of the model.
-        expected: usize,
-        /// Number of coordinates of the curve.
-        found: usize,
-    },
     /// The points do not determine a curve with so many nodes: they are too few, or they repeat, as on an
     /// orbit of a few periods.
     #[error(
@@ -64,7 +56,7 @@ pub enum CircleError {
     },
     /// An integration over one period of the map failed.
     #[error("the integration from node {node} failed: {error}")]
-    Flow {
+    Integrate {
         /// Index of the node, from 0. The midpoint after node j counts as node j.
         node: usize,
         /// Error of the integration.
@@ -119,7 +111,7 @@ pub enum CircleError {
     },
     /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
     #[error("the search for the circle stopped: {exhausted}")]
-    Budget {
+    Exhausted {
         /// The limit that was reached.
         exhausted: Exhausted,
         /// The last iterate; `None` before the first evaluation.
@@ -131,7 +123,7 @@ impl CircleError {
     /// The last iterate, if the iteration began.
     pub fn last(&self) -> Option<&InvariantCircle> {
         match self {
-            CircleError::Flow { last, .. } | CircleError::Budget { last, .. } => last.as_deref(),
+            CircleError::Integrate { last, .. } | CircleError::Exhausted { last, .. } => last.as_deref(),
             CircleError::Singular { last, .. }
             | CircleError::NotConverged { last }
             | CircleError::Collapsed { last, .. }

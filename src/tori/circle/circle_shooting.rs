@@ -175,8 +175,8 @@ impl CircleShooting {
         let failed = |node: usize, error: IntegrateError, last: Option<InvariantCircle>| {
             let last = last.map(Box::new);
             match meter.exhausted() {
-                Some(exhausted) => CircleError::Budget { exhausted, last },
-                None => CircleError::Flow { node, error, last },
+                Some(exhausted) => CircleError::Exhausted { exhausted, last },
+                None => CircleError::Integrate { node, error, last },
             }
         };
         let mut equations = CircleEquations::new(strobed, &guess, self.flow_tolerance, self.method, &meter)
@@ -205,7 +205,9 @@ impl CircleShooting {
                 let (failure, root) = Failure::of(error, &meter)?;
                 let last = Box::new(circle(&root, &equations));
                 return Err(match (failure, equations.failure.take()) {
-                    (Failure::Budget(exhausted), _) => CircleError::Budget { exhausted, last: Some(last) },
+                    (Failure::Exhausted(exhausted), _) => {
+                        CircleError::Exhausted { exhausted, last: Some(last) }
+                    }
                     // The residual is NaN where an integration failed.
                     (Failure::NotFinite | Failure::Slope { .. }, Some((node, error))) => {
                         failed(node, error, Some(*last))
@@ -237,9 +239,7 @@ impl CircleShooting {
     fn checked(&self, dof: usize, guess: &ClosedCurve) -> Result<ClosedCurve, CircleError> {
         check::positive("between", self.between)?;
         check::tolerance("flow_tolerance", self.flow_tolerance)?;
-        if guess.dof() != dof {
-            return Err(CircleError::Coordinates { expected: dof, found: guess.dof() });
-        }
+        check::length("coordinates of the curve", guess.dof(), dof)?;
         let nodes = checked_nodes(self.nodes.unwrap_or(guess.nodes()))?;
         let unknowns = nodes * guess.width() + 1;
         check::count("entries of the Jacobian", &[unknowns, unknowns], MAX_ENTRIES)?;

@@ -78,6 +78,11 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         let constants = [vec![speed], torques, dampings, halves, frictions].concat();
         let names = constants.iter().map(|(channel, _)| channel.clone()).collect();
         let mut shape = TrainShape { constants: names, ..self.shape };
+        if self.layout.plan.topology.without_units {
+            let own = shape.rests.iter_mut().map(|rest| &mut rest.channel);
+            let all = shape.coordinates.iter_mut().chain(&mut shape.constants).chain(own);
+            all.for_each(|channel| channel.unit = "1".into());
+        }
         shape.share_shafts();
         let touching = shape.teeth.len() + shape.elements.journals.len();
         shape.places = LawPlaces::of(shape.teeth.iter().map(|tooth| &tooth.law), touching);

@@ -96,6 +96,7 @@ pub struct Parts<N = Backlash> {
     pub(crate) coordinates: Option<Coordinates>,
     pub(crate) rotating: Option<String>,
     pub(crate) accepted: Vec<Warning>,
+    pub(crate) without_units: bool,
 }
 
 impl<N> Default for Parts<N> {
@@ -109,6 +110,7 @@ impl<N> Default for Parts<N> {
             coordinates: None,
             rotating: None,
             accepted: Vec::new(),
+            without_units: false,
         }
     }
 }
@@ -235,6 +237,12 @@ impl<N> Parts<N> {
         self.accepted.push(warning);
         self
     }
+    /// Declares that all values are dimensionless: constants and channels have the unit 1, and
+    /// [`Warning::UnusualValue`] is accepted.
+    pub fn without_units(&mut self) -> &mut Self {
+        self.without_units = true;
+        self
+    }
     /// Adds all parts of another train, with `name` and a space before each of their names, and the warnings
     /// that it accepts. Its choice of coordinates is left out; of two loads, that of `self` remains.
     pub fn join(&mut self, name: &str, other: Parts<N>) -> &mut Self {
@@ -259,6 +267,7 @@ impl<N> Parts<N> {
             ..torque
         }));
         self.accepted.extend(other.accepted);
+        self.without_units |= other.without_units;
         if self.loads.is_empty() {
             self.loads = other.loads.into_iter().map(renamed).collect();
         }

@@ -22,6 +22,7 @@ pub(crate) struct Topology<'p, N> {
     pub(crate) rotating: Option<usize>,
     pub(crate) coordinates: Option<Coordinates>,
     accepted: &'p [Warning],
+    pub(crate) without_units: bool,
 }
 
 /// A mesh between two bodies.
@@ -93,6 +94,7 @@ impl<'p, N> Topology<'p, N> {
             rotating: named("the rotating frame", parts.rotating.as_ref())?,
             coordinates: parts.coordinates,
             accepted: &parts.accepted,
+            without_units: parts.without_units,
             carriers,
         })
     }
@@ -105,7 +107,7 @@ impl<'p, N> Topology<'p, N> {
         &self.bodies[body].1
     }
     pub(crate) fn accepts(&self, warning: Warning) -> bool {
-        self.accepted.contains(&warning)
+        self.without_units && warning == Warning::UnusualValue || self.accepted.contains(&warning)
     }
     /// A warning, unless it is accepted.
     pub(crate) fn warn(&self, warning: Warning, message: String) -> Result<(), TrainError> {

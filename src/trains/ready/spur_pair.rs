@@ -5,7 +5,6 @@ use crate::excitation::{Fourier, Scaled, Wave};
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;
-use crate::trains::train_error::Warning;
 
 /// The spur gear pair of Kahraman and Singh 1990 (J. Sound Vib. 142, 49), in SI units or dimensionless.
 ///
@@ -53,7 +52,9 @@ pub struct SpurPair {
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?;
 /// let numbers = pair.dimensionless();
 /// assert!(numbers.damping_ratio == 0.05 && (numbers.mean_force - 0.1).abs() < 1e-15);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// let train = pair.parts()?.build("driver", 0.8)?;
+/// assert_eq!(train.names()[0].to_string(), "speed [1]"); // the mesh frequency W
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dimensionless {
@@ -188,7 +189,7 @@ impl SpurPair {
         parts.torque("drive torque", "driver", self.load);
         parts.torque("load torque", "driven", -self.load * self.radii[1] / self.radii[0]);
         if self.dimensionless {
-            parts.accept(Warning::UnusualValue);
+            parts.without_units();
         }
         Ok(parts)
     }

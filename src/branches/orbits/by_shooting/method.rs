@@ -52,7 +52,7 @@ impl Orbits for OrbitCurve<'_> {
         let mut later = orbit.clone();
         for state in &mut later.parts.states {
             let at = orbit.at(&*model, state.t + shift * orbit.period());
-            *state = at.map_err(|error| CurveError::Flow { segment: 0, error })?;
+            *state = at.map_err(|error| CurveError::Integrate { segment: 0, error })?;
         }
         later.parts.end += shift * orbit.period();
         Ok(self.unknowns_of(&later))

@@ -226,15 +226,15 @@ impl<'f> OrbitCurve<'f> {
         forced: Vec<DriveSlope>,
     ) -> Result<Segments<'s, dyn Model + 's>, CurveError> {
         let expansion = Expansion::new(model, columns + forced.len(), &forced, self.wanted)
-            .map_err(|error| CurveError::Flow { segment: 0, error })?;
+            .map_err(|error| CurveError::Integrate { segment: 0, error })?;
         let scales = [self.scale.clone(), self.range.clone()];
         Ok(Segments::new(model, scales, &self.modes, self.end(period), forced, expansion))
     }
 
     pub(crate) fn failed(SegmentError { segment, error }: SegmentError) -> CurveError {
         match error {
-            IntegrateError::Budget { exhausted, .. } => CurveError::Exhausted(exhausted),
-            error => CurveError::Flow { segment, error },
+            IntegrateError::Exhausted { exhausted, .. } => CurveError::Exhausted(exhausted),
+            error => CurveError::Integrate { segment, error },
         }
     }
 

@@ -1,7 +1,7 @@
 //! The equations of a balance, for any root finder.
 
 use crate::contact::Piece;
-use crate::error::check;
+use crate::error::{ParameterError, check};
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::model::{Machine, Model, Periodic, Shape};
@@ -78,8 +78,10 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         refuse_stops(model)?;
         check::scale("period of the model", model.period())?;
         harmonics.check()?;
-        if near.dof() != n || n == 0 {
-            return Err(BalanceError::Coordinates { expected: n, found: near.dof() });
+        check::length("coordinates of the orbit", near.dof(), n)?;
+        if n == 0 {
+            let name = "coordinates of the model".into();
+            return Err(ParameterError::TooFew { name, value: 0, min: 1 }.into());
         }
         // One coordinate needs no search for rigid motions: if no stiffness acts on it, the Jacobian is
         // singular.
@@ -97,7 +99,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             Demand { model, harmonics, integrals, near, finer, size, rates, has_fixed_pieces, meter };
         let (grid, integration) = demand.choose(&couplings, &mut slopes)?;
         if let Some(exhausted) = meter.exhausted() {
-            return Err(BalanceError::Budget {
+            return Err(BalanceError::Exhausted {
                 exhausted,
                 last: Box::new(near.clone()),
                 history: Vec::new(),

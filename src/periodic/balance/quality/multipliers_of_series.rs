@@ -1,6 +1,7 @@
 //! Floquet multipliers along the series of a balance.
 
 use crate::contact::{Contact, Piece};
+use crate::error::check;
 use crate::excitation::Side;
 use crate::model::Periodic;
 use crate::model::structure::rigid::rigid_modes;
@@ -71,10 +72,8 @@ impl Balance {
         model: &dyn Periodic,
         orbit: &FourierOrbit,
     ) -> Result<Multipliers, MultiplierError> {
-        let (n, found) = (model.dof(), orbit.dof());
-        if found != n {
-            return Err(MultiplierError::Coordinates { expected: n, found });
-        }
+        let n = model.dof();
+        check::length("coordinates of the orbit", orbit.dof(), n)?;
         if let Some(contact) = model.offers().first_stop() {
             return Err(MultiplierError::RigidStop { contact });
         }

@@ -122,11 +122,11 @@ impl Balance {
         let (mut balance, meter) = (self.clone(), self.budget.begin());
         let mut orbit = balance.find(model, guess, &meter)?;
         let mut reached = f64::INFINITY;
-        let short = |reached, highest, best, cause| BalanceError::Accuracy {
+        let short = |reached, highest, last, cause| BalanceError::Accuracy {
             wanted: accuracy,
             reached,
             highest,
-            best: Box::new(best),
+            last: Box::new(last),
             cause,
         };
         loop {
@@ -160,7 +160,7 @@ fn proof(
 ) -> Result<Proof, BalanceError> {
     let polished = Shooting::new().find_near(model, orbit, meter).ok();
     if let Some(exhausted) = meter.exhausted() {
-        return Err(BalanceError::Budget { exhausted, last: Box::new(finer), history: Vec::new() });
+        return Err(BalanceError::Exhausted { exhausted, last: Box::new(finer), history: Vec::new() });
     }
     let shooting = polished.as_ref().map_or(f64::INFINITY, ShootingOrbit::first_correction);
     Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
