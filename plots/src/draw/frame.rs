@@ -104,14 +104,15 @@ impl<'p> Frame<'p> {
     /// The frame with one scale along both axes, if the panel asks for it.
     pub(crate) fn fitted(mut self, width: f64, height: f64) -> Self {
         if self.panel.equal {
-            let [x, y] = [0, 1].map(|i| extent(self.panel, i));
+            let axes = [&self.panel.x, &self.panel.y];
+            let [x, y] = [0, 1].map(|i| axes[i].range.unwrap_or_else(|| extent(self.panel, i)));
             let per_point = ((x[1] - x[0]) / width).max((y[1] - y[0]) / height);
             let wide = |[low, high]: [f64; 2], length: f64| {
                 let (middle, half) = (0.5 * (low + high), 0.5 * length * per_point);
                 [middle - half, middle + half]
             };
             let ranges = [wide(x, width), wide(y, height)];
-            self.axes = [(&self.panel.x, 0), (&self.panel.y, 1)].map(|(axis, i)| Shown::of(axis, ranges[i]));
+            self.axes = [0, 1].map(|i| Shown::of(axes[i], ranges[i]));
         }
         self
     }
@@ -165,7 +166,7 @@ fn extent(panel: &Panel, at: usize) -> [f64; 2] {
             Layer::Curve(curve) => {
                 curve.points.iter().filter(|p| seen(p)).for_each(|p| add(p[at]));
                 match curve.mark {
-                    Mark::Dots | Mark::Specks => dots = true,
+                    Mark::Dots | Mark::Joined | Mark::Specks => dots = true,
                     Mark::Bars => bars = true,
                     _ => lines = true,
                 }

@@ -10,10 +10,10 @@ use gear_dynamics::analysis::{Spectrum, WaterfallLine};
 ///
 /// ```
 /// use gear_dynamics::analysis::{Spectrum, Window};
-/// use gear_dynamics_plots::{Figure, spectrum};
+/// use gear_dynamics_plots::{Picture, spectrum};
 /// let samples: Vec<f64> = (0..64).map(|k| (0.5 * f64::from(k)).sin()).collect();
 /// let panel = spectrum(&Spectrum::new(&samples, 1e-3, Window::Hann)?, "amplitude [m]")?.logarithmic_y()?;
-/// assert!(Figure::from(panel).to_svg().contains("frequency f [Hz]"));
+/// assert!(Picture::from(panel).to_svg().contains("frequency f [Hz]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -28,11 +28,11 @@ pub fn spectrum(spectrum: &Spectrum, amplitude: &str) -> Result<Panel, PlotError
 ///
 /// ```
 /// use gear_dynamics::analysis::{Spectrum, Window};
-/// use gear_dynamics_plots::{Figure, order_spectrum};
+/// use gear_dynamics_plots::{Picture, order_spectrum};
 /// let samples: Vec<f64> = (0..64).map(|k| (0.5 * f64::from(k)).sin()).collect();
 /// let lines = Spectrum::new(&samples, 1e-3, Window::Rectangular)?;
 /// let panel = order_spectrum(&lines, 10.0, "amplitude [m]", &[(8.0, "mesh")])?;
-/// assert!(Figure::from(panel).to_svg().contains(">mesh</text>"));
+/// assert!(Picture::from(panel).to_svg().contains(">mesh</text>"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -55,14 +55,15 @@ fn bars(mut panel: Panel, across: &[f64], amplitudes: &[f64]) -> Result<Panel, P
 }
 
 /// Amplitudes of a run of varying speed as colours over order and speed, on a logarithmic scale of four decades.
-/// `highest`: the last order that is drawn. Lines of a speed that turns back stand over the time.
+/// `highest`: the last order that is drawn. Lines of a speed that turns back stand over the time `[s]`; of a model
+/// without dimensions, [`Panel::y`] names the axis.
 ///
 /// ```
 /// use gear_dynamics::analysis::WaterfallLine;
-/// use gear_dynamics_plots::{Figure, order_map};
+/// use gear_dynamics_plots::{Picture, order_map};
 /// let line = |speed: f64| WaterfallLine { t: speed, speed, orders: vec![0.0, 1.0, 2.0], amplitudes: vec![0.0, 1e-6, 3e-5] };
 /// let panel = order_map(&[line(10.0), line(12.0)], "amplitude [m]", 2.0, &[(2.0, "mesh")])?;
-/// assert!(Figure::from(panel).to_svg().contains("speed [rad/s]"));
+/// assert!(Picture::from(panel).to_svg().contains("speed [rad/s]"));
 /// # Ok::<(), gear_dynamics_plots::PlotError>(())
 /// ```
 ///
@@ -94,10 +95,10 @@ pub fn order_map(
 ///
 /// ```
 /// use gear_dynamics::analysis::WaterfallLine;
-/// use gear_dynamics_plots::{Figure, waterfall};
+/// use gear_dynamics_plots::{Picture, waterfall};
 /// let line = |speed: f64| WaterfallLine { t: speed, speed, orders: vec![0.0, 1.0, 2.0], amplitudes: vec![0.0, 1e-6, 3e-5] };
 /// let panel = waterfall(&[line(10.0), line(12.0)], "amplitude [m]", 2.0, &[(2.0, "mesh")])?;
-/// assert!(Figure::from(panel).to_svg().contains("amplitude 20 μm"));
+/// assert!(Picture::from(panel).to_svg().contains("amplitude 20 μm"));
 /// # Ok::<(), gear_dynamics_plots::PlotError>(())
 /// ```
 ///

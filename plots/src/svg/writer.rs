@@ -115,6 +115,15 @@ impl Svg {
         self.text([x, y], text, size, Anchor::Start, colour, false);
         self.body.push_str("</g>\n");
     }
+    /// Texts with a rim, over lines.
+    pub(crate) fn halo(&mut self, rim: &str, draw: impl FnOnce(&mut Self)) {
+        let _ = writeln!(
+            self.body,
+            "<g stroke=\"{rim}\" stroke-width=\"3\" stroke-linejoin=\"round\" paint-order=\"stroke\">"
+        );
+        draw(self);
+        self.body.push_str("</g>\n");
+    }
     /// Draws inside a rectangle only.
     pub(crate) fn clipped(&mut self, [x, y, w, h]: [f64; 4], draw: impl FnOnce(&mut Self)) {
         let [x, y, w, h] = [x, y, w, h].map(number);
