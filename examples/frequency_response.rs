@@ -71,7 +71,7 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
         },
         Problem {
             name: "gear_pair",
-            title: "x'' + 0.1 x' + (1 - 0.2 cos Ωt) g(x) = 0.1",
+            title: "x'' + 0.1 x' + (1 − 0.2 cos Ωt) g(x) = 0.1",
             model: from([0.5, 2.2], &gear_pair)?,
             start: State::new(0.0, &[1.1], &[0.0]),
             speeds: [0.5, 2.2],

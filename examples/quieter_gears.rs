@@ -242,14 +242,14 @@ fn main() -> Outcome<()> {
         csv.numbers(&[a.0, a.1, b.1])?;
     }
     csv.finish()?;
-    let panel = Panel::new("", "mesh cycles φ/2π [1]", "dynamic transmission error x [μm]")?
+    let panel = Panel::new("one mesh cycle", "mesh cycles φ/2π [1]", "dynamic transmission error x [μm]")?
         .series("without relief", Mark::Line, plain)?
         .series("with the best relief", Mark::Line, relieved)?;
     Picture::from(panel).save(folder.join("cycle.svg"))?;
     let axes = ["tip relief C [μm]", "phase ψ [rad]"];
     let panels = [
-        map(&rows, axes, "peak-to-peak value of x [μm]", swing)?.logarithmic_colours()?,
-        map(&rows, axes, "contact loss, share of the time [1]", loss)?,
+        map(&rows, axes, "peak-to-peak value of x [μm]", swing)?.title("vibration").logarithmic_colours()?,
+        map(&rows, axes, "contact loss, share of the time [1]", loss)?.title("contact loss"),
     ];
     let minimum = |panel: Panel| panel.series("minimum by gradients", Mark::Dots, [(relief, phase)]);
     let panels = panels.map(minimum).into_iter().collect::<Result<Vec<_>, _>>()?;

@@ -20,9 +20,9 @@ use std::ops::ControlFlow;
 
 pub fn excitation(_: bool) -> Outcome<Picture> {
     let [k, e] = waves()?;
-    let first = stiffness(&[("", &k)], "mesh stiffness k [N/m]", 2.0)?.title("mesh stiffness");
+    let first = stiffness(&[("", &k)], "mesh stiffness k [N/m]", 1.0)?.title("mesh stiffness");
     let second =
-        stiffness(&[("", &e)], "transmission error e [m]", 2.0)?.title("static transmission error, grade 6");
+        stiffness(&[("", &e)], "transmission error e [m]", 1.0)?.title("static transmission error, grade 6");
     Ok(Picture::new([first, second]).columns(2))
 }
 

@@ -114,7 +114,7 @@ impl Panel {
         let width = match mark {
             Mark::Line => 1.5,
             Mark::Specks => 1.6,
-            Mark::Bars => 1.6,
+            Mark::Bars => 2.0,
             _ => 1.2,
         };
         let points = points.into_iter().map(|(x, y)| [x, y]).collect();

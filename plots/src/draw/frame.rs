@@ -89,7 +89,7 @@ pub(crate) struct Frame<'p> {
 
 /// Number of labels along an axis of a length.
 pub(crate) fn count(length: f64, each: f64) -> f64 {
-    (length / each).clamp(2.0, 12.0)
+    (length / each).clamp(2.0, 10.0)
 }
 
 impl<'p> Frame<'p> {
@@ -127,12 +127,12 @@ impl<'p> Frame<'p> {
         }
         if let Some(bar) = &self.bar {
             let labels = if widest > 0.0 { widest + 6.0 } else { 0.0 };
-            right = labels + 10.0 + BAR + 6.0 + bar.widest(count(inner[3], 34.0)) + 20.0;
+            right = labels + 10.0 + BAR + 6.0 + bar.widest(count(inner[3], 27.0)) + 20.0;
         }
         if self.panel.layers.iter().any(|layer| matches!(layer, Layer::Height { .. })) {
             right = right.max(34.0);
         }
-        let left = 22.0 + 6.0 + self.axes[1].widest(count(inner[3], 34.0));
+        let left = 22.0 + 6.0 + self.axes[1].widest(count(inner[3], 27.0));
         Margins { left, right, ..Margins::default() }
     }
     /// Upper and lower margins, for given sides.

@@ -188,7 +188,7 @@ impl Painter<'_, '_> {
     /// The number of labels along x and y.
     fn counts(&self) -> [f64; 2] {
         let widest = self.frame.axes[0].widest(count(self.inner[2], 60.0));
-        [count(self.inner[2], (widest + 18.0).max(52.0)), count(self.inner[3], 34.0)]
+        [count(self.inner[2], (widest + 18.0).max(52.0)), count(self.inner[3], 27.0)]
     }
 
     fn grid(&self, svg: &mut Svg) {
@@ -278,7 +278,7 @@ impl Painter<'_, '_> {
             svg.text([x + 14.0, y0 + h], text, TICK, Anchor::Start, &ink, true);
         }
         let Some(bar) = &self.frame.bar else { return };
-        let up = count(h, 34.0);
+        let up = count(h, 27.0);
         // From the right border: the text, the labels, the bar.
         let right = corner[0] + size[0] - 8.0;
         let left = right - 16.0 - bar.widest(up) - 6.0 - BAR;

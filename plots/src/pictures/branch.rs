@@ -58,7 +58,8 @@ pub fn branch<O>(
             panel.curve(label, Curve { mark: Mark::Line, ink, style, width: 1.7, points })?;
         }
     }
-    for (style, (kind, name)) in KINDS.into_iter().enumerate() {
+    // A bifurcation lies on the grazings beside it.
+    for (style, (kind, name)) in KINDS.into_iter().enumerate().rev() {
         let found = branches.iter().flat_map(|branch| branch.of_kind(kind));
         let points: Vec<_> = found.map(place).collect();
         if !points.is_empty() {

@@ -6,7 +6,7 @@ use crate::error::{PlotError, finite};
 use crate::panel::{Panel, name_and_unit};
 use gear_dynamics::analysis::{Spectrum, WaterfallLine};
 
-/// Amplitudes over the frequency, without the mean. `amplitude`: text with unit.
+/// Amplitudes over the frequency as a line, without the mean. `amplitude`: text with unit.
 ///
 /// ```
 /// use gear_dynamics::analysis::{Spectrum, Window};
@@ -21,10 +21,10 @@ use gear_dynamics::analysis::{Spectrum, WaterfallLine};
 /// [`PlotError::Empty`], [`PlotError::NotFinite`], [`PlotError::NoUnit`].
 pub fn spectrum(spectrum: &Spectrum, amplitude: &str) -> Result<Panel, PlotError> {
     let panel = Panel::new("", "frequency f [Hz]", amplitude)?;
-    bars(panel, spectrum.frequencies(), spectrum.amplitudes())
+    amplitudes(panel, Mark::Line, spectrum.frequencies(), spectrum.amplitudes())
 }
 
-/// Amplitudes over the order of a base frequency, without the mean, with orders named.
+/// Amplitudes over the order of a base frequency as bars, without the mean, with orders named.
 ///
 /// ```
 /// use gear_dynamics::analysis::{Spectrum, Window};
@@ -45,12 +45,14 @@ pub fn order_spectrum(
     names: &[(f64, &str)],
 ) -> Result<Panel, PlotError> {
     let panel = Panel::new("", "order [1]", amplitude)?.name_x(names)?;
-    bars(panel, &spectrum.orders(base)?, spectrum.amplitudes())
+    amplitudes(panel, Mark::Bars, &spectrum.orders(base)?, spectrum.amplitudes())
 }
 
-fn bars(mut panel: Panel, across: &[f64], amplitudes: &[f64]) -> Result<Panel, PlotError> {
-    let points = across.iter().zip(amplitudes).skip(1).map(|(x, a)| [*x, *a]).collect();
-    panel.curve("", Curve { mark: Mark::Bars, ink: Ink::Series(0), style: 0, width: 1.4, points })?;
+/// A spectrum without its mean.
+fn amplitudes(mut panel: Panel, mark: Mark, across: &[f64], values: &[f64]) -> Result<Panel, PlotError> {
+    let points = across.iter().zip(values).skip(1).map(|(x, a)| [*x, *a]).collect();
+    let width = if mark == Mark::Bars { 2.0 } else { 1.2 };
+    panel.curve("", Curve { mark, ink: Ink::Series(0), style: 0, width, points })?;
     Ok(panel)
 }
 

@@ -50,7 +50,7 @@ const NAME: char = '\u{1}';
 impl Svg {
     pub(crate) fn fill(&mut self, d: &str, colour: &str, opacity: f64) {
         let opacity = if opacity < 1.0 { format!(" fill-opacity=\"{opacity}\"") } else { String::new() };
-        let _ = writeln!(self.body, "<path d=\"{d}\" fill=\"{colour}\"{opacity} fill-rule=\"evenodd\"/>");
+        let _ = writeln!(self.body, "<path d=\"{d}\" fill=\"{colour}\"{opacity}/>");
     }
     pub(crate) fn stroke(&mut self, d: &str, stroke: Stroke<'_>) {
         let dash = match stroke.dash {
