@@ -53,7 +53,8 @@ fn main() -> Outcome<()> {
         }
         let names: Vec<String> = (0..attractors.list().len()).map(|i| format!("motion {i}")).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let panel = category_map(&rows, ["q(0) [1]", "v(0) [1]"], &names, |row| attractors.label(row.index()))?;
+        let panel =
+            category_map(&rows, ["q(0) [1]", "v(0) [1]"], &names, |row| attractors.label(row.index()))?;
         panels.push(panel.title(format!("Ω = {omega}: the motion reached, by start")));
     }
     Picture::new(panels).columns(2).panel_size(420.0, 420.0).save(folder.join("basins.svg"))?;

@@ -140,7 +140,9 @@ fn main() -> Outcome<()> {
         }
         branches.insert(0, simple);
         let all: Vec<&Branch> = branches.iter().collect();
-        panels.push(branch(&all, ["speed Ω [1]", "peak-to-peak value [1]"], BranchPoint::peak_to_peak)?.title(title));
+        panels.push(
+            branch(&all, ["speed Ω [1]", "peak-to-peak value [1]"], BranchPoint::peak_to_peak)?.title(title),
+        );
     }
     folds.finish()?;
     Picture::new(panels).panel_size(560.0, 320.0).save(folder.join("response.svg"))?;

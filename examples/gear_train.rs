@@ -104,7 +104,13 @@ fn modes(csv: &mut Csv, name: &str, train: &Train) -> Outcome<()> {
 }
 
 /// Rattle over speed and torque in lanes: the largest contact loss of all meshes, and the deflection of the first one.
-fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods: usize) -> Outcome<[Panel; 2]> {
+fn rattle_map(
+    name: &str,
+    train: &Train,
+    speeds: [f64; 2],
+    side: usize,
+    periods: usize,
+) -> Outcome<[Panel; 2]> {
     let drive = train.constant("drive torque")?;
     let axes = vec![
         Axis::linear("speed", speeds[0], speeds[1], side)?,
@@ -122,9 +128,8 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
     let began = Instant::now();
     let rows = sweep.of_machine(&engine, train)?.monitor(&Monitor::new().progress(&advance)).run()?;
     bar.finish_and_clear();
-    let loss = |row: &Row<'_>| {
-        (0..rows.contacts()).map(|i| row.contact(i).loss_fraction()).fold(0.0, f64::max)
-    };
+    let loss =
+        |row: &Row<'_>| (0..rows.contacts()).map(|i| row.contact(i).loss_fraction()).fold(0.0, f64::max);
     let lost = rows.iter().filter(|row| loss(row) > 0.0).count();
     println!(
         "{name}: {} points in {:.1} s, {} errors; contact is lost in {:.1} % of them",

@@ -16,8 +16,8 @@ use gear_dynamics::excitation::Side;
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::sweep::Ensemble;
 use gear_dynamics::{Dop853, Model, Ring, State};
-use rand_distr::Uniform;
 use gear_dynamics_plots::{Mark, Panel, Picture, band};
+use rand_distr::Uniform;
 use support::{Outcome, csv_file, gallery};
 
 const MEMBERS: u64 = 1000;
@@ -94,8 +94,11 @@ fn main() -> Outcome<()> {
         band(&bands, "mesh force 1 [N]", [0.05, 0.95])?.title("mesh force 1"),
         band(&bands, "transmission error 1 [m]", [0.05, 0.95])?.title("transmission error 1"),
         damping,
-        Panel::new("members by their maximum", "maximum mesh force 1 [N]", "members [1]")?
-            .series("", Mark::Bars, counts)?,
+        Panel::new("members by their maximum", "maximum mesh force 1 [N]", "members [1]")?.series(
+            "",
+            Mark::Bars,
+            counts,
+        )?,
     ];
     Picture::new(panels).columns(2).save(folder.join("random_damping.svg"))?;
     println!("pictures and tables: {}", folder.display());

@@ -14,7 +14,7 @@ use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4};
 use gear_dynamics::trains::Train;
 use gear_dynamics::{Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor};
 use gear_dynamics_plots::{
-    Picture, Mark, Panel, band, branch, history, phase_portrait, rattle_map, stiffness,
+    Mark, Panel, Picture, band, branch, history, phase_portrait, rattle_map, stiffness,
 };
 use std::ops::ControlFlow;
 
@@ -44,8 +44,11 @@ pub fn response(_: bool) -> Outcome<Picture> {
     let pair = bench_pair(120.0)?;
     let linear = branch_of(&pair.with("mesh half backlash", 0.0)?, [120.0, 600.0])?;
     let loss = branch_of(&pair, [120.0, 600.0])?;
-    let panel = branch(&[&loss], [SPEED, SWING], BranchPoint::peak_to_peak)?
-        .series("linear, without gap", Mark::Line, curve(&linear))?;
+    let panel = branch(&[&loss], [SPEED, SWING], BranchPoint::peak_to_peak)?.series(
+        "linear, without gap",
+        Mark::Line,
+        curve(&linear),
+    )?;
     Ok(Picture::from(panel.title("spur pair of 50 teeth, b = 40 μm, 300 N m")).panel_size(640.0, 380.0))
 }
 
@@ -117,7 +120,8 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
         }
     }
     let panel = panel.x_range(200.0, 600.0)?.y_range(150.0, 600.0)?;
-    Ok(Picture::from(panel.title("rattle of the pair, each run from its static state")).panel_size(640.0, 400.0))
+    Ok(Picture::from(panel.title("rattle of the pair, each run from its static state"))
+        .panel_size(640.0, 400.0))
 }
 
 pub fn random(coarse: bool) -> Outcome<Picture> {

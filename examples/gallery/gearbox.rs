@@ -38,8 +38,13 @@ pub fn orders(_: bool) -> Outcome<Picture> {
     let state = Settle::new().tolerance(1e-5).run(&Taylor::new(), &train, None)?.state;
     let (count, end) = (2048, state.t + train.period());
     let run = Taylor::new().sample(&train, &state, &uniform_times(state.t, end, count)?)?;
-    let names =
-        [(25.0, "mesh 1"), (50.0, "2 × mesh 1"), (75.0, "3 × mesh 1"), (10.0, "mesh 2"), (20.0, "2 × mesh 2")];
+    let names = [
+        (25.0, "mesh 1"),
+        (50.0, "2 × mesh 1"),
+        (75.0, "3 × mesh 1"),
+        (10.0, "mesh 2"),
+        (20.0, "2 × mesh 2"),
+    ];
     let panel = |title: &str, channel: &str| -> Outcome<_> {
         let force = run.channel(&train, channel)?;
         let spectrum = Spectrum::new(&force, train.period() / count as f64, Window::Rectangular)?;

@@ -32,16 +32,16 @@
 
 mod draw;
 mod error;
-mod picture;
 mod panel;
+mod picture;
 mod pictures;
 mod svg;
 
 pub use crate::draw::colours::Theme;
 pub use crate::draw::layers::Mark;
 pub use crate::error::PlotError;
-pub use crate::picture::Picture;
 pub use crate::panel::Panel;
+pub use crate::picture::Picture;
 pub use crate::pictures::band::band;
 pub use crate::pictures::bifurcation::bifurcation;
 pub use crate::pictures::branch::branch;

@@ -33,7 +33,7 @@ pub(crate) enum Ink {
     Solid,
     /// The gap of a contact.
     Gap,
-    /// The flank that carries less of the time.
+    /// The lower flank of a contact.
     Flank,
     /// Series by number.
     Series(usize),

@@ -61,7 +61,9 @@ pub fn map(
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.01, 0.25, 2)?];
 /// let rows = Sweep::grid(axes)?.settle(40).measure(2).rattle().of_machine(&LaneRk4::new(64), &pair)?.run()?;
 /// let svg = Picture::from(rattle_map(&rows, ["speed Ω [1]", "force [1]"], None)?).to_svg();
-/// assert!(svg.contains("no rattle") && svg.contains("data:image/png"));
+/// assert!(svg.contains("no rattle"));
+/// let refused = rattle_map(&rows, ["speed Ω [1]", "force [1]"], 1).unwrap_err();
+/// assert_eq!(refused.to_string(), "contacts of the rows: there is no number 1, there are 1");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///

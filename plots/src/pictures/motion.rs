@@ -10,8 +10,8 @@ use gear_dynamics::contact::{Contact, Piece};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::ode::Trajectory;
 
-/// A channel over the time, with the states of a contact shaded: the gap grey, and the flank that carries for less of
-/// the time in a pale colour. Of the deflection of this contact the edges of the gap are drawn, too.
+/// A channel over the time, with the states of a contact shaded: the gap grey, the lower flank in a pale colour. Of the
+/// deflection of this contact the edges of the gap are drawn, too.
 ///
 /// `channel`: the name of a [channel](gear_dynamics::analysis::Probe) of the model with its unit. `contact`: its
 /// number from 0, or `None`. The time axis is `t [s]`; [`Panel::x`] names another unit.
@@ -110,19 +110,14 @@ fn spans(times: &[f64], contacts: &[Contact]) -> [Vec<[f64; 2]>; 3] {
     spans
 }
 
-/// Shades gap and flanks.
+/// Shades the gap and the lower flank; the upper flank is the background.
 fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact], gap: &str) {
     let spans = spans(times, contacts);
-    let time = |piece: Piece| spans[piece as usize].iter().map(|s| s[1] - s[0]).sum::<f64>();
-    let [main, other] = if time(Piece::Upper) > time(Piece::Lower) {
-        [Piece::Upper, Piece::Lower]
-    } else {
-        [Piece::Lower, Piece::Upper]
-    };
-    let name = |piece: Piece| if piece == Piece::Lower { "lower flank" } else { "upper flank" };
-    for (piece, ink, label) in
-        [(main, Ink::Paper, name(main)), (Piece::Gap, Ink::Gap, gap), (other, Ink::Flank, name(other))]
-    {
+    for (piece, ink, label) in [
+        (Piece::Upper, Ink::Paper, "upper flank"),
+        (Piece::Gap, Ink::Gap, gap),
+        (Piece::Lower, Ink::Flank, "lower flank"),
+    ] {
         let spans = spans[piece as usize].clone();
         if spans.is_empty() {
             continue;
