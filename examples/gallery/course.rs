@@ -29,7 +29,7 @@ pub fn excitation(_: bool) -> Outcome<Picture> {
 /// The branch of the pair over its speed.
 fn branch_of<N: Nonlinearity>(pair: &Train<N>, [from, to]: [f64; 2]) -> Outcome<Branch<ShootingOrbit>> {
     let start = static_state(pair, 0.0)?.state;
-    Ok(Continuation::new(from, to).max_step(0.02).run(&ByConstant::new(pair, "speed")?, &[start])?)
+    Ok(Continuation::new(from, to).max_step(0.005).run(&ByConstant::new(pair, "speed")?, &[start])?)
 }
 
 const SPEED: &str = "speed of the driver [rad/s]";

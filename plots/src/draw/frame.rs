@@ -92,6 +92,12 @@ pub(crate) fn count(length: f64, each: f64) -> f64 {
     (length / each).clamp(2.0, 10.0)
 }
 
+/// The width of the widest label along an axis of a panel, whatever height title and legend leave.
+fn widest(axis: &Shown, height: f64) -> f64 {
+    let heights = [120.0, 100.0, 80.0, 60.0].map(|around| height - around);
+    heights.into_iter().map(|height| axis.widest(count(height, 27.0))).fold(0.0, f64::max)
+}
+
 impl<'p> Frame<'p> {
     pub(crate) fn of(panel: &'p Panel, letter: String, size: [f64; 2]) -> Self {
         let title = wrap(&format!("{letter}{}", panel.title), 1.09 * TITLE, size[0] - 20.0);
@@ -121,18 +127,18 @@ impl<'p> Frame<'p> {
         let inner = [0.0, 0.0, 300.0, height - 90.0];
         let mut right = 14.0f64;
         let beside = self.labels(inner).beside;
-        let widest = beside.iter().map(|(_, text, _)| width(text, TICK)).fold(0.0, f64::max);
-        if widest > 0.0 {
-            right = widest + 14.0;
+        let names = beside.iter().map(|(_, text, _)| width(text, TICK)).fold(0.0, f64::max);
+        if names > 0.0 {
+            right = names + 14.0;
         }
         if let Some(bar) = &self.bar {
-            let labels = if widest > 0.0 { widest + 6.0 } else { 0.0 };
-            right = labels + 10.0 + BAR + 6.0 + bar.widest(count(inner[3], 27.0)) + 20.0;
+            let labels = if names > 0.0 { names + 6.0 } else { 0.0 };
+            right = labels + 10.0 + BAR + 6.0 + widest(bar, height) + 20.0;
         }
         if self.panel.layers.iter().any(|layer| matches!(layer, Layer::Height { .. })) {
             right = right.max(34.0);
         }
-        let left = 22.0 + 6.0 + self.axes[1].widest(count(inner[3], 27.0));
+        let left = 22.0 + 6.0 + widest(&self.axes[1], height);
         Margins { left, right, ..Margins::default() }
     }
     /// Upper and lower margins, for given sides.

@@ -81,7 +81,7 @@ impl Painter<'_, '_> {
                 let mut d = String::new();
                 for line in lines {
                     let points: Vec<_> = line.iter().map(|p| self.place(*p)).collect();
-                    d += &path(&points, fill.is_some());
+                    d += &path(&curve::simplified(&points), fill.is_some());
                 }
                 if let Some((ink, opacity)) = fill {
                     svg.fill(&d, &self.colour(*ink), *opacity);

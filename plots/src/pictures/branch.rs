@@ -46,15 +46,20 @@ pub fn branch<O>(
     if branches.iter().all(|branch| branch.points().len() < 2) {
         return Err(PlotError::Empty { what: "points of the branch".into() });
     }
+    // Stability is undecided where a multiplier is 1 to its accuracy. That of a located point is meant to be.
+    let mut points = branches.iter().flat_map(|branch| branch.points());
+    let undecided =
+        points.any(|point| point.located.is_none() && point.stability() == Stability::Undecided);
+    let others = if undecided { "unstable or undecided" } else { "unstable" };
     // Series that are added later differ from both in colour.
-    for label in ["stable", "unstable"] {
+    for label in ["stable", others] {
         panel.number(label);
     }
     for stable in [true, false] {
         for piece in branches.iter().flat_map(|branch| pieces(branch, stable)) {
             let points = piece.iter().map(place).collect();
             let (label, style, ink) =
-                if stable { ("stable", 0, Ink::Series(0)) } else { ("unstable", THIN, Ink::Series(1)) };
+                if stable { ("stable", 0, Ink::Series(0)) } else { (others, THIN, Ink::Series(1)) };
             panel.curve(label, Curve { mark: Mark::Line, ink, style, width: 1.7, points })?;
         }
     }

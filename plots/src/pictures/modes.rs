@@ -61,10 +61,8 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
         let solid = !body.internal && body.radius > 0.0;
         let [turn, dx, dy] = moved.map(|part| scale * part);
         let lines = |turn, centre| outline(centre, turn, radius, body.internal);
-        let fill = solid.then_some((Ink::Solid, 1.0));
-        rest.push(Layer::Outline { lines: lines(0.0, [*x, *y])[..1].to_vec(), fill, stroke: None });
-        let stroke = Some((Ink::Grey, 1.0));
-        rest.push(Layer::Outline { lines: lines(0.0, [*x, *y]), fill: None, stroke });
+        let (fill, stroke) = (solid.then_some((Ink::Solid, 1.0)), Some((Ink::Grey, 1.0)));
+        rest.push(Layer::Outline { lines: lines(0.0, [*x, *y]), fill, stroke });
         let stroke = Some((Ink::Series(0), 1.6));
         moving.push(Layer::Outline { lines: lines(turn, [x + dx, y + dy]), fill: None, stroke });
         // Names stand where no other body is: below the spoke of a gear, above a hub, outside a ring.
