@@ -11,13 +11,14 @@ mod support;
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
 use gear_dynamics::{ParameterError, RattleState, State, Sweep};
-use support::{Map, Outcome, csv_file, gallery, maps};
+use gear_dynamics_plots::{Picture, category_map};
+use support::{Outcome, csv_file, gallery};
 
 fn main() -> Outcome<()> {
     const SIDE: usize = 200;
     let folder = gallery("basins")?;
     let mut csv = csv_file(folder.join("basins.csv"), "omega,attractor,period,q,v,share")?;
-    let mut pictures = Vec::new();
+    let mut panels = Vec::new();
     // x'' + 0.1 x' + g(x) = 0.25 + P cos Ωt, g the dead zone of half width 1: a spur pair under a pulsating torque.
     // Below its resonance a small motion and a large one, which touches both flanks, coexist.
     let pair = Oscillator::new(&[
@@ -50,18 +51,13 @@ fn main() -> Outcome<()> {
             );
             csv.row(&[&omega, &i, &period, &state[0], &state[1], &share])?;
         }
-        let labels =
-            (0..SIDE * SIDE).map(|i| attractors.label(i).map_or(f64::NAN, |label| label as f64)).collect();
-        let title = format!("Ω = {omega}: the motion reached, by start");
-        pictures.push(Map {
-            title,
-            across: ("q(0)", -4.0, 4.0),
-            up: ("v(0)", -4.0, 4.0),
-            columns: SIDE,
-            values: labels,
-        });
+        let names: Vec<String> = (0..attractors.list().len()).map(|i| format!("motion {i}")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let panel =
+            category_map(&rows, ["q(0) [1]", "v(0) [1]"], &names, |row| attractors.label(row.index()))?;
+        panels.push(panel.title(format!("Ω = {omega}: the motion reached, by start")));
     }
-    maps(folder.join("basins.svg"), &pictures)?;
+    Picture::new(panels).columns(2).panel_size(420.0, 420.0).save(folder.join("basins.svg"))?;
 
     // The amplitude is a constant of the machine: one drive table serves all starts at all amplitudes.
     const COARSE: usize = 50;

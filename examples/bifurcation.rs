@@ -11,10 +11,10 @@
 mod support;
 
 use gear_dynamics::models::nfg::NfgReading;
-use gear_dynamics::sweep::{Axis, Bifurcation, DiagramPoint, Located, Points, Row, Rows};
+use gear_dynamics::sweep::{Axis, Bifurcation, Located, Points, Row, Rows};
 use gear_dynamics::{Dop853, Lyapunov, NfgPair, NfgParams, Sweep};
-use plotters::prelude::SeriesLabelPosition;
-use support::{Mark, Outcome, Panel, coarse, csv_file, figure, gallery};
+use gear_dynamics_plots::{Mark, Panel, Picture, bifurcation};
+use support::{Outcome, coarse, csv_file, gallery};
 
 /// Steps of 0.5 rad/s where the motion is chaotic, larger ones elsewhere.
 fn speeds() -> Vec<f64> {
@@ -79,38 +79,28 @@ fn main() -> Outcome<()> {
         diagram.undecided()
     );
 
-    let panels = [(100.0, 250.0), (145.0, 170.0)].map(|(from, to)| {
-        let within = |points: Vec<(f64, f64)>| {
-            points.into_iter().filter(|p| (from..=to).contains(&p.0)).collect::<Vec<_>>()
+    const SPEED: &str = "pinion speed [rad/s]";
+    let differing = hysteresis.iter().filter_map(|s| diagram.up().iter().find(|m| m.parameter == *s));
+    let differing: Vec<(f64, f64)> = differing.map(|mark| (mark.parameter, mark.values[0])).collect();
+    let exponents = |rows: &Rows| -> Vec<(f64, f64)> {
+        rows.iter().filter_map(|row| Some((row.point()["omega_1"], row.lyapunov()?))).collect()
+    };
+    let [up, down] = diagram.rows().map(exponents);
+    let mut panels = Vec::new();
+    for (from, to) in [(100.0, 250.0), (145.0, 170.0)] {
+        let strobed = bifurcation(&diagram, [SPEED, "q once a turn [rad]"])?;
+        let strobed = if differing.is_empty() {
+            strobed
+        } else {
+            strobed.series("hysteresis", Mark::Dots, differing.clone())?
         };
-        let dots = |marks: &[DiagramPoint]| {
-            within(marks.iter().flat_map(|m| m.values.iter().map(|q| (m.parameter, *q))).collect())
-        };
-        let points = hysteresis
-            .iter()
-            .filter_map(|s| diagram.up().iter().find(|m| m.parameter == *s))
-            .map(|m| (m.parameter, m.values[0]));
-        let points = within(points.collect());
-        let mut strobed =
-            Panel::new("q once in every turn of the face gear, 40 turns", "pinion speed [rad/s]", "q [rad]")
-                .with("up", Mark::Specks, dots(diagram.up()))
-                .with("down", Mark::Specks, dots(diagram.down()));
-        if !points.is_empty() {
-            strobed = strobed.with("hysteresis", Mark::Dots, points);
-        }
-        let curve = |rows: &Rows| {
-            within(rows.iter().filter_map(|row| Some((row.point()["omega_1"], row.lyapunov()?))).collect())
-        };
-        let [up, down] = diagram.rows().map(curve);
-        let exponent = Panel::new("largest Lyapunov exponent per turn", "pinion speed [rad/s]", "[1]")
-            .labels_at(SeriesLabelPosition::UpperRight)
-            .with("up", Mark::Line, up)
-            .with("down", Mark::Line, down)
-            .with("limit of chaos", Mark::Line, vec![(from, 0.0), (to, 0.0)]);
-        (strobed, exponent)
-    });
-    let [(whole, below), (window, beneath)] = panels;
-    figure(folder.join("bifurcation.svg"), 2, &[whole, window, below, beneath])?;
+        let exponent = Panel::new("", SPEED, "largest Lyapunov exponent per turn [1]")?
+            .series("upwards", Mark::Line, up.clone())?
+            .series("downwards", Mark::Line, down.clone())?
+            .name_y(&[(0.0, "chaos")])?;
+        panels.extend([strobed.x_range(from, to)?, exponent.x_range(from, to)?]);
+    }
+    Picture::new(panels).columns(2).save(folder.join("bifurcation.svg"))?;
     println!("pictures and tables: {}", folder.display());
     Ok(())
 }

@@ -2,7 +2,7 @@
 //! own.
 //!
 //! The table states rattle state, peak-to-peak value of the deflection and contact loss at three frequencies
-//! of the ripple. The picture shows the deflection over time; `rattle.csv` contains the table.
+//! of the ripple. The picture shows the deflection over time with the gap shaded; `rattle.csv` contains the table.
 //!
 //! `cargo run --release -p examples --example custom_model`; everything is written to
 //! target/gallery/custom_model/.
@@ -13,7 +13,8 @@ use gear_dynamics::excitation::{Excitation, Jet, Side};
 use gear_dynamics::model::Scalar;
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::{Dop853, Integrator, Model, Rattle, State, Statistics, Wave};
-use support::{Mark, Outcome, Panel, csv_file, figure, gallery};
+use gear_dynamics_plots::{Picture, history};
+use support::{Outcome, csv_file, gallery};
 
 /// Hertzian contact: force p^1.5, with p the penetration past the half backlash.
 #[derive(PartialEq)]
@@ -58,7 +59,7 @@ impl Model for Idler {
 fn main() -> Outcome<()> {
     let folder = gallery("custom_model")?;
     let mut csv = csv_file(folder.join("rattle.csv"), "frequency,state,peak_to_peak,apart")?;
-    let mut panel = Panel::new("an idler that rattles", "t", "deflection");
+    let mut panels = Vec::new();
     for omega in [0.3, 0.6, 1.2] {
         let (idler, solver) = (Idler { ripple: Wave::new(Ripple), omega }, Dop853::new());
         let steady = solver.end(&idler, &State::new(0.0, &[1.2], &[0.0]), 300.0)?;
@@ -69,8 +70,8 @@ fn main() -> Outcome<()> {
         println!("frequency {omega}: {state}, peak-to-peak {d:.4}, contact loss {:.1}%", 100.0 * apart);
         csv.row(&[&omega, &state, &d, &apart])?;
         let run = solver.sample(&idler, &steady, &uniform_times(300.0, 340.0, 800)?)?;
-        let curve = run.times().iter().copied().zip(run.channel(&idler, "deflection")?);
-        panel = panel.with(format!("ω = {omega}"), Mark::Line, curve.collect());
+        let panel = history(&idler, &run, "deflection [1]", 0)?.x("time t [1]")?;
+        panels.push(panel.title(format!("ω = {omega}, rattle state: {state}")));
     }
-    figure(folder.join("deflection.svg"), 1, &[panel])
+    Ok(Picture::new(panels).panel_size(560.0, 220.0).save(folder.join("deflection.svg"))?)
 }

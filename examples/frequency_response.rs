@@ -15,19 +15,17 @@ use gear_dynamics::branches::{
     Branch, BranchEnd, BranchPoint, ByConstant, Continuation, Family, PointKind, Switch,
 };
 use gear_dynamics::models::Oscillator;
-use gear_dynamics::periodic::Stability;
 use gear_dynamics::{ParameterError, State};
-use plotters::prelude::SeriesLabelPosition;
+use gear_dynamics_plots::{Picture, branch};
 use std::fs::File;
 use std::path::Path;
 use std::time::Instant;
-use support::{Csv, Mark, Outcome, Panel, csv_file, figure, gallery};
+use support::{Csv, Outcome, csv_file, gallery};
 
 /// An oscillator whose orbits are followed over the speed.
 struct Problem {
     name: &'static str,
     title: &'static str,
-    labels: SeriesLabelPosition,
     model: Oscillator,
     start: State,
     /// The first and the last speed `[1]`.
@@ -58,7 +56,6 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
         Problem {
             name: "duffing",
             title: "q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ωt",
-            labels: SeriesLabelPosition::UpperLeft,
             model: from([0.5, 1.6], &duffing)?,
             start: State::at_rest(1),
             speeds: [0.5, 1.6],
@@ -67,7 +64,6 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
         Problem {
             name: "dead_zone",
             title: "x'' + 0.1 x' + g(x) = 0.25 + 0.25 cos Ωt",
-            labels: SeriesLabelPosition::UpperRight,
             model: from([2.5, 0.4], &dead_zone)?,
             start: State::new(0.0, &[1.25], &[0.0]),
             speeds: [2.5, 0.4],
@@ -75,35 +71,13 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
         },
         Problem {
             name: "gear_pair",
-            title: "x'' + 0.1 x' + (1 - 0.2 cos Ωt) g(x) = 0.1",
-            labels: SeriesLabelPosition::UpperMiddle,
+            title: "x'' + 0.1 x' + (1 − 0.2 cos Ωt) g(x) = 0.1",
             model: from([0.5, 2.2], &gear_pair)?,
             start: State::new(0.0, &[1.1], &[0.0]),
             speeds: [0.5, 2.2],
             bounds: [0.5, 2.2],
         },
     ])
-}
-
-/// Kinds of points that are drawn, in the order of their colours.
-const KINDS: [PointKind; 4] =
-    [PointKind::Fold, PointKind::PeriodDoubling, PointKind::NeimarkSacker, PointKind::Grazing];
-
-/// The stable and the unstable parts of a branch: peak-to-peak value over the parameter, in pieces.
-fn parts(branch: &Branch) -> [Vec<(f64, f64)>; 2] {
-    let mut parts = [Vec::new(), Vec::new()];
-    for two in branch.points().windows(2) {
-        let is = |stability: Stability| two.iter().any(|point| point.stability() == stability);
-        // A located bifurcation itself is undecided: the other end of the piece decides.
-        let part = &mut parts[usize::from(is(Stability::Unstable) || !is(Stability::Stable))];
-        let ends = [&two[0], &two[1]].map(|point| (point.parameter, point.peak_to_peak()));
-        if part.last() != Some(&ends[0]) {
-            part.push((f64::NAN, f64::NAN));
-            part.push(ends[0]);
-        }
-        part.push(ends[1]);
-    }
-    parts
 }
 
 /// The orbits of twice the period from a period doubling to the next crossing with the simple orbits. Beyond
@@ -138,41 +112,22 @@ fn report(folder: &Path, folds: &mut Csv, name: &str, branch: &Branch, seconds: 
     Ok(())
 }
 
-/// The response with the branches of twice the period.
-fn panel(title: &str, labels: SeriesLabelPosition, branches: &[Branch]) -> Panel {
-    let all = |pick: &dyn Fn(&Branch) -> Vec<(f64, f64)>| branches.iter().flat_map(pick).collect::<Vec<_>>();
-    let label =
-        |points: &[(f64, f64)], name: &str| if points.is_empty() { String::new() } else { name.into() };
-    let mut panel = Panel::new(title, "speed Ω", "peak-to-peak value").labels_at(labels);
-    for (i, (name, mark)) in [("stable", Mark::Solid), ("unstable", Mark::Dashed)].into_iter().enumerate() {
-        let points = all(&|branch| parts(branch)[i].clone());
-        panel = panel.with(label(&points, name), mark, points);
-    }
-    for kind in KINDS {
-        let points = all(&|branch| {
-            branch.of_kind(kind).iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
-        });
-        panel = panel.with(label(&points, &kind.to_string()), Mark::Points, points);
-    }
-    panel
-}
-
 fn main() -> Outcome<()> {
     let folder = gallery("frequency_response")?;
     let mut folds = csv_file(folder.join("folds.csv"), "problem,kind,parameter,amplitude")?;
     let mut panels = Vec::new();
     println!("           speed  peak-to-peak  kind");
-    for Problem { name, title, labels, model, start, speeds, bounds: [low, high] } in problems()? {
+    for Problem { name, title, model, start, speeds, bounds: [low, high] } in problems()? {
         let family = ByConstant::new(&model, "speed")?;
         let channel = if name == "duffing" { "q0" } else { "deflection" };
         let continuation =
             Continuation::new(speeds[0], speeds[1]).bounds(low, high).max_step(0.01).channels(&[channel]);
         let began = Instant::now();
-        let branch = continuation.run(&family, &[start])?;
-        report(&folder, &mut folds, name, &branch, began.elapsed().as_secs_f64())?;
+        let simple = continuation.run(&family, &[start])?;
+        report(&folder, &mut folds, name, &simple, began.elapsed().as_secs_f64())?;
         let mut branches = Vec::new();
         if name == "gear_pair" {
-            for point in branch.of_kind(PointKind::PeriodDoubling) {
+            for point in simple.of_kind(PointKind::PeriodDoubling) {
                 if branches.iter().any(|doubled| leaves_at(doubled, point)) {
                     continue;
                 }
@@ -183,11 +138,14 @@ fn main() -> Outcome<()> {
                 branches.push(doubled);
             }
         }
-        branches.insert(0, branch);
-        panels.push(panel(title, labels, &branches));
+        branches.insert(0, simple);
+        let all: Vec<&Branch> = branches.iter().collect();
+        panels.push(
+            branch(&all, ["speed Ω [1]", "peak-to-peak value [1]"], BranchPoint::peak_to_peak)?.title(title),
+        );
     }
     folds.finish()?;
-    figure(folder.join("response.svg"), 1, &panels)?;
+    Picture::new(panels).panel_size(560.0, 320.0).save(folder.join("response.svg"))?;
     println!("\npicture and tables: {}", folder.display());
     Ok(())
 }

@@ -9,28 +9,29 @@ mod gearbox;
 #[path = "gallery/pair.rs"]
 mod pair;
 
-use gear_dynamics_plots::Figure;
+use gear_dynamics_plots::Picture;
 use std::error::Error;
 use std::path::Path;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
-/// Name of the file, what the picture shows, and what draws it. The argument: whether fewer points are enough.
-type Picture = (&'static str, &'static str, fn(bool) -> Outcome<Figure>);
+/// Name of the file, and what draws it. The argument: whether fewer points are enough.
+type Entry = (&'static str, fn(bool) -> Outcome<Picture>);
 
-const PICTURES: [Picture; 12] = [
-    ("01-excitation", "mesh stiffness and transmission error", course::excitation),
-    ("02-response", "linear response and the response with contact loss", course::response),
-    ("03-contact-loss", "deflection over time with the gap shaded", course::contact_loss),
-    ("04-orbit", "an orbit in the phase plane", course::orbit),
-    ("05-jumps", "a branch with its folds, sweeps up and down", course::jumps),
-    ("06-map", "rattle map with the located onset of contact loss", course::map),
-    ("07-random", "band of the mesh force under a random torque", course::random),
-    ("08-law", "folds for smooth and rough flanks", course::law),
-    ("09-orders", "orders of the mesh forces of a gearbox", gearbox::orders),
-    ("10-solvers", "error over work of the four solvers", course::solvers),
-    ("11-campbell", "Campbell diagram of a gearbox", gearbox::campbell),
-    ("12-modes", "modes of a planetary set", gearbox::modes),
+/// docs/gallery.md says what they show.
+const PICTURES: [Entry; 12] = [
+    ("01-excitation", course::excitation),
+    ("02-response", course::response),
+    ("03-contact-loss", course::contact_loss),
+    ("04-orbit", course::orbit),
+    ("05-jumps", course::jumps),
+    ("06-map", course::map),
+    ("07-random", course::random),
+    ("08-law", course::law),
+    ("09-orders", gearbox::orders),
+    ("10-solvers", course::solvers),
+    ("11-campbell", gearbox::campbell),
+    ("12-modes", gearbox::modes),
 ];
 
 fn main() {
@@ -40,14 +41,14 @@ fn main() {
     if let Err(error) = std::fs::create_dir_all(folder) {
         println!("{}: {error}", folder.display());
     }
-    for (name, what, draw) in PICTURES {
+    for (name, draw) in PICTURES {
         let path = folder.join(name).with_extension("svg");
         // A picture that fails does not stop the others.
-        match draw(coarse).and_then(|figure| Ok(figure.save(&path)?)) {
-            Ok(()) => println!("{:44} {what}", path.display()),
+        match draw(coarse).and_then(|picture| Ok(picture.save(&path)?)) {
+            Ok(()) => println!("{}", path.display()),
             Err(error) => {
                 failed += 1;
-                println!("{:44} {what}: {error}", path.display());
+                println!("{}: {error}", path.display());
             }
         }
     }

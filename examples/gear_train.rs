@@ -11,16 +11,15 @@
 mod published;
 mod support;
 
-use gear_dynamics::excitation::Side;
 use gear_dynamics::linear::{Campbell, Modes};
-use gear_dynamics::sweep::{Axis, LaneRk4, Monitor};
+use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Row};
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, PotentialEnergy, TransmissionError};
 use gear_dynamics::trains::{Body, Members, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
 use gear_dynamics::{Model, ParameterError, Periodic, Sweep, Wave};
+use gear_dynamics_plots::{Panel, Picture, campbell, map, mode};
 use std::f64::consts::TAU;
-use std::path::Path;
 use std::time::Instant;
-use support::{Csv, Map, Mark, Outcome, Panel, coarse, csv_file, figure, gallery, maps, progress};
+use support::{Csv, Outcome, coarse, csv_file, gallery, progress};
 
 /// The involute pairs of both stages: spur gears of 20 mm width.
 fn stages() -> Outcome<[GearPair; 2]> {
@@ -82,7 +81,7 @@ fn planetary(teeth: [u32; 3]) -> Outcome<Parts> {
 }
 
 /// Writes the modes of a train, one line for each distinct frequency, and prints them.
-fn modes(csv: &mut Csv, name: &str, train: &Train) -> Outcome<Modes> {
+fn modes(csv: &mut Csv, name: &str, train: &Train) -> Outcome<()> {
     let modes = Modes::mean_in_contact(train)?;
     let kinds = train.kinds(&modes);
     let (hertz, mut next) = (modes.hertz(), 0);
@@ -101,11 +100,17 @@ fn modes(csv: &mut Csv, name: &str, train: &Train) -> Outcome<Modes> {
         }
         next += counts.iter().map(|count| count.1).sum::<usize>();
     }
-    Ok(modes)
+    Ok(())
 }
 
-/// Rattle over speed and load in lanes: shares of contact loss in the first mesh and peak-to-peak of its deflection.
-fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods: usize) -> Outcome<[Map; 2]> {
+/// Rattle over speed and torque in lanes: the largest contact loss of all meshes, and the deflection of the first one.
+fn rattle_map(
+    name: &str,
+    train: &Train,
+    speeds: [f64; 2],
+    side: usize,
+    periods: usize,
+) -> Outcome<[Panel; 2]> {
     let drive = train.constant("drive torque")?;
     let axes = vec![
         Axis::linear("speed", speeds[0], speeds[1], side)?,
@@ -123,7 +128,9 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
     let began = Instant::now();
     let rows = sweep.of_machine(&engine, train)?.monitor(&Monitor::new().progress(&advance)).run()?;
     bar.finish_and_clear();
-    let lost = rows.iter().filter(|row| row.contacts()[0].loss_fraction() > 0.0).count();
+    let loss =
+        |row: &Row<'_>| (0..rows.contacts()).map(|i| row.contacts()[i].loss_fraction()).fold(0.0, f64::max);
+    let lost = rows.iter().filter(|row| loss(row) > 0.0).count();
     println!(
         "{name}: {} points in {:.1} s, {} errors; contact is lost in {:.1} % of them",
         side * side,
@@ -131,73 +138,47 @@ fn rattle_map(name: &str, train: &Train, speeds: [f64; 2], side: usize, periods:
         rows.errors().len(),
         100.0 * lost as f64 / (side * side) as f64
     );
-    let (across, up) = (("speed [rad/s]", speeds[0], speeds[1]), ("load over nominal load", 0.1, 3.0));
-    let map =
-        |title: &str, values| Map { title: format!("{name}: {title}"), across, up, columns: side, values };
+    let axes = ["speed [rad/s]", "drive torque [N m]"];
+    let swing = |row: &Row<'_>| row.channel("deflection 0").map_or(f64::NAN, |x| x.peak_to_peak());
     Ok([
-        map("contact loss, share of the time", rows.column(|row| row.contacts()[0].loss_fraction())),
-        map(
-            "peak-to-peak of the deflection [μm]",
-            rows.column(|row| row.channel("deflection 0").map_or(f64::NAN, |x| 1e6 * x.peak_to_peak())),
-        ),
+        map(&rows, axes, "contact loss, share of the time [1]", loss)?.title(format!("{name}, worst mesh")),
+        map(&rows, axes, "peak-to-peak deflection [m]", swing)?.title(format!("{name}, first mesh")),
     ])
 }
 
-/// The stiffness of both pairs over two mesh cycles, in N/μm.
+/// The stiffness of both pairs over two mesh cycles.
 fn stiffness_panel(pairs: &[GearPair; 2]) -> Outcome<Panel> {
-    let mut panel = Panel::new("mesh stiffness by potential energy", "mesh cycles", "N/μm").headroom(0.6);
-    for (i, pair) in pairs.iter().enumerate() {
-        let exact = Wave::new(PotentialEnergy::tian_2004().wave(pair)?);
-        let series = stiffness(pair)?;
-        let line = |wave: &Wave| -> Vec<(f64, f64)> {
-            let at = |k: usize| f64::from(k as u32) / 500.0;
-            (0..1000).map(|k| (at(k), 1e-6 * wave.value(TAU * at(k), Side::After))).collect()
-        };
-        panel = panel.with(format!("stage {}", i + 1), Mark::Line, line(&exact));
-        panel = panel.with(format!("stage {}, six harmonics", i + 1), Mark::Line, line(&series));
-    }
-    Ok(panel)
+    let exact = |i: usize| PotentialEnergy::tian_2004().wave(&pairs[i]).map(Wave::new);
+    let [first, second] = [exact(0)?, exact(1)?];
+    let series = [stiffness(&pairs[0])?, stiffness(&pairs[1])?];
+    let waves = [
+        ("stage 1", &first),
+        ("stage 1, six harmonics", &series[0]),
+        ("stage 2", &second),
+        ("stage 2, six harmonics", &series[1]),
+    ];
+    let panel = gear_dynamics_plots::stiffness(&waves, "mesh stiffness k [N/m]", 2.0)?;
+    Ok(panel.title("mesh stiffness by potential energy"))
 }
 
-/// The first elastic modes of a train: entries by coordinate.
-fn modes_panel(title: &str, modes: &Modes) -> Panel {
-    let mut panel = Panel::new(title, "coordinate", "mode").headroom(0.6);
-    for mode in modes.list().iter().skip(modes.rigid()).take(4) {
-        let points = mode.shape().iter().enumerate().map(|(i, x)| (i as f64, *x)).collect();
-        panel = panel.with(format!("{:.0} Hz", mode.hertz()), Mark::Line, points);
-    }
-    panel
+/// The first two elastic modes of a train as its gears turn and move.
+fn modes_panels(name: &str, train: &Train) -> Outcome<Vec<Panel>> {
+    let modes = Modes::mean_in_contact(train)?;
+    let elastic = modes.list().iter().skip(modes.rigid()).take(2);
+    elastic.map(|one| Ok(mode(train, one.shape())?.title(format!("{name}, {:.0} Hz", one.hertz())))).collect()
 }
 
-/// Natural frequencies over the speed, with the mesh orders.
-fn campbell_panel(train: &Train, orders: &[f64], fastest: f64) -> Outcome<Panel> {
+/// Natural frequencies over the speed, with the mesh orders; prints the resonances.
+fn campbell_panel(train: &Train, orders: &[(f64, &str)], fastest: f64) -> Outcome<Panel> {
     let speeds: Vec<f64> = (1..=40).map(|i| fastest * f64::from(i) / 40.0).collect();
-    let diagram = Campbell::of(train, &speeds, orders)?;
-    let hertz = |w: f64| w / TAU;
-    let mut panel =
-        Panel::new("Campbell diagram of the two-stage train", "motor speed [rad/s]", "Hz").headroom(0.3);
-    for mode in 0..diagram.frequencies()[0].len() {
-        let points = speeds.iter().zip(diagram.frequencies()).map(|(s, f)| (*s, hertz(f[mode]))).collect();
-        panel = panel.with("", Mark::Line, points);
-    }
-    for order in orders {
-        let points = speeds.iter().map(|speed| (*speed, hertz(order * speed))).collect();
-        panel = panel.with(format!("order {order}"), Mark::Specks, points);
-    }
+    let multiples: Vec<f64> = orders.iter().map(|order| order.0).collect();
+    let diagram = Campbell::of(train, &speeds, &multiples)?;
     println!("\nspeeds of resonance [rad/s]");
     for meeting in diagram.resonances() {
-        println!(
-            "{:8.1}  order {:5.1} meets {:7.0} Hz",
-            meeting.speed,
-            meeting.order,
-            hertz(meeting.frequency)
-        );
+        let hertz = meeting.frequency / TAU;
+        println!("{:8.1}  order {:5.1} meets {hertz:7.0} Hz", meeting.speed, meeting.order);
     }
-    Ok(panel)
-}
-
-fn folder_of_results() -> Outcome<std::path::PathBuf> {
-    gallery("gear_train")
+    Ok(campbell(&diagram, "motor speed [rad/s]", orders)?.title("two-stage train"))
 }
 
 fn geometry(pairs: &[GearPair; 2]) -> Outcome<()> {
@@ -218,46 +199,40 @@ fn geometry(pairs: &[GearPair; 2]) -> Outcome<()> {
     Ok(())
 }
 
-fn all_modes(folder: &Path, pairs: &[GearPair; 2]) -> Outcome<[Modes; 2]> {
+fn main() -> Outcome<()> {
+    let folder = gallery("gear_train")?;
+    let pairs = stages()?;
+    geometry(&pairs)?;
+    let two = two_stages(&pairs)?.build("motor", 200.0)?;
+    let sequential = planetary([31, 29, 89])?.build("sun", 200.0)?;
+    let in_phase = planetary([30, 30, 90])?.build("sun", 200.0)?;
+
     let mut csv = csv_file(folder.join("modes.csv"), "model,kind,multiplicity,frequency_hz")?;
     for (name, train) in published::sets()? {
         modes(&mut csv, &name, &train)?;
     }
-    let two = modes(&mut csv, "two_stage", &two_stages(pairs)?.build("motor", 200.0)?)?;
-    let sequential = modes(&mut csv, "planetary_sequential", &planetary([31, 29, 89])?.build("sun", 200.0)?)?;
-    modes(&mut csv, "planetary_in_phase", &planetary([30, 30, 90])?.build("sun", 200.0)?)?;
+    modes(&mut csv, "two_stage", &two)?;
+    modes(&mut csv, "planetary_sequential", &sequential)?;
+    modes(&mut csv, "planetary_in_phase", &in_phase)?;
     csv.finish()?;
-    Ok([two, sequential])
-}
 
-fn main() -> Outcome<()> {
-    let folder = folder_of_results()?;
-    let pairs = stages()?;
-    geometry(&pairs)?;
-    let [two, sequential] = all_modes(&folder, &pairs)?;
-    let train = two_stages(&pairs)?.build("motor", 200.0)?;
-    let second = 25.0 * 24.0 / 50.0;
-    figure(
-        folder.join("train.svg"),
-        2,
-        &[
-            stiffness_panel(&pairs)?,
-            campbell_panel(&train, &[second, 25.0, 50.0], 800.0)?,
-            modes_panel("modes of the two-stage train", &two),
-            modes_panel("modes of the sequential planetary set", &sequential),
-        ],
-    )?;
+    let orders = [(12.0, "mesh 2"), (25.0, "mesh 1"), (50.0, "2 × mesh 1")];
+    let panels = [stiffness_panel(&pairs)?, campbell_panel(&two, &orders, 800.0)?];
+    Picture::new(panels).columns(2).save(folder.join("train.svg"))?;
+    let panels = [modes_panels("two stages", &two)?, modes_panels("sequential planets", &sequential)?];
+    Picture::new(panels.concat()).columns(2).panel_size(440.0, 360.0).save(folder.join("modes.svg"))?;
+
     println!();
     let side = if coarse() { 12 } else { 100 };
     let trains = [
-        ("two stages", two_stages(&pairs)?.build("motor", 200.0)?, [250.0, 2500.0], 10),
-        ("sequential planets", planetary([31, 29, 89])?.build("sun", 200.0)?, [300.0, 2500.0], 100),
-        ("planets in phase", planetary([30, 30, 90])?.build("sun", 200.0)?, [300.0, 2500.0], 100),
+        ("two stages", two, [250.0, 2500.0], 10),
+        ("sequential planets", sequential, [300.0, 2500.0], 100),
+        ("planets in phase", in_phase, [300.0, 2500.0], 100),
     ];
     let mut all = Vec::new();
     for (name, train, speeds, periods) in &trains {
         println!("{name}: period {:.4} s at {} rad/s", train.period(), train.constant("speed")?);
         all.extend(rattle_map(name, train, *speeds, side, *periods)?);
     }
-    maps(folder.join("rattle.svg"), &all)
+    Ok(Picture::new(all).columns(2).save(folder.join("rattle.svg"))?)
 }

@@ -14,9 +14,9 @@ mod support;
 
 use benchmarks::{Pair, RING_END, ring_with_load};
 use gear_dynamics::{Dop853, Integrator, Model, Rk4, Rk45, State, Taylor};
-use plotters::prelude::SeriesLabelPosition;
+use gear_dynamics_plots::{Mark, Panel, Picture};
 use std::time::Instant;
-use support::{Csv, Mark, Outcome, Panel, coarse, csv_file, figure, gallery};
+use support::{Csv, Outcome, coarse, csv_file, gallery};
 
 /// One run to be compared.
 struct Run<'r, M> {
@@ -47,15 +47,12 @@ impl<M: Model> Run<'_, M> {
     fn compare(&self, csv: &mut Csv) -> Outcome<Panel> {
         println!("{}\n  {:8} {:>9} {:>10} {:>9}", self.name, "solver", "setting", "ms", "error");
         let truth = self.timed(&Dop853::new().rtol(1e-13).atol(1e-18))?.1;
-        let panel = Panel::new(self.name, "log10 of the time [ms]", "error at the end")
-            .decades()
-            .labels_at(SeriesLabelPosition::UpperRight);
         let mut solvers: Vec<(&str, Vec<(f64, f64)>)> = Vec::new();
         let mut keep = |solver: &'static str, setting: f64, (time, end): (f64, State)| {
             let error =
                 end.q.iter().zip(&truth.q).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / self.size;
             println!("  {solver:8} {setting:9.1e} {time:10.2} {error:9.1e}");
-            let point = (time.log10(), error.max(1e-14).log10());
+            let point = (time, error.max(1e-14));
             match solvers.iter_mut().find(|(name, _)| *name == solver) {
                 Some((_, points)) => points.push(point),
                 None => solvers.push((solver, vec![point])),
@@ -77,7 +74,11 @@ impl<M: Model> Run<'_, M> {
             let rtol = 10f64.powi(-digits);
             keep("Taylor", rtol, self.timed(&Taylor::new().rtol(rtol).atol(1e-4 * rtol))?)?;
         }
-        Ok(solvers.into_iter().fold(panel, |panel, (name, points)| panel.with(name, Mark::Line, points)))
+        let mut panel = Panel::new(self.name, "time of computation [ms]", "relative error at the end [1]")?;
+        for (name, points) in solvers {
+            panel = panel.series(name, Mark::Joined, points)?;
+        }
+        Ok(panel.logarithmic_x()?.logarithmic_y()?)
     }
 }
 
@@ -105,7 +106,7 @@ fn main() -> Outcome<()> {
         size: 1e-4,
     };
     let panels = [a.compare(&mut csv)?, b.compare(&mut csv)?];
-    figure(folder.join("integrators.svg"), 2, &panels)?;
+    Picture::new(panels).columns(2).save(folder.join("integrators.svg"))?;
     println!("picture and table: {}", folder.display());
     Ok(())
 }

@@ -13,17 +13,16 @@
 
 mod support;
 
-use gear_dynamics::branches::{Branch, ByConstant, ByFunction, Continuation, TruncatedForces};
+use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByFunction, Continuation, TruncatedForces};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::ode::uniform_times;
-use gear_dynamics::periodic::Stability;
 use gear_dynamics::{
     Balance, Dop853, Harmonics, Integrator, NfgPair, NfgParams, Periodic, Settle, Shooting, State,
 };
-use plotters::prelude::SeriesLabelPosition;
+use gear_dynamics_plots::{Picture, branch};
 use std::time::Instant;
-use support::{Csv, Mark, Outcome, Panel, coarse, csv_file, figure, gallery};
+use support::{Csv, Outcome, coarse, csv_file, gallery};
 
 fn pair(speed: f64, reading: NfgReading) -> Result<NfgPair, gear_dynamics::ParameterError> {
     NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading)
@@ -37,13 +36,6 @@ fn settled(pair: &NfgPair, nodes: usize) -> Outcome<Vec<State>> {
     let times = uniform_times(0.0, pair.period(), nodes)?;
     let turn = solver.sample(pair, &start, &times)?;
     Ok((0..nodes).map(|i| State::new(times[i], turn.q(i), turn.v(i))).collect())
-}
-
-/// Points of a branch with one stability, as a curve; the others are left out.
-fn part<O>(branch: &Branch<O>, stable: bool) -> Vec<(f64, f64)> {
-    let is_part = |stability| (stability == Stability::Stable) == stable;
-    let points = branch.points().iter().filter(|point| is_part(point.stability()));
-    points.map(|point| (point.parameter, point.peak_to_peak())).collect()
 }
 
 fn report<O>(
@@ -107,26 +99,11 @@ fn main() -> Outcome<()> {
     let up = Continuation::new(180.0, if coarse() { 185.0 } else { 250.0 }).run(&family, &turn)?;
     report("equation, bilateral, up", &up, begun, (&mut folds, &mut points))?;
 
-    let all = |stable: bool| {
-        let mut curve = part(&none, stable);
-        curve.extend(part(&down, stable).into_iter().chain(part(&up, stable)));
-        curve
-    };
-    let panel = |title: &str| {
-        Panel::new(title, "speed [rad/s]", "peak-to-peak of q [rad]")
-            .labels_at(SeriesLabelPosition::UpperLeft)
-    };
-    let of_p = panel("P: 15 unknowns, exact integrals").with("stable", Mark::Dots, part(&p, true)).with(
-        "unstable or undecided",
-        Mark::Dots,
-        part(&p, false),
-    );
-    let of_equation = panel("equation, by shooting").with("stable", Mark::Dots, all(true)).with(
-        "unstable",
-        Mark::Dots,
-        all(false),
-    );
-    figure(folder.join("branches.svg"), 2, &[of_p, of_equation])?;
+    let axes = ["speed [rad/s]", "peak-to-peak of q [rad]"];
+    let of_p = branch(&[&p], axes, BranchPoint::peak_to_peak)?.title("P: 15 unknowns, exact integrals");
+    let of_equation = branch(&[&none, &down, &up], axes, BranchPoint::peak_to_peak)?;
+    let panels = [of_p, of_equation.title("equation, by shooting")];
+    Picture::new(panels).panel_size(640.0, 400.0).save(folder.join("branches.svg"))?;
     println!("pictures and tables: {}", folder.display());
     Ok(())
 }

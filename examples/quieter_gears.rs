@@ -18,13 +18,14 @@ use gear_dynamics::branches::{Figure, Least};
 use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
 use gear_dynamics::excitation::{Angle, Fourier, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
-use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points};
+use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Row, Rows};
 use gear_dynamics::{
     Backlash, Machine, ParameterError, Periodic, Shape, Shooting, State, Statistics, Sweep, Wave,
 };
-use std::f64::consts::{PI, TAU};
+use gear_dynamics_plots::{Mark, Panel, Picture, map};
+use std::f64::consts::PI;
 use std::time::Instant;
-use support::{Map, Mark, Outcome, Panel, csv_file, figure, gallery, maps_under};
+use support::{Outcome, csv_file, gallery};
 
 /// Number of harmonics of the relief.
 const ORDERS: usize = 3;
@@ -160,27 +161,22 @@ const PHASE: [f64; 2] = [0.0, 3.0];
 /// Points of the grid along each axis.
 const SIDE: usize = 100;
 
-/// Relief, phase, peak-to-peak value and contact loss over a grid.
-fn grid(pair: &Machine<RelievedPair>) -> Outcome<Vec<[f64; 4]>> {
+/// Peak-to-peak value and contact loss over a grid of reliefs and phases.
+fn grid(pair: &Machine<RelievedPair>) -> Outcome<Rows> {
     let points = Points::grid(vec![
         Axis::linear("relief", RELIEF[0], RELIEF[1], SIDE)?,
         Axis::linear("phase", PHASE[0], PHASE[1], SIDE)?,
     ])?;
     let sweep = Sweep::new(points).settle(100).until_repeats(1e-7).measure(1).channels(&["q0"]).rattle();
-    let rows = sweep.run(
-        &LaneRk4::new(256),
-        |p: &Point<'_>| pair.with("tip relief", p["relief"])?.with("phase", p["phase"]),
-        |_, _| Ok::<_, ParameterError>(State::new(0.0, &[70.0], &[0.0])),
-    )?;
-    let row = |row: gear_dynamics::sweep::Row<'_>| -> Outcome<[f64; 4]> {
-        Ok([
-            row.point()["relief"],
-            row.point()["phase"],
-            row.channel("q0")?.peak_to_peak(),
-            row.contacts()[0].loss_fraction(),
-        ])
-    };
-    rows.iter().map(row).collect()
+    let model = |p: &Point<'_>| pair.with("tip relief", p["relief"])?.with("phase", p["phase"]);
+    let start =
+        |_: &Point<'_>, _: &Machine<RelievedPair>| Ok::<_, ParameterError>(State::new(0.0, &[70.0], &[0.0]));
+    Ok(sweep.run(&LaneRk4::new(256), model, start)?)
+}
+
+/// The peak-to-peak value of x of a row [μm].
+fn swing(row: &Row<'_>) -> f64 {
+    row.channel("q0").map_or(f64::NAN, |x| x.peak_to_peak())
 }
 
 /// x over one mesh cycle of the orbit, over φ/2π, and its peak-to-peak value.
@@ -211,9 +207,10 @@ fn main() -> Outcome<()> {
     let [relief, phase] = [best.constants[0].1, best.constants[1].1];
 
     let began = Instant::now();
-    let all = grid(&pair)?;
+    let rows = grid(&pair)?;
     let by_grid = began.elapsed().as_secs_f64();
-    let lowest = all.iter().min_by(|a, b| a[2].total_cmp(&b[2])).ok_or("an empty grid")?;
+    let least = rows.iter().min_by(|a, b| swing(a).total_cmp(&swing(b))).ok_or("an empty grid")?;
+    let (lowest, at) = (swing(&least), least.point());
     println!("\n                relief [μm]  phase [rad]  peak-to-peak [μm]  orbits  time [s]");
     println!(
         "by gradients {relief:14.6} {phase:12.6} {:18.8} {:7} {by_gradient:9.3}",
@@ -221,20 +218,21 @@ fn main() -> Outcome<()> {
     );
     println!(
         "by the grid  {:14.6} {:12.6} {:18.8} {:7} {by_grid:9.3}",
-        lowest[0],
-        lowest[1],
-        lowest[2],
+        at["relief"],
+        at["phase"],
+        lowest,
         SIDE * SIDE
     );
     println!(
         "relative difference {:.1e}; share of the time {:.1e}",
-        (best.value / lowest[2] - 1.0).abs(),
+        (best.value / lowest - 1.0).abs(),
         by_gradient / by_grid
     );
 
     let mut csv = csv_file(folder.join("map.csv"), "relief,phase,peak_to_peak,contact_loss")?;
-    for point in &all {
-        csv.numbers(point)?;
+    let loss = |row: &Row<'_>| row.contacts()[0].loss_fraction();
+    for row in rows.iter() {
+        csv.numbers(&[row.point()["relief"], row.point()["phase"], swing(&row), loss(&row)])?;
     }
     csv.finish()?;
     let (relieved, _) = cycle(&pair.with("tip relief", relief)?.with("phase", phase)?)?;
@@ -243,27 +241,18 @@ fn main() -> Outcome<()> {
         csv.numbers(&[a.0, a.1, b.1])?;
     }
     csv.finish()?;
-    let panel = Panel::new("dynamic transmission error", "mesh cycle", "x [μm]")
-        .headroom(0.3)
-        .with("without relief", Mark::Line, plain)
-        .with("with the best relief", Mark::Line, relieved);
-    figure(folder.join("cycle.svg"), 1, &[panel])?;
-    let map = |title: &str, of: &dyn Fn(&[f64; 4]) -> f64| Map {
-        title: title.into(),
-        across: ("tip relief [μm]", RELIEF[0], RELIEF[1]),
-        up: ("phase [rad]", PHASE[0], PHASE[1]),
-        columns: SIDE,
-        values: all.iter().map(of).collect(),
-    };
-    let pictures = [
-        map("log10 of the peak-to-peak value [μm]; the minimum red", &|point| point[2].log10()),
-        map("contact loss, share of the time", &|point| point[3]),
+    let panel = Panel::new("one mesh cycle", "mesh cycles φ/2π [1]", "dynamic transmission error x [μm]")?
+        .series("without relief", Mark::Line, plain)?
+        .series("with the best relief", Mark::Line, relieved)?;
+    Picture::from(panel).save(folder.join("cycle.svg"))?;
+    let axes = ["tip relief C [μm]", "phase ψ [rad]"];
+    let panels = [
+        map(&rows, axes, "peak-to-peak value of x [μm]", swing)?.title("vibration").logarithmic_colours()?,
+        map(&rows, axes, "contact loss, share of the time [1]", loss)?.title("contact loss"),
     ];
-    let circle = |k: u32| {
-        let (sin, cos) = (TAU * f64::from(k) / 40.0).sin_cos();
-        (relief + 0.5 * cos, phase + 0.06 * sin)
-    };
-    maps_under(folder.join("map.svg"), &pictures, &[Vec::new(), (0..=40).map(circle).collect()])?;
+    let minimum = |panel: Panel| panel.series("minimum by gradients", Mark::Dots, [(relief, phase)]);
+    let panels = panels.map(minimum).into_iter().collect::<Result<Vec<_>, _>>()?;
+    Picture::new(panels).columns(2).save(folder.join("map.svg"))?;
     println!("\npictures and tables: {}", folder.display());
     Ok(())
 }

@@ -16,8 +16,9 @@ use gear_dynamics::excitation::Side;
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::sweep::Ensemble;
 use gear_dynamics::{Dop853, Model, Ring, State};
+use gear_dynamics_plots::{Mark, Panel, Picture, band};
 use rand_distr::Uniform;
-use support::{Mark, Outcome, Panel, csv_file, figure, gallery};
+use support::{Outcome, csv_file, gallery};
 
 const MEMBERS: u64 = 1000;
 /// End of the runs in seconds, and number of equal spans between the times of the bands.
@@ -66,8 +67,6 @@ fn main() -> Outcome<()> {
         println!("  after {members:4} members: {mean:8.3} +- {error:.3} N");
     }
 
-    let times: Vec<f64> = bands.times().iter().map(|t| 1e3 * t).collect();
-    let curve = |values: Vec<f64>| times.iter().copied().zip(values).collect::<Vec<_>>();
     let mut csv = csv_file(folder.join("bands.csv"), "t,mean,q05,q50,q95,min,max")?;
     for (i, t) in bands.times().iter().enumerate() {
         let at = bands.at(force, i)?;
@@ -81,41 +80,27 @@ fn main() -> Outcome<()> {
             &at.max(),
         ])?;
     }
-    let banded = |title: &str, channel: &str, unit: &str| -> Outcome<Panel> {
-        let (mut outline, mut back) = (curve(bands.band(channel, 0.05)?), curve(bands.band(channel, 0.95)?));
-        back.reverse();
-        outline.append(&mut back);
-        let mean = curve(bands.mean(channel)?);
-        Ok(Panel::new(title, "t [ms]", unit).headroom(0.15).with("mean", Mark::Line, mean).with(
-            "5% .. 95%",
-            Mark::Area,
-            outline,
-        ))
-    };
     let held = process(&set, 0)?;
-    let values = (0..3).map(|mesh| {
-        let samples = 2000;
-        let at = |i: usize| END * i as f64 / samples as f64;
-        (
-            mesh,
-            (0..samples)
-                .map(|i| (1e3 * at(i), SCALE * held.value(at(i), Side::After, mesh)))
-                .collect::<Vec<_>>(),
-        )
-    });
-    let mut values_panel =
-        Panel::new("random damping of member 0, by mesh", "t [ms]", "[N s/m]").headroom(0.35);
-    for (mesh, points) in values {
-        values_panel = values_panel.with(format!("mesh {}", mesh + 1), Mark::Line, points);
+    let mut damping = Panel::new("held values of member 0", "time t [s]", "random mesh damping [N s/m]")?;
+    for mesh in 0..3 {
+        let value = |i: u32| {
+            let t = END * f64::from(i) / 4000.0;
+            (t, SCALE * held.value(t, Side::After, mesh))
+        };
+        damping = damping.series(&format!("mesh {}", mesh + 1), Mark::Line, (0..=4000).map(value))?;
     }
-    let counts = peak.histogram(40)?.into_iter().map(|(x, n)| (x, n as f64)).collect();
+    let counts = peak.histogram(40)?.into_iter().map(|(x, n)| (x, n as f64));
     let panels = [
-        banded(&format!("mesh force 1 over {MEMBERS} members"), force, "[N]")?,
-        banded("transmission error of mesh 1", error, "[m]")?,
-        values_panel,
-        Panel::new("maximum mesh force of a run", "[N]", "members").with("", Mark::Bars, counts),
+        band(&bands, "mesh force 0 [N]", [0.05, 0.95])?.title("mesh force 0"),
+        band(&bands, "transmission error 1 [m]", [0.05, 0.95])?.title("transmission error 1"),
+        damping,
+        Panel::new("members by their maximum", "maximum mesh force 0 [N]", "members [1]")?.series(
+            "",
+            Mark::Bars,
+            counts,
+        )?,
     ];
-    figure(folder.join("random_damping.svg"), 2, &panels)?;
+    Picture::new(panels).columns(2).save(folder.join("random_damping.svg"))?;
     println!("pictures and tables: {}", folder.display());
     Ok(())
 }

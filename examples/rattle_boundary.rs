@@ -9,7 +9,7 @@
 //! The onset of back contact is no such boundary: below the orbits of period one that touch both flanks, the
 //! motion is chaotic. The period doubling at which they become unstable is followed instead.
 //!
-//! The pictures show the onset (white) and the period doubling (red) over rattle states and contact loss;
+//! The picture shows the onset and the period doubling over rattle states and contact loss;
 //! `boundary.csv` and `map.csv` contain the numbers.
 //!
 //! `cargo run --release -p examples --example rattle_boundary`, with `-- --coarse` for a part of the speeds
@@ -19,13 +19,14 @@ mod support;
 
 use gear_dynamics::branches::{BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
 use gear_dynamics::models::nfg::NfgReading;
-use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Rows};
+use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Row, Rows};
 use gear_dynamics::{
     Dop853, Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Settle, Shooting, State,
     Statistics, Sweep,
 };
+use gear_dynamics_plots::{Mark, Picture, map};
 use std::time::Instant;
-use support::{Map, Outcome, coarse, csv_file, gallery, maps_under, progress};
+use support::{Outcome, coarse, csv_file, gallery, progress};
 
 /// The onset of contact loss at one speed.
 struct Onset {
@@ -248,25 +249,24 @@ fn main() -> Outcome<()> {
     }
     csv.finish()?;
     println!("{wrong} of them contradict the onset; {near} points closer than 2 % to it are not compared");
-    let map = |title: &str, values: Vec<f64>| Map {
-        title: title.into(),
-        across: ("pinion speed [rad/s]", ends[0], ends[1]),
-        up: ("load [N m]", low, high),
-        columns: side,
-        values,
-    };
-    let curve = onsets.iter().map(|onset| (onset.speed, onset.load)).collect();
-    maps_under(
-        folder.join("boundary.svg"),
-        &[
-            map(
-                "rattle state: 0 none, 1 unilateral, 2 bilateral",
-                rows.column(|row| f64::from(row.contacts()[0].rattle_state().rsv())),
-            ),
-            map("contact loss, share of the time", rows.column(|row| row.contacts()[0].loss_fraction())),
-        ],
-        &[curve, doubling],
-    )?;
+    let axes = ["pinion speed [rad/s]", "load torque [N m]"];
+    let loss = |row: &Row<'_>| row.contacts()[0].loss_fraction();
+    let mut panels = Vec::new();
+    for panel in [
+        gear_dynamics_plots::rattle_map(&rows, axes, None)?.title("rattle state"),
+        map(&rows, axes, "contact loss, share of the time [1]", loss)?.title("contact loss"),
+    ] {
+        let mut panel = panel.x_range(ends[0], ends[1])?.y_range(low, high)?;
+        for piece in onsets.chunk_by(|a, b| a.piece == b.piece) {
+            let line = piece.iter().map(|onset| (onset.speed, onset.load));
+            panel = panel.series("onset of contact loss", Mark::Line, line)?;
+        }
+        if !doubling.is_empty() {
+            panel = panel.series("period doubling", Mark::Line, doubling.iter().copied())?;
+        }
+        panels.push(panel);
+    }
+    Picture::new(panels).columns(2).panel_size(480.0, 380.0).save(folder.join("boundary.svg"))?;
     println!("picture and tables: {}", folder.display());
     Ok(())
 }

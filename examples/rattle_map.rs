@@ -14,8 +14,9 @@ use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Row};
 use gear_dynamics::{
     Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Rk4, State, Statistics, Sweep,
 };
+use gear_dynamics_plots::{Picture, category_map, map};
 use std::time::Instant;
-use support::{Map, Outcome, csv_file, gallery, maps, progress};
+use support::{Outcome, csv_file, gallery, progress};
 
 /// Steps per turn: 64 per mesh period.
 const STEPS: usize = 63 * 64;
@@ -96,25 +97,15 @@ fn main() -> Outcome<()> {
     }
     println!("sensitive  {:5.1}% of the points: chaotic or grazing", share(&|row| row.is_sensitive()));
 
-    let across = ("pinion speed [rad/s]", 100.0, 250.0);
-    let up = ("load [N m]", 2.0, 50.0);
-    let map = |title: &str, values: Vec<f64>| Map { title: title.into(), across, up, columns: SIDE, values };
-    maps(
-        folder.join("map.svg"),
-        &[
-            map(
-                "rattle state: 0 none, 1 unilateral, 2 bilateral, 3 floating",
-                rows.column(|row| f64::from(row.contacts()[0].rattle_state().rsv())),
-            ),
-            map(
-                "log10 of the peak-to-peak of the deflection [m]",
-                rows.column(|row| row.channel("deflection").map_or(f64::NAN, |x| x.peak_to_peak().log10())),
-            ),
-            map("contact loss, share of the time", rows.column(|row| row.contacts()[0].loss_fraction())),
-            map(
-                "sensitive: 1 if results depend on small changes",
-                rows.column(|row| f64::from(u8::from(row.is_sensitive()))),
-            ),
-        ],
-    )
+    let axes = ["pinion speed [rad/s]", "load torque [N m]"];
+    let swing = |row: &Row<'_>| row.channel("deflection").map_or(f64::NAN, |x| x.peak_to_peak());
+    let loss = |row: &Row<'_>| row.contacts()[0].loss_fraction();
+    let kinds = ["repeats", "sensitive: chaotic or grazing"];
+    let panels = [
+        gear_dynamics_plots::rattle_map(&rows, axes, 0)?.title("rattle state of the only contact"),
+        map(&rows, axes, "peak-to-peak deflection [m]", swing)?.title("deflection").logarithmic_colours()?,
+        map(&rows, axes, "contact loss, share of the time [1]", loss)?.title("contact loss"),
+        category_map(&rows, axes, &kinds, |row| Some(usize::from(row.is_sensitive())))?.title("sensitivity"),
+    ];
+    Ok(Picture::new(panels).columns(2).panel_size(480.0, 380.0).save(folder.join("map.svg"))?)
 }

@@ -14,22 +14,22 @@ use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4};
 use gear_dynamics::trains::Train;
 use gear_dynamics::{Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor};
 use gear_dynamics_plots::{
-    Figure, Mark, Panel, band, branch, history, phase_portrait, rattle_map, stiffness,
+    Mark, Panel, Picture, band, branch, history, phase_portrait, rattle_map, stiffness,
 };
 use std::ops::ControlFlow;
 
-pub fn excitation(_: bool) -> Outcome<Figure> {
+pub fn excitation(_: bool) -> Outcome<Picture> {
     let [k, e] = waves()?;
-    let first = stiffness(&[("", &k)], "mesh stiffness k [N/m]", 2.0)?.title("stiffness of the mesh");
+    let first = stiffness(&[("", &k)], "mesh stiffness k [N/m]", 1.0)?.title("mesh stiffness");
     let second =
-        stiffness(&[("", &e)], "transmission error e [m]", 2.0)?.title("error of unloaded teeth, grade 6");
-    Ok(Figure::new([first, second]).columns(2))
+        stiffness(&[("", &e)], "transmission error e [m]", 1.0)?.title("static transmission error, grade 6");
+    Ok(Picture::new([first, second]).columns(2))
 }
 
 /// The branch of the pair over its speed.
 fn branch_of<N: Nonlinearity>(pair: &Train<N>, [from, to]: [f64; 2]) -> Outcome<Branch<ShootingOrbit>> {
     let start = static_state(pair, 0.0)?.state;
-    Ok(Continuation::new(from, to).run(&ByConstant::new(pair, "speed")?, &[start])?)
+    Ok(Continuation::new(from, to).max_step(0.005).run(&ByConstant::new(pair, "speed")?, &[start])?)
 }
 
 const SPEED: &str = "speed of the driver [rad/s]";
@@ -40,43 +40,45 @@ fn curve(line: &Branch<ShootingOrbit>) -> Vec<(f64, f64)> {
     line.points().iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
 }
 
-pub fn response(_: bool) -> Outcome<Figure> {
+pub fn response(_: bool) -> Outcome<Picture> {
     let pair = bench_pair(120.0)?;
     let linear = branch_of(&pair.with("mesh half backlash", 0.0)?, [120.0, 600.0])?;
     let loss = branch_of(&pair, [120.0, 600.0])?;
-    let panel = Panel::new("50 teeth, 300 N m", SPEED, SWING)?
-        .with("b = 40 μm: contact loss", Mark::Line, curve(&loss))?
-        .with("no gap: always in contact", Mark::Dashed, curve(&linear))?;
-    Ok(panel.into())
+    let panel = branch(&[&loss], [SPEED, SWING], BranchPoint::peak_to_peak)?.series(
+        "linear, without gap",
+        Mark::Line,
+        curve(&linear),
+    )?;
+    Ok(Picture::from(panel.title("spur pair of 50 teeth, b = 40 μm, 300 N m")).panel_size(640.0, 380.0))
 }
 
-/// A run of the pair after it has settled.
+/// Some mesh periods of the pair after it has settled, from the time 0.
 fn settled(speed: f64, periods: f64) -> Outcome<(Train, gear_dynamics::ode::Trajectory)> {
     let pair = bench_pair(speed)?;
-    let start = Settle::new().tolerance(1e-8).run(&Taylor::new(), &pair, None)?.state;
-    let end = start.t + periods * pair.period();
-    let times = uniform_times(start.t, end, (200.0 * periods) as usize)?;
+    let steady = Settle::new().tolerance(1e-8).run(&Taylor::new(), &pair, None)?.state;
+    let start = State { t: 0.0, ..steady };
+    let times = uniform_times(0.0, periods * pair.period(), (200.0 * periods) as usize)?;
     let run = Taylor::new().sample(&pair, &start, &times)?;
     Ok((pair, run))
 }
 
-pub fn contact_loss(_: bool) -> Outcome<Figure> {
+pub fn contact_loss(_: bool) -> Outcome<Picture> {
     let (pair, run) = settled(380.0, 5.0)?;
-    let deflection = history(&pair, &run, "deflection [m]", 0)?.title("380 rad/s, 300 N m");
-    let force = history(&pair, &run, "mesh force [N]", None)?;
-    Ok(Figure::new([deflection, force]).panel_size(560.0, 230.0))
+    let deflection = history(&pair, &run, "deflection [m]", 0)?.title("deflection d at 380 rad/s, 300 N m");
+    let force = history(&pair, &run, "mesh force [N]", 0)?.title("mesh force W");
+    Ok(Picture::new([deflection, force]).panel_size(560.0, 230.0))
 }
 
-pub fn orbit(_: bool) -> Outcome<Figure> {
+pub fn orbit(_: bool) -> Outcome<Picture> {
     let (pair, run) = settled(380.0, 1.01)?;
     let axes = ["deflection d [m]", "rate of deflection d' [m/s]"];
-    Ok(phase_portrait(&pair, &run, 0, axes)?.title("one mesh period at 380 rad/s").into())
+    Ok(phase_portrait(&pair, &run, axes, 0)?.title("one mesh period at 380 rad/s, 300 N m").into())
 }
 
-pub fn jumps(coarse: bool) -> Outcome<Figure> {
+pub fn jumps(coarse: bool) -> Outcome<Picture> {
     let pair = bench_pair(270.0)?;
     let line = branch_of(&pair, [270.0, 600.0])?;
-    let step = if coarse { 15.0 } else { 5.0 };
+    let step = if coarse { 15.0 } else { 7.5 };
     let speeds = Axis::linear("speed", 275.0, 590.0, (315.0 / step) as usize + 1)?;
     let sweep = Sweep::grid(vec![speeds])?.settle(60).measure(4).channels(&["deflection"]);
     let diagram =
@@ -93,12 +95,12 @@ pub fn jumps(coarse: bool) -> Outcome<Figure> {
         chosen
     };
     let panel = branch(&[&line], [SPEED, SWING], BranchPoint::peak_to_peak)?
-        .with("sweep up", Mark::Dots, swings(diagram.up(), 275.0))?
-        .with("sweep down", Mark::Dots, swings(diagram.down(), 275.0 + step))?;
-    Ok(Figure::from(panel.title("spur pair, 50 teeth, b = 40 μm, 300 N m")).panel_size(640.0, 400.0))
+        .series("sweep up", Mark::Dots, swings(diagram.up(), 275.0))?
+        .series("sweep down", Mark::Dots, swings(diagram.down(), 275.0 + step))?;
+    Ok(Picture::from(panel.title("spur pair of 50 teeth, b = 40 μm, 300 N m")).panel_size(640.0, 400.0))
 }
 
-pub fn map(coarse: bool) -> Outcome<Figure> {
+pub fn map(coarse: bool) -> Outcome<Picture> {
     let (columns, rows) = if coarse { (21, 7) } else { (81, 46) };
     let pair = bench_pair(200.0)?;
     let axes =
@@ -118,16 +120,17 @@ pub fn map(coarse: bool) -> Outcome<Figure> {
         }
     }
     let panel = panel.x_range(200.0, 600.0)?.y_range(150.0, 600.0)?;
-    Ok(Figure::from(panel.title("rattle of the pair from its static state")).panel_size(640.0, 400.0))
+    Ok(Picture::from(panel.title("rattle of the pair, each run from its static state"))
+        .panel_size(640.0, 400.0))
 }
 
-pub fn random(coarse: bool) -> Outcome<Figure> {
+pub fn random(coarse: bool) -> Outcome<Picture> {
     let pair = with_brake(300.0)?;
     let solver = Dop853::new().rtol(1e-6).atol_each(&[1e-11, 1e-11, 1e-7, 1e-7]);
     let steady = Settle::new().run(&solver, &pair, None)?.state;
     let start = State::new(0.0, &steady.q, &steady.v);
     let process = HeldProcess::new(1e-3, rand_distr::Uniform::new_inclusive(-100.0, 100.0)?)?;
-    let ensemble = Ensemble::new(if coarse { 20 } else { 400 }, 0.01, 400)?.channels(&["mesh force"]);
+    let ensemble = Ensemble::new(if coarse { 20 } else { 400 }, 0.006, 1200)?.channels(&["mesh force"]);
     let bands = ensemble.run(&solver, |member| {
         let process = process.clone().member(member);
         let held = Held::new(pair.clone()).per_slot(&[pair.slot("drive")?], 1.0, process)?;
@@ -135,7 +138,7 @@ pub fn random(coarse: bool) -> Outcome<Figure> {
     })?;
     let panel = band(&bands, "mesh force [N]", [0.05, 0.95])?;
     let title = "torque 300 N m ± 100 N m, uniform, held for 1 ms";
-    Ok(Figure::from(panel.title(title)).panel_size(560.0, 300.0))
+    Ok(Picture::from(panel.title(title)).panel_size(560.0, 300.0))
 }
 
 /// f = y²/(y + s), y the depth past an edge: rough flanks.
@@ -163,15 +166,15 @@ impl Nonlinearity for RoughFlank {
     }
 }
 
-pub fn law(_: bool) -> Outcome<Figure> {
+pub fn law(_: bool) -> Outcome<Picture> {
     let rough = RoughFlank { b: 4e-5, s: 3e-6 };
     let force =
         |x: f64| (1e-6 * x, rough.force(Deflection { x: 1e-6 * x, rate: 0.0, lower: -4e-5, upper: 4e-5 }));
     let ideal = |x: f64| (1e-6 * x, 1e-6 * ((x - 40.0).max(0.0) - (-x - 40.0).max(0.0)));
     let along = || (-1200..=1200).map(|i| f64::from(i) / 20.0);
-    let laws = Panel::new("contact law", "deflection [m]", "depth of force, f = F/k [m]")?
-        .with("smooth flanks", Mark::Line, along().map(ideal))?
-        .with("rough flanks", Mark::Line, along().map(force))?;
+    let laws = Panel::new("contact law", "deflection d [m]", "force over stiffness f [m]")?
+        .series("linear flanks", Mark::Line, along().map(ideal))?
+        .series("rough flanks, s = 3 μm", Mark::Line, along().map(force))?;
     let folds = |line: &Branch<ShootingOrbit>| -> Vec<(f64, f64)> {
         let folds = line.of_kind(PointKind::Fold);
         folds.iter().map(|fold| (fold.parameter, fold.peak_to_peak())).collect()
@@ -179,13 +182,13 @@ pub fn law(_: bool) -> Outcome<Figure> {
     let smooth = branch_of(&bench_pair(270.0)?, [270.0, 400.0])?;
     let other = branch_of(&with_law(rough, 270.0)?, [270.0, 400.0])?;
     let lines = Panel::new("response", SPEED, SWING)?
-        .with("smooth flanks", Mark::Line, curve(&smooth))?
-        .with("rough flanks", Mark::Line, curve(&other))?
-        .with("folds", Mark::Dots, folds(&smooth).into_iter().chain(folds(&other)))?;
-    Ok(Figure::new([laws, lines]).columns(2))
+        .series("linear flanks", Mark::Line, curve(&smooth))?
+        .series("rough flanks, s = 3 μm", Mark::Line, curve(&other))?
+        .series("folds", Mark::Dots, folds(&smooth).into_iter().chain(folds(&other)))?;
+    Ok(Picture::new([laws, lines]).columns(2))
 }
 
-pub fn solvers(_: bool) -> Outcome<Figure> {
+pub fn solvers(_: bool) -> Outcome<Picture> {
     let pair = bench_pair(380.0)?;
     let start = static_state(&pair, 0.0)?.state;
     let (end, radius) = (50.0 * pair.period(), 0.070_477);
@@ -209,12 +212,12 @@ pub fn solvers(_: bool) -> Outcome<Figure> {
     let taylor = work(&|r| run(&Taylor::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let panel =
         Panel::new("50 mesh periods with contact loss", "evaluations [1]", "error of the deflection [m]")?
-            .with("Rk4, edges not located", Mark::Line, plain)?
-            .with("Rk4", Mark::Line, rk4)?
-            .with("Rk45", Mark::Line, rk45)?
-            .with("Dop853", Mark::Line, dop853)?
-            .with("Taylor", Mark::Line, taylor)?;
-    Ok(Figure::from(panel.logarithmic_x()?.logarithmic_y()?).panel_size(560.0, 380.0))
+            .series("Rk4, edges not located", Mark::Joined, plain)?
+            .series("Rk4", Mark::Joined, rk4)?
+            .series("Rk45", Mark::Joined, rk45)?
+            .series("Dop853", Mark::Joined, dop853)?
+            .series("Taylor", Mark::Joined, taylor)?;
+    Ok(Picture::from(panel.logarithmic_x()?.logarithmic_y()?).panel_size(560.0, 380.0))
 }
 
 /// Any solver.

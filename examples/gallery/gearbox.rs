@@ -7,7 +7,7 @@ use gear_dynamics::ode::uniform_times;
 use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy, QualityGrade, TransmissionError};
 use gear_dynamics::trains::{Bearing, Body, Members, MeshPart, ModeKind, OfMesh, Parts, Planetary, Train};
 use gear_dynamics::{Integrator, Periodic, Settle, Taylor, Wave};
-use gear_dynamics_plots::{Figure, mode, order_spectrum};
+use gear_dynamics_plots::{Picture, mode, order_spectrum};
 
 /// A mesh of steel gears of grade 6, module and width in metres.
 fn stage(teeth: [u32; 2], module: f64, width: f64) -> Outcome<(MeshPart, [Body; 2])> {
@@ -33,37 +33,44 @@ fn gearbox() -> Outcome<Train> {
     Ok(parts.torque("drive", "motor", 50.0).load("wheel 2").build("motor", 150.0)?)
 }
 
-pub fn orders(_: bool) -> Outcome<Figure> {
+pub fn orders(_: bool) -> Outcome<Picture> {
     let train = gearbox()?;
     let state = Settle::new().tolerance(1e-5).run(&Taylor::new(), &train, None)?.state;
     let (count, end) = (2048, state.t + train.period());
     let run = Taylor::new().sample(&train, &state, &uniform_times(state.t, end, count)?)?;
-    let names = [(25.0, "mesh 1"), (10.0, "mesh 2"), (50.0, "2 x mesh 1"), (75.0, "3 x mesh 1")];
+    let names = [
+        (25.0, "mesh 1"),
+        (50.0, "2 × mesh 1"),
+        (75.0, "3 × mesh 1"),
+        (10.0, "mesh 2"),
+        (20.0, "2 × mesh 2"),
+    ];
     let panel = |title: &str, channel: &str| -> Outcome<_> {
         let force = run.channel(&train, channel)?;
         let spectrum = Spectrum::new(&force, train.period() / count as f64, Window::Rectangular)?;
         let turn = 150.0 / std::f64::consts::TAU; // Hz
         let panel = order_spectrum(&spectrum, turn, "amplitude of the force [N]", &names)?.title(title);
+        let panel = panel.x("order of the motor [1]")?;
         Ok(panel.x_range(0.0, 90.0)?)
     };
     let panels = [
-        panel("first mesh, 25/50 teeth", "mesh force 0")?,
-        panel("second mesh, 20/60 teeth", "mesh force 1")?,
+        panel("force of the first mesh, 25/50 teeth", "mesh force 0")?,
+        panel("force of the second mesh, 20/60 teeth", "mesh force 1")?,
     ];
-    Ok(Figure::new(panels).panel_size(640.0, 250.0))
+    Ok(Picture::new(panels).panel_size(640.0, 250.0))
 }
 
-pub fn campbell(coarse: bool) -> Outcome<Figure> {
+pub fn campbell(coarse: bool) -> Outcome<Picture> {
     let steps = if coarse { 11 } else { 61 };
     let speeds: Vec<f64> = (0..steps).map(|i| 20.0 + 380.0 * f64::from(i) / f64::from(steps - 1)).collect();
     let diagram = Campbell::of(&gearbox()?, &speeds, &[10.0, 20.0, 25.0, 50.0])?;
-    let names = [(10.0, "mesh 2"), (20.0, "2 x mesh 2"), (25.0, "mesh 1"), (50.0, "2 x mesh 1")];
+    let names = [(10.0, "mesh 2"), (20.0, "2 × mesh 2"), (25.0, "mesh 1"), (50.0, "2 × mesh 1")];
     let panel = gear_dynamics_plots::campbell(&diagram, "speed of the motor [rad/s]", &names)?;
-    let panel = panel.title("two-stage gearbox").y_range(0.0, 3200.0)?;
-    Ok(Figure::from(panel).panel_size(640.0, 400.0))
+    let panel = panel.title("two-stage gearbox: natural frequencies and mesh orders").y_range(0.0, 1600.0)?;
+    Ok(Picture::from(panel).panel_size(640.0, 400.0))
 }
 
-pub fn modes(_: bool) -> Outcome<Figure> {
+pub fn modes(_: bool) -> Outcome<Picture> {
     let wave = |k: f64| Wave::constant(k);
     let members = Members {
         sun: (30, Body::new(1e-3).on(Bearing::new(0.4, 1e8))),
@@ -87,5 +94,5 @@ pub fn modes(_: bool) -> Outcome<Figure> {
         Ok(mode(&train, shape.shape())?.title(format!("{:.0} Hz, {kind}", shape.hertz())))
     };
     let panels = chosen.map(panel).collect::<Outcome<Vec<_>>>()?;
-    Ok(Figure::new(panels).columns(2).panel_size(330.0, 330.0))
+    Ok(Picture::new(panels).columns(2).panel_size(360.0, 370.0))
 }

@@ -1,6 +1,7 @@
 //! The report: tables in Markdown, CSV files and pictures, and what became of them.
 
-use crate::support::{Csv, Outcome, Panel, coarse, csv_file, figure};
+use crate::support::{Csv, Outcome, coarse, csv_file};
+use gear_dynamics_plots::{Panel, Picture};
 use std::path::{Path, PathBuf};
 
 /// The page that contains the tables.
@@ -73,10 +74,10 @@ impl Report {
     }
 
     /// A picture of panels in rows of `columns`.
-    pub fn figure(&mut self, file: &str, columns: usize, panels: &[Panel]) {
+    pub fn picture(&mut self, file: &str, columns: usize, panels: impl IntoIterator<Item = Panel>) {
         let path = self.folder.join(file);
-        let drawn = figure(path.clone(), columns, panels);
-        self.note(&path, drawn);
+        let drawn = Picture::new(panels).columns(columns).panel_size(420.0, 290.0).save(&path);
+        self.note(&path, drawn.map_err(Into::into));
     }
 
     /// A Markdown table. It is printed, written to `NAME.md` and looked for on the page.

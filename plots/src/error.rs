@@ -9,7 +9,7 @@ use thiserror::Error;
 /// ```
 /// use gear_dynamics_plots::{Mark, Panel, PlotError};
 /// let panel = Panel::new("", "time [s]", "deflection [m]")?;
-/// let refused = panel.with("mesh 1", Mark::Line, [(0.0, 1e-6), (1.0, f64::NAN)]).unwrap_err();
+/// let refused = panel.series("mesh 1", Mark::Line, [(0.0, 1e-6), (1.0, f64::NAN)]).unwrap_err();
 /// assert_eq!(refused.to_string(), "mesh 1: number 1 is NaN: a finite number is needed");
 /// # Ok::<(), PlotError>(())
 /// ```

@@ -1,4 +1,4 @@
-//! Pictures of gear dynamics: one call makes a [`Panel`] from a result of `gear-dynamics`, a [`Figure`] holds panels and
+//! Pictures of gear dynamics: one call makes a [`Panel`] from a result of `gear-dynamics`, a [`Picture`] holds panels and
 //! is saved as SVG.
 //!
 //! | picture | call |
@@ -21,27 +21,27 @@
 //! ```
 //! use gear_dynamics::branches::{BranchPoint, ByConstant, Continuation};
 //! use gear_dynamics::trains::SpurPair;
-//! use gear_dynamics_plots::{Figure, branch};
+//! use gear_dynamics_plots::{Picture, branch};
 //! let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?.parts()?.build("driver", 1.0)?;
 //! let line = Continuation::new(0.8, 1.0).run(&ByConstant::new(&pair, "speed")?, &[])?;
 //! let panel = branch(&[&line], ["mesh frequency [1]", "peak-to-peak deflection [1]"], BranchPoint::peak_to_peak)?;
-//! let figure = Figure::from(panel.title("spur pair"));
-//! assert!(figure.to_svg().contains(">fold</text>"));
+//! let picture = Picture::from(panel.title("spur pair"));
+//! assert!(picture.to_svg().contains(">fold</text>"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod draw;
 mod error;
-mod figure;
 mod panel;
+mod picture;
 mod pictures;
 mod svg;
 
 pub use crate::draw::colours::Theme;
 pub use crate::draw::layers::Mark;
 pub use crate::error::PlotError;
-pub use crate::figure::Figure;
 pub use crate::panel::Panel;
+pub use crate::picture::Picture;
 pub use crate::pictures::band::band;
 pub use crate::pictures::bifurcation::bifurcation;
 pub use crate::pictures::branch::branch;

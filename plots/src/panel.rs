@@ -33,15 +33,15 @@ pub(crate) fn name_and_unit(text: &str) -> Result<[String; 2], PlotError> {
 
 /// Axes with units, and the series between them.
 ///
-/// Every picture of this crate is a panel: one call makes it from a result, and [`with`](Panel::with) adds series
+/// Every picture of this crate is a panel: one call makes it from a result, and [`series`](Panel::series) adds series
 /// to it. A text of an axis has the form `name [unit]`, `name [1]` without dimension. Numbers are in this unit; the
 /// axis shows them with a prefix where that is shorter, such as μm for 10⁻⁶ m.
 ///
 /// ```
-/// use gear_dynamics_plots::{Figure, Mark, Panel};
+/// use gear_dynamics_plots::{Picture, Mark, Panel};
 /// let swing = |k: u32| (0.1 * f64::from(k), 3e-5 * (0.1 * f64::from(k)).sin());
-/// let panel = Panel::new("free swing", "time [s]", "deflection [m]")?.with("mesh 1", Mark::Line, (0..100).map(swing))?;
-/// assert!(Figure::from(panel).to_svg().contains("deflection [μm]"));
+/// let panel = Panel::new("free swing", "time [s]", "deflection [m]")?.series("mesh 1", Mark::Line, (0..100).map(swing))?;
+/// assert!(Picture::from(panel).to_svg().contains("deflection [μm]"));
 /// # Ok::<(), gear_dynamics_plots::PlotError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ pub struct Panel {
     /// Whether both axes have one scale.
     pub(crate) equal: bool,
     /// Labels of the series so far; the place is the number of the series.
-    series: Vec<String>,
+    labels: Vec<String>,
 }
 
 impl Panel {
@@ -75,7 +75,7 @@ impl Panel {
             bar: None,
             parameters: None,
             equal: false,
-            series: Vec::new(),
+            labels: Vec::new(),
         })
     }
     /// The same panel with another title.
@@ -98,12 +98,12 @@ impl Panel {
         [self.y.name, self.y.unit] = name_and_unit(text)?;
         Ok(self)
     }
-    /// The same panel with a series of points more. A label that the panel has already continues its series: pieces
+    /// The same panel with one more series of points. A label that the panel has already continues its series: pieces
     /// of one curve are added one by one. An empty label has no entry in the legend.
     ///
     /// # Errors
     /// [`PlotError::Empty`], [`PlotError::NotFinite`]; [`PlotError::NotPositive`] on a logarithmic axis.
-    pub fn with(
+    pub fn series(
         mut self,
         label: &str,
         mark: Mark,
@@ -114,6 +114,7 @@ impl Panel {
         let width = match mark {
             Mark::Line => 1.5,
             Mark::Specks => 1.6,
+            Mark::Bars => 2.0,
             _ => 1.2,
         };
         let points = points.into_iter().map(|(x, y)| [x, y]).collect();
@@ -122,10 +123,10 @@ impl Panel {
     }
     /// The number of a series: that of its label, or the next one.
     pub(crate) fn number(&mut self, label: &str) -> usize {
-        let known = self.series.iter().position(|known| !label.is_empty() && known == label);
+        let known = self.labels.iter().position(|known| !label.is_empty() && known == label);
         known.unwrap_or_else(|| {
-            self.series.push(label.into());
-            self.series.len() - 1
+            self.labels.push(label.into());
+            self.labels.len() - 1
         })
     }
     /// Adds a curve of given colour.
@@ -152,6 +153,7 @@ impl Panel {
             match mark {
                 Mark::Line | Mark::Dashed | Mark::Bars => Swatch::Line { ink, style, width, cased },
                 Mark::Dots => Swatch::Dot { ink: if cased { Ink::Text } else { ink }, style },
+                Mark::Joined => Swatch::Joined { ink, style },
                 Mark::Specks => Swatch::Speck { ink },
                 Mark::Area => Swatch::Field { ink, opacity: 0.28 },
             },

@@ -2,13 +2,14 @@
 //! rattle, and the model of two degrees of freedom.
 
 use crate::reproduce::report::{Kind, Report};
-use crate::support::{Mark, Outcome, Panel, coarse, progress};
+use crate::support::{Outcome, coarse, progress};
 use gear_dynamics::analysis::{SettleError, Summary};
 use gear_dynamics::models::nfg::{NfgPair2, NfgReading};
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::{
     Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Settle, Statistics,
 };
+use gear_dynamics_plots::{Mark, Panel};
 use rayon::prelude::*;
 
 type Reading = (&'static str, fn() -> NfgReading);
@@ -148,19 +149,19 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
             Ok(())
         },
     );
-    let panel = |title: &str, unit: &str, of: fn(&Run) -> f64| {
-        let panel = Panel::new(title, "ω1 [rad/s]", unit).headroom(0.2);
-        all.iter().fold(panel, |panel, (name, _, runs)| {
-            panel.with(*name, Mark::Dots, speeds.iter().zip(runs).map(|(s, r)| (*s, of(r))).collect())
+    let panel = |title: &str, value: &str, of: fn(&Run) -> f64| {
+        let panel = Panel::new(title, "ω1 [rad/s]", value)?;
+        all.iter().try_fold(panel, |panel, (name, _, runs)| {
+            panel.series(name, Mark::Dots, speeds.iter().zip(runs).map(|(s, r)| (*s, of(r))))
         })
     };
     let panels = [
-        panel("rattle state (0 none, 1 unilateral, 2 bilateral)", "state", |r| f64::from(r.state.rsv())),
-        panel("peak-to-peak of q", "ppv [mrad]", |r| 1e3 * r.q.peak_to_peak()),
-        panel("peak-to-peak of f(q)", "ppv [mrad]", |r| 1e3 * r.elastic.peak_to_peak()),
-        panel("peak-to-peak of the deflection r_b2 q", "ppv [mm]", |r| 1e3 * r.deflection.peak_to_peak()),
+        panel("0 none, 1 unilateral, 2 bilateral", "rattle state [1]", |r| f64::from(r.state.rsv()))?,
+        panel("", "peak-to-peak of q [rad]", |r| r.q.peak_to_peak())?,
+        panel("", "peak-to-peak of f(q) [rad]", |r| r.elastic.peak_to_peak())?,
+        panel("", "peak-to-peak of r_b2 q [m]", |r| r.deflection.peak_to_peak())?,
     ];
-    report.figure("fig11_from_rest.svg", 2, &panels);
+    report.picture("fig11_from_rest.svg", 2, panels);
     Ok(())
 }
 

@@ -5,13 +5,13 @@
 //! is that of the equations and not of the search. Errors are shares of the peak-to-peak value.
 
 use crate::reproduce::report::{Kind, Report};
-use crate::support::{Mark, Outcome, Panel, coarse, progress};
+use crate::support::{Outcome, coarse, progress};
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::{FourierOrbit, Integrals, Proof};
 use gear_dynamics::roots::Residual;
 use gear_dynamics::{Balance, Dop853, Harmonics, NfgPair, NfgParams, Settle, Shooting, State};
+use gear_dynamics_plots::{Mark, Panel};
 use nalgebra::{DMatrix, DVector};
-use plotters::prelude::SeriesLabelPosition;
 use rayon::prelude::*;
 
 const SPEEDS: [f64; 4] = [120.0, 140.0, 180.0, 220.0];
@@ -151,20 +151,25 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
             orders
                 .iter()
                 .zip(&rows[w * orders.len()..])
-                .map(|(h, r)| (*h as f64, of(r).log10()))
-                .filter(|p| p.1.is_finite())
+                .map(|(h, r)| (*h as f64, of(r)))
+                .filter(|p| p.1.is_finite() && p.1 > 0.0)
                 .collect()
         };
-        panels.push(
-            Panel::new(format!("{speed} rad/s, {crossings} crossings"), "orders H", "share of peak-to-peak")
-                .decades()
-                .labels_at(SeriesLabelPosition::UpperRight)
-                .with("error, closed", Mark::Line, curve(0, |r| r.error))
-                .with("|z_H - z_1.3H|", Mark::Dots, curve(0, |r| r.truncation))
-                .with("shooting correction", Mark::Dots, curve(0, |r| r.shooting))
-                .with("error, M = 4096", Mark::Line, curve(1, |r| r.error))
-                .with("error, M = 65536", Mark::Line, curve(2, |r| r.error)),
-        );
+        let title = format!("{speed} rad/s, {crossings} crossings");
+        let mut panel = Panel::new(title, "orders H [1]", "share of the peak-to-peak value [1]")?;
+        for (name, mark, points) in [
+            ("error, closed", Mark::Line, curve(0, |r| r.error)),
+            ("|z_H - z_1.3H|", Mark::Dots, curve(0, |r| r.truncation)),
+            ("shooting correction", Mark::Dots, curve(0, |r| r.shooting)),
+            ("error, M = 4096", Mark::Line, curve(1, |r| r.error)),
+            ("error, M = 65536", Mark::Line, curve(2, |r| r.error)),
+        ] {
+            // Where no orbit is found there is nothing to draw.
+            if !points.is_empty() {
+                panel = panel.series(name, mark, points)?;
+            }
+        }
+        panels.push(panel.logarithmic_y()?);
         all.push((speed, rows));
     }
     bar.finish_and_clear();
@@ -199,7 +204,7 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
             Ok(())
         },
     );
-    report.figure("convergence.svg", 2, &panels);
+    report.picture("convergence.svg", 2, panels);
     ways_of_integrating(report, 180.0, if coarse() { 100 } else { 500 })
 }
 

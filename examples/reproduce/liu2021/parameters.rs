@@ -4,7 +4,8 @@
 use super::motions::Point;
 use super::sweeps::{BRANCHES, READINGS, SWEEPS, follow, jumps, misses, onset, spans, trend};
 use crate::reproduce::report::{Kind, Report};
-use crate::support::{Mark, Outcome, Panel, progress};
+use crate::support::{Outcome, progress};
+use gear_dynamics_plots::{Mark, Panel};
 use rayon::prelude::*;
 
 /// The points of a sweep over its parameter; `None` if no orbit was found.
@@ -105,35 +106,30 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         let mut panels = Vec::new();
         for (s, sweep) in members() {
             let title = sweep.title();
-            for (what, unit, value) in [
+            for (what, axis, value) in [
                 (
-                    "rattle state (0 none, 1 unilateral, 2 bilateral)",
-                    "state",
+                    "0 none, 1 unilateral, 2 bilateral",
+                    "rattle state [1]",
                     (|p| f64::from(p.state.rsv())) as fn(&Point) -> f64,
                 ),
-                ("peak-to-peak of q", "ppv [mrad]", |p| 1e3 * p.ppv),
-                ("peak-to-peak of f(q)", "ppv [mrad]", |p| 1e3 * p.elastic),
+                ("peak-to-peak of q", "peak-to-peak of q [rad]", |p| p.ppv),
+                ("peak-to-peak of f(q)", "peak-to-peak of f(q) [rad]", |p| p.elastic),
             ] {
-                // The states have free space above; their labels serve all panels of the row.
-                let labelled = unit == "state";
-                let mut panel = Panel::new(format!("{title}: {what}"), sweep.axis, unit)
-                    .headroom(if labelled { 0.9 } else { 0.0 });
+                let mut panel = Panel::new(format!("{title}: {what}"), sweep.axis, axis)?;
                 for (_, r, b) in of(s) {
                     let curve = points((s, r, b)).into_iter().flatten();
-                    let curve = curve.filter_map(|(x, p)| p.as_ref().map(|p| (*x, value(p)))).collect();
+                    let curve: Vec<_> =
+                        curve.filter_map(|(x, p)| p.as_ref().map(|p| (*x, value(p)))).collect();
                     let mark = if r == 0 { Mark::Line } else { Mark::Dots };
-                    let name =
-                        if labelled { format!("{} {}", READINGS[r], BRANCHES[b]) } else { String::new() };
-                    panel = panel.with(name, mark, curve);
+                    if !curve.is_empty() {
+                        panel = panel.series(&format!("{} {}", READINGS[r], BRANCHES[b]), mark, curve)?;
+                    }
                 }
                 panels.push(panel);
             }
         }
-        report.figure(
-            &format!("{}_{file}.svg", sweep.figure[..7].replace(". ", "").to_lowercase()),
-            3,
-            &panels,
-        );
+        let file = format!("{}_{file}.svg", sweep.figure[..7].replace(". ", "").to_lowercase());
+        report.picture(&file, 3, panels);
     }
     Ok(())
 }

@@ -6,35 +6,32 @@ use super::motions::{
     run, solver,
 };
 use crate::reproduce::report::{Kind, Report};
-use crate::support::{Mark, Outcome, Panel};
+use crate::support::Outcome;
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::{BalanceError, FourierOrbit};
 use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams};
-use plotters::prelude::SeriesLabelPosition;
+use gear_dynamics_plots::{Mark, Panel};
 
 /// Time history, phase portrait and order spectrum of one turn, as in Figs. 8-10.
 fn portrait(title: &str, orbits: &[(&str, &FourierOrbit)]) -> Outcome<[Panel; 3]> {
     const SAMPLES: usize = 4096;
-    const MICRO: f64 = 1e6;
-    let mut history = Panel::new(title, "turns of the face gear", "q [μrad]").headroom(0.15);
-    let mut phase = Panel::new("phase portrait", "q [μrad]", "dq/dτ [μrad]");
-    let mut spectrum = Panel::new("spectrum", "order of the face gear", "amplitude of q [μrad]")
-        .labels_at(SeriesLabelPosition::UpperRight);
+    let mut history = Panel::new(title, "turns of the face gear [1]", "q [rad]")?;
+    let mut phase = Panel::new("phase portrait", "q [rad]", "dq/dτ [rad]")?;
+    let mut spectrum = Panel::new("spectrum", "order of the face gear [1]", "amplitude of q [rad]")?;
     for (name, orbit) in orbits {
         let turn = orbit.history(SAMPLES)?;
-        let points = (0..SAMPLES).map(|i| (i as f64 / SAMPLES as f64, MICRO * turn.q(i)[0])).collect();
-        history = history.with(*name, Mark::Line, points);
-        let points = (0..SAMPLES).map(|i| (MICRO * turn.q(i)[0], MICRO * turn.v(i)[0])).collect();
-        phase = phase.with("", Mark::Line, points);
+        let points = (0..SAMPLES).map(|i| (i as f64 / SAMPLES as f64, turn.q(i)[0]));
+        history = history.series(name, Mark::Line, points)?;
+        phase = phase.series(name, Mark::Line, (0..SAMPLES).map(|i| (turn.q(i)[0], turn.v(i)[0])))?;
         let lines = orbit
             .harmonics()
             .orders()
             .iter()
             .filter(|&&k| k > 0 && k <= 260)
-            .map(|&k| (k as f64, MICRO * orbit.amplitude(0, k)));
+            .map(|&k| (k as f64, orbit.amplitude(0, k)));
         let mark = if name.starts_with('P') { Mark::Dots } else { Mark::Bars };
-        spectrum = spectrum.with(*name, mark, lines.collect());
+        spectrum = spectrum.series(name, mark, lines)?;
     }
     Ok([history, phase, spectrum])
 }
@@ -111,7 +108,7 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     }
     let header = ["figure", "paper", "P", "published", "exact", "P off by", "iterations of P"];
     report.table("figures_8_to_10", Kind::Full, &header, &rows);
-    report.figure("fig8_10.svg", 3, &panels);
+    report.picture("fig8_10.svg", 3, panels);
     Ok(())
 }
 

@@ -3,14 +3,14 @@
 use super::motions::{ELASTIC, MESH, pair, paper, shooting, solver};
 use super::sweeps::READINGS;
 use crate::reproduce::report::{Kind, Report};
-use crate::support::{Mark, Outcome, Panel};
+use crate::support::Outcome;
 use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::periodic::FourierOrbit;
 use gear_dynamics::{Harmonics, Integrator, NfgPair, NfgParams, Periodic};
-use plotters::prelude::SeriesLabelPosition;
+use gear_dynamics_plots::{Mark, Panel};
 use std::f64::consts::TAU;
 
 /// Motor speed [r/min]; theory: f_c [Hz], A_c, f_e [Hz], A_e, ξ; experiment: f_c [Hz], A_c [m/s²], f_e [Hz], A_e
@@ -165,18 +165,17 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     let curve = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         TABLE2.iter().enumerate().map(|(i, row)| (row[0], of(i))).collect()
     };
-    let mut fig18 = Panel::new("Fig. 18: ratio of amplitudes", "motor [r/min]", "ξ")
-        .labels_at(SeriesLabelPosition::LowerRight)
-        .with("Liu 2021, theory", Mark::Dots, curve(&|i| TABLE2[i][5]))
-        .with("Liu 2021, experiment", Mark::Dots, curve(&|i| TABLE2[i][10]));
+    let mut fig18 = Panel::new("Fig. 18: ratio of amplitudes", "speed of the motor [r/min]", "ξ [1]")?
+        .series("Liu 2021, theory", Mark::Dots, curve(&|i| TABLE2[i][5]))?
+        .series("Liu 2021, experiment", Mark::Dots, curve(&|i| TABLE2[i][10]))?;
     for (r, name) in READINGS.iter().enumerate() {
-        fig18 = fig18.with(*name, Mark::Line, curve(&|i| c_ratio[r].0 * ratio(&lines[i], r)));
+        fig18 = fig18.series(name, Mark::Line, curve(&|i| c_ratio[r].0 * ratio(&lines[i], r)))?;
     }
     // The text of Liu 2021 states 864 r/min, but its frequencies are those of the row at 840 r/min.
     let (row, Lines { hertz, orbits: [p, truth], .. }) = (&TABLE2[5], &lines[5]);
-    let spectrum = |orbit: &FourierOrbit| {
+    let spectrum = |orbit: &FourierOrbit| -> Vec<(f64, f64)> {
         let orders = orbit.harmonics().orders().iter().filter(|&&k| k > 0 && k < 130);
-        orders.map(|&k| (k as f64 * hertz, 1e6 * orbit.amplitude(0, k))).collect()
+        orders.map(|&k| (k as f64 * hertz, orbit.amplitude(0, k))).collect()
     };
     let named: Vec<Vec<String>> = [1, 2, MESH - 1, MESH, MESH + 1]
         .iter()
@@ -187,11 +186,10 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         .collect();
     report.table("figure_17", Kind::Fixed, &["order", "f [Hz]", "P [μrad]", "published [μrad]"], &named);
     let fig17 =
-        Panel::new(format!("Fig. 17: spectrum at {} r/min", row[0]), "f [Hz]", "amplitude of q [μrad]")
-            .labels_at(SeriesLabelPosition::UpperRight)
-            .with("measured frequencies", Mark::Dots, vec![(row[6], 0.0), (row[8], 0.0)])
-            .with("published", Mark::Bars, spectrum(truth))
-            .with("P", Mark::Dots, spectrum(p));
-    report.figure("fig17_18.svg", 2, &[fig17, fig18]);
+        Panel::new(format!("Fig. 17: spectrum at {} r/min", row[0]), "f [Hz]", "amplitude of q [rad]")?
+            .name_x(&[(row[6], "measured f_c"), (row[8], "measured f_e")])?
+            .series("published", Mark::Bars, spectrum(truth))?
+            .series("P", Mark::Dots, spectrum(p))?;
+    report.picture("fig17_18.svg", 2, [fig17, fig18]);
     Ok(())
 }

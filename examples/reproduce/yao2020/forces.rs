@@ -2,11 +2,12 @@
 
 use super::ring::{History, SETS, damping_slots, history, ring, solver};
 use crate::reproduce::report::{Kind, Report};
-use crate::support::{Mark, Outcome, Panel, envelope, progress};
+use crate::support::{Outcome, progress};
 use gear_dynamics::analysis::Summary;
 use gear_dynamics::drives::{Held, HeldProcess};
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::{Integrator, Model, Periodic, State, Statistics};
+use gear_dynamics_plots::{Mark, Panel};
 use rand_distr::Uniform;
 use rayon::prelude::*;
 
@@ -149,20 +150,20 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     let slots = damping_slots(&bare)?;
     let noisy = |gain: f64| Held::new(bare.clone()).per_slot(&slots, gain, process.clone());
     let channels = ["mesh force 0"];
-    let drawn = |label: &str, (times, values): History| -> Panel {
-        let curve = envelope(&times, &values[0], 800);
-        Panel::new(format!("mesh force of set E, {label}"), "t [s]", "W1 [N]").with("", Mark::Line, curve)
+    let drawn = |label: &str, (times, values): History| {
+        let panel = Panel::new(format!("set E, {label}"), "time t [s]", "mesh force W1 [N]")?;
+        panel.series("", Mark::Line, times.into_iter().zip(values[0].iter().copied()))
     };
     let constant = ring(&RingSet { mesh_damping: c_g + 0.5, ..RingSet::set_e(3, 1000.0) })?;
-    let values = (0..400).map(|k| (f64::from(k), process.held(0, k as u64))).collect();
-    let held = Panel::new("Fig. 11: held values of C_D, first mesh", "hold number", "[N s/m]");
+    let values = (0..400).map(|k| (f64::from(k), process.held(0, k as u64)));
+    let held = Panel::new("Fig. 11: held values, first mesh", "number of the hold [1]", "C_D [N s/m]")?;
     let panels = [
-        held.with("", Mark::Specks, values),
-        drawn("C_D = 0", history(&bare, &channels, 8.0, 1e-4)?),
-        drawn("C_D = 0.5 N s/m", history(&constant, &channels, 8.0, 1e-4)?),
-        drawn("C_D = U(0,1) N s/m", history(&noisy(1.0)?, &channels, 8.0, 1e-4)?),
-        drawn("C_D = U(0,1) C_g", history(&noisy(c_g)?, &channels, 8.0, 1e-4)?),
+        held.series("", Mark::Specks, values)?,
+        drawn("C_D = 0", history(&bare, &channels, 8.0, 1e-4)?)?,
+        drawn("C_D = 0.5 N s/m", history(&constant, &channels, 8.0, 1e-4)?)?,
+        drawn("C_D = U(0,1) N s/m", history(&noisy(1.0)?, &channels, 8.0, 1e-4)?)?,
+        drawn("C_D = U(0,1) C_g", history(&noisy(c_g)?, &channels, 8.0, 1e-4)?)?,
     ];
-    report.figure("fig11_13_mesh_force.svg", 2, &panels);
+    report.picture("fig11_13_mesh_force.svg", 2, panels);
     Ok(())
 }

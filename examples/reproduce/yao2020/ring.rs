@@ -2,12 +2,13 @@
 //! statistics over speed, with sets A and E of docs/models.md for the parameters that Yao 2020 does not state.
 
 use crate::reproduce::report::{Kind, Report};
-use crate::support::{Mark, Outcome, Panel, coarse, envelope, progress};
+use crate::support::{Outcome, coarse, progress};
 use gear_dynamics::analysis::{ContactStatistics, Spectrum, Summary, Window};
 use gear_dynamics::linear::Modes;
 use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::{Dop853, Integrator, Model, ParameterError, Rattle, Ring, State, Statistics};
+use gear_dynamics_plots::{Mark, Panel};
 use rayon::prelude::*;
 
 pub type Set = (&'static str, fn(f64) -> RingSet);
@@ -106,15 +107,14 @@ pub fn transmission_error(report: &mut Report) -> Outcome<()> {
             format!("{:.2}", 1e6 * early.peak_to_peak()),
             format!("{:.4}", 1e6 * late.peak_to_peak()),
         ]);
-        let title = format!("set {name}, b = {} μm: envelope of the deflection", 1e6 * b);
-        let curve = envelope(&times, &values[0], 1000).iter().map(|(t, d)| (*t, 1e6 * d)).collect();
-        panels.push(Panel::new(title, "t [s]", "d1 [μm]").with("", Mark::Line, curve));
+        let panel = Panel::new(format!("set {name}, b = {} μm", 1e6 * b), "time t [s]", "deflection d1 [m]")?;
+        panels.push(panel.series("", Mark::Line, times.into_iter().zip(values[0].iter().copied()))?);
     }
     #[rustfmt::skip]
     let header = ["set", "b [μm]", "mean after 9 s [μm]", "peak-to-peak within 1 s [μm]",
         "peak-to-peak after 9 s [μm]"];
     report.table("ring_deflection", Kind::Fixed, &header, &rows);
-    report.figure("fig5_7_transmission_error.svg", 3, &panels);
+    report.picture("fig5_7_transmission_error.svg", 3, panels);
     Ok(())
 }
 
@@ -140,12 +140,12 @@ pub fn spectrum(report: &mut Report) -> Outcome<()> {
         let named: Vec<String> =
             peaks.iter().take(4).map(|(f, a)| format!("{f:.1} Hz ({:.3} nm)", 1e9 * a)).collect();
         rows.push(vec![name.into(), format!("{:.2}", 1e6 * lines[0].1), named.join(", ")]);
-        let decades = lines.iter().map(|(f, a)| (*f, a.max(1e-13).log10())).collect();
-        let panel = Panel::new(format!("set {name}"), "f [Hz]", "amplitude [m]").decades();
-        panels.push(panel.with("", Mark::Line, decades));
+        let decades = lines.iter().map(|(f, a)| (*f, a.max(1e-13)));
+        let panel = Panel::new(format!("set {name}"), "frequency f [Hz]", "amplitude of the deflection [m]")?;
+        panels.push(panel.series("", Mark::Line, decades)?.logarithmic_y()?);
     }
     report.table("ring_spectrum", Kind::Fixed, &["set", "at 0 Hz [μm]", "largest lines"], &rows);
-    report.figure("fig8_spectrum.svg", 2, &panels);
+    report.picture("fig8_spectrum.svg", 2, panels);
     Ok(())
 }
 
@@ -208,16 +208,17 @@ pub fn over_speed(report: &mut Report) -> Outcome<()> {
         let mine = cases.iter().zip(&points).filter(|(c, _)| c.0 == name);
         mine.map(|(c, p)| (c.1.rpm, of(p))).collect::<Vec<_>>()
     };
+    let panel = |value: &str, of: fn(&Point) -> f64| {
+        let panel = Panel::new("", "speed [r/min]", value)?;
+        SETS.iter().try_fold(panel, |panel, (name, _)| {
+            panel.series(&format!("set {name}"), Mark::Joined, curve(name, of))
+        })
+    };
     let panels = [
-        ("RMS of the deflection", (|p: &Point| 1e6 * p.dte.rms) as fn(&Point) -> f64),
-        ("mean of the deflection", |p| 1e6 * p.dte.mean),
-        ("peak-to-peak of the deflection", |p| 1e6 * p.dte.peak_to_peak()),
-    ]
-    .map(|(title, of)| {
-        let panel = Panel::new(title, "speed [r/min]", "[μm]").headroom(0.25);
-        SETS.iter()
-            .fold(panel, |panel, (name, _)| panel.with(format!("set {name}"), Mark::Line, curve(name, of)))
-    });
-    report.figure("fig9_10_speed.svg", 3, &panels);
+        panel("RMS of the deflection [m]", |p| p.dte.rms)?,
+        panel("mean of the deflection [m]", |p| p.dte.mean)?,
+        panel("peak-to-peak of the deflection [m]", |p| p.dte.peak_to_peak())?,
+    ];
+    report.picture("fig9_10_speed.svg", 3, panels);
     Ok(())
 }

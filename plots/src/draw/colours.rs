@@ -3,10 +3,10 @@
 /// Light or dark background.
 ///
 /// ```
-/// use gear_dynamics_plots::{Figure, Mark, Panel, Theme};
-/// let panel = Panel::new("", "time [s]", "force [N]")?.with("", Mark::Line, [(0.0, 1.0), (1.0, 2.0)])?;
-/// let figure = Figure::from(panel).theme(Theme::Dark);
-/// assert!(figure.to_svg().contains("#15181d"));
+/// use gear_dynamics_plots::{Picture, Mark, Panel, Theme};
+/// let panel = Panel::new("", "time [s]", "force [N]")?.series("", Mark::Line, [(0.0, 1.0), (1.0, 2.0)])?;
+/// let picture = Picture::from(panel).theme(Theme::Dark);
+/// assert!(picture.to_svg().contains("#15181d"));
 /// # Ok::<(), gear_dynamics_plots::PlotError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub(crate) enum Ink {
     Solid,
     /// The gap of a contact.
     Gap,
-    /// The flank that carries less of the time.
+    /// The lower flank of a contact.
     Flank,
     /// Series by number.
     Series(usize),

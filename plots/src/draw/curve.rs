@@ -9,6 +9,23 @@ use std::fmt::Write;
 /// Distance from the curve up to which points are left out.
 const TOLERANCE: f64 = 0.04;
 
+/// The points of a curve along x that show: of many in one half point of the width, the first, lowest, highest and last.
+fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    if !points.is_sorted_by(|a, b| a[0] <= b[0]) {
+        return points.to_vec();
+    }
+    let mut kept = Vec::new();
+    for column in points.chunk_by(|a, b| (2.0 * a[0]).floor() == (2.0 * b[0]).floor()) {
+        let extreme = |sign: f64| {
+            (0..column.len()).max_by(|i, j| (sign * column[*i][1]).total_cmp(&(sign * column[*j][1])))
+        };
+        let mut ends = [Some(0), extreme(1.0), extreme(-1.0), Some(column.len() - 1)];
+        ends.sort_unstable();
+        kept.extend(ends.into_iter().flatten().map(|i| column[i]));
+    }
+    kept
+}
+
 /// The points that keep a polyline within `TOLERANCE`.   Source: Douglas and Peucker 1973.
 pub(crate) fn simplified(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut keep = vec![false; points.len()];
@@ -65,7 +82,7 @@ pub(crate) fn draw(svg: &mut Svg, theme: Theme, curve: &Curve, points: &[[f64; 2
     let stroke = |width: f64| Stroke { colour: &colour, width, dash: dash(curve.style) };
     match curve.mark {
         Mark::Line | Mark::Dashed => {
-            let d = path(&simplified(points), false);
+            let d = path(&simplified(&thinned(points)), false);
             if cased {
                 svg.stroke(&d, Stroke { colour: "#ffffff", width: curve.width + 2.2, dash: "" });
                 svg.stroke(&d, Stroke { colour: "#000000", ..stroke(curve.width) });
@@ -73,8 +90,11 @@ pub(crate) fn draw(svg: &mut Svg, theme: Theme, curve: &Curve, points: &[[f64; 2
                 svg.stroke(&d, stroke(curve.width));
             }
         }
-        Mark::Dots => {
-            let size = if points.len() > 60 { 2.2 } else { 3.4 };
+        Mark::Dots | Mark::Joined => {
+            if curve.mark == Mark::Joined {
+                svg.stroke(&path(points, false), Stroke { dash: "", ..stroke(curve.width) });
+            }
+            let size = if points.len() > 60 { 2.2 } else { 3.0 };
             let rim = theme.colour(Ink::Paper);
             let all = |size: f64| points.iter().map(|p| marker(*p, curve.style, size)).collect::<String>();
             svg.fill(&all(size + 1.1), &rim, 1.0);
@@ -104,6 +124,15 @@ pub(crate) fn draw(svg: &mut Svg, theme: Theme, curve: &Curve, points: &[[f64; 2
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn many_points_keep_their_extremes() {
+        let swing = |i: u32| [1e-4 * f64::from(i), 50.0 * f64::from(i).sin()];
+        let points: Vec<_> = (0..100_000).map(swing).collect();
+        let few = thinned(&points);
+        let highest = |points: &[[f64; 2]]| points.iter().fold(0.0f64, |m, p| m.max(p[1]));
+        assert!(few.len() <= 80 && highest(&few) == highest(&points));
+    }
 
     #[test]
     fn simplified_curves_stay_on_their_points() {

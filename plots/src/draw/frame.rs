@@ -89,7 +89,13 @@ pub(crate) struct Frame<'p> {
 
 /// Number of labels along an axis of a length.
 pub(crate) fn count(length: f64, each: f64) -> f64 {
-    (length / each).clamp(2.0, 12.0)
+    (length / each).clamp(2.0, 10.0)
+}
+
+/// The width of the widest label along an axis of a panel, whatever height title and legend leave.
+fn widest(axis: &Shown, height: f64) -> f64 {
+    let heights = [120.0, 100.0, 80.0, 60.0].map(|around| height - around);
+    heights.into_iter().map(|height| axis.widest(count(height, 27.0))).fold(0.0, f64::max)
 }
 
 impl<'p> Frame<'p> {
@@ -104,14 +110,15 @@ impl<'p> Frame<'p> {
     /// The frame with one scale along both axes, if the panel asks for it.
     pub(crate) fn fitted(mut self, width: f64, height: f64) -> Self {
         if self.panel.equal {
-            let [x, y] = [0, 1].map(|i| extent(self.panel, i));
+            let axes = [&self.panel.x, &self.panel.y];
+            let [x, y] = [0, 1].map(|i| axes[i].range.unwrap_or_else(|| extent(self.panel, i)));
             let per_point = ((x[1] - x[0]) / width).max((y[1] - y[0]) / height);
             let wide = |[low, high]: [f64; 2], length: f64| {
                 let (middle, half) = (0.5 * (low + high), 0.5 * length * per_point);
                 [middle - half, middle + half]
             };
             let ranges = [wide(x, width), wide(y, height)];
-            self.axes = [(&self.panel.x, 0), (&self.panel.y, 1)].map(|(axis, i)| Shown::of(axis, ranges[i]));
+            self.axes = [0, 1].map(|i| Shown::of(axes[i], ranges[i]));
         }
         self
     }
@@ -120,18 +127,18 @@ impl<'p> Frame<'p> {
         let inner = [0.0, 0.0, 300.0, height - 90.0];
         let mut right = 14.0f64;
         let beside = self.labels(inner).beside;
-        let widest = beside.iter().map(|(_, text, _)| width(text, TICK)).fold(0.0, f64::max);
-        if widest > 0.0 {
-            right = widest + 14.0;
+        let names = beside.iter().map(|(_, text, _)| width(text, TICK)).fold(0.0, f64::max);
+        if names > 0.0 {
+            right = names + 14.0;
         }
         if let Some(bar) = &self.bar {
-            let labels = if widest > 0.0 { widest + 6.0 } else { 0.0 };
-            right = labels + 10.0 + BAR + 6.0 + bar.widest(count(inner[3], 34.0)) + 20.0;
+            let labels = if names > 0.0 { names + 6.0 } else { 0.0 };
+            right = labels + 10.0 + BAR + 6.0 + widest(bar, height) + 20.0;
         }
         if self.panel.layers.iter().any(|layer| matches!(layer, Layer::Height { .. })) {
             right = right.max(34.0);
         }
-        let left = 22.0 + 6.0 + self.axes[1].widest(count(inner[3], 34.0));
+        let left = 22.0 + 6.0 + widest(&self.axes[1], height);
         Margins { left, right, ..Margins::default() }
     }
     /// Upper and lower margins, for given sides.
@@ -165,7 +172,7 @@ fn extent(panel: &Panel, at: usize) -> [f64; 2] {
             Layer::Curve(curve) => {
                 curve.points.iter().filter(|p| seen(p)).for_each(|p| add(p[at]));
                 match curve.mark {
-                    Mark::Dots | Mark::Specks => dots = true,
+                    Mark::Dots | Mark::Joined | Mark::Specks => dots = true,
                     Mark::Bars => bars = true,
                     _ => lines = true,
                 }

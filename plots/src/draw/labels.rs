@@ -48,21 +48,52 @@ pub(crate) fn labels(panel: &Panel, axes: &[Shown; 2], inner: [f64; 4]) -> Label
     beside.sort_by(|a, b| a.0.total_cmp(&b.0));
     apart(&mut beside, y0 + 4.0, y0 + h + 4.0);
     above.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut ends: Vec<f64> = Vec::new();
-    let above: Vec<_> = above
-        .into_iter()
-        .map(|(at, text, ink)| {
-            let half = 0.5 * width(&text, TICK);
-            let middle = at.min(x0 + w - half + 10.0).max(x0 + half - 10.0);
-            let row = ends.iter().position(|end| *end + 5.0 < middle - half).unwrap_or(ends.len());
-            if row == ends.len() {
-                ends.push(0.0);
+    let mut placed = Vec::new();
+    let mut rows = 0;
+    for group in groups(above) {
+        rows = rows.max(group.len());
+        place(group, [x0, x0 + w], &mut placed);
+    }
+    Labels { above: placed, rows, beside }
+}
+
+type Named = (f64, String, Ink);
+
+/// Groups of sorted names that would overlap in one row.
+fn groups(names: Vec<Named>) -> Vec<Vec<Named>> {
+    let mut groups: Vec<Vec<Named>> = Vec::new();
+    let mut end = f64::NEG_INFINITY;
+    for name in names {
+        let wide = width(&name.1, TICK);
+        match groups.last_mut() {
+            Some(group) if name.0 - 0.5 * wide < end + 5.0 => {
+                end = group.iter().map(|(at, text, _)| at + width(text, TICK)).fold(name.0 + wide, f64::max);
+                group.push(name);
             }
-            ends[row] = middle + half;
-            (at, middle, row, text, ink)
-        })
-        .collect();
-    Labels { above, rows: ends.len(), beside }
+            _ => {
+                end = name.0 + 0.5 * wide;
+                groups.push(vec![name]);
+            }
+        }
+    }
+    groups
+}
+
+/// Places a group: a single name above its value; several as flags, each at its own height, so that no text lies on the
+/// line to another.
+fn place(group: Vec<Named>, [low, high]: [f64; 2], placed: &mut Vec<(f64, f64, usize, String, Ink)>) {
+    let count = group.len();
+    let reach = |(at, text, _): &Named| at + width(text, TICK);
+    let leftwards = group.iter().any(|name| reach(name) > high + 10.0);
+    for (i, (at, text, ink)) in group.into_iter().enumerate() {
+        let half = 0.5 * width(&text, TICK);
+        let (middle, row) = match (count, leftwards) {
+            (1, _) => (at.min(high - half + 10.0).max(low + half - 10.0), 0),
+            (_, false) => (at + half - 2.0, count - 1 - i),
+            (_, true) => (at - half + 2.0, i),
+        };
+        placed.push((at, middle, row, text, ink));
+    }
 }
 
 /// Moves sorted labels apart within a range.

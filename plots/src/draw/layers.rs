@@ -8,10 +8,10 @@ use crate::svg::writer::Anchor;
 /// Lines of one panel differ in colour and in dashes, dots in colour and in form: they can be told apart in grey.
 ///
 /// ```
-/// use gear_dynamics_plots::{Figure, Mark, Panel};
+/// use gear_dynamics_plots::{Picture, Mark, Panel};
 /// let lines = [(4.0, 2e-6), (8.0, 5e-7)];
-/// let panel = Panel::new("", "order [1]", "amplitude [m]")?.with("mesh", Mark::Bars, lines)?;
-/// assert!(Figure::from(panel).to_svg().contains("amplitude [μm]"));
+/// let panel = Panel::new("", "order [1]", "amplitude [m]")?.series("mesh", Mark::Bars, lines)?;
+/// assert!(Picture::from(panel).to_svg().contains("amplitude [μm]"));
 /// # Ok::<(), gear_dynamics_plots::PlotError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +22,8 @@ pub enum Mark {
     Dashed,
     /// Dots with a rim.
     Dots,
+    /// Dots with a rim that straight lines join: few computed values.
+    Joined,
     /// Small dots, for many points.
     Specks,
     /// Bars from the foot of the panel, as in a spectrum.
@@ -67,6 +69,17 @@ pub(crate) enum Layer {
     },
 }
 
+impl Layer {
+    /// What nothing covers: texts, and located points, which are no series of the user.
+    pub(crate) fn is_raised(&self) -> bool {
+        match self {
+            Layer::Note { .. } => true,
+            Layer::Curve(curve) => curve.mark == Mark::Dots && !matches!(curve.ink, Ink::Series(_)),
+            _ => false,
+        }
+    }
+}
+
 /// A series of points.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
@@ -85,7 +98,7 @@ pub(crate) struct Raster {
     pub(crate) borders: [Vec<f64>; 2],
     /// Values, y fastest; NaN: no result.
     pub(crate) values: Vec<f64>,
-    /// The colours of whole numbers; none: the bar of the panel gives colours.
+    /// The colours of whole numbers, which are drawn as areas; none: the bar of the panel gives colours.
     pub(crate) inks: Vec<Ink>,
 }
 
@@ -101,6 +114,7 @@ pub(crate) struct Entry {
 pub(crate) enum Swatch {
     Line { ink: Ink, style: usize, width: f64, cased: bool },
     Dot { ink: Ink, style: usize },
+    Joined { ink: Ink, style: usize },
     Speck { ink: Ink },
     Field { ink: Ink, opacity: f64 },
 }
@@ -119,7 +133,7 @@ pub(crate) fn share(value: f64, [low, high]: [f64; 2], logarithmic: bool) -> f64
     if logarithmic { (value / low).ln() / (high / low).ln() } else { (value - low) / (high - low) }
 }
 
-/// The width of the dashed and dotted lines beside the solid ones, as share of the width.
+/// The dashes of the series, by number.
 pub(crate) const DASHES: [&str; 6] = ["", "6 3", "1.6 2.4", "9 3 1.6 3", "3 2", "12 4"];
 /// The dash of [`Mark::Dashed`].
 pub(crate) const THIN_DASH: &str = "4.5 3";

@@ -7,7 +7,9 @@ use crate::svg::text::width;
 use crate::svg::writer::{Anchor, Stroke, Svg, path};
 
 const SIZE: f64 = 10.0;
+/// Width of a sample of a line, and of one of a dot.
 const SWATCH: f64 = 24.0;
+const DOT: f64 = 10.0;
 const GAP: f64 = 12.0;
 pub(crate) const ROW: f64 = 14.0;
 
@@ -16,7 +18,7 @@ pub(crate) fn rows(entries: &[Entry], most: f64) -> Vec<Vec<(f64, &Entry)>> {
     let mut rows: Vec<Vec<(f64, &Entry)>> = Vec::new();
     let mut end = f64::INFINITY;
     for entry in entries {
-        let own = SWATCH + 4.0 + width(&entry.label, SIZE);
+        let own = wide(entry.swatch) + 4.0 + width(&entry.label, SIZE);
         if end + own > most {
             rows.push(Vec::new());
             end = 0.0;
@@ -29,6 +31,10 @@ pub(crate) fn rows(entries: &[Entry], most: f64) -> Vec<Vec<(f64, &Entry)>> {
     rows
 }
 
+fn wide(swatch: Swatch) -> f64 {
+    if matches!(swatch, Swatch::Dot { .. } | Swatch::Speck { .. }) { DOT } else { SWATCH }
+}
+
 /// Draws rows whose upper left corner is given.
 pub(crate) fn draw(svg: &mut Svg, theme: Theme, rows: &[Vec<(f64, &Entry)>], [x0, y0]: [f64; 2]) {
     let ink = theme.colour(Ink::Text);
@@ -37,13 +43,13 @@ pub(crate) fn draw(svg: &mut Svg, theme: Theme, rows: &[Vec<(f64, &Entry)>], [x0
         for (x, entry) in row {
             let x = x0 + x;
             sample(svg, theme, entry.swatch, [x, y]);
-            svg.text([x + SWATCH + 4.0, y + 3.5], &entry.label, SIZE, Anchor::Start, &ink, false);
+            svg.text([x + wide(entry.swatch) + 4.0, y + 3.5], &entry.label, SIZE, Anchor::Start, &ink, false);
         }
     }
 }
 
 fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
-    let centre = [x + 0.5 * SWATCH, y];
+    let centre = [x + 0.5 * wide(swatch), y];
     match swatch {
         Swatch::Line { ink, style, width, cased } => {
             let d = path(&[[x, y], [x + SWATCH, y]], false);
@@ -57,10 +63,17 @@ fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
                 svg.stroke(&d, stroke);
             }
         }
+        Swatch::Joined { ink, style } => {
+            let colour = theme.colour(ink);
+            let stroke = Stroke { colour: &colour, width: 1.2, dash: "" };
+            svg.stroke(&path(&[[x, y], [x + SWATCH, y]], false), stroke);
+            svg.fill(&marker(centre, style, 4.1), &theme.colour(Ink::Paper), 1.0);
+            svg.fill(&marker(centre, style, 3.0), &colour, 1.0);
+        }
         Swatch::Dot { ink, style } => svg.fill(&marker(centre, style, 3.4), &theme.colour(ink), 1.0),
         Swatch::Speck { ink } => svg.fill(&marker(centre, 0, 2.0), &theme.colour(ink), 1.0),
         Swatch::Field { ink, opacity } => {
-            let [left, right] = [x + 6.0, x + SWATCH];
+            let [left, right] = [x, x + SWATCH];
             let d = path(&[[left, y - 5.0], [right, y - 5.0], [right, y + 5.0], [left, y + 5.0]], true);
             svg.fill(&d, &theme.colour(ink), opacity);
             let colour = theme.colour(Ink::Grey);

@@ -28,8 +28,11 @@ pub(crate) fn draw(
             painter.grid(svg);
         }
         painter.names(svg);
-        let rest = frame.panel.layers.iter().filter(|layer| !is_ground(layer));
-        rest.for_each(|layer| painter.layer(svg, layer, cased));
+        for raised in [false, true] {
+            let rest = frame.panel.layers.iter().filter(|layer| !is_ground(layer));
+            rest.filter(|layer| layer.is_raised() == raised)
+                .for_each(|layer| painter.layer(svg, layer, cased));
+        }
     });
     painter.axes(svg);
     painter.around(svg, corner, size);
@@ -78,7 +81,7 @@ impl Painter<'_, '_> {
                 let mut d = String::new();
                 for line in lines {
                     let points: Vec<_> = line.iter().map(|p| self.place(*p)).collect();
-                    d += &path(&points, fill.is_some());
+                    d += &path(&curve::simplified(&points), fill.is_some());
                 }
                 if let Some((ink, opacity)) = fill {
                     svg.fill(&d, &self.colour(*ink), *opacity);
@@ -89,7 +92,9 @@ impl Painter<'_, '_> {
             }
             Layer::Note { at, text, anchor, ink } => {
                 let [x, y] = self.place(*at);
-                svg.text([x, y + 3.5], text, TICK, *anchor, &self.colour(*ink), false);
+                svg.halo(&self.colour(Ink::Paper), |svg| {
+                    svg.text([x, y + 3.5], text, TICK, *anchor, &self.colour(*ink), false);
+                });
             }
             Layer::Exit { from, to, ink, .. } => {
                 self.line(svg, &[self.place(*from), self.place(*to)], *ink, 1.0, dash(THIN));
@@ -99,6 +104,43 @@ impl Painter<'_, '_> {
     }
 
     fn raster(&self, svg: &mut Svg, raster: &Raster) {
+        if raster.inks.is_empty() {
+            self.shades(svg, raster);
+        } else {
+            self.areas(svg, raster);
+        }
+    }
+
+    /// Kinds as areas with sharp borders. Each area lies on those of smaller numbers, so that no line shows between
+    /// them.
+    fn areas(&self, svg: &mut Svg, raster: &Raster) {
+        let [xs, ys] = &raster.borders;
+        let rows = ys.len() - 1;
+        let kind = |value: f64| if value.is_nan() { raster.inks.len() } else { value as usize };
+        let inks = raster.inks.iter().copied().chain([Ink::Missing]);
+        for (number, ink) in inks.enumerate() {
+            let mut d = String::new();
+            for (column, values) in raster.values.chunks_exact(rows).enumerate() {
+                let mut row = 0;
+                // Neighbours in a column are one rectangle.
+                for run in values.chunk_by(|a, b| (kind(*a) >= number) == (kind(*b) >= number)) {
+                    let [low, high] = [ys[row], ys[row + run.len()]];
+                    row += run.len();
+                    if kind(run[0]) >= number {
+                        let corners = [[xs[column], low], [xs[column + 1], high]].map(|p| self.place(p));
+                        let [[left, bottom], [right, top]] = corners;
+                        d += &path(&[[left, bottom], [right, bottom], [right, top], [left, top]], true);
+                    }
+                }
+            }
+            if !d.is_empty() {
+                svg.fill(&d, &self.colour(ink), 1.0);
+            }
+        }
+    }
+
+    /// Values as pixels.
+    fn shades(&self, svg: &mut Svg, raster: &Raster) {
         let [xs, ys] = &raster.borders;
         let (columns, rows) = (xs.len() - 1, ys.len() - 1);
         let [left, bottom] = self.place([xs[0], ys[0]]);
@@ -125,33 +167,28 @@ impl Painter<'_, '_> {
         let up = pick(ys, &self.frame.axes[1]);
         let mut cells = Vec::with_capacity(across.len() * up.len());
         for row in up.iter().rev() {
-            cells.extend(across.iter().map(|column| self.index(raster, raster.values[column * rows + row])));
+            cells.extend(across.iter().map(|column| self.index(raster.values[column * rows + row])));
         }
-        let mut inks = raster.inks.clone();
-        if inks.is_empty() {
-            inks = (0..SHADES).map(|i| Ink::Map(f64::from(i) / f64::from(SHADES - 1))).collect();
-        }
-        inks.push(Ink::Missing);
-        let colours: Vec<[u8; 3]> = inks.iter().map(|ink| self.theme.rgb(*ink)).collect();
+        let inks = (0..SHADES).map(|i| Ink::Map(f64::from(i) / f64::from(SHADES - 1)));
+        let colours: Vec<[u8; 3]> = inks.chain([Ink::Missing]).map(|ink| self.theme.rgb(ink)).collect();
         let address = data_address(across.len(), &cells, &colours);
         svg.image([left, top, right - left, bottom - top], &address);
     }
 
-    /// The index of a value among the colours; the last one stands for no result.
-    fn index(&self, raster: &Raster, value: f64) -> u8 {
-        let count = if raster.inks.is_empty() { usize::from(SHADES) } else { raster.inks.len() };
-        let index = match &self.frame.bar {
-            _ if !value.is_finite() => count,
-            Some(bar) => (bar.share(value).clamp(0.0, 1.0) * (count - 1) as f64).round() as usize,
-            None => value as usize,
-        };
-        index.min(count) as u8
+    /// The index of a value among the shades; the last one stands for no result.
+    fn index(&self, value: f64) -> u8 {
+        match &self.frame.bar {
+            Some(bar) if value.is_finite() => {
+                (bar.share(value).clamp(0.0, 1.0) * f64::from(SHADES - 1)).round() as u8
+            }
+            _ => SHADES,
+        }
     }
 
     /// The number of labels along x and y.
     fn counts(&self) -> [f64; 2] {
         let widest = self.frame.axes[0].widest(count(self.inner[2], 60.0));
-        [count(self.inner[2], (widest + 18.0).max(52.0)), count(self.inner[3], 34.0)]
+        [count(self.inner[2], (widest + 18.0).max(52.0)), count(self.inner[3], 27.0)]
     }
 
     fn grid(&self, svg: &mut Svg) {
@@ -241,7 +278,7 @@ impl Painter<'_, '_> {
             svg.text([x + 14.0, y0 + h], text, TICK, Anchor::Start, &ink, true);
         }
         let Some(bar) = &self.frame.bar else { return };
-        let up = count(h, 34.0);
+        let up = count(h, 27.0);
         // From the right border: the text, the labels, the bar.
         let right = corner[0] + size[0] - 8.0;
         let left = right - 16.0 - bar.widest(up) - 6.0 - BAR;

@@ -46,14 +46,18 @@ pub(crate) fn scale(unit: &str, largest: f64) -> Scale {
 /// A tick: value on the axis and label; minor ticks have none.
 pub(crate) type Tick = (f64, Option<String>);
 
-/// Ticks at multiples of 1, 2 or 5 times a power of ten, about `count` of them.
+/// Ticks at multiples of 1, 2, 2.5 or 5 times a power of ten, about `count` of them.
 pub(crate) fn linear([low, high]: [f64; 2], count: f64) -> Vec<Tick> {
     let rough = (high - low) / count.max(1.0);
     let power = rough.log10().floor();
     let base = 10f64.powf(power);
-    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * base).into_iter().find(|s| *s >= rough * 0.999);
+    let step = [1.0, 2.0, 2.5, 5.0, 10.0].map(|m| m * base).into_iter().find(|s| *s >= rough * 0.999);
     let step = step.unwrap_or(10.0 * base);
-    let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
+    let is_whole = |decimals: &i32| {
+        let digits = step * 10f64.powi(*decimals);
+        (digits - digits.round()).abs() < 1e-6 * digits
+    };
+    let decimals = (0..16).find(is_whole).unwrap_or(16) as usize;
     let slack = 1e-9 * (high - low);
     let (first, last) = (((low - slack) / step).ceil() as i64, ((high + slack) / step).floor() as i64);
     (first..=last)
@@ -74,6 +78,7 @@ pub(crate) fn logarithmic([low, high]: [f64; 2], count: f64) -> Vec<Tick> {
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
     let every = (f64::from(last - first) / count.max(1.0)).ceil().max(1.0) as i32;
     let few = high / low < 50.0;
+    let plain = few && low >= 1e-3 && high < 1e6;
     let mut ticks = Vec::new();
     for power in first..=last {
         for digit in 1..10 {
@@ -82,6 +87,7 @@ pub(crate) fn logarithmic([low, high]: [f64; 2], count: f64) -> Vec<Tick> {
                 continue;
             }
             let label = match digit {
+                1 | 2 | 5 if plain => Some(format!("{}", (value * 1e4).round() / 1e4)),
                 1 if power.rem_euclid(every) == 0 => Some(format!("10{}", superscript(power))),
                 2 | 5 if few => Some(format!("{digit}·10{}", superscript(power))),
                 _ => None,

@@ -8,17 +8,17 @@ use gear_dynamics::sweep::Bands;
 
 /// Mean and quantiles of a channel of an ensemble over the time.
 ///
-/// `channel`: name of the channel with its unit. `quantiles`: the lower and the upper border of the band, from 0 to 1.
+/// `channel`: name of the channel with its unit. The time axis is `t [s]`; [`Panel::x`] names another unit. `quantiles`: the lower and the upper border of the band, from 0 to 1.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, State, models::Oscillator, sweep::Ensemble};
-/// use gear_dynamics_plots::{Figure, band};
+/// use gear_dynamics_plots::{Picture, band};
 /// let family = |member: u64| {
 ///     let constants = [("speed", 1.0), ("damping", 0.1), ("linear stiffness", 1.0 + 0.1 * member as f64)];
 ///     Ok::<_, gear_dynamics::ParameterError>((Oscillator::new(&constants)?, State::new(0.0, &[1.0], &[0.0])))
 /// };
 /// let bands = Ensemble::new(5, 10.0, 50)?.channels(&["q0"]).run(&Dop853::new(), family)?;
-/// let svg = Figure::from(band(&bands, "q0 [1]", [0.05, 0.95])?).to_svg();
+/// let svg = Picture::from(band(&bands, "q0 [1]", [0.05, 0.95])?).to_svg();
 /// assert!(svg.contains("5 % to 95 %") && svg.contains("mean of 5 members"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -25,11 +25,11 @@ const KINDS: [(PointKind, &str); 6] = [
 /// ```
 /// use gear_dynamics::branches::{BranchPoint, ByConstant, Continuation};
 /// use gear_dynamics::trains::SpurPair;
-/// use gear_dynamics_plots::{Figure, branch};
+/// use gear_dynamics_plots::{Picture, branch};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?.parts()?.build("driver", 0.8)?;
 /// let line = Continuation::new(0.8, 1.0).run(&ByConstant::new(&pair, "speed")?, &[])?;
 /// let panel = branch(&[&line], ["speed Ω [1]", "peak-to-peak value [1]"], BranchPoint::peak_to_peak)?;
-/// let svg = Figure::from(panel).to_svg();
+/// let svg = Picture::from(panel).to_svg();
 /// assert!(svg.contains(">stable</text>") && svg.contains(">grazing</text>"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -46,19 +46,25 @@ pub fn branch<O>(
     if branches.iter().all(|branch| branch.points().len() < 2) {
         return Err(PlotError::Empty { what: "points of the branch".into() });
     }
+    // Stability is undecided where a multiplier is 1 to its accuracy. That of a located point is meant to be.
+    let mut points = branches.iter().flat_map(|branch| branch.points());
+    let undecided =
+        points.any(|point| point.located.is_none() && point.stability() == Stability::Undecided);
+    let others = if undecided { "unstable or undecided" } else { "unstable" };
     // Series that are added later differ from both in colour.
-    for label in ["stable", "unstable"] {
+    for label in ["stable", others] {
         panel.number(label);
     }
     for stable in [true, false] {
         for piece in branches.iter().flat_map(|branch| pieces(branch, stable)) {
             let points = piece.iter().map(place).collect();
             let (label, style, ink) =
-                if stable { ("stable", 0, Ink::Series(0)) } else { ("unstable", THIN, Ink::Series(1)) };
+                if stable { ("stable", 0, Ink::Series(0)) } else { (others, THIN, Ink::Series(1)) };
             panel.curve(label, Curve { mark: Mark::Line, ink, style, width: 1.7, points })?;
         }
     }
-    for (style, (kind, name)) in KINDS.into_iter().enumerate() {
+    // A bifurcation lies on the grazings beside it.
+    for (style, (kind, name)) in KINDS.into_iter().enumerate().rev() {
         let found = branches.iter().flat_map(|branch| branch.of_kind(kind));
         let points: Vec<_> = found.map(place).collect();
         if !points.is_empty() {

@@ -9,16 +9,19 @@ use std::f64::consts::TAU;
 
 /// Natural frequencies over the speed with the lines of named orders, and the resonances where they meet.
 ///
-/// `speed`: text with unit, of a speed in radians per second. `orders`: multiples of this speed, each with its name.
+/// `speed`: text with unit, of a speed in radians per second, over which frequencies are in Hz; with the unit `[1]`
+/// speed and frequencies are numbers of the model. `orders`: multiples of this speed, each with its name.
 ///
 /// ```
 /// use gear_dynamics::linear::Campbell;
 /// use gear_dynamics::{NfgPair, NfgParams};
-/// use gear_dynamics_plots::{Figure, campbell};
+/// use gear_dynamics_plots::{Picture, campbell};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let diagram = Campbell::of(&pair, &[100.0, 200.0, 300.0], &[18.0])?;
-/// let svg = Figure::from(campbell(&diagram, "speed [rad/s]", &[(18.0, "mesh")])?).to_svg();
+/// let svg = Picture::from(campbell(&diagram, "speed [rad/s]", &[(18.0, "mesh")])?).to_svg();
 /// assert!(svg.contains("natural frequency [Hz]") && svg.contains("orders"));
+/// let svg = Picture::from(campbell(&diagram, "speed Ω [1]", &[])?).to_svg();
+/// assert!(svg.contains("natural frequency [1]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -26,6 +29,10 @@ use std::f64::consts::TAU;
 /// [`PlotError::Empty`] without speeds or frequencies, [`PlotError::NotFinite`], [`PlotError::NoUnit`].
 pub fn campbell(diagram: &Campbell, speed: &str, orders: &[(f64, &str)]) -> Result<Panel, PlotError> {
     let mut panel = Panel::new("", speed, "natural frequency [Hz]")?;
+    let mut per = TAU;
+    if panel.x.unit == "1" {
+        (per, panel.y.unit) = (1.0, "1".into());
+    }
     let speeds = diagram.speeds();
     finite("speeds of the Campbell diagram", speeds)?;
     let modes = diagram.frequencies().iter().map(Vec::len).max().unwrap_or(0);
@@ -35,7 +42,7 @@ pub fn campbell(diagram: &Campbell, speed: &str, orders: &[(f64, &str)]) -> Resu
     for mode in 0..modes {
         // A mode that stops to oscillate ends.
         let found = speeds.iter().zip(diagram.frequencies());
-        let points: Vec<_> = found.filter_map(|(s, f)| Some([*s, f.get(mode)? / TAU])).collect();
+        let points: Vec<_> = found.filter_map(|(s, f)| Some([*s, f.get(mode)? / per])).collect();
         let curve = Curve { mark: Mark::Line, ink: Ink::Series(0), style: 0, width: 1.6, points };
         panel.curve("natural frequencies", curve)?;
     }
@@ -44,7 +51,7 @@ pub fn campbell(diagram: &Campbell, speed: &str, orders: &[(f64, &str)]) -> Resu
         finite("orders of the Campbell diagram", [order])?;
         panel.layers.push(Layer::Exit {
             from: [0.0, 0.0],
-            to: [last, order * last / TAU],
+            to: [last, order * last / per],
             text: (*name).into(),
             ink: Ink::Grey,
         });
@@ -54,7 +61,7 @@ pub fn campbell(diagram: &Campbell, speed: &str, orders: &[(f64, &str)]) -> Resu
     }
     let meetings = diagram.resonances().iter();
     let meetings = meetings.filter(|r| orders.iter().any(|(order, _)| (order - r.order).abs() < 1e-9));
-    let points: Vec<_> = meetings.map(|r| [r.speed, r.frequency / TAU]).collect();
+    let points: Vec<_> = meetings.map(|r| [r.speed, r.frequency / per]).collect();
     if !points.is_empty() {
         let curve = Curve { mark: Mark::Dots, ink: Ink::Series(1), style: 0, width: 1.2, points };
         panel.curve("resonances", curve)?;
@@ -63,7 +70,7 @@ pub fn campbell(diagram: &Campbell, speed: &str, orders: &[(f64, &str)]) -> Resu
     if first < last {
         panel.x.range = Some([first, last]);
     }
-    let most = diagram.frequencies().iter().flatten().fold(0.0f64, |most, f| most.max(*f)) / TAU;
+    let most = diagram.frequencies().iter().flatten().fold(0.0f64, |most, f| most.max(*f)) / per;
     if most > 0.0 {
         panel.y.range = Some([0.0, 1.06 * most]);
     }

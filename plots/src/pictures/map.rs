@@ -5,7 +5,6 @@ use crate::draw::layers::{Bar, Layer, Mark, Raster, Swatch};
 use crate::error::PlotError;
 use crate::panel::{Panel, name_and_unit};
 use crate::pictures::spectra::borders;
-use gear_dynamics::RattleState;
 use gear_dynamics::branches::BoundaryLine;
 use gear_dynamics::sweep::{Row, Rows};
 
@@ -17,13 +16,13 @@ use gear_dynamics::sweep::{Row, Rows};
 /// ```
 /// use gear_dynamics::sweep::{Axis, LaneRk4};
 /// use gear_dynamics::{Sweep, models::Oscillator};
-/// use gear_dynamics_plots::{Figure, map};
+/// use gear_dynamics_plots::{Picture, map};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.1, 0.2, 2)?];
 /// let rows = Sweep::grid(axes)?.settle(20).measure(1).channels(&["q0"]).of_machine(&LaneRk4::new(64), &swing)?.run()?;
 /// let swing = |row: &gear_dynamics::sweep::Row<'_>| row.channel("q0").map_or(f64::NAN, |q| q.peak_to_peak());
 /// let panel = map(&rows, ["speed Ω [1]", "force [1]"], "peak-to-peak of q [1]", swing)?;
-/// assert!(Figure::from(panel).to_svg().contains("peak-to-peak of q [1]"));
+/// assert!(Picture::from(panel).to_svg().contains("peak-to-peak of q [1]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -47,36 +46,48 @@ pub fn map(
     Ok(panel)
 }
 
-/// The rattle state of a contact over the two parameters of a sweep, as areas of four colours. `contact`: its number
-/// from 0. A train has a contact for each mesh; the picture shows this one alone. Grey without rattle statistics of it.
+/// Rattle states over the two parameters of a sweep, as areas of four colours. `contact`: the number of a contact, from
+/// 0; `None`: the worst state of all contacts, in the order of the legend. A train has a contact for each mesh. The title
+/// states what is shown if there are several.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, LaneRk4};
 /// use gear_dynamics::{Sweep, models::Oscillator};
-/// use gear_dynamics_plots::{Figure, rattle_map};
+/// use gear_dynamics_plots::{Picture, rattle_map};
 /// let pair = Oscillator::new(&[
 ///     ("speed", 1.0), ("damping", 0.1), ("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25),
 ///     ("half backlash", 1.0),
 /// ])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.01, 0.25, 2)?];
 /// let rows = Sweep::grid(axes)?.settle(40).measure(2).rattle().of_machine(&LaneRk4::new(64), &pair)?.run()?;
-/// let svg = Figure::from(rattle_map(&rows, ["speed Ω [1]", "force [1]"], 0)?).to_svg();
-/// assert!(svg.contains("no rattle") && svg.contains("data:image/png"));
+/// let svg = Picture::from(rattle_map(&rows, ["speed Ω [1]", "force [1]"], None)?).to_svg();
+/// assert!(svg.contains("no rattle"));
+/// let refused = rattle_map(&rows, ["speed Ω [1]", "force [1]"], 1).unwrap_err();
+/// assert_eq!(refused.to_string(), "contacts of the rows: there is no number 1, there are 1");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// As [`map`].
-pub fn rattle_map(rows: &Rows, axes: [&str; 2], contact: usize) -> Result<Panel, PlotError> {
+/// As [`map`]; [`PlotError::NoSuch`] for a contact that the rows do not have, [`PlotError::Empty`] for rows without
+/// rattle states.
+pub fn rattle_map(
+    rows: &Rows,
+    axes: [&str; 2],
+    contact: impl Into<Option<usize>>,
+) -> Result<Panel, PlotError> {
     let names = ["no rattle", "unilateral rattle", "bilateral rattle", "no contact"];
-    category_map(rows, axes, &names, |row| {
-        Some(match row.contacts().get(contact)?.rattle_state() {
-            RattleState::None => 0,
-            RattleState::Unilateral => 1,
-            RattleState::Bilateral => 2,
-            _ => 3,
-        })
-    })
+    let count = rows.contacts();
+    let (shown, title) = match contact.into() {
+        _ if count == 0 => return Err(PlotError::Empty { what: "contacts of the rows".into() }),
+        Some(index) if index >= count => {
+            return Err(PlotError::NoSuch { what: "contacts of the rows".into(), index, count });
+        }
+        Some(index) => (index..index + 1, format!("contact {index}")),
+        None => (0..count, format!("worst of {count} contacts")),
+    };
+    let worst = |row: &Row<'_>| shown.clone().map(|i| usize::from(row.contacts()[i].rattle_state().rsv())).max();
+    let panel = category_map(rows, axes, &names, worst)?;
+    Ok(if count > 1 { panel.title(title) } else { panel })
 }
 
 /// A kind of each row, by its number among `names`, as areas over the two parameters of a sweep: an attractor, a
@@ -85,13 +96,13 @@ pub fn rattle_map(rows: &Rows, axes: [&str; 2], contact: usize) -> Result<Panel,
 /// ```
 /// use gear_dynamics::sweep::{Axis, LaneRk4};
 /// use gear_dynamics::{Sweep, models::Oscillator};
-/// use gear_dynamics_plots::{Figure, category_map};
+/// use gear_dynamics_plots::{Picture, category_map};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.1, 0.2, 2)?];
 /// let rows = Sweep::grid(axes)?.settle(20).measure(1).of_machine(&LaneRk4::new(64), &swing)?.run()?;
 /// let slow = |row: &gear_dynamics::sweep::Row<'_>| Some(usize::from(row.point()["speed"] > 0.6));
 /// let panel = category_map(&rows, ["speed Ω [1]", "force [1]"], &["slow", "fast"], slow)?;
-/// assert!(Figure::from(panel).to_svg().contains(">fast</text>"));
+/// assert!(Picture::from(panel).to_svg().contains(">fast</text>"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -173,13 +184,13 @@ impl Panel {
     /// ```
     /// use gear_dynamics::branches::{ByConstant, ByConstants, Continuation, PointKind};
     /// use gear_dynamics::trains::SpurPair;
-    /// use gear_dynamics_plots::{Figure, Panel};
+    /// use gear_dynamics_plots::{Picture, Panel};
     /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?.parts()?.build("driver", 0.8)?;
     /// let branch = Continuation::new(0.8, 0.9).run(&ByConstant::new(&pair, "speed")?, &[])?;
     /// let plane = ByConstants::new(&pair, ["speed", "mesh damping"])?;
     /// let line = Continuation::new(0.1, 0.12).run(&plane, branch.of_kind(PointKind::Grazing)[0])?;
     /// let panel = Panel::new("", "speed Ω [1]", "damping [1]")?.boundary("onset of contact loss", &line)?;
-    /// assert!(Figure::from(panel).to_svg().contains("onset of contact loss"));
+    /// assert!(Picture::from(panel).to_svg().contains("onset of contact loss"));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -189,7 +200,7 @@ impl Panel {
         let [first, second] = line.parameters().each_ref().map(|channel| &channel.name);
         let turned = self.parameters.as_ref().is_some_and(|[x, y]| x == second && y == first);
         let points: Vec<_> = line.points().iter().map(|point| point.parameters).collect();
-        self.with(label, Mark::Line, points.into_iter().map(|[p, q]| if turned { (q, p) } else { (p, q) }))
+        self.series(label, Mark::Line, points.into_iter().map(|[p, q]| if turned { (q, p) } else { (p, q) }))
     }
     /// The same map with a logarithmic scale of its colours.
     ///

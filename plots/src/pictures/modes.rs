@@ -13,7 +13,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 const SHARE: f64 = 0.35;
 
 /// Corners of a drawn circle.
-const CORNERS: usize = 72;
+const CORNERS: usize = 180;
 
 /// A mode of a train: its gears as pitch circles at their places, grey at rest and coloured as they turn and move.
 ///
@@ -25,9 +25,9 @@ const CORNERS: usize = 72;
 ///
 /// ```
 /// use gear_dynamics::trains::SpurPair;
-/// use gear_dynamics_plots::{Figure, mode};
+/// use gear_dynamics_plots::{Picture, mode};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[])?.parts()?.build("driver", 1.0)?;
-/// let svg = Figure::from(mode(&pair, &[1.0])?.title("1 Hz")).to_svg();
+/// let svg = Picture::from(mode(&pair, &[1.0])?.title("1 Hz")).to_svg();
 /// assert!(svg.contains("at rest") && svg.contains("driven"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -54,40 +54,44 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
     panel.entry("at rest", Swatch::Line { ink: Ink::Grey, style: 0, width: 1.0, cased: false });
     panel.entry("in the mode", Swatch::Line { ink: Ink::Series(0), style: 0, width: 1.6, cased: false });
     let places = places(drawing, mean);
-    for ((body, moved), place) in drawing.bodies.iter().zip(&motion).zip(&places) {
+    let (mut rest, mut moving) = (Vec::new(), Vec::new());
+    for ((body, moved), [x, y]) in drawing.bodies.iter().zip(&motion).zip(&places) {
         // A body without teeth is a small hub.
         let radius = if body.radius > 0.0 { body.radius } else { 0.2 * mean };
-        let [turn, x, y] = moved.map(|part| scale * part);
-        let shown =
-            [(0.0, *place, Ink::Grey, 1.0), (turn, [place[0] + x, place[1] + y], Ink::Series(0), 1.6)];
-        for (turn, [x, y], ink, width) in shown {
-            let at = |angle: f64, r: f64| [x + r * angle.cos(), y + r * angle.sin()];
-            let circle: Vec<[f64; 2]> =
-                (0..=CORNERS).map(|i| at(TAU * i as f64 / CORNERS as f64, radius)).collect();
-            let from = if body.internal { 0.85 } else { 0.0 };
-            let spoke = vec![at(FRAC_PI_2 + turn, from * radius), at(FRAC_PI_2 + turn, radius)];
-            if ink == Ink::Grey && !body.internal && body.radius > 0.0 {
-                let lines = vec![Vec::clone(&circle)];
-                panel.layers.push(Layer::Outline { lines, fill: Some((Ink::Solid, 1.0)), stroke: None });
-            }
-            panel.layers.push(Layer::Outline {
-                lines: vec![circle, spoke],
-                fill: None,
-                stroke: Some((ink, width)),
-            });
-        }
-        // The name of a hub stands above it: a carrier has the centre of its sun.
-        let foot = if body.radius == 0.0 {
-            1.6
-        } else if body.internal {
-            -0.93
-        } else {
-            -0.6
-        } * radius;
-        let (at, text) = ([place[0], place[1] + foot], body.name.clone());
-        panel.layers.push(Layer::Note { at, text, anchor: Anchor::Middle, ink: Ink::Text });
+        let solid = !body.internal && body.radius > 0.0;
+        let [turn, dx, dy] = moved.map(|part| scale * part);
+        let lines = |turn, centre| outline(centre, turn, radius, body.internal);
+        let (fill, stroke) = (solid.then_some((Ink::Solid, 1.0)), Some((Ink::Grey, 1.0)));
+        rest.push(Layer::Outline { lines: lines(0.0, [*x, *y]), fill, stroke });
+        let stroke = Some((Ink::Series(0), 1.6));
+        moving.push(Layer::Outline { lines: lines(turn, [x + dx, y + dy]), fill: None, stroke });
+        // Names stand where no other body is: below the spoke of a gear, above a hub, outside a ring.
+        let (off, anchor) = match body.internal {
+            true => ([0.76 * radius, -0.76 * radius], Anchor::Start),
+            false if body.radius == 0.0 => ([0.0, 1.7 * radius], Anchor::Middle),
+            false => ([0.0, -0.55 * radius], Anchor::Middle),
+        };
+        let (at, text) = ([x + off[0], y + off[1]], body.name.clone());
+        moving.push(Layer::Note { at, text, anchor, ink: Ink::Text });
     }
+    // All modes of a train have one range: room for the largest displacement around the train at rest.
+    let reach = |at: usize| {
+        let ends = drawing.bodies.iter().zip(&places).flat_map(|(b, p)| [p[at] - b.radius, p[at] + b.radius]);
+        let [low, high] =
+            ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+        Some([low - 1.1 * SHARE * mean, high + 1.1 * SHARE * mean])
+    };
+    (panel.x.range, panel.y.range) = (reach(0), reach(1));
+    panel.layers.extend(rest.into_iter().chain(moving));
     Ok(panel)
+}
+
+/// A pitch circle and its spoke, which points upwards at the angle 0.
+fn outline([x, y]: [f64; 2], turn: f64, radius: f64, internal: bool) -> Vec<Vec<[f64; 2]>> {
+    let at = |angle: f64, r: f64| [x + r * angle.cos(), y + r * angle.sin()];
+    let circle = (0..=CORNERS).map(|i| at(TAU * i as f64 / CORNERS as f64, radius)).collect();
+    let from = if internal { 0.85 } else { 0.0 };
+    vec![circle, vec![at(FRAC_PI_2 + turn, from * radius), at(FRAC_PI_2 + turn, radius)]]
 }
 
 /// The centres of the bodies. Those that are not stated stand to the right of a body that they mesh with, then below one

@@ -10,19 +10,19 @@ use gear_dynamics::contact::{Contact, Piece};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::ode::Trajectory;
 
-/// A channel over the time, with the states of a contact shaded: the gap grey, and the flank that carries for less of
-/// the time in a pale colour. Of the deflection of this contact the edges of the gap are drawn, too.
+/// A channel over the time, with the states of a contact shaded: the gap grey, the lower flank in a pale colour. Of the
+/// deflection of this contact the edges of the gap are drawn, too.
 ///
 /// `channel`: the name of a [channel](gear_dynamics::analysis::Probe) of the model with its unit. `contact`: its
 /// number from 0, or `None`. The time axis is `t [s]`; [`Panel::x`] names another unit.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic};
-/// use gear_dynamics_plots::{Figure, history};
+/// use gear_dynamics_plots::{Picture, history};
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
 /// let run = Dop853::new().trajectory(&pair, &pair.static_start()?, 0.2 * pair.period())?;
 /// let panel = history(&pair, &run, "deflection [m]", 0)?.x("τ = ω_n t [1]")?.title("180 rad/s");
-/// let svg = Figure::from(panel).to_svg();
+/// let svg = Picture::from(panel).to_svg();
 /// assert!(svg.contains("deflection [μm]") && svg.contains("gap"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -46,7 +46,7 @@ pub fn history(
     }
     if let Some(contact) = contact.into() {
         let contacts = contacts(model, run, contact)?;
-        shade(&mut panel, run.times(), &contacts);
+        shade(&mut panel, run.times(), &contacts, &gap(model, contact));
         if name == "deflection" || name == format!("deflection {contact}") {
             for edge in [|c: &Contact| c.lower, |c: &Contact| c.upper] {
                 let points: Vec<_> =
@@ -60,6 +60,11 @@ pub fn history(
     }
     panel.curve("", Curve { mark: Mark::Line, ink: Ink::Series(0), style: 0, width: 1.5, points })?;
     Ok(panel)
+}
+
+/// The name of the gap of a contact. Of several contacts it states the number.
+fn gap(model: &dyn Model, contact: usize) -> String {
+    if model.contacts() > 1 { format!("gap of contact {contact}") } else { "gap".into() }
 }
 
 /// The contact at each state of a run.
@@ -101,19 +106,14 @@ fn spans(times: &[f64], contacts: &[Contact]) -> [Vec<[f64; 2]>; 3] {
     spans
 }
 
-/// Shades gap and flanks.
-fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact]) {
+/// Shades the gap and the lower flank; the upper flank is the background.
+fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact], gap: &str) {
     let spans = spans(times, contacts);
-    let time = |piece: Piece| spans[piece as usize].iter().map(|s| s[1] - s[0]).sum::<f64>();
-    let [main, other] = if time(Piece::Upper) > time(Piece::Lower) {
-        [Piece::Upper, Piece::Lower]
-    } else {
-        [Piece::Lower, Piece::Upper]
-    };
-    let name = |piece: Piece| if piece == Piece::Lower { "lower flank" } else { "upper flank" };
-    for (piece, ink, label) in
-        [(main, Ink::Paper, name(main)), (Piece::Gap, Ink::Gap, "gap"), (other, Ink::Flank, name(other))]
-    {
+    for (piece, ink, label) in [
+        (Piece::Upper, Ink::Paper, "upper flank"),
+        (Piece::Gap, Ink::Gap, gap),
+        (Piece::Lower, Ink::Flank, "lower flank"),
+    ] {
         let spans = spans[piece as usize].clone();
         if spans.is_empty() {
             continue;
@@ -131,11 +131,11 @@ fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact]) {
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic};
-/// use gear_dynamics_plots::{Figure, phase_portrait};
+/// use gear_dynamics_plots::{Picture, phase_portrait};
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
 /// let run = Dop853::new().trajectory(&pair, &pair.static_start()?, 0.2 * pair.period())?;
-/// let panel = phase_portrait(&pair, &run, 0, ["deflection d [m]", "rate d' [m]"])?;
-/// assert!(Figure::from(panel).to_svg().contains("rate d' [nm]"));
+/// let panel = phase_portrait(&pair, &run, ["deflection d [m]", "rate d' [m]"], 0)?;
+/// assert!(Picture::from(panel).to_svg().contains("rate d' [nm]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -144,8 +144,8 @@ fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact]) {
 pub fn phase_portrait(
     model: &dyn Model,
     run: &Trajectory,
-    contact: usize,
     axes: [&str; 2],
+    contact: usize,
 ) -> Result<Panel, PlotError> {
     let mut panel = Panel::new("", axes[0], axes[1])?;
     let contacts = contacts(model, run, contact)?;
@@ -161,7 +161,7 @@ pub fn phase_portrait(
         // Without edges the whole panel is gap.
         let span = [lower.max(least - (most - least)), upper.min(most + (most - least))];
         panel.layers.push(Layer::Shade { ink: Ink::Gap, spans: vec![span] });
-        panel.entry("gap", Swatch::Field { ink: Ink::Gap, opacity: 1.0 });
+        panel.entry(&gap(model, contact), Swatch::Field { ink: Ink::Gap, opacity: 1.0 });
     }
     panel.curve("", Curve { mark: Mark::Line, ink: Ink::Series(0), style: 0, width: 1.3, points })?;
     let wide = most.max(upper.min(most)) - least.min(lower.max(least));

@@ -6,14 +6,14 @@ use crate::error::{PlotError, finite};
 use crate::panel::{Panel, name_and_unit};
 use gear_dynamics::analysis::{Spectrum, WaterfallLine};
 
-/// Amplitudes over the frequency, without the mean. `amplitude`: text with unit.
+/// Amplitudes over the frequency as a line, without the mean. `amplitude`: text with unit.
 ///
 /// ```
 /// use gear_dynamics::analysis::{Spectrum, Window};
-/// use gear_dynamics_plots::{Figure, spectrum};
+/// use gear_dynamics_plots::{Picture, spectrum};
 /// let samples: Vec<f64> = (0..64).map(|k| (0.5 * f64::from(k)).sin()).collect();
 /// let panel = spectrum(&Spectrum::new(&samples, 1e-3, Window::Hann)?, "amplitude [m]")?.logarithmic_y()?;
-/// assert!(Figure::from(panel).to_svg().contains("frequency f [Hz]"));
+/// assert!(Picture::from(panel).to_svg().contains("frequency f [Hz]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -21,18 +21,18 @@ use gear_dynamics::analysis::{Spectrum, WaterfallLine};
 /// [`PlotError::Empty`], [`PlotError::NotFinite`], [`PlotError::NoUnit`].
 pub fn spectrum(spectrum: &Spectrum, amplitude: &str) -> Result<Panel, PlotError> {
     let panel = Panel::new("", "frequency f [Hz]", amplitude)?;
-    bars(panel, spectrum.frequencies(), spectrum.amplitudes())
+    amplitudes(panel, Mark::Line, spectrum.frequencies(), spectrum.amplitudes())
 }
 
-/// Amplitudes over the order of a base frequency, without the mean, with orders named.
+/// Amplitudes over the order of a base frequency as bars, without the mean, with orders named.
 ///
 /// ```
 /// use gear_dynamics::analysis::{Spectrum, Window};
-/// use gear_dynamics_plots::{Figure, order_spectrum};
+/// use gear_dynamics_plots::{Picture, order_spectrum};
 /// let samples: Vec<f64> = (0..64).map(|k| (0.5 * f64::from(k)).sin()).collect();
 /// let lines = Spectrum::new(&samples, 1e-3, Window::Rectangular)?;
 /// let panel = order_spectrum(&lines, 10.0, "amplitude [m]", &[(8.0, "mesh")])?;
-/// assert!(Figure::from(panel).to_svg().contains(">mesh</text>"));
+/// assert!(Picture::from(panel).to_svg().contains(">mesh</text>"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -45,24 +45,27 @@ pub fn order_spectrum(
     names: &[(f64, &str)],
 ) -> Result<Panel, PlotError> {
     let panel = Panel::new("", "order [1]", amplitude)?.name_x(names)?;
-    bars(panel, &spectrum.orders(base)?, spectrum.amplitudes())
+    amplitudes(panel, Mark::Bars, &spectrum.orders(base)?, spectrum.amplitudes())
 }
 
-fn bars(mut panel: Panel, across: &[f64], amplitudes: &[f64]) -> Result<Panel, PlotError> {
-    let points = across.iter().zip(amplitudes).skip(1).map(|(x, a)| [*x, *a]).collect();
-    panel.curve("", Curve { mark: Mark::Bars, ink: Ink::Series(0), style: 0, width: 1.4, points })?;
+/// A spectrum without its mean.
+fn amplitudes(mut panel: Panel, mark: Mark, across: &[f64], values: &[f64]) -> Result<Panel, PlotError> {
+    let points = across.iter().zip(values).skip(1).map(|(x, a)| [*x, *a]).collect();
+    let width = if mark == Mark::Bars { 2.0 } else { 1.2 };
+    panel.curve("", Curve { mark, ink: Ink::Series(0), style: 0, width, points })?;
     Ok(panel)
 }
 
 /// Amplitudes of a run of varying speed as colours over order and speed, on a logarithmic scale of four decades.
-/// `highest`: the last order that is drawn. Lines of a speed that turns back stand over the time.
+/// `highest`: the last order that is drawn. Lines of a speed that turns back stand over the time `[s]`; of a model
+/// without dimensions, [`Panel::y`] names the axis.
 ///
 /// ```
 /// use gear_dynamics::analysis::WaterfallLine;
-/// use gear_dynamics_plots::{Figure, order_map};
+/// use gear_dynamics_plots::{Picture, order_map};
 /// let line = |speed: f64| WaterfallLine { t: speed, speed, orders: vec![0.0, 1.0, 2.0], amplitudes: vec![0.0, 1e-6, 3e-5] };
 /// let panel = order_map(&[line(10.0), line(12.0)], "amplitude [m]", 2.0, &[(2.0, "mesh")])?;
-/// assert!(Figure::from(panel).to_svg().contains("speed [rad/s]"));
+/// assert!(Picture::from(panel).to_svg().contains("speed [rad/s]"));
 /// # Ok::<(), gear_dynamics_plots::PlotError>(())
 /// ```
 ///
@@ -94,10 +97,10 @@ pub fn order_map(
 ///
 /// ```
 /// use gear_dynamics::analysis::WaterfallLine;
-/// use gear_dynamics_plots::{Figure, waterfall};
+/// use gear_dynamics_plots::{Picture, waterfall};
 /// let line = |speed: f64| WaterfallLine { t: speed, speed, orders: vec![0.0, 1.0, 2.0], amplitudes: vec![0.0, 1e-6, 3e-5] };
 /// let panel = waterfall(&[line(10.0), line(12.0)], "amplitude [m]", 2.0, &[(2.0, "mesh")])?;
-/// assert!(Figure::from(panel).to_svg().contains("amplitude 20 μm"));
+/// assert!(Picture::from(panel).to_svg().contains("amplitude 20 μm"));
 /// # Ok::<(), gear_dynamics_plots::PlotError>(())
 /// ```
 ///

@@ -13,9 +13,9 @@ use std::f64::consts::TAU;
 ///
 /// ```
 /// use gear_dynamics::{Wave, excitation::RectangularWave};
-/// use gear_dynamics_plots::{Figure, stiffness};
+/// use gear_dynamics_plots::{Picture, stiffness};
 /// let wave = Wave::new(RectangularWave::from_contact_ratio(1.6, 2e8, 3e8)?);
-/// let svg = Figure::from(stiffness(&[("stage 1", &wave)], "mesh stiffness k [N/m]", 2.0)?).to_svg();
+/// let svg = Picture::from(stiffness(&[("stage 1", &wave)], "mesh stiffness k [N/m]", 2.0)?).to_svg();
 /// assert!(svg.contains("mesh stiffness k [N/μm]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -33,7 +33,7 @@ pub fn stiffness(waves: &[(&str, &Wave)], value: &str, cycles: f64) -> Result<Pa
         return Err(PlotError::Cycles { value: cycles });
     }
     for (name, wave) in waves {
-        panel = panel.with(name, Mark::Line, samples(wave, cycles))?;
+        panel = panel.series(name, Mark::Line, samples(wave, cycles))?;
     }
     Ok(panel)
 }

@@ -50,7 +50,7 @@ const NAME: char = '\u{1}';
 impl Svg {
     pub(crate) fn fill(&mut self, d: &str, colour: &str, opacity: f64) {
         let opacity = if opacity < 1.0 { format!(" fill-opacity=\"{opacity}\"") } else { String::new() };
-        let _ = writeln!(self.body, "<path d=\"{d}\" fill=\"{colour}\"{opacity} fill-rule=\"evenodd\"/>");
+        let _ = writeln!(self.body, "<path d=\"{d}\" fill=\"{colour}\"{opacity}/>");
     }
     pub(crate) fn stroke(&mut self, d: &str, stroke: Stroke<'_>) {
         let dash = match stroke.dash {
@@ -113,6 +113,15 @@ impl Svg {
     pub(crate) fn title(&mut self, [x, y]: [f64; 2], text: &str, size: f64, colour: &str) {
         self.body.push_str("<g font-weight=\"bold\">");
         self.text([x, y], text, size, Anchor::Start, colour, false);
+        self.body.push_str("</g>\n");
+    }
+    /// Texts with a rim, over lines.
+    pub(crate) fn halo(&mut self, rim: &str, draw: impl FnOnce(&mut Self)) {
+        let _ = writeln!(
+            self.body,
+            "<g stroke=\"{rim}\" stroke-width=\"3\" stroke-linejoin=\"round\" paint-order=\"stroke\">"
+        );
+        draw(self);
         self.body.push_str("</g>\n");
     }
     /// Draws inside a rectangle only.

@@ -1,4 +1,4 @@
-//! A figure: panels in rows, as SVG.
+//! A picture: panels in rows, as SVG.
 
 use crate::draw::colours::{Ink, Theme};
 use crate::draw::frame::{Frame, Margins};
@@ -12,56 +12,56 @@ use std::path::Path;
 /// Panels in rows. Several panels are lettered (a), (b), ....
 ///
 /// ```
-/// use gear_dynamics_plots::{Figure, Mark, Panel};
+/// use gear_dynamics_plots::{Picture, Mark, Panel};
 /// let panel = |speed: f64| {
 ///     let title = format!("{speed} rad/s");
-///     Panel::new(title, "time [s]", "deflection [m]")?.with("", Mark::Line, [(0.0, 1e-5), (1.0, 2e-5)])
+///     Panel::new(title, "time [s]", "deflection [m]")?.series("", Mark::Line, [(0.0, 1e-5), (1.0, 2e-5)])
 /// };
-/// let figure = Figure::new([panel(140.0)?, panel(160.0)?]).columns(2);
-/// let svg = figure.to_svg();
+/// let picture = Picture::new([panel(140.0)?, panel(160.0)?]).columns(2);
+/// let svg = picture.to_svg();
 /// assert!(svg.contains("(b) 160 rad/s") && svg.contains("[μm]"));
-/// assert!(figure.save("no such folder/figure.svg").is_err());
+/// assert!(picture.save("no such folder/picture.svg").is_err());
 /// # Ok::<(), gear_dynamics_plots::PlotError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Figure {
+pub struct Picture {
     panels: Vec<Panel>,
     columns: usize,
     theme: Theme,
     size: [f64; 2],
 }
 
-impl From<Panel> for Figure {
+impl From<Panel> for Picture {
     fn from(panel: Panel) -> Self {
-        Figure::new([panel])
+        Picture::new([panel])
     }
 }
 
-impl Figure {
-    /// A figure of panels below one another.
+impl Picture {
+    /// A picture of panels below one another.
     pub fn new(panels: impl IntoIterator<Item = Panel>) -> Self {
         let panels = panels.into_iter().collect();
-        Figure { panels, columns: 1, theme: Theme::Light, size: [440.0, 300.0] }
+        Picture { panels, columns: 1, theme: Theme::Light, size: [440.0, 300.0] }
     }
-    /// The same figure with rows of several panels. Default: 1.
+    /// The same picture with rows of several panels. Default: 1.
     pub fn columns(self, columns: usize) -> Self {
-        Figure { columns: columns.max(1), ..self }
+        Picture { columns: columns.max(1), ..self }
     }
-    /// The same figure on another background. Default: light.
+    /// The same picture on another background. Default: light.
     pub fn theme(self, theme: Theme) -> Self {
-        Figure { theme, ..self }
+        Picture { theme, ..self }
     }
-    /// The same figure with another size of each panel, in points of 1/96 inch, at least 200 x 150. Default: 440 x
+    /// The same picture with another size of each panel, in points of 1/96 inch, at least 200 x 150. Default: 440 x
     /// 300.
     pub fn panel_size(self, width: f64, height: f64) -> Self {
         // A number that is not finite gives the least size.
-        Figure {
+        Picture {
             size: [width.clamp(200.0, 4000.0).max(200.0), height.clamp(150.0, 4000.0).max(150.0)],
             ..self
         }
     }
 
-    /// The figure as text of an SVG file.
+    /// The picture as text of an SVG file.
     pub fn to_svg(&self) -> String {
         let columns = self.columns.min(self.panels.len()).max(1);
         let rows = self.panels.len().div_ceil(columns);
@@ -94,10 +94,10 @@ impl Figure {
         svg.document(size, &self.theme.colour(Ink::Paper))
     }
 
-    /// Writes the figure to a file.
+    /// Writes the picture to a file.
     ///
     /// # Errors
-    /// [`PlotError::Empty`] for a figure without panels, [`PlotError::Write`] with the path.
+    /// [`PlotError::Empty`] for a picture without panels, [`PlotError::Write`] with the path.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), PlotError> {
         let path = path.as_ref();
         if self.panels.is_empty() {
