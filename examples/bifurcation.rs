@@ -88,16 +88,17 @@ fn main() -> Outcome<()> {
     let [up, down] = diagram.rows().map(exponents);
     let mut panels = Vec::new();
     for (from, to) in [(100.0, 250.0), (145.0, 170.0)] {
-        let strobed = bifurcation(&diagram, [SPEED, "q once a turn [rad]"])?;
+        let strobed =
+            bifurcation(&diagram, [SPEED, "q [rad]"])?.title("q once in every turn of the face gear");
         let strobed = if differing.is_empty() {
             strobed
         } else {
             strobed.series("hysteresis", Mark::Dots, differing.clone())?
         };
-        let exponent = Panel::new("", SPEED, "largest Lyapunov exponent per turn [1]")?
+        let exponent = Panel::new("largest Lyapunov exponent", SPEED, "exponent per turn [1]")?
             .series("upwards", Mark::Line, up.clone())?
             .series("downwards", Mark::Line, down.clone())?
-            .name_y(&[(0.0, "chaos")])?;
+            .name_y(&[(0.0, "chaos above")])?;
         panels.extend([strobed.x_range(from, to)?, exponent.x_range(from, to)?]);
     }
     Picture::new(panels).columns(2).save(folder.join("bifurcation.svg"))?;

@@ -138,6 +138,9 @@ fn rattle_map(
         rows.errors().len(),
         100.0 * lost as f64 / (side * side) as f64
     );
+    if let Some((point, error)) = rows.errors().first_key_value() {
+        println!("  point {point}: {error}");
+    }
     let axes = ["speed [rad/s]", "drive torque [N m]"];
     let swing = |row: &Row<'_>| row.channel("deflection 0").map_or(f64::NAN, |x| x.peak_to_peak());
     Ok([
@@ -178,7 +181,7 @@ fn campbell_panel(train: &Train, orders: &[(f64, &str)], fastest: f64) -> Outcom
         let hertz = meeting.frequency / TAU;
         println!("{:8.1}  order {:5.1} meets {hertz:7.0} Hz", meeting.speed, meeting.order);
     }
-    Ok(campbell(&diagram, "motor speed [rad/s]", orders)?.title("two-stage train"))
+    Ok(campbell(&diagram, "motor speed [rad/s]", orders)?.title("two-stage train").y_range(0.0, 1500.0)?)
 }
 
 fn geometry(pairs: &[GearPair; 2]) -> Outcome<()> {

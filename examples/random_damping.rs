@@ -23,7 +23,7 @@ use support::{Outcome, csv_file, gallery};
 const MEMBERS: u64 = 1000;
 /// End of the runs in seconds, and number of equal spans between the times of the bands.
 const END: f64 = 0.02;
-const SPANS: usize = 400;
+const SPANS: usize = 1000;
 /// Maximum random damping [N s/m], added to 1070 N s/m of the meshes. Its values are held for one mesh
 /// period.
 const SCALE: f64 = 1000.0;

@@ -145,7 +145,7 @@ impl Painter<'_, '_> {
         let (columns, rows) = (xs.len() - 1, ys.len() - 1);
         let [left, bottom] = self.place([xs[0], ys[0]]);
         let [right, top] = self.place([xs[columns], ys[rows]]);
-        // Cells of equal size are pixels; others are sampled.
+        // Cells of equal size are some pixels each, since viewers mix neighbouring pixels; others are sampled.
         let pick = |borders: &[f64], axis: &Shown| -> Vec<usize> {
             let cells = borders.len() - 1;
             let shares: Vec<f64> = borders.iter().map(|border| axis.share(*border)).collect();
@@ -154,7 +154,8 @@ impl Painter<'_, '_> {
                 (share - first - wide * i as f64 / cells as f64).abs() < 1e-6 * wide
             };
             if shares.iter().enumerate().all(is_even) {
-                return (0..cells).collect();
+                let each = (240 / cells).max(1);
+                return (0..cells * each).map(|pixel| pixel / each).collect();
             }
             let pixels = (8 * cells).min(600);
             let of = |pixel: usize| {

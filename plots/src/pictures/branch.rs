@@ -48,8 +48,7 @@ pub fn branch<O>(
     }
     // Stability is undecided where a multiplier is 1 to its accuracy. That of a located point is meant to be.
     let mut points = branches.iter().flat_map(|branch| branch.points());
-    let undecided =
-        points.any(|point| point.located.is_none() && point.stability() == Stability::Undecided);
+    let undecided = points.any(|point| point.located.is_none() && point.stability() == Stability::Undecided);
     let others = if undecided { "unstable or undecided" } else { "unstable" };
     // Series that are added later differ from both in colour.
     for label in ["stable", others] {
