@@ -37,7 +37,7 @@ fn main() -> Outcome<()> {
     let set = RingSet { motor_torque: 6.0, ..RingSet::set_a(3, 3000.0) };
     let ring = Ring::as_printed(&set.params()?)?;
     let slots =
-        (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
+        (0..3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
     let family = |member: u64| -> Result<(Held<Ring>, State), String> {
         let noisy = Held::new(ring.clone()).per_slot(
             &slots,
@@ -106,12 +106,12 @@ fn main() -> Outcome<()> {
     let mut values_panel =
         Panel::new("random damping of member 0, by mesh", "t [ms]", "[N s/m]").headroom(0.35);
     for (mesh, points) in values {
-        values_panel = values_panel.with(format!("mesh {}", mesh + 1), Mark::Line, points);
+        values_panel = values_panel.with(format!("mesh {mesh}"), Mark::Line, points);
     }
     let counts = peak.histogram(40)?.into_iter().map(|(x, n)| (x, n as f64)).collect();
     let panels = [
-        banded(&format!("mesh force 1 over {MEMBERS} members"), force, "[N]")?,
-        banded("transmission error of mesh 1", error, "[m]")?,
+        banded(&format!("mesh force 0 over {MEMBERS} members"), force, "[N]")?,
+        banded("transmission error of mesh 0", error, "[m]")?,
         values_panel,
         Panel::new("maximum mesh force of a run", "[N]", "members").with("", Mark::Bars, counts),
     ];
