@@ -38,7 +38,7 @@ fn main() -> Outcome<()> {
     let set = RingSet { motor_torque: 6.0, ..RingSet::set_a(3, 3000.0) };
     let ring = Ring::as_printed(&set.params()?)?;
     let slots =
-        (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
+        (0..3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
     let family = |member: u64| -> Result<(Held<Ring>, State), String> {
         let noisy = Held::new(ring.clone()).per_slot(
             &slots,
@@ -87,12 +87,12 @@ fn main() -> Outcome<()> {
             let t = END * f64::from(i) / 4000.0;
             (t, SCALE * held.value(t, Side::After, mesh))
         };
-        damping = damping.series(&format!("mesh {}", mesh + 1), Mark::Line, (0..=4000).map(value))?;
+        damping = damping.series(&format!("mesh {mesh}"), Mark::Line, (0..=4000).map(value))?;
     }
     let counts = peak.histogram(40)?.into_iter().map(|(x, n)| (x, n as f64));
     let panels = [
         band(&bands, "mesh force 0 [N]", [0.05, 0.95])?.title("mesh force 0"),
-        band(&bands, "transmission error 1 [m]", [0.05, 0.95])?.title("transmission error 1"),
+        band(&bands, "transmission error 0 [m]", [0.05, 0.95])?.title("transmission error 0"),
         damping,
         Panel::new("members by their maximum", "maximum mesh force 0 [N]", "members [1]")?.series(
             "",

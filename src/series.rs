@@ -76,7 +76,7 @@ impl Series {
         self.coefficients().iter().rev().fold(0.0, |sum, c| sum * t + c)
     }
     /// The same series, valid up to the time `until` after the instant.
-    pub fn valid_until(self, until: f64) -> Self {
+    pub(crate) fn valid_until(self, until: f64) -> Self {
         Series { until: self.until.min(until), ..self }
     }
     /// The time after the instant up to which the series represents its function; infinite if there is no

@@ -216,7 +216,7 @@ struct Fill {
 /// // C_gΔ of Yao 2020: uniform on (0, 1) times 500 N s/m, one stream per mesh, hold time 0.1 ms.
 /// let process = HeldProcess::new(1e-4, Uniform::new(0.0, 1.0)?)?.seed(1);
 /// let slots =
-///     (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
+///     (0..3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
 /// let noisy = Held::new(ring).per_slot(&slots, 500.0, process)?;
 /// assert_eq!(noisy.next_edge(0.0), Some(1e-4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -228,7 +228,7 @@ pub type Held<M> = Wrapped<M, HeldDrives>;
 /// ```
 /// use gear_dynamics::{drives::{Held, HeldProcess}, models::ring::RingSet, Ring};
 /// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
-/// let slots = [ring.slot("mesh damping 1")?, ring.slot("mesh damping 2")?];
+/// let slots = [ring.slot("mesh damping 0")?, ring.slot("mesh damping 1")?];
 /// let process = HeldProcess::from_values(1e-3, &[0.0, 1.0])?;
 /// let noisy = Held::new(ring).shared(&slots, 500.0, process)?;
 /// assert_eq!(noisy.rule().fills(), 2); // one process, added to two drives

@@ -18,7 +18,7 @@ use thiserror::Error;
 /// use gear_dynamics::linear::{LinearError, Modes};
 /// use gear_dynamics::{NfgPair, NfgParams, contact::Piece};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let error = Modes::on_pieces(&pair, 0.0, &[Piece::Upper; 2]).unwrap_err();
+/// let error = Modes::about(&pair, 0.0, Some(&[Piece::Upper; 2]), &[0.0], &[0.0]).unwrap_err();
 /// assert_eq!(error.to_string(), "pieces has 2 entries: 1 are needed");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -127,7 +127,8 @@ impl Modes {
     /// # Errors
     /// A model whose Jacobian is not finite; eigenvalues that do not converge.
     pub fn in_contact(model: &dyn Model, t: f64) -> Result<Self, LinearError> {
-        Modes::on_pieces(model, t, &vec![Piece::Upper; model.contacts()])
+        let rest = vec![0.0; model.dof()];
+        Modes::about(model, t, Some(&vec![Piece::Upper; model.contacts()]), &rest, &rest)
     }
 
     /// Modes with all teeth on their upper (drive) flanks and the mean of the Jacobian over a period: of the
@@ -163,20 +164,11 @@ impl Modes {
         Modes::of(&mean[0], &mean[1], 0.0)
     }
 
-    /// Modes at time t, about rest, with contact i on `pieces[i]`.
-    ///
-    /// # Errors
-    /// As [`in_contact`](Modes::in_contact); a list of pieces of the wrong length.
-    pub fn on_pieces(model: &dyn Model, t: f64, pieces: &[Piece]) -> Result<Self, LinearError> {
-        let rest = vec![0.0; model.dof()];
-        Modes::about(model, t, Some(pieces), &rest, &rest)
-    }
-
     /// Modes at time t about a state. `pieces`: that of each contact; `None`: those on which the state
     /// stands.
     ///
     /// # Errors
-    /// As [`on_pieces`](Modes::on_pieces); coordinates or velocities of the wrong number.
+    /// As [`in_contact`](Modes::in_contact); pieces, coordinates or velocities of the wrong number.
     pub fn about(
         model: &dyn Model,
         t: f64,

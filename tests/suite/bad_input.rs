@@ -423,8 +423,8 @@ fn a_slot_of_a_mesh_that_does_not_exist() {
     let ring = Ring::new(&set().params().unwrap()).unwrap();
     assert_eq!(ring.clearance_slots(4).unwrap_err(), P::TooMany { name: "mesh".into(), value: 4, max: 3 });
     assert!(matches!(
-        ring.slot("mesh damping 5").unwrap_err(),
-        P::NoSuchConstant { name, .. } if name == "mesh damping 5"
+        ring.slot("mesh damping 4").unwrap_err(),
+        P::NoSuchConstant { name, .. } if name == "mesh damping 4"
     ));
 }
 

@@ -504,7 +504,7 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
         .sample(&ring, &cycle.states()[0], &uniform_times(0.0, ring.period(), 64).unwrap())
         .unwrap();
     let history = orbit.history(64).unwrap();
-    for i in 1..=3 {
+    for i in 0..3 {
         let name = format!("deflection {i}");
         let (a, b) = (run.channel(&ring, &name).unwrap(), history.channel(&ring, &name).unwrap());
         let range = b.iter().fold(f64::MIN, |m, x| m.max(*x)) - b.iter().fold(f64::MAX, |m, x| m.min(*x));

@@ -313,7 +313,7 @@ fn both_ways() {
     assert_eq!(codes, [1.0, 1.0]);
     let (last, m) = (branch.points().len() - 1, branch.points().last().unwrap().multipliers.values()[1]);
     let parts =
-        ["real", "imaginary"].map(|part| table.column(&format!("multiplier 2 {part}")).unwrap()[last]);
+        ["real", "imaginary"].map(|part| table.column(&format!("multiplier 1 {part}")).unwrap()[last]);
     assert_eq!(parts, [m.re, m.im]);
     assert_eq!(table.column("crossings upper 0").unwrap()[last], 0.0);
     assert!(branch.to_string().contains("fold"));

@@ -126,7 +126,7 @@ fn ring() -> Ring {
 #[test]
 fn shared_and_per_mesh() {
     let ring = ring();
-    let slots: Vec<usize> = (1..=4).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
+    let slots: Vec<usize> = (0..4).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
     let mut u = vec![0.0; ring.drives()];
     let mut damping = |model: &dyn Model, t: f64| {
         model.drive(t, Side::After, &mut u);

@@ -98,7 +98,7 @@ fn every_trajectory() {
         } else {
             let process = HeldProcess::from_values(number(&held["hold_s"]), &list(&held["values"])).unwrap();
             let slots: Vec<usize> =
-                (1..=ring.gears()).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
+                (0..ring.gears()).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
             let noisy = Held::new(ring).shared(&slots, number(&held["scale_Ns_per_m"]), process).unwrap();
             compare(&noisy, case, name);
         }

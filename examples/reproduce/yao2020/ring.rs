@@ -22,7 +22,7 @@ pub fn ring(set: &RingSet) -> Outcome<Ring> {
 
 /// The slots of the damping of each mesh.
 pub fn damping_slots(ring: &Ring) -> Result<Vec<usize>, ParameterError> {
-    (1..=3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect()
+    (0..3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect()
 }
 
 /// Tolerances by component: angles of 1e-3 rad contain deflections of 1e-5 m.

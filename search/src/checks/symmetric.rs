@@ -61,7 +61,7 @@ fn swings(train: &Train, orbit: &ShootingOrbit) -> Result<Vec<f64>, String> {
 /// Statistics of the deflection of each mesh.
 fn deflections(train: &Train, orbit: &ShootingOrbit) -> Result<Vec<Summary>, String> {
     let said = |error: &dyn std::fmt::Display| error.to_string();
-    let names: Vec<String> = (1..=train.contacts()).map(|i| format!("deflection {i}")).collect();
+    let names: Vec<String> = (0..train.contacts()).map(|i| format!("deflection {i}")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut statistics = Statistics::new(train, &names).map_err(|e| said(&e))?;
     orbit.observe(train, &mut statistics).map_err(|e| said(&e))?;

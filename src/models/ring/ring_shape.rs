@@ -270,7 +270,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
     }
     fn constants(&self) -> Vec<Channel> {
         let each = |name: &'static str, unit: &'static str| {
-            (1..=self.meshes.len()).map(move |i| Channel::new(format!("{name} {i}"), unit))
+            (0..self.meshes.len()).map(move |i| Channel::new(format!("{name} {i}"), unit))
         };
         let shared = [Channel::new("mesh frequency", "rad/s"), Channel::new("motor torque", "N m")];
         shared.into_iter().chain(each("mesh damping", "N s/m")).chain(each("load torque", "N m")).collect()
@@ -281,7 +281,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         constants[2..2 + n]
             .iter()
             .enumerate()
-            .try_for_each(|(i, c)| check::not_negative(format!("mesh damping {}", i + 1), *c).map(drop))
+            .try_for_each(|(i, c)| check::not_negative(format!("mesh damping {i}"), *c).map(drop))
     }
 
     #[inline(always)]
