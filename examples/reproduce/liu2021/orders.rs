@@ -158,11 +158,11 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         let title = format!("{speed} rad/s, {crossings} crossings");
         let mut panel = Panel::new(title, "orders H [1]", "share of the peak-to-peak value [1]")?;
         for (name, mark, points) in [
-            ("error, closed", Mark::Line, curve(0, |r| r.error)),
+            ("error, closed", Mark::Joined, curve(0, |r| r.error)),
             ("|z_H - z_1.3H|", Mark::Dots, curve(0, |r| r.truncation)),
             ("shooting correction", Mark::Dots, curve(0, |r| r.shooting)),
-            ("error, M = 4096", Mark::Line, curve(1, |r| r.error)),
-            ("error, M = 65536", Mark::Line, curve(2, |r| r.error)),
+            ("error, M = 4096", Mark::Joined, curve(1, |r| r.error)),
+            ("error, M = 65536", Mark::Joined, curve(2, |r| r.error)),
         ] {
             // Where no orbit is found there is nothing to draw.
             if !points.is_empty() {

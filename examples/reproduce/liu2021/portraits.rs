@@ -15,7 +15,7 @@ use gear_dynamics_plots::{Mark, Panel};
 
 /// Time history, phase portrait and order spectrum of one turn, as in Figs. 8-10.
 fn portrait(title: &str, orbits: &[(&str, &FourierOrbit)]) -> Outcome<[Panel; 3]> {
-    const SAMPLES: usize = 4096;
+    const SAMPLES: usize = 8192;
     let mut history = Panel::new(title, "turns of the face gear [1]", "q [rad]")?;
     let mut phase = Panel::new("phase portrait", "q [rad]", "dq/dτ [rad]")?;
     let mut spectrum = Panel::new("spectrum", "order of the face gear [1]", "amplitude of q [rad]")?;

@@ -73,12 +73,13 @@ fn minus(text: String, zero: bool) -> String {
     if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "−") }
 }
 
-/// Ticks at powers of ten, with minor ticks at their multiples; within two decades at 1, 2 and 5.
+/// Ticks at powers of ten, with minor ticks at their multiples; within two decades at 1, 2 and 5. Numbers from 0.001 to a
+/// million are written out.
 pub(crate) fn logarithmic([low, high]: [f64; 2], count: f64) -> Vec<Tick> {
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
     let every = (f64::from(last - first) / count.max(1.0)).ceil().max(1.0) as i32;
     let few = high / low < 50.0;
-    let plain = few && low >= 1e-3 && high < 1e6;
+    let plain = low >= 1e-3 && high < 1e6;
     let mut ticks = Vec::new();
     for power in first..=last {
         for digit in 1..10 {
@@ -86,12 +87,16 @@ pub(crate) fn logarithmic([low, high]: [f64; 2], count: f64) -> Vec<Tick> {
             if value < low * (1.0 - 1e-9) || value > high * (1.0 + 1e-9) {
                 continue;
             }
-            let label = match digit {
-                1 | 2 | 5 if plain => Some(format!("{}", (value * 1e4).round() / 1e4)),
-                1 if power.rem_euclid(every) == 0 => Some(format!("10{}", superscript(power))),
-                2 | 5 if few => Some(format!("{digit}·10{}", superscript(power))),
-                _ => None,
+            let is_named = match digit {
+                1 => power.rem_euclid(every) == 0,
+                2 | 5 => few,
+                _ => false,
             };
+            let label = is_named.then(|| match digit {
+                _ if plain => format!("{}", (value * 1e4).round() / 1e4),
+                1 => format!("10{}", superscript(power)),
+                _ => format!("{digit}·10{}", superscript(power)),
+            });
             if label.is_some() || every == 1 {
                 ticks.push((value, label));
             }
