@@ -157,9 +157,9 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     };
     let panels = [
         panel("0 none, 1 unilateral, 2 bilateral", "rattle state [1]", |r| f64::from(r.state.rsv()))?,
-        panel("", "peak-to-peak of q [rad]", |r| r.q.peak_to_peak())?,
-        panel("", "peak-to-peak of f(q) [rad]", |r| r.elastic.peak_to_peak())?,
-        panel("", "peak-to-peak of r_b2 q [m]", |r| r.deflection.peak_to_peak())?,
+        panel("from rest", "peak-to-peak of q [rad]", |r| r.q.peak_to_peak())?,
+        panel("from rest", "peak-to-peak of f(q) [rad]", |r| r.elastic.peak_to_peak())?,
+        panel("from rest", "peak-to-peak of r_b2 q [m]", |r| r.deflection.peak_to_peak())?,
     ];
     report.picture("fig11_from_rest.svg", 2, panels);
     Ok(())

@@ -209,7 +209,7 @@ pub fn over_speed(report: &mut Report) -> Outcome<()> {
         mine.map(|(c, p)| (c.1.rpm, of(p))).collect::<Vec<_>>()
     };
     let panel = |value: &str, of: fn(&Point) -> f64| {
-        let panel = Panel::new("", "speed [r/min]", value)?;
+        let panel = Panel::new("Figs. 9 and 10", "speed [r/min]", value)?;
         SETS.iter().try_fold(panel, |panel, (name, _)| {
             panel.series(&format!("set {name}"), Mark::Joined, curve(name, of))
         })
