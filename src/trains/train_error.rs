@@ -227,6 +227,12 @@ pub enum TrainError {
         /// The radius stated, or required by another mesh `[m]`.
         found: f64,
     },
+    /// A radius is stated for a body that is no planet.
+    #[error("\"{body}\" has a radius on a carrier and no carrier: name it by Body::carried_by")]
+    RadiusWithoutCarrier {
+        /// The body.
+        body: String,
+    },
     /// A planet meshes with no central gear.
     #[error("the planet \"{planet}\" meshes with no central gear: give its radius (Body::at_radius)")]
     PlanetWithoutMesh {
@@ -304,12 +310,6 @@ pub enum TrainError {
     NoCommonAngle {
         /// The mesh or torque.
         part: String,
-    },
-    /// A shaft with a clearance in a train without meshes.
-    #[error("the shaft \"{shaft}\" has a clearance, but the train has no mesh")]
-    CouplingAlone {
-        /// The shaft.
-        shaft: String,
     },
     /// The relative coordinates contradict a part that depends on absolute motion.
     #[error("relative coordinates do not exist with {part}, which depends on the absolute motion")]

@@ -1009,8 +1009,16 @@ fn parts_that_cannot_be_placed_are_refused() {
     let mut parts = Parts::new();
     parts.body("one", Body::new(1.0)).body("two", Body::new(1.0));
     parts.shaft_with_clearance("coupling", "one", "two", 1e4, 1.0, 1e-3);
+    // A coupling needs no mesh: 10 N m turn it 10/1e4 rad past half of its clearance.
+    parts.torque("drive", "one", 10.0).load("two");
+    let state = static_state(&parts.accept(Warning::UnusualValue).build("one", 1.0).unwrap(), 0.0).unwrap();
+    let contact = state.contacts[0];
+    assert!((contact.force - 10.0).abs() < 1e-9 && (contact.deflection - 2e-3).abs() < 1e-12, "{contact:?}");
+
+    let mut parts = Parts::<Backlash>::default();
+    parts.body("one", Body::new(1e-3).at_radius(0.1));
     let error = parts.build("one", 1.0).unwrap_err();
-    assert_eq!(error, TrainError::CouplingAlone { shaft: "coupling".into() });
+    assert_eq!(error, TrainError::RadiusWithoutCarrier { body: "one".into() });
 
     let mut parts = Parts::new();
     for carrier in ["a", "b"] {

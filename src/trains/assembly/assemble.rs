@@ -35,7 +35,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
     /// Shafts without clearance, and what holds bodies to the ground.
     fn linear(&mut self) {
         let topology = &self.layout.plan.topology;
-        for (shaft, ends) in topology.shafts.iter().filter(|(shaft, _)| shaft.half_clearance.is_none()) {
+        for (shaft, ends) in topology.shafts.iter().filter(|(shaft, _)| shaft.clearance.is_none()) {
             let row = self.layout.shaft(*ends);
             self.spring(shaft.name.clone(), &row, shaft.stiffness, shaft.damping);
         }

@@ -50,8 +50,6 @@ pub(crate) struct Place {
     pub(crate) carrier: String,
     /// Angle on the carrier `[rad]`, counterclockwise from x.
     pub(crate) angle: f64,
-    /// Radius of the centre `[m]`; `None`: from the first mesh of the planet with a central gear.
-    pub(crate) radius: Option<f64>,
 }
 
 /// A body of a train: a gear, a motor, a load or a carrier.
@@ -70,6 +68,8 @@ pub struct Body {
     /// Centre `[m]`; `None`: at the origin, or at the centre of the carrier.
     pub(crate) centre: Option<[f64; 2]>,
     pub(crate) place: Option<Place>,
+    /// Radius of the centre of a planet `[m]`; `None`: from its first mesh with a central gear.
+    pub(crate) radius: Option<f64>,
     /// Whether it takes no part in the mean rotation.
     pub(crate) held: bool,
     /// Whether it has no angle among the coordinates.
@@ -87,6 +87,7 @@ impl Body {
             bearing: None,
             centre: None,
             place: None,
+            radius: None,
             held: false,
             locked: false,
             support: [0.0; 2],
@@ -105,14 +106,12 @@ impl Body {
     ///
     /// Without a bearing the planet is fixed to the carrier and turns about its pin.
     pub fn carried_by(self, carrier: impl Into<String>, angle: f64) -> Self {
-        Body { place: Some(Place { carrier: carrier.into(), angle, radius: None }), ..self }
+        Body { place: Some(Place { carrier: carrier.into(), angle }), ..self }
     }
-    /// The same planet with the radius `[m]` of its centre on the carrier.
-    pub fn at_radius(mut self, radius: f64) -> Self {
-        if let Some(place) = &mut self.place {
-            place.radius = Some(radius);
-        }
-        self
+    /// The same planet with the radius `[m]` of its centre on the carrier. A body that no carrier carries is refused
+    /// with a radius ([`TrainError::RadiusWithoutCarrier`](crate::trains::TrainError::RadiusWithoutCarrier)).
+    pub fn at_radius(self, radius: f64) -> Self {
+        Body { radius: Some(radius), ..self }
     }
     /// The same body held by a torsional spring [N m/rad] and damper [N m s/rad] to the ground. It does not
     /// take part in the mean rotation.

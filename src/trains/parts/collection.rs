@@ -9,12 +9,13 @@ use crate::trains::train_error::Warning;
 
 /// A shaft between two bodies.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct ShaftPart {
+pub(crate) struct ShaftPart<N> {
     pub(crate) name: String,
     pub(crate) ends: [String; 2],
     pub(crate) stiffness: f64,
     pub(crate) damping: f64,
-    pub(crate) half_clearance: Option<f64>,
+    /// Half of the clearance `[rad]`, and the law of the contact.
+    pub(crate) clearance: Option<(f64, N)>,
 }
 
 /// How a torque depends on the motion.
@@ -88,7 +89,7 @@ pub enum Coordinates {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parts<N = Backlash> {
     pub(crate) bodies: Vec<(String, Body)>,
-    pub(crate) shafts: Vec<ShaftPart>,
+    pub(crate) shafts: Vec<ShaftPart<N>>,
     pub(crate) meshes: Vec<(String, [String; 2], MeshPart<N>)>,
     pub(crate) torques: Vec<TorquePart>,
     /// The body on which a torque balances all others. More than one is an error of `build`.
@@ -133,7 +134,7 @@ impl Parts {
     ) -> &mut Self {
         self.shaft(name, from, to, stiffness, damping);
         if let Some(shaft) = self.shafts.last_mut() {
-            shaft.half_clearance = Some(half_clearance);
+            shaft.clearance = Some((half_clearance, Backlash::none()));
         }
         self
     }
@@ -148,7 +149,7 @@ impl<N> Parts<N> {
     /// Adds a shaft between two bodies that turn alike: stiffness [N m/rad], damping [N m s/rad].
     pub fn shaft(&mut self, name: &str, from: &str, to: &str, stiffness: f64, damping: f64) -> &mut Self {
         let ends = [from.into(), to.into()];
-        self.shafts.push(ShaftPart { name: name.into(), ends, stiffness, damping, half_clearance: None });
+        self.shafts.push(ShaftPart { name: name.into(), ends, stiffness, damping, clearance: None });
         self
     }
     /// Adds a mesh. `first` drives: contact on the upper flank, W > 0, pushes `second` along its rotation.

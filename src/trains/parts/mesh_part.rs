@@ -153,7 +153,8 @@ impl MeshPart {
 
 impl<N: Nonlinearity> MeshPart<N> {
     /// The same mesh with another contact law. All meshes of a train have laws of one type; see
-    /// [`MixedLaw`](crate::contact::MixedLaw).
+    /// [`MixedLaw`](crate::contact::MixedLaw). The half backlash b becomes that of the law; one that was stated before
+    /// is replaced.
     pub fn law<L: Nonlinearity>(self, law: L) -> MeshPart<L> {
         let upper = law.edges(0.0, Side::After).upper;
         let half_backlash = if L::HALF_WIDTH && upper.is_finite() { upper } else { 0.0 };

@@ -38,12 +38,17 @@ pub(crate) fn planets<N>(topology: &Topology<N>, kinematics: &Kinematics) -> Res
     // The first central mesh of each planet: its phase, and the teeth of its central gear.
     let mut found: Vec<Option<(f64, f64)>> = vec![None; topology.bodies.len()];
     for ((planet, (name, body)), carrier) in planets.iter_mut().zip(topology.bodies).zip(&topology.carriers) {
-        let (Some(place), Some(carrier)) = (&body.place, *carrier) else { continue };
+        let (Some(place), Some(carrier)) = (&body.place, *carrier) else {
+            if body.radius.is_some() {
+                return Err(TrainError::RadiusWithoutCarrier { body: name.clone() });
+            }
+            continue;
+        };
         check::quantity(format!("angle of \"{name}\""), place.angle)?;
-        if let Some(radius) = place.radius {
+        if let Some(radius) = body.radius {
             check::scale(format!("radius of \"{name}\""), radius)?;
         }
-        let radius = place.radius.unwrap_or(f64::NAN);
+        let radius = body.radius.unwrap_or(f64::NAN);
         *planet = Some(Planet { carrier, angle: place.angle, radius, ahead: 0.0 });
     }
     for mesh in &topology.meshes {

@@ -45,7 +45,10 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
     for shaft in &parts.shafts {
         check::not_negative(format!("stiffness of \"{}\"", shaft.name), shaft.stiffness)?;
         check::not_negative(format!("damping of \"{}\"", shaft.name), shaft.damping)?;
-        check::not_negative(format!("clearance of \"{}\"", shaft.name), shaft.half_clearance.unwrap_or(0.0))?;
+        check::not_negative(
+            format!("clearance of \"{}\"", shaft.name),
+            shaft.clearance.as_ref().map_or(0.0, |(half, _)| *half),
+        )?;
     }
     for torque in &parts.torques {
         check::quantity(format!("\"{}\"", torque.name), torque.value)?;

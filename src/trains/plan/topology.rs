@@ -12,7 +12,7 @@ pub(crate) struct Topology<'p, N> {
     /// The carrier of each planet.
     pub(crate) carriers: Vec<Option<usize>>,
     pub(crate) meshes: Vec<Gearing<'p, N>>,
-    pub(crate) shafts: Vec<(&'p ShaftPart, [usize; 2])>,
+    pub(crate) shafts: Vec<(&'p ShaftPart<N>, [usize; 2])>,
     pub(crate) torques: Vec<(&'p TorquePart, usize)>,
     /// The body whose speed is given.
     pub(crate) reference: usize,
@@ -82,7 +82,7 @@ impl<'p, N> Topology<'p, N> {
             Ok(Gearing { name, ends, carrier, part })
         };
         let meshes = parts.meshes.iter().map(gearing).collect::<Result<_, _>>()?;
-        let shaft = |shaft: &'p ShaftPart| Ok((shaft, pair(&shaft.name, &shaft.ends)?));
+        let shaft = |shaft: &'p ShaftPart<N>| Ok((shaft, pair(&shaft.name, &shaft.ends)?));
         let torque = |torque: &'p TorquePart| Ok((torque, place(&torque.name, &torque.body)?));
         Ok(Topology {
             bodies: &parts.bodies,
