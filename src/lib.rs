@@ -251,7 +251,7 @@ pub mod guide {
     ///
     #[doc = include_str!("../docs/pictures/05-jumps.svg")]
     ///
-    /// # 6. Rattle map with the located onset of contact loss
+    /// # 6. Rattle map with the lines of onset and fold
     ///
     #[doc = include_str!("../docs/pictures/06-map.svg")]
     ///
