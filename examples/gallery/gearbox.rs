@@ -11,7 +11,7 @@ use gear_dynamics_plots::{Picture, mode, order_spectrum};
 
 /// A mesh of steel gears of grade 6, module and width in metres.
 fn stage(teeth: [u32; 2], module: f64, width: f64) -> Outcome<(MeshPart, [Body; 2])> {
-    let gear = |z| InvoluteGear::external(z, module)?.face_width(width);
+    let gear = |z| InvoluteGear::external(z, module)?.with_face_width(width);
     let pair = GearPair::new(&gear(teeth[0])?, &gear(teeth[1])?)?;
     let stiffness = PotentialEnergy::tian_2004().wave(&pair)?.fourier_series(3)?;
     let error = TransmissionError::of_grade(&pair, [QualityGrade::new(6)?; 2])?;

@@ -35,7 +35,7 @@ pub enum Foundation {
 ///
 /// ```
 /// use gear_dynamics::teeth::{InvoluteGear, GearPair, PotentialEnergy};
-/// let gear = InvoluteGear::external(62, 0.002)?.face_width(0.02)?;
+/// let gear = InvoluteGear::external(62, 0.002)?.with_face_width(0.02)?;
 /// let pair = PotentialEnergy::tian_2004().pair(&GearPair::new(&gear, &gear)?, 0.9)?;
 /// // π E b/(4 (1 - ν²)) with E = 206.8 GPa.
 /// assert!((pair.hertz / 3.5696778064e+09 - 1.0).abs() < 1e-10);
@@ -69,7 +69,7 @@ impl PairStiffness {
 ///
 /// ```
 /// use gear_dynamics::{Wave, excitation::Side, teeth::{InvoluteGear, GearPair, PotentialEnergy}};
-/// let gear = |z| InvoluteGear::external(z, 0.003175)?.face_width(0.016);
+/// let gear = |z| InvoluteGear::external(z, 0.003175)?.with_face_width(0.016);
 /// let pair = GearPair::new(&gear(19)?, &gear(48)?)?;
 /// let stiffness = PotentialEnergy::tian_2004().wave(&pair)?;
 /// assert!((stiffness.mean() / 885392670.289 - 1.0).abs() < 1e-9);
@@ -160,7 +160,7 @@ impl PotentialEnergy {
     pub fn tooth(&self, gear: &InvoluteGear, pressure: f64) -> Result<ToothStiffness, TeethError> {
         let pressure = within("pressure angle", pressure, [0.0, 1.4], "[0, 1.4] rad")?;
         let profile = Profile::new(gear, self.model, self.reading)?;
-        self.of_profile(&profile, pressure, gear.width(), 0)
+        self.of_profile(&profile, pressure, gear.face_width(), 0)
     }
 
     /// The transition curve of a gear as this method reads it.
