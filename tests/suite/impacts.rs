@@ -331,7 +331,7 @@ fn impacts_at_one_instant_follow_each_other() {
 fn against_differences<M: Model>(model: &M, start: &State, end: f64) -> f64 {
     let n = model.dof();
     let solver = Dop853::new().rtol(1e-14).atol(1e-15);
-    let ours = Variation::new().tolerance(1e-13).run(model, start, end).unwrap();
+    let ours = Variation::new().flow_tolerance(1e-13).run(model, start, end).unwrap();
     assert!(ours.crossings >= 2, "{ours:?}");
     let largest = ours.matrix.amax();
     let mut worst: f64 = 0.0;

@@ -52,7 +52,7 @@ fn of_a_periodic_orbit() {
         .settle(0)
         .align(8)
         .periods(12)
-        .tolerance(1e-12)
+        .flow_tolerance(1e-12)
         .run(&duffing, &cycle.states()[0])
         .unwrap();
     println!("{:?} {growth:?}", exponents.values());
@@ -159,7 +159,7 @@ fn window(speeds: &[f64]) {
     let sweep = Sweep::new(points)
         .settle(60)
         .measure(40)
-        .lyapunov(Lyapunov::new().align(5).periods(40).tolerance(1e-7));
+        .lyapunov(Lyapunov::new().align(5).periods(40).flow_tolerance(1e-7));
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let solver = Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]);
     let rows = sweep.run(&Located(solver), family, |_, pair| pair.static_start()).unwrap();
@@ -233,7 +233,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
     let without = sweep.run(&TableRk4::new(64), family, start).unwrap();
     assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_error().is_none()));
     for bad in
-        [Lyapunov::new().periods(0), Lyapunov::new().renormalisations(0), Lyapunov::new().tolerance(f64::NAN)]
+        [Lyapunov::new().periods(0), Lyapunov::new().renormalisations(0), Lyapunov::new().flow_tolerance(f64::NAN)]
     {
         assert!(matches!(
             sweep.clone().lyapunov(bad).run(&TableRk4::new(64), family, start),
@@ -248,7 +248,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
 fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
-    let lyapunov = Lyapunov::new().align(1).periods(4).tolerance(1e-7);
+    let lyapunov = Lyapunov::new().align(1).periods(4).flow_tolerance(1e-7);
     let speeds = Points::on_axis(Axis::list("speed", &[155.0, 180.0]).unwrap());
     let sweep = Sweep::new(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
     let rows = sweep.run(&LaneRk4::new(4032).lanes::<4>(), pair, start).unwrap();
@@ -293,7 +293,7 @@ fn bad_input() {
         with(|l| l.periods(0)),
         with(|l| l.renormalisations(0)),
         with(|l| l.renormalisations(usize::MAX)),
-        with(|l| l.tolerance(f64::NAN)),
+        with(|l| l.flow_tolerance(f64::NAN)),
     ] {
         assert!(matches!(lyapunov.run_over(&Overdamped, &start, 1.0), Err(LyapunovError::Parameter(_))));
     }
@@ -411,7 +411,7 @@ fn coverage<M: Periodic>(lyapunov: &Lyapunov, model: &M, count: u32, exact: Opti
 #[test]
 fn bars_cover_a_linear_oscillator() {
     let model = Linear { damping: 0.05, stiffness: 0.81 };
-    let lyapunov = Lyapunov::new().count(1).settle(1).align(8).periods(12).tolerance(1e-7);
+    let lyapunov = Lyapunov::new().count(1).settle(1).align(8).periods(12).flow_tolerance(1e-7);
     let share = coverage(&lyapunov, &model, 24, Some(model.exact()[0]));
     assert!(share >= 0.85, "{share}");
 }
@@ -421,7 +421,7 @@ fn bars_cover_a_linear_oscillator() {
 #[test]
 #[ignore = "minutes: cargo test --release --test suite lyapunov -- --ignored --nocapture"]
 fn bars_cover_95_percent_of_200_seeds() {
-    let lyapunov = Lyapunov::new().count(1).settle(20).tolerance(1e-8);
+    let lyapunov = Lyapunov::new().count(1).settle(20).flow_tolerance(1e-8);
     let linear = Linear { damping: 0.05, stiffness: 1.0 };
     let duffing = Cubic { damping: 0.3, stiffness: -1.0, force: 0.5, omega: 1.2 };
     let ueda = Cubic { damping: 0.05, stiffness: 0.0, force: 7.5, omega: 1.0 };
@@ -501,7 +501,7 @@ fn a_run_that_ends_early_keeps_its_state() {
 fn a_budget_ends_any_run() {
     let model = Linear { damping: 0.05, stiffness: 1.0 };
     let start = State::at_rest(1);
-    let solve = Lyapunov::new().settle(0).align(0).tolerance(1e-6);
+    let solve = Lyapunov::new().settle(0).align(0).flow_tolerance(1e-6);
     let most = [
         solve.clone().settle(usize::MAX),
         solve.clone().align(usize::MAX),

@@ -59,7 +59,7 @@ fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
         let steps = [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 0.0].map(|e| {
             least_budget(|budget| {
                 Variation::new()
-                    .tolerance(tolerance)
+                    .flow_tolerance(tolerance)
                     .budget(budget)
                     .run(&Still(e), &Still(e).orbit(), PI)
                     .is_ok()

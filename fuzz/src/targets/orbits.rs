@@ -89,7 +89,7 @@ pub fn variation(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let period = if model.period().is_finite() && model.period() > 0.0 { model.period() } else { 1.0 };
     let end = start.t + case.number(0.3) * period;
-    let variation = Variation::new().tolerance(case.number(1e-9)).budget(budget());
+    let variation = Variation::new().flow_tolerance(case.number(1e-9)).budget(budget());
     case.note(|| format!("{variation:?} to {end:e}"));
     let transition = variation.run(&model, &start, end)?;
     all_finite("q", &transition.state.q)?;
@@ -109,7 +109,7 @@ pub fn lyapunov(case: &mut Case) -> Run {
         .align(case.effort(1))
         .periods(case.effort(3))
         .renormalisations(case.count(8))
-        .tolerance(case.number(1e-6))
+        .flow_tolerance(case.number(1e-6))
         .budget(budget());
     if case.chance(0.5) {
         lyapunov = lyapunov.count(case.count(1));

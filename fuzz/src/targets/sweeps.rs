@@ -61,7 +61,7 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
         sweep = sweep.lyapunov(
             Lyapunov::new()
                 .periods(case.effort(2))
-                .tolerance(case.number(1e-6))
+                .flow_tolerance(case.number(1e-6))
                 .budget(Budget::new().steps(20_000)),
         );
     }
