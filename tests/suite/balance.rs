@@ -37,7 +37,7 @@ fn look<M: Periodic>(
     (r, nalgebra::DMatrix::from(&matrix))
 }
 
-/// 180 rad/s, 252 switches: closed integrals, corrected samples and Gauss panels agree to 1e-10.
+/// 180 rad/s, 252 crossings: closed integrals, corrected samples and Gauss panels agree to 1e-10.
 #[test]
 fn three_ways_to_integrate_agree() {
     let pair = pair(180.0);
@@ -123,7 +123,7 @@ fn jacobian_error<M: Periodic>(equations: &mut BalanceEquations<'_, M>, x: &[f64
     worst / jacobian.amax()
 }
 
-/// A dead zone with damping in contact only. The force jumps at the edges, and the switches move with the
+/// A dead zone with damping in contact only. The force jumps at the edges, and the crossings move with the
 /// orbit.
 #[test]
 fn jumping_forces_have_an_exact_jacobian() {
@@ -479,7 +479,7 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
     }
     let cycle = Shooting::new().solve_from(&ring, &orbit).unwrap();
     println!(
-        "{rpm} r/min: first shooting correction {:.1e}, {} switches, {}",
+        "{rpm} r/min: first shooting correction {:.1e}, {} crossings, {}",
         cycle.first_correction(),
         cycle.crossings(),
         cycle.stability()

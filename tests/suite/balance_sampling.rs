@@ -182,7 +182,7 @@ fn exact_ways_follow_the_drives() -> Result<(), BalanceError> {
     Ok(())
 }
 
-/// Switches are located on edges that move faster than the series.
+/// Crossings are located on edges that move faster than the series.
 #[test]
 fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
     let model = Fast { cubic: 0.0, pieces: true };

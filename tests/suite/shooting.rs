@@ -437,9 +437,9 @@ fn a_recorded_orbit_needs_no_further_integration() {
         let (a, b) = (recorded.at(t).unwrap(), orbit.at(&model, t).unwrap());
         assert!((a.q[0] - b.q[0]).abs() < 1e-11 && (a.v[0] - b.v[0]).abs() < 1e-11, "{t}: {a:?} {b:?}");
     }
-    let switches = recorded.switches();
-    assert_eq!(switches.len(), 2);
-    for (t, _) in switches {
+    let crossings = recorded.crossings();
+    assert_eq!(crossings.len(), 2);
+    for (t, _) in crossings {
         assert!((recorded.at(t).unwrap().q[0] - 1.0).abs() < 1e-12);
     }
     let series = recorded.fourier(&Harmonics::up_to(40)).unwrap();

@@ -94,8 +94,8 @@ fn ways_of_integrating(report: &mut Report, speed: f64, highest: usize) -> Outco
         Ok((DVector::from_vec(r), DMatrix::from(&matrix)))
     };
     let (r, jacobian) = look(Integrals::Closed)?;
-    let switches = guess.contacts(&pair)?[0].intervals.len();
-    println!("{speed} rad/s, H = {highest}, {switches} switches a turn, equations scaled as solved");
+    let crossings = guess.contacts(&pair)?[0].intervals.len();
+    println!("{speed} rad/s, H = {highest}, {crossings} crossings a turn, equations scaled as solved");
     let mut rows = Vec::new();
     for integrals in [
         Integrals::Kinks,

@@ -14,4 +14,4 @@ pub(crate) mod reading;
 pub(crate) mod series;
 pub(crate) mod settings;
 pub(crate) mod solve;
-pub(crate) mod switching;
+pub(crate) mod crossings;

@@ -8,8 +8,8 @@ use crate::periodic::balance::quadrature::resolution::samples_along;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::{Transform, samples_for, spread, unpack, write};
-use crate::periodic::balance::switching::contact_history::ContactHistory;
-use crate::periodic::balance::switching::instants::Switching;
+use crate::periodic::balance::crossings::contact_history::ContactHistory;
+use crate::periodic::balance::crossings::instants::Crossings;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -117,9 +117,9 @@ impl FourierOrbit {
         check::length("coordinates of the orbit", self.dof(), model.dof())?;
         let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));
         grid.set(&self.coefficients);
-        let mut switching = Switching::new(model.contacts(), grid.samples());
-        switching.locate(&mut grid);
+        let mut crossings = Crossings::new(model.contacts(), grid.samples());
+        crossings.locate(&mut grid);
         let touching = model.offers().touching(model.contacts());
-        Ok((0..touching).map(|c| ContactHistory::new(&switching, c, self.span)).collect())
+        Ok((0..touching).map(|c| ContactHistory::new(&crossings, c, self.span)).collect())
     }
 }

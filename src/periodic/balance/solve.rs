@@ -103,7 +103,7 @@ impl Balance {
     /// is truncated to the kept orders before it is multiplied by the stiffness.
     ///
     /// With [`Integrals::Sampled`] the values are sampled, as in Liu 2021; with [`Integrals::Exact`],
-    /// [`Integrals::Closed`] or [`Integrals::Kinks`] their switching is exact. Panels are not available.
+    /// [`Integrals::Closed`] or [`Integrals::Kinks`] their crossings are exact. Panels are not available.
     ///
     /// # Errors
     /// [`BalanceError`]; the errors of the root finder contain the last iterate.

@@ -20,7 +20,7 @@ use crate::periodic::balance::quadrature::resolution::{DriveSampler, Signals, sa
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Samples;
-use crate::periodic::balance::switching::stencil::NODES;
+use crate::periodic::balance::crossings::stencil::NODES;
 
 /// Maximum number of samples of all coordinates together. With their transforms they take more than 1 GB.
 const MAX_SAMPLES: usize = 1 << 23;
@@ -73,7 +73,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
             Integrals::Sampled { samples } => samples,
             // Without contacts the accelerations contain few orders above those of the motion and the drives.
             Integrals::Exact if contacts == 0 => (6 * harmonics.highest()).next_power_of_two().max(64),
-            // Panels evaluate the drives at their own nodes. The samples serve only to locate switches.
+            // Panels evaluate the drives at their own nodes. The samples serve only to locate crossings.
             _ if by_panels => samples_following(&mut drives, Signals::Edges, harmonics),
             _ => samples_following(&mut drives, Signals::All, harmonics),
         };

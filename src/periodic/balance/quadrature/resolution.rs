@@ -234,7 +234,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     }
 }
 
-/// Number of samples for located switches: it resolves the kept orders and the orders of the drives.
+/// Number of samples for located crossings: it resolves the kept orders and the orders of the drives.
 pub(crate) fn samples_following<M: Periodic + ?Sized>(
     drives: &mut DriveSampler<'_, M>,
     of: Signals,
@@ -244,7 +244,7 @@ pub(crate) fn samples_following<M: Periodic + ?Sized>(
     samples_for(harmonics.highest().max(of_drives))
 }
 
-/// Number of samples that resolves the switches of an orbit.
+/// Number of samples that resolves the crossings of an orbit.
 pub(crate) fn samples_along<M: Periodic + ?Sized>(model: &M, orbit: &FourierOrbit) -> usize {
     let (size, fastest) = (sizes(orbit), orbit.frequency() * orbit.harmonics().highest().max(1) as f64);
     let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
