@@ -46,7 +46,7 @@ fn duffing_circle_equals_the_torus() {
         let expected = TAU * if strobe == 0 { 3f64.sqrt() - 1.0 } else { 1.0 / 3f64.sqrt() };
         assert!((circle.rotation() - expected).abs() < 1e-14);
         assert_eq!((circle.crossings(), circle.flow_method()), (0, FlowMethod::Dop853));
-        assert_eq!(circle.history().len(), circle.iterations() + 1);
+        assert_eq!(circle.residuals().len(), circle.iterations() + 1);
     }
 }
 

@@ -137,10 +137,10 @@ fn of_the_rattling_pair_over_a_thousand_turns() {
             "{speed}: {ours:.3} ± {error:.3}, reference {theirs}, {:.1} %",
             100.0 * (ours / theirs - 1.0)
         );
-        let (history, turns) = (exponents.history(0), 100);
-        let sum = |turn: usize| if turn == 0 { 0.0 } else { history[turn - 1] * turn as f64 };
+        let (running, turns) = (exponents.running(0), 100);
+        let sum = |turn: usize| if turn == 0 { 0.0 } else { running[turn - 1] * turn as f64 };
         let samples =
-            (0..history.len() / turns).map(|i| (sum((i + 1) * turns) - sum(i * turns)) / turns as f64);
+            (0..running.len() / turns).map(|i| (sum((i + 1) * turns) - sum(i * turns)) / turns as f64);
         let (least, most) =
             samples.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
         println!("    samples of {turns} turns: {least:.2} .. {most:.2}");
@@ -282,7 +282,7 @@ fn bad_input() {
     }
     let solve = Lyapunov::new().settle(0).align(0);
     match solve.run_over(&Breaks, &State::new(0.0, &[1.0], &[0.0]), 1.0) {
-        Err(LyapunovError::Integrate { last, .. }) => assert_eq!(last.history(0).len(), 5),
+        Err(LyapunovError::Integrate { last, .. }) => assert_eq!(last.running(0).len(), 5),
         other => panic!("{other:?}"),
     }
     let start = State::at_rest(1);

@@ -51,7 +51,7 @@ fn measures_of_error_follow_the_error() {
             torus.outermost_share() < outermost && torus.outermost_share() > 0.1 * outermost,
             "{highest}"
         );
-        assert_eq!(torus.history().len(), torus.iterations() + 1);
+        assert_eq!(torus.residuals().len(), torus.iterations() + 1);
         assert!(torus.evaluations() > torus.iterations());
     }
     // 2 H + 1 points along an angle alias cubic forces.
@@ -65,7 +65,7 @@ fn linear_model_in_closed_form_with_one_two_and_three_angles() {
     for frequencies in [vec![0.8], vec![0.8, 2f64.sqrt()], vec![0.8, 2f64.sqrt(), 3f64.sqrt()]] {
         let (model, count) = (LinearTones { frequencies: frequencies.clone() }, frequencies.len());
         let torus = from_rest(&TorusBalance::new(within(&vec![2; count])), &model, &[0.0, 0.0]).unwrap();
-        assert!(torus.iterations() <= 2, "{:?}", torus.history());
+        assert!(torus.iterations() <= 2, "{:?}", torus.residuals());
         assert!((torus.mean(0) - 0.2).abs() < 1e-11 && (torus.mean(1) - 0.1).abs() < 1e-11);
         for (d, omega) in frequencies.iter().enumerate() {
             let (one, none) = (Complex64::new(1.0, 0.0), Complex64::new(0.0, 0.0));

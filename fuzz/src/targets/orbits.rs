@@ -129,7 +129,7 @@ pub fn lyapunov(case: &mut Case) -> Run {
         format!("standard errors {:?}", exponents.standard_error())
     })?;
     for i in 0..exponents.values().len() {
-        all_finite("history", &exponents.history(i))?;
+        all_finite("running means", &exponents.running(i))?;
     }
     all_finite("last q", &exponents.state().q)
 }

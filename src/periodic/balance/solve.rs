@@ -207,7 +207,7 @@ impl Balance {
         };
         let coordinate = |unknown| equations.work.layout.coordinate(unknown);
         let (failure, root) = Failure::of(error, meter)?;
-        let (last, history) = (Box::new(orbit(&root)), root.history);
+        let (last, history) = (Box::new(orbit(&root)), root.residuals);
         Err(match failure {
             Failure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last, history },
             Failure::Slope { equation, unknown } => BalanceError::Slope {

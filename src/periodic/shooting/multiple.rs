@@ -129,8 +129,8 @@ impl Shooting {
     /// Without any, the guess is the [static state](crate::linear::static_state) at t = 0.
     ///
     /// # Errors
-    /// [`ShootingError`]; after the first integration it holds the last iterate and the history of
-    /// corrections.
+    /// [`ShootingError`]; after the first integration it holds the last iterate and the corrections
+    /// so far.
     pub fn solve(&self, model: &dyn Periodic, guess: &[State]) -> Result<ShootingOrbit, ShootingError> {
         self.find(model, guess, &self.budget.begin())
     }

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
 /// A periodic orbit found by [`Shooting`](crate::Shooting): states at the nodes, monodromy matrix, Floquet
-/// multipliers, and the history of the corrections.
+/// multipliers, and the corrections of the iteration.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Periodic, Shooting, Statistics, periodic::Stability};

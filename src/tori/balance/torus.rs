@@ -48,7 +48,7 @@ pub(crate) struct TorusQuality {
     pub(crate) aliasing: f64,
     pub(crate) iterations: usize,
     pub(crate) evaluations: usize,
-    pub(crate) history: Vec<f64>,
+    pub(crate) residuals: Vec<f64>,
 }
 
 impl Default for TorusQuality {
@@ -59,7 +59,7 @@ impl Default for TorusQuality {
             aliasing: f64::NAN,
             iterations: 0,
             evaluations: 0,
-            history: Vec::new(),
+            residuals: Vec::new(),
         }
     }
 }

@@ -61,8 +61,8 @@ impl Balance {
     /// Source: Hairer & Wanner II, Sect. IV.5.
     ///
     /// It is faster than shooting. The error estimate is the change when the top quarter of the orders is
-    /// dropped and the steps are doubled. With rattle a truncated series crosses edges at slightly wrong instants;
-    /// the multipliers of [`Shooting::solve_from`](crate::Shooting::solve_from) are then the reference. If an
+    /// dropped and the steps are doubled. With rattle the crossings of a truncated series are slightly wrong; the
+    /// multipliers of [`Shooting::solve_from`](crate::Shooting::solve_from) are then the reference. If an
     /// acceleration jumps at a crossing, the error is infinite and the stability undecided.
     ///
     /// # Errors
