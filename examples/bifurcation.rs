@@ -47,7 +47,7 @@ fn main() -> Outcome<()> {
     let ways = [("up", diagram.up()), ("down", diagram.down())];
     for ((direction, marks), rows) in ways.into_iter().zip(diagram.rows()) {
         for mark in marks {
-            let period = mark.period.map_or("none".into(), |p| p.to_string());
+            let period = mark.period_multiple.map_or("none".into(), |p| p.to_string());
             for q in &mark.values {
                 marked.row(&[&direction, &mark.parameter, &period, q])?;
             }

@@ -436,12 +436,12 @@ fn subharmonic_orbit_over_two_periods() {
         .run(&solver, &model, &State::new(0.0, &[1.15], &[0.05]))
         .unwrap();
     assert_eq!(steady.period_multiple, 2);
-    let harmonics = Harmonics::up_to(60).over_periods(2).unwrap();
+    let harmonics = Harmonics::up_to(60).with_period_multiple(2).unwrap();
     let guess = FourierOrbit::project(&solver, &model, &steady.state, &harmonics).unwrap();
     let orbit = Balance::new(harmonics).solve(&model, &guess).unwrap();
     assert!(orbit.amplitude(0, 1) > 0.05 && (orbit.span() - 2.0 * model.period()).abs() < 1e-12);
     let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
-    assert_eq!(cycle.least_multiple(), 2);
+    assert_eq!(cycle.least_period_multiple(), 2);
     let at = steady.state.t % orbit.span();
     assert!((orbit.state(at).q[0] - steady.state.q[0]).abs() < 1e-3);
     assert!((cycle.at(&model, at).unwrap().q[0] - steady.state.q[0]).abs() < 1e-6);
@@ -603,7 +603,7 @@ fn empty_or_repeated_orders_are_refused() {
     assert!(matches!(Harmonics::list(&[]), Err(ParameterError::Empty { .. })));
     assert!(matches!(Harmonics::list(&[0, 2, 1, 2]), Err(ParameterError::OutOfRange { value: 2.0, .. })));
     assert!(matches!(Harmonics::bands(0, 1, 2), Err(ParameterError::TooFew { .. })));
-    assert!(matches!(Harmonics::up_to(3).over_periods(0), Err(ParameterError::TooFew { .. })));
+    assert!(matches!(Harmonics::up_to(3).with_period_multiple(0), Err(ParameterError::TooFew { .. })));
 }
 
 #[test]

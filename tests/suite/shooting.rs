@@ -307,11 +307,11 @@ fn apart_by(a: &Multipliers, b: &Multipliers) -> f64 {
 /// An orbit of period 1, computed over two periods, has the least multiple 1; one after a period doubling has
 /// 2.
 #[test]
-fn least_multiple() {
+fn least_period_multiple() {
     let model = DeadZone { omega: 0.7, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 };
     let once = Shooting::new().solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
-    let twice = Shooting::new().multiple(2).solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
-    assert_eq!((once.least_multiple(), twice.period_multiple(), twice.least_multiple()), (1, 2, 1));
+    let twice = Shooting::new().period_multiple(2).solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
+    assert_eq!((once.least_period_multiple(), twice.period_multiple(), twice.least_period_multiple()), (1, 2, 1));
     let squared: Vec<Complex64> = once.multipliers().values().iter().map(|m| m * m).collect();
     assert!(apart(twice.multipliers().values(), &squared) < 1e-9);
 
@@ -323,8 +323,8 @@ fn least_multiple() {
         .run(&Dop853::new(), &model, &State::new(0.0, &[2.26], &[0.84]))
         .unwrap();
     println!("settled to {} periods", settled.period_multiple);
-    let cycle = Shooting::new().multiple(settled.period_multiple).solve(&model, &[settled.state]).unwrap();
-    assert_eq!(cycle.least_multiple(), settled.period_multiple);
+    let cycle = Shooting::new().period_multiple(settled.period_multiple).solve(&model, &[settled.state]).unwrap();
+    assert_eq!(cycle.least_period_multiple(), settled.period_multiple);
     assert_eq!(cycle.stability(), Stability::Stable);
 }
 
@@ -376,7 +376,7 @@ fn bad_guesses() {
         assert!(matches!(shooting.solve(&model, &guess), Err(ShootingError::GuessTime { index: 1, .. })));
     }
     for bad in [
-        shooting.clone().multiple(0),
+        shooting.clone().period_multiple(0),
         shooting.clone().segments(0),
         shooting.clone().tolerance(0.0),
         shooting.clone().flow_tolerance(f64::NAN),

@@ -621,7 +621,7 @@ fn up_and_down_agree_with_located_edges() {
     let engine = Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]));
     let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine, reading_a, at_rest)).unwrap();
     for way in [diagram.up(), diagram.down()] {
-        assert_eq!(way.iter().map(|mark| mark.period).collect::<Vec<_>>(), [Some(2), Some(1)]);
+        assert_eq!(way.iter().map(|mark| mark.period_multiple).collect::<Vec<_>>(), [Some(2), Some(1)]);
     }
     assert!(diagram.hysteresis(1e-3).unwrap().is_empty());
 }

@@ -273,7 +273,7 @@ fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     let at = doublings.iter().find(|point| (point.parameter / borders[0] - 1.0).abs() < 1e-9).unwrap();
     let branch = doubled.run(&family, Switch::at(at)).unwrap();
     let last = branch.points().last().unwrap();
-    assert_eq!(last.orbit.least_multiple(), 2);
+    assert_eq!(last.orbit.least_period_multiple(), 2);
     let planet = train.shape().coordinates().iter().position(|c| c.name == "planet 1 angle").unwrap();
     let apart = last.orbit.states().iter().fold(0.0, |m: f64, state| m.max(state.q[planet].abs()));
     let along = last.orbit.states().iter().fold(0.0, |m: f64, state| m.max(state.q[0].abs()));

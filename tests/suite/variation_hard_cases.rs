@@ -329,7 +329,7 @@ fn absurd_counts_are_refused_or_cost_nothing() {
     let error = NfgPair::with_reading(&NfgParams::table1(), reading).unwrap_err();
     assert!(matches!(error, ParameterError::TooMany { max: 10_000, .. }));
     assert!(NfgPair2::with_reading(&NfgParams::table1(), 0.01, reading).is_err());
-    for shooting in [Shooting::new().multiple(usize::MAX), Shooting::new().segments(usize::MAX)] {
+    for shooting in [Shooting::new().period_multiple(usize::MAX), Shooting::new().segments(usize::MAX)] {
         let error = shooting.solve(&Still(1.0), &[Still(1.0).orbit()]).unwrap_err();
         assert!(matches!(error, ShootingError::Parameter(ParameterError::TooMany { max: 1_000_000, .. })));
     }

@@ -30,7 +30,7 @@ fn solver() -> Dop853 {
 fn truth(pair: &NfgPair) -> Outcome<(FourierOrbit, u64)> {
     let steady = Settle::new().tolerance(1e-6).run(&solver(), pair, &pair.static_start()?)?;
     let cycle =
-        Shooting::new().multiple(steady.period_multiple).solve(pair, &[State { t: 0.0, ..steady.state }])?;
+        Shooting::new().period_multiple(steady.period_multiple).solve(pair, &[State { t: 0.0, ..steady.state }])?;
     let fine = Dop853::new().rtol(1e-13).atol_each(&[1e-18, 1e-19]);
     Ok((FourierOrbit::project(&fine, pair, &cycle.states()[0], &Harmonics::up_to(4000))?, cycle.crossings()))
 }

@@ -61,7 +61,7 @@ pub fn shooting(case: &mut Case) -> Run {
         vec![start]
     };
     let mut shooting =
-        Shooting::new().multiple(case.count(1)).max_iterations(case.effort(6)).budget(budget());
+        Shooting::new().period_multiple(case.count(1)).max_iterations(case.effort(6)).budget(budget());
     if case.chance(0.3) {
         shooting = shooting.segments(case.count(4));
     }
@@ -144,7 +144,7 @@ fn harmonics(case: &mut Case) -> Result<Harmonics, ParameterError> {
         }
         _ => Harmonics::up_to(if case.hostile() { case.below(3) } else { 2 + case.below(30) }),
     };
-    if case.chance(0.2) { harmonics.over_periods(case.count(2)) } else { Ok(harmonics) }
+    if case.chance(0.2) { harmonics.with_period_multiple(case.count(2)) } else { Ok(harmonics) }
 }
 
 /// Sets of orders with any counts, and series on them.
@@ -153,7 +153,7 @@ pub fn orders(case: &mut Case) -> Run {
     case.note(|| format!("{kept:?}"));
     let orders = kept.orders();
     holds(orders.is_sorted_by(|a, b| a < b), || format!("orders {:?} ...", &orders[..orders.len().min(20)]))?;
-    holds(kept.highest() == orders.last().copied().unwrap_or(0) && kept.periods() > 0, || {
+    holds(kept.highest() == orders.last().copied().unwrap_or(0) && kept.period_multiple() > 0, || {
         format!("highest {}", kept.highest())
     })?;
     holds(kept.unknowns() + usize::from(kept.has_mean()) == 2 * orders.len(), || {

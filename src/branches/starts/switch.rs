@@ -27,7 +27,7 @@ use nalgebra::{DMatrix, DVector};
 ///
 /// On a branch by harmonic balance the harmonics of [`Continuation::balance`] are those of the branch at a
 /// branch point or a symmetry breaking, and harmonics over twice as many periods
-/// ([`Harmonics::over_periods`](crate::Harmonics::over_periods)) at a period doubling. A doubling of such a
+/// ([`Harmonics::with_period_multiple`](crate::Harmonics::with_period_multiple)) at a period doubling. A doubling of such a
 /// branch is that of the equation along the series. The doubled balance branches off nearby.
 ///
 /// # Errors
@@ -97,7 +97,7 @@ impl<F: Balanced> Start<F> for Switch<'_, FourierOrbit> {
     ) -> Result<Following<'f, Self::Point>, BranchError> {
         let Switch { point, way } = self;
         let (times, balance) = (self.times()?, settings.balance_of(&point.orbit));
-        let (periods, needed) = (balance.harmonics().periods(), times * point.orbit.harmonics().periods());
+        let (periods, needed) = (balance.harmonics().period_multiple(), times * point.orbit.harmonics().period_multiple());
         if periods != needed {
             let (name, allowed) = (
                 "periods of the harmonics".into(),

@@ -81,7 +81,7 @@ impl FourierOrbit {
         let n = self.dof();
         let mut coefficients = vec![0.0; n * harmonics.unknowns()];
         // Order k is k/p times the frequency of the model, and p may differ.
-        let (mine, theirs) = (self.harmonics.periods(), harmonics.periods());
+        let (mine, theirs) = (self.harmonics.period_multiple(), harmonics.period_multiple());
         for (j, part) in coefficients.chunks_exact_mut(harmonics.unknowns()).enumerate() {
             for (i, &order) in harmonics.orders().iter().enumerate() {
                 if order * mine % theirs == 0 {
@@ -99,7 +99,7 @@ impl FourierOrbit {
     pub(crate) fn below(&self, highest: usize) -> Option<Self> {
         let orders: Vec<usize> = self.harmonics.orders().iter().copied().filter(|&k| k <= highest).collect();
         Harmonics::list(&orders)
-            .and_then(|h| h.over_periods(self.harmonics.periods()))
+            .and_then(|h| h.with_period_multiple(self.harmonics.period_multiple()))
             .ok()
             .map(|harmonics| self.on(&harmonics))
     }

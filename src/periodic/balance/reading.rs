@@ -26,7 +26,7 @@ impl FourierOrbit {
         start: &State,
         harmonics: &Harmonics,
     ) -> Result<Self, Failed> {
-        let span = model.period() * harmonics.periods() as f64;
+        let span = model.period() * harmonics.period_multiple() as f64;
         let (m, n) = (samples_for(harmonics.highest()), start.q.len());
         harmonics.check()?;
         check::count("numbers of the run", &[m, 2 * n], check::NUMBERS)?;

@@ -68,7 +68,7 @@ impl Balance {
         let width = self.harmonics.unknowns();
         let rest = FourierOrbit::of(
             &self.harmonics,
-            model.period() * self.harmonics.periods() as f64,
+            model.period() * self.harmonics.period_multiple() as f64,
             vec![0.0; model.dof() * width],
             model.dof(),
         );

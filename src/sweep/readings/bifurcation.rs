@@ -106,7 +106,7 @@ impl Bifurcation {
             index: row.index(),
             parameter: row.point().values()[0],
             values,
-            period: row.period_multiple(),
+            period_multiple: row.period_multiple(),
         })
     }
 }
@@ -136,7 +136,7 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 ///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
 /// ))?;
 /// let point = &diagram.up()[1];
-/// assert_eq!((point.index, point.parameter, point.period), (1, 4.0, Some(1)));
+/// assert_eq!((point.index, point.parameter, point.period_multiple), (1, 4.0, Some(1)));
 /// // Closed form: q = f (3 sin 2t - cos 2t)/20.
 /// assert!(point.values.iter().all(|q| (q + 0.2).abs() < 1e-5));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -150,7 +150,7 @@ pub struct DiagramPoint {
     /// Strobed values, or minimum and maximum, of every measured period.
     pub values: Vec<f64>,
     /// Period multiple of the motion; `None` if it does not repeat.
-    pub period: Option<usize>,
+    pub period_multiple: Option<usize>,
 }
 
 /// The result of a [`Bifurcation`]: the branches up and down.
@@ -229,6 +229,6 @@ impl Diagram {
             self.down.binary_search_by_key(&a.index, |b| b.index).ok().map(|i| &self.down[i])
         };
         let pairs = self.up.iter().filter_map(move |a| Some((a, down(a)?)));
-        pairs.filter(|(a, b)| a.period.is_some() || b.period.is_some())
+        pairs.filter(|(a, b)| a.period_multiple.is_some() || b.period_multiple.is_some())
     }
 }

@@ -87,7 +87,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         // singular.
         let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };
         let (size, highest) = (sizes_apart(near, &rigid), harmonics.highest());
-        let omega = std::f64::consts::TAU / (model.period() * harmonics.periods() as f64);
+        let omega = std::f64::consts::TAU / (model.period() * harmonics.period_multiple() as f64);
         let fastest = omega * highest.max(1) as f64;
         let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
         let mut slopes = Slopes::new(model, [&size[..], &rates].concat(), 0.0);

@@ -59,7 +59,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
     ) -> Result<Choice<'m, M>, BalanceError> {
         let Demand { model, harmonics, integrals, finer, .. } = *self;
         let (n, contacts, varying) = (model.dof(), model.contacts(), couplings.varying.len());
-        let edges = any_edges(model, model.period() * harmonics.periods() as f64)?;
+        let edges = any_edges(model, model.period() * harmonics.period_multiple() as f64)?;
         let by_panels = integrals == Integrals::Panels
             || (integrals == Integrals::Exact && (edges || (contacts > 0 && !self.has_fixed_pieces)));
         let mut drives = DriveSampler::new(model, [self.size, self.rates], self.pieces(), Some(self.meter));
@@ -83,7 +83,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
         if integrals == Integrals::Exact && contacts == 0 && !by_panels {
             let needed = drives
                 .orders(Signals::All, Some(&grid))
-                .map_or(0, |orders| 3 * orders.highest * harmonics.periods());
+                .map_or(0, |orders| 3 * orders.highest * harmonics.period_multiple());
             if needed > samples {
                 fits(needed.next_power_of_two())?;
                 grid = Grid::new(model, harmonics, finer * needed.next_power_of_two());

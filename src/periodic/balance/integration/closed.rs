@@ -106,7 +106,7 @@ impl Closed {
 
     /// Makes room for all orders of χ that the products need.
     fn lengthen(&mut self, harmonics: &Harmonics) {
-        let reach = 2 * harmonics.highest() + harmonics.periods() * self.longest();
+        let reach = 2 * harmonics.highest() + harmonics.period_multiple() * self.longest();
         self.indicator.resize(reach + 1, Complex64::ZERO);
     }
 
@@ -246,7 +246,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
     fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
         let Motion { grid, crossings, couplings, coefficients } = motion;
         let harmonics = grid.harmonics();
-        let (width, periods) = (harmonics.unknowns(), harmonics.periods());
+        let (width, periods) = (harmonics.unknowns(), harmonics.period_multiple());
         let reach = 2 * harmonics.highest();
         let Closed { base, flanks, indicator, angles, phasors, turns, slopes, accelerations, .. } = self;
         slopes.iter_mut().chain(&mut *accelerations).for_each(|sum| sum.fill(Complex64::ZERO));

@@ -144,7 +144,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
             let orders = self.settled(
                 of,
                 samples,
-                known.filter(|g| g.samples().is_multiple_of(samples) && g.harmonics().periods() == 1),
+                known.filter(|g| g.samples().is_multiple_of(samples) && g.harmonics().period_multiple() == 1),
             );
             if orders.is_some() || samples == MAX_SAMPLES_PER_PERIOD {
                 return orders;
@@ -240,7 +240,7 @@ pub(crate) fn samples_following<M: Periodic + ?Sized>(
     of: Signals,
     harmonics: &Harmonics,
 ) -> usize {
-    let of_drives = drives.orders(of, None).map_or(0, |orders| orders.weighed * harmonics.periods());
+    let of_drives = drives.orders(of, None).map_or(0, |orders| orders.weighed * harmonics.period_multiple());
     samples_for(harmonics.highest().max(of_drives))
 }
 
