@@ -182,7 +182,7 @@ fn jumping_forces_have_an_exact_jacobian() {
         .unwrap();
     let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
     assert!(cycle.crossings() >= 2);
-    assert!((cycle.states()[0].q[0] - orbit.state(0.0).q[0]).abs() < 1e-4);
+    assert!((cycle.states()[0].q[0] - orbit.at(0.0).q[0]).abs() < 1e-4);
     assert_eq!(
         Balance::new(orbit.harmonics().clone()).multipliers(&model, &orbit).unwrap().stability(),
         Stability::Undecided
@@ -443,7 +443,7 @@ fn subharmonic_orbit_over_two_periods() {
     let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
     assert_eq!(cycle.least_period_multiple(), 2);
     let at = steady.state.t % orbit.span();
-    assert!((orbit.state(at).q[0] - steady.state.q[0]).abs() < 1e-3);
+    assert!((orbit.at(at).q[0] - steady.state.q[0]).abs() < 1e-3);
     assert!((cycle.at(&model, at).unwrap().q[0] - steady.state.q[0]).abs() < 1e-6);
 }
 
@@ -592,7 +592,7 @@ fn stiffness_steps_split_the_integrals() {
         let orbit = balance.solve(&model, &guess).unwrap();
         let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
         assert!(cycle.crossings() >= 2);
-        errors.push((orbit.state(0.0).q[0] - cycle.states()[0].q[0]).abs());
+        errors.push((orbit.at(0.0).q[0] - cycle.states()[0].q[0]).abs());
     }
     println!("{errors:?}");
     assert!(errors[1] < 1e-5 && errors[1] < errors[0]);

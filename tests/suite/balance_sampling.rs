@@ -190,7 +190,7 @@ fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
     let contact = &orbit.contacts(&model)?[0];
     assert!(!contact.intervals.is_empty());
     for (start, ..) in &contact.intervals {
-        let gap = orbit.state(*start).q[0].abs() - Fast::edge(*start);
+        let gap = orbit.at(*start).q[0].abs() - Fast::edge(*start);
         assert!(gap.abs() < 1e-12, "{gap:e}");
     }
     Ok(())
@@ -355,7 +355,7 @@ fn counts_of_a_balance_have_bounds() -> Result<(), ParameterError> {
     assert!(too_many(FourierOrbit::new(&far, 1.0, &[]).map(drop)));
     let orbit = FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.0; 3]])?;
     assert!(too_many(orbit.states(usize::MAX).map(drop)) && too_many(orbit.history(usize::MAX).map(drop)));
-    assert_eq!(orbit.on(&far).state(0.3).q, [0.0]);
+    assert_eq!(orbit.on(&far).at(0.3).q, [0.0]);
     let solve = |balance: Balance| match balance.solve(&Torn, &orbit) {
         Err(BalanceError::Parameter(error)) => Err(error),
         _ => Ok(()),

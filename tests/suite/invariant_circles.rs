@@ -38,7 +38,7 @@ fn duffing_circle_equals_the_torus() {
         for i in 0..20 {
             let mut angles = [0.3 * f64::from(i); 2];
             angles[strobe] = 0.0;
-            let (a, b) = (circle.at(angles[1 - strobe]), torus.at(&angles));
+            let (a, b) = (circle.at(angles[1 - strobe]), torus.at_angles(&angles));
             // The torus of 17 orders is accurate to 1e-10.
             assert!((a.q[0] - b.q[0]).abs() < 3e-10 && (a.v[0] - b.v[0]).abs() < 3e-10);
         }
@@ -62,7 +62,7 @@ fn flow_tolerance_determines_the_error() {
             .between(1.0)
             .solve(&TwoToneDuffing, &guess)
             .unwrap();
-        let miss = (circle.at(1.0).q[0] - torus.at(&[0.0, 1.0]).q[0]).abs();
+        let miss = (circle.at(1.0).q[0] - torus.at_angles(&[0.0, 1.0]).q[0]).abs();
         assert!(miss < 10.0 * tolerance, "{tolerance}: {miss:e} {:e}", circle.residual_between());
     }
 }
@@ -81,7 +81,7 @@ fn residual_between_the_nodes_of_a_gear_pair_in_contact() {
         let mut most = 0.0f64;
         for i in 0..20 {
             let theta = 0.31 * f64::from(i);
-            let miss = (circle.at(theta).q[0] - torus.at(&[0.0, theta]).q[0]).abs();
+            let miss = (circle.at(theta).q[0] - torus.at_angles(&[0.0, theta]).q[0]).abs();
             most = most.max(miss);
         }
         assert!(most < error, "{nodes}: {most}");

@@ -304,7 +304,7 @@ fn apart_by(a: &Multipliers, b: &Multipliers) -> f64 {
     apart(a.values(), b.values())
 }
 
-/// An orbit of period 1, computed over two periods, has the least multiple 1; one after a period doubling has
+/// An orbit of period 1, computed over two periods, has the least period multiple 1; one after a period doubling has
 /// 2.
 #[test]
 fn least_period_multiple() {

@@ -177,7 +177,7 @@ pub fn orders(case: &mut Case) -> Run {
     }
     let t = case.number(1.0);
     if t.abs() <= 1e50 {
-        all_finite("q at any time", &orbit.state(t).q)?;
+        all_finite("q at any time", &orbit.at(t).q)?;
     }
     let other = orbit.on(&harmonics(case)?);
     holds(!orbit.distance(&other).is_nan(), || "distance is NaN".into())

@@ -195,14 +195,14 @@ fn balance(draw: &mut Draw) -> Outcome {
             let Ok(found) = method.solve(&train, &start) else {
                 return Ok(Outcome::Skipped("the balance does not converge from its linearised start"));
             };
-            let Ok(orbit) = shot(&train, &found.state(0.0), 1) else {
+            let Ok(orbit) = shot(&train, &found.at(0.0), 1) else {
                 return Ok(Outcome::Skipped("shooting does not converge from the series"));
             };
             let mut worst: f64 = 0.0;
             for k in 0..PLACES {
                 let t = orbit.states()[0].t + orbit.period() * k as f64 / PLACES as f64;
                 let exact = orbit.at(&train, t).map_err(told)?;
-                worst = worst.max(distance(&found.state(t), &exact, orbit.range()));
+                worst = worst.max(distance(&found.at(t), &exact, orbit.range()));
             }
             off.push(worst);
         }

@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 /// use gear_dynamics::{Harmonics, periodic::FourierOrbit};
 /// let orbit = FourierOrbit::new(&Harmonics::up_to(1), 4.0, &[vec![0.5, 3.0, -4.0]])?;
 /// assert_eq!(orbit.amplitude(0, 1), 5.0);
-/// assert_eq!(orbit.state(0.0).q, [3.5]);
+/// assert_eq!(orbit.at(0.0).q, [3.5]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, PartialEq)]
@@ -168,7 +168,7 @@ impl FourierOrbit {
 
     /// State at time `t`, for example as the start of a run. A rigid motion with a mean acceleration starts
     /// from rest at t = 0.
-    pub fn state(&self, t: f64) -> State {
+    pub fn at(&self, t: f64) -> State {
         let mut state = State { t, ..State::at_rest(self.dof()) };
         self.motion(t, &mut state.q, &mut state.v);
         state
@@ -231,7 +231,7 @@ impl FourierOrbit {
     /// [`ParameterError`] for more than 2²⁶ numbers.
     pub fn states(&self, count: usize) -> Result<Vec<State>, ParameterError> {
         check::count("numbers of the states", &[count, 2 * self.dof()], check::NUMBERS)?;
-        Ok((0..count).map(|i| self.state(self.span * i as f64 / count as f64)).collect())
+        Ok((0..count).map(|i| self.at(self.span * i as f64 / count as f64)).collect())
     }
 
     /// Mean acceleration of every coordinate. It is zero unless the model has a rigid motion and the torques
