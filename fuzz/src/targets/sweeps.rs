@@ -89,7 +89,7 @@ fn judge(case: &mut Case, rows: Rows) -> Run {
             row.grazes(),
             row.is_sensitive(),
             row.checked().is_some(),
-            row.error("q0"),
+            row.step_error("q0"),
             row.period_multiple(),
             row.settled_after(),
         );
