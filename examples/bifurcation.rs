@@ -53,7 +53,7 @@ fn main() -> Outcome<()> {
             }
         }
         for row in rows.iter() {
-            if let (Some(exponent), Some(error)) = (row.lyapunov(), row.lyapunov_error()) {
+            if let (Some(exponent), Some(error)) = (row.lyapunov(), row.lyapunov_standard_error()) {
                 grown.row(&[&direction, &row.point()["omega_1"], &exponent, &error])?;
             }
         }

@@ -167,7 +167,7 @@ fn window(speeds: &[f64]) {
     let (mut within, mut chaotic) = (0, 0);
     for row in rows.iter() {
         let (speed, exponent, error) =
-            (row.point()["speed"], row.lyapunov().unwrap(), row.lyapunov_error().unwrap());
+            (row.point()["speed"], row.lyapunov().unwrap(), row.lyapunov_standard_error().unwrap());
         println!("{speed}: {exponent:.3} ± {error:.3}, period {:?}", row.period_multiple());
         let grows = exponent > 2.0 * error;
         assert!(
@@ -225,13 +225,13 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
         asked.run(&Located(Dop853::new()), family, start).unwrap(),
     ] {
         for (row, rate) in rows.iter().zip([-1.0, 2f64.sqrt() - 2.0]) {
-            let (ours, error) = (row.lyapunov().unwrap(), row.lyapunov_error().unwrap());
+            let (ours, error) = (row.lyapunov().unwrap(), row.lyapunov_standard_error().unwrap());
             assert!((ours - rate * period).abs() < 1e-7 && error < 1e-7, "{ours} ± {error} {rate}");
         }
         assert_eq!(stored(&rows), rows);
     }
     let without = sweep.run(&TableRk4::new(64), family, start).unwrap();
-    assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_error().is_none()));
+    assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_standard_error().is_none()));
     for bad in
         [Lyapunov::new().periods(0), Lyapunov::new().renormalisations(0), Lyapunov::new().flow_tolerance(f64::NAN)]
     {
@@ -261,7 +261,7 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
             .run(&pair(&row.point()).unwrap(), &State::new(0.0, &end[..1], &end[1..]))
             .unwrap();
         assert_eq!(row.lyapunov(), Some(alone.per_period()[0]));
-        assert_eq!(row.lyapunov_error(), Some(alone.standard_error()[0]));
+        assert_eq!(row.lyapunov_standard_error(), Some(alone.standard_error()[0]));
     }
     let parts =
         (0..3).map(|i| sweep.runner(&LaneRk4::new(4032).lanes::<8>(), pair, start).chunk(i, 3).unwrap());

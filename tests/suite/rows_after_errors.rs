@@ -55,7 +55,7 @@ fn a_row_without_an_exponent_keeps_its_other_figures() {
     for (row, other) in rows.iter().zip(plain.iter()) {
         assert_eq!(row.channel("q0"), other.channel("q0"));
         assert_eq!(
-            (row.lyapunov().is_none(), row.lyapunov_error().is_none()),
+            (row.lyapunov().is_none(), row.lyapunov_standard_error().is_none()),
             (row.index() == 1, row.index() == 1)
         );
         assert_eq!(row.lyapunov_failure().is_some(), row.index() == 1);

@@ -83,7 +83,7 @@ impl Row<'_> {
     }
     /// Standard error of [`lyapunov`](Row::lyapunov) per period, as in
     /// [`Exponents::standard_error`](crate::periodic::Exponents::standard_error).
-    pub fn lyapunov_error(&self) -> Option<f64> {
+    pub fn lyapunov_standard_error(&self) -> Option<f64> {
         self.exponents().get(1).copied().filter(|x| !x.is_nan())
     }
     /// The exponent and its standard error; empty if not requested.
