@@ -40,7 +40,8 @@ pub struct Line<P: LinePoint> {
     pub(crate) notes: Vec<BranchNote>,
     pub(crate) end: BranchEnd,
     /// The end reached in the second direction.
-    pub(crate) start: Option<BranchEnd>,
+    #[cfg_attr(feature = "serde", serde(rename = "start"))]
+    pub(crate) first_end: Option<BranchEnd>,
     /// Change of the last parameter over the length at the last point, in its unit: the direction in which a
     /// continuation resumes.
     pub(crate) heading: f64,
