@@ -226,12 +226,15 @@ pub type Held<M> = Wrapped<M, HeldDrives>;
 /// The rule of [`Held`]: the held processes and the drives to which they are added.
 ///
 /// ```
-/// use gear_dynamics::{drives::{Held, HeldProcess}, models::ring::RingSet, Ring};
+/// use gear_dynamics::{drives::{Held, HeldProcess}, excitation::Side, models::ring::RingSet, Model, Ring};
 /// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let slots = [ring.slot("mesh damping 0")?, ring.slot("mesh damping 1")?];
 /// let process = HeldProcess::from_values(1e-3, &[0.0, 1.0])?;
 /// let noisy = Held::new(ring).shared(&slots, 500.0, process)?;
-/// assert_eq!(noisy.rule().fills(), 2); // one process, added to two drives
+/// let [mut before, mut after] = [vec![0.0; noisy.drives()], vec![0.0; noisy.drives()]];
+/// noisy.drive(0.0005, Side::After, &mut before);
+/// noisy.drive(0.0015, Side::After, &mut after);
+/// assert_eq!(slots.map(|slot| after[slot] - before[slot]), [500.0; 2]); // one process, added to two drives
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default)]
@@ -243,11 +246,6 @@ pub struct HeldDrives {
 }
 
 impl HeldDrives {
-    /// Number of additions of a process to a drive.
-    pub fn fills(&self) -> usize {
-        self.fills.len()
-    }
-
     fn fill(
         mut self,
         drives: usize,

@@ -238,7 +238,7 @@ fn the_exact_reading_of_the_pair_62_62() {
     let total = |m: &PotentialEnergy| m.tooth(&pair.gears()[0], 20f64.to_radians()).unwrap().total();
     let mean = |m: &PotentialEnergy| m.wave(&pair).unwrap().mean();
     let body = |m: &PotentialEnergy| {
-        m.foundation(Foundation::PerBody, [0.035; 2]).unwrap().wave(&pair).unwrap().mean()
+        m.foundation(Foundation::PerBody([0.035; 2])).unwrap().wave(&pair).unwrap().mean()
     };
     for (found, expected) in [
         (change(&foundation), 0.132_103),
@@ -410,8 +410,8 @@ proptest! {
         let other = method.pair(&pair, pair.contact_ratio() - s).unwrap();
         prop_assert!((one.total() / other.total() - 1.0).abs() < 1e-11);
         prop_assert!((one.teeth[0].total() / other.teeth[1].total() - 1.0).abs() < 1e-11);
-        let body = method.foundation(Foundation::PerBody, [bore; 2]).unwrap();
-        let rigid = method.without_foundation();
+        let body = method.foundation(Foundation::PerBody([bore; 2])).unwrap();
+        let rigid = method.foundation(Foundation::None).unwrap();
         let end = pair.end_of_double_contact();
         let (double, single) = (0.5 * end, 0.5 * (end + TAU));
         let at = |method: &PotentialEnergy, angle| method.mesh(&pair, angle).unwrap();
@@ -859,7 +859,7 @@ fn methods_outside_their_range() {
     assert_eq!(error, TeethError::NotApplicable { method: "the transition curve", teeth: "undercut" });
     assert!(matches!(method.tooth(&a, 0.01), Err(TeethError::Interference { gear: 0, .. })));
     for bore in [0.001, 0.11] {
-        let method = method.foundation(Foundation::PerPair, [bore; 2]).unwrap();
+        let method = method.foundation(Foundation::PerPair([bore; 2])).unwrap();
         let error = method.wave(&GearPair::new(&a, &b).unwrap()).unwrap_err();
         assert!(matches!(
             error,

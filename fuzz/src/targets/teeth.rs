@@ -81,8 +81,8 @@ pub fn stiffness(case: &mut Case) -> Run {
     }
     let bores = [case.number(0.02), case.number(0.02)];
     let method = PotentialEnergy::ma_2014(bores)?.material(case.number(2e11), case.number(0.2))?;
-    let foundation = case.pick(&[Foundation::None, Foundation::PerPair, Foundation::PerBody]);
-    let method = method.foundation(foundation, bores)?.extrapolated();
+    let foundation = case.pick(&[Foundation::None, Foundation::PerPair(bores), Foundation::PerBody(bores)]);
+    let method = method.foundation(foundation)?.extrapolated();
     let method = method.tooth_model(case.pick(&[ToothModel::FromBaseCircle, ToothModel::WithTransition]));
     let method = method.reading(case.pick(&[Reading::Exact, Reading::Ross]));
     finite("pair of teeth", method.pair(&pair, case.number(0.5))?.total())?;
