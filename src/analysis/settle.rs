@@ -132,7 +132,12 @@ impl Settle {
                 }
             }
         }
-        Err(SettleError::Aperiodic { last, periods: self.max_periods, closest, multiple: self.max_period_multiple })
+        Err(SettleError::Aperiodic {
+            last,
+            periods: self.max_periods,
+            closest,
+            multiple: self.max_period_multiple,
+        })
     }
 
     fn check(&self, period: f64) -> Result<(), ParameterError> {

@@ -15,7 +15,8 @@ struct StoredHarmonics {
 
 impl Serialize for Harmonics {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        StoredHarmonics { orders: self.orders().to_vec(), periods: self.period_multiple() }.serialize(serializer)
+        StoredHarmonics { orders: self.orders().to_vec(), periods: self.period_multiple() }
+            .serialize(serializer)
     }
 }
 

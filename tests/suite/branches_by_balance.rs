@@ -300,7 +300,8 @@ fn doubled_orbits_of_a_balance() {
         range.clone().balance(balance.clone()).run(&family, &guess(&model, [1.1, 0.1, 0.0])).unwrap();
     println!("{single}");
     let point = single.of_kind(PointKind::PeriodDoubling)[0];
-    let twice = Balance::new(Harmonics::up_to(32).with_period_multiple(2).unwrap()).integrals(Integrals::Exact);
+    let twice =
+        Balance::new(Harmonics::up_to(32).with_period_multiple(2).unwrap()).integrals(Integrals::Exact);
     let few = range.clone().max_points(12);
     let doubled = few.clone().balance(twice.clone()).run(&family, Switch::at(point)).unwrap();
     println!("{doubled}");

@@ -282,7 +282,10 @@ fn a_check_counts_only_beside_its_row() {
     // extreme. It must not contain the missing row.
     let q1 = first.channel("q0").unwrap();
     assert!(first.step_error("q0").unwrap() < 0.1 * q1.peak_to_peak(), "{:?} {q1:?}", first.step_error("q0"));
-    assert_eq!((next.step_error("q0"), last.step_error("q0")), (first.step_error("q0"), first.step_error("q0")));
+    assert_eq!(
+        (next.step_error("q0"), last.step_error("q0")),
+        (first.step_error("q0"), first.step_error("q0"))
+    );
 }
 
 /// If the check of a point fails, the row contains the error, counts as sensitive and has no estimate of its

@@ -232,9 +232,11 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
     }
     let without = sweep.run(&TableRk4::new(64), family, start).unwrap();
     assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_standard_error().is_none()));
-    for bad in
-        [Lyapunov::new().periods(0), Lyapunov::new().renormalisations(0), Lyapunov::new().flow_tolerance(f64::NAN)]
-    {
+    for bad in [
+        Lyapunov::new().periods(0),
+        Lyapunov::new().renormalisations(0),
+        Lyapunov::new().flow_tolerance(f64::NAN),
+    ] {
         assert!(matches!(
             sweep.clone().lyapunov(bad).run(&TableRk4::new(64), family, start),
             Err(SweepError::Parameter(_))

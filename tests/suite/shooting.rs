@@ -70,7 +70,8 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
     }
     for point in all["bifurcations"].as_array().unwrap() {
         let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
-        let turn = Variation::new().flow_tolerance(1e-13).run(&model, &state(0.0, &x0), model.period()).unwrap();
+        let turn =
+            Variation::new().flow_tolerance(1e-13).run(&model, &state(0.0, &x0), model.period()).unwrap();
         let multipliers = Multipliers::from_monodromy(&turn.matrix, 1e-9).unwrap();
         let error = apart(multipliers.values(), &complex(&point["multipliers"]));
         println!("{system} {} {}: {error:.1e}", point["type"], point["Omega"]);
@@ -310,8 +311,12 @@ fn apart_by(a: &Multipliers, b: &Multipliers) -> f64 {
 fn least_period_multiple() {
     let model = DeadZone { omega: 0.7, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 };
     let once = Shooting::new().solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
-    let twice = Shooting::new().period_multiple(2).solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
-    assert_eq!((once.least_period_multiple(), twice.period_multiple(), twice.least_period_multiple()), (1, 2, 1));
+    let twice =
+        Shooting::new().period_multiple(2).solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
+    assert_eq!(
+        (once.least_period_multiple(), twice.period_multiple(), twice.least_period_multiple()),
+        (1, 2, 1)
+    );
     let squared: Vec<Complex64> = once.multipliers().values().iter().map(|m| m * m).collect();
     assert!(apart(twice.multipliers().values(), &squared) < 1e-9);
 
@@ -323,7 +328,8 @@ fn least_period_multiple() {
         .run(&Dop853::new(), &model, &State::new(0.0, &[2.26], &[0.84]))
         .unwrap();
     println!("settled to {} periods", settled.period_multiple);
-    let cycle = Shooting::new().period_multiple(settled.period_multiple).solve(&model, &[settled.state]).unwrap();
+    let cycle =
+        Shooting::new().period_multiple(settled.period_multiple).solve(&model, &[settled.state]).unwrap();
     assert_eq!(cycle.least_period_multiple(), settled.period_multiple);
     assert_eq!(cycle.stability(), Stability::Stable);
 }

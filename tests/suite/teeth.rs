@@ -41,7 +41,8 @@ fn stage_1() -> [InvoluteGear; 3] {
     let module = 1e-3 * number(&sun["mn"]);
     let alteration = numbers(&data["geometry_mm"]["stage1"]["tip_alteration"]);
     let gear = |gear: InvoluteGear, x: &Value, k: f64| {
-        let gear = gear.with_profile_shift(number(x)).unwrap().with_face_width(1e-3 * number(&sun["b"])).unwrap();
+        let gear =
+            gear.with_profile_shift(number(x)).unwrap().with_face_width(1e-3 * number(&sun["b"])).unwrap();
         gear.with_tip_alteration(1e-3 * k).unwrap()
     };
     [
@@ -682,7 +683,10 @@ fn values_outside_their_range() {
     assert_eq!(gear.with_profile_shift(3.5).unwrap_err(), out_of_range("profile shift", 3.5, "[-3, 3]"));
     assert_eq!(gear.with_addendum(0.0).unwrap_err(), out_of_range("addendum factor", 0.0, "[0.1, 3]"));
     assert_eq!(gear.with_dedendum(5.0).unwrap_err(), out_of_range("dedendum factor", 5.0, "[0.1, 4]"));
-    assert_eq!(gear.with_fillet_radius(-0.1).unwrap_err(), out_of_range("fillet radius factor", -0.1, "[0, 1]"));
+    assert_eq!(
+        gear.with_fillet_radius(-0.1).unwrap_err(),
+        out_of_range("fillet radius factor", -0.1, "[0, 1]")
+    );
     assert_eq!(gear.with_tip_alteration(2.0).unwrap_err(), out_of_range("tip alteration", 2.0, "[-1, 1] m"));
     assert_eq!(gear.with_face_width(20.0).unwrap_err(), out_of_range("face width", 20.0, "[1e-6, 10] m"));
     assert_eq!(gear.blank(0.1, 7800.0).unwrap_err(), out_of_range("bore", 0.1, "[0, reference diameter]"));

@@ -3,13 +3,13 @@
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
 use crate::ode::{Failed, Integrator, Trajectory};
+use crate::periodic::balance::crossings::contact_history::ContactHistory;
+use crate::periodic::balance::crossings::instants::Crossings;
 use crate::periodic::balance::fourier_orbit::{FourierOrbit, hermite_extreme};
 use crate::periodic::balance::quadrature::resolution::samples_along;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::{Transform, samples_for, spread, unpack, write};
-use crate::periodic::balance::crossings::contact_history::ContactHistory;
-use crate::periodic::balance::crossings::instants::Crossings;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

@@ -307,7 +307,8 @@ impl InvoluteGear {
     }
     /// Depth at which the straight flank of the rack ends `[m]`.
     pub(crate) fn straight_dedendum(&self) -> f64 {
-        self.dedendum * self.module - self.module * self.fillet_radius() * (1.0 - libm::sin(self.pressure_angle))
+        self.dedendum * self.module
+            - self.module * self.fillet_radius() * (1.0 - libm::sin(self.pressure_angle))
     }
     /// Half the angle of a tooth at the base circle `[rad]`: (π/2 + 2 x tan α_n)/z + inv α_t, with the signs
     /// of an internal gear.

@@ -168,8 +168,7 @@ impl Profile {
         // Distance of the centre of the rounded tip from the centre line of the tooth.
         let b = FRAC_PI_2 * 0.5 * module + gear.straight_dedendum() * tan + round * cos;
         // ROSS computes the angle of the root with the addendum in place of the dedendum.
-        let printed =
-            FRAC_PI_2 * 0.5 * module + (gear.addendum() * module - round) * tan + round / cos;
+        let printed = FRAC_PI_2 * 0.5 * module + (gear.addendum() * module - round) * tan + round / cos;
         let root_angle = if reading == Reading::Ross { printed } else { b } / pitch;
         let (start, transition) = match model {
             ToothModel::FromBaseCircle => (-half_base_angle, None),

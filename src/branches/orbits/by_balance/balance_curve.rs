@@ -12,7 +12,7 @@ use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::quadrature::panel_points::drive_edges;
-use crate::periodic::balance::quality::multipliers_of_series::{Smooth, CrossingTime};
+use crate::periodic::balance::quality::multipliers_of_series::{CrossingTime, Smooth};
 use crate::periodic::{Balance, BalanceEquations, FourierOrbit, Integrals, Multipliers};
 use crate::roots::{Matrix, Residual};
 use nalgebra::{DMatrix, DVector};

@@ -2,8 +2,8 @@
 
 use crate::contact::{Contact, Piece};
 use crate::model::Periodic;
-use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::crossings::stencil::{Polynomial, Stencil};
+use crate::periodic::balance::series::grid::Grid;
 
 /// One change of piece.
 #[derive(Clone, Copy, Debug)]
@@ -140,7 +140,14 @@ impl Crossings {
             };
             let polynomial = stencil.polynomial(cell, edge.len(), |i| edge[i][0]);
             let phi = polynomial.root(-0.5, 0.5);
-            self.list.push(OrbitCrossing { contact, from: here, to: next, cell, phi, slope: polynomial.at(phi).1 });
+            self.list.push(OrbitCrossing {
+                contact,
+                from: here,
+                to: next,
+                cell,
+                phi,
+                slope: polynomial.at(phi).1,
+            });
             here = next;
         }
     }
@@ -171,7 +178,14 @@ impl Crossings {
                 (piece, other, polynomial.root(-0.5, extreme)),
                 (other, piece, polynomial.root(extreme, 0.5)),
             ] {
-                self.list.push(OrbitCrossing { contact, from, to, cell, phi, slope: sign * polynomial.at(phi).1 });
+                self.list.push(OrbitCrossing {
+                    contact,
+                    from,
+                    to,
+                    cell,
+                    phi,
+                    slope: sign * polynomial.at(phi).1,
+                });
             }
         }
     }

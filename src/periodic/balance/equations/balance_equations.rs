@@ -9,6 +9,7 @@ use crate::ode::budget::Meter;
 use crate::periodic::balance::admission::{free_motions, refuse_stops};
 use crate::periodic::balance::amplitudes::sizes_apart;
 use crate::periodic::balance::balance_error::BalanceError;
+use crate::periodic::balance::crossings::instants::Crossings;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::choice::Demand;
@@ -20,7 +21,6 @@ use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
-use crate::periodic::balance::crossings::instants::Crossings;
 use crate::roots::matrix::MAX_ENTRIES;
 use crate::roots::{Matrix, Residual};
 

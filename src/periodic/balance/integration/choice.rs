@@ -7,6 +7,7 @@ use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
+use crate::periodic::balance::crossings::stencil::NODES;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::closed::Closed;
@@ -20,7 +21,6 @@ use crate::periodic::balance::quadrature::resolution::{DriveSampler, Signals, sa
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Samples;
-use crate::periodic::balance::crossings::stencil::NODES;
 
 /// Maximum number of samples of all coordinates together. With their transforms they take more than 1 GB.
 const MAX_SAMPLES: usize = 1 << 23;

@@ -15,6 +15,8 @@ use crate::model::Periodic;
 use crate::model::structure::couplings::{Couplings, Slope, is_linear_on_pieces};
 use crate::model::structure::slopes::Slopes;
 use crate::numeric::spread::weyl;
+use crate::periodic::balance::crossings::instants::Crossings;
+use crate::periodic::balance::crossings::stencil::Phasors;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
@@ -23,8 +25,6 @@ use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
-use crate::periodic::balance::crossings::instants::Crossings;
-use crate::periodic::balance::crossings::stencil::Phasors;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

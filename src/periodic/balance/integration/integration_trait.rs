@@ -2,11 +2,11 @@
 
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
+use crate::periodic::balance::crossings::instants::Crossings;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
-use crate::periodic::balance::crossings::instants::Crossings;
 use crate::roots::Matrix;
 
 /// The motion along which the integrals are taken.

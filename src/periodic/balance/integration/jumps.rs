@@ -5,10 +5,10 @@ use crate::excitation::Side;
 use crate::model::Periodic;
 use crate::model::structure::slopes::accelerate;
 use crate::numeric::norms::largest;
+use crate::periodic::balance::crossings::instants::{Crossings, OrbitCrossing};
+use crate::periodic::balance::crossings::stencil::Stencil;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::{Jump, Spectra};
-use crate::periodic::balance::crossings::instants::{OrbitCrossing, Crossings};
-use crate::periodic::balance::crossings::stencil::Stencil;
 use std::f64::consts::TAU;
 
 /// Scratch for evaluations on the pieces before and after a crossing.

@@ -8,11 +8,11 @@
 
 use crate::model::Periodic;
 use crate::model::structure::slopes::{Slopes, accelerate};
+use crate::periodic::balance::crossings::stencil::{NODES, Stencil};
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
-use crate::periodic::balance::crossings::stencil::{NODES, Stencil};
 
 /// Integration on uniform samples that are corrected around every crossing.
 pub(crate) struct Kinks {

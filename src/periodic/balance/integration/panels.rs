@@ -4,6 +4,7 @@ use crate::excitation::Side;
 use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
+use crate::periodic::balance::crossings::stencil::Phasors;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
@@ -12,7 +13,6 @@ use crate::periodic::balance::quadrature::resolution::DriveSampler;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
-use crate::periodic::balance::crossings::stencil::Phasors;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

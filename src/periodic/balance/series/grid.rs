@@ -34,8 +34,11 @@ impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
         let (drives, span) = (model.drives(), model.period() * harmonics.period_multiple() as f64);
         let mut u = vec![0.0; samples * drives];
         // If M is a multiple of p, the drives of one period repeat.
-        let distinct =
-            if samples.is_multiple_of(harmonics.period_multiple()) { samples / harmonics.period_multiple() } else { samples };
+        let distinct = if samples.is_multiple_of(harmonics.period_multiple()) {
+            samples / harmonics.period_multiple()
+        } else {
+            samples
+        };
         for s in 0..distinct {
             model.drive(span * s as f64 / samples as f64, Side::After, &mut u[s * drives..(s + 1) * drives]);
         }
