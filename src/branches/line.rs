@@ -83,8 +83,8 @@ impl<P: LinePoint> Line<P> {
     pub fn end(&self) -> &BranchEnd {
         &self.end
     }
-    /// Why a line that was followed in both directions ends at its first point; `None` for one direction, or if
-    /// the second one failed at its start.
+    /// Why a line that was followed in both directions ends at its first point; `None` for one direction,
+    /// or if the second one failed at its start.
     pub fn first_end(&self) -> Option<&BranchEnd> {
         self.first_end.as_ref()
     }

@@ -1,5 +1,5 @@
-//! The rule of CONTRIBUTING.md for setters, read from the source: a setter is the noun of its field, and takes `with_`
-//! where that noun is the getter.
+//! The rule of CONTRIBUTING.md for setters, read from the source: a setter is the noun of its field,
+//! and takes `with_` where that noun is the getter.
 
 use std::collections::BTreeMap;
 use std::fs::{read_dir, read_to_string};

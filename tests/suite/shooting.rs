@@ -305,8 +305,8 @@ fn apart_by(a: &Multipliers, b: &Multipliers) -> f64 {
     apart(a.values(), b.values())
 }
 
-/// An orbit of period 1, computed over two periods, has the least period multiple 1; one after a period doubling has
-/// 2.
+/// An orbit of period 1, computed over two periods, has the least period multiple 1; one after a period
+/// doubling has 2.
 #[test]
 fn least_period_multiple() {
     let model = DeadZone { omega: 0.7, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 };

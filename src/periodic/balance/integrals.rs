@@ -31,8 +31,8 @@ pub enum Integrals {
         /// Number M of samples in one period of the orbit.
         samples: usize,
     },
-    /// Exact formulas for the integrals from crossing to crossing. Requires no drive edges, and accelerations on
-    /// fixed pieces that are linear in coordinates and velocities, with contributions of the contacts that
+    /// Exact formulas for the integrals from crossing to crossing. Requires no drive edges, and accelerations
+    /// on fixed pieces that are linear in coordinates and velocities, with contributions of the contacts that
     /// add up. The constant terms and slopes must be Fourier series of at most about 6000 orders per period
     /// of the drives. A model without an exact Jacobian may fail this by the noise of its differences.
     Closed,

@@ -206,7 +206,8 @@ impl InvoluteGear {
     pub fn dedendum(&self) -> f64 {
         self.dedendum
     }
-    /// Root fillet radius ρ_fP of the basic rack `[1]`, in normal modules; 0 if the dedendum leaves no clearance.
+    /// Root fillet radius ρ_fP of the basic rack `[1]`, in normal modules; 0 if the dedendum leaves
+    /// no clearance.
     pub fn fillet_radius(&self) -> f64 {
         let of_clearance = (self.dedendum - self.addendum) / (1.0 - libm::sin(self.pressure_angle));
         self.fillet_radius.unwrap_or(of_clearance.max(0.0))

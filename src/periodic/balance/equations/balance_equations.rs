@@ -268,8 +268,8 @@ impl<G: Shape> BalanceEquations<'_, Machine<G>> {
     /// kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
     ///
     /// With [`Integrals::Closed`] or [`Integrals::Kinks`] the crossings are exact: the sums over the samples
-    /// are corrected around every crossing. The Jacobian leaves out the motion of crossings at which the value
-    /// of a law jumps, for example of damping that acts in contact only. With other integrals the values are
+    /// are corrected around every crossing. The Jacobian leaves out the motion of crossings at which the
+    /// value of a law jumps, for example of damping that acts in contact only. With other integrals the values are
     /// sampled.
     pub fn truncating_forces(mut self) -> Self {
         let (n, m, contacts) = (self.work.layout.dof, self.grid.samples(), self.grid.model.contacts());

@@ -1,7 +1,7 @@
 //! Exact crossings on uniform samples: the rectangle rule with a correction around every kink.
 //!
-//! Near a crossing at t_s an acceleration is f + Δ H(t - t_s), with the unit step H. Δ is smooth, because both
-//! pieces continue smoothly past their edge. The error of the sum over the samples is a functional of
+//! Near a crossing at t_s an acceleration is f + Δ H(t - t_s), with the unit step H. Δ is smooth, because
+//! both pieces continue smoothly past their edge. The error of the sum over the samples is a functional of
 //! Δ e^{-ikωt} near t_s. The weights of the Euler-Maclaurin formula on sixteen samples around the crossing
 //! ([`Stencil::weights`]) give this functional to rounding for every order at once. The samples are corrected
 //! first; one transform then gives all orders.

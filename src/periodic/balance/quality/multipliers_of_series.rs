@@ -61,8 +61,8 @@ impl Balance {
     /// Source: Hairer & Wanner II, Sect. IV.5.
     ///
     /// It is faster than shooting. The error estimate is the change when the top quarter of the orders is
-    /// dropped and the steps are doubled. With rattle the crossings of a truncated series are slightly wrong; the
-    /// multipliers of [`Shooting::solve_from`](crate::Shooting::solve_from) are then the reference. If an
+    /// dropped and the steps are doubled. With rattle the crossings of a truncated series are slightly wrong;
+    /// the multipliers of [`Shooting::solve_from`](crate::Shooting::solve_from) are then the reference. If an
     /// acceleration jumps at a crossing, the error is infinite and the stability undecided.
     ///
     /// # Errors
@@ -161,8 +161,8 @@ impl FourierOrbit {
         crossings.map(&mut near).collect()
     }
 
-    /// Ends of the smooth intervals of one span, and whether an acceleration jumps at a crossing. Y then jumps
-    /// too; the collocation does not contain that jump.
+    /// Ends of the smooth intervals of one span, and whether an acceleration jumps at a crossing. Y then
+    /// jumps too; the collocation does not contain that jump.
     fn breaks<M: Periodic + ?Sized>(&self, model: &M) -> (Vec<f64>, bool) {
         let mut breaks = drive_edges(model, self.span());
         breaks.extend([0.0, self.span()]);
