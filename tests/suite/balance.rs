@@ -700,9 +700,9 @@ fn no_convergence_hands_back_the_last_iterate() {
     let pair = pair(200.0);
     let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).newton(Newton::new().max_iterations(2));
     let error = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower).unwrap()).unwrap_err();
-    let BalanceError::NotConverged { last, history } = error else { panic!("{error}") };
+    let BalanceError::NotConverged { last, residuals } = error else { panic!("{error}") };
     assert_eq!(last.dof(), 1);
-    assert_eq!(history.len(), last.iterations() + 1);
+    assert_eq!(residuals.len(), last.iterations() + 1);
 }
 
 #[test]

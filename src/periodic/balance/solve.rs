@@ -220,7 +220,7 @@ impl Balance {
                 Some(contact) => BalanceError::StartInGap { contact },
                 None => BalanceError::Singular { coordinate: coordinate(unknown), last, history },
             },
-            Failure::NotConverged => BalanceError::NotConverged { last, history },
+            Failure::NotConverged => BalanceError::NotConverged { last, residuals: history },
             Failure::NotFinite => BalanceError::NotFinite { last, history },
         })
     }
