@@ -28,7 +28,7 @@ fn settled(pair: &NfgPair) -> (Dop853, State) {
     (solver, steady.state)
 }
 
-/// The pair of Liu 2021, reading A, at 180 rad/s with 252 switches.
+/// The pair of Liu 2021, reading A, at 180 rad/s with 252 crossings.
 fn rattling_pair(c: &mut Criterion) {
     let pair = pair(180.0);
     let (solver, state) = settled(&pair);

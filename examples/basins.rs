@@ -41,7 +41,7 @@ fn main() -> Outcome<()> {
         println!("Ω = {omega}: {} motions", attractors.list().len());
         for (i, one) in attractors.list().iter().enumerate() {
             let share = one.rows as f64 / (SIDE * SIDE) as f64;
-            let period = one.period.map_or("none".into(), |p| p.to_string());
+            let period = one.period_multiple.map_or("none".into(), |p| p.to_string());
             let state = one.states.first().cloned().unwrap_or_else(|| vec![f64::NAN; 2]);
             println!(
                 "  {i}: period {period:4} at q = {:8.5}, v = {:8.5}, from {:5.1}% of the starts",

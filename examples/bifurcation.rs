@@ -27,7 +27,7 @@ fn main() -> Outcome<()> {
     let folder = gallery("bifurcation")?;
     let speeds = Axis::list("omega_1", &speeds())?;
     // Exponents for a picture: 40 turns, at a tolerance of 1e-7.
-    let exponents = Lyapunov::new().align(3).periods(40).tolerance(1e-7);
+    let exponents = Lyapunov::new().align(3).periods(40).flow_tolerance(1e-7);
     let sweep = Sweep::new(Points::on_axis(speeds)).settle(30).measure(40).lyapunov(exponents);
     let engine = Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14]));
     let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
@@ -47,13 +47,13 @@ fn main() -> Outcome<()> {
     let ways = [("up", diagram.up()), ("down", diagram.down())];
     for ((direction, marks), rows) in ways.into_iter().zip(diagram.rows()) {
         for mark in marks {
-            let period = mark.period.map_or("none".into(), |p| p.to_string());
+            let period = mark.period_multiple.map_or("none".into(), |p| p.to_string());
             for q in &mark.values {
                 marked.row(&[&direction, &mark.parameter, &period, q])?;
             }
         }
         for row in rows.iter() {
-            if let (Some(exponent), Some(error)) = (row.lyapunov(), row.lyapunov_error()) {
+            if let (Some(exponent), Some(error)) = (row.lyapunov(), row.lyapunov_standard_error()) {
                 grown.row(&[&direction, &row.point()["omega_1"], &exponent, &error])?;
             }
         }

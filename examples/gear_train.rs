@@ -24,7 +24,7 @@ use support::{Csv, Outcome, coarse, csv_file, gallery, progress};
 /// The involute pairs of both stages: spur gears of 20 mm width.
 fn stages() -> Outcome<[GearPair; 2]> {
     let pair = |teeth: [u32; 2], module: f64| -> Outcome<GearPair> {
-        let [a, b] = teeth.map(|z| InvoluteGear::external(z, module)?.face_width(0.02));
+        let [a, b] = teeth.map(|z| InvoluteGear::external(z, module)?.with_face_width(0.02));
         Ok(GearPair::new(&a?, &b?)?)
     };
     Ok([pair([25, 50], 2.5e-3)?, pair([24, 60], 3e-3)?])

@@ -85,7 +85,7 @@ fn main() -> Outcome<()> {
     for mesh in 0..3 {
         let value = |i: u32| {
             let t = END * f64::from(i) / 4000.0;
-            (t, SCALE * held.value(t, Side::After, mesh))
+            (t, SCALE * held.at(t, Side::After, mesh))
         };
         damping = damping.series(&format!("mesh {mesh}"), Mark::Line, (0..=4000).map(value))?;
     }

@@ -18,7 +18,7 @@ pub fn waves() -> Outcome<[Wave; 2]> {
 }
 
 fn gears() -> Outcome<(GearPair, f64)> {
-    let gear = InvoluteGear::external(50, 0.003)?.face_width(0.02)?;
+    let gear = InvoluteGear::external(50, 0.003)?.with_face_width(0.02)?;
     Ok((GearPair::new(&gear, &gear)?, gear.blank(0.03, 7850.0)?.polar_inertia))
 }
 

@@ -29,7 +29,7 @@ use thiserror::Error;
 pub struct Settle {
     tolerance: f64,
     max_periods: usize,
-    max_multiple: usize,
+    max_period_multiple: usize,
     budget: Budget,
 }
 
@@ -43,7 +43,7 @@ impl Settle {
     /// Settling with the defaults: tolerance 1e-9, at most 200 periods, orbits of at most 8 periods, default
     /// [`Budget`].
     pub fn new() -> Self {
-        Settle { tolerance: 1e-9, max_periods: 200, max_multiple: 8, budget: Budget::new() }
+        Settle { tolerance: 1e-9, max_periods: 200, max_period_multiple: 8, budget: Budget::new() }
     }
     /// Largest difference of a repeated state, as a share of the range of each coordinate and velocity, above
     /// 0 and below 1. Default: 1e-9.
@@ -55,8 +55,8 @@ impl Settle {
         Settle { max_periods, ..self }
     }
     /// Maximum period multiple of the orbit, 1 to 65536. Default: 8.
-    pub fn max_multiple(self, max_multiple: usize) -> Self {
-        Settle { max_multiple, ..self }
+    pub fn max_period_multiple(self, max_period_multiple: usize) -> Self {
+        Settle { max_period_multiple, ..self }
     }
     /// Limit on steps and time of one call of [`run`](Settle::run), for all periods together.
     pub fn budget(self, budget: Budget) -> Self {
@@ -91,8 +91,8 @@ impl Settle {
         let rigid = if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() };
         let mut motion = MotionSize::new(model.dof(), &rigid);
         // Number of consecutive periods at which the state has repeated after p = 1, 2, ... periods.
-        let mut repeated = vec![0; self.max_multiple];
-        let mut changes = vec![f64::INFINITY; self.max_multiple];
+        let mut repeated = vec![0; self.max_period_multiple];
+        let mut changes = vec![f64::INFINITY; self.max_period_multiple];
         let mut closest = f64::INFINITY;
         let meter = self.budget.begin();
         for k in 1..=self.max_periods {
@@ -116,7 +116,7 @@ impl Settle {
             last = state;
             motion.weigh_on_flanks(model, &last, period / parts.max(1) as f64);
             section.push(joined(&last));
-            for p in 1..=self.max_multiple.min(k) {
+            for p in 1..=self.max_period_multiple.min(k) {
                 let change = motion.distance(&section[k], &section[k - p], self.tolerance);
                 changes[p - 1] = change;
                 if p == 1 || change < closest {
@@ -132,20 +132,25 @@ impl Settle {
                 }
             }
         }
-        Err(SettleError::Aperiodic { last, periods: self.max_periods, closest, multiple: self.max_multiple })
+        Err(SettleError::Aperiodic {
+            last,
+            periods: self.max_periods,
+            closest,
+            multiple: self.max_period_multiple,
+        })
     }
 
     fn check(&self, period: f64) -> Result<(), ParameterError> {
         check::share("tolerance", self.tolerance)?;
-        if self.max_multiple == 0 {
-            return Err(ParameterError::TooFew { name: "max_multiple".into(), value: 0, min: 1 });
+        if self.max_period_multiple == 0 {
+            return Err(ParameterError::TooFew { name: "max_period_multiple".into(), value: 0, min: 1 });
         }
-        check::count("max_multiple", &[self.max_multiple], LONGEST)?;
+        check::count("max_period_multiple", &[self.max_period_multiple], LONGEST)?;
         check::scale("period of the model", period).map(drop)
     }
 }
 
-/// Largest allowed value of `max_multiple`.
+/// Largest allowed value of `max_period_multiple`.
 const LONGEST: usize = 1 << 16;
 
 /// The steady state that [`Settle`] found.
@@ -196,7 +201,7 @@ pub enum SettleError {
     #[error(
         "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is \
          {closest:.1e} of the range of motion; it must be at most the tolerance: raise max_periods for a slow \
-         decay, max_multiple for a longer period, or the tolerance if it lies below the error of the solver"
+         decay, max_period_multiple for a longer period, or the tolerance if it lies below the error of the solver"
     )]
     Aperiodic {
         /// The last state. Statistics of the motion can start from it.

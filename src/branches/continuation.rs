@@ -150,7 +150,7 @@ impl Continuation {
     /// linearised along the series ([`Balance::multipliers`](crate::Balance::multipliers)).
     ///
     /// The derivative of the residual with respect to a named constant is exact. With respect to the
-    /// parameter of a closure, and if accelerations jump at switches, it is computed by one-sided
+    /// parameter of a closure, and if accelerations jump at crossings, it is computed by one-sided
     /// differences; they affect the number of corrections, not the points that are found. The number of
     /// samples of the integrals is that of the first point.
     ///

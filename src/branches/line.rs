@@ -40,7 +40,8 @@ pub struct Line<P: LinePoint> {
     pub(crate) notes: Vec<BranchNote>,
     pub(crate) end: BranchEnd,
     /// The end reached in the second direction.
-    pub(crate) start: Option<BranchEnd>,
+    #[cfg_attr(feature = "serde", serde(rename = "start"))]
+    pub(crate) first_end: Option<BranchEnd>,
     /// Change of the last parameter over the length at the last point, in its unit: the direction in which a
     /// continuation resumes.
     pub(crate) heading: f64,
@@ -72,20 +73,20 @@ impl fmt::Display for BranchNote {
 
 impl<P: LinePoint> Line<P> {
     pub(crate) fn new(head: P::Head, heading: f64) -> Self {
-        Line { head, points: Vec::new(), notes: Vec::new(), end: BranchEnd::Open, start: None, heading }
+        Line { head, points: Vec::new(), notes: Vec::new(), end: BranchEnd::Open, first_end: None, heading }
     }
     /// All points, in order along the line.
     pub fn points(&self) -> &[P] {
         &self.points
     }
-    /// Why the line ends.
+    /// Why the line ends at its last point.
     pub fn end(&self) -> &BranchEnd {
         &self.end
     }
-    /// Why a line followed in both directions begins where it does; `None` for one direction, or if the
-    /// second one failed at its start.
-    pub fn start(&self) -> Option<&BranchEnd> {
-        self.start.as_ref()
+    /// Why a line that was followed in both directions ends at its first point; `None` for one direction,
+    /// or if the second one failed at its start.
+    pub fn first_end(&self) -> Option<&BranchEnd> {
+        self.first_end.as_ref()
     }
     /// Changes that were noticed and are no points of the line. On a branch they were not located. On a
     /// boundary the rest of the contact sequence changed: from there on the orbits no longer have the
@@ -118,7 +119,7 @@ impl<P: LinePoint> Line<P> {
         self.notes.reverse();
         self.notes.iter_mut().for_each(|note| note.parameters.reverse());
         self.notes.extend(forward.notes);
-        Line { end: forward.end, start: Some(self.end), heading: forward.heading, ..self }
+        Line { end: forward.end, first_end: Some(self.end), heading: forward.heading, ..self }
     }
     /// Least and largest value of parameter `k`.
     pub(crate) fn range(&self, k: usize) -> [f64; 2] {
@@ -134,8 +135,8 @@ impl<P: LinePoint> fmt::Display for Line<P> {
         for note in &self.notes {
             writeln!(f, "  note: {note}")?;
         }
-        if let Some(start) = &self.start {
-            writeln!(f, "  start: {start}")?;
+        if let Some(end) = &self.first_end {
+            writeln!(f, "  first end: {end}")?;
         }
         write!(f, "  end: {}", self.end)
     }

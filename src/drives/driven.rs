@@ -35,7 +35,6 @@ pub type Driven<M> = Wrapped<M, TimeDrives>;
 /// let torque = ring.slot("motor torque")?;
 /// let ramp = Driven::new(ring).add(torque, |t| 5.0 * t, &[])?;
 /// let both = ramp.add(torque, |t| if t < 2.0 { 0.0 } else { 10.0 }, &[2.0])?;
-/// assert_eq!(both.rule().functions(), 2);
 /// let mut u = vec![0.0; both.drives()];
 /// both.drive(2.0, Side::Before, &mut u);
 /// assert!((u[torque] - (44.0 + 10.0)).abs() < 1e-12); // [N m]
@@ -48,13 +47,6 @@ pub struct TimeDrives {
     functions: Vec<(usize, OfTime)>,
     /// Instants at which functions jump or have a kink, increasing.
     edges: Vec<f64>,
-}
-
-impl TimeDrives {
-    /// Number of functions.
-    pub fn functions(&self) -> usize {
-        self.functions.len()
-    }
 }
 
 impl fmt::Debug for TimeDrives {

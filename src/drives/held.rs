@@ -73,10 +73,10 @@ type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 /// use gear_dynamics::{drives::HeldProcess, excitation::Side};
 /// use rand_distr::Uniform;
 /// let process = HeldProcess::new(0.5, Uniform::new(0.0, 1.0)?)?.seed(7);
-/// assert_eq!(process.value(0.1, Side::After, 0), process.value(0.4, Side::After, 0));
-/// assert_ne!(process.value(0.5, Side::Before, 0), process.value(0.5, Side::After, 0));
+/// assert_eq!(process.at(0.1, Side::After, 0), process.at(0.4, Side::After, 0));
+/// assert_ne!(process.at(0.5, Side::Before, 0), process.at(0.5, Side::After, 0));
 /// let given = HeldProcess::from_values(0.5, &[3.0, 5.0])?;
-/// assert_eq!(given.value(0.7, Side::After, 0), 5.0);
+/// assert_eq!(given.at(0.7, Side::After, 0), 5.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
@@ -151,7 +151,7 @@ impl HeldProcess {
     }
 
     /// The value x(t) of a stream; x_0 for t < 0. `side`: before or after a jump at `t`.
-    pub fn value(&self, t: f64, side: Side, stream: u64) -> f64 {
+    pub fn at(&self, t: f64, side: Side, stream: u64) -> f64 {
         let k = self.index(t);
         let before = side == Side::Before && k > 0 && k as f64 * self.hold == t;
         self.held(stream, if before { k - 1 } else { k })
@@ -226,12 +226,15 @@ pub type Held<M> = Wrapped<M, HeldDrives>;
 /// The rule of [`Held`]: the held processes and the drives to which they are added.
 ///
 /// ```
-/// use gear_dynamics::{drives::{Held, HeldProcess}, models::ring::RingSet, Ring};
+/// use gear_dynamics::{drives::{Held, HeldProcess}, excitation::Side, models::ring::RingSet, Model, Ring};
 /// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let slots = [ring.slot("mesh damping 0")?, ring.slot("mesh damping 1")?];
 /// let process = HeldProcess::from_values(1e-3, &[0.0, 1.0])?;
 /// let noisy = Held::new(ring).shared(&slots, 500.0, process)?;
-/// assert_eq!(noisy.rule().fills(), 2); // one process, added to two drives
+/// let [mut before, mut after] = [vec![0.0; noisy.drives()], vec![0.0; noisy.drives()]];
+/// noisy.drive(0.0005, Side::After, &mut before);
+/// noisy.drive(0.0015, Side::After, &mut after);
+/// assert_eq!(slots.map(|slot| after[slot] - before[slot]), [500.0; 2]); // one process, added to two drives
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default)]
@@ -243,11 +246,6 @@ pub struct HeldDrives {
 }
 
 impl HeldDrives {
-    /// Number of additions of a process to a drive.
-    pub fn fills(&self) -> usize {
-        self.fills.len()
-    }
-
     fn fill(
         mut self,
         drives: usize,
@@ -274,7 +272,7 @@ impl<M: Model> DriveRule<M> for HeldDrives {
     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]) {
         model.drive(t, side, u);
         for fill in &self.fills {
-            u[fill.slot] += fill.gain * self.processes[fill.process].value(t, side, fill.stream);
+            u[fill.slot] += fill.gain * self.processes[fill.process].at(t, side, fill.stream);
         }
     }
     fn changes(&self, _: &M, drive: usize) -> bool {
@@ -285,7 +283,7 @@ impl<M: Model> DriveRule<M> for HeldDrives {
             expanded.drive_series(t, coefficients, u);
         }
         for fill in &self.fills {
-            let held = self.processes[fill.process].value(t, Side::After, fill.stream);
+            let held = self.processes[fill.process].at(t, Side::After, fill.stream);
             u[fill.slot] = u[fill.slot] + Series::from(fill.gain * held);
         }
     }

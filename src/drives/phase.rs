@@ -203,10 +203,6 @@ impl<G: Shape> VaryingSpeed<G> {
     pub fn new(model: Machine<G>, law: PhaseLaw) -> Self {
         Wrapped::by_rule(model, law)
     }
-    /// The phase law.
-    pub fn law(&self) -> &PhaseLaw {
-        self.rule()
-    }
 }
 
 /// Distance from an edge `[rad]`, max(1e-9, 16 ε |φ|) with ε = 2.2e-16. An angle within this distance lies

@@ -8,6 +8,7 @@ pub(crate) mod multipliers;
 pub(crate) mod shooting;
 
 pub use crate::periodic::balance::balance_error::BalanceError;
+pub use crate::periodic::balance::crossings::contact_history::ContactHistory;
 pub use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 pub use crate::periodic::balance::fourier_orbit::FourierOrbit;
 pub use crate::periodic::balance::integrals::Integrals;
@@ -15,7 +16,6 @@ pub use crate::periodic::balance::note::BalanceNote;
 pub use crate::periodic::balance::quality::proof::Proof;
 pub use crate::periodic::balance::series::harmonics::Harmonics;
 pub use crate::periodic::balance::settings::Balance;
-pub use crate::periodic::balance::switching::contact_history::ContactHistory;
 pub use crate::periodic::flow::flow_method::FlowMethod;
 pub use crate::periodic::flow::variation::{Transition, Variation};
 pub use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};

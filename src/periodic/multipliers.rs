@@ -61,10 +61,10 @@ pub enum MultiplierError {
         /// Index of the contact, from 0.
         contact: usize,
     },
-    /// The orbit has too many switches and drive edges.
-    #[error("the orbit has {count} switches and drive edges: at most {max} are allowed")]
+    /// The orbit has too many crossings and drive edges.
+    #[error("the orbit has {count} crossings and drive edges: at most {max} are allowed")]
     Breaks {
-        /// Number of switches and drive edges.
+        /// Number of crossings and drive edges.
         count: usize,
         /// Maximum number.
         max: usize,

@@ -26,7 +26,7 @@ pub struct Root {
     /// Number of evaluations of the residual, without those for differences.
     pub evaluations: usize,
     /// max |r_i| of every iterate, the guess first.
-    pub history: Vec<f64>,
+    pub residuals: Vec<f64>,
 }
 
 /// Errors of [`Newton`](crate::roots::Newton) and [`Broyden`](crate::roots::Broyden).
@@ -35,9 +35,8 @@ pub struct Root {
 /// use gear_dynamics::roots::{Equations, Newton, RootError};
 /// let error = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].exp()), &[0.0]).unwrap_err();
 /// assert!(matches!(error, RootError::NotConverged { .. }));
-/// assert!(
-///     error.last().is_some_and(|last| last.history[0] == 1.0 && last.iterations == 50 && last.x[0] < -39.0)
-/// );
+/// let last = error.last().unwrap();
+/// assert!(last.residuals[0] == 1.0 && last.iterations == 50 && last.x[0] < -39.0);
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -85,7 +84,7 @@ pub enum RootError {
     /// The maximum number of iterations is reached, or no damping is accepted.
     #[error(
         "no convergence: the largest residual is {:?} after {} iterations and {:?} at the guess",
-        last.residual, last.iterations, last.history[0]
+        last.residual, last.iterations, last.residuals[0]
     )]
     NotConverged {
         /// The last iterate.
@@ -94,7 +93,7 @@ pub enum RootError {
 }
 
 impl RootError {
-    /// The last iterate, with the history of residuals; `None` for `Parameter`.
+    /// The last iterate, with the residuals of all iterates; `None` for `Parameter`.
     pub fn last(&self) -> Option<&Root> {
         match self {
             RootError::NotFinite { last, .. }
@@ -122,7 +121,7 @@ impl Root {
         equations.residual(guess, r);
         let residual = largest(r);
         let root =
-            Root { x: guess.to_vec(), residual, iterations: 0, evaluations: 1, history: vec![residual] };
+            Root { x: guess.to_vec(), residual, iterations: 0, evaluations: 1, residuals: vec![residual] };
         match r.iter().position(|r| !r.is_finite()) {
             Some(equation) => Err(RootError::NotFinite { equation, last: Box::new(root) }),
             None => Ok(root),
@@ -132,7 +131,7 @@ impl Root {
     pub(crate) fn step_to(&mut self, x: &[f64], residual: f64) {
         self.x.copy_from_slice(x);
         self.residual = residual;
-        self.history.push(residual);
+        self.residuals.push(residual);
         self.iterations += 1;
     }
 

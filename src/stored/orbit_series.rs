@@ -15,14 +15,15 @@ struct StoredHarmonics {
 
 impl Serialize for Harmonics {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        StoredHarmonics { orders: self.orders().to_vec(), periods: self.periods() }.serialize(serializer)
+        StoredHarmonics { orders: self.orders().to_vec(), periods: self.period_multiple() }
+            .serialize(serializer)
     }
 }
 
 impl<'de> Deserialize<'de> for Harmonics {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let StoredHarmonics { orders, periods } = StoredHarmonics::deserialize(deserializer)?;
-        Harmonics::list(&orders).and_then(|h| h.over_periods(periods)).map_err(D::Error::custom)
+        Harmonics::list(&orders).and_then(|h| h.with_period_multiple(periods)).map_err(D::Error::custom)
     }
 }
 

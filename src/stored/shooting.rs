@@ -69,7 +69,7 @@ impl OrbitParts {
         check::finite("end of the orbit", self.end)?;
         check::positive("end of the orbit less the time of its last state", self.end - before)?;
         check::tolerance("flow_tolerance", self.flow)?;
-        for (name, value) in [("multiple", self.multiple), ("least multiple", self.least)] {
+        for (name, value) in [("period_multiple", self.multiple), ("least_period_multiple", self.least)] {
             if value == 0 {
                 return Err(ParameterError::TooFew { name: name.into(), value, min: 1 });
             }

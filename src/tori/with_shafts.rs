@@ -32,10 +32,10 @@ pub type WithShafts<M> = Wrapped<M, ShaftDrives>;
 /// The rule of [`WithShafts`]: the base frequencies, the waves and the drives to which they are added.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, Wave, tori::WithShafts};
+/// use gear_dynamics::{NfgPair, NfgParams, Wave, tori::{QuasiPeriodic, WithShafts}};
 /// let model = WithShafts::new(NfgPair::new(&NfgParams::table1())?);
 /// let model = model.add(0, 0.01, Wave::constant(0.0)?)?.add(1, 0.01, Wave::constant(0.0)?)?;
-/// assert_eq!(model.rule().waves(), 2);
+/// assert_eq!(model.frequencies()[1..], [0.01]); // both waves are functions of one angle
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -55,11 +55,6 @@ struct Added {
 }
 
 impl ShaftDrives {
-    /// Number of waves.
-    pub fn waves(&self) -> usize {
-        self.added.len()
-    }
-
     fn add(&self, angles: impl Fn(usize) -> f64, side: Side, u: &mut [f64]) {
         for Added { slot, angle, wave } in &self.added {
             u[*slot] += wave.value(angles(*angle), side);

@@ -533,7 +533,7 @@ proptest! {
             let _ = Damped::by_force(law, x[3]).map(|l| l.slope(x[5]));
         }
         if let Ok(process) = HeldProcess::from_values(x[0], &x[1..]) {
-            prop_assert!(process.value(t, Side::Before, 0).is_finite());
+            prop_assert!(process.at(t, Side::Before, 0).is_finite());
             let pair = NfgPair::new(&NfgParams::table1()).unwrap();
             let slots = [(x[1].abs() as usize) % 20, 3];
             if let Ok(held) = Held::new(pair)

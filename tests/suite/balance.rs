@@ -37,7 +37,7 @@ fn look<M: Periodic>(
     (r, nalgebra::DMatrix::from(&matrix))
 }
 
-/// 180 rad/s, 252 switches: closed integrals, corrected samples and Gauss panels agree to 1e-10.
+/// 180 rad/s, 252 crossings: closed integrals, corrected samples and Gauss panels agree to 1e-10.
 #[test]
 fn three_ways_to_integrate_agree() {
     let pair = pair(180.0);
@@ -123,7 +123,7 @@ fn jacobian_error<M: Periodic>(equations: &mut BalanceEquations<'_, M>, x: &[f64
     worst / jacobian.amax()
 }
 
-/// A dead zone with damping in contact only. The force jumps at the edges, and the switches move with the
+/// A dead zone with damping in contact only. The force jumps at the edges, and the crossings move with the
 /// orbit.
 #[test]
 fn jumping_forces_have_an_exact_jacobian() {
@@ -182,7 +182,7 @@ fn jumping_forces_have_an_exact_jacobian() {
         .unwrap();
     let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
     assert!(cycle.crossings() >= 2);
-    assert!((cycle.states()[0].q[0] - orbit.state(0.0).q[0]).abs() < 1e-4);
+    assert!((cycle.states()[0].q[0] - orbit.at(0.0).q[0]).abs() < 1e-4);
     assert_eq!(
         Balance::new(orbit.harmonics().clone()).multipliers(&model, &orbit).unwrap().stability(),
         Stability::Undecided
@@ -436,14 +436,14 @@ fn subharmonic_orbit_over_two_periods() {
         .run(&solver, &model, &State::new(0.0, &[1.15], &[0.05]))
         .unwrap();
     assert_eq!(steady.period_multiple, 2);
-    let harmonics = Harmonics::up_to(60).over_periods(2).unwrap();
+    let harmonics = Harmonics::up_to(60).with_period_multiple(2).unwrap();
     let guess = FourierOrbit::project(&solver, &model, &steady.state, &harmonics).unwrap();
     let orbit = Balance::new(harmonics).solve(&model, &guess).unwrap();
     assert!(orbit.amplitude(0, 1) > 0.05 && (orbit.span() - 2.0 * model.period()).abs() < 1e-12);
     let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
-    assert_eq!(cycle.least_multiple(), 2);
+    assert_eq!(cycle.least_period_multiple(), 2);
     let at = steady.state.t % orbit.span();
-    assert!((orbit.state(at).q[0] - steady.state.q[0]).abs() < 1e-3);
+    assert!((orbit.at(at).q[0] - steady.state.q[0]).abs() < 1e-3);
     assert!((cycle.at(&model, at).unwrap().q[0] - steady.state.q[0]).abs() < 1e-6);
 }
 
@@ -479,7 +479,7 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
     }
     let cycle = Shooting::new().solve_from(&ring, &orbit).unwrap();
     println!(
-        "{rpm} r/min: first shooting correction {:.1e}, {} switches, {}",
+        "{rpm} r/min: first shooting correction {:.1e}, {} crossings, {}",
         cycle.first_correction(),
         cycle.crossings(),
         cycle.stability()
@@ -592,7 +592,7 @@ fn stiffness_steps_split_the_integrals() {
         let orbit = balance.solve(&model, &guess).unwrap();
         let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
         assert!(cycle.crossings() >= 2);
-        errors.push((orbit.state(0.0).q[0] - cycle.states()[0].q[0]).abs());
+        errors.push((orbit.at(0.0).q[0] - cycle.states()[0].q[0]).abs());
     }
     println!("{errors:?}");
     assert!(errors[1] < 1e-5 && errors[1] < errors[0]);
@@ -603,7 +603,7 @@ fn empty_or_repeated_orders_are_refused() {
     assert!(matches!(Harmonics::list(&[]), Err(ParameterError::Empty { .. })));
     assert!(matches!(Harmonics::list(&[0, 2, 1, 2]), Err(ParameterError::OutOfRange { value: 2.0, .. })));
     assert!(matches!(Harmonics::bands(0, 1, 2), Err(ParameterError::TooFew { .. })));
-    assert!(matches!(Harmonics::up_to(3).over_periods(0), Err(ParameterError::TooFew { .. })));
+    assert!(matches!(Harmonics::up_to(3).with_period_multiple(0), Err(ParameterError::TooFew { .. })));
 }
 
 #[test]
@@ -700,9 +700,9 @@ fn no_convergence_hands_back_the_last_iterate() {
     let pair = pair(200.0);
     let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).newton(Newton::new().max_iterations(2));
     let error = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower).unwrap()).unwrap_err();
-    let BalanceError::NotConverged { last, history } = error else { panic!("{error}") };
+    let BalanceError::NotConverged { last, residuals } = error else { panic!("{error}") };
     assert_eq!(last.dof(), 1);
-    assert_eq!(history.len(), last.iterations() + 1);
+    assert_eq!(residuals.len(), last.iterations() + 1);
 }
 
 #[test]

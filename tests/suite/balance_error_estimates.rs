@@ -65,7 +65,7 @@ fn balance_reaches_the_truth_and_knows_its_error() {
     assert!(warned > 0);
 }
 
-/// 180 rad/s, 252 switches, H = 500: closed integrals, corrected samples and Gauss panels give the same
+/// 180 rad/s, 252 crossings, H = 500: closed integrals, corrected samples and Gauss panels give the same
 /// residual and Jacobian to 1e-10.
 #[test]
 #[ignore = "a minute without optimisation: cargo test --release --test suite balance_error_estimates -- --ignored"]

@@ -73,7 +73,7 @@ fn drives_do_not_fold_onto_kept_orders() -> Result<(), BalanceError> {
 fn subharmonic_bases_see_the_drives_too() -> Result<(), BalanceError> {
     let model = Oscillator { fast: 5.0, law: 0.0, square: 0.0 };
     for periods in [2, 3] {
-        let balance = Balance::new(Harmonics::up_to(10).over_periods(periods)?);
+        let balance = Balance::new(Harmonics::up_to(10).with_period_multiple(periods)?);
         let orbit = balance.solve(&model, &guess(&Harmonics::up_to(10)).on(balance.harmonics()))?;
         assert!((orbit.amplitude(0, periods) - 1.0 / 1.01f64.sqrt()).abs() < 1e-10);
         assert_eq!(coarse(&orbit), None);
@@ -182,7 +182,7 @@ fn exact_ways_follow_the_drives() -> Result<(), BalanceError> {
     Ok(())
 }
 
-/// Switches are located on edges that move faster than the series.
+/// Crossings are located on edges that move faster than the series.
 #[test]
 fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
     let model = Fast { cubic: 0.0, pieces: true };
@@ -190,7 +190,7 @@ fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
     let contact = &orbit.contacts(&model)?[0];
     assert!(!contact.intervals.is_empty());
     for (start, ..) in &contact.intervals {
-        let gap = orbit.state(*start).q[0].abs() - Fast::edge(*start);
+        let gap = orbit.at(*start).q[0].abs() - Fast::edge(*start);
         assert!(gap.abs() < 1e-12, "{gap:e}");
     }
     Ok(())
@@ -350,12 +350,12 @@ fn counts_of_a_balance_have_bounds() -> Result<(), ParameterError> {
         assert!(too_many(Harmonics::bands(mesh, count, half).map(drop)));
     }
     assert!(too_many(Harmonics::list(&[0, usize::MAX]).map(drop)));
-    assert!(too_many(Harmonics::up_to(3).over_periods(usize::MAX).map(drop)));
+    assert!(too_many(Harmonics::up_to(3).with_period_multiple(usize::MAX).map(drop)));
     let far = Harmonics::up_to(usize::MAX);
     assert!(too_many(FourierOrbit::new(&far, 1.0, &[]).map(drop)));
     let orbit = FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.0; 3]])?;
     assert!(too_many(orbit.states(usize::MAX).map(drop)) && too_many(orbit.history(usize::MAX).map(drop)));
-    assert_eq!(orbit.on(&far).state(0.3).q, [0.0]);
+    assert_eq!(orbit.on(&far).at(0.3).q, [0.0]);
     let solve = |balance: Balance| match balance.solve(&Torn, &orbit) {
         Err(BalanceError::Parameter(error)) => Err(error),
         _ => Ok(()),

@@ -73,7 +73,7 @@ fn a_fold_is_crossed_both_ways() {
         let on = |point: &DiagramPoint| point.values.iter().all(|q| (q - x).abs() < 1e-6);
         println!(
             "{:.3}: {x:.6} {:?} {:.6} | {:?} {:.6}",
-            up.parameter, up.period, up.values[0], down.period, down.values[0]
+            up.parameter, up.period_multiple, up.values[0], down.period_multiple, down.values[0]
         );
         // Upwards the motion is the linear one exactly where that exists.
         assert_eq!(on(up), exists, "{up:?}");
@@ -146,7 +146,7 @@ fn two_motions_side_by_side() {
         let of_it = (0..64).filter(|index| attractors.label(*index) == Some(i)).count();
         assert_eq!(of_it, one.rows);
         let (model, state) = (pair(0.69, 0.25).unwrap(), &one.states[0]);
-        let period = one.period.unwrap() as f64 * model.period();
+        let period = one.period_multiple.unwrap() as f64 * model.period();
         let solver = Dop853::new().rtol(1e-10).atol(1e-12);
         let end = solver.end(&model, &State::new(0.0, &state[..1], &state[1..]), period).unwrap();
         assert!(

@@ -254,7 +254,7 @@ fn a_grazing_ends_where_another_maximum_reaches_the_stop() {
     let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
     println!("{line}");
     assert_eq!(
-        (line.start(), line.end()),
+        (line.first_end(), line.end()),
         (Some(&BranchEnd::Stop { contact: 0 }), &BranchEnd::Stop { contact: 0 })
     );
     for point in line.points() {

@@ -302,7 +302,7 @@ fn both_ways() {
     let branch = range.run(&family, &[State::at_rest(1)]).unwrap();
     let ends = [&branch.points()[0], &branch.points()[branch.points().len() - 1]];
     assert_eq!(ends.map(|point| point.parameter), [0.5, 1.6]);
-    assert_eq!((branch.start(), branch.end()), (Some(&BranchEnd::Bound), &BranchEnd::Bound));
+    assert_eq!((branch.first_end(), branch.end()), (Some(&BranchEnd::Bound), &BranchEnd::Bound));
     assert!(branch.points().windows(2).all(|two| two[0].arclength < two[1].arclength));
     assert_eq!(branch.of_kind(PointKind::Fold).len(), 2);
     // The table has a row per point and the figures of the points.

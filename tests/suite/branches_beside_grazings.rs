@@ -13,7 +13,7 @@ fn branch(zeta: f64, load: f64, waves: [&[f64]; 2], continuation: Continuation) 
     let start = State::at_rest(pair.dof());
     let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &pair, &start)?;
     let family = ByConstant::new(&pair, "speed")?;
-    let shooting = Shooting::new().multiple(steady.period_multiple);
+    let shooting = Shooting::new().period_multiple(steady.period_multiple);
     Ok(continuation.shooting(shooting).run(&family, &[steady.state])?)
 }
 

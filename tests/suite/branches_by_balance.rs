@@ -300,15 +300,16 @@ fn doubled_orbits_of_a_balance() {
         range.clone().balance(balance.clone()).run(&family, &guess(&model, [1.1, 0.1, 0.0])).unwrap();
     println!("{single}");
     let point = single.of_kind(PointKind::PeriodDoubling)[0];
-    let twice = Balance::new(Harmonics::up_to(32).over_periods(2).unwrap()).integrals(Integrals::Exact);
+    let twice =
+        Balance::new(Harmonics::up_to(32).with_period_multiple(2).unwrap()).integrals(Integrals::Exact);
     let few = range.clone().max_points(12);
     let doubled = few.clone().balance(twice.clone()).run(&family, Switch::at(point)).unwrap();
     println!("{doubled}");
     for point in &doubled.points()[4..] {
         let model = model.with("speed", point.parameter).unwrap();
         let states = point.orbit.states(8).unwrap();
-        let orbit = Shooting::new().multiple(2).solve(&model, &states).unwrap();
-        let off = (orbit.states()[0].q[0] - point.orbit.state(orbit.states()[0].t).q[0]).abs();
+        let orbit = Shooting::new().period_multiple(2).solve(&model, &states).unwrap();
+        let off = (orbit.states()[0].q[0] - point.orbit.at(orbit.states()[0].t).q[0]).abs();
         println!("{} half order {:.4} {off:.1e}", point.parameter, point.orbit.amplitude(0, 1));
         assert!(point.orbit.amplitude(0, 1) > 1e-3 && off < 1e-8);
     }
@@ -343,6 +344,6 @@ fn broken_symmetry_of_a_balance() {
         assert!(last.orbit.mean(0).abs() > 1e-2);
         let at = model.with("speed", last.parameter).unwrap();
         let orbit = Shooting::new().solve(&at, &last.orbit.states(1).unwrap()).unwrap();
-        assert!((orbit.states()[0].q[0] - last.orbit.state(0.0).q[0]).abs() < 1e-7);
+        assert!((orbit.states()[0].q[0] - last.orbit.at(0.0).q[0]).abs() < 1e-7);
     }
 }

@@ -132,7 +132,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
             let merged = Rows::merge(chunks(&sweep, count)).unwrap();
             assert_eq!((&merged, merged.fingerprint()), (&whole, whole.fingerprint()), "{count} chunks");
             for (a, b) in merged.iter().zip(whole.iter()) {
-                assert_eq!((a.error("q0"), a.is_sensitive()), (b.error("q0"), b.is_sensitive()));
+                assert_eq!((a.step_error("q0"), a.is_sensitive()), (b.step_error("q0"), b.is_sensitive()));
             }
         }
         let (one, other) = (sweep.clone().check_every(0), sweep.check_every(3));
@@ -281,8 +281,11 @@ fn a_check_counts_only_beside_its_row() {
     // The estimate is a few per cent of the range, since 16 samples in a period may miss (π/16)²/2 of each
     // extreme. It must not contain the missing row.
     let q1 = first.channel("q0").unwrap();
-    assert!(first.error("q0").unwrap() < 0.1 * q1.peak_to_peak(), "{:?} {q1:?}", first.error("q0"));
-    assert_eq!((next.error("q0"), last.error("q0")), (first.error("q0"), first.error("q0")));
+    assert!(first.step_error("q0").unwrap() < 0.1 * q1.peak_to_peak(), "{:?} {q1:?}", first.step_error("q0"));
+    assert_eq!(
+        (next.step_error("q0"), last.step_error("q0")),
+        (first.step_error("q0"), first.step_error("q0"))
+    );
 }
 
 /// If the check of a point fails, the row contains the error, counts as sensitive and has no estimate of its
@@ -298,11 +301,11 @@ fn a_check_that_fails_is_told() {
     let rows = sweep.run(&LaneRk4::new(16).lanes::<4>(), family, rest).unwrap();
     let row = rows.get(2).unwrap();
     assert!(matches!(row.checked(), Some(Err(PointError::Table(TableError::EdgeOffGrid { .. })))));
-    assert!(row.is_sensitive() && row.error("q0").is_none());
+    assert!(row.is_sensitive() && row.step_error("q0").is_none());
     let [one, two, three, five] = [0, 1, 3, 4].map(|i| rows.get(i).unwrap());
     assert!(!one.is_sensitive() && !two.is_sensitive());
-    let most = one.error("q0").unwrap().max(five.error("q0").unwrap());
-    assert_eq!((two.error("q0"), three.error("q0")), (Some(most), Some(most)));
+    let most = one.step_error("q0").unwrap().max(five.step_error("q0").unwrap());
+    assert_eq!((two.step_error("q0"), three.step_error("q0")), (Some(most), Some(most)));
     let back = stored(&rows);
     assert_eq!(back.fingerprint(), rows.fingerprint());
     let (told, error) = (back.get(2).unwrap(), row.checked().unwrap().unwrap_err());

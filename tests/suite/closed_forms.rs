@@ -178,7 +178,7 @@ const METHODS: [FlowMethod; 2] = [FlowMethod::Taylor, FlowMethod::Dop853];
 
 /// The monodromy matrix of rest over a period.
 fn turn(model: &Machine<Stiffness>, method: FlowMethod) -> DMatrix<f64> {
-    let flow = Variation::new().tolerance(1e-15).flow_method(method);
+    let flow = Variation::new().flow_tolerance(1e-15).flow_method(method);
     flow.run(model, &State::at_rest(1), model.period()).unwrap().matrix
 }
 

@@ -98,7 +98,7 @@ impl Periodic for Meissner {
 fn meissner() {
     for delta in [0.3, 0.9, 1.4, 2.6] {
         let model = Meissner { delta, epsilon: 0.2, zeta: 0.0 };
-        let turn = Variation::new().tolerance(1e-13).run(&model, &State::at_rest(1), TAU).unwrap();
+        let turn = Variation::new().flow_tolerance(1e-13).run(&model, &State::at_rest(1), TAU).unwrap();
         assert!(
             (turn.matrix.trace() - model.trace()).abs() < 1e-10,
             "{delta}: {} {}",
@@ -118,7 +118,7 @@ fn meissner() {
     }
     for (delta, expected) in [(lo - 1e-6, Stability::Unstable), (lo + 1e-6, Stability::Undecided)] {
         let turn = Variation::new()
-            .tolerance(1e-13)
+            .flow_tolerance(1e-13)
             .run(&Meissner { delta, epsilon: 0.2, zeta: 0.0 }, &State::at_rest(1), TAU)
             .unwrap();
         assert_eq!(Multipliers::from_monodromy(&turn.matrix, 1e-9).unwrap().stability(), expected, "{delta}");

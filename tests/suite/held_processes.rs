@@ -183,9 +183,9 @@ fn far_out() {
         let p = process(hold, 1);
         for k in [1_000_000_000u64, 1_000_000_007, 1_234_567_891] {
             let t = k as f64 * hold;
-            assert_eq!(p.value(t, Side::After, 0), p.held(0, k));
-            assert_eq!(p.value(t, Side::Before, 0), p.held(0, k - 1));
-            assert_eq!(p.value((k as f64 + 0.5) * hold, Side::Before, 0), p.held(0, k));
+            assert_eq!(p.at(t, Side::After, 0), p.held(0, k));
+            assert_eq!(p.at(t, Side::Before, 0), p.held(0, k - 1));
+            assert_eq!(p.at((k as f64 + 0.5) * hold, Side::Before, 0), p.held(0, k));
             assert_eq!(held.next_edge(t), Some((k + 1) as f64 * hold));
             assert_eq!(held.next_edge(t.next_down()), Some(t));
         }

@@ -331,7 +331,7 @@ fn impacts_at_one_instant_follow_each_other() {
 fn against_differences<M: Model>(model: &M, start: &State, end: f64) -> f64 {
     let n = model.dof();
     let solver = Dop853::new().rtol(1e-14).atol(1e-15);
-    let ours = Variation::new().tolerance(1e-13).run(model, start, end).unwrap();
+    let ours = Variation::new().flow_tolerance(1e-13).run(model, start, end).unwrap();
     assert!(ours.crossings >= 2, "{ours:?}");
     let largest = ours.matrix.amax();
     let mut worst: f64 = 0.0;
@@ -530,7 +530,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
             println!("{name}: {ours:.15}, off {:.1e}", ours / wanted - 1.0);
             assert!((ours / wanted - 1.0).abs() < 1e-9, "{name}: {ours} {wanted}");
         };
-        let shooting = Shooting::new().multiple(n);
+        let shooting = Shooting::new().period_multiple(n);
         // The orbit without impacts is proportional to A. It grazes when its maximum reaches the stop.
         let top = |amplitude: f64| {
             let model = Oscillator::new(c, omega, amplitude);
@@ -611,7 +611,7 @@ fn multipliers_of_orbits_of_one_impact() {
         let s = DMatrix::from_row_slice(2, 2, &[-e, 0.0, (behind + e * before) / (-v / e), -e]);
         let free = model.free(span);
         let closed = s * DMatrix::from_row_slice(2, 2, &free.concat());
-        let cycle = Shooting::new().multiple(n).solve(&model, &[model.guess(n, v)]).unwrap();
+        let cycle = Shooting::new().period_multiple(n).solve(&model, &[model.guess(n, v)]).unwrap();
         let ours = cycle.monodromy();
         let off = (ours.trace() - closed.trace()).abs() / closed.amax()
             + (ours.determinant() / closed.determinant() - 1.0).abs();

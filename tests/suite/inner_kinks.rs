@@ -194,7 +194,7 @@ fn lanes_and_balance_of_a_pair_with_inner_kinks() {
     let harmonics = Harmonics::up_to(40);
     let guess = FourierOrbit::project(&Dop853::new(), &pair, &orbit.states()[0], &harmonics).unwrap();
     let balanced = Balance::new(harmonics).solve(&pair, &guess).unwrap();
-    let (found, expected) = (balanced.state(0.0).q[0], orbit.states()[0].q[0]);
+    let (found, expected) = (balanced.at(0.0).q[0], orbit.states()[0].q[0]);
     assert!((found - expected).abs() < 3e-5, "{found} {expected}");
     assert_eq!(balanced.contacts(&pair).unwrap().len(), 1);
 }

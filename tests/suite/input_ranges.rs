@@ -58,7 +58,7 @@ fn counts_without_bound_are_refused_by_name() {
             failed.error
         );
         let unsettled =
-            Settle::new().max_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
+            Settle::new().max_period_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
         assert!(matches!(unsettled, SettleError::Parameter(ParameterError::TooMany { .. })));
         let sweep =
             Sweep::new(Points::on_axis(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);

@@ -335,7 +335,7 @@ fn inner_kinks_serve_flows_and_shooting() {
             let harmonics = Harmonics::up_to(orders);
             let guess = FourierOrbit::project(&fine(), &model, &orbit.states()[0], &harmonics).unwrap();
             let balanced = Balance::new(harmonics).integrals(integrals).solve(&model, &guess).unwrap();
-            (balanced.state(0.0).q[0] - orbit.states()[0].q[0]).abs()
+            (balanced.at(0.0).q[0] - orbit.states()[0].q[0]).abs()
         });
         // The coefficients fall with the fourth power of the order, since the force has kinks.
         assert!(gap.windows(2).all(|g| g[1] < g[0] / 6.0) && gap[2] < 1e-6, "{integrals:?} {gap:?}");

@@ -52,7 +52,7 @@ fn of_a_periodic_orbit() {
         .settle(0)
         .align(8)
         .periods(12)
-        .tolerance(1e-12)
+        .flow_tolerance(1e-12)
         .run(&duffing, &cycle.states()[0])
         .unwrap();
     println!("{:?} {growth:?}", exponents.values());
@@ -96,7 +96,7 @@ fn rattling_pair(periods: usize, speeds: impl Fn(f64) -> bool) {
             let cycle = Shooting::new().solve(&pair, &[State { t: 0.0, ..start.clone() }]).unwrap();
             let exact = cycle.multipliers().growth(cycle.period())[0] * pair.period();
             println!("    multipliers {exact:.4}");
-            assert_eq!(cycle.least_multiple(), 1);
+            assert_eq!(cycle.least_period_multiple(), 1);
             assert!((ours - exact).abs() < 1e-3 * exact.abs() + 2.0 * error, "{speed}: {ours} {exact}");
             // At 180 rad/s the multipliers are a complex pair with the exponent -ζ T = -15.1. The reference
             // is a short run that varies with the phase of the pair.
@@ -137,10 +137,10 @@ fn of_the_rattling_pair_over_a_thousand_turns() {
             "{speed}: {ours:.3} ± {error:.3}, reference {theirs}, {:.1} %",
             100.0 * (ours / theirs - 1.0)
         );
-        let (history, turns) = (exponents.history(0), 100);
-        let sum = |turn: usize| if turn == 0 { 0.0 } else { history[turn - 1] * turn as f64 };
+        let (running, turns) = (exponents.running(0), 100);
+        let sum = |turn: usize| if turn == 0 { 0.0 } else { running[turn - 1] * turn as f64 };
         let samples =
-            (0..history.len() / turns).map(|i| (sum((i + 1) * turns) - sum(i * turns)) / turns as f64);
+            (0..running.len() / turns).map(|i| (sum((i + 1) * turns) - sum(i * turns)) / turns as f64);
         let (least, most) =
             samples.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
         println!("    samples of {turns} turns: {least:.2} .. {most:.2}");
@@ -159,7 +159,7 @@ fn window(speeds: &[f64]) {
     let sweep = Sweep::new(points)
         .settle(60)
         .measure(40)
-        .lyapunov(Lyapunov::new().align(5).periods(40).tolerance(1e-7));
+        .lyapunov(Lyapunov::new().align(5).periods(40).flow_tolerance(1e-7));
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let solver = Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]);
     let rows = sweep.run(&Located(solver), family, |_, pair| pair.static_start()).unwrap();
@@ -167,7 +167,7 @@ fn window(speeds: &[f64]) {
     let (mut within, mut chaotic) = (0, 0);
     for row in rows.iter() {
         let (speed, exponent, error) =
-            (row.point()["speed"], row.lyapunov().unwrap(), row.lyapunov_error().unwrap());
+            (row.point()["speed"], row.lyapunov().unwrap(), row.lyapunov_standard_error().unwrap());
         println!("{speed}: {exponent:.3} ± {error:.3}, period {:?}", row.period_multiple());
         let grows = exponent > 2.0 * error;
         assert!(
@@ -225,16 +225,18 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
         asked.run(&Located(Dop853::new()), family, start).unwrap(),
     ] {
         for (row, rate) in rows.iter().zip([-1.0, 2f64.sqrt() - 2.0]) {
-            let (ours, error) = (row.lyapunov().unwrap(), row.lyapunov_error().unwrap());
+            let (ours, error) = (row.lyapunov().unwrap(), row.lyapunov_standard_error().unwrap());
             assert!((ours - rate * period).abs() < 1e-7 && error < 1e-7, "{ours} ± {error} {rate}");
         }
         assert_eq!(stored(&rows), rows);
     }
     let without = sweep.run(&TableRk4::new(64), family, start).unwrap();
-    assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_error().is_none()));
-    for bad in
-        [Lyapunov::new().periods(0), Lyapunov::new().renormalisations(0), Lyapunov::new().tolerance(f64::NAN)]
-    {
+    assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_standard_error().is_none()));
+    for bad in [
+        Lyapunov::new().periods(0),
+        Lyapunov::new().renormalisations(0),
+        Lyapunov::new().flow_tolerance(f64::NAN),
+    ] {
         assert!(matches!(
             sweep.clone().lyapunov(bad).run(&TableRk4::new(64), family, start),
             Err(SweepError::Parameter(_))
@@ -248,7 +250,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
 fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
-    let lyapunov = Lyapunov::new().align(1).periods(4).tolerance(1e-7);
+    let lyapunov = Lyapunov::new().align(1).periods(4).flow_tolerance(1e-7);
     let speeds = Points::on_axis(Axis::list("speed", &[155.0, 180.0]).unwrap());
     let sweep = Sweep::new(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
     let rows = sweep.run(&LaneRk4::new(4032).lanes::<4>(), pair, start).unwrap();
@@ -261,7 +263,7 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
             .run(&pair(&row.point()).unwrap(), &State::new(0.0, &end[..1], &end[1..]))
             .unwrap();
         assert_eq!(row.lyapunov(), Some(alone.per_period()[0]));
-        assert_eq!(row.lyapunov_error(), Some(alone.standard_error()[0]));
+        assert_eq!(row.lyapunov_standard_error(), Some(alone.standard_error()[0]));
     }
     let parts =
         (0..3).map(|i| sweep.runner(&LaneRk4::new(4032).lanes::<8>(), pair, start).chunk(i, 3).unwrap());
@@ -282,7 +284,7 @@ fn bad_input() {
     }
     let solve = Lyapunov::new().settle(0).align(0);
     match solve.run_over(&Breaks, &State::new(0.0, &[1.0], &[0.0]), 1.0) {
-        Err(LyapunovError::Integrate { last, .. }) => assert_eq!(last.history(0).len(), 5),
+        Err(LyapunovError::Integrate { last, .. }) => assert_eq!(last.running(0).len(), 5),
         other => panic!("{other:?}"),
     }
     let start = State::at_rest(1);
@@ -293,7 +295,7 @@ fn bad_input() {
         with(|l| l.periods(0)),
         with(|l| l.renormalisations(0)),
         with(|l| l.renormalisations(usize::MAX)),
-        with(|l| l.tolerance(f64::NAN)),
+        with(|l| l.flow_tolerance(f64::NAN)),
     ] {
         assert!(matches!(lyapunov.run_over(&Overdamped, &start, 1.0), Err(LyapunovError::Parameter(_))));
     }
@@ -411,7 +413,7 @@ fn coverage<M: Periodic>(lyapunov: &Lyapunov, model: &M, count: u32, exact: Opti
 #[test]
 fn bars_cover_a_linear_oscillator() {
     let model = Linear { damping: 0.05, stiffness: 0.81 };
-    let lyapunov = Lyapunov::new().count(1).settle(1).align(8).periods(12).tolerance(1e-7);
+    let lyapunov = Lyapunov::new().count(1).settle(1).align(8).periods(12).flow_tolerance(1e-7);
     let share = coverage(&lyapunov, &model, 24, Some(model.exact()[0]));
     assert!(share >= 0.85, "{share}");
 }
@@ -421,7 +423,7 @@ fn bars_cover_a_linear_oscillator() {
 #[test]
 #[ignore = "minutes: cargo test --release --test suite lyapunov -- --ignored --nocapture"]
 fn bars_cover_95_percent_of_200_seeds() {
-    let lyapunov = Lyapunov::new().count(1).settle(20).tolerance(1e-8);
+    let lyapunov = Lyapunov::new().count(1).settle(20).flow_tolerance(1e-8);
     let linear = Linear { damping: 0.05, stiffness: 1.0 };
     let duffing = Cubic { damping: 0.3, stiffness: -1.0, force: 0.5, omega: 1.2 };
     let ueda = Cubic { damping: 0.05, stiffness: 0.0, force: 7.5, omega: 1.0 };
@@ -501,7 +503,7 @@ fn a_run_that_ends_early_keeps_its_state() {
 fn a_budget_ends_any_run() {
     let model = Linear { damping: 0.05, stiffness: 1.0 };
     let start = State::at_rest(1);
-    let solve = Lyapunov::new().settle(0).align(0).tolerance(1e-6);
+    let solve = Lyapunov::new().settle(0).align(0).flow_tolerance(1e-6);
     let most = [
         solve.clone().settle(usize::MAX),
         solve.clone().align(usize::MAX),

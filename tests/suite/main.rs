@@ -53,6 +53,7 @@ mod ring_relative;
 mod roots;
 mod rows_after_errors;
 mod scalar_functions;
+mod setters;
 mod settling;
 mod shapes_and_machines;
 mod shooting;

@@ -131,7 +131,7 @@ fn loops_that_do_not_close() {
 /// working pitch circle of both meshes for shifts x and -x.
 #[test]
 fn idlers_with_profile_shift() {
-    let gear = |z, x| InvoluteGear::external(z, MODULE)?.profile_shift(x)?.face_width(0.02);
+    let gear = |z, x| InvoluteGear::external(z, MODULE)?.with_profile_shift(x)?.with_face_width(0.02);
     for x in [-0.2, 0.0, 0.3] {
         let (outer, idler) = (gear(40, -x).unwrap(), gear(31, x).unwrap());
         let pairs = [GearPair::new(&outer, &idler).unwrap(), GearPair::new(&idler, &outer).unwrap()];

@@ -424,7 +424,7 @@ fn a_train_that_is_held_has_a_stable_orbit() {
     let guess = balance.linearised(&train, Piece::Upper).unwrap();
     let balanced = balance.solve(&train, &guess).unwrap();
     let size = orbit.states()[0].q[1].abs();
-    let gap = (balanced.state(0.0).q[1] - orbit.states()[0].q[1]).abs();
+    let gap = (balanced.at(0.0).q[1] - orbit.states()[0].q[1]).abs();
     assert!(gap < 1e-9 * size, "{gap:e} of {size:e}");
 }
 

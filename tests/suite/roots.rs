@@ -33,7 +33,7 @@ fn newton_with_either_jacobian() -> Result<(), RootError> {
         let root = Newton::new().solve(&mut Valley { own_jacobian }, &[-1.2, 1.0])?;
         assert_relative_eq!(root.x[0], 1.0, epsilon = 1e-10);
         assert_relative_eq!(root.x[1], 1.0, epsilon = 1e-10);
-        assert_eq!(root.history.len(), root.iterations + 1);
+        assert_eq!(root.residuals.len(), root.iterations + 1);
     }
     Ok(())
 }
@@ -212,7 +212,7 @@ fn no_root_hands_back_the_last_iterate() {
     assert!(error.last().is_some_and(|last| last.x[0].abs() < 1.0 && last.residual >= 0.1));
     let error = Broyden::new().max_iterations(7).solve(&mut equations, &[1.0]).unwrap_err();
     let RootError::NotConverged { last } = error else { panic!("{error}") };
-    assert_eq!(last.history.len(), 8);
+    assert_eq!(last.residuals.len(), 8);
 }
 
 #[test]
@@ -260,7 +260,7 @@ fn blocks_without_pivots_of_their_own() -> Result<(), Box<dyn std::error::Error>
         let mut equations = Swapped { diagonal };
         let root = Newton::new().tolerance(1e-14).solve(&mut equations, &[0.0; 6])?;
         println!("{diagonal:e}: {} iterations, {:.1e}", root.iterations, root.residual);
-        assert!(root.iterations <= 2 && root.residual < 1e-13, "{diagonal:e}: {:?}", root.history);
+        assert!(root.iterations <= 2 && root.residual < 1e-13, "{diagonal:e}: {:?}", root.residuals);
     }
     Ok(())
 }

@@ -47,7 +47,7 @@ fn sweep() -> Sweep {
 
 #[test]
 fn a_row_without_an_exponent_keeps_its_other_figures() {
-    let asked = sweep().lyapunov(Lyapunov::new().align(1).periods(2).tolerance(1e-6));
+    let asked = sweep().lyapunov(Lyapunov::new().align(1).periods(2).flow_tolerance(1e-6));
     let rows = asked.run(&TableRk4::new(128), family, rest).unwrap();
     let plain = sweep().run(&TableRk4::new(128), family, rest).unwrap();
     assert!(rows.is_complete() && rows.errors().is_empty() && rows == rows.clone());
@@ -55,7 +55,7 @@ fn a_row_without_an_exponent_keeps_its_other_figures() {
     for (row, other) in rows.iter().zip(plain.iter()) {
         assert_eq!(row.channel("q0"), other.channel("q0"));
         assert_eq!(
-            (row.lyapunov().is_none(), row.lyapunov_error().is_none()),
+            (row.lyapunov().is_none(), row.lyapunov_standard_error().is_none()),
             (row.index() == 1, row.index() == 1)
         );
         assert_eq!(row.lyapunov_failure().is_some(), row.index() == 1);

@@ -70,7 +70,8 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
     }
     for point in all["bifurcations"].as_array().unwrap() {
         let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
-        let turn = Variation::new().tolerance(1e-13).run(&model, &state(0.0, &x0), model.period()).unwrap();
+        let turn =
+            Variation::new().flow_tolerance(1e-13).run(&model, &state(0.0, &x0), model.period()).unwrap();
         let multipliers = Multipliers::from_monodromy(&turn.matrix, 1e-9).unwrap();
         let error = apart(multipliers.values(), &complex(&point["multipliers"]));
         println!("{system} {} {}: {error:.1e}", point["type"], point["Omega"]);
@@ -304,14 +305,18 @@ fn apart_by(a: &Multipliers, b: &Multipliers) -> f64 {
     apart(a.values(), b.values())
 }
 
-/// An orbit of period 1, computed over two periods, has the least multiple 1; one after a period doubling has
-/// 2.
+/// An orbit of period 1, computed over two periods, has the least period multiple 1; one after a period
+/// doubling has 2.
 #[test]
-fn least_multiple() {
+fn least_period_multiple() {
     let model = DeadZone { omega: 0.7, zeta: 0.05, mean: 0.25, amplitude: 0.25, stiffness: 0.0 };
     let once = Shooting::new().solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
-    let twice = Shooting::new().multiple(2).solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
-    assert_eq!((once.least_multiple(), twice.period_multiple(), twice.least_multiple()), (1, 2, 1));
+    let twice =
+        Shooting::new().period_multiple(2).solve(&model, &[State::new(0.0, &[-0.62], &[0.27])]).unwrap();
+    assert_eq!(
+        (once.least_period_multiple(), twice.period_multiple(), twice.least_period_multiple()),
+        (1, 2, 1)
+    );
     let squared: Vec<Complex64> = once.multipliers().values().iter().map(|m| m * m).collect();
     assert!(apart(twice.multipliers().values(), &squared) < 1e-9);
 
@@ -323,8 +328,9 @@ fn least_multiple() {
         .run(&Dop853::new(), &model, &State::new(0.0, &[2.26], &[0.84]))
         .unwrap();
     println!("settled to {} periods", settled.period_multiple);
-    let cycle = Shooting::new().multiple(settled.period_multiple).solve(&model, &[settled.state]).unwrap();
-    assert_eq!(cycle.least_multiple(), settled.period_multiple);
+    let cycle =
+        Shooting::new().period_multiple(settled.period_multiple).solve(&model, &[settled.state]).unwrap();
+    assert_eq!(cycle.least_period_multiple(), settled.period_multiple);
     assert_eq!(cycle.stability(), Stability::Stable);
 }
 
@@ -376,7 +382,7 @@ fn bad_guesses() {
         assert!(matches!(shooting.solve(&model, &guess), Err(ShootingError::GuessTime { index: 1, .. })));
     }
     for bad in [
-        shooting.clone().multiple(0),
+        shooting.clone().period_multiple(0),
         shooting.clone().segments(0),
         shooting.clone().tolerance(0.0),
         shooting.clone().flow_tolerance(f64::NAN),
@@ -437,9 +443,9 @@ fn a_recorded_orbit_needs_no_further_integration() {
         let (a, b) = (recorded.at(t).unwrap(), orbit.at(&model, t).unwrap());
         assert!((a.q[0] - b.q[0]).abs() < 1e-11 && (a.v[0] - b.v[0]).abs() < 1e-11, "{t}: {a:?} {b:?}");
     }
-    let switches = recorded.switches();
-    assert_eq!(switches.len(), 2);
-    for (t, _) in switches {
+    let crossings = recorded.crossings();
+    assert_eq!(crossings.len(), 2);
+    for (t, _) in crossings {
         assert!((recorded.at(t).unwrap().q[0] - 1.0).abs() < 1e-12);
     }
     let series = recorded.fourier(&Harmonics::up_to(40)).unwrap();

@@ -68,7 +68,7 @@ fn rows_keep_their_bits() {
     assert_eq!(read.fingerprint(), rows.fingerprint());
     for (a, b) in read.iter().zip(rows.iter()) {
         assert_eq!(a.channel("deflection").unwrap(), b.channel("deflection").unwrap());
-        assert_eq!((a.error("q0"), a.is_sensitive()), (b.error("q0"), b.is_sensitive()));
+        assert_eq!((a.step_error("q0"), a.is_sensitive()), (b.step_error("q0"), b.is_sensitive()));
         assert_eq!(a.strobes().collect::<Vec<_>>(), b.strobes().collect::<Vec<_>>());
     }
     let list = Points::list(&["a", "b"], &[vec![1.0, -2.5], vec![0.1, 1e-300]]).unwrap();
@@ -172,7 +172,7 @@ fn damaged_bytes_never_panic() {
             bad[place] ^= bit;
             let Ok(rows) = postcard::from_bytes::<Rows>(&bad) else { continue };
             for row in rows.iter() {
-                let _ = (row.error("q0"), row.is_sensitive(), row.strobes().count());
+                let _ = (row.step_error("q0"), row.is_sensitive(), row.strobes().count());
                 assert!(row.channel("q0").is_ok() || !rows.points().is_empty());
             }
             let _ = (Attractors::find(&rows, 1e-3), postcard::to_stdvec(&rows).unwrap());

@@ -160,7 +160,7 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
         );
         for (channel, peak) in channels.into_iter().zip(peaks) {
             let (p, q) = (a.channel(channel).unwrap(), b.channel(channel).unwrap());
-            let error = a.error(channel).unwrap();
+            let error = a.step_error(channel).unwrap();
             let apart = [p.mean - q.mean, p.rms - q.rms, p.min - q.min, p.max - q.max]
                 .into_iter()
                 .fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -174,7 +174,7 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
             assert!(apart <= error && error <= 2.0 * peak, "{channel}: {apart} against {error}, {peak}");
         }
     }
-    assert!(located.iter().all(|row| row.error("q0").is_none()));
+    assert!(located.iter().all(|row| row.step_error("q0").is_none()));
 }
 
 /// Single runs over a table of all drives take the same steps; they differ by the rounding of the drives.
@@ -621,7 +621,7 @@ fn up_and_down_agree_with_located_edges() {
     let engine = Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]));
     let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine, reading_a, at_rest)).unwrap();
     for way in [diagram.up(), diagram.down()] {
-        assert_eq!(way.iter().map(|mark| mark.period).collect::<Vec<_>>(), [Some(2), Some(1)]);
+        assert_eq!(way.iter().map(|mark| mark.period_multiple).collect::<Vec<_>>(), [Some(2), Some(1)]);
     }
     assert!(diagram.hysteresis(1e-3).unwrap().is_empty());
 }

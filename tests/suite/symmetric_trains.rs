@@ -229,9 +229,9 @@ fn equal_planets_have_tori_in_relative_coordinates() {
     let vectors = WaveVectors::in_box(&[10, 3]).unwrap();
     let guess = Torus::constant(&vectors, &model.frequencies(), &rest).unwrap();
     let torus = TorusBalance::new(vectors).solve(&model, &guess).unwrap();
-    let start = torus.at_time(0.0);
+    let start = torus.at(0.0);
     let end = Dop853::new().rtol(1e-11).atol(1e-18).end(&model, &start, 0.05).unwrap();
-    let (expected, size) = (torus.at_time(0.05), torus.peak_to_peak(0, 64).unwrap());
+    let (expected, size) = (torus.at(0.05), torus.peak_to_peak(0, 64).unwrap());
     assert!(size > 0.0 && (end.q[0] - expected.q[0]).abs() < 1e-6 * size, "{end:?} {expected:?}");
     let circle = torus.section(0, 17).unwrap();
     let found = CircleShooting::new().solve(&model, &circle).unwrap();
@@ -273,7 +273,7 @@ fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     let at = doublings.iter().find(|point| (point.parameter / borders[0] - 1.0).abs() < 1e-9).unwrap();
     let branch = doubled.run(&family, Switch::at(at)).unwrap();
     let last = branch.points().last().unwrap();
-    assert_eq!(last.orbit.least_multiple(), 2);
+    assert_eq!(last.orbit.least_period_multiple(), 2);
     let planet = train.shape().coordinates().iter().position(|c| c.name == "planet 1 angle").unwrap();
     let apart = last.orbit.states().iter().fold(0.0, |m: f64, state| m.max(state.q[planet].abs()));
     let along = last.orbit.states().iter().fold(0.0, |m: f64, state| m.max(state.q[0].abs()));

@@ -271,7 +271,7 @@ fn derivatives_through_contacts_of_a_power() {
         let (v, n, t) = (2.0f64, p + 1.0, 5.0);
         let time = 2.0 * (0.5 * n * v * v).powf(1.0 / n) / v * PI.sqrt() * gammas;
         let start = State::new(0.0, &[0.0, 0.1, 0.2], &[v, 0.0, 0.0]);
-        let matrix = Variation::new().tolerance(1e-13).run(&model, &start, t).unwrap().matrix;
+        let matrix = Variation::new().flow_tolerance(1e-13).run(&model, &start, t).unwrap().matrix;
         close("position by position", matrix[(0, 0)], -1.0, 1e-11);
         close("position by velocity", matrix[(0, 3)], 2.0 / n * time - t, 1e-10);
         close("velocity by position", 1.0 + matrix[(3, 0)], 1.0, 1e-11);

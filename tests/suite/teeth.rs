@@ -29,7 +29,7 @@ fn printed(found: f64, expected: f64, digit: f64) {
 }
 
 fn external(teeth: u32, shift: f64, module: f64) -> InvoluteGear {
-    InvoluteGear::external(teeth, module).unwrap().profile_shift(shift).unwrap()
+    InvoluteGear::external(teeth, module).unwrap().with_profile_shift(shift).unwrap()
 }
 
 // --- ISO 6336-1, method B ---------------------------------------------------------------------------------------
@@ -41,8 +41,9 @@ fn stage_1() -> [InvoluteGear; 3] {
     let module = 1e-3 * number(&sun["mn"]);
     let alteration = numbers(&data["geometry_mm"]["stage1"]["tip_alteration"]);
     let gear = |gear: InvoluteGear, x: &Value, k: f64| {
-        let gear = gear.profile_shift(number(x)).unwrap().face_width(1e-3 * number(&sun["b"])).unwrap();
-        gear.tip_alteration(1e-3 * k).unwrap()
+        let gear =
+            gear.with_profile_shift(number(x)).unwrap().with_face_width(1e-3 * number(&sun["b"])).unwrap();
+        gear.with_tip_alteration(1e-3 * k).unwrap()
     };
     [
         gear(InvoluteGear::external(19, module).unwrap(), &sun["x"][0], alteration[0]),
@@ -113,7 +114,7 @@ fn stage_1_of_the_nrel_gearbox_has_the_printed_stiffness() {
 fn the_pair_of_yao_2020() {
     let data = &read("teeth.json")["yao2020_pair"];
     let (params, geometry, iso) = (&data["params"], &data["geometry"], &data["iso6336_methodB"]);
-    let gear = external(30, number(&params["x"][0]), 0.004).face_width(0.01).unwrap();
+    let gear = external(30, number(&params["x"][0]), 0.004).with_face_width(0.01).unwrap();
     let (pair, short) = (GearPair::new(&gear, &gear).unwrap(), GearPair::shortened(&gear, &gear).unwrap());
     close(pair.contact_ratio(), number(&geometry["eps_alpha"]), 1e-12);
     close(short.contact_ratio(), number(&geometry["eps_alpha_shortened"]), 1e-12);
@@ -160,10 +161,10 @@ fn notes_and_limits_of_method_b() {
 fn pair_62(data: &Value) -> GearPair {
     let params = &data["params"];
     let gear = InvoluteGear::external(62, number(&params["module_m"])).unwrap();
-    let gear = gear.face_width(number(&params["width_m"])).unwrap();
-    let gear = gear.pressure_angle(number(&params["alpha_deg"]).to_radians()).unwrap();
+    let gear = gear.with_face_width(number(&params["width_m"])).unwrap();
+    let gear = gear.with_pressure_angle(number(&params["alpha_deg"]).to_radians()).unwrap();
     let dedendum = number(&params["addendum"]) + number(&params["clearance"]);
-    let gear = gear.dedendum(dedendum).unwrap();
+    let gear = gear.with_dedendum(dedendum).unwrap();
     GearPair::new(&gear, &gear).unwrap()
 }
 
@@ -174,7 +175,7 @@ fn closed_forms_of_the_pair_62_62() {
     let gear = pair.gears()[0];
     close(gear.base_radius(), number(&published["base_radius"]), 1e-14);
     close(gear.root_radius(), number(&published["root_radius"]), 1e-14);
-    close(gear.rack_fillet_radius(), number(&published["cutter_tip_radius"]), 1e-14);
+    close(gear.module() * gear.fillet_radius(), number(&published["cutter_tip_radius"]), 1e-14);
     let angle = |radius: f64| (gear.base_radius() / radius).acos();
     close(angle(gear.tip_radius()), number(&published["alpha_addendum"]), 1e-13);
     close(angle(gear.form_radius()), number(&published["alpha_start"]), 1e-13);
@@ -238,7 +239,7 @@ fn the_exact_reading_of_the_pair_62_62() {
     let total = |m: &PotentialEnergy| m.tooth(&pair.gears()[0], 20f64.to_radians()).unwrap().total();
     let mean = |m: &PotentialEnergy| m.wave(&pair).unwrap().mean();
     let body = |m: &PotentialEnergy| {
-        m.foundation(Foundation::PerBody, [0.035; 2]).unwrap().wave(&pair).unwrap().mean()
+        m.foundation(Foundation::PerBody([0.035; 2])).unwrap().wave(&pair).unwrap().mean()
     };
     for (found, expected) in [
         (change(&foundation), 0.132_103),
@@ -252,7 +253,7 @@ fn the_exact_reading_of_the_pair_62_62() {
 }
 
 fn pair_19_48() -> GearPair {
-    let gear = |z| external(z, 0.0, 0.003175).face_width(0.016).unwrap();
+    let gear = |z| external(z, 0.0, 0.003175).with_face_width(0.016).unwrap();
     GearPair::new(&gear(19), &gear(48)).unwrap()
 }
 
@@ -307,7 +308,7 @@ fn the_pair_19_48() {
 #[test]
 fn helical_geometry() {
     let beta = 15f64.to_radians();
-    let gear = |z, x| external(z, x, 0.004).helix_angle(beta).unwrap().face_width(0.05).unwrap();
+    let gear = |z, x| external(z, x, 0.004).with_helix_angle(beta).unwrap().with_face_width(0.05).unwrap();
     let pair = GearPair::new(&gear(23, 0.2), &gear(67, -0.2)).unwrap();
     let [a, b] = pair.gears();
     close(a.transverse_module(), 0.004 / beta.cos(), 1e-15);
@@ -317,8 +318,8 @@ fn helical_geometry() {
     close(pair.working_pressure_angle(), a.transverse_pressure_angle(), 1e-13);
     close(pair.overlap_ratio(), 0.05 * beta.sin() / (PI * 0.004), 1e-15);
     close(pair.total_contact_ratio(), pair.contact_ratio() + pair.overlap_ratio(), 1e-15);
-    close(a.base_helix().tan(), beta.tan() * a.transverse_pressure_angle().cos(), 1e-14);
-    close(a.virtual_teeth(), 23.0 / (a.base_helix().cos().powi(2) * beta.cos()), 1e-15);
+    close(a.base_helix_angle().tan(), beta.tan() * a.transverse_pressure_angle().cos(), 1e-14);
+    close(a.virtual_teeth(), 23.0 / (a.base_helix_angle().cos().powi(2) * beta.cos()), 1e-15);
     close(pair.length_of_contact(), pair.contact_ratio() * pair.base_pitch(), 1e-15);
     assert_eq!(pair.turns_until_repeat(), [67, 23]);
 }
@@ -348,7 +349,7 @@ fn an_internal_pair_may_be_driven_from_both_sides() {
 /// The blank of a ring is the annulus outside its reference circle.
 #[test]
 fn the_blank_of_an_internal_gear() {
-    let ring = InvoluteGear::internal(60, 0.002).unwrap().face_width(0.02).unwrap();
+    let ring = InvoluteGear::internal(60, 0.002).unwrap().with_face_width(0.02).unwrap();
     let blank = ring.blank(0.16, 7800.0).unwrap();
     close(blank.mass, 7800.0 * PI * 0.02 * (0.16f64.powi(2) - 0.12f64.powi(2)) / 4.0, 1e-14);
     close(blank.polar_inertia, blank.mass * (0.16f64.powi(2) + 0.12f64.powi(2)) / 8.0, 1e-14);
@@ -367,11 +368,11 @@ proptest! {
         beta in 0.0f64..0.5,
         internal in any::<bool>(),
     ) {
-        let gear = |z: u32, x: f64| external(z, x, 0.003).helix_angle(beta).unwrap();
+        let gear = |z: u32, x: f64| external(z, x, 0.003).with_helix_angle(beta).unwrap();
         let (a, b) = (gear(z[0], x[0]), gear(z[1], x[1]));
         let b = if internal {
-            let ring = InvoluteGear::internal(z[0] + z[1] + 20, 0.003).unwrap().helix_angle(beta).unwrap();
-            ring.profile_shift(-x[0]).unwrap().addendum(0.8).unwrap()
+            let ring = InvoluteGear::internal(z[0] + z[1] + 20, 0.003).unwrap().with_helix_angle(beta).unwrap();
+            ring.with_profile_shift(-x[0]).unwrap().with_addendum(0.8).unwrap()
         } else {
             b
         };
@@ -410,8 +411,8 @@ proptest! {
         let other = method.pair(&pair, pair.contact_ratio() - s).unwrap();
         prop_assert!((one.total() / other.total() - 1.0).abs() < 1e-11);
         prop_assert!((one.teeth[0].total() / other.teeth[1].total() - 1.0).abs() < 1e-11);
-        let body = method.foundation(Foundation::PerBody, [bore; 2]).unwrap();
-        let rigid = method.without_foundation();
+        let body = method.foundation(Foundation::PerBody([bore; 2])).unwrap();
+        let rigid = method.foundation(Foundation::None).unwrap();
         let end = pair.end_of_double_contact();
         let (double, single) = (0.5 * end, 0.5 * (end + TAU));
         let at = |method: &PotentialEnergy, angle| method.mesh(&pair, angle).unwrap();
@@ -435,12 +436,12 @@ proptest! {
         let gear = |k: usize, internal: bool| -> Result<InvoluteGear, TeethError> {
             let of = if internal { InvoluteGear::internal } else { InvoluteGear::external };
             Ok(of(z[k], 0.003)?
-                .profile_shift(value(k, [-3.0, 3.0]))?
-                .addendum(value(2, [0.1, 3.0]))?
-                .dedendum(value(3, [0.1, 4.0]))?
-                .pressure_angle(value(4, [0.1, 0.7]))?
-                .tip_alteration(value(5, [-0.003, 0.003]))?
-                .fillet_radius(value(6, [0.0, 0.5]))?
+                .with_profile_shift(value(k, [-3.0, 3.0]))?
+                .with_addendum(value(2, [0.1, 3.0]))?
+                .with_dedendum(value(3, [0.1, 4.0]))?
+                .with_pressure_angle(value(4, [0.1, 0.7]))?
+                .with_tip_alteration(value(5, [-0.003, 0.003]))?
+                .with_fillet_radius(value(6, [0.0, 0.5]))?
                 .allow_undercut())
         };
         let pair = || -> Result<GearPair, TeethError> {
@@ -675,16 +676,19 @@ fn values_outside_their_range() {
     );
     assert_eq!(InvoluteGear::external(20, 4.0).unwrap_err(), out_of_range("module", 4.0, "[1e-5, 0.2] m"));
     assert_eq!(
-        gear.pressure_angle(20.0).unwrap_err(),
+        gear.with_pressure_angle(20.0).unwrap_err(),
         out_of_range("normal pressure angle", 20.0, "[0.1, 0.7] rad")
     );
-    assert_eq!(gear.helix_angle(-0.1).unwrap_err(), out_of_range("helix angle", -0.1, "[0, 0.8] rad"));
-    assert_eq!(gear.profile_shift(3.5).unwrap_err(), out_of_range("profile shift", 3.5, "[-3, 3]"));
-    assert_eq!(gear.addendum(0.0).unwrap_err(), out_of_range("addendum factor", 0.0, "[0.1, 3]"));
-    assert_eq!(gear.dedendum(5.0).unwrap_err(), out_of_range("dedendum factor", 5.0, "[0.1, 4]"));
-    assert_eq!(gear.fillet_radius(-0.1).unwrap_err(), out_of_range("fillet radius factor", -0.1, "[0, 1]"));
-    assert_eq!(gear.tip_alteration(2.0).unwrap_err(), out_of_range("tip alteration", 2.0, "[-1, 1] m"));
-    assert_eq!(gear.face_width(20.0).unwrap_err(), out_of_range("face width", 20.0, "[1e-6, 10] m"));
+    assert_eq!(gear.with_helix_angle(-0.1).unwrap_err(), out_of_range("helix angle", -0.1, "[0, 0.8] rad"));
+    assert_eq!(gear.with_profile_shift(3.5).unwrap_err(), out_of_range("profile shift", 3.5, "[-3, 3]"));
+    assert_eq!(gear.with_addendum(0.0).unwrap_err(), out_of_range("addendum factor", 0.0, "[0.1, 3]"));
+    assert_eq!(gear.with_dedendum(5.0).unwrap_err(), out_of_range("dedendum factor", 5.0, "[0.1, 4]"));
+    assert_eq!(
+        gear.with_fillet_radius(-0.1).unwrap_err(),
+        out_of_range("fillet radius factor", -0.1, "[0, 1]")
+    );
+    assert_eq!(gear.with_tip_alteration(2.0).unwrap_err(), out_of_range("tip alteration", 2.0, "[-1, 1] m"));
+    assert_eq!(gear.with_face_width(20.0).unwrap_err(), out_of_range("face width", 20.0, "[1e-6, 10] m"));
     assert_eq!(gear.blank(0.1, 7800.0).unwrap_err(), out_of_range("bore", 0.1, "[0, reference diameter]"));
     assert_eq!(gear.blank(0.01, 0.0).unwrap_err(), out_of_range("density", 0.0, "[1, 1e5] kg/m³"));
     let ring = InvoluteGear::internal(60, 0.003).unwrap();
@@ -743,14 +747,14 @@ fn values_outside_their_range() {
     for wild in [f64::NAN, f64::INFINITY] {
         for result in [
             InvoluteGear::external(20, wild),
-            gear.pressure_angle(wild),
-            gear.helix_angle(wild),
-            gear.profile_shift(wild),
-            gear.addendum(wild),
-            gear.dedendum(wild),
-            gear.fillet_radius(wild),
-            gear.tip_alteration(wild),
-            gear.face_width(wild),
+            gear.with_pressure_angle(wild),
+            gear.with_helix_angle(wild),
+            gear.with_profile_shift(wild),
+            gear.with_addendum(wild),
+            gear.with_dedendum(wild),
+            gear.with_fillet_radius(wild),
+            gear.with_tip_alteration(wild),
+            gear.with_face_width(wild),
         ] {
             assert!(matches!(result, Err(P::NotFinite { .. })));
         }
@@ -781,15 +785,15 @@ fn teeth_that_cannot_be_made() {
     assert!(
         matches!(with(external(10, 1.2, 0.003)), TeethError::Pointed { gear: 1, thickness } if thickness < 0.0)
     );
-    let ring = InvoluteGear::internal(42, 0.003).unwrap().addendum(2.0).unwrap();
+    let ring = InvoluteGear::internal(42, 0.003).unwrap().with_addendum(2.0).unwrap();
     assert!(matches!(
         GearPair::new(&external(20, 0.0, 0.003), &ring).unwrap_err(),
         TeethError::TipBelowBase { gear: 1, .. }
     ));
-    let flat = good.addendum(0.1).unwrap().tip_alteration(-0.006).unwrap();
+    let flat = good.with_addendum(0.1).unwrap().with_tip_alteration(-0.006).unwrap();
     assert!(matches!(with(flat), TeethError::TipBelowBase { gear: 1, tip, base } if tip < base));
-    let many = external(400, 0.0, 0.003).addendum(0.1).unwrap();
-    let many = many.tip_alteration(-0.0045).unwrap();
+    let many = external(400, 0.0, 0.003).with_addendum(0.1).unwrap();
+    let many = many.with_tip_alteration(-0.0045).unwrap();
     assert!(
         matches!(with(many), TeethError::NoTooth { gear: 1, height } if height < 0.0),
         "{:?}",
@@ -806,15 +810,15 @@ fn gears_that_cannot_mesh() {
         new(gear(20), external(30, 0.0, 0.004)),
         TeethError::Different { name: "the modules", first: 0.003, second: 0.004 }
     );
-    let steep = gear(30).pressure_angle(0.4).unwrap();
+    let steep = gear(30).with_pressure_angle(0.4).unwrap();
     assert!(matches!(new(gear(20), steep), TeethError::Different { name: "the pressure angles", .. }));
-    let helical = gear(30).helix_angle(0.2).unwrap();
+    let helical = gear(30).with_helix_angle(0.2).unwrap();
     assert!(matches!(new(gear(20), helical), TeethError::Different { name: "the helix angles", .. }));
     assert_eq!(new(ring(40), ring(60)), TeethError::TwoInternal);
     assert_eq!(new(ring(30), gear(30)), TeethError::InternalTooSmall { internal: 30, external: 30 });
-    let short = gear(40).addendum(0.3).unwrap();
+    let short = gear(40).with_addendum(0.3).unwrap();
     assert!(matches!(new(short, short), TeethError::ContactRatio { value } if value < 1.0 && value > 0.0));
-    let long = gear(120).addendum(1.2).unwrap();
+    let long = gear(120).with_addendum(1.2).unwrap();
     // A pinion below the involute that a rack makes, accepted if another tool makes it.
     let inner = ring(100);
     assert!(matches!(new(gear(40), inner), TeethError::Interference { gear: 0, .. }));
@@ -830,10 +834,10 @@ fn gears_that_cannot_mesh() {
         new(external(30, -0.9, 0.003).allow_undercut(), external(30, -0.9, 0.003).allow_undercut()),
         TeethError::NoWorkingAngle { name: "sum of profile shifts", limit, .. } if limit > -1.8
     ));
-    let deep = external(40, 0.0, 0.003).addendum(1.3).unwrap();
+    let deep = external(40, 0.0, 0.003).with_addendum(1.3).unwrap();
     assert!(matches!(new(deep, gear(60)), TeethError::NoClearance { gear: 0, clearance } if clearance < 0.0));
     // At a pressure angle of 20° a ring needs about 8 teeth more than its pinion, or short teeth.
-    let inner = |z| ring(z).addendum(0.8).unwrap();
+    let inner = |z| ring(z).with_addendum(0.8).unwrap();
     assert!(GearPair::new(&gear(60), &inner(68)).is_ok());
     let overlap = new(gear(60), inner(64));
     assert!(matches!(overlap, TeethError::TipInterference { overlap } if overlap > 0.0), "{overlap:?}");
@@ -846,12 +850,12 @@ fn methods_outside_their_range() {
     let (a, b) = (external(40, 0.0, 0.003), external(60, 0.0, 0.003));
     let method = PotentialEnergy::ma_2014([0.03; 2]).unwrap();
     let not = |teeth| TeethError::NotApplicable { method: "the potential-energy method", teeth };
-    let helix = |gear: InvoluteGear, beta| gear.helix_angle(beta).unwrap();
+    let helix = |gear: InvoluteGear, beta| gear.with_helix_angle(beta).unwrap();
     let helical = GearPair::new(&helix(a, 0.2), &helix(b, 0.2)).unwrap();
     assert_eq!(method.wave(&helical).unwrap_err(), not("helical"));
-    let ring = InvoluteGear::internal(100, 0.003).unwrap().addendum(0.7).unwrap();
+    let ring = InvoluteGear::internal(100, 0.003).unwrap().with_addendum(0.7).unwrap();
     assert_eq!(method.wave(&GearPair::new(&a, &ring).unwrap()).unwrap_err(), not("internal"));
-    let sharp = a.fillet_radius(0.0).unwrap();
+    let sharp = a.with_fillet_radius(0.0).unwrap();
     let error = method.tooth(&sharp, 0.35).unwrap_err();
     assert!(matches!(error, TeethError::OutsideMethod { method: "the transition curve", value: 0.0, .. }));
     let undercut = external(12, 0.0, 0.003).allow_undercut();
@@ -859,7 +863,7 @@ fn methods_outside_their_range() {
     assert_eq!(error, TeethError::NotApplicable { method: "the transition curve", teeth: "undercut" });
     assert!(matches!(method.tooth(&a, 0.01), Err(TeethError::Interference { gear: 0, .. })));
     for bore in [0.001, 0.11] {
-        let method = method.foundation(Foundation::PerPair, [bore; 2]).unwrap();
+        let method = method.foundation(Foundation::PerPair([bore; 2])).unwrap();
         let error = method.wave(&GearPair::new(&a, &b).unwrap()).unwrap_err();
         assert!(matches!(
             error,
@@ -870,13 +874,13 @@ fn methods_outside_their_range() {
     let iso = |a: InvoluteGear, b: InvoluteGear| {
         MethodB::new().stiffness(&GearPair::new(&a, &b).unwrap()).unwrap_err().to_string()
     };
-    let shifted = |gear: InvoluteGear, x| gear.profile_shift(x).unwrap();
+    let shifted = |gear: InvoluteGear, x| gear.with_profile_shift(x).unwrap();
     assert!(
         iso(shifted(external(90, 0.0, 0.003), -0.3), shifted(external(90, 0.0, 0.003), -0.3))
             .contains("the sum of profile shifts = -0.6")
     );
     assert!(iso(helix(a, 0.6), helix(b, 0.6)).contains("the helix angle in degrees = 34.3"));
-    let tall = |gear: InvoluteGear| gear.addendum(1.6).unwrap().dedendum(1.85).unwrap();
+    let tall = |gear: InvoluteGear| gear.with_addendum(1.6).unwrap().with_dedendum(1.85).unwrap();
     assert!(
         iso(tall(external(90, 0.0, 0.003)), tall(external(90, 0.0, 0.003)))
             .contains("the transverse contact ratio = 2.")

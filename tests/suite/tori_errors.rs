@@ -101,13 +101,13 @@ fn iterations_that_fail_keep_the_last_iterate() {
     let model = duffing([0.0; 2]);
     let one =
         from_rest(&balance.clone().newton(Newton::new().max_iterations(1)), &model, &[0.0]).unwrap_err();
-    assert!(matches!(&one, TorusError::NotConverged { last } if last.history().len() == 2));
+    assert!(matches!(&one, TorusError::NotConverged { last } if last.residuals().len() == 2));
     assert!(one.last().unwrap().amplitude(0, &[1, 0]) > 0.1);
 
     let spent = from_rest(&balance.clone().budget(Budget::new().steps(2)), &model, &[0.0]).unwrap_err();
     let TorusError::Exhausted { exhausted, last } = spent else { panic!("{spent}") };
     assert_eq!(exhausted, Exhausted::Steps { limit: 2 });
-    assert!(last.history()[0].is_finite());
+    assert!(last.residuals()[0].is_finite());
 
     // Nothing restores the mean in the gap.
     let pair = SlippingPair::new(0.45, 0.01);
@@ -271,7 +271,7 @@ fn searches_that_fail_keep_the_last_iterate() {
     let model = van_der_pol(1.0, 0.0, TAU / 2.0);
     let one =
         new().newton(Newton::new().max_iterations(1)).solve_free(&model, &round(21, 2.0), 1.9).unwrap_err();
-    assert!(matches!(&one, CircleError::NotConverged { last } if last.history().len() == 2));
+    assert!(matches!(&one, CircleError::NotConverged { last } if last.residuals().len() == 2));
     assert!(one.last().is_some_and(|last| last.curve().nodes() == 21 && last.residual_between().is_nan()));
 
     let early = new().budget(Budget::new().steps(10)).solve_free(&model, &round(21, 2.0), 1.9).unwrap_err();

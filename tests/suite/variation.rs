@@ -10,7 +10,7 @@ fn against_differences<M: Model>(model: &M, start: &State, span: f64, size: &[f6
     let n = model.dof();
     let end = start.t + span;
     let solver = Dop853::new().rtol(1e-15).atol_each(&size.iter().map(|s| 1e-14 * s).collect::<Vec<_>>());
-    let ours = Variation::new().tolerance(1e-13).run(model, start, end).unwrap();
+    let ours = Variation::new().flow_tolerance(1e-13).run(model, start, end).unwrap();
     let mut worst: f64 = 0.0;
     for j in 0..2 * n {
         let h = 2e-5 * size[j];
@@ -170,7 +170,7 @@ fn determinant() {
     .unwrap();
     let start = pair.static_start().unwrap();
     let span = 0.3 * pair.period();
-    let through = Variation::new().tolerance(1e-13).run(&pair, &start, start.t + span).unwrap();
+    let through = Variation::new().flow_tolerance(1e-13).run(&pair, &start, start.t + span).unwrap();
     let exact = (-2.0 * pair.constant("damping ratio").unwrap() * span).exp();
     assert!(
         (through.matrix.determinant() / exact - 1.0).abs() < 1e-10,

@@ -59,7 +59,7 @@ fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
         let steps = [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 0.0].map(|e| {
             least_budget(|budget| {
                 Variation::new()
-                    .tolerance(tolerance)
+                    .flow_tolerance(tolerance)
                     .budget(budget)
                     .run(&Still(e), &Still(e).orbit(), PI)
                     .is_ok()
@@ -329,13 +329,13 @@ fn absurd_counts_are_refused_or_cost_nothing() {
     let error = NfgPair::with_reading(&NfgParams::table1(), reading).unwrap_err();
     assert!(matches!(error, ParameterError::TooMany { max: 10_000, .. }));
     assert!(NfgPair2::with_reading(&NfgParams::table1(), 0.01, reading).is_err());
-    for shooting in [Shooting::new().multiple(usize::MAX), Shooting::new().segments(usize::MAX)] {
+    for shooting in [Shooting::new().period_multiple(usize::MAX), Shooting::new().segments(usize::MAX)] {
         let error = shooting.solve(&Still(1.0), &[Still(1.0).orbit()]).unwrap_err();
         assert!(matches!(error, ShootingError::Parameter(ParameterError::TooMany { max: 1_000_000, .. })));
     }
     assert!(matches!(Harmonics::list(&[1, usize::MAX]), Err(ParameterError::TooMany { max: 65_536, .. })));
     let orbit = FourierOrbit::new(&Harmonics::list(&[1, 65_536]).unwrap(), 1.0, &[vec![0.5, 0.0, 0.25, 0.0]])
         .unwrap();
-    assert_eq!(orbit.state(0.0).q, [0.75]);
-    assert!(orbit.state(0.3).q[0].is_finite());
+    assert_eq!(orbit.at(0.0).q, [0.75]);
+    assert!(orbit.at(0.3).q[0].is_finite());
 }

@@ -29,8 +29,9 @@ fn solver() -> Dop853 {
 /// The reference orbit on 4000 orders, and its crossings in a turn.
 fn truth(pair: &NfgPair) -> Outcome<(FourierOrbit, u64)> {
     let steady = Settle::new().tolerance(1e-6).run(&solver(), pair, &pair.static_start()?)?;
-    let cycle =
-        Shooting::new().multiple(steady.period_multiple).solve(pair, &[State { t: 0.0, ..steady.state }])?;
+    let cycle = Shooting::new()
+        .period_multiple(steady.period_multiple)
+        .solve(pair, &[State { t: 0.0, ..steady.state }])?;
     let fine = Dop853::new().rtol(1e-13).atol_each(&[1e-18, 1e-19]);
     Ok((FourierOrbit::project(&fine, pair, &cycle.states()[0], &Harmonics::up_to(4000))?, cycle.crossings()))
 }
@@ -94,8 +95,8 @@ fn ways_of_integrating(report: &mut Report, speed: f64, highest: usize) -> Outco
         Ok((DVector::from_vec(r), DMatrix::from(&matrix)))
     };
     let (r, jacobian) = look(Integrals::Closed)?;
-    let switches = guess.contacts(&pair)?[0].intervals.len();
-    println!("{speed} rad/s, H = {highest}, {switches} switches a turn, equations scaled as solved");
+    let crossings = guess.contacts(&pair)?[0].intervals.len();
+    println!("{speed} rad/s, H = {highest}, {crossings} crossings a turn, equations scaled as solved");
     let mut rows = Vec::new();
     for integrals in [
         Integrals::Kinks,

@@ -151,8 +151,10 @@ pub fn settling(case: &mut Case) -> Run {
         }
         return Ok(());
     }
-    let settle =
-        Settle::new().tolerance(case.number(1e-6)).max_periods(case.effort(20)).max_multiple(case.count(4));
+    let settle = Settle::new()
+        .tolerance(case.number(1e-6))
+        .max_periods(case.effort(20))
+        .max_period_multiple(case.count(4));
     let settle = settle.budget(Budget::new().steps(20_000));
     case.note(|| format!("{settle:?}"));
     match settle.run(&solver, &model, &start) {

@@ -164,8 +164,8 @@ pub fn held(case: &mut Case) -> Run {
         let (t, stream, k) = (case.number(1.0) * case.signed(), case.seed(), case.seed());
         finite(format_args!("held value {k}"), process.held(stream, k))?;
         if t.is_finite() {
-            finite(format_args!("value at {t:e}"), process.value(t, Side::Before, stream))?;
-            finite(format_args!("value at {t:e}"), process.value(t, Side::After, stream))?;
+            finite(format_args!("value at {t:e}"), process.at(t, Side::Before, stream))?;
+            finite(format_args!("value at {t:e}"), process.at(t, Side::After, stream))?;
         }
     }
     Ok(())

@@ -61,7 +61,7 @@ pub fn shooting(case: &mut Case) -> Run {
         vec![start]
     };
     let mut shooting =
-        Shooting::new().multiple(case.count(1)).max_iterations(case.effort(6)).budget(budget());
+        Shooting::new().period_multiple(case.count(1)).max_iterations(case.effort(6)).budget(budget());
     if case.chance(0.3) {
         shooting = shooting.segments(case.count(4));
     }
@@ -89,7 +89,7 @@ pub fn variation(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let period = if model.period().is_finite() && model.period() > 0.0 { model.period() } else { 1.0 };
     let end = start.t + case.number(0.3) * period;
-    let variation = Variation::new().tolerance(case.number(1e-9)).budget(budget());
+    let variation = Variation::new().flow_tolerance(case.number(1e-9)).budget(budget());
     case.note(|| format!("{variation:?} to {end:e}"));
     let transition = variation.run(&model, &start, end)?;
     all_finite("q", &transition.state.q)?;
@@ -109,7 +109,7 @@ pub fn lyapunov(case: &mut Case) -> Run {
         .align(case.effort(1))
         .periods(case.effort(3))
         .renormalisations(case.count(8))
-        .tolerance(case.number(1e-6))
+        .flow_tolerance(case.number(1e-6))
         .budget(budget());
     if case.chance(0.5) {
         lyapunov = lyapunov.count(case.count(1));
@@ -129,7 +129,7 @@ pub fn lyapunov(case: &mut Case) -> Run {
         format!("standard errors {:?}", exponents.standard_error())
     })?;
     for i in 0..exponents.values().len() {
-        all_finite("history", &exponents.history(i))?;
+        all_finite("running means", &exponents.running(i))?;
     }
     all_finite("last q", &exponents.state().q)
 }
@@ -144,7 +144,7 @@ fn harmonics(case: &mut Case) -> Result<Harmonics, ParameterError> {
         }
         _ => Harmonics::up_to(if case.hostile() { case.below(3) } else { 2 + case.below(30) }),
     };
-    if case.chance(0.2) { harmonics.over_periods(case.count(2)) } else { Ok(harmonics) }
+    if case.chance(0.2) { harmonics.with_period_multiple(case.count(2)) } else { Ok(harmonics) }
 }
 
 /// Sets of orders with any counts, and series on them.
@@ -153,7 +153,7 @@ pub fn orders(case: &mut Case) -> Run {
     case.note(|| format!("{kept:?}"));
     let orders = kept.orders();
     holds(orders.is_sorted_by(|a, b| a < b), || format!("orders {:?} ...", &orders[..orders.len().min(20)]))?;
-    holds(kept.highest() == orders.last().copied().unwrap_or(0) && kept.periods() > 0, || {
+    holds(kept.highest() == orders.last().copied().unwrap_or(0) && kept.period_multiple() > 0, || {
         format!("highest {}", kept.highest())
     })?;
     holds(kept.unknowns() + usize::from(kept.has_mean()) == 2 * orders.len(), || {
@@ -177,7 +177,7 @@ pub fn orders(case: &mut Case) -> Run {
     }
     let t = case.number(1.0);
     if t.abs() <= 1e50 {
-        all_finite("q at any time", &orbit.state(t).q)?;
+        all_finite("q at any time", &orbit.at(t).q)?;
     }
     let other = orbit.on(&harmonics(case)?);
     holds(!orbit.distance(&other).is_nan(), || "distance is NaN".into())

@@ -61,7 +61,7 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
         sweep = sweep.lyapunov(
             Lyapunov::new()
                 .periods(case.effort(2))
-                .tolerance(case.number(1e-6))
+                .flow_tolerance(case.number(1e-6))
                 .budget(Budget::new().steps(20_000)),
         );
     }
@@ -89,7 +89,7 @@ fn judge(case: &mut Case, rows: Rows) -> Run {
             row.grazes(),
             row.is_sensitive(),
             row.checked().is_some(),
-            row.error("q0"),
+            row.step_error("q0"),
             row.period_multiple(),
             row.settled_after(),
         );

@@ -16,15 +16,15 @@ fn gear(case: &mut Case, internal: bool, module: f64, helix: f64) -> Result<Invo
     } else {
         InvoluteGear::external(teeth, module)?
     };
-    let mut gear = gear.helix_angle(helix)?.face_width(case.number(0.03))?;
+    let mut gear = gear.with_helix_angle(helix)?.with_face_width(case.number(0.03))?;
     if case.chance(0.5) {
-        gear = gear.profile_shift(case.number(0.3) * case.signed())?;
+        gear = gear.with_profile_shift(case.number(0.3) * case.signed())?;
     }
     if case.chance(0.3) {
-        gear = gear.addendum(case.number(0.8))?.dedendum(case.number(1.2))?;
+        gear = gear.with_addendum(case.number(0.8))?.with_dedendum(case.number(1.2))?;
     }
     if case.chance(0.2) {
-        gear = gear.fillet_radius(case.number(0.2))?.tip_alteration(-case.number(0.1 * module))?;
+        gear = gear.with_fillet_radius(case.number(0.2))?.with_tip_alteration(-case.number(0.1 * module))?;
     }
     Ok(if case.chance(0.5) { gear.allow_undercut() } else { gear })
 }
@@ -81,8 +81,8 @@ pub fn stiffness(case: &mut Case) -> Run {
     }
     let bores = [case.number(0.02), case.number(0.02)];
     let method = PotentialEnergy::ma_2014(bores)?.material(case.number(2e11), case.number(0.2))?;
-    let foundation = case.pick(&[Foundation::None, Foundation::PerPair, Foundation::PerBody]);
-    let method = method.foundation(foundation, bores)?.extrapolated();
+    let foundation = case.pick(&[Foundation::None, Foundation::PerPair(bores), Foundation::PerBody(bores)]);
+    let method = method.foundation(foundation)?.extrapolated();
     let method = method.tooth_model(case.pick(&[ToothModel::FromBaseCircle, ToothModel::WithTransition]));
     let method = method.reading(case.pick(&[Reading::Exact, Reading::Ross]));
     finite("pair of teeth", method.pair(&pair, case.number(0.5))?.total())?;

@@ -31,7 +31,7 @@ fn measures(torus: &Torus) -> Run {
         all_finite("mean and rms", &[torus.mean(j), torus.rms(j)])?;
         all_finite("extremes", &torus.extremes(j, 7)?)?;
     }
-    all_finite("q on a torus", &torus.at_time(0.7).q)?;
+    all_finite("q on a torus", &torus.at(0.7).q)?;
     let _ = (torus.outermost_share(), torus.smallest_rate(), torus.aliasing(), torus.residual_between());
     Ok(())
 }
@@ -72,7 +72,7 @@ pub fn torus(case: &mut Case) -> Run {
         Ok(torus) => measures(&torus),
         Err(error) => {
             if let Some(last) = error.last() {
-                all_finite("q of the last iterate", &last.at_time(0.0).q)?;
+                all_finite("q of the last iterate", &last.at(0.0).q)?;
             }
             Err(error.into())
         }

@@ -58,7 +58,7 @@ pub fn stages(draw: &mut Draw) -> Result<Case, String> {
 /// The branch from a settled orbit.
 fn follow(case: &Case, start: &(State, usize), continuation: Continuation) -> Result<Branch, String> {
     let family = ByConstant::new(&case.train, "speed").map_err(|error| error.to_string())?;
-    let continuation = continuation.shooting(Shooting::new().multiple(start.1));
+    let continuation = continuation.shooting(Shooting::new().period_multiple(start.1));
     continuation.run(&family, std::slice::from_ref(&start.0)).map_err(|error| error.to_string())
 }
 

@@ -101,7 +101,7 @@ fn infinity(draw: &mut Draw, drawn: Drawn) -> Outcome {
 fn run(draw: &mut Draw, case: &Case, start: &(State, usize)) -> Result<Outcome, String> {
     let family = ByConstant::new(&case.train, "speed").map_err(|error| error.to_string())?;
     let [from, to] = case.speeds;
-    let continuation = Continuation::new(from, to).shooting(Shooting::new().multiple(start.1));
+    let continuation = Continuation::new(from, to).shooting(Shooting::new().period_multiple(start.1));
     let branch = continuation.run(&family, std::slice::from_ref(&start.0));
     let branch = branch.map_err(|error| error.to_string())?;
     draw.note(|| format!("{branch}"));
@@ -125,7 +125,7 @@ fn run(draw: &mut Draw, case: &Case, start: &(State, usize)) -> Result<Outcome, 
         return Err(format!("the border {border:?} is {expected:?}"));
     }
     let wider = Continuation::new(from, to).bounds(0.5 * from, 1.5 * to).max_points(60);
-    let wider = wider.shooting(Shooting::new().multiple(start.1));
+    let wider = wider.shooting(Shooting::new().period_multiple(start.1));
     let back = match wider.begin(&family, Beyond(&branch)) {
         Ok(following) => following.finish(),
         Err(error) => return Err(format!("back from {border}: {error}")),
@@ -151,7 +151,7 @@ fn run_lines(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let case = Case { text: String::new(), train, speeds };
     let Some((state, multiple)) = settled(&case) else { return Ok(Outcome::Skipped("does not settle")) };
     let family = ByConstant::new(&case.train, "speed").map_err(|error| text(&error))?;
-    let shooting = Shooting::new().multiple(multiple);
+    let shooting = Shooting::new().period_multiple(multiple);
     let branch = Continuation::new(0.5, 2.4).shooting(shooting.clone()).run(&family, &[state]);
     let branch = branch.map_err(|error| text(&error))?;
     let plane = ByConstants::new(&case.train, ["speed", "mesh damping"]).map_err(|error| text(&error))?;

@@ -46,7 +46,7 @@ fn outcome(result: Result<Outcome, String>, text: &str) -> Outcome {
 }
 
 fn shot(train: &Train, guess: &State, multiple: usize) -> Result<ShootingOrbit, String> {
-    Shooting::new().multiple(multiple).solve(train, std::slice::from_ref(guess)).map_err(told)
+    Shooting::new().period_multiple(multiple).solve(train, std::slice::from_ref(guess)).map_err(told)
 }
 
 /// Largest distance of two states, as a share of ranges of motion.
@@ -86,7 +86,7 @@ fn closing(draw: &mut Draw, of: Drawn) -> Outcome {
     };
     let Some((start, multiple)) = settled(&case) else { return Outcome::Skipped("does not settle") };
     let compare = || {
-        let shooting = Shooting::new().multiple(multiple).flow_method(FlowMethod::Taylor);
+        let shooting = Shooting::new().period_multiple(multiple).flow_method(FlowMethod::Taylor);
         let orbit = shooting.solve(&case.train, std::slice::from_ref(&start)).map_err(told)?;
         let (first, period) = (&orbit.states()[0], orbit.period());
         let method = Dop853::new().rtol(1e-12).atol(1e-18);
@@ -146,7 +146,7 @@ fn compare_derivatives(
     let slopes = [exact.mean(channel), exact.rms(channel), exact.peak_to_peak(channel)];
     let at = |h: f64| -> Result<([f64; 3], u64), String> {
         let moved = train.with(&name, value * (1.0 + h)).map_err(told)?;
-        let orbit = Shooting::new().multiple(multiple).solve(&moved, orbit.states()).map_err(told)?;
+        let orbit = Shooting::new().period_multiple(multiple).solve(&moved, orbit.states()).map_err(told)?;
         figures(&moved, &orbit)
     };
     let (middle, crossings) = figures(train, &orbit)?;
@@ -195,14 +195,14 @@ fn balance(draw: &mut Draw) -> Outcome {
             let Ok(found) = method.solve(&train, &start) else {
                 return Ok(Outcome::Skipped("the balance does not converge from its linearised start"));
             };
-            let Ok(orbit) = shot(&train, &found.state(0.0), 1) else {
+            let Ok(orbit) = shot(&train, &found.at(0.0), 1) else {
                 return Ok(Outcome::Skipped("shooting does not converge from the series"));
             };
             let mut worst: f64 = 0.0;
             for k in 0..PLACES {
                 let t = orbit.states()[0].t + orbit.period() * k as f64 / PLACES as f64;
                 let exact = orbit.at(&train, t).map_err(told)?;
-                worst = worst.max(distance(&found.state(t), &exact, orbit.range()));
+                worst = worst.max(distance(&found.at(t), &exact, orbit.range()));
             }
             off.push(worst);
         }
@@ -291,7 +291,7 @@ fn branch_of(pair: &Pair) -> Result<Option<(Branch, usize)>, String> {
     let case = Case { text: String::new(), train: pair.at(0.5).map_err(told)?, speeds: [0.5, 2.4] };
     let Some((state, multiple)) = settled(&case) else { return Ok(None) };
     let family = ByConstant::new(&case.train, "speed").map_err(told)?;
-    let continuation = Continuation::new(0.5, 2.4).shooting(Shooting::new().multiple(multiple));
+    let continuation = Continuation::new(0.5, 2.4).shooting(Shooting::new().period_multiple(multiple));
     Ok(Some((continuation.run(&family, &[state]).map_err(told)?, multiple)))
 }
 
@@ -309,7 +309,7 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let train = pair.at(0.5).map_err(told)?;
     let plane = ByConstants::new(&train, ["speed", "mesh damping"]).map_err(told)?;
     let damping = 2.0 * pair.zeta;
-    let line = Continuation::new(damping, 1.05 * damping).shooting(Shooting::new().multiple(multiple));
+    let line = Continuation::new(damping, 1.05 * damping).shooting(Shooting::new().period_multiple(multiple));
     let line = match line.run(&plane, point) {
         Ok(line) => line,
         Err(BranchError::Curve(_)) => {
@@ -351,7 +351,7 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
         let family = ByConstant::new(&train, "speed").map_err(told)?;
         for start in [p * (1.0 - 1e-5), p * (1.0 + 1e-5)] {
             let beside = Continuation::new(start, 1.01 * p).bounds(0.99 * p, 1.01 * p).both_ways();
-            let beside = beside.max_points(200).shooting(Shooting::new().multiple(multiple));
+            let beside = beside.max_points(200).shooting(Shooting::new().period_multiple(multiple));
             if let Ok(branch) = beside.run(&family, at.orbit.states()) {
                 draw.note(|| format!("beside {branch}"));
                 nearest = nearest.min(distance(&branch));

@@ -36,7 +36,7 @@ fn by_taylor() -> Taylor {
 }
 
 fn orbit(train: &Train, guess: &State, multiple: usize) -> Result<ShootingOrbit, String> {
-    let shooting = Shooting::new().multiple(multiple).flow_method(FlowMethod::Taylor);
+    let shooting = Shooting::new().period_multiple(multiple).flow_method(FlowMethod::Taylor);
     shooting.solve(train, std::slice::from_ref(guess)).map_err(|error| error.to_string())
 }
 
@@ -149,7 +149,7 @@ fn solvers(draw: &mut Draw) -> Outcome {
         Ok(orbit) => orbit,
         Err(error) => return fails("shooting", error),
     };
-    let again = Shooting::new().multiple(multiple).flow_method(FlowMethod::Dop853);
+    let again = Shooting::new().period_multiple(multiple).flow_method(FlowMethod::Dop853);
     match again.solve(&train, std::slice::from_ref(&start)) {
         Err(error) => return fails("shooting by DOP853", error.to_string()),
         Ok(orbit) => {
@@ -267,7 +267,7 @@ impl Figures {
             }];
         let family = ByConstant::new(train, "speed").map_err(|e| said("family", &e))?;
         let continuation = Continuation::new(speed, 1.03 * speed).max_points(200);
-        let continuation = continuation.shooting(Shooting::new().multiple(multiple));
+        let continuation = continuation.shooting(Shooting::new().period_multiple(multiple));
         let branch = continuation.run(&family, orbit.states()).map_err(|e| said("branch", &e))?;
         let points =
             branch.located().map(|(kind, point)| (kind.kind().to_string(), point.parameter)).collect();

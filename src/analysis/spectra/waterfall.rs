@@ -100,7 +100,7 @@ impl Waterfall {
         channel: &str,
     ) -> Result<Vec<WaterfallLine>, Failed> {
         check::positive("end of the run", end)?;
-        let (law, step) = (model.law(), TAU / self.samples as f64);
+        let (law, step) = (model.rule(), TAU / self.samples as f64);
         let window = self.turns * self.samples;
         // An unknown channel is reported before the run.
         Probe::new(model).index(channel)?;

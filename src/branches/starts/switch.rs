@@ -26,9 +26,9 @@ use nalgebra::{DMatrix, DVector};
 /// which is the tangent at a period doubling and at a symmetry breaking.
 ///
 /// On a branch by harmonic balance the harmonics of [`Continuation::balance`] are those of the branch at a
-/// branch point or a symmetry breaking, and harmonics over twice as many periods
-/// ([`Harmonics::over_periods`](crate::Harmonics::over_periods)) at a period doubling. A doubling of such a
-/// branch is that of the equation along the series. The doubled balance branches off nearby.
+/// branch point or a symmetry breaking, and those of twice the period multiple
+/// ([`Harmonics::with_period_multiple`](crate::Harmonics::with_period_multiple)) at a period doubling. A
+/// doubling of such a branch is that of the equation along the series. The doubled balance branches off nearby.
 ///
 /// # Errors
 /// [`BranchError::Kind`] for a point that is no crossing of branches; [`BranchError::Curve`] if no point of
@@ -97,7 +97,8 @@ impl<F: Balanced> Start<F> for Switch<'_, FourierOrbit> {
     ) -> Result<Following<'f, Self::Point>, BranchError> {
         let Switch { point, way } = self;
         let (times, balance) = (self.times()?, settings.balance_of(&point.orbit));
-        let (periods, needed) = (balance.harmonics().periods(), times * point.orbit.harmonics().periods());
+        let (periods, needed) =
+            (balance.harmonics().period_multiple(), times * point.orbit.harmonics().period_multiple());
         if periods != needed {
             let (name, allowed) = (
                 "periods of the harmonics".into(),

@@ -113,7 +113,7 @@ pub enum BalanceError {
         /// The last iterate; it is not an orbit.
         last: Box<FourierOrbit>,
         /// Largest residual of every iterate, the guess first.
-        history: Vec<f64>,
+        residuals: Vec<f64>,
     },
     /// A residual is not finite.
     #[error("the residual of the balance is not finite after {} iterations", last.iterations())]

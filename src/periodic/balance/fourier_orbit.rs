@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 /// use gear_dynamics::{Harmonics, periodic::FourierOrbit};
 /// let orbit = FourierOrbit::new(&Harmonics::up_to(1), 4.0, &[vec![0.5, 3.0, -4.0]])?;
 /// assert_eq!(orbit.amplitude(0, 1), 5.0);
-/// assert_eq!(orbit.state(0.0).q, [3.5]);
+/// assert_eq!(orbit.at(0.0).q, [3.5]);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, PartialEq)]
@@ -81,7 +81,7 @@ impl FourierOrbit {
         let n = self.dof();
         let mut coefficients = vec![0.0; n * harmonics.unknowns()];
         // Order k is k/p times the frequency of the model, and p may differ.
-        let (mine, theirs) = (self.harmonics.periods(), harmonics.periods());
+        let (mine, theirs) = (self.harmonics.period_multiple(), harmonics.period_multiple());
         for (j, part) in coefficients.chunks_exact_mut(harmonics.unknowns()).enumerate() {
             for (i, &order) in harmonics.orders().iter().enumerate() {
                 if order * mine % theirs == 0 {
@@ -99,7 +99,7 @@ impl FourierOrbit {
     pub(crate) fn below(&self, highest: usize) -> Option<Self> {
         let orders: Vec<usize> = self.harmonics.orders().iter().copied().filter(|&k| k <= highest).collect();
         Harmonics::list(&orders)
-            .and_then(|h| h.over_periods(self.harmonics.periods()))
+            .and_then(|h| h.with_period_multiple(self.harmonics.period_multiple()))
             .ok()
             .map(|harmonics| self.on(&harmonics))
     }
@@ -168,7 +168,7 @@ impl FourierOrbit {
 
     /// State at time `t`, for example as the start of a run. A rigid motion with a mean acceleration starts
     /// from rest at t = 0.
-    pub fn state(&self, t: f64) -> State {
+    pub fn at(&self, t: f64) -> State {
         let mut state = State { t, ..State::at_rest(self.dof()) };
         self.motion(t, &mut state.q, &mut state.v);
         state
@@ -231,7 +231,7 @@ impl FourierOrbit {
     /// [`ParameterError`] for more than 2²⁶ numbers.
     pub fn states(&self, count: usize) -> Result<Vec<State>, ParameterError> {
         check::count("numbers of the states", &[count, 2 * self.dof()], check::NUMBERS)?;
-        Ok((0..count).map(|i| self.state(self.span * i as f64 / count as f64)).collect())
+        Ok((0..count).map(|i| self.at(self.span * i as f64 / count as f64)).collect())
     }
 
     /// Mean acceleration of every coordinate. It is zero unless the model has a rigid motion and the torques

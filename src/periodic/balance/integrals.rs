@@ -31,15 +31,15 @@ pub enum Integrals {
         /// Number M of samples in one period of the orbit.
         samples: usize,
     },
-    /// Exact formulas for the integrals from switch to switch. Requires no drive edges, and accelerations on
-    /// fixed pieces that are linear in coordinates and velocities, with contributions of the contacts that
+    /// Exact formulas for the integrals from crossing to crossing. Requires no drive edges, and accelerations
+    /// on fixed pieces that are linear in coordinates and velocities, with contributions of the contacts that
     /// add up. The constant terms and slopes must be Fourier series of at most about 6000 orders per period
     /// of the drives. A model without an exact Jacobian may fail this by the noise of its differences.
     Closed,
-    /// Uniform samples, corrected around every switch, where the accelerations have a kink. Requires smooth
+    /// Uniform samples, corrected around every crossing, where the accelerations have a kink. Requires smooth
     /// fixed pieces and no drive edges.
     Kinks,
-    /// Panels of Gauss quadrature between switches and drive edges. Their width follows from the kept orders
+    /// Panels of Gauss quadrature between crossings and drive edges. Their width follows from the kept orders
     /// and the orders of the drives.
     ///
     /// The drives are also searched, at 131 072 instants of a period, for pulses between the nodes that are

@@ -3,6 +3,7 @@
 pub(crate) mod admission;
 pub(crate) mod amplitudes;
 pub(crate) mod balance_error;
+pub(crate) mod crossings;
 pub(crate) mod equations;
 pub(crate) mod fourier_orbit;
 pub(crate) mod integrals;
@@ -14,4 +15,3 @@ pub(crate) mod reading;
 pub(crate) mod series;
 pub(crate) mod settings;
 pub(crate) mod solve;
-pub(crate) mod switching;

@@ -3,13 +3,13 @@
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
 use crate::ode::{Failed, Integrator, Trajectory};
+use crate::periodic::balance::crossings::contact_history::ContactHistory;
+use crate::periodic::balance::crossings::instants::Crossings;
 use crate::periodic::balance::fourier_orbit::{FourierOrbit, hermite_extreme};
 use crate::periodic::balance::quadrature::resolution::samples_along;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::transform::{Transform, samples_for, spread, unpack, write};
-use crate::periodic::balance::switching::contact_history::ContactHistory;
-use crate::periodic::balance::switching::instants::Switching;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -26,7 +26,7 @@ impl FourierOrbit {
         start: &State,
         harmonics: &Harmonics,
     ) -> Result<Self, Failed> {
-        let span = model.period() * harmonics.periods() as f64;
+        let span = model.period() * harmonics.period_multiple() as f64;
         let (m, n) = (samples_for(harmonics.highest()), start.q.len());
         harmonics.check()?;
         check::count("numbers of the run", &[m, 2 * n], check::NUMBERS)?;
@@ -117,9 +117,9 @@ impl FourierOrbit {
         check::length("coordinates of the orbit", self.dof(), model.dof())?;
         let mut grid = Grid::new(model, &self.harmonics, samples_along(model, self));
         grid.set(&self.coefficients);
-        let mut switching = Switching::new(model.contacts(), grid.samples());
-        switching.locate(&mut grid);
+        let mut crossings = Crossings::new(model.contacts(), grid.samples());
+        crossings.locate(&mut grid);
         let touching = model.offers().touching(model.contacts());
-        Ok((0..touching).map(|c| ContactHistory::new(&switching, c, self.span)).collect())
+        Ok((0..touching).map(|c| ContactHistory::new(&crossings, c, self.span)).collect())
     }
 }

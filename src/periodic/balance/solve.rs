@@ -68,7 +68,7 @@ impl Balance {
         let width = self.harmonics.unknowns();
         let rest = FourierOrbit::of(
             &self.harmonics,
-            model.period() * self.harmonics.periods() as f64,
+            model.period() * self.harmonics.period_multiple() as f64,
             vec![0.0; model.dof() * width],
             model.dof(),
         );
@@ -103,7 +103,7 @@ impl Balance {
     /// is truncated to the kept orders before it is multiplied by the stiffness.
     ///
     /// With [`Integrals::Sampled`] the values are sampled, as in Liu 2021; with [`Integrals::Exact`],
-    /// [`Integrals::Closed`] or [`Integrals::Kinks`] their switching is exact. Panels are not available.
+    /// [`Integrals::Closed`] or [`Integrals::Kinks`] their crossings are exact. Panels are not available.
     ///
     /// # Errors
     /// [`BalanceError`]; the errors of the root finder contain the last iterate.
@@ -207,7 +207,7 @@ impl Balance {
         };
         let coordinate = |unknown| equations.work.layout.coordinate(unknown);
         let (failure, root) = Failure::of(error, meter)?;
-        let (last, history) = (Box::new(orbit(&root)), root.history);
+        let (last, history) = (Box::new(orbit(&root)), root.residuals);
         Err(match failure {
             Failure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last, history },
             Failure::Slope { equation, unknown } => BalanceError::Slope {
@@ -220,7 +220,7 @@ impl Balance {
                 Some(contact) => BalanceError::StartInGap { contact },
                 None => BalanceError::Singular { coordinate: coordinate(unknown), last, history },
             },
-            Failure::NotConverged => BalanceError::NotConverged { last, history },
+            Failure::NotConverged => BalanceError::NotConverged { last, residuals: history },
             Failure::NotFinite => BalanceError::NotFinite { last, history },
         })
     }

@@ -28,7 +28,7 @@ use std::ops::ControlFlow;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
-    tolerance: f64,
+    flow_tolerance: f64,
     budget: Budget,
     method: Option<FlowMethod>,
 }
@@ -42,14 +42,14 @@ impl Default for Variation {
 impl Variation {
     /// Defaults: tolerance 1e-12, the default [`Budget`], the method by the model.
     pub fn new() -> Self {
-        Variation { tolerance: 1e-12, budget: Budget::new(), method: None }
+        Variation { flow_tolerance: 1e-12, budget: Budget::new(), method: None }
     }
     /// Local error of the motion, as a share of the range of each coordinate and velocity `[1]`, in [1e-16,
     /// 1). Default: 1e-12. The rounding error of the terms replaces it where that is larger.
     ///
     /// The local error of the derivative is ten times larger, as a share of the current size of each column.
-    pub fn tolerance(self, tolerance: f64) -> Self {
-        Variation { tolerance, ..self }
+    pub fn flow_tolerance(self, flow_tolerance: f64) -> Self {
+        Variation { flow_tolerance, ..self }
     }
     /// The method. Default: Taylor series for a model that can be expanded, DOP853 for any other.
     pub fn flow_method(self, method: FlowMethod) -> Self {
@@ -65,16 +65,16 @@ impl Variation {
     /// # Errors
     /// [`IntegrateError`].
     pub fn run(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Transition, IntegrateError> {
-        check::tolerance("tolerance", self.tolerance)?;
+        check::tolerance("flow_tolerance", self.flow_tolerance)?;
         start.check(model.dof())?;
         let meter = self.budget.begin();
         let mut motion = MotionSize::new(model.dof(), &[]);
         motion.see(start.t, &start.q, &start.v);
         metered(start, self.method, model, start, t_end, &mut motion.along(model), &meter)?;
-        let scale = motion.units(self.tolerance);
+        let scale = motion.units(self.flow_tolerance);
         let expansion = Expansion::new(model, scale.len(), &[], self.method)?;
-        let flow = Tangent::new(model, scale.len(), &[], &scale, self.tolerance, &expansion);
-        let (state, scaled, crossings) = transition(&flow, self.tolerance, start, t_end, &meter)?;
+        let flow = Tangent::new(model, scale.len(), &[], &scale, self.flow_tolerance, &expansion);
+        let (state, scaled, crossings) = transition(&flow, self.flow_tolerance, start, t_end, &meter)?;
         Ok(Transition { state, matrix: unscaled(&scaled, &scale), crossings, method: expansion.method() })
     }
 }

@@ -14,7 +14,7 @@ use thiserror::Error;
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let exponents = Lyapunov::new().count(1).settle(2).align(1).periods(4).run(&pair, &pair.static_start()?)?;
 /// assert!(exponents.per_period()[0] < -10.0);
-/// assert_eq!(exponents.history(0).len(), 4);
+/// assert_eq!(exponents.running(0).len(), 4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +68,7 @@ impl Exponents {
     ///
     /// # Panics
     /// If there is no exponent `i`.
-    pub fn history(&self, i: usize) -> Vec<f64> {
+    pub fn running(&self, i: usize) -> Vec<f64> {
         let running = self.grown[i].periods.iter().scan(0.0, |sum, growth| {
             *sum += growth;
             Some(*sum)

@@ -46,7 +46,7 @@ pub struct Lyapunov {
     align: usize,
     periods: usize,
     renormalisations: usize,
-    tolerance: f64,
+    flow_tolerance: f64,
     method: Option<FlowMethod>,
     #[cfg_attr(feature = "serde", serde(skip))]
     budget: Budget,
@@ -68,7 +68,7 @@ impl Lyapunov {
             align: 10,
             periods: 200,
             renormalisations: 16,
-            tolerance: 1e-9,
+            flow_tolerance: 1e-9,
             method: None,
             budget: Budget::new(),
         }
@@ -94,8 +94,8 @@ impl Lyapunov {
         Lyapunov { renormalisations, ..self }
     }
     /// Local error of the flow, as a share of the range of each coordinate and velocity `[1]`. Default: 1e-9.
-    pub fn tolerance(self, tolerance: f64) -> Self {
-        Lyapunov { tolerance, ..self }
+    pub fn flow_tolerance(self, flow_tolerance: f64) -> Self {
+        Lyapunov { flow_tolerance, ..self }
     }
     /// The method of the integration. Default: Taylor series for a model that can be expanded, DOP853 for
     /// any other.
@@ -149,17 +149,17 @@ impl Lyapunov {
         if let Err(failure) = self.settle_down(model, span, &mut motion, &mut exponents.state, &meter) {
             return Err(failure.with(exponents));
         }
-        let scale = motion.units(self.tolerance);
+        let scale = motion.units(self.flow_tolerance);
         let expansion = match Expansion::new(model, count, &[], self.method) {
             Ok(expansion) => expansion,
             Err(error) => return Err(Failure::from(error).with(exponents)),
         };
         exponents.method = expansion.method();
-        let tangent = Tangent::new(model, count, &[], &scale, self.tolerance, &expansion);
-        exponents.floor = FLOOR * self.tolerance;
+        let tangent = Tangent::new(model, count, &[], &scale, self.flow_tolerance, &expansion);
+        exponents.floor = FLOOR * self.flow_tolerance;
         let mut flow = Flow {
             tangent: &tangent,
-            tolerance: self.tolerance,
+            tolerance: self.flow_tolerance,
             meter: &meter,
             directions: Directions::new(count, &scale),
             halvings: 0,
@@ -241,7 +241,7 @@ impl Lyapunov {
             }
         }
         check::count("renormalisations", &[self.renormalisations], MAX_RENORMALISATIONS)?;
-        check::tolerance("tolerance", self.tolerance).map(drop)
+        check::tolerance("flow_tolerance", self.flow_tolerance).map(drop)
     }
 
     fn check(&self, count: usize, components: usize, start: &State, span: f64) -> Result<(), LyapunovError> {

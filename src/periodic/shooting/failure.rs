@@ -84,7 +84,7 @@ pub enum ShootingError {
     #[error(
         "shooting did not converge: after {} corrections the last one still changes component {component} of \
          (coordinates, velocities) by {correction:e}, with a range of {range:e}; if the orbit closes only \
-         after several periods, set Shooting::multiple",
+         after several periods, set Shooting::period_multiple",
         last.corrections.len()
     )]
     NotConverged {

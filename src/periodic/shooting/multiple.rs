@@ -40,7 +40,7 @@ use crate::roots::newton::is_monotone;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shooting {
-    pub(crate) multiple: usize,
+    pub(crate) period_multiple: usize,
     segments: Option<usize>,
     tolerance: f64,
     pub(crate) flow_tolerance: f64,
@@ -76,7 +76,7 @@ impl Shooting {
     /// [`Budget`].
     pub fn new() -> Self {
         Shooting {
-            multiple: 1,
+            period_multiple: 1,
             segments: None,
             tolerance: 1e-12,
             flow_tolerance: 1e-13,
@@ -86,8 +86,8 @@ impl Shooting {
         }
     }
     /// Number of periods of the drives in one period of the orbit, 1 to 10⁶. Default: 1.
-    pub fn multiple(self, multiple: usize) -> Self {
-        Shooting { multiple, ..self }
+    pub fn period_multiple(self, period_multiple: usize) -> Self {
+        Shooting { period_multiple, ..self }
     }
     /// Number of segments, 1 to 10⁶. Default: one segment for each state of the guess; for a single state,
     /// one segment per 32 integration steps, at most 128.
@@ -129,8 +129,8 @@ impl Shooting {
     /// Without any, the guess is the [static state](crate::linear::static_state) at t = 0.
     ///
     /// # Errors
-    /// [`ShootingError`]; after the first integration it holds the last iterate and the history of
-    /// corrections.
+    /// [`ShootingError`]; after the first integration it holds the last iterate and the corrections
+    /// so far.
     pub fn solve(&self, model: &dyn Periodic, guess: &[State]) -> Result<ShootingOrbit, ShootingError> {
         self.find(model, guess, &self.budget.begin())
     }
@@ -160,14 +160,14 @@ impl Shooting {
         neighbour: &dyn Neighbour,
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
-        let multiple = neighbour.period_multiple();
-        let stretch = multiple as f64 * model.period() / neighbour.period();
+        let period_multiple = neighbour.period_multiple();
+        let stretch = period_multiple as f64 * model.period() / neighbour.period();
         let mut guess = neighbour.nodes()?;
         for state in &mut guess {
             state.t *= stretch;
             state.v.iter_mut().for_each(|v| *v /= stretch);
         }
-        Shooting { multiple, ..self.clone() }.find(model, &guess, meter)
+        Shooting { period_multiple, ..self.clone() }.find(model, &guess, meter)
     }
 
     /// [`solve`](Shooting::solve) with the rest of a budget.
@@ -179,7 +179,7 @@ impl Shooting {
     ) -> Result<ShootingOrbit, ShootingError> {
         self.check(model.dof())?;
         let plan = NodePlan {
-            multiple: self.multiple,
+            multiple: self.period_multiple,
             segments: self.segments,
             flow_tolerance: self.flow_tolerance,
             method: self.method,
@@ -197,7 +197,7 @@ impl Shooting {
     fn check(&self, dof: usize) -> Result<(), ShootingError> {
         let segments = self.segments.unwrap_or(1);
         let counts = [
-            ("multiple", self.multiple),
+            ("period_multiple", self.period_multiple),
             ("segments", segments),
             ("max_iterations", self.max_iterations),
             ("degrees of freedom", dof),
@@ -205,7 +205,7 @@ impl Shooting {
         if let Some(&(name, value)) = counts.iter().find(|(_, value)| *value == 0) {
             return Err(ParameterError::TooFew { name: name.into(), value, min: 1 }.into());
         }
-        check::count("multiple", &[self.multiple], MAX_COUNT)?;
+        check::count("period_multiple", &[self.period_multiple], MAX_COUNT)?;
         check::count("segments", &[segments], MAX_COUNT)?;
         check::positive("tolerance", self.tolerance)?;
         check::tolerance("flow_tolerance", self.flow_tolerance)?;
@@ -319,8 +319,8 @@ impl Shooting {
             looser.and_then(|looser| Multipliers::without(&looser.monodromy(), segments.rigid(), 0.0).ok());
         let parts = OrbitParts {
             end: segments.end(),
-            multiple: self.multiple,
-            least: self.multiple,
+            multiple: self.period_multiple,
+            least: self.period_multiple,
             scale: segments.scale().to_vec(),
             range: segments.range().to_vec(),
             drift: drift(segments.rigid(), &round.slack, segments.scale()),
@@ -334,21 +334,21 @@ impl Shooting {
             method: segments.method(),
         };
         let mut orbit = ShootingOrbit { parts, budget: self.budget.clone() };
-        orbit.parts.least = self.least_multiple(model, &orbit, segments, meter)?;
+        orbit.parts.least = self.least_period_multiple(model, &orbit, segments, meter)?;
         Ok(orbit)
     }
 
     /// The smallest number of periods of the drives after which the state repeats.
-    fn least_multiple(
+    fn least_period_multiple(
         &self,
         model: &dyn Model,
         orbit: &ShootingOrbit,
         segments: &Segments<'_, dyn Model + '_>,
         meter: &Meter<'_>,
     ) -> Result<usize, ShootingError> {
-        for shorter in (1..self.multiple).filter(|p| self.multiple.is_multiple_of(*p)) {
+        for shorter in (1..self.period_multiple).filter(|p| self.period_multiple.is_multiple_of(*p)) {
             let start = &orbit.states()[0];
-            let t = start.t + orbit.period() * shorter as f64 / self.multiple as f64;
+            let t = start.t + orbit.period() * shorter as f64 / self.period_multiple as f64;
             let later = orbit.state_at(model, t, meter).map_err(|error| {
                 let (states, corrections) = (orbit.states().to_vec(), orbit.corrections().to_vec());
                 ShootingError::Integrate { segment: 0, error, last: Iterate { states, corrections } }
@@ -357,6 +357,6 @@ impl Shooting {
                 return Ok(shorter);
             }
         }
-        Ok(self.multiple)
+        Ok(self.period_multiple)
     }
 }

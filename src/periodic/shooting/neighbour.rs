@@ -48,7 +48,7 @@ const MAX_NODES: usize = 16;
 
 impl Neighbour for FourierOrbit {
     fn period_multiple(&self) -> usize {
-        self.harmonics().periods()
+        self.harmonics().period_multiple()
     }
     fn period(&self) -> f64 {
         self.span()

@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 
 /// One period of an orbit, with its dense output.
 ///
-/// Statistics, rattle, impacts, spectra, switching instants and the Fourier series come from it without
+/// Statistics, rattle, impacts, spectra, crossings and the Fourier series come from it without
 /// another integration: every observer can be [replayed](RecordedOrbit::replay). Between the samples the
 /// motion is the polynomial through 13 Chebyshev points of each part of a step.
 ///
@@ -108,8 +108,8 @@ impl RecordedOrbit {
             }
         }
     }
-    /// Instants at which contacts reach their edges, with what happens there, in order.
-    pub fn switches(&self) -> Vec<(f64, Crossing)> {
+    /// The crossings of the edges of contacts, each with its instant, in order.
+    pub fn crossings(&self) -> Vec<(f64, Crossing)> {
         let of = |step: &RecordedStep| {
             step.crossings.iter().map(|crossing| (step.times.1, *crossing)).collect::<Vec<_>>()
         };

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
 /// A periodic orbit found by [`Shooting`](crate::Shooting): states at the nodes, monodromy matrix, Floquet
-/// multipliers, and the history of the corrections.
+/// multipliers, and the corrections of the iteration.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Periodic, Shooting, Statistics, periodic::Stability};
@@ -65,14 +65,14 @@ impl ShootingOrbit {
         self.parts.end - self.parts.states[0].t
     }
     /// Number of periods of the drives in one period of the orbit: the setting
-    /// [`Shooting::multiple`](crate::Shooting::multiple).
+    /// [`Shooting::period_multiple`](crate::Shooting::period_multiple).
     pub fn period_multiple(&self) -> usize {
         self.parts.multiple
     }
     /// Minimum number of periods of the drives after which the orbit repeats. It is less than
     /// [`period_multiple`](ShootingOrbit::period_multiple) if shooting converged to an orbit of a smaller
     /// period.
-    pub fn least_multiple(&self) -> usize {
+    pub fn least_period_multiple(&self) -> usize {
         self.parts.least
     }
     /// Monodromy matrix ∂x(t0 + period)/∂x(t0) at the first node, in the units of the model; x holds the

@@ -43,7 +43,7 @@ pub struct Attractors {
 /// )?;
 /// let attractors = Attractors::find(&rows, 1e-6)?;
 /// let attractor = &attractors.list()[0];
-/// assert_eq!((attractor.period, attractor.rows), (Some(1), 5));
+/// assert_eq!((attractor.period_multiple, attractor.rows), (Some(1), 5));
 /// // Closed form: q = (3 sin 2t - cos 2t)/20.
 /// assert!((attractor.states[0][0] + 0.05).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -52,7 +52,7 @@ pub struct Attractors {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Attractor {
     /// Period multiple of the motion. All motions that do not repeat form one attractor with `None`.
-    pub period: Option<usize>,
+    pub period_multiple: Option<usize>,
     /// One strobed state for each period, coordinates then velocities; empty if the motion does not repeat.
     pub states: Vec<Vec<f64>>,
     /// Number of rows that ended on this motion.
@@ -90,19 +90,19 @@ impl Attractors {
         };
         let mut list: Vec<Attractor> = Vec::new();
         let mut label = |row: &Row<'_>| {
-            let period = row.period_multiple().filter(|p| *p <= rows.layout.strobes);
+            let period_multiple = row.period_multiple().filter(|p| *p <= rows.layout.strobes);
             let strobes: Vec<Vec<f64>> = row.strobes().map(<[f64]>::to_vec).collect();
-            let states = strobes[strobes.len() - period.unwrap_or(0)..].to_vec();
+            let states = strobes[strobes.len() - period_multiple.unwrap_or(0)..].to_vec();
             let p = states.len();
             let same = |other: &Attractor| {
-                other.period == period
+                other.period_multiple == period_multiple
                     && (p == 0
                         || (0..p).any(|shift| {
                             (0..p).all(|k| apart(&states[k], &other.states[(k + shift) % p]) <= tolerance)
                         }))
             };
             let place = list.iter().position(same).unwrap_or_else(|| {
-                list.push(Attractor { period, states: states.clone(), rows: 0 });
+                list.push(Attractor { period_multiple, states: states.clone(), rows: 0 });
                 list.len() - 1
             });
             list[place].rows += 1;

@@ -46,8 +46,8 @@ impl Bifurcation {
         Bifurcation { channel: channel.into(), strobed: false }
     }
 
-    /// Runs both branches of a sweep, up and down. The first run of each branch starts from the start state
-    /// of the runner. The progress of its [`Monitor`](crate::sweep::Monitor) counts both branches together;
+    /// Runs a sweep up and down. The first run of each pass starts from the start state
+    /// of the runner. The progress of its [`Monitor`](crate::sweep::Monitor) counts both passes together;
     /// the monitor gets the rows of both. After cancelling, the diagram holds the points done so far.
     ///
     /// # Errors
@@ -90,10 +90,10 @@ impl Bifurcation {
         };
         let (up, down) = rayon::join(|| way(0, WarmStart::Up), || way(1, WarmStart::Down));
         let (up_rows, down_rows) = (up?, down?);
-        let branch = |rows: &Rows| {
+        let pass = |rows: &Rows| {
             rows.iter().map(|row| self.point(&row, component)).collect::<Result<Vec<_>, ParameterError>>()
         };
-        Ok(Diagram { up: branch(&up_rows)?, down: branch(&down_rows)?, up_rows, down_rows })
+        Ok(Diagram { up: pass(&up_rows)?, down: pass(&down_rows)?, up_rows, down_rows })
     }
 
     /// The values of one row; `component`: index of the channel in a state, for strobed values.
@@ -106,7 +106,7 @@ impl Bifurcation {
             index: row.index(),
             parameter: row.point().values()[0],
             values,
-            period: row.period_multiple(),
+            period_multiple: row.period_multiple(),
         })
     }
 }
@@ -118,7 +118,7 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
     check::channel_index(&names, name)
 }
 
-/// The values of a diagram at one value of the parameter, on one branch.
+/// The values of a diagram at one value of the parameter, in one pass.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Bifurcation, Points, TableRk4};
@@ -136,7 +136,7 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 ///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
 /// ))?;
 /// let point = &diagram.up()[1];
-/// assert_eq!((point.index, point.parameter, point.period), (1, 4.0, Some(1)));
+/// assert_eq!((point.index, point.parameter, point.period_multiple), (1, 4.0, Some(1)));
 /// // Closed form: q = f (3 sin 2t - cos 2t)/20.
 /// assert!(point.values.iter().all(|q| (q + 0.2).abs() < 1e-5));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -150,10 +150,10 @@ pub struct DiagramPoint {
     /// Strobed values, or minimum and maximum, of every measured period.
     pub values: Vec<f64>,
     /// Period multiple of the motion; `None` if it does not repeat.
-    pub period: Option<usize>,
+    pub period_multiple: Option<usize>,
 }
 
-/// The result of a [`Bifurcation`]: the branches up and down.
+/// The result of a [`Bifurcation`]: the passes up and down.
 ///
 /// ```
 /// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
@@ -176,22 +176,22 @@ pub struct Diagram {
 }
 
 impl Diagram {
-    /// The branch along the axis, in its order, without the points that failed.
+    /// The pass along the axis, in its order, without the points that failed.
     pub fn up(&self) -> &[DiagramPoint] {
         &self.up
     }
-    /// The branch back along the axis, also in the order of the axis, without the points that failed.
+    /// The pass back along the axis, also in the order of the axis, without the points that failed.
     pub fn down(&self) -> &[DiagramPoint] {
         &self.down
     }
-    /// The rows of the branches up and down, with the errors of the points that failed.
+    /// The rows of the passes up and down, with the errors of the points that failed.
     pub fn rows(&self) -> [&Rows; 2] {
         [&self.up_rows, &self.down_rows]
     }
 
-    /// The values of the parameter at which the two branches end on different motions.
+    /// The values of the parameter at which the two passes end on different motions.
     ///
-    /// The motions are different if a value x of one branch has min |x - y| > `tolerance` × (max - min) over
+    /// The motions are different if a value x of one pass has min |x - y| > `tolerance` × (max - min) over
     /// all values y of the other. Max and min are those of the whole diagram. [Undecided](Diagram::undecided)
     /// values of the parameter are left out.
     ///
@@ -211,9 +211,9 @@ impl Diagram {
         Ok(self.decided().filter_map(differ).collect())
     }
 
-    /// The values of the parameter at which hysteresis cannot be decided: neither branch repeats (chaos, not
+    /// The values of the parameter at which hysteresis cannot be decided: neither motion repeats (chaos, not
     /// settled, or a step too coarse for [`periodic_tolerance`](crate::Sweep::periodic_tolerance)), or a
-    /// branch failed.
+    /// run failed.
     pub fn undecided(&self) -> Vec<f64> {
         let decided: Vec<usize> = self.decided().map(|(a, _)| a.index).collect();
         let points = self.up_rows.points();
@@ -223,12 +223,12 @@ impl Diagram {
             .collect()
     }
 
-    /// The points of both branches at which at least one branch repeats.
+    /// The points of both passes at which at least one motion repeats.
     fn decided(&self) -> impl Iterator<Item = (&DiagramPoint, &DiagramPoint)> {
         let down = |a: &DiagramPoint| {
             self.down.binary_search_by_key(&a.index, |b| b.index).ok().map(|i| &self.down[i])
         };
         let pairs = self.up.iter().filter_map(move |a| Some((a, down(a)?)));
-        pairs.filter(|(a, b)| a.period.is_some() || b.period.is_some())
+        pairs.filter(|(a, b)| a.period_multiple.is_some() || b.period_multiple.is_some())
     }
 }

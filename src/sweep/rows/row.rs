@@ -83,7 +83,7 @@ impl Row<'_> {
     }
     /// Standard error of [`lyapunov`](Row::lyapunov) per period, as in
     /// [`Exponents::standard_error`](crate::periodic::Exponents::standard_error).
-    pub fn lyapunov_error(&self) -> Option<f64> {
+    pub fn lyapunov_standard_error(&self) -> Option<f64> {
         self.exponents().get(1).copied().filter(|x| !x.is_nan())
     }
     /// The exponent and its standard error; empty if not requested.
@@ -164,7 +164,7 @@ impl Row<'_> {
     /// For a point that was not checked it is the larger estimate of the nearest checked points before and
     /// after it. `None` without checked points, for a channel that was not requested, or if the check of the
     /// point itself failed.
-    pub fn error(&self, channel: &str) -> Option<f64> {
+    pub fn step_error(&self, channel: &str) -> Option<f64> {
         let i = self.rows.sweep.names().iter().position(|n| n == channel)?;
         let of = |index: usize| {
             let fine = self.rows.checks.get(&index)?.as_ref().ok()?;

@@ -90,7 +90,7 @@ impl Rows {
             line.push(f64::from(contact.rattle_state().rsv()));
         }
         if self.layout.exponents > 0 {
-            line.extend([row.lyapunov(), row.lyapunov_error()].map(|x| x.unwrap_or(f64::NAN)));
+            line.extend([row.lyapunov(), row.lyapunov_standard_error()].map(|x| x.unwrap_or(f64::NAN)));
         }
         Ok(())
     }

@@ -82,7 +82,7 @@ impl QualityGrade {
         range("the number of teeth", f64::from(gear.teeth()), 5.0, 1000.0, "[5, 1000]")?;
         let d = range("the diameter in mm", 2e3 * gear.reference_radius(), 5.0, 15e3, "[5, 15000]")?;
         let m = range("the module in mm", 1e3 * gear.module(), 0.5, 70.0, "[0.5, 70]")?;
-        range("the helix angle in degrees", gear.helix().to_degrees(), 0.0, 45.0, "[0, 45]")?;
+        range("the helix angle in degrees", gear.helix_angle().to_degrees(), 0.0, 45.0, "[0, 45]")?;
         // √2 to a whole power, with exact powers of 2.
         let steps = self.0 as i32 - 5;
         let odd = if steps.rem_euclid(2) == 1 { std::f64::consts::SQRT_2 } else { 1.0 };

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 ///
 /// ```
 /// use gear_dynamics::teeth::InvoluteGear;
-/// let gear = InvoluteGear::external(62, 0.002)?.face_width(0.02)?;
+/// let gear = InvoluteGear::external(62, 0.002)?.with_face_width(0.02)?;
 /// let blank = gear.blank(0.035, 7810.0)?;
 /// assert!((blank.mass - 1.7360332618790646).abs() < 1e-14);
 /// assert!((blank.polar_inertia - 0.0036024860225567935).abs() < 1e-16);

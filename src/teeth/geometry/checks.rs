@@ -13,8 +13,8 @@ pub(crate) fn match_gears(gears: &[InvoluteGear; 2]) -> Result<(), E> {
         Err(E::Different { name, first, second })
     };
     equal("the modules", a.module(), b.module())?;
-    equal("the pressure angles", a.normal_pressure_angle(), b.normal_pressure_angle())?;
-    equal("the helix angles", a.helix(), b.helix())?;
+    equal("the pressure angles", a.pressure_angle(), b.pressure_angle())?;
+    equal("the helix angles", a.helix_angle(), b.helix_angle())?;
     let (internal, external) = match (a.is_internal(), b.is_internal()) {
         (true, true) => return Err(E::TwoInternal),
         (false, false) => return Ok(()),
@@ -35,11 +35,11 @@ pub(crate) fn teeth(gears: &[InvoluteGear; 2]) -> Result<(), E> {
         if height <= 0.0 || gear.root_radius() <= 0.0 {
             return Err(E::NoTooth { gear: i, height });
         }
-        let least = gear.least_shift().filter(|least| gear.shift() < least - 1e-12);
+        let least = gear.least_shift().filter(|least| gear.profile_shift() < least - 1e-12);
         if let Some(least) = least
             && !gear.may_be_undercut()
         {
-            return Err(E::Undercut { gear: i, teeth: gear.teeth(), shift: gear.shift(), least });
+            return Err(E::Undercut { gear: i, teeth: gear.teeth(), shift: gear.profile_shift(), least });
         }
         let thickness = gear.tooth_thickness(tip)?;
         if thickness <= 0.0 {

@@ -16,9 +16,9 @@ use std::f64::consts::PI;
 ///
 /// ```
 /// use gear_dynamics::teeth::InvoluteGear;
-/// let sun = InvoluteGear::external(19, 0.045)?.profile_shift(0.617)?;
+/// let sun = InvoluteGear::external(19, 0.045)?.with_profile_shift(0.617)?;
 /// assert!((2e3 * sun.base_radius() - 803.437).abs() < 1e-3); // mm
-/// let ring = InvoluteGear::internal(56, 0.045)?.profile_shift(-0.5013)?;
+/// let ring = InvoluteGear::internal(56, 0.045)?.with_profile_shift(-0.5013)?;
 /// assert!((2e3 * ring.tip_radius() - 2475.117).abs() < 1e-3);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -31,12 +31,12 @@ pub struct InvoluteGear {
     module: f64,
     pressure_angle: f64,
     helix_angle: f64,
-    shift: f64,
+    profile_shift: f64,
     addendum: f64,
     dedendum: f64,
-    fillet: Option<f64>,
+    fillet_radius: Option<f64>,
     tip_alteration: f64,
-    width: f64,
+    face_width: f64,
     undercut_allowed: bool,
 }
 
@@ -75,12 +75,12 @@ impl InvoluteGear {
             module,
             pressure_angle: 20f64.to_radians(),
             helix_angle: 0.0,
-            shift: 0.0,
+            profile_shift: 0.0,
             addendum: 1.0,
             dedendum: 1.25,
-            fillet: None,
+            fillet_radius: None,
             tip_alteration: 0.0,
-            width: 10.0 * module,
+            face_width: 10.0 * module,
             undercut_allowed: false,
         })
     }
@@ -89,7 +89,7 @@ impl InvoluteGear {
     ///
     /// # Errors
     /// An angle outside 0.1 .. 0.7 rad (6° .. 40°).
-    pub fn pressure_angle(self, angle: f64) -> Result<Self, ParameterError> {
+    pub fn with_pressure_angle(self, angle: f64) -> Result<Self, ParameterError> {
         let pressure_angle = within("normal pressure angle", angle, [0.1, 0.7], "[0.1, 0.7] rad")?;
         Ok(InvoluteGear { pressure_angle, ..self })
     }
@@ -98,28 +98,28 @@ impl InvoluteGear {
     ///
     /// # Errors
     /// An angle outside 0 .. 0.8 rad (45.8°).
-    pub fn helix_angle(self, angle: f64) -> Result<Self, ParameterError> {
+    pub fn with_helix_angle(self, angle: f64) -> Result<Self, ParameterError> {
         Ok(InvoluteGear { helix_angle: within("helix angle", angle, [0.0, 0.8], "[0, 0.8] rad")?, ..self })
     }
     /// The same gear with a profile shift x `[1]`, in normal modules.
     ///
     /// # Errors
     /// A shift outside -3 .. 3.
-    pub fn profile_shift(self, shift: f64) -> Result<Self, ParameterError> {
-        Ok(InvoluteGear { shift: within("profile shift", shift, [-3.0, 3.0], "[-3, 3]")?, ..self })
+    pub fn with_profile_shift(self, shift: f64) -> Result<Self, ParameterError> {
+        Ok(InvoluteGear { profile_shift: within("profile shift", shift, [-3.0, 3.0], "[-3, 3]")?, ..self })
     }
     /// The same gear with an addendum h_aP of its basic rack `[1]`, in normal modules.
     ///
     /// # Errors
     /// A factor outside 0.1 .. 3.
-    pub fn addendum(self, factor: f64) -> Result<Self, ParameterError> {
+    pub fn with_addendum(self, factor: f64) -> Result<Self, ParameterError> {
         Ok(InvoluteGear { addendum: within("addendum factor", factor, [0.1, 3.0], "[0.1, 3]")?, ..self })
     }
     /// The same gear with a dedendum h_fP of its basic rack `[1]`, in normal modules.
     ///
     /// # Errors
     /// A factor outside 0.1 .. 4.
-    pub fn dedendum(self, factor: f64) -> Result<Self, ParameterError> {
+    pub fn with_dedendum(self, factor: f64) -> Result<Self, ParameterError> {
         Ok(InvoluteGear { dedendum: within("dedendum factor", factor, [0.1, 4.0], "[0.1, 4]")?, ..self })
     }
     /// The same gear with a root fillet radius ρ_fP of its basic rack `[1]`, in normal modules.
@@ -129,9 +129,9 @@ impl InvoluteGear {
     ///
     /// # Errors
     /// A factor outside 0 .. 1.
-    pub fn fillet_radius(self, factor: f64) -> Result<Self, ParameterError> {
+    pub fn with_fillet_radius(self, factor: f64) -> Result<Self, ParameterError> {
         Ok(InvoluteGear {
-            fillet: Some(within("fillet radius factor", factor, [0.0, 1.0], "[0, 1]")?),
+            fillet_radius: Some(within("fillet radius factor", factor, [0.0, 1.0], "[0, 1]")?),
             ..self
         })
     }
@@ -139,7 +139,7 @@ impl InvoluteGear {
     ///
     /// # Errors
     /// An alteration outside -1 .. 1 m.
-    pub fn tip_alteration(self, length: f64) -> Result<Self, ParameterError> {
+    pub fn with_tip_alteration(self, length: f64) -> Result<Self, ParameterError> {
         Ok(InvoluteGear {
             tip_alteration: within("tip alteration", length, [-1.0, 1.0], "[-1, 1] m")?,
             ..self
@@ -149,8 +149,8 @@ impl InvoluteGear {
     ///
     /// # Errors
     /// A width outside 1e-6 .. 10 m.
-    pub fn face_width(self, width: f64) -> Result<Self, ParameterError> {
-        Ok(InvoluteGear { width: within("face width", width, [1e-6, 10.0], "[1e-6, 10] m")?, ..self })
+    pub fn with_face_width(self, width: f64) -> Result<Self, ParameterError> {
+        Ok(InvoluteGear { face_width: within("face width", width, [1e-6, 10.0], "[1e-6, 10] m")?, ..self })
     }
     /// The same gear, also if it is undercut by a rack or its contact extends below the involute that a rack
     /// makes, for example because another tool makes it. The involute of an undercut gear then counts from
@@ -176,7 +176,7 @@ impl InvoluteGear {
         self.module / libm::cos(self.helix_angle)
     }
     /// Normal pressure angle α_n `[rad]`.
-    pub fn normal_pressure_angle(&self) -> f64 {
+    pub fn pressure_angle(&self) -> f64 {
         self.pressure_angle
     }
     /// Transverse pressure angle `[rad]`: tan α_t = tan α_n/cos β.
@@ -187,28 +187,42 @@ impl InvoluteGear {
         libm::atan(libm::tan(self.pressure_angle) / libm::cos(self.helix_angle))
     }
     /// Helix angle β at the reference circle `[rad]`.
-    pub fn helix(&self) -> f64 {
+    pub fn helix_angle(&self) -> f64 {
         self.helix_angle
     }
     /// Helix angle at the base circle `[rad]`: sin β_b = sin β cos α_n.
-    pub fn base_helix(&self) -> f64 {
+    pub fn base_helix_angle(&self) -> f64 {
         libm::asin(libm::sin(self.helix_angle) * libm::cos(self.pressure_angle))
     }
-    /// Profile shift x `[1]`.
-    pub fn shift(&self) -> f64 {
-        self.shift
+    /// Profile shift x `[1]`, in normal modules.
+    pub fn profile_shift(&self) -> f64 {
+        self.profile_shift
     }
-    /// Dedendum factor h_fP `[1]`.
-    pub fn dedendum_factor(&self) -> f64 {
+    /// Addendum h_aP of the basic rack `[1]`, in normal modules.
+    pub fn addendum(&self) -> f64 {
+        self.addendum
+    }
+    /// Dedendum h_fP of the basic rack `[1]`, in normal modules.
+    pub fn dedendum(&self) -> f64 {
         self.dedendum
     }
+    /// Root fillet radius ρ_fP of the basic rack `[1]`, in normal modules; 0 if the dedendum leaves
+    /// no clearance.
+    pub fn fillet_radius(&self) -> f64 {
+        let of_clearance = (self.dedendum - self.addendum) / (1.0 - libm::sin(self.pressure_angle));
+        self.fillet_radius.unwrap_or(of_clearance.max(0.0))
+    }
+    /// Tip alteration k m_n `[m]`, negative if the tip is shortened.
+    pub fn tip_alteration(&self) -> f64 {
+        self.tip_alteration
+    }
     /// Face width b `[m]`.
-    pub fn width(&self) -> f64 {
-        self.width
+    pub fn face_width(&self) -> f64 {
+        self.face_width
     }
     /// Virtual number of teeth z_n = z/(cos² β_b cos β) `[1]`.
     pub fn virtual_teeth(&self) -> f64 {
-        let base = libm::cos(self.base_helix());
+        let base = libm::cos(self.base_helix_angle());
         f64::from(self.teeth) / (base * base * libm::cos(self.helix_angle))
     }
 
@@ -222,12 +236,12 @@ impl InvoluteGear {
     }
     /// Tip radius `[m]`: r + (h_aP + x) m_n + k m_n, with minus signs for an internal gear.
     pub fn tip_radius(&self) -> f64 {
-        let height = (self.addendum + self.shift) * self.module + self.tip_alteration;
+        let height = (self.addendum + self.profile_shift) * self.module + self.tip_alteration;
         self.reference_radius() + self.sign() * height
     }
     /// Root radius `[m]`: r - (h_fP - x) m_n, with a plus sign for an internal gear.
     pub fn root_radius(&self) -> f64 {
-        self.reference_radius() - self.sign() * (self.dedendum - self.shift) * self.module
+        self.reference_radius() - self.sign() * (self.dedendum - self.profile_shift) * self.module
     }
     /// Base pitch p_bt = π m_t cos α_t `[m]`.
     pub fn base_pitch(&self) -> f64 {
@@ -248,11 +262,6 @@ impl InvoluteGear {
         let half = self.half_base_angle() - self.sign() * involute(libm::acos(base / radius));
         Ok(2.0 * radius * half)
     }
-    /// Root fillet radius of the basic rack `[m]`; 0 if the dedendum leaves no clearance.
-    pub fn rack_fillet_radius(&self) -> f64 {
-        let of_clearance = (self.dedendum - self.addendum) / (1.0 - libm::sin(self.pressure_angle));
-        self.module * self.fillet.unwrap_or(of_clearance.max(0.0))
-    }
     /// Least profile shift without undercut by a rack `[1]`; none for an internal gear.
     ///
     /// x >= h_fP - ρ_fP (1 - sin α_n)/m_n - z sin² α_t/(2 cos β).
@@ -270,7 +279,7 @@ impl InvoluteGear {
             return self.root_radius();
         }
         let (base, sin) = (self.base_radius(), libm::sin(self.transverse_pressure_angle()));
-        let below = self.straight_dedendum() - self.shift * self.module;
+        let below = self.straight_dedendum() - self.profile_shift * self.module;
         libm::hypot(base, (self.reference_radius() * sin - below / sin).max(0.0))
     }
 
@@ -285,10 +294,10 @@ impl InvoluteGear {
         let d = 2.0 * self.reference_radius();
         if self.internal {
             let rim = within("outer diameter", bore, [d, 100.0], "[reference diameter, 100 m]")?;
-            return Ok(Blank::disc(d, rim, self.width, density));
+            return Ok(Blank::disc(d, rim, self.face_width, density));
         }
         let bore = within("bore", bore, [0.0, d], "[0, reference diameter]")?;
-        Ok(Blank::disc(bore, d, self.width, density))
+        Ok(Blank::disc(bore, d, self.face_width, density))
     }
 }
 
@@ -299,17 +308,14 @@ impl InvoluteGear {
     }
     /// Depth at which the straight flank of the rack ends `[m]`.
     pub(crate) fn straight_dedendum(&self) -> f64 {
-        self.dedendum * self.module - self.rack_fillet_radius() * (1.0 - libm::sin(self.pressure_angle))
+        self.dedendum * self.module
+            - self.module * self.fillet_radius() * (1.0 - libm::sin(self.pressure_angle))
     }
     /// Half the angle of a tooth at the base circle `[rad]`: (π/2 + 2 x tan α_n)/z + inv α_t, with the signs
     /// of an internal gear.
     pub(crate) fn half_base_angle(&self) -> f64 {
-        let thick = 0.5 * PI + 2.0 * self.shift * libm::tan(self.pressure_angle);
+        let thick = 0.5 * PI + 2.0 * self.profile_shift * libm::tan(self.pressure_angle);
         thick / f64::from(self.teeth) + self.sign() * involute(self.transverse_pressure_angle())
-    }
-    /// Addendum factor h_aP `[1]`.
-    pub(crate) fn addendum_factor(&self) -> f64 {
-        self.addendum
     }
     pub(crate) fn may_be_undercut(&self) -> bool {
         self.undercut_allowed

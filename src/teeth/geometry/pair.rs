@@ -17,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 ///
 /// ```
 /// use gear_dynamics::teeth::{InvoluteGear, GearPair};
-/// let gear = InvoluteGear::external(30, 0.004)?.profile_shift(0.5047)?.face_width(0.01)?;
+/// let gear = InvoluteGear::external(30, 0.004)?.with_profile_shift(0.5047)?.with_face_width(0.01)?;
 /// let pair = GearPair::new(&gear, &gear)?;
 /// assert!((pair.centre_distance() - 0.12365569882563756).abs() < 1e-15);
 /// assert!((pair.contact_ratio() - 1.5195903994888902).abs() < 1e-12);
@@ -47,9 +47,9 @@ impl GearPair {
     pub fn new(driver: &InvoluteGear, driven: &InvoluteGear) -> Result<Self, TeethError> {
         let gears = [*driver, *driven];
         checks::match_gears(&gears)?;
-        let shifts = driver.shift() + driven.shift();
+        let shifts = driver.profile_shift() + driven.profile_shift();
         let angle = involute(driver.transverse_pressure_angle());
-        let tan = libm::tan(driver.normal_pressure_angle());
+        let tan = libm::tan(driver.pressure_angle());
         let sum = signed_sum(&gears);
         let working = inverse(angle + 2.0 * tan * shifts / sum).ok_or(TeethError::NoWorkingAngle {
             name: "sum of profile shifts",
@@ -90,7 +90,7 @@ impl GearPair {
     ///
     /// ```
     /// use gear_dynamics::teeth::{InvoluteGear, GearPair};
-    /// let gear = InvoluteGear::external(30, 0.004)?.profile_shift(0.5047)?;
+    /// let gear = InvoluteGear::external(30, 0.004)?.with_profile_shift(0.5047)?;
     /// let pair = GearPair::shortened(&gear, &gear)?;
     /// assert!((pair.contact_ratio() - 1.39426737703706).abs() < 1e-12);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -108,15 +108,15 @@ impl GearPair {
         // The centre distance does not depend on the tips, which may be too long before they are shortened.
         let (a, b) = (driver.allow_undercut(), driven.allow_undercut());
         checks::match_gears(&[a, b])?;
-        let shifts = driver.shift() + driven.shift();
+        let shifts = driver.profile_shift() + driven.profile_shift();
         let sum = signed_sum(&[a, b]);
-        let tan = libm::tan(driver.normal_pressure_angle());
+        let tan = libm::tan(driver.pressure_angle());
         let working = inverse(involute(a.transverse_pressure_angle()) + 2.0 * tan * shifts / sum);
         let reference = reference_distance(&[a, b]);
         let alteration = working.map_or(0.0, |working| {
             (reference * ratio(&a, working) - reference - shifts * driver.module()).min(0.0)
         });
-        GearPair::new(&driver.tip_alteration(alteration)?, &driven.tip_alteration(alteration)?)
+        GearPair::new(&driver.with_tip_alteration(alteration)?, &driven.with_tip_alteration(alteration)?)
     }
 
     fn at(gears: [InvoluteGear; 2], working_angle: f64, centre_distance: f64) -> Result<Self, TeethError> {
@@ -170,7 +170,7 @@ impl GearPair {
     pub fn backlash(&self) -> f64 {
         let [a, b] = &self.gears;
         let sum = signed_sum(&self.gears);
-        let shifts = 2.0 * libm::tan(a.normal_pressure_angle()) * (a.shift() + b.shift());
+        let shifts = 2.0 * libm::tan(a.pressure_angle()) * (a.profile_shift() + b.profile_shift());
         let play = sum * (involute(self.working_angle) - involute(a.transverse_pressure_angle())) - shifts;
         2.0 * self.working_radii()[0] / f64::from(a.teeth()) * play
     }
@@ -209,7 +209,7 @@ impl GearPair {
     }
     /// Overlap ratio ε_β = b sin β/(π m_n) `[1]`, with the common face width.
     pub fn overlap_ratio(&self) -> f64 {
-        self.face_width() * libm::sin(self.gears[0].helix()) / (PI * self.gears[0].module())
+        self.face_width() * libm::sin(self.gears[0].helix_angle()) / (PI * self.gears[0].module())
     }
     /// Total contact ratio ε_γ = ε_α + ε_β `[1]`.
     pub fn total_contact_ratio(&self) -> f64 {
@@ -217,7 +217,7 @@ impl GearPair {
     }
     /// Common face width `[m]`: the smaller one.
     pub fn face_width(&self) -> f64 {
-        self.gears[0].width().min(self.gears[1].width())
+        self.gears[0].face_width().min(self.gears[1].face_width())
     }
     /// Part of the mesh cycle with one pair more in contact than otherwise `[rad]`: it extends from φ = 0,
     /// where a pair enters contact, to 2π (ε_α - ⌊ε_α⌋), where the preceding one leaves it. For ε_α between 1

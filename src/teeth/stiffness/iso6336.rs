@@ -23,7 +23,7 @@ const METHOD: &str = "ISO 6336-1, method B,";
 ///
 /// ```
 /// use gear_dynamics::teeth::{InvoluteGear, GearPair, MethodB};
-/// let gear = InvoluteGear::external(30, 0.004)?.profile_shift(0.5047)?.face_width(0.01)?;
+/// let gear = InvoluteGear::external(30, 0.004)?.with_profile_shift(0.5047)?.with_face_width(0.01)?;
 /// let pair = GearPair::shortened(&gear, &gear)?;
 /// let stiffness = MethodB::new().stiffness(&pair)?;
 /// assert!((stiffness.single / 14.82523173130252e9 - 1.0).abs() < 1e-12); // c' [N/m²]
@@ -41,7 +41,7 @@ pub struct MethodB {
 ///
 /// ```
 /// use gear_dynamics::teeth::{InvoluteGear, GearPair, MethodB, MethodBNote};
-/// let gear = |z, x| InvoluteGear::external(z, 0.004)?.profile_shift(x);
+/// let gear = |z, x| InvoluteGear::external(z, 0.004)?.with_profile_shift(x);
 /// let pair = GearPair::new(&gear(20, 0.0)?, &gear(40, 0.3)?)?;
 /// assert_eq!(MethodB::new().stiffness(&pair)?.notes, [MethodBNote::ShiftOrder]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -148,11 +148,11 @@ impl MethodB {
         let first = match key(&gears[0]).cmp(&key(&gears[1])) {
             std::cmp::Ordering::Less => true,
             std::cmp::Ordering::Greater => false,
-            std::cmp::Ordering::Equal => gears[0].shift() >= gears[1].shift(),
+            std::cmp::Ordering::Equal => gears[0].profile_shift() >= gears[1].profile_shift(),
         };
         let pinion = usize::from(!first);
         let (one, two) = (&gears[pinion], &gears[1 - pinion]);
-        let (x1, x2, helix) = (one.shift(), two.shift(), one.helix());
+        let (x1, x2, helix) = (one.profile_shift(), two.profile_shift(), one.helix_angle());
         method_range(METHOD, "the sum of profile shifts", x1 + x2, [-0.5, 2.0], "[-0.5, 2]")?;
         method_range(METHOD, "the helix angle in degrees", helix.to_degrees(), [0.0, 30.0], "[0, 30]")?;
         let contact_ratio = pair.contact_ratio();
@@ -209,8 +209,8 @@ const CORRECTION: f64 = 0.8;
 
 /// C_B of one gear: (1 + 0.5 (1.2 - h_fP/m_n)) (1 - 0.02 (20° - α_n)).
 fn rack_factor(gear: &InvoluteGear) -> f64 {
-    let angle = gear.normal_pressure_angle().to_degrees();
-    (1.0 + 0.5 * (1.2 - gear.dedendum_factor())) * (1.0 - 0.02 * (20.0 - angle))
+    let angle = gear.pressure_angle().to_degrees();
+    (1.0 + 0.5 * (1.2 - gear.dedendum())) * (1.0 - 0.02 * (20.0 - angle))
 }
 
 impl MethodBStiffness {

@@ -10,32 +10,41 @@ use crate::teeth::stiffness::tooth::{
 };
 use std::f64::consts::{PI, TAU};
 
-/// Where the elastic gear bodies below the teeth count.
+/// Where the elastic gear bodies below the teeth count, with the bores of both gears `[m]`.
 ///
 /// ```
 /// use gear_dynamics::teeth::{Foundation, PotentialEnergy};
 /// let method = PotentialEnergy::ma_2014([0.035; 2])?;
-/// assert_eq!(method.foundation(Foundation::PerPair, [0.035; 2])?, method);
+/// assert_eq!(method.foundation(Foundation::PerPair([0.035; 2]))?, method);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Foundation {
     /// The gear bodies are rigid.
     None,
     /// Each pair of teeth has foundations of its own: k = Σ_i 1/(1/k_i + 1/k_f0i + 1/k_f1i). In double
     /// contact a force on one tooth does not move its neighbour, which makes the mesh too stiff.
-    PerPair,
+    PerPair([f64; 2]),
     /// Each body counts once, under the sum of the forces: k = 1/(1/Σ_i k_i + Σ_i s_i (1/k_f0i + 1/k_f1i))
     /// with the shares s_i = k_i/Σ k_i of the load. In double contact a force on one tooth moves its
     /// neighbour as much as itself, which makes the mesh too compliant.
-    PerBody,
+    PerBody([f64; 2]),
+}
+
+impl Foundation {
+    fn bores(self) -> Option<[f64; 2]> {
+        match self {
+            Foundation::None => None,
+            Foundation::PerPair(bores) | Foundation::PerBody(bores) => Some(bores),
+        }
+    }
 }
 
 /// Stiffness of one pair of teeth in contact `[N/m]`.
 ///
 /// ```
 /// use gear_dynamics::teeth::{InvoluteGear, GearPair, PotentialEnergy};
-/// let gear = InvoluteGear::external(62, 0.002)?.face_width(0.02)?;
+/// let gear = InvoluteGear::external(62, 0.002)?.with_face_width(0.02)?;
 /// let pair = PotentialEnergy::tian_2004().pair(&GearPair::new(&gear, &gear)?, 0.9)?;
 /// // π E b/(4 (1 - ν²)) with E = 206.8 GPa.
 /// assert!((pair.hertz / 3.5696778064e+09 - 1.0).abs() < 1e-10);
@@ -69,7 +78,7 @@ impl PairStiffness {
 ///
 /// ```
 /// use gear_dynamics::{Wave, excitation::Side, teeth::{InvoluteGear, GearPair, PotentialEnergy}};
-/// let gear = |z| InvoluteGear::external(z, 0.003175)?.face_width(0.016);
+/// let gear = |z| InvoluteGear::external(z, 0.003175)?.with_face_width(0.016);
 /// let pair = GearPair::new(&gear(19)?, &gear(48)?)?;
 /// let stiffness = PotentialEnergy::tian_2004().wave(&pair)?;
 /// assert!((stiffness.mean() / 885392670.289 - 1.0).abs() < 1e-9);
@@ -83,7 +92,6 @@ pub struct PotentialEnergy {
     poisson: f64,
     model: ToothModel,
     foundation: Foundation,
-    bores: [f64; 2],
     reading: Reading,
     extrapolated: bool,
 }
@@ -97,7 +105,6 @@ impl PotentialEnergy {
             poisson: 0.3,
             model: ToothModel::FromBaseCircle,
             foundation: Foundation::None,
-            bores: [0.0; 2],
             reading: Reading::Exact,
             extrapolated: false,
         }
@@ -110,7 +117,7 @@ impl PotentialEnergy {
     /// A bore outside 1e-6 .. 100 m.
     pub fn ma_2014(bores: [f64; 2]) -> Result<Self, ParameterError> {
         let method = PotentialEnergy { young: 206e9, model: ToothModel::WithTransition, ..Self::tian_2004() };
-        method.foundation(Foundation::PerPair, bores)
+        method.foundation(Foundation::PerPair(bores))
     }
 
     /// The same method for a material with Young's modulus E `[N/m²]` and Poisson ratio ν `[1]`, of both
@@ -126,25 +133,21 @@ impl PotentialEnergy {
     pub fn tooth_model(self, model: ToothModel) -> Self {
         PotentialEnergy { model, ..self }
     }
-    /// The same method with a foundation and the bores of both gears `[m]`, which it needs.
+    /// The same method with another foundation.
     ///
     /// # Errors
     /// A bore outside 1e-6 .. 100 m.
-    pub fn foundation(self, foundation: Foundation, bores: [f64; 2]) -> Result<Self, ParameterError> {
-        for bore in bores {
+    pub fn foundation(self, foundation: Foundation) -> Result<Self, ParameterError> {
+        for bore in foundation.bores().into_iter().flatten() {
             within("bore", bore, [1e-6, 100.0], "[1e-6, 100] m")?;
         }
-        Ok(PotentialEnergy { foundation, bores, ..self })
+        Ok(PotentialEnergy { foundation, ..self })
     }
     /// The same method, also where the foundation lies outside the range of Sainsot et al.: a root radius of
     /// 1.4 .. 7 bore radii, half a root angle of 0.01 .. 0.12 rad (about 26 teeth or more). Their polynomials
     /// are then extrapolated, as most authors do for small pinions.
     pub fn extrapolated(self) -> Self {
         PotentialEnergy { extrapolated: true, ..self }
-    }
-    /// The same method with rigid bodies.
-    pub fn without_foundation(self) -> Self {
-        PotentialEnergy { foundation: Foundation::None, ..self }
     }
     /// The same method with another reading of the geometry.
     pub fn reading(self, reading: Reading) -> Self {
@@ -160,7 +163,7 @@ impl PotentialEnergy {
     pub fn tooth(&self, gear: &InvoluteGear, pressure: f64) -> Result<ToothStiffness, TeethError> {
         let pressure = within("pressure angle", pressure, [0.0, 1.4], "[0, 1.4] rad")?;
         let profile = Profile::new(gear, self.model, self.reading)?;
-        self.of_profile(&profile, pressure, gear.width(), 0)
+        self.of_profile(&profile, pressure, gear.face_width(), 0)
     }
 
     /// The transition curve of a gear as this method reads it.
@@ -179,8 +182,12 @@ impl PotentialEnergy {
         width: f64,
         gear: usize,
     ) -> Result<ToothStiffness, TeethError> {
-        let hub = Hub { bore: self.bores[gear], reading: self.reading, extrapolated: self.extrapolated };
-        let hub = (self.foundation != Foundation::None).then_some(hub);
+        let hub = |bores: [f64; 2]| Hub {
+            bore: bores[gear],
+            reading: self.reading,
+            extrapolated: self.extrapolated,
+        };
+        let hub = self.foundation.bores().map(hub);
         let stiffness = profile.stiffness(angle, width, [self.young, self.poisson], hub);
         stiffness.map_err(|error| match error {
             TeethError::Interference { contact, involute, .. } => {
@@ -247,7 +254,7 @@ impl PotentialEnergy {
             with_bodies += one.total();
         }
         Ok(match self.foundation {
-            Foundation::PerBody => 1.0 / (1.0 / sum + bodies / sum),
+            Foundation::PerBody(_) => 1.0 / (1.0 / sum + bodies / sum),
             _ => with_bodies,
         })
     }

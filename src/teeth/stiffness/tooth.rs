@@ -48,7 +48,7 @@ pub enum ToothModel {
 ///
 /// ```
 /// use gear_dynamics::teeth::{InvoluteGear, PotentialEnergy};
-/// let gear = InvoluteGear::external(62, 0.002)?.face_width(0.02)?;
+/// let gear = InvoluteGear::external(62, 0.002)?.with_face_width(0.02)?;
 /// let tooth = PotentialEnergy::tian_2004().tooth(&gear, 20f64.to_radians())?;
 /// let parts = 1.0 / tooth.bending + 1.0 / tooth.shear + 1.0 / tooth.axial;
 /// assert!((tooth.total() * parts - 1.0).abs() < 1e-15 && tooth.foundation.is_infinite());
@@ -157,24 +157,23 @@ impl Profile {
         if gear.is_internal() {
             return Err(TeethError::NotApplicable { method, teeth: "internal" });
         }
-        if gear.helix() != 0.0 {
+        if gear.helix_angle() != 0.0 {
             return Err(TeethError::NotApplicable { method, teeth: "helical" });
         }
         let (base, pitch, module) = (gear.base_radius(), gear.reference_radius(), gear.module());
         let angle = gear.transverse_pressure_angle();
         let half_base_angle = gear.half_base_angle();
         let (tan, cos) = (libm::tan(angle), libm::cos(angle));
-        let round = gear.rack_fillet_radius();
+        let round = module * gear.fillet_radius();
         // Distance of the centre of the rounded tip from the centre line of the tooth.
         let b = FRAC_PI_2 * 0.5 * module + gear.straight_dedendum() * tan + round * cos;
         // ROSS computes the angle of the root with the addendum in place of the dedendum.
-        let printed =
-            FRAC_PI_2 * 0.5 * module + (gear.addendum_factor() * module - round) * tan + round / cos;
+        let printed = FRAC_PI_2 * 0.5 * module + (gear.addendum() * module - round) * tan + round / cos;
         let root_angle = if reading == Reading::Ross { printed } else { b } / pitch;
         let (start, transition) = match model {
             ToothModel::FromBaseCircle => (-half_base_angle, None),
             ToothModel::WithTransition => {
-                if gear.least_shift().is_some_and(|least| gear.shift() < least - 1e-12) {
+                if gear.least_shift().is_some_and(|least| gear.profile_shift() < least - 1e-12) {
                     return Err(TeethError::NotApplicable {
                         method: "the transition curve",
                         teeth: "undercut",
@@ -182,7 +181,7 @@ impl Profile {
                 }
                 if round <= 0.0 || b >= FRAC_PI_2 * module {
                     // The tip round must exist and fit into the tip of the rack.
-                    let widest = (FRAC_PI_2 * 0.5 * module - gear.dedendum_factor() * module * tan) * cos;
+                    let widest = (FRAC_PI_2 * 0.5 * module - gear.dedendum() * module * tan) * cos;
                     let widest = widest / (1.0 - libm::sin(angle)) / module;
                     return Err(TeethError::OutsideMethod {
                         method: "the transition curve",
@@ -195,13 +194,13 @@ impl Profile {
                         },
                     });
                 }
-                let a = gear.dedendum_factor() * module - round - gear.shift() * module;
+                let a = gear.dedendum() * module - round - gear.profile_shift() * module;
                 let form = gear.form_radius();
                 let tangent = libm::sqrt((form - base).max(0.0) * (form + base)) / base;
                 (tangent - half_base_angle, Some(Transition { pitch, a, b, round, end: angle }))
             }
         };
-        let depth = (gear.dedendum_factor() - gear.shift()) * module - round;
+        let depth = (gear.dedendum() - gear.profile_shift()) * module - round;
         let curve = RootCurve { depth, distance: b, half_root_angle: root_angle };
         Ok(Profile { base, half_base_angle, start, transition, root: gear.root_radius(), curve })
     }

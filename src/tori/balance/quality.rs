@@ -36,8 +36,8 @@ impl Torus {
         self.quality.evaluations
     }
     /// The largest residual of every iterate, the guess first.
-    pub fn history(&self) -> &[f64] {
-        &self.quality.history
+    pub fn residuals(&self) -> &[f64] {
+        &self.quality.residuals
     }
 
     /// Largest amplitude at the outermost wave vectors, over the largest amplitude apart from the mean `[1]`:

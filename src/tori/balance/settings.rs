@@ -185,7 +185,7 @@ fn finish<M: QuasiPeriodic + ?Sized>(
         let mut torus = equations.torus(&root.x);
         torus.quality.residual = root.residual;
         (torus.quality.iterations, torus.quality.evaluations) = (root.iterations, root.evaluations);
-        torus.quality.history = root.history;
+        torus.quality.residuals = root.residuals;
         torus
     };
     let width = equations.size() / equations.dof();

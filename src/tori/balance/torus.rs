@@ -48,7 +48,7 @@ pub(crate) struct TorusQuality {
     pub(crate) aliasing: f64,
     pub(crate) iterations: usize,
     pub(crate) evaluations: usize,
-    pub(crate) history: Vec<f64>,
+    pub(crate) residuals: Vec<f64>,
 }
 
 impl Default for TorusQuality {
@@ -59,7 +59,7 @@ impl Default for TorusQuality {
             aliasing: f64::NAN,
             iterations: 0,
             evaluations: 0,
-            history: Vec::new(),
+            residuals: Vec::new(),
         }
     }
 }
@@ -214,7 +214,7 @@ impl Torus {
     ///
     /// # Panics
     /// If the number of angles is not that of the frequencies.
-    pub fn at(&self, angles: &[f64]) -> State {
+    pub fn at_angles(&self, angles: &[f64]) -> State {
         assert_eq!(angles.len(), self.frequencies.len(), "one angle for each base frequency is needed");
         let n = self.dof();
         let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
@@ -222,9 +222,9 @@ impl Torus {
         State { t: 0.0, q, v }
     }
     /// The state at time t, at the angles ω t.
-    pub fn at_time(&self, t: f64) -> State {
+    pub fn at(&self, t: f64) -> State {
         let angles: Vec<f64> = self.frequencies.iter().map(|omega| omega * t).collect();
-        State { t, ..self.at(&angles) }
+        State { t, ..self.at_angles(&angles) }
     }
 
     /// Mean of a coordinate.
@@ -292,7 +292,7 @@ impl Torus {
             .map(|i| {
                 let mut angles = [TAU * i as f64 / nodes as f64; 2];
                 angles[strobe] = 0.0;
-                self.at(&angles)
+                self.at_angles(&angles)
             })
             .collect();
         ClosedCurve::new(&states)

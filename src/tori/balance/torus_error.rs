@@ -112,7 +112,7 @@ pub enum TorusError {
         last.iterations(), last.residual()
     )]
     NotConverged {
-        /// The last iterate; it is not a torus of the model. [`Torus::history`] lists the residuals.
+        /// The last iterate; it is not a torus of the model. [`Torus::residuals`] lists the residuals.
         last: Box<Torus>,
     },
     /// A residual is not finite.

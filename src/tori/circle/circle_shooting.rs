@@ -194,7 +194,7 @@ impl CircleShooting {
                 ranges: equations.ranges.clone(),
                 residual: root.residual,
                 between: f64::NAN,
-                history: root.history.clone(),
+                residuals: root.residuals.clone(),
                 crossings: equations.crossings,
                 method: equations.method(),
             }

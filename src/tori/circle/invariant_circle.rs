@@ -31,7 +31,7 @@ pub struct InvariantCircle {
     pub(crate) ranges: Vec<f64>,
     pub(crate) residual: f64,
     pub(crate) between: f64,
-    pub(crate) history: Vec<f64>,
+    pub(crate) residuals: Vec<f64>,
     pub(crate) crossings: u64,
     pub(crate) method: FlowMethod,
 }
@@ -69,12 +69,12 @@ impl InvariantCircle {
         self.between
     }
     /// The largest residual of every iterate, the guess first. NaN where an integration failed.
-    pub fn history(&self) -> &[f64] {
-        &self.history
+    pub fn residuals(&self) -> &[f64] {
+        &self.residuals
     }
     /// Number of Newton corrections.
     pub fn iterations(&self) -> usize {
-        self.history.len().saturating_sub(1)
+        self.residuals.len().saturating_sub(1)
     }
     /// Number of tooth edges crossed in one period from all nodes together.
     pub fn crossings(&self) -> u64 {

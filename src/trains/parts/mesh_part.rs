@@ -125,7 +125,7 @@ impl MeshPart {
     /// ```
     /// use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy};
     /// use gear_dynamics::{Wave, trains::MeshPart};
-    /// let gear = |z| InvoluteGear::external(z, 0.003)?.face_width(0.02);
+    /// let gear = |z| InvoluteGear::external(z, 0.003)?.with_face_width(0.02);
     /// let pair = GearPair::new(&gear(25)?, &gear(50)?)?;
     /// let mesh = MeshPart::of_pair(&pair, Wave::new(PotentialEnergy::tian_2004().wave(&pair)?));
     /// assert_eq!(mesh.teeth(), [25, 50]);

@@ -92,7 +92,7 @@ fn the_pair_has_one_orbit() {
     let guess = FourierOrbit::project(&accurate(), &pair, &steady.state, balance.harmonics()).unwrap();
     let orbit = balance.solve(&pair, &guess).unwrap();
     // Since the stiffness jumps, the coefficients of the series fall with the cube of the order.
-    let apart = (orbit.state(at.t).q[0] - at.q[0]).abs();
+    let apart = (orbit.at(at.t).q[0] - at.q[0]).abs();
     assert!(apart < 1e-4 * orbit.peak_to_peak(0), "{apart:e} of {:e}", orbit.peak_to_peak(0));
 }
 

@@ -102,7 +102,7 @@ fn orbits() {
     let settled = Settle::new().run(&Dop853::new(), &pair, &start).expect("the motion settles");
     let multiple = settled.period_multiple;
     let shoot = |method: FlowMethod| {
-        let shooting = Shooting::new().multiple(multiple).segments(16).flow_method(method);
+        let shooting = Shooting::new().period_multiple(multiple).segments(16).flow_method(method);
         usize::from(shooting.solve(&pair, std::slice::from_ref(&settled.state)).is_ok())
     };
     let exponents = |method: FlowMethod| {

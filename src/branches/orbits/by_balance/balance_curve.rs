@@ -12,7 +12,7 @@ use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
 use crate::periodic::balance::amplitudes::sizes;
 use crate::periodic::balance::quadrature::panel_points::drive_edges;
-use crate::periodic::balance::quality::multipliers_of_series::{Smooth, Switch};
+use crate::periodic::balance::quality::multipliers_of_series::{CrossingTime, Smooth};
 use crate::periodic::{Balance, BalanceEquations, FourierOrbit, Integrals, Multipliers};
 use crate::roots::{Matrix, Residual};
 use nalgebra::{DMatrix, DVector};
@@ -49,7 +49,7 @@ pub(crate) struct BalanceCurve<'f, M: Periodic + ?Sized> {
 /// What is known of a point besides its unknowns.
 #[derive(Clone)]
 pub(crate) struct Series {
-    /// Whether an acceleration jumps at a switch.
+    /// Whether an acceleration jumps at a crossing.
     jumps: bool,
     multipliers: Rc<OnceCell<Option<Multipliers>>>,
 }
@@ -164,24 +164,24 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
 
     fn along(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
         let found = self.evaluated(point, |equations, model| {
-            if !equations.work.integration.follows_switches() && model.contacts() > 0 {
-                equations.work.switching.locate(&mut equations.grid);
+            if !equations.work.integration.follows_crossings() && model.contacts() > 0 {
+                equations.work.crossings.locate(&mut equations.grid);
             }
             let orbit = equations.orbit(point.x.as_slice());
             let step = equations.grid.step();
-            let switches = || {
-                let of = |switch: Switch| Switch { time: switch.time * step, ..switch };
-                equations.work.switching.events().iter().map(move |event| of(event.into()))
+            let crossings = || {
+                let of = |crossing: CrossingTime| CrossingTime { time: crossing.time * step, ..crossing };
+                equations.work.crossings.list().iter().map(move |crossing| of(crossing.into()))
             };
-            let ends = |switches: Vec<f64>| {
+            let ends = |crossings: Vec<f64>| {
                 let mut ends = drive_edges(model, orbit.span());
-                ends.extend(switches.into_iter().chain([0.0, orbit.span()]));
+                ends.extend(crossings.into_iter().chain([0.0, orbit.span()]));
                 ends.sort_by(f64::total_cmp);
                 ends
             };
             let smooth =
-                Smooth { breaks: ends(switches().map(|s| s.time).collect()), jumps: point.solution.jumps };
-            let again = |fewer: &FourierOrbit| fewer.switches_near(model, switches()).map(ends);
+                Smooth { breaks: ends(crossings().map(|s| s.time).collect()), jumps: point.solution.jumps };
+            let again = |fewer: &FourierOrbit| fewer.crossings_near(model, crossings()).map(ends);
             orbit.multipliers_between(&model, &self.modes, &smooth, &again, &self.meter)
         });
         found.ok()?.ok()

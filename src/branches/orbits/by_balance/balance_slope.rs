@@ -78,7 +78,7 @@ impl<M: Periodic + ?Sized> Arrays<M> {
     /// [`integrate`](Arrays::integrate) with a grid that is bound to `slope`.
     fn integrate_on_grid<'m>(&mut self, equations: &mut BalanceEquations<'m, M>, slope: &'m M) -> bool {
         let BalanceEquations { grid, slopes: bound, work } = equations;
-        let Workspace { switching, coefficients, integration, .. } = work;
+        let Workspace { crossings, coefficients, integration, .. } = work;
         if let Some(own) = &mut self.own {
             let mut slopes = match self.slopes.take() {
                 Some(slopes) => slopes.with_model(slope),
@@ -91,7 +91,7 @@ impl<M: Periodic + ?Sized> Arrays<M> {
                 return false;
             }
         }
-        let mut motion = Motion { grid, switching, couplings: &self.couplings, coefficients };
+        let mut motion = Motion { grid, crossings, couplings: &self.couplings, coefficients };
         self.own.as_mut().unwrap_or(integration).accelerations(&mut motion, &mut self.spectra);
         true
     }

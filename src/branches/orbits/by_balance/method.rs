@@ -51,7 +51,7 @@ impl<M: Periodic + ?Sized> Orbits for BalanceCurve<'_, M> {
 
     fn first_state(&self, point: &CurvePoint<Series>) -> Option<(usize, State)> {
         let orbit = self.evaluated(point, |equations, _| equations.orbit(point.x.as_slice())).ok()?;
-        Some((orbit.harmonics().periods(), orbit.state(0.0)))
+        Some((orbit.harmonics().period_multiple(), orbit.at(0.0)))
     }
 
     fn measure(&self, point: &CurvePoint<Series>, channels: &[Channel]) -> Result<Measured, CurveError> {

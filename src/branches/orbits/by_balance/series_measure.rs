@@ -7,8 +7,8 @@ use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Periodic;
 use crate::numeric::parabola::maximum;
-use crate::periodic::balance::switching::instants::Switching;
-use crate::periodic::balance::switching::stencil::NODES;
+use crate::periodic::balance::crossings::instants::Crossings;
+use crate::periodic::balance::crossings::stencil::NODES;
 use crate::periodic::{BalanceEquations, ContactHistory, FourierOrbit};
 
 /// Fewest samples for the statistics of a channel.
@@ -26,12 +26,12 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
 ) -> Measured {
     let model = equations.grid.model;
     let contacts = model.offers().touching(model.contacts());
-    if !equations.work.integration.follows_switches() && contacts > 0 && equations.grid.samples() >= NODES {
-        equations.work.switching.locate(&mut equations.grid);
+    if !equations.work.integration.follows_crossings() && contacts > 0 && equations.grid.samples() >= NODES {
+        equations.work.crossings.locate(&mut equations.grid);
     }
-    let (grid, switching) = (&equations.grid, &equations.work.switching);
+    let (grid, crossings) = (&equations.grid, &equations.work.crossings);
     let (n, span) = (grid.dof(), grid.span());
-    let rattle = |c: usize| ContactHistory::new(switching, c, span).statistics.rattle_state();
+    let rattle = |c: usize| ContactHistory::new(crossings, c, span).statistics.rattle_state();
     let range = |part: fn(&num_complex::Complex64) -> f64| {
         grid.z.iter().map(move |z| {
             let ends = z
@@ -67,7 +67,7 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
     Measured {
         summaries: channels.iter().map(summarise).collect(),
         rattle: (0..contacts).map(rattle).collect(),
-        trace: trace(switching, contacts),
+        trace: trace(crossings, contacts),
         units: ranges.clone(),
         ranges,
         symmetries: Vec::new(),
@@ -75,11 +75,11 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
 }
 
 /// The extremes of all contacts, and how often their edges are crossed.
-fn trace(switching: &Switching, contacts: usize) -> ContactTrace {
+fn trace(crossings: &Crossings, contacts: usize) -> ContactTrace {
     let mut trace = ContactTrace::new(contacts);
     for contact in 0..contacts {
         for lower in [true, false] {
-            let extremes = switching.extremes(contact, lower);
+            let extremes = crossings.extremes(contact, lower);
             trace.extremes.extend(extremes.map(|(phase, distance, maximum)| Extremum {
                 contact,
                 lower,
@@ -89,9 +89,9 @@ fn trace(switching: &Switching, contacts: usize) -> ContactTrace {
             }));
         }
     }
-    for event in switching.events().iter().filter(|event| event.contact < contacts) {
-        let lower = event.from == Piece::Lower || event.to == Piece::Lower;
-        trace.crossings[event.contact][usize::from(!lower)] += 1;
+    for crossing in crossings.list().iter().filter(|crossing| crossing.contact < contacts) {
+        let lower = crossing.from == Piece::Lower || crossing.to == Piece::Lower;
+        trace.crossings[crossing.contact][usize::from(!lower)] += 1;
     }
     trace
 }

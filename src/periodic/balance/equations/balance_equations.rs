@@ -9,6 +9,7 @@ use crate::ode::budget::Meter;
 use crate::periodic::balance::admission::{free_motions, refuse_stops};
 use crate::periodic::balance::amplitudes::sizes_apart;
 use crate::periodic::balance::balance_error::BalanceError;
+use crate::periodic::balance::crossings::instants::Crossings;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::choice::Demand;
@@ -20,7 +21,6 @@ use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
-use crate::periodic::balance::switching::instants::Switching;
 use crate::roots::matrix::MAX_ENTRIES;
 use crate::roots::{Matrix, Residual};
 
@@ -55,10 +55,10 @@ pub(crate) struct Workspace<M: ?Sized> {
     pub(crate) layout: JacobianLayout,
     pub(crate) couplings: Couplings,
     pub(crate) spectra: Spectra,
-    pub(crate) switching: Switching,
+    pub(crate) crossings: Crossings,
     pub(crate) integration: Box<dyn Integration<M>>,
     pub(crate) coefficients: Vec<f64>,
-    /// Unknowns at which `spectra` and `switching` were evaluated last; empty before the first evaluation.
+    /// Unknowns at which `spectra` and `crossings` were evaluated last; empty before the first evaluation.
     pub(crate) evaluated: Vec<f64>,
     /// Whether the last evaluation included the slopes.
     pub(crate) has_slopes: bool,
@@ -87,7 +87,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         // singular.
         let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };
         let (size, highest) = (sizes_apart(near, &rigid), harmonics.highest());
-        let omega = std::f64::consts::TAU / (model.period() * harmonics.periods() as f64);
+        let omega = std::f64::consts::TAU / (model.period() * harmonics.period_multiple() as f64);
         let fastest = omega * highest.max(1) as f64;
         let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
         let mut slopes = Slopes::new(model, [&size[..], &rates].concat(), 0.0);
@@ -110,7 +110,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         check::count("entries of the Jacobian", &[layout.entries(&couplings)], MAX_ENTRIES)?;
         let work = Workspace {
             spectra: Spectra::new(n, varying, harmonics),
-            switching: Switching::new(contacts, samples),
+            crossings: Crossings::new(contacts, samples),
             coefficients: vec![0.0; n * harmonics.unknowns()],
             evaluated: Vec::new(),
             has_slopes: false,
@@ -179,7 +179,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         self.work.integration.integrals(self.grid.samples())
     }
 
-    /// Evaluates `spectra` and `switching` at the unknowns x, the slopes only if `slopes_too`. Results of the
+    /// Evaluates `spectra` and `crossings` at the unknowns x, the slopes only if `slopes_too`. Results of the
     /// last evaluation at the same unknowns are kept.
     pub(crate) fn evaluate(&mut self, x: &[f64], slopes_too: bool) {
         let (grid, work) = (&mut self.grid, &mut self.work);
@@ -194,15 +194,15 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
                 part.iter_mut().zip(x).for_each(|(c, x)| *c = x * scale);
             }
             grid.set(&work.coefficients);
-            if work.integration.follows_switches() {
-                work.switching.locate(grid);
+            if work.integration.follows_crossings() {
+                work.crossings.locate(grid);
             }
             work.evaluated.clear();
             work.evaluated.extend_from_slice(x);
         }
         work.has_slopes = slopes_too;
-        let Workspace { spectra, switching, couplings, coefficients, integration, .. } = work;
-        let mut motion = Motion { grid, switching, couplings, coefficients };
+        let Workspace { spectra, crossings, couplings, coefficients, integration, .. } = work;
+        let mut motion = Motion { grid, crossings, couplings, coefficients };
         if !known {
             integration.accelerations(&mut motion, spectra);
         }
@@ -218,15 +218,15 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             return None;
         }
         self.evaluate(x, false);
-        if !self.work.integration.follows_switches() {
+        if !self.work.integration.follows_crossings() {
             if !self.grid.any_floats() {
                 return None;
             }
-            self.work.switching.locate(&mut self.grid);
+            self.work.crossings.locate(&mut self.grid);
         }
         let model = self.grid.model;
         let touching = model.offers().touching(model.contacts());
-        let contact = (0..touching).find(|&c| self.work.switching.floats(c))?;
+        let contact = (0..touching).find(|&c| self.work.crossings.floats(c))?;
         let layout = &self.work.layout;
         let n = layout.dof;
         // Sum of ∂a/∂q over a coarse grid, bordered by the rigid motions. Unit: the largest |∂a_i/∂q_i|, or
@@ -267,9 +267,9 @@ impl<G: Shape> BalanceEquations<'_, Machine<G>> {
     /// The same equations with truncated contact forces: the value of each contact law is truncated to the
     /// kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
     ///
-    /// With [`Integrals::Closed`] or [`Integrals::Kinks`] the switching is exact: the sums over the samples
-    /// are corrected around every switch. The Jacobian leaves out the motion of switches at which the value
-    /// of a law jumps, for example of damping that acts in contact only. With other integrals the values are
+    /// With [`Integrals::Closed`] or [`Integrals::Kinks`] the crossings are exact: the sums over the samples
+    /// are corrected around every crossing. The Jacobian leaves out the motion of crossings at which the
+    /// value of a law jumps, for example of damping that acts in contact only. With other integrals the values are
     /// sampled.
     pub fn truncating_forces(mut self) -> Self {
         let (n, m, contacts) = (self.work.layout.dof, self.grid.samples(), self.grid.model.contacts());

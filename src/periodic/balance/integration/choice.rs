@@ -7,6 +7,7 @@ use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
+use crate::periodic::balance::crossings::stencil::NODES;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::closed::Closed;
@@ -20,7 +21,6 @@ use crate::periodic::balance::quadrature::resolution::{DriveSampler, Signals, sa
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Samples;
-use crate::periodic::balance::switching::stencil::NODES;
 
 /// Maximum number of samples of all coordinates together. With their transforms they take more than 1 GB.
 const MAX_SAMPLES: usize = 1 << 23;
@@ -59,7 +59,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
     ) -> Result<Choice<'m, M>, BalanceError> {
         let Demand { model, harmonics, integrals, finer, .. } = *self;
         let (n, contacts, varying) = (model.dof(), model.contacts(), couplings.varying.len());
-        let edges = any_edges(model, model.period() * harmonics.periods() as f64)?;
+        let edges = any_edges(model, model.period() * harmonics.period_multiple() as f64)?;
         let by_panels = integrals == Integrals::Panels
             || (integrals == Integrals::Exact && (edges || (contacts > 0 && !self.has_fixed_pieces)));
         let mut drives = DriveSampler::new(model, [self.size, self.rates], self.pieces(), Some(self.meter));
@@ -73,7 +73,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
             Integrals::Sampled { samples } => samples,
             // Without contacts the accelerations contain few orders above those of the motion and the drives.
             Integrals::Exact if contacts == 0 => (6 * harmonics.highest()).next_power_of_two().max(64),
-            // Panels evaluate the drives at their own nodes. The samples serve only to locate switches.
+            // Panels evaluate the drives at their own nodes. The samples serve only to locate crossings.
             _ if by_panels => samples_following(&mut drives, Signals::Edges, harmonics),
             _ => samples_following(&mut drives, Signals::All, harmonics),
         };
@@ -83,7 +83,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
         if integrals == Integrals::Exact && contacts == 0 && !by_panels {
             let needed = drives
                 .orders(Signals::All, Some(&grid))
-                .map_or(0, |orders| 3 * orders.highest * harmonics.periods());
+                .map_or(0, |orders| 3 * orders.highest * harmonics.period_multiple());
             if needed > samples {
                 fits(needed.next_power_of_two())?;
                 grid = Grid::new(model, harmonics, finer * needed.next_power_of_two());

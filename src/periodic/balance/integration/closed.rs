@@ -1,8 +1,8 @@
-//! Exact switching in closed form, for accelerations that are linear on every piece and drives of few orders.
+//! Exact crossings in closed form, for accelerations that are linear on every piece and drives of few orders.
 //!
 //! q'' = α + A q + B q' + Σ_c Σ_f χ_cf (α_cf + A_cf q + B_cf q'),   c: contacts, f: lower and upper flank.
 //!
-//! χ_cf(t) is 1 while contact c stands on flank f and 0 otherwise. With switches at the angles θ_s its
+//! χ_cf(t) is 1 while contact c stands on flank f and 0 otherwise. With crossings at the angles θ_s its
 //! Fourier coefficients are
 //!
 //! χ_m = Σ_s ± e^{-i m θ_s}/(2π i m), m ≠ 0,   + where the contact enters the flank, - where it leaves it.
@@ -15,6 +15,8 @@ use crate::model::Periodic;
 use crate::model::structure::couplings::{Couplings, Slope, is_linear_on_pieces};
 use crate::model::structure::slopes::Slopes;
 use crate::numeric::spread::weyl;
+use crate::periodic::balance::crossings::instants::Crossings;
+use crate::periodic::balance::crossings::stencil::Phasors;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
@@ -23,8 +25,6 @@ use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
-use crate::periodic::balance::switching::instants::Switching;
-use crate::periodic::balance::switching::stencil::Phasors;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -48,12 +48,12 @@ pub(crate) struct Closed {
     flanks: Vec<[SeriesPart; 2]>,
     /// χ_m of one contact on one flank, m = 0, 1, ...
     indicator: Vec<Complex64>,
-    /// Switches of this contact to and from this flank: angle θ_s, and 1 where it enters or -1 where it
+    /// Crossings of this contact to and from this flank: angle θ_s, and 1 where it enters or -1 where it
     /// leaves.
-    switches: Vec<(f64, f64)>,
-    /// ± e^{-i m θ_s} of these switches.
+    angles: Vec<(f64, f64)>,
+    /// ± e^{-i m θ_s} of these crossings.
     phasors: Vec<Complex64>,
-    /// e^{-i θ_s} of these switches.
+    /// e^{-i θ_s} of these crossings.
     turns: Vec<Complex64>,
     /// Coefficients of the periodic slopes A + Σ χ A_cf and B + Σ χ B_cf.
     slopes: Vec<Vec<Complex64>>,
@@ -93,7 +93,7 @@ impl Closed {
             base,
             flanks,
             indicator: Vec::new(),
-            switches: Vec::new(),
+            angles: Vec::new(),
             phasors: Vec::new(),
             turns: Vec::new(),
             slopes: vec![vec![Complex64::ZERO; 2 * harmonics.highest() + 1]; couplings.varying.len()],
@@ -106,7 +106,7 @@ impl Closed {
 
     /// Makes room for all orders of χ that the products need.
     fn lengthen(&mut self, harmonics: &Harmonics) {
-        let reach = 2 * harmonics.highest() + harmonics.periods() * self.longest();
+        let reach = 2 * harmonics.highest() + harmonics.period_multiple() * self.longest();
         self.indicator.resize(reach + 1, Complex64::ZERO);
     }
 
@@ -244,11 +244,11 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
     /// Also writes the coefficients of the periodic slopes, because the accelerations are products of these
     /// slopes and the motion.
     fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
-        let Motion { grid, switching, couplings, coefficients } = motion;
+        let Motion { grid, crossings, couplings, coefficients } = motion;
         let harmonics = grid.harmonics();
-        let (width, periods) = (harmonics.unknowns(), harmonics.periods());
+        let (width, periods) = (harmonics.unknowns(), harmonics.period_multiple());
         let reach = 2 * harmonics.highest();
-        let Closed { base, flanks, indicator, switches, phasors, turns, slopes, accelerations, .. } = self;
+        let Closed { base, flanks, indicator, angles, phasors, turns, slopes, accelerations, .. } = self;
         slopes.iter_mut().chain(&mut *accelerations).for_each(|sum| sum.fill(Complex64::ZERO));
         for (sum, series) in slopes.iter_mut().zip(&base.slopes) {
             for (k, c) in series.iter().enumerate().take_while(|(k, _)| k * periods <= reach) {
@@ -264,7 +264,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
         }
         for (c, flanks) in flanks.iter().enumerate() {
             for (part, piece) in flanks.iter().zip([Piece::Lower, Piece::Upper]) {
-                if !indicate(switching, c, piece, (&mut *switches, &mut *phasors, &mut *turns), indicator) {
+                if !indicate(crossings, c, piece, (&mut *angles, &mut *phasors, &mut *turns), indicator) {
                     continue;
                 }
                 let chi = Indicator(indicator);
@@ -319,36 +319,36 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
         }
     }
     fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, _: &mut Slopes<'_, M>, out: &mut Spectra) {
-        self.sides.jumps(motion.grid, motion.switching, out);
+        self.sides.jumps(motion.grid, motion.crossings, out);
     }
 }
 
 /// Computes χ_m of a contact on a flank. `false` if the contact never stands on this flank.
 fn indicate(
-    switching: &Switching,
+    crossings: &Crossings,
     contact: usize,
     flank: Piece,
-    (switches, phasors, turns): (&mut Vec<(f64, f64)>, &mut Vec<Complex64>, &mut Vec<Complex64>),
+    (angles, phasors, turns): (&mut Vec<(f64, f64)>, &mut Vec<Complex64>, &mut Vec<Complex64>),
     chi: &mut [Complex64],
 ) -> bool {
-    let per_turn = TAU / switching.samples() as f64;
-    switches.clear();
-    for event in
-        switching.events().iter().filter(|e| e.contact == contact && (e.to == flank || e.from == flank))
+    let per_turn = TAU / crossings.samples() as f64;
+    angles.clear();
+    for crossing in
+        crossings.list().iter().filter(|e| e.contact == contact && (e.to == flank || e.from == flank))
     {
-        switches.push((event.time(per_turn), if event.to == flank { 1.0 } else { -1.0 }));
+        angles.push((crossing.time(per_turn), if crossing.to == flank { 1.0 } else { -1.0 }));
     }
-    let there_at_first = switching.piece(contact, 0) == flank;
-    if switches.is_empty() && !there_at_first {
+    let there_at_first = crossings.piece(contact, 0) == flank;
+    if angles.is_empty() && !there_at_first {
         return false;
     }
-    let share: f64 = switches.iter().map(|(angle, sign)| -sign * angle).sum();
+    let share: f64 = angles.iter().map(|(angle, sign)| -sign * angle).sum();
     chi[0] = (share / TAU + f64::from(u8::from(there_at_first))).into();
-    // For each order, the phasors of all switches are turned at once: they do not depend on each other.
+    // For each order, the phasors of all crossings are turned at once: they do not depend on each other.
     phasors.clear();
-    phasors.extend(switches.iter().map(|&(_, sign)| Complex64::new(sign, 0.0)));
+    phasors.extend(angles.iter().map(|&(_, sign)| Complex64::new(sign, 0.0)));
     turns.clear();
-    turns.extend(switches.iter().map(|&(angle, _)| Phasors::new(angle).nth(1).unwrap_or_default()));
+    turns.extend(angles.iter().map(|&(angle, _)| Phasors::new(angle).nth(1).unwrap_or_default()));
     for (m, chi) in chi.iter_mut().enumerate().skip(1) {
         let mut sum = Complex64::ZERO;
         for (z, turn) in phasors.iter_mut().zip(&*turns) {

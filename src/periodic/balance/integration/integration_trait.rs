@@ -2,19 +2,19 @@
 
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
+use crate::periodic::balance::crossings::instants::Crossings;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
-use crate::periodic::balance::switching::instants::Switching;
 use crate::roots::Matrix;
 
 /// The motion along which the integrals are taken.
 pub(crate) struct Motion<'a, 'm, M: ?Sized> {
     /// Drives, coordinates and velocities at uniform samples.
     pub(crate) grid: &'a mut Grid<'m, M>,
-    /// Switches of the motion. They are located only if [`Integration::follows_switches`] is `true`.
-    pub(crate) switching: &'a Switching,
+    /// Crossings of the motion. They are located only if [`Integration::follows_crossings`] is `true`.
+    pub(crate) crossings: &'a Crossings,
     /// Pattern of the Jacobian of the accelerations.
     pub(crate) couplings: &'a Couplings,
     /// Fourier coefficients of the coordinates, one list after the other.
@@ -42,8 +42,8 @@ pub(crate) trait Integration<M: ?Sized> {
     /// The public name of this way of integration, on a grid of `samples` samples.
     fn integrals(&self, samples: usize) -> Integrals;
 
-    /// Whether switches must be located before each evaluation. Default: yes.
-    fn follows_switches(&self) -> bool {
+    /// Whether crossings must be located before each evaluation. Default: yes.
+    fn follows_crossings(&self) -> bool {
         true
     }
 
@@ -59,7 +59,7 @@ pub(crate) trait Integration<M: ?Sized> {
     /// Writes the coefficients of the accelerations.
     fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra);
 
-    /// Writes the coefficients of the periodic slopes, and the jumps at switches. The caller has called
+    /// Writes the coefficients of the periodic slopes, and the jumps at crossings. The caller has called
     /// `accelerations` for the same motion before.
     fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra);
 

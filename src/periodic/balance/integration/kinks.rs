@@ -1,20 +1,20 @@
-//! Exact switching on uniform samples: the rectangle rule with a correction around every kink.
+//! Exact crossings on uniform samples: the rectangle rule with a correction around every kink.
 //!
-//! Near a switch at t_s an acceleration is f + Δ H(t - t_s), with the unit step H. Δ is smooth, because both
-//! pieces continue smoothly past their edge. The error of the sum over the samples is a functional of
-//! Δ e^{-ikωt} near t_s. The weights of the Euler-Maclaurin formula on sixteen samples around the switch
+//! Near a crossing at t_s an acceleration is f + Δ H(t - t_s), with the unit step H. Δ is smooth, because
+//! both pieces continue smoothly past their edge. The error of the sum over the samples is a functional of
+//! Δ e^{-ikωt} near t_s. The weights of the Euler-Maclaurin formula on sixteen samples around the crossing
 //! ([`Stencil::weights`]) give this functional to rounding for every order at once. The samples are corrected
 //! first; one transform then gives all orders.
 
 use crate::model::Periodic;
 use crate::model::structure::slopes::{Slopes, accelerate};
+use crate::periodic::balance::crossings::stencil::{NODES, Stencil};
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
-use crate::periodic::balance::switching::stencil::{NODES, Stencil};
 
-/// Integration on uniform samples that are corrected around every switch.
+/// Integration on uniform samples that are corrected around every crossing.
 pub(crate) struct Kinks {
     samples: Samples,
     sides: BothSides,
@@ -27,14 +27,14 @@ impl Kinks {
         Kinks { samples, sides, stencil: Stencil::get() }
     }
 
-    /// Adds w_i Δ_i to the sixteen samples around every switch.
+    /// Adds w_i Δ_i to the sixteen samples around every crossing.
     fn correct_accelerations<M: Periodic + ?Sized>(&mut self, motion: &Motion<'_, '_, M>) {
-        let (grid, switching, stencil) = (&*motion.grid, motion.switching, self.stencil);
-        for event in switching.events() {
-            self.sides.stand_on(event, switching);
-            let weights = stencil.weights(event.phi);
+        let (grid, crossings, stencil) = (&*motion.grid, motion.crossings, self.stencil);
+        for crossing in crossings.list() {
+            self.sides.stand_on(crossing, crossings);
+            let weights = stencil.weights(crossing.phi);
             for (i, w) in weights.iter().enumerate().take(NODES) {
-                let s = Stencil::index(event.cell, i, grid.samples());
+                let s = Stencil::index(crossing.cell, i, grid.samples());
                 grid.state(s, &mut self.sides.q, &mut self.sides.v);
                 for side in 0..2 {
                     accelerate(
@@ -61,12 +61,12 @@ impl Kinks {
         motion: &Motion<'_, '_, M>,
         slopes: &mut Slopes<'_, M>,
     ) {
-        let (grid, switching, stencil) = (&*motion.grid, motion.switching, self.stencil);
-        for event in switching.events() {
-            self.sides.stand_on(event, switching);
-            let weights = stencil.weights(event.phi);
+        let (grid, crossings, stencil) = (&*motion.grid, motion.crossings, self.stencil);
+        for crossing in crossings.list() {
+            self.sides.stand_on(crossing, crossings);
+            let weights = stencil.weights(crossing.phi);
             for (i, w) in weights.iter().enumerate() {
-                let s = Stencil::index(event.cell, i, grid.samples());
+                let s = Stencil::index(crossing.cell, i, grid.samples());
                 grid.state(s, &mut self.sides.q, &mut self.sides.v);
                 for (side, sign) in [(0, -w), (1, *w)] {
                     slopes.at(Some(&self.sides.pieces[side]), grid.drives(s), &self.sides.q, &self.sides.v);
@@ -98,6 +98,6 @@ impl<M: Periodic + ?Sized> Integration<M> for Kinks {
         self.samples.differentiate(motion.grid, None, slopes, motion.couplings);
         self.correct_slopes(motion, slopes);
         self.samples.transform_slopes(motion.grid, out);
-        self.sides.jumps(motion.grid, motion.switching, out);
+        self.sides.jumps(motion.grid, motion.crossings, out);
     }
 }

@@ -1,9 +1,10 @@
-//! Exact switching by Gauss quadrature on the smooth intervals between switches and drive edges.
+//! Exact crossings by Gauss quadrature on the smooth intervals between crossings and drive edges.
 
 use crate::excitation::Side;
 use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
+use crate::periodic::balance::crossings::stencil::Phasors;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
@@ -12,7 +13,6 @@ use crate::periodic::balance::quadrature::resolution::DriveSampler;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::write;
-use crate::periodic::balance::switching::stencil::Phasors;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -74,11 +74,11 @@ impl Panels {
         mut slopes: Option<&mut Slopes<'_, M>>,
         out: &mut Spectra,
     ) {
-        let Motion { grid, switching, couplings, coefficients } = motion;
+        let Motion { grid, crossings, couplings, coefficients } = motion;
         let (harmonics, span, step) = (grid.harmonics(), grid.span(), grid.step());
         let mut breaks = std::mem::take(&mut self.breaks);
         breaks.clear();
-        breaks.extend(self.edges.iter().copied().chain(switching.events().iter().map(|e| e.time(step))));
+        breaks.extend(self.edges.iter().copied().chain(crossings.list().iter().map(|e| e.time(step))));
         breaks.extend([0.0, span]);
         breaks.sort_unstable_by(f64::total_cmp);
         self.accelerations.iter_mut().chain(&mut self.slopes).for_each(|sums| sums.fill(Complex64::ZERO));
@@ -151,6 +151,6 @@ impl<M: Periodic + ?Sized> Integration<M> for Panels {
     }
     fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra) {
         self.integrate(motion, Some(slopes), out);
-        self.sides.jumps(motion.grid, motion.switching, out);
+        self.sides.jumps(motion.grid, motion.crossings, out);
     }
 }

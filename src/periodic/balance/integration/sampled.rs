@@ -36,7 +36,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Sampled {
     fn integrals(&self, samples: usize) -> Integrals {
         Integrals::Sampled { samples }
     }
-    fn follows_switches(&self) -> bool {
+    fn follows_crossings(&self) -> bool {
         false
     }
     fn check(&self) -> Check {

@@ -1,13 +1,15 @@
 //! Truncated contact forces: the value of each contact law is truncated to the kept orders before it is
 //! multiplied by the stiffness.   Source: Liu 2021.
 //!
-//! Integration on uniform samples, as in Liu 2021, or with exact switching: every sum over the samples is
-//! then corrected around the switches as in [`kinks`](crate::periodic::balance::integration::kinks).
+//! Integration on uniform samples, as in Liu 2021, or with exact crossings: every sum over the samples is
+//! then corrected around the crossings as in [`kinks`](crate::periodic::balance::integration::kinks).
 
 use crate::contact::Piece;
 use crate::dual::Dual;
 use crate::model::structure::slopes::Slopes;
 use crate::model::{Drives, Machine, Model, Periodic, Shape};
+use crate::periodic::balance::crossings::instants::Crossings;
+use crate::periodic::balance::crossings::stencil::Stencil;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
@@ -18,8 +20,6 @@ use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::slope_series::SlopeTable;
 use crate::periodic::balance::series::spectra::{Samples, Spectra, pack};
 use crate::periodic::balance::series::transform::{spread, unpack, write};
-use crate::periodic::balance::switching::instants::Switching;
-use crate::periodic::balance::switching::stencil::Stencil;
 use crate::roots::Matrix;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -51,7 +51,7 @@ pub(crate) struct Truncated {
     /// Drives, q, v, f_c and a at one sample.
     duals: Vec<DualNumber>,
     seen_duals: Vec<Cell<DualNumber>>,
-    /// Pieces before and after a switch, for exact switching; `None`: uniform samples alone.
+    /// Pieces before and after a crossing, for exact crossings; `None`: uniform samples alone.
     sides: Option<BothSides>,
 }
 
@@ -105,9 +105,9 @@ impl Truncated {
         }
     }
 
-    /// Calls `add(self, sample, None, 1)` for every sample. With exact switching also `add(self, sample,
-    /// pieces, weight)` for the samples around every switch, on the pieces before and after it.
-    fn on_all<G, F>(&mut self, grid: &Grid<'_, Machine<G>>, switching: &Switching, add: F)
+    /// Calls `add(self, sample, None, 1)` for every sample. With exact crossings also `add(self, sample,
+    /// pieces, weight)` for the samples around every crossing, on the pieces before and after it.
+    fn on_all<G, F>(&mut self, grid: &Grid<'_, Machine<G>>, crossings: &Crossings, add: F)
     where
         Machine<G>: Periodic,
         F: Fn(&mut Self, usize, Option<&[Piece]>, f64),
@@ -115,10 +115,10 @@ impl Truncated {
         (0..grid.samples()).for_each(|s| add(self, s, None, 1.0));
         let Some(mut sides) = self.sides.take() else { return };
         let stencil = Stencil::get();
-        for event in switching.events() {
-            sides.stand_on(event, switching);
-            for (i, w) in stencil.weights(event.phi).into_iter().enumerate() {
-                let s = Stencil::index(event.cell, i, grid.samples());
+        for crossing in crossings.list() {
+            sides.stand_on(crossing, crossings);
+            for (i, w) in stencil.weights(crossing.phi).into_iter().enumerate() {
+                let s = Stencil::index(crossing.cell, i, grid.samples());
                 add(self, s, Some(&sides.pieces[0]), -w);
                 add(self, s, Some(&sides.pieces[1]), w);
             }
@@ -232,7 +232,7 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
     fn integrals(&self, samples: usize) -> Integrals {
         if self.sides.is_some() { Integrals::Kinks } else { Integrals::Sampled { samples } }
     }
-    fn follows_switches(&self) -> bool {
+    fn follows_crossings(&self) -> bool {
         self.sides.is_some()
     }
     fn needs_slopes(&self) -> bool {
@@ -244,10 +244,10 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
     fn accelerations(&mut self, motion: &mut Motion<'_, '_, Machine<G>>, out: &mut Spectra) {
         let grid = &mut *motion.grid;
         self.forces.iter_mut().for_each(|list| list.fill(0.0));
-        self.on_all(grid, motion.switching, |this, s, pieces, w| this.add_forces(grid, s, pieces, w));
+        self.on_all(grid, motion.crossings, |this, s, pieces, w| this.add_forces(grid, s, pieces, w));
         self.truncate(grid);
         self.accelerations.accelerations.iter_mut().for_each(|list| list.fill(0.0));
-        self.on_all(grid, motion.switching, |this, s, pieces, w| this.add_accelerations(grid, s, pieces, w));
+        self.on_all(grid, motion.crossings, |this, s, pieces, w| this.add_accelerations(grid, s, pieces, w));
         self.accelerations.transform_accelerations(grid, out);
     }
 
@@ -259,7 +259,7 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
     ) {
         let grid = &mut *motion.grid;
         self.samples.iter_mut().for_each(|list| list.fill(0.0));
-        self.on_all(grid, motion.switching, |this, s, pieces, w| this.add_slopes(grid, s, pieces, w));
+        self.on_all(grid, motion.crossings, |this, s, pieces, w| this.add_slopes(grid, s, pieces, w));
         self.transform(grid);
     }
 

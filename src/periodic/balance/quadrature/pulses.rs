@@ -47,9 +47,12 @@ pub(crate) fn pulses<M: Periodic + ?Sized>(
     let mut breaks = drive_edges(model, period);
     breaks.extend([0.0, period]);
     breaks.sort_by(f64::total_cmp);
-    let order = drives.panel_order(&breaks, period, harmonics.highest().div_ceil(harmonics.periods()).max(8));
+    let order =
+        drives.panel_order(&breaks, period, harmonics.highest().div_ceil(harmonics.period_multiple()).max(8));
     let within = SignalReader { drives, period }.ends(&breaks, order);
-    (0..harmonics.periods()).flat_map(|k| within.iter().map(move |end| k as f64 * period + end)).collect()
+    (0..harmonics.period_multiple())
+        .flat_map(|k| within.iter().map(move |end| k as f64 * period + end))
+        .collect()
 }
 
 /// Search for pulses in one period.

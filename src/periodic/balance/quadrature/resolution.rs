@@ -144,7 +144,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
             let orders = self.settled(
                 of,
                 samples,
-                known.filter(|g| g.samples().is_multiple_of(samples) && g.harmonics().periods() == 1),
+                known.filter(|g| g.samples().is_multiple_of(samples) && g.harmonics().period_multiple() == 1),
             );
             if orders.is_some() || samples == MAX_SAMPLES_PER_PERIOD {
                 return orders;
@@ -234,17 +234,17 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     }
 }
 
-/// Number of samples for located switches: it resolves the kept orders and the orders of the drives.
+/// Number of samples for located crossings: it resolves the kept orders and the orders of the drives.
 pub(crate) fn samples_following<M: Periodic + ?Sized>(
     drives: &mut DriveSampler<'_, M>,
     of: Signals,
     harmonics: &Harmonics,
 ) -> usize {
-    let of_drives = drives.orders(of, None).map_or(0, |orders| orders.weighed * harmonics.periods());
+    let of_drives = drives.orders(of, None).map_or(0, |orders| orders.weighed * harmonics.period_multiple());
     samples_for(harmonics.highest().max(of_drives))
 }
 
-/// Number of samples that resolves the switches of an orbit.
+/// Number of samples that resolves the crossings of an orbit.
 pub(crate) fn samples_along<M: Periodic + ?Sized>(model: &M, orbit: &FourierOrbit) -> usize {
     let (size, fastest) = (sizes(orbit), orbit.frequency() * orbit.harmonics().highest().max(1) as f64);
     let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();

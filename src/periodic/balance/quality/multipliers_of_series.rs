@@ -6,6 +6,7 @@ use crate::excitation::Side;
 use crate::model::Periodic;
 use crate::model::structure::rigid::rigid_modes;
 use crate::ode::budget::Meter;
+use crate::periodic::balance::crossings::instants::{Crossings, OrbitCrossing};
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integration::jumps::BothSides;
 use crate::periodic::balance::quadrature::panel_points::{MAX_EDGES, drive_edges};
@@ -14,7 +15,6 @@ use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::spectra::Spectra;
 use crate::periodic::balance::series::transform::samples_for;
 use crate::periodic::balance::settings::Balance;
-use crate::periodic::balance::switching::instants::{Event, Switching};
 use crate::periodic::multipliers::{MultiplierError, Multipliers};
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
@@ -33,23 +33,23 @@ const AHEAD: f64 = 1e-6;
 pub(crate) struct Smooth {
     /// Their ends, in increasing time.
     pub(crate) breaks: Vec<f64>,
-    /// Whether an acceleration jumps at a switch.
+    /// Whether an acceleration jumps at a crossing.
     pub(crate) jumps: bool,
 }
 
 /// A contact passes one of its edges.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Switch {
+pub(crate) struct CrossingTime {
     pub(crate) time: f64,
     pub(crate) contact: usize,
     pub(crate) lower: bool,
 }
 
-impl From<&Event> for Switch {
+impl From<&OrbitCrossing> for CrossingTime {
     /// With times in units of the distance of two samples.
-    fn from(event: &Event) -> Self {
-        let lower = event.from == Piece::Lower || event.to == Piece::Lower;
-        Switch { time: event.time(1.0), contact: event.contact, lower }
+    fn from(crossing: &OrbitCrossing) -> Self {
+        let lower = crossing.from == Piece::Lower || crossing.to == Piece::Lower;
+        CrossingTime { time: crossing.time(1.0), contact: crossing.contact, lower }
     }
 }
 
@@ -57,13 +57,13 @@ impl Balance {
     /// Y' = [0 1; ∂a/∂q ∂a/∂v] Y over one span: Floquet multipliers of the equation linearised along a
     /// series. Of the settings only the [`Budget`](crate::Budget) matters.
     ///
-    /// The method is Gauss collocation of order 12 on the smooth intervals between switches and drive edges.
+    /// The method is Gauss collocation of order 12 on the smooth intervals between crossings and drive edges.
     /// Source: Hairer & Wanner II, Sect. IV.5.
     ///
     /// It is faster than shooting. The error estimate is the change when the top quarter of the orders is
-    /// dropped and the steps are doubled. With rattle a truncated series switches at slightly wrong instants;
+    /// dropped and the steps are doubled. With rattle the crossings of a truncated series are slightly wrong;
     /// the multipliers of [`Shooting::solve_from`](crate::Shooting::solve_from) are then the reference. If an
-    /// acceleration jumps at a switch, the error is infinite and the stability undecided.
+    /// acceleration jumps at a crossing, the error is infinite and the stability undecided.
     ///
     /// # Errors
     /// [`MultiplierError`].
@@ -127,42 +127,42 @@ impl FourierOrbit {
 
     /// The instants at which contacts of this orbit pass their edges, near those of a similar orbit. `None`
     /// if one is further away than 1 rad of the highest order.
-    pub(crate) fn switches_near<M: Periodic + ?Sized>(
+    pub(crate) fn crossings_near<M: Periodic + ?Sized>(
         &self,
         model: &M,
-        switches: impl Iterator<Item = Switch>,
+        crossings: impl Iterator<Item = CrossingTime>,
     ) -> Option<Vec<f64>> {
         let n = self.dof();
         let (mut q, mut v, mut u) = (vec![0.0; n], vec![0.0; n], vec![0.0; model.drives()]);
         let mut contacts = vec![Contact::default(); model.contacts()];
         let reach = self.span() / (TAU * self.harmonics().highest().max(1) as f64);
         let touching = model.offers().touching(contacts.len());
-        let mut distance = |switch: &Switch, t: f64| {
+        let mut distance = |crossing: &CrossingTime, t: f64| {
             self.motion(t, &mut q, &mut v);
             model.drive(t, Side::After, &mut u);
             model.contact(&u, &q, &v, &mut contacts);
-            let c = &contacts[switch.contact];
-            let (edge, rate) = if switch.lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
+            let c = &contacts[crossing.contact];
+            let (edge, rate) = if crossing.lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
             [c.deflection - edge, c.rate - rate]
         };
-        let mut near = |switch: Switch| {
-            let mut t = switch.time;
+        let mut near = |crossing: CrossingTime| {
+            let mut t = crossing.time;
             for _ in 0..CORRECTIONS {
-                let [d, mut rate] = distance(&switch, t);
-                if switch.contact >= touching {
+                let [d, mut rate] = distance(&crossing, t);
+                if crossing.contact >= touching {
                     // The model does not give the rate of an inner kink.
                     let ahead = AHEAD * reach;
-                    rate = (distance(&switch, t + ahead)[0] - d) / ahead;
+                    rate = (distance(&crossing, t + ahead)[0] - d) / ahead;
                 }
                 t -= d / rate;
             }
-            ((t - switch.time).abs() < reach).then_some(t)
+            ((t - crossing.time).abs() < reach).then_some(t)
         };
-        switches.map(&mut near).collect()
+        crossings.map(&mut near).collect()
     }
 
-    /// Ends of the smooth intervals of one span, and whether an acceleration jumps at a switch. Y then jumps
-    /// too; the collocation does not contain that jump.
+    /// Ends of the smooth intervals of one span, and whether an acceleration jumps at a crossing. Y then
+    /// jumps too; the collocation does not contain that jump.
     fn breaks<M: Periodic + ?Sized>(&self, model: &M) -> (Vec<f64>, bool) {
         let mut breaks = drive_edges(model, self.span());
         breaks.extend([0.0, self.span()]);
@@ -170,11 +170,11 @@ impl FourierOrbit {
         if model.contacts() > 0 {
             let mut grid = Grid::new(model, self.harmonics(), samples_for(self.harmonics().highest()));
             grid.set(self.all_coefficients());
-            let mut switching = Switching::new(model.contacts(), grid.samples());
-            switching.locate(&mut grid);
-            breaks.extend(switching.events().iter().map(|e| e.time(grid.step())));
+            let mut crossings = Crossings::new(model.contacts(), grid.samples());
+            crossings.locate(&mut grid);
+            breaks.extend(crossings.list().iter().map(|e| e.time(grid.step())));
             let mut spectra = Spectra::new(self.dof(), 0, self.harmonics());
-            BothSides::new(self.dof(), model.contacts()).jumps(&grid, &switching, &mut spectra);
+            BothSides::new(self.dof(), model.contacts()).jumps(&grid, &crossings, &mut spectra);
             jumps = !spectra.jumps.is_empty();
         }
         breaks.sort_by(f64::total_cmp);

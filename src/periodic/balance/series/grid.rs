@@ -31,11 +31,14 @@ impl<'m, M: ?Sized> Grid<'m, M> {
 
 impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
     pub(crate) fn new(model: &'m M, harmonics: &Harmonics, samples: usize) -> Self {
-        let (drives, span) = (model.drives(), model.period() * harmonics.periods() as f64);
+        let (drives, span) = (model.drives(), model.period() * harmonics.period_multiple() as f64);
         let mut u = vec![0.0; samples * drives];
         // If M is a multiple of p, the drives of one period repeat.
-        let distinct =
-            if samples.is_multiple_of(harmonics.periods()) { samples / harmonics.periods() } else { samples };
+        let distinct = if samples.is_multiple_of(harmonics.period_multiple()) {
+            samples / harmonics.period_multiple()
+        } else {
+            samples
+        };
         for s in 0..distinct {
             model.drive(span * s as f64 / samples as f64, Side::After, &mut u[s * drives..(s + 1) * drives]);
         }
@@ -57,7 +60,7 @@ impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
     /// phase have changed; they are read at one instant.
     pub(crate) fn redrive(&mut self, constants: bool) {
         let (model, drives) = (self.model, self.drives);
-        self.span = model.period() * self.harmonics.periods() as f64;
+        self.span = model.period() * self.harmonics.period_multiple() as f64;
         let (samples, step) = (self.samples(), self.step());
         if !constants {
             for (s, u) in self.u.chunks_exact_mut(drives.max(1)).enumerate() {

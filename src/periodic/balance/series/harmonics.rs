@@ -21,7 +21,7 @@ use crate::error::{ParameterError, check};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Harmonics {
     orders: Vec<usize>,
-    periods: usize,
+    period_multiple: usize,
     /// Highest order that was requested.
     asked: usize,
 }
@@ -30,14 +30,14 @@ impl Harmonics {
     /// Highest allowed order.
     pub const HIGHEST: usize = 65_536;
     /// Maximum number of periods of the model in one base period.
-    pub const MAX_PERIODS: usize = 32_768;
+    pub const MAX_PERIOD_MULTIPLE: usize = 32_768;
 
     /// Orders 0, 1, ..., H.
     ///
     /// If H exceeds [`HIGHEST`](Harmonics::HIGHEST), balances and orbits with these orders return
     /// [`ParameterError::TooMany`].
     pub fn up_to(highest: usize) -> Self {
-        Harmonics { orders: (0..=highest.min(Self::HIGHEST)).collect(), periods: 1, asked: highest }
+        Harmonics { orders: (0..=highest.min(Self::HIGHEST)).collect(), period_multiple: 1, asked: highest }
     }
 
     /// Error if an order above [`HIGHEST`](Harmonics::HIGHEST) was requested.
@@ -63,7 +63,7 @@ impl Harmonics {
                 value: twice[0] as f64,
                 allowed: "the list once",
             }),
-            None => Ok(Harmonics { orders, periods: 1, asked }),
+            None => Ok(Harmonics { orders, period_multiple: 1, asked }),
         }
     }
 
@@ -82,20 +82,20 @@ impl Harmonics {
         let mut orders: Vec<usize> = (0..=count).flat_map(band).collect();
         orders.sort_unstable();
         orders.dedup();
-        Ok(Harmonics { orders, periods: 1, asked })
+        Ok(Harmonics { orders, period_multiple: 1, asked })
     }
 
     /// The same orders of 1/p of the frequency of the model, for orbits that repeat after p periods. Default:
     /// p = 1.
     ///
     /// # Errors
-    /// [`ParameterError`] for p = 0, or p above [`MAX_PERIODS`](Harmonics::MAX_PERIODS).
-    pub fn over_periods(self, periods: usize) -> Result<Self, ParameterError> {
-        if periods == 0 {
-            return Err(ParameterError::TooFew { name: "periods".into(), value: 0, min: 1 });
+    /// [`ParameterError`] for p = 0, or p above [`MAX_PERIOD_MULTIPLE`](Harmonics::MAX_PERIOD_MULTIPLE).
+    pub fn with_period_multiple(self, period_multiple: usize) -> Result<Self, ParameterError> {
+        if period_multiple == 0 {
+            return Err(ParameterError::TooFew { name: "period_multiple".into(), value: 0, min: 1 });
         }
-        check::count("periods", &[periods], Self::MAX_PERIODS)?;
-        Ok(Harmonics { periods, ..self })
+        check::count("period_multiple", &[period_multiple], Self::MAX_PERIOD_MULTIPLE)?;
+        Ok(Harmonics { period_multiple, ..self })
     }
 
     /// The orders, in increasing sequence.
@@ -103,8 +103,8 @@ impl Harmonics {
         &self.orders
     }
     /// Number p of periods of the model in one base period.
-    pub fn periods(&self) -> usize {
-        self.periods
+    pub fn period_multiple(&self) -> usize {
+        self.period_multiple
     }
     /// Highest order.
     pub fn highest(&self) -> usize {
@@ -135,7 +135,7 @@ impl Harmonics {
     /// model are added, since every second order of a symmetric orbit is zero.
     pub(crate) fn extended(&self) -> Self {
         let highest = self.highest();
-        let further = highest + (3 * highest).div_ceil(10).max(2 * self.periods);
-        Harmonics { periods: self.periods, ..Harmonics::up_to(further) }
+        let further = highest + (3 * highest).div_ceil(10).max(2 * self.period_multiple);
+        Harmonics { period_multiple: self.period_multiple, ..Harmonics::up_to(further) }
     }
 }

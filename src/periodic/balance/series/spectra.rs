@@ -16,16 +16,16 @@ pub(crate) struct Spectra {
     pub(crate) accelerations: Vec<Vec<f64>>,
     /// D_k of every periodic slope, up to 2H.
     pub(crate) slopes: Vec<SlopeTable>,
-    /// Jumps of the accelerations at switches.
+    /// Jumps of the accelerations at crossings.
     pub(crate) jumps: Vec<Jump>,
 }
 
-/// A jump of the accelerations at a switch. Its instant depends on the orbit.
+/// A jump of the accelerations at a crossing. Its instant depends on the orbit.
 pub(crate) struct Jump {
-    /// Phase ω t of the switch.
+    /// Phase ω t of the crossing.
     pub(crate) phase: f64,
     /// (a⁺ - a⁻)/(2π dg/d(ω t)) of each coordinate: a⁻ and a⁺ are the accelerations before and after the
-    /// switch, g is the deflection minus the edge.
+    /// crossing, g is the deflection minus the edge.
     pub(crate) size: Vec<f64>,
     /// ∂d/∂q_j, with d the deflection.
     pub(crate) row: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Switches of the contacts along an orbit.
+//! Crossings of the contacts along an orbit.
 
 pub(crate) mod contact_history;
 pub(crate) mod instants;

@@ -2,7 +2,7 @@
 
 use crate::analysis::ContactStatistics;
 use crate::contact::Piece;
-use crate::periodic::balance::switching::instants::Switching;
+use crate::periodic::balance::crossings::instants::Crossings;
 
 /// The pieces of one contact over one span of an orbit, with contact times and impacts.
 ///
@@ -17,7 +17,7 @@ use crate::periodic::balance::switching::instants::Switching;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactHistory {
-    /// Intervals as (start, end, piece), in increasing time. The first interval begins at the first switch;
+    /// Intervals as (start, end, piece), in increasing time. The first interval begins at the first crossing;
     /// the last one may end after the span.
     pub intervals: Vec<(f64, f64, Piece)>,
     /// Contact times and number of impacts.
@@ -25,25 +25,25 @@ pub struct ContactHistory {
 }
 
 impl ContactHistory {
-    pub(crate) fn new(switching: &Switching, contact: usize, span: f64) -> Self {
-        let events: Vec<(f64, Piece)> = switching
-            .events()
+    pub(crate) fn new(crossings: &Crossings, contact: usize, span: f64) -> Self {
+        let entries: Vec<(f64, Piece)> = crossings
+            .list()
             .iter()
             .filter(|e| e.contact == contact)
-            .map(|e| (e.time(span / switching.samples() as f64), e.to))
+            .map(|e| (e.time(span / crossings.samples() as f64), e.to))
             .collect();
         let mut history = ContactHistory { intervals: Vec::new(), statistics: ContactStatistics::default() };
-        if events.is_empty() {
-            history.intervals.push((0.0, span, switching.piece(contact, 0)));
+        if entries.is_empty() {
+            history.intervals.push((0.0, span, crossings.piece(contact, 0)));
         }
-        for (i, &(start, piece)) in events.iter().enumerate() {
-            let end = events.get(i + 1).map_or(events[0].0 + span, |e| e.0);
+        for (i, &(start, piece)) in entries.iter().enumerate() {
+            let end = entries.get(i + 1).map_or(entries[0].0 + span, |e| e.0);
             // A gap without width takes no time and gets no interval.
             if piece != Piece::Gap || end > start {
                 history.intervals.push((start, end, piece));
             }
             // An impact is the entry to a flank after some time in the gap.
-            let before = if i == 0 { events[events.len() - 1].0 - span } else { events[i - 1].0 };
+            let before = if i == 0 { entries[entries.len() - 1].0 - span } else { entries[i - 1].0 };
             match piece {
                 Piece::Lower if start > before => history.statistics.impacts[0] += 1,
                 Piece::Upper if start > before => history.statistics.impacts[1] += 1,

@@ -1,13 +1,13 @@
-//! Switches: the instants at which contacts change their piece along a sampled orbit.
+//! Crossings: the instants at which contacts change their piece along a sampled orbit.
 
 use crate::contact::{Contact, Piece};
 use crate::model::Periodic;
+use crate::periodic::balance::crossings::stencil::{Polynomial, Stencil};
 use crate::periodic::balance::series::grid::Grid;
-use crate::periodic::balance::switching::stencil::{Polynomial, Stencil};
 
 /// One change of piece.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Event {
+pub(crate) struct OrbitCrossing {
     pub(crate) contact: usize,
     pub(crate) from: Piece,
     pub(crate) to: Piece,
@@ -19,32 +19,32 @@ pub(crate) struct Event {
     pub(crate) slope: f64,
 }
 
-impl Event {
+impl OrbitCrossing {
     /// Time of the change; `step` is the time between two samples.
     pub(crate) fn time(&self, step: f64) -> f64 {
         (self.cell as f64 + 0.5 + self.phi) * step
     }
 }
 
-/// Distances of every contact from its edges, and the switches between its pieces.
-pub(crate) struct Switching {
+/// Distances of every contact from its edges, and the crossings between its pieces.
+pub(crate) struct Crossings {
     /// Per contact: d - lower, d - upper and their rates over one sampling step.
     lower: Vec<Vec<[f64; 2]>>,
     upper: Vec<Vec<[f64; 2]>>,
     contacts: Vec<Contact>,
-    events: Vec<Event>,
+    list: Vec<OrbitCrossing>,
     q: Vec<f64>,
     v: Vec<f64>,
 }
 
-impl Switching {
+impl Crossings {
     pub(crate) fn new(contacts: usize, samples: usize) -> Self {
         let margins = || (0..contacts).map(|_| vec![[0.0; 2]; samples]).collect();
-        Switching {
+        Crossings {
             lower: margins(),
             upper: margins(),
             contacts: vec![Contact::default(); contacts],
-            events: Vec::new(),
+            list: Vec::new(),
             q: Vec::new(),
             v: Vec::new(),
         }
@@ -54,9 +54,9 @@ impl Switching {
         self.lower.first().map_or(0, Vec::len)
     }
 
-    /// All switches, contact by contact in increasing time.
-    pub(crate) fn events(&self) -> &[Event] {
-        &self.events
+    /// All crossings, contact by contact in increasing time.
+    pub(crate) fn list(&self) -> &[OrbitCrossing] {
+        &self.list
     }
 
     #[inline]
@@ -72,7 +72,7 @@ impl Switching {
 
     /// Whether a contact stays in its gap for the whole span.
     pub(crate) fn floats(&self, contact: usize) -> bool {
-        self.events.iter().all(|e| e.contact != contact) && self.piece(contact, 0) == Piece::Gap
+        self.list.iter().all(|e| e.contact != contact) && self.piece(contact, 0) == Piece::Gap
     }
 
     /// Local extremes of the distance of a contact from its lower or its upper edge: time over the span,
@@ -88,10 +88,10 @@ impl Switching {
         })
     }
 
-    /// Locates all switches of the motion on the grid.
+    /// Locates all crossings of the motion on the grid.
     pub(crate) fn locate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
         let stencil = Stencil::get();
-        self.events.clear();
+        self.list.clear();
         self.q.resize(grid.dof(), 0.0);
         self.v.resize(grid.dof(), 0.0);
         let (m, step) = (grid.samples(), grid.step());
@@ -140,7 +140,14 @@ impl Switching {
             };
             let polynomial = stencil.polynomial(cell, edge.len(), |i| edge[i][0]);
             let phi = polynomial.root(-0.5, 0.5);
-            self.events.push(Event { contact, from: here, to: next, cell, phi, slope: polynomial.at(phi).1 });
+            self.list.push(OrbitCrossing {
+                contact,
+                from: here,
+                to: next,
+                cell,
+                phi,
+                slope: polynomial.at(phi).1,
+            });
             here = next;
         }
     }
@@ -171,7 +178,14 @@ impl Switching {
                 (piece, other, polynomial.root(-0.5, extreme)),
                 (other, piece, polynomial.root(extreme, 0.5)),
             ] {
-                self.events.push(Event { contact, from, to, cell, phi, slope: sign * polynomial.at(phi).1 });
+                self.list.push(OrbitCrossing {
+                    contact,
+                    from,
+                    to,
+                    cell,
+                    phi,
+                    slope: sign * polynomial.at(phi).1,
+                });
             }
         }
     }

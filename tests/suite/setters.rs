@@ -1,0 +1,61 @@
+//! The rule of CONTRIBUTING.md for setters, read from the source: a setter is the noun of its field,
+//! and takes `with_` where that noun is the getter.
+
+use std::collections::BTreeMap;
+use std::fs::{read_dir, read_to_string};
+use std::path::{Path, PathBuf};
+
+/// All source files of a folder and its folders.
+fn sources(folder: PathBuf) -> Vec<PathBuf> {
+    let (folders, files): (Vec<_>, Vec<_>) =
+        read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).partition(|path| path.is_dir());
+    files.into_iter().chain(folders.into_iter().flat_map(sources)).collect()
+}
+
+/// The public methods of the types of a file: type, name, and signature with body.
+fn methods(code: &str) -> Vec<(&str, &str, &str)> {
+    let mut all = Vec::new();
+    for block in code.split("\nimpl").skip(1) {
+        let block = block.split("\n}").next().unwrap();
+        let head = block.split(" {\n").next().unwrap();
+        let named = head.rsplit(" for ").next().unwrap().trim_start_matches(|c: char| !c.is_uppercase());
+        // impl<G: Shape> Type<G>: the type follows the bounds.
+        let named =
+            head.strip_prefix('<').map_or(named, |rest| rest.split_once("> ").map_or(named, |it| it.1));
+        let of = named.split(|c: char| !c.is_alphanumeric()).next().unwrap();
+        for method in block.split("    pub fn ").skip(1) {
+            let body = method.split("\n    }").next().unwrap();
+            all.push((of, body.split(['(', '<']).next().unwrap(), body));
+        }
+    }
+    all
+}
+
+#[test]
+fn setters_and_getters_have_one_noun() {
+    let (mut getters, mut setters) = (BTreeMap::new(), Vec::new());
+    for path in sources(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../src")) {
+        let code = read_to_string(path).unwrap();
+        for (of, name, body) in methods(&code) {
+            // fn getter(&self) -> T { self.field }
+            let returned = body.split_once("{\n        self.").map(|(_, rest)| rest.trim());
+            let field = returned.filter(|rest| rest.chars().all(|c| c.is_alphanumeric() || c == '_'));
+            if let Some(field) = field.filter(|_| body.contains("(&self)")) {
+                getters.insert((of.to_owned(), field.to_owned()), name.to_owned());
+            }
+            // fn setter(self, ..) -> Self { Type { field: .., ..self } } of one field
+            let built = body.split_once(&format!("{of} {{")).filter(|_| body.contains("(self, "));
+            let Some((fields, _)) = built.and_then(|(_, rest)| rest.split_once("..self")) else { continue };
+            let field = fields.trim().split([':', ',']).next().unwrap();
+            setters.push((of.to_owned(), field.to_owned(), name.to_owned()));
+        }
+    }
+    assert!(setters.len() > 40, "only {} setters are recognised", setters.len());
+    let mut pairs = 0;
+    for (of, field, setter) in setters {
+        let Some(getter) = getters.get(&(of.clone(), field)) else { continue };
+        assert_eq!(setter, format!("with_{getter}"), "the setter of {of}::{getter}");
+        pairs += 1;
+    }
+    assert!(pairs >= 7, "only {pairs} pairs are recognised"); // InvoluteGear alone has seven
+}
