@@ -15,7 +15,7 @@ pub use crate::periodic::balance::note::BalanceNote;
 pub use crate::periodic::balance::quality::proof::Proof;
 pub use crate::periodic::balance::series::harmonics::Harmonics;
 pub use crate::periodic::balance::settings::Balance;
-pub use crate::periodic::balance::switching::contact_history::ContactHistory;
+pub use crate::periodic::balance::switching::contact_history::{ContactHistory, ContactInterval};
 pub use crate::periodic::flow::flow_method::FlowMethod;
 pub use crate::periodic::flow::variation::{Transition, Variation};
 pub use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};

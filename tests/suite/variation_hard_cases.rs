@@ -298,12 +298,12 @@ fn one_budget_ends_flows_shooting_settling_and_balance() {
         let shot = Shooting::new().budget(budget.clone()).solve(&pair, std::slice::from_ref(&start));
         assert!(matches!(
             shot,
-            Err(ShootingError::Integrate { error: IntegrateError::Exhausted { .. }, .. })
+            Err(ShootingError::Exhausted { .. })
         ));
         let settled = Settle::new().budget(budget.clone()).run(&Dop853::new(), &pair, &start);
         assert!(matches!(
             settled,
-            Err(SettleError::Integrate { error: IntegrateError::Exhausted { .. }, .. })
+            Err(SettleError::Exhausted { .. })
         ));
         let balance = Balance::new(Harmonics::up_to(70));
         let guess = balance.linearised(&pair, Piece::Lower).unwrap();

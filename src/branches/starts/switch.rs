@@ -96,7 +96,7 @@ impl<F: Balanced> Start<F> for Switch<'_, FourierOrbit> {
         family: &'f F,
     ) -> Result<Following<'f, Self::Point>, BranchError> {
         let Switch { point, way } = self;
-        let (times, balance) = (self.times()?, settings.balance_of(&point.orbit));
+        let (times, balance) = (self.times()?, settings.balance_of(&point.orbit)?);
         let (periods, needed) = (balance.harmonics().periods(), times * point.orbit.harmonics().periods());
         if periods != needed {
             let (name, allowed) = (
