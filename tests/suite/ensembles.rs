@@ -172,7 +172,10 @@ fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
     let watch = Monitor::new().progress(&until_ten).cancel(&stop);
     let some = run(&watch).unwrap();
     assert_eq!((some.members(), some.failed(), shown.load(Relaxed)), (10, 0, 10));
-    assert_eq!(run(&watch).unwrap_err(), EnsembleError::Exhausted { exhausted: Exhausted::Cancelled, members: 300 });
+    assert_eq!(
+        run(&watch).unwrap_err(),
+        EnsembleError::Exhausted { exhausted: Exhausted::Cancelled, members: 300 }
+    );
 }
 
 /// x = sin t: the maximum lies between the times of the bands.

@@ -159,8 +159,21 @@ fn every_public_error_stands_on_the_page_of_errors() {
 #[test]
 fn variants_of_errors_have_the_names_of_the_table() {
     let other_names = [
-        "Budget", "Cancelled", "Spent", "Limit", "Flow", "Integration", "Failed", "Undetermined", "Diverges",
-        "Unconverged", "Setting", "Settings", "Invalid", "NoStart", "NaN",
+        "Budget",
+        "Cancelled",
+        "Spent",
+        "Limit",
+        "Flow",
+        "Integration",
+        "Failed",
+        "Undetermined",
+        "Diverges",
+        "Unconverged",
+        "Setting",
+        "Settings",
+        "Invalid",
+        "NoStart",
+        "NaN",
     ];
     // What a variant wraps or contains, and the name that it must have.
     let wrapped = [

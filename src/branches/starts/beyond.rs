@@ -57,8 +57,10 @@ impl<F: Family> Start<F> for Beyond<'_> {
             q: state.q.iter().map(|q| -q).collect(),
             v: state.v.iter().map(|v| -v).collect(),
         };
-        let shooting =
-            settings.shooting_of_branch()?.budget(settings.budget.clone()).multiple(last.orbit.period_multiple());
+        let shooting = settings
+            .shooting_of_branch()?
+            .budget(settings.budget.clone())
+            .multiple(last.orbit.period_multiple());
         let mut failure = None;
         for p in [2.0 * border - last.parameter, last.parameter] {
             // There may be no model beyond the border, or none within the bounds.

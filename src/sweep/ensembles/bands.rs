@@ -113,11 +113,8 @@ impl Bands {
         self.members += 1;
         if self.members.is_power_of_two() {
             let members = self.members;
-            let after = |p: &Distribution| MeanAfter {
-                members,
-                mean: p.mean(),
-                standard_error: p.standard_error(),
-            };
+            let after =
+                |p: &Distribution| MeanAfter { members, mean: p.mean(), standard_error: p.standard_error() };
             self.convergence.push(self.peaks.iter().map(after).collect());
         }
     }

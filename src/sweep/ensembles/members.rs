@@ -210,7 +210,7 @@ impl<'w> Ensemble<'w> {
             _ => {
                 let exhausted = Exhausted::Cancelled;
                 Err(EnsembleError::Exhausted { exhausted, members: self.members })
-            },
+            }
         }
     }
 
