@@ -89,7 +89,7 @@ fn main() -> Outcome<()> {
         };
         damping = damping.series(&format!("mesh {mesh}"), Mark::Line, (0..=4000).map(value))?;
     }
-    let counts = peak.histogram(40)?.into_iter().map(|(x, n)| (x, n as f64));
+    let counts = peak.histogram(40)?.into_iter().map(|span| (span.middle, span.count as f64));
     let panels = [
         band(&bands, "mesh force 0 [N]", [0.05, 0.95])?.title("mesh force 0"),
         band(&bands, "transmission error 0 [m]", [0.05, 0.95])?.title("transmission error 0"),

@@ -16,7 +16,7 @@ pub use crate::sweep::engines::sweep_engine::SweepEngine;
 pub use crate::sweep::engines::table_rk4::TableRk4;
 pub use crate::sweep::ensembles::bands::{Bands, FailedMember, MeanAfter};
 pub use crate::sweep::ensembles::members::{Ensemble, EnsembleError};
-pub use crate::sweep::ensembles::moments::Distribution;
+pub use crate::sweep::ensembles::moments::{Distribution, HistogramSpan};
 pub use crate::sweep::ensembles::sobol::{RandomParameters, SobolDesign, SobolIndex};
 pub use crate::sweep::lanes::drive_table::TableError;
 pub use crate::sweep::lanes::instructions::InstructionSet;

@@ -235,7 +235,7 @@ fn quantiles_are_off_by_a_bin_at_most() {
         (all.variance().unwrap() - values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 19_999.0).abs()
             < 1e-10
     );
-    assert_eq!(all.histogram(50).unwrap().iter().map(|(_, n)| n).sum::<u64>(), 20_000);
+    assert_eq!(all.histogram(50).unwrap().iter().map(|span| span.count).sum::<u64>(), 20_000);
     assert!(all.quantile(1.5).is_err() && Distribution::new().quantile(0.5).is_err());
 }
 
@@ -258,7 +258,7 @@ fn check_quantiles(values: &[f64]) {
             "{p}: {found}, {least} .. {most}"
         );
     }
-    assert_eq!(all.histogram(7).unwrap().iter().map(|(_, n)| n).sum::<u64>(), values.len() as u64);
+    assert_eq!(all.histogram(7).unwrap().iter().map(|span| span.count).sum::<u64>(), values.len() as u64);
 }
 
 #[test]
