@@ -48,10 +48,13 @@ pub struct Bands {
 /// The mean of a distribution after the first members of an ensemble, as given by [`Bands::convergence`].
 ///
 /// ```
-/// use gear_dynamics::{State, Taylor, model::from_fn, sweep::Ensemble};
-/// let push = |member: u64| from_fn(1, move |_, _, _, a| a[0] = 2.0 * member as f64);
+/// use gear_dynamics::{ParameterError, State, Dop853, model::from_fn, sweep::Ensemble};
+/// let push = |member: u64| {
+///     let model = from_fn(1, move |_, _, _, a| a[0] = 2.0 * member as f64)?;
+///     Ok::<_, ParameterError>((model, State::at_rest(1)))
+/// };
 /// let ensemble = Ensemble::new(4, 1.0, 1)?.peaks(&["v0"]); // v(1) = 0, 2, 4, 6
-/// let bands = ensemble.run(&Taylor::new(), |member| Ok::<_, &str>((push(member).map_err(|_| "no model")?, State::at_rest(1))))?;
+/// let bands = ensemble.run(&Dop853::new(), push)?;
 /// let last = bands.convergence("v0")?[2];
 /// assert!(last.members == 4 && (last.mean - 3.0).abs() < 1e-12);
 /// assert!((last.standard_error - (5.0f64 / 3.0).sqrt()).abs() < 1e-12); // √(20/3)/√4
@@ -73,7 +76,7 @@ pub struct MeanAfter {
 /// use gear_dynamics::{Rk4, State, model::from_fn, sweep::Ensemble};
 /// let ensemble = Ensemble::new(3, 1.0, 1)?.channels(&["q0"]);
 /// let rest = from_fn(1, |_, _, _, a| a[0] = 0.0)?;
-/// let member = |i: u64| if i == 1 { Err("broken") } else { Ok((rest.clone(), State::at_rest(1))) };
+/// let member = |i: u64| if i == 1 { Err("broken") } else { Ok((&rest, State::at_rest(1))) };
 /// let bands = ensemble.run(&Rk4::new(0.1), member)?;
 /// assert_eq!((bands.failed(), bands.first_failure().map(|failed| failed.member)), (1, Some(1)));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
