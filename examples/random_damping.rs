@@ -14,7 +14,7 @@ mod support;
 use gear_dynamics::drives::{Held, HeldProcess};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::models::ring::RingSet;
-use gear_dynamics::sweep::Ensemble;
+use gear_dynamics::sweep::{Ensemble, MeanAfter};
 use gear_dynamics::{Dop853, Model, Ring, State};
 use gear_dynamics_plots::{Mark, Panel, Picture, band};
 use rand_distr::Uniform;
@@ -53,7 +53,7 @@ fn main() -> Outcome<()> {
 
     let peak = bands.peak(force)?;
     let [low, high] = peak.confidence(1.96);
-    println!("{} members, {} failed", bands.members(), bands.failed().0);
+    println!("{} members, {} failed", bands.members(), bands.failed());
     println!(
         "maximum mesh force: mean {:.2} N ({low:.2} .. {high:.2}), 5% .. 95% {:.1} .. {:.1} N",
         peak.mean(),
@@ -63,7 +63,7 @@ fn main() -> Outcome<()> {
     if let Some(impacts) = bands.impacts(0) {
         println!("impacts of mesh 1: mean {:.2}, {} .. {}", impacts.mean(), impacts.min(), impacts.max());
     }
-    for (members, mean, error) in bands.convergence(force)? {
+    for MeanAfter { members, mean, standard_error: error } in bands.convergence(force)? {
         println!("  after {members:4} members: {mean:8.3} +- {error:.3} N");
     }
 
@@ -89,7 +89,7 @@ fn main() -> Outcome<()> {
         };
         damping = damping.series(&format!("mesh {mesh}"), Mark::Line, (0..=4000).map(value))?;
     }
-    let counts = peak.histogram(40)?.into_iter().map(|(x, n)| (x, n as f64));
+    let counts = peak.histogram(40)?.into_iter().map(|span| (span.middle, span.count as f64));
     let panels = [
         band(&bands, "mesh force 0 [N]", [0.05, 0.95])?.title("mesh force 0"),
         band(&bands, "transmission error 0 [m]", [0.05, 0.95])?.title("transmission error 0"),

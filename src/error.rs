@@ -207,6 +207,14 @@ pub enum ParameterError {
         /// Index of the contact, from 0.
         contact: usize,
     },
+    /// A setting was given to a call that does not read it.
+    #[error("{name} is set, but {by} does not read it: leave it out")]
+    Unread {
+        /// Name of the setting.
+        name: &'static str,
+        /// What does not read it.
+        by: &'static str,
+    },
     /// The model has no channel with this name.
     #[error("there is no channel \"{name}\"; the model has: {known}")]
     NoSuchChannel {

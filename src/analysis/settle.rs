@@ -6,7 +6,7 @@ use crate::error::{ParameterError, check};
 use crate::linear::{LinearError, static_state};
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Periodic, State};
-use crate::ode::{Budget, IntegrateError, Integrator, Observer, Step};
+use crate::ode::{Budget, Exhausted, IntegrateError, Integrator, Observer, Step};
 use thiserror::Error;
 
 /// Integrates until the state repeats: settling to a periodic orbit.
@@ -69,9 +69,9 @@ impl Settle {
     /// # Errors
     /// [`SettleError::NoStaticState`] if no start is given and the model has no static state.
     /// [`SettleError::Aperiodic`] if the state does not repeat within the maximum number of periods (chaos,
-    /// quasi-periodicity or slow decay). [`SettleError::Integrate`] if the integration fails or the budget is
-    /// spent. [`SettleError::Parameter`] if a setting is outside its range or the period of the model outside
-    /// 1e-50 .. 1e50.
+    /// quasi-periodicity or slow decay). [`SettleError::Integrate`] if the integration fails,
+    /// [`SettleError::Exhausted`] if the budget is spent. [`SettleError::Parameter`] if a setting is outside
+    /// its range or the period of the model outside 1e-50 .. 1e50.
     pub fn run<'s, I: Integrator, M: Periodic + ?Sized>(
         &self,
         integrator: &I,
@@ -105,13 +105,16 @@ impl Settle {
                 (&meter).step(step)
             };
             let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);
-            let failed = |error, last| SettleError::Integrate { error, last, periods: k - 1 };
+            let periods = k - 1;
             let state = match finish {
                 Ok(finish) => finish.state,
-                Err(error) => return Err(failed(error, last)),
+                Err(IntegrateError::Exhausted { exhausted, .. }) => {
+                    return Err(SettleError::Exhausted { exhausted, last, periods });
+                }
+                Err(error) => return Err(SettleError::Integrate { error, last, periods }),
             };
             if let Some(exhausted) = meter.exhausted() {
-                return Err(failed(IntegrateError::Exhausted { t: state.t, exhausted }, last));
+                return Err(SettleError::Exhausted { exhausted, last, periods });
             }
             last = state;
             motion.weigh_on_flanks(model, &last, period / parts.max(1) as f64);
@@ -223,6 +226,16 @@ pub enum SettleError {
         /// Number of complete periods.
         periods: usize,
     },
+    /// The [`Budget`] is spent, or the call was cancelled.
+    #[error("settling stopped after {periods} periods: {exhausted}")]
+    Exhausted {
+        /// The limit that was reached.
+        exhausted: Exhausted,
+        /// State at the end of the last complete period.
+        last: State,
+        /// Number of complete periods.
+        periods: usize,
+    },
 }
 
 impl SettleError {
@@ -230,7 +243,9 @@ impl SettleError {
     pub fn last(&self) -> Option<&State> {
         match self {
             SettleError::Parameter(_) | SettleError::NoStaticState(_) => None,
-            SettleError::Aperiodic { last, .. } | SettleError::Integrate { last, .. } => Some(last),
+            SettleError::Aperiodic { last, .. }
+            | SettleError::Integrate { last, .. }
+            | SettleError::Exhausted { last, .. } => Some(last),
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::branches::curve::equations::CurveError;
 use crate::branches::points::kind::PointKind;
 use crate::error::ParameterError;
+use crate::model::State;
 use crate::periodic::{BalanceError, ShootingError};
 use thiserror::Error;
 
@@ -80,4 +81,31 @@ pub enum BranchError {
         /// Index of the contact, from 0.
         contact: usize,
     },
+}
+
+impl BranchError {
+    /// The states of the last iterate of the first orbit, at increasing times within one period: a guess for
+    /// [`Shooting`](crate::Shooting). Those of a balance are 2h + 1 states at equal times, with the highest
+    /// order h. `None` if no iteration began.
+    ///
+    /// ```
+    /// use gear_dynamics::{NfgPair, NfgParams, Shooting, branches::{ByConstant, Continuation}};
+    /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
+    /// let family = ByConstant::new(&pair, "speed")?;
+    /// let range = Continuation::new(180.0, 190.0).shooting(Shooting::new().segments(4).max_iterations(1));
+    /// let error = range.run(&family, &[pair.static_start()?]).unwrap_err();
+    /// assert_eq!(error.last().map(|states| states.len()), Some(4));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn last(&self) -> Option<Vec<State>> {
+        match self {
+            BranchError::Start(error) => error.last().map(|last| last.states.clone()),
+            BranchError::NoReturn { error, .. } => error.as_ref()?.last().map(|last| last.states.clone()),
+            BranchError::Balance(error) => {
+                let last = error.last()?;
+                last.states(2 * last.harmonics().highest() + 1).ok()
+            }
+            _ => None,
+        }
+    }
 }

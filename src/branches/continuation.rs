@@ -4,7 +4,7 @@ use crate::branches::branch_error::BranchError;
 use crate::branches::stability_method::StabilityMethod;
 use crate::error::{ParameterError, check};
 use crate::ode::Budget;
-use crate::periodic::{Balance, Shooting};
+use crate::periodic::{Balance, FourierOrbit, Shooting};
 
 /// Follows periodic orbits along a parameter, and boundaries over two parameters, by pseudo-arclength.
 ///
@@ -21,6 +21,16 @@ use crate::periodic::{Balance, Shooting};
 /// A [`Start`](crate::branches::Start) says what is followed: orbits by shooting or by harmonic balance, the
 /// branch that crosses at a located point or comes back from infinity, the boundary of a located point in a
 /// plane. The default solver of the first orbit is [`Shooting`] with its default settings.
+///
+/// | setting | branch by shooting | branch by balance | boundary |
+/// |---|---|---|---|
+/// | [`shooting`](Continuation::shooting) | yes | | yes |
+/// | [`balance`](Continuation::balance) | | yes | |
+/// | [`stability`](Continuation::stability), [`channels`](Continuation::channels) | yes | yes | |
+/// | [`bounds_across`](Continuation::bounds_across) | | | yes |
+///
+/// All starts read the other settings. A setting that a start does not read is an error
+/// ([`ParameterError::Unread`]).
 ///
 /// ```
 /// use gear_dynamics::branches::{ByFunction, Continuation, PointKind};
@@ -49,9 +59,9 @@ pub struct Continuation {
     pub(crate) max_points: usize,
     pub(crate) max_motion: f64,
     pub(crate) channels: Option<Vec<String>>,
-    pub(crate) shooting: Shooting,
-    pub(crate) balance: Option<Balance>,
-    pub(crate) stability: StabilityMethod,
+    shooting: Option<Shooting>,
+    balance: Option<Balance>,
+    stability: Option<StabilityMethod>,
     pub(crate) budget: Budget,
 }
 
@@ -77,9 +87,9 @@ impl Continuation {
             max_points: 2000,
             max_motion: 5000.0,
             channels: None,
-            shooting: Shooting::new(),
+            shooting: None,
             balance: None,
-            stability: StabilityMethod::Multipliers,
+            stability: None,
             budget: Budget::new(),
         }
     }
@@ -137,7 +147,7 @@ impl Continuation {
     /// The solver of the first orbit. Its period multiple, segments, tolerances and flow method are those of
     /// the whole branch.
     pub fn shooting(self, shooting: Shooting) -> Self {
-        Continuation { shooting, ..self }
+        Continuation { shooting: Some(shooting), ..self }
     }
     /// The solver of a branch by harmonic balance, which starts at a
     /// [`FourierOrbit`](crate::periodic::FourierOrbit) and follows the equations of this balance. Default:
@@ -170,15 +180,51 @@ impl Continuation {
     pub fn balance(self, balance: Balance) -> Self {
         Continuation { balance: Some(balance), ..self }
     }
-    /// How the stability of the points is computed. Default: Floquet multipliers. A boundary
-    /// always computes them.
+    /// How the stability of the points of a branch is computed. Default: Floquet multipliers.
     pub fn stability(self, stability: StabilityMethod) -> Self {
-        Continuation { stability, ..self }
+        Continuation { stability: Some(stability), ..self }
     }
     /// Maximum number of integration steps and maximum time of each direction. The first orbit has the budget
     /// of its [`Shooting`].
     pub fn budget(self, budget: Budget) -> Self {
         Continuation { budget, ..self }
+    }
+
+    /// The solver of a branch by shooting.
+    pub(crate) fn shooting_of_branch(&self) -> Result<Shooting, ParameterError> {
+        self.check_read("a branch by shooting", &["shooting", "stability", "channels"])?;
+        Ok(self.shooting.clone().unwrap_or_default())
+    }
+
+    /// The solver of a boundary.
+    pub(crate) fn shooting_of_boundary(&self) -> Result<Shooting, ParameterError> {
+        self.check_read("a boundary", &["shooting", "bounds_across"])?;
+        Ok(self.shooting.clone().unwrap_or_default())
+    }
+
+    /// The balance whose orbits are followed from this one.
+    pub(crate) fn balance_of(&self, orbit: &FourierOrbit) -> Result<Balance, ParameterError> {
+        self.check_read("a branch by balance", &["balance", "stability", "channels"])?;
+        Ok(self.balance.clone().unwrap_or_else(|| Balance::new(orbit.harmonics().clone())))
+    }
+
+    pub(crate) fn stability_or_default(&self) -> StabilityMethod {
+        self.stability.unwrap_or_default()
+    }
+
+    /// Refuses the settings that a line of this kind does not read.
+    fn check_read(&self, by: &'static str, read: &[&str]) -> Result<(), ParameterError> {
+        let given = [
+            ("shooting", self.shooting.is_some()),
+            ("balance", self.balance.is_some()),
+            ("stability", self.stability.is_some()),
+            ("channels", self.channels.is_some()),
+            ("bounds_across", self.across.is_some()),
+        ];
+        match given.iter().find(|(name, given)| *given && !read.contains(name)) {
+            Some((name, _)) => Err(ParameterError::Unread { name, by }),
+            None => Ok(()),
+        }
     }
 
     pub(crate) fn is_bounded_across(&self) -> bool {

@@ -6,5 +6,5 @@ pub(crate) mod statics;
 pub(crate) mod symmetric;
 
 pub use crate::linear::campbell::{Campbell, Resonance};
-pub use crate::linear::modes::{LinearError, Mode, Modes};
+pub use crate::linear::modes::{DampedMode, LinearError, Mode, Modes};
 pub use crate::linear::statics::{StaticState, static_state};

@@ -240,12 +240,30 @@ impl Modes {
     pub fn eigenvalues(&self) -> &[Complex64] {
         &self.eigenvalues
     }
-    /// Natural frequency |λ|/2π in cycles per time unit and damping ratio -Re λ/|λ| of each of the
-    /// [`eigenvalues`](Modes::eigenvalues). Rigid motions and overdamped modes are not among them: the list
-    /// is shorter than [`hertz`](Modes::hertz).
-    pub fn damped(&self) -> Vec<(f64, f64)> {
-        self.eigenvalues.iter().map(|value| (value.norm() / TAU, -value.re / value.norm())).collect()
+    /// Natural frequency and damping ratio of each of the [`eigenvalues`](Modes::eigenvalues). Rigid motions
+    /// and overdamped modes are not among them: the list is shorter than [`hertz`](Modes::hertz).
+    pub fn damped(&self) -> Vec<DampedMode> {
+        let of =
+            |value: &Complex64| DampedMode { hertz: value.norm() / TAU, ratio: -value.re / value.norm() };
+        self.eigenvalues.iter().map(of).collect()
     }
+}
+
+/// Natural frequency and damping ratio of a mode, by its eigenvalue λ.
+///
+/// ```
+/// use gear_dynamics::{linear::Modes, model::from_fn};
+/// let swing = from_fn(1, |_, q, v, a| a[0] = -0.6 * v[0] - 9.0 * q[0])?; // 2 ζ ω = 0.6, ω = 3
+/// let mode = Modes::about(&swing, 0.0, None, &[0.0], &[0.0])?.damped()[0];
+/// assert!((mode.hertz - 3.0 / std::f64::consts::TAU).abs() < 1e-9 && (mode.ratio - 0.1).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DampedMode {
+    /// Undamped natural frequency |λ|/2π, in cycles per time unit.
+    pub hertz: f64,
+    /// Damping ratio ζ = -Re λ/|λ| `[1]`.
+    pub ratio: f64,
 }
 
 /// The mode of an eigenvalue ω² among eigenvalues up to `most`, with its largest entry 1.

@@ -8,7 +8,7 @@ pub(crate) mod multipliers;
 pub(crate) mod shooting;
 
 pub use crate::periodic::balance::balance_error::BalanceError;
-pub use crate::periodic::balance::crossings::contact_history::ContactHistory;
+pub use crate::periodic::balance::crossings::contact_history::{ContactHistory, ContactInterval};
 pub use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 pub use crate::periodic::balance::fourier_orbit::FourierOrbit;
 pub use crate::periodic::balance::integrals::Integrals;

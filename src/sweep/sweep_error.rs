@@ -4,6 +4,9 @@ use crate::error::ParameterError;
 use crate::ode::IntegrateError;
 use crate::periodic::LyapunovError;
 use crate::sweep::lanes::drive_table::TableError;
+use std::error::Error as AnyError;
+use std::fmt::{self, Display, Formatter};
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Errors of a [`Sweep`](crate::Sweep) as a whole.
@@ -47,6 +50,51 @@ pub enum SweepError {
     },
 }
 
+/// The error of a family of models or of a start function, of any type. Two of them are equal if their texts
+/// are.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, Sweep};
+/// use gear_dynamics::sweep::{Axis, LaneRk4, PointError, Points};
+/// let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[-1.0])?));
+/// let rows = sweep.run(
+///     &LaneRk4::new(63 * 16),
+///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///     |_, pair| pair.static_start(),
+/// )?;
+/// let PointError::Model(error) = &rows.errors()[&0] else { panic!("there is no such pair") };
+/// let error = error.get().downcast_ref::<ParameterError>();
+/// assert!(matches!(error, Some(ParameterError::NotPositive { value: -1.0, .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct FamilyError(Arc<dyn AnyError + Send + Sync>);
+
+impl FamilyError {
+    /// The error as it was returned.
+    pub fn get(&self) -> &(dyn AnyError + Send + Sync + 'static) {
+        &*self.0
+    }
+}
+
+impl<E: Into<Box<dyn AnyError + Send + Sync>>> From<E> for FamilyError {
+    fn from(error: E) -> Self {
+        FamilyError(error.into().into())
+    }
+}
+
+impl Display for FamilyError {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl PartialEq for FamilyError {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.to_string() == other.0.to_string()
+    }
+}
+
 /// Errors of one point of a sweep or one member of an ensemble. They do not affect other points or members.
 ///
 /// ```
@@ -57,9 +105,9 @@ pub enum SweepError {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PointError {
-    /// The family returned no model, or the start function no start. Contains the text of its error.
+    /// The family returned no model, or the start function no start. Contains its error.
     #[error("no model: {0}")]
-    Model(String),
+    Model(FamilyError),
     /// A start or a channel that is not allowed for the model.
     #[error(transparent)]
     Parameter(ParameterError),

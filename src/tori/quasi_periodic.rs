@@ -88,7 +88,7 @@ impl<M: QuasiPeriodic + ?Sized> QuasiPeriodic for &M {
 pub enum QuasiPeriodicError {
     /// A base frequency is not valid, or there is none.
     #[error(transparent)]
-    Frequency(#[from] ParameterError),
+    Parameter(#[from] ParameterError),
     /// `drive` and `drive_at` differ.
     #[error(
         "drive {drive} at time {t:?} is {by_time:?} by Model::drive and {by_angles:?} by QuasiPeriodic::drive_at: \

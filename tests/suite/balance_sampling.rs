@@ -189,7 +189,7 @@ fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
     let orbit = FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.6, 0.9, 0.4]])?;
     let contact = &orbit.contacts(&model)?[0];
     assert!(!contact.intervals.is_empty());
-    for (start, ..) in &contact.intervals {
+    for ContactInterval { start, .. } in &contact.intervals {
         let gap = orbit.at(*start).q[0].abs() - Fast::edge(*start);
         assert!(gap.abs() < 1e-12, "{gap:e}");
     }

@@ -4,11 +4,11 @@ use crate::common::family::oscillator;
 use crate::common::stored;
 use gear_dynamics::branches::{
     BoundaryLine, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, ByFunctionOfTwo,
-    Continuation, Plane, PointKind, Turn,
+    Continuation, Plane, PointKind, StabilityMethod, Turn,
 };
 use gear_dynamics::model::State;
 use gear_dynamics::models::Oscillator;
-use gear_dynamics::{ParameterError, Shooting};
+use gear_dynamics::{Balance, Harmonics, ParameterError, Shooting};
 
 fn pair() -> Oscillator {
     oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.1), ("inertia force", 0.05), ("damping", 0.1)])
@@ -153,6 +153,15 @@ fn a_closed_boundary_ends_at_its_start() {
     }
     assert!(line.points().iter().any(|point| point.parameters[0] < -0.4));
     assert_eq!(line.turns().count(), 2);
+    // Settings that a boundary does not read.
+    let onset = branch.of_kind(PointKind::Grazing)[0];
+    let refused = |range: Continuation| match range.run(&plane, onset) {
+        Err(BranchError::Parameter(ParameterError::Unread { name, by: "a boundary" })) => name,
+        other => panic!("{:?}", other.map(|line| line.points().len())),
+    };
+    assert_eq!(refused(range.clone().stability(StabilityMethod::Skipped)), "stability");
+    assert_eq!(refused(range.clone().channels(&["q0"])), "channels");
+    assert_eq!(refused(range.balance(Balance::new(Harmonics::up_to(1)))), "balance");
     // Without bounds of p its unit is not known at p = 0.
     let refused = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0);
     let mut at_zero = branch.of_kind(PointKind::Grazing)[0].clone();

@@ -223,6 +223,45 @@ fn starts_without_an_orbit_are_refused() {
     assert!(error.to_string().contains("force"), "{error}");
 }
 
+/// Settings of one kind of line are refused by the starts of another, before anything is solved.
+#[test]
+fn settings_that_a_start_does_not_read_are_refused() {
+    let model = spur_pair();
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let (range, by) = (Continuation::new(0.5, 1.1), ["a branch by shooting", "a branch by balance"]);
+    let unread = |error: Option<BranchError>| match error {
+        Some(BranchError::Parameter(ParameterError::Unread { name, by })) => (name, by),
+        other => panic!("{other:?}"),
+    };
+    let with_balance = range.clone().balance(Balance::new(Harmonics::up_to(5)));
+    let (across, shooting) = (range.clone().bounds_across(0.1, 2.0), range.shooting(Shooting::new()));
+    let (state, series) = (State::new(0.0, &[1.1], &[0.0]), guess(&model, [1.1, 0.0, 0.0]));
+    assert_eq!(unread(with_balance.run(&family, state.clone()).err()), ("balance", by[0]));
+    assert_eq!(unread(across.run(&family, state.clone()).err()), ("bounds_across", by[0]));
+    assert_eq!(unread(shooting.run(&family, &series).err()), ("shooting", by[1]));
+    assert_eq!(unread(across.run(&family, &series).err()), ("bounds_across", by[1]));
+    // Lines that are resumed.
+    let branch = shooting.clone().max_points(2).run(&family, state).unwrap();
+    assert_eq!(unread(with_balance.resume(&family, &branch).err()), ("balance", by[0]));
+    let branch = with_balance.clone().max_points(2).run(&family, &series).unwrap();
+    assert_eq!(unread(shooting.resume(&family, &branch).err()), ("shooting", by[1]));
+}
+
+/// The states of the last iterate of a balance determine its series.
+#[test]
+fn an_error_of_a_branch_has_the_states_of_its_balance() {
+    let model = spur_pair();
+    let family = ByConstant::new(&model, "speed").unwrap();
+    let balance = Balance::new(Harmonics::up_to(5));
+    let spent = Continuation::new(0.5, 1.1).balance(balance.budget(Budget::new().steps(1)));
+    let error = spent.run(&family, &guess(&model, [1.3, 0.4, 0.0])).unwrap_err();
+    let states = error.last().unwrap();
+    let BranchError::Balance(BalanceError::Exhausted { last, .. }) = &error else { panic!("{error}") };
+    assert_eq!(states.len(), 11);
+    let mean = states.iter().map(|state| state.q[0]).sum::<f64>() / 11.0;
+    assert!((mean - last.coefficients(0)[0]).abs() < 1e-13, "{mean}");
+}
+
 /// The balance with truncated forces and 15 unknowns of the published face gear pair, by exact integrals.
 /// Reference: the folds of an independent prototype.
 #[test]

@@ -99,8 +99,9 @@ fn members_that_fail_are_counted_and_the_others_stand() {
         if m.is_multiple_of(4) { Err("bad".to_owned()) } else { member(0.5)(m).map_err(|e| e.to_string()) }
     };
     let bands = Ensemble::new(20, 1.0, 1).unwrap().channels(&["q0"]).run(&Rk4::new(0.25), some).unwrap();
-    assert_eq!((bands.members(), bands.failed().0), (15, 5));
-    assert_eq!(bands.failed().1, Some(&(0, PointError::Model("bad".into()))));
+    assert_eq!((bands.members(), bands.failed()), (15, 5));
+    let first = FailedMember { member: 0, error: PointError::Model("bad".into()) };
+    assert_eq!(bands.first_failure(), Some(&first));
     let none =
         Ensemble::new(3, 1.0, 1).unwrap().run(&Rk4::new(0.25), |_| Err::<(Oscillator, State), _>("no"));
     assert_eq!(
@@ -120,8 +121,8 @@ fn members_start_at_time_zero() {
         Ok::<_, ParameterError>((Oscillator, State::new(if m == 2 { 0.5 } else { 0.0 }, &[1.0], &[0.0])))
     };
     let bands = Ensemble::new(4, 1.0, 4).unwrap().channels(&["q0"]).run(&Rk4::new(0.25), late).unwrap();
-    assert_eq!((bands.members(), bands.failed().0), (3, 1));
-    let (member, error) = bands.failed().1.unwrap();
+    assert_eq!((bands.members(), bands.failed()), (3, 1));
+    let FailedMember { member, error } = bands.first_failure().unwrap();
     assert!(
         *member == 2 && matches!(error, PointError::Parameter(ParameterError::OutOfRange { value: 0.5, .. })),
         "{error}"
@@ -170,8 +171,11 @@ fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
     };
     let watch = Monitor::new().progress(&until_ten).cancel(&stop);
     let some = run(&watch).unwrap();
-    assert_eq!((some.members(), some.failed().0, shown.load(Relaxed)), (10, 0, 10));
-    assert_eq!(run(&watch).unwrap_err(), EnsembleError::Cancelled { members: 300 });
+    assert_eq!((some.members(), some.failed(), shown.load(Relaxed)), (10, 0, 10));
+    assert_eq!(
+        run(&watch).unwrap_err(),
+        EnsembleError::Exhausted { exhausted: Exhausted::Cancelled, members: 300 }
+    );
 }
 
 /// x = sin t: the maximum lies between the times of the bands.
@@ -231,7 +235,7 @@ fn quantiles_are_off_by_a_bin_at_most() {
         (all.variance().unwrap() - values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 19_999.0).abs()
             < 1e-10
     );
-    assert_eq!(all.histogram(50).unwrap().iter().map(|(_, n)| n).sum::<u64>(), 20_000);
+    assert_eq!(all.histogram(50).unwrap().iter().map(|span| span.count).sum::<u64>(), 20_000);
     assert!(all.quantile(1.5).is_err() && Distribution::new().quantile(0.5).is_err());
 }
 
@@ -254,7 +258,7 @@ fn check_quantiles(values: &[f64]) {
             "{p}: {found}, {least} .. {most}"
         );
     }
-    assert_eq!(all.histogram(7).unwrap().iter().map(|(_, n)| n).sum::<u64>(), values.len() as u64);
+    assert_eq!(all.histogram(7).unwrap().iter().map(|span| span.count).sum::<u64>(), values.len() as u64);
 }
 
 #[test]

@@ -236,12 +236,33 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
         Lyapunov::new().periods(0),
         Lyapunov::new().renormalisations(0),
         Lyapunov::new().flow_tolerance(f64::NAN),
+        Lyapunov::new().count(2),
     ] {
         assert!(matches!(
             sweep.clone().lyapunov(bad).run(&TableRk4::new(64), family, start),
             Err(SweepError::Parameter(_))
         ));
     }
+}
+
+/// A sweep reads the settling periods of its exponents: more of them start the measurement later.
+#[test]
+fn exponents_of_sweeps_settle_as_set() {
+    let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
+    let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
+    let lyapunov = Lyapunov::new().align(1).periods(2).flow_tolerance(1e-7).count(1);
+    let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[180.0]).unwrap()));
+    let sweep = sweep.settle(2).measure(1).strobe(1);
+    let of = |lyapunov: Lyapunov| sweep.clone().lyapunov(lyapunov).run(&Located(Dop853::new()), pair, start);
+    let (default, none, some) =
+        (of(lyapunov.clone()), of(lyapunov.clone().settle(0)), of(lyapunov.clone().settle(3)));
+    let (default, none, some) = (default.unwrap(), none.unwrap(), some.unwrap());
+    let end = default.get(0).unwrap().strobes().next().unwrap().to_vec();
+    let alone = lyapunov.settle(3).run(&reading_a(180.0), &State::new(0.0, &end[..1], &end[1..])).unwrap();
+    let exponent = |rows: &Rows| rows.get(0).unwrap().lyapunov();
+    assert_eq!(exponent(&some), Some(alone.per_period()[0]));
+    assert_eq!(exponent(&default), exponent(&none));
+    assert_ne!(exponent(&default), exponent(&some));
 }
 
 /// The exponent of a row is measured from the last state of its run: to the bit the result of [`Lyapunov`]

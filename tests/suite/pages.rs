@@ -104,25 +104,122 @@ fn paths_of_rustdoc_stand_in_its_definitions_only() {
     assert!(wrong.is_empty(), "links that a forge does not follow: {wrong:?}");
 }
 
-#[test]
-fn every_public_error_stands_on_the_page_of_errors() {
-    let page = read_to_string(root().join("docs/errors.md")).unwrap();
-    let mut folders = vec![root().join("src")];
-    let mut errors = vec!["Inconsistency".to_owned(), "Exhausted".to_owned()];
+/// The sources of the library.
+fn sources() -> Vec<String> {
+    let (mut folders, mut sources) = (vec![root().join("src")], Vec::new());
     while let Some(folder) = folders.pop() {
         for path in read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
             if path.is_dir() {
                 folders.push(path);
-                continue;
+            } else {
+                sources.push(read_to_string(path).unwrap());
             }
-            let code = read_to_string(path).unwrap();
-            let names =
-                code.lines().filter_map(|line| line.strip_prefix("pub enum ")?.split([' ', '<']).next());
-            errors.extend(names.filter(|name| name.ends_with("Error")).map(str::to_owned));
         }
     }
-    errors.retain(|name| !page.contains(&format!("`{name}")));
-    assert!(errors.is_empty(), "docs/errors.md does not say what to do on {errors:?}");
+    sources
+}
+
+/// The public enums whose names end in `Error`: name and variants, each variant with its attributes and fields.
+fn errors() -> Vec<(String, Vec<String>)> {
+    let mut errors = Vec::new();
+    for source in sources() {
+        for code in source.split("\npub enum ").skip(1) {
+            let (name, rest) = code.split_once(" {\n").unwrap();
+            let body = rest.split("\n}").next().unwrap();
+            // A variant begins with its comment, at the depth of one level.
+            let is_comment = |line: &str| line.starts_with("    ///");
+            let mut variants = Vec::<String>::new();
+            let mut before = false;
+            for line in body.lines() {
+                if is_comment(line) && !before {
+                    variants.push(String::new());
+                }
+                before = is_comment(line);
+                if !line.trim_start().starts_with("///") {
+                    variants.last_mut().unwrap().push_str(&format!("{line}\n"));
+                }
+            }
+            if name.ends_with("Error") {
+                errors.push((name.to_owned(), variants));
+            }
+        }
+    }
+    assert!(errors.len() > 15 && errors.iter().all(|(_, variants)| !variants.is_empty()), "{errors:?}");
+    errors
+}
+
+#[test]
+fn every_public_error_stands_on_the_page_of_errors() {
+    let page = read_to_string(root().join("docs/errors.md")).unwrap();
+    let mut names: Vec<_> = errors().into_iter().map(|(name, _)| name).collect();
+    names.extend(["Inconsistency".to_owned(), "Exhausted".to_owned()]);
+    names.retain(|name| !page.contains(&format!("`{name}")));
+    assert!(names.is_empty(), "docs/errors.md does not say what to do on {names:?}");
+}
+
+/// The table of CONTRIBUTING.md, "Conventions": one name for one meaning.
+#[test]
+fn variants_of_errors_have_the_names_of_the_table() {
+    let other_names = [
+        "Budget",
+        "Cancelled",
+        "Spent",
+        "Limit",
+        "Flow",
+        "Integration",
+        "Failed",
+        "Undetermined",
+        "Diverges",
+        "Unconverged",
+        "Setting",
+        "Settings",
+        "Invalid",
+        "NoStart",
+        "NaN",
+    ];
+    // What a variant wraps or contains, and the name that it must have.
+    let wrapped = [
+        ("IntegrateError", "Integrate"),
+        ("#[from] ParameterError", "Parameter"),
+        ("exhausted: ", "Exhausted"),
+        ("Exhausted)", "Exhausted"),
+    ];
+    let (mut wrong, mut named) = (Vec::new(), BTreeMap::<&str, usize>::new());
+    let errors = errors();
+    for (error, variants) in &errors {
+        for variant in variants {
+            let mut lines = variant.lines().filter_map(|line| line.strip_prefix("    "));
+            let name = lines.find(|line| line.starts_with(char::is_uppercase)).unwrap_or("");
+            let name = name.split(['(', ' ', ',']).next().unwrap();
+            if name.is_empty() || other_names.contains(&name) {
+                wrong.push(format!("{error}::{name}"));
+            }
+            // The message names fields, too: only the fields count.
+            let fields = variant.split_once(&format!("    {name}")).map_or("", |(_, fields)| fields);
+            for (what, wanted) in wrapped {
+                if fields.contains(what) {
+                    *named.entry(wanted).or_default() += 1;
+                    if name != wanted {
+                        wrong.push(format!("{error}::{name} contains {what}: {wanted}"));
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    // The fence sees the variants that it is for.
+    assert!(named["Integrate"] >= 5 && named["Exhausted"] >= 6 && named["Parameter"] >= 15, "{named:?}");
+}
+
+/// What was computed before a failure is the field `last`, and `last()` returns it.
+#[test]
+fn errors_with_a_last_iterate_return_it() {
+    let without: Vec<_> = sources()
+        .into_iter()
+        .filter(|source| source.contains("Error {\n") && source.contains("\n        last: "))
+        .filter(|source| !source.contains("pub fn last(&self) -> Option<"))
+        .collect();
+    assert!(without.is_empty(), "{without:#?}");
 }
 
 /// The program of README.md prints what README.md says.

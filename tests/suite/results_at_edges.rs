@@ -254,7 +254,9 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
     }
     let (pair, balance) = (make().unwrap(), Balance::new(Harmonics::up_to(70)));
     let contact = &balance.linearised(&pair, Piece::Lower).unwrap().contacts(&pair).unwrap()[0];
-    assert!(contact.intervals.len() > 2 && contact.intervals.iter().all(|(.., piece)| *piece != Piece::Gap));
+    assert!(
+        contact.intervals.len() > 2 && contact.intervals.iter().all(|interval| interval.piece != Piece::Gap)
+    );
     assert_eq!(
         (contact.statistics.rattle_state(), contact.statistics.impact_count()),
         (RattleState::None, 0)

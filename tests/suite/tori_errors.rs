@@ -76,9 +76,9 @@ fn drives_that_are_no_functions_of_the_angles() {
     let edge = error(Drives(|angles| angles[0].cos(), f64::cos, both, Some(1.5)));
     assert_eq!(edge, QuasiPeriodicError::EdgeNotAtAngles { edge: 1.5 });
     let none = error(Drives(|_| 0.0, |_| 0.0, vec![], None));
-    assert!(matches!(none, QuasiPeriodicError::Frequency(ParameterError::Empty { .. })));
+    assert!(matches!(none, QuasiPeriodicError::Parameter(ParameterError::Empty { .. })));
     let negative = error(Drives(|_| 0.0, |_| 0.0, vec![1.0, -2.0], None));
-    assert!(matches!(negative, QuasiPeriodicError::Frequency(ParameterError::NotPositive { .. })));
+    assert!(matches!(negative, QuasiPeriodicError::Parameter(ParameterError::NotPositive { .. })));
 }
 
 #[test]
@@ -255,7 +255,7 @@ fn invalid_settings_and_guesses_of_circles() {
     assert!(matches!(error, CircleError::Parameter(ParameterError::Length { expected: 2, found: 3, .. })));
     three.frequencies = vec![1.0, f64::NAN];
     let error = new().solve(&three, &guess).unwrap_err();
-    assert!(matches!(error, CircleError::Drives(QuasiPeriodicError::Frequency(_))));
+    assert!(matches!(error, CircleError::Drives(QuasiPeriodicError::Parameter(_))));
     let error = new().solve_free(&van_der_pol(1.0, 0.0, 1.0), &guess, f64::NAN).unwrap_err();
     assert!(matches!(error, CircleError::Parameter(ParameterError::NotFinite { .. })));
     let taylor = new().flow_method(FlowMethod::Taylor).solve(&TwoToneDuffing, &guess).unwrap_err();

@@ -95,8 +95,8 @@ pub fn distributions(case: &mut Case) -> Run {
         format!("quantile {p} is {quantile}, of {} .. {}", all.min(), all.max())
     })?;
     let histogram = all.histogram(spans)?;
-    let total: u64 = histogram.iter().map(|(_, count)| count).sum();
-    histogram.iter().try_for_each(|(edge, _)| finite("edge of a histogram", *edge))?;
+    let total: u64 = histogram.iter().map(|span| span.count).sum();
+    histogram.iter().try_for_each(|span| finite("middle of a span", span.middle))?;
     holds(spans == 0 || total == all.count(), || {
         format!("histogram of {spans} spans counts {total} of {}", all.count())
     })

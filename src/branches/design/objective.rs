@@ -94,7 +94,7 @@ pub enum DesignError {
     Branch(BranchError),
     /// An orbit was not measured.
     #[error("design: {0}")]
-    Integrate(#[from] IntegrateError),
+    Integrate(IntegrateError),
     /// The budget was spent before the first figure was known.
     #[error("design: {0}")]
     Exhausted(#[from] Exhausted),
@@ -112,6 +112,15 @@ pub enum DesignError {
         /// The constants of the least value.
         constants: Vec<(String, f64)>,
     },
+}
+
+impl From<IntegrateError> for DesignError {
+    fn from(error: IntegrateError) -> Self {
+        match error {
+            IntegrateError::Exhausted { exhausted, .. } => DesignError::Exhausted(exhausted),
+            error => DesignError::Integrate(error),
+        }
+    }
 }
 
 impl From<BranchError> for DesignError {

@@ -58,8 +58,7 @@ impl<F: Family> Start<F> for Beyond<'_> {
             v: state.v.iter().map(|v| -v).collect(),
         };
         let shooting = settings
-            .shooting
-            .clone()
+            .shooting_of_branch()?
             .budget(settings.budget.clone())
             .period_multiple(last.orbit.period_multiple());
         let mut failure = None;

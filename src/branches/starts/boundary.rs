@@ -63,6 +63,7 @@ impl Continuation {
         orbit: &ShootingOrbit,
         heading: f64,
     ) -> Result<Stepper<'f, BoundaryCurve<'f>>, BranchError> {
+        let shooting = self.shooting_of_boundary()?;
         let least_unit =
             if self.is_bounded_across() { UNIT_NEAR_ZERO * (across[1] - across[0]) } else { 0.0 };
         let slice = Rc::new(Slice { plane, other: Cell::new(other), left_out: RefCell::new(Rc::new([])) });
@@ -70,7 +71,7 @@ impl Continuation {
         let unit = p.abs().max(least_unit);
         let half = (what.kind() == PointKind::SymmetryBreaking).then(|| first_half(orbit));
         let orbit = half.as_ref().unwrap_or(orbit);
-        let mut orbits = OrbitCurve::new(slice.clone(), (p, unit), orbit, &self.shooting, meter)?;
+        let mut orbits = OrbitCurve::new(slice.clone(), (p, unit), orbit, &shooting, meter)?;
         if half.is_some() {
             orbits = orbits.over_half();
         }
@@ -109,7 +110,7 @@ impl Continuation {
             range,
             softest,
         };
-        let tolerance = self.shooting.correction_tolerance();
+        let tolerance = shooting.correction_tolerance();
         let mut engine =
             Engine { curve, unit: other_unit, tolerance, max_corrections: 12, at_crossing: false };
         let n = x.len();

@@ -25,7 +25,7 @@ impl<F: Balanced> Start<F> for &FourierOrbit {
         settings: &'f Continuation,
         family: &'f F,
     ) -> Result<Following<'f, Self::Point>, BranchError> {
-        let (family, balance) = (family.balanced(), settings.balance_of(self));
+        let (family, balance) = (family.balanced(), settings.balance_of(self)?);
         let orbit = family.solve(&balance, &*family.at(settings.from)?, self)?;
         settings.follow_balance(family, &balance, settings.from, &orbit, settings.heading())
     }
@@ -39,17 +39,12 @@ impl<F: Balanced> Resume<F> for BranchPoint<FourierOrbit> {
         settings: &'f Continuation,
         family: &'f F,
     ) -> Result<Following<'f, Self>, BranchError> {
-        let balance = settings.balance_of(&self.orbit);
+        let balance = settings.balance_of(&self.orbit)?;
         settings.follow_balance(family.balanced(), &balance, self.parameter, &self.orbit, heading)
     }
 }
 
 impl Continuation {
-    /// The balance whose orbits are followed from this one.
-    pub(crate) fn balance_of(&self, orbit: &FourierOrbit) -> Balance {
-        self.balance.clone().unwrap_or_else(|| Balance::new(orbit.harmonics().clone()))
-    }
-
     /// A branch from an orbit. `heading`: sign of the first change of the parameter.
     fn follow_balance<'f, M: Periodic + ?Sized + 'f>(
         &'f self,
@@ -74,7 +69,7 @@ impl Continuation {
     ) -> Result<Engine<BalanceCurve<'f, M>>, BranchError> {
         let (meter, unit) = (Rc::new(self.budget.begin()), self.unit());
         let curve = BalanceCurve::new(family, balance, (p, unit), orbit, meter)?;
-        let curve = curve.with_stability(self.stability);
+        let curve = curve.with_stability(self.stability_or_default());
         Ok(Engine { curve, unit, tolerance: TOLERANCE, max_corrections: 10, at_crossing: false })
     }
 }

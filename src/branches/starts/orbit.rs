@@ -19,7 +19,7 @@ impl<F: Family> Start<F> for &[State] {
     type Point = BranchPoint;
 
     fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
-        let orbit = settings.shooting.solve(&*family.at(settings.from)?, self)?;
+        let orbit = settings.shooting_of_branch()?.solve(&*family.at(settings.from)?, self)?;
         settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
     }
 }
@@ -52,7 +52,7 @@ impl<F: Family> Start<F> for &ShootingOrbit {
     type Point = BranchPoint;
 
     fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
-        let orbit = settings.shooting.solve_from(&*family.at(settings.from)?, self)?;
+        let orbit = settings.shooting_of_branch()?.solve_from(&*family.at(settings.from)?, self)?;
         settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
     }
 }
@@ -92,11 +92,11 @@ impl Continuation {
         p: f64,
         orbit: &ShootingOrbit,
     ) -> Result<Engine<OrbitCurve<'f>>, BranchError> {
-        let meter = Rc::new(self.budget.begin());
+        let (meter, shooting) = (Rc::new(self.budget.begin()), self.shooting_of_branch()?);
         let unit = self.unit();
-        let curve = OrbitCurve::new(Rc::new(family), (p, unit), orbit, &self.shooting, meter)?;
-        let curve = curve.with_stability(self.stability);
-        let tolerance = self.shooting.correction_tolerance();
+        let curve = OrbitCurve::new(Rc::new(family), (p, unit), orbit, &shooting, meter)?;
+        let curve = curve.with_stability(self.stability_or_default());
+        let tolerance = shooting.correction_tolerance();
         Ok(Engine { curve, unit, tolerance, max_corrections: 10, at_crossing: false })
     }
 }

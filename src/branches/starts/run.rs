@@ -12,8 +12,8 @@ impl Continuation {
     /// orbits, in a [`Plane`](crate::branches::Plane) the boundary of a located point.
     ///
     /// # Errors
-    /// [`BranchError`]: settings out of range, or no orbit near the start. What fails later ends the line,
-    /// see [`Line::end`].
+    /// [`BranchError`]: settings out of range, a setting that the start does not read, or no orbit near the
+    /// start. What fails later ends the line, see [`Line::end`].
     pub fn run<F, S: Start<F>>(&self, family: &F, start: S) -> Result<Line<S::Point>, BranchError> {
         let both_ways = self.both_ways && start.goes_both_ways();
         let forward = self.begin(family, start)?.finish();

@@ -46,14 +46,17 @@ pub enum Frame {
 /// J_M θ_M'' + C_M (θ_M' - θ_1') + K_M (θ_M - θ_1) = T_M
 /// J_Li θ_Li'' + C_si (θ_Li' - θ_i') + K_si (θ_Li - θ_i) = -T_Li
 ///
-/// Contact i is mesh i, with the deflection d_i `[m]` and the mesh force W_i `[N]`; g is its contact law,
+/// The equations count from 1 as the paper does; contacts, constants and channels count from j = 0 to n - 1:
+/// number j belongs to mesh i = j + 1 and gear i = j + 1.
+///
+/// Contact j is mesh i, with the deflection d_i `[m]` and the mesh force W_i `[N]`; g is its contact law,
 /// whose inner kinks are further contacts.
 ///
-/// Constants: `mesh frequency` ω [rad/s], `motor torque` T_M [N m], `mesh damping i` C_i [N s/m],
-/// `load torque i` T_Li [N m], with i = 1 .. n.
+/// Constants: `mesh frequency` ω [rad/s], `motor torque` T_M [N m], `mesh damping j` C_i [N s/m],
+/// `load torque j` T_Li [N m].
 ///
-/// Own channels of mesh i, in `[m]` and `[N]`: `transmission error i`, R_i θ_i - R_{i+1} θ_{i+1}, and
-/// `stiffness times deflection i`, K_i d_i without the dead zone. The latter gives the 5.9 kN and 5.5 kN of
+/// Own channels of a mesh, in `[m]` and `[N]`: `transmission error j`, R_i θ_i - R_{i+1} θ_{i+1}, and
+/// `stiffness times deflection j`, K_i d_i without the dead zone. The latter gives the 5.9 kN and 5.5 kN of
 /// Yao 2020.
 ///
 /// ```
@@ -61,6 +64,7 @@ pub enum Frame {
 /// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?.in_frame(Frame::Rigid);
 /// let end = Dop853::new().end(&ring, &State::at_rest(ring.dof()), 1e-3)?;
 /// assert!((end.q[0] - 3.746_261_04e-4).abs() < 1e-11); // θ_M [rad]
+/// assert_eq!((&ring.names()[2].name[..], &ring.names()[7].name[..]), ("mesh damping 0", "load torque 2"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type Ring<N = Backlash> = Machine<RingShape<N>>;

@@ -87,8 +87,6 @@ pub enum BalanceError {
         coordinate: usize,
         /// The last iterate.
         last: Box<FourierOrbit>,
-        /// Largest residual of every iterate, the guess first.
-        history: Vec<f64>,
     },
     /// The equations do not determine a coordinate.
     #[error(
@@ -100,8 +98,6 @@ pub enum BalanceError {
         coordinate: usize,
         /// The last iterate.
         last: Box<FourierOrbit>,
-        /// Largest residual of every iterate, the guess first.
-        history: Vec<f64>,
     },
     /// The root finder did not converge.
     #[error(
@@ -120,8 +116,6 @@ pub enum BalanceError {
     NotFinite {
         /// The last finite iterate, or the guess.
         last: Box<FourierOrbit>,
-        /// Largest residual of every iterate, the guess first.
-        history: Vec<f64>,
     },
     /// The accuracy was not reached.
     #[error(
@@ -148,8 +142,6 @@ pub enum BalanceError {
         exhausted: crate::ode::budget::Exhausted,
         /// The last iterate, or the guess.
         last: Box<FourierOrbit>,
-        /// Largest residual of every iterate, the guess first; may be empty.
-        history: Vec<f64>,
     },
 }
 

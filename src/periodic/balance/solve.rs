@@ -207,21 +207,20 @@ impl Balance {
         };
         let coordinate = |unknown| equations.work.layout.coordinate(unknown);
         let (failure, root) = Failure::of(error, meter)?;
-        let (last, history) = (Box::new(orbit(&root)), root.residuals);
+        let last = Box::new(orbit(&root));
         Err(match failure {
-            Failure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last, history },
+            Failure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last },
             Failure::Slope { equation, unknown } => BalanceError::Slope {
                 acceleration: coordinate(equation),
                 coordinate: coordinate(unknown),
                 last,
-                history,
             },
             Failure::Singular { unknown } => match start_in_gap {
                 Some(contact) => BalanceError::StartInGap { contact },
-                None => BalanceError::Singular { coordinate: coordinate(unknown), last, history },
+                None => BalanceError::Singular { coordinate: coordinate(unknown), last },
             },
-            Failure::NotConverged => BalanceError::NotConverged { last, residuals: history },
-            Failure::NotFinite => BalanceError::NotFinite { last, history },
+            Failure::NotConverged => BalanceError::NotConverged { last, residuals: root.residuals },
+            Failure::NotFinite => BalanceError::NotFinite { last },
         })
     }
 }

@@ -42,7 +42,7 @@ use std::ops::ControlFlow;
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Lyapunov {
     count: Option<usize>,
-    settle: usize,
+    settle: Option<usize>,
     align: usize,
     periods: usize,
     renormalisations: usize,
@@ -64,7 +64,7 @@ impl Lyapunov {
     pub fn new() -> Self {
         Lyapunov {
             count: None,
-            settle: 100,
+            settle: None,
             align: 10,
             periods: 200,
             renormalisations: 16,
@@ -73,13 +73,13 @@ impl Lyapunov {
             budget: Budget::new(),
         }
     }
-    /// Computes only the `count` largest exponents. Default: all. `count = 1` is the fastest.
+    /// Computes only the `count` largest exponents. Default: all, in a sweep 1. `count = 1` is the fastest.
     pub fn count(self, count: usize) -> Self {
         Lyapunov { count: Some(count), ..self }
     }
-    /// Number of settling periods before the directions are drawn. Default: 100.
+    /// Number of settling periods before the directions are drawn. Default: 100, in a sweep 0.
     pub fn settle(self, settle: usize) -> Self {
-        Lyapunov { settle, ..self }
+        Lyapunov { settle: Some(settle), ..self }
     }
     /// Number of alignment periods: the directions turn into the directions of growth. Default: 10.
     pub fn align(self, align: usize) -> Self {
@@ -105,6 +105,18 @@ impl Lyapunov {
     /// Maximum number of steps and maximum time of one call, settling included.
     pub fn budget(self, budget: Budget) -> Self {
         Lyapunov { budget, ..self }
+    }
+
+    /// The same settings with the defaults of a sweep: one exponent, and no settling periods besides those of
+    /// the sweep.
+    pub(crate) fn of_sweep(self) -> Self {
+        Lyapunov { count: self.count.or(Some(1)), settle: self.settle.or(Some(0)), ..self }
+    }
+
+    /// Checks the settings in a sweep, whose rows contain one exponent.
+    pub(crate) fn check_of_sweep(&self) -> Result<(), ParameterError> {
+        check::count("count of the exponents in a sweep", &[self.count.unwrap_or(1)], 1)?;
+        self.check_settings()
     }
 
     /// Computes the exponents along the motion from `start`.
@@ -204,8 +216,9 @@ impl Lyapunov {
         state: &mut State,
         meter: &Meter<'_>,
     ) -> Result<(), Failure> {
-        let settled = state.t + self.settle as f64 * span;
-        if self.settle > 1 {
+        let settle = self.settle.unwrap_or(SETTLE);
+        let settled = state.t + settle as f64 * span;
+        if settle > 1 {
             let start = state.clone();
             let mut last = Last { state, meter };
             let finish = coarse_run(&start, self.method, model, &start, settled - span, &mut last)?;
@@ -219,12 +232,12 @@ impl Lyapunov {
         let mut along = motion.along(model);
         let mut observers = (&mut along, &mut last);
         let finish = coarse_run(&start, self.method, model, &start, start.t + span, &mut observers);
-        if self.settle > 0 {
+        if settle > 0 {
             *state = ahead;
         }
         let finish = finish?;
         meter.left()?;
-        if self.settle > 0 {
+        if settle > 0 {
             *state = finish.state;
         }
         Ok(())
@@ -254,6 +267,9 @@ impl Lyapunov {
         Ok(start.check(components / 2)?)
     }
 }
+
+/// Number of settling periods outside sweeps.
+const SETTLE: usize = 100;
 
 /// Maximum number of renormalisations per period.
 const MAX_RENORMALISATIONS: usize = 1 << 16;

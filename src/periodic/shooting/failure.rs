@@ -3,7 +3,7 @@
 use crate::error::ParameterError;
 use crate::linear::LinearError;
 use crate::model::State;
-use crate::ode::IntegrateError;
+use crate::ode::{Exhausted, IntegrateError};
 use thiserror::Error;
 
 /// The last iterate of a shooting run that failed.
@@ -68,6 +68,14 @@ pub enum ShootingError {
         /// The last iterate.
         last: Iterate,
     },
+    /// The [`Budget`](crate::Budget) is spent, or the call was cancelled.
+    #[error("shooting stopped after {} corrections: {exhausted}", last.corrections.len())]
+    Exhausted {
+        /// The limit that was reached.
+        exhausted: Exhausted,
+        /// The last iterate.
+        last: Iterate,
+    },
     /// The equations do not determine the orbit: it is at a fold or a branch point, or a coordinate moves
     /// freely in its gap.
     #[error(
@@ -100,6 +108,14 @@ pub enum ShootingError {
 }
 
 impl ShootingError {
+    /// The error for an integration that ended in a segment.
+    pub(crate) fn of_segment(segment: usize, error: IntegrateError, last: Iterate) -> Self {
+        match error {
+            IntegrateError::Exhausted { exhausted, .. } => ShootingError::Exhausted { exhausted, last },
+            error => ShootingError::Integrate { segment, error, last },
+        }
+    }
+
     /// The last iterate; `None` if the guess or a setting was refused.
     pub fn last(&self) -> Option<&Iterate> {
         match self {
@@ -107,6 +123,7 @@ impl ShootingError {
             | ShootingError::NoStaticState(_)
             | ShootingError::GuessTime { .. } => None,
             ShootingError::Integrate { last, .. }
+            | ShootingError::Exhausted { last, .. }
             | ShootingError::Singular { last, .. }
             | ShootingError::NotConverged { last, .. } => Some(last),
         }

@@ -9,7 +9,7 @@ use crate::ode::budget::Meter;
 use crate::ode::{IntegrateError, Step};
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::flow::variation::metered;
-use crate::periodic::shooting::failure::ShootingError;
+use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use std::ops::ControlFlow;
 
 /// Settings of shooting that the guess depends on.
@@ -69,13 +69,9 @@ impl Guess {
         let model: &dyn Model = model;
         let rigid = rigid_modes(model, period);
         let mut motion = MotionSize::new(model.dof(), &rigid);
-        let fail = |segment: usize, error: IntegrateError, states: &[State]| ShootingError::Integrate {
-            segment,
-            error,
-            last: crate::periodic::shooting::failure::Iterate {
-                states: states.to_vec(),
-                corrections: Vec::new(),
-            },
+        let fail = |segment: usize, error: IntegrateError, states: &[State]| {
+            let last = Iterate { states: states.to_vec(), corrections: Vec::new() };
+            ShootingError::of_segment(segment, error, last)
         };
         for (i, state) in states.iter().enumerate() {
             motion.see(state.t, &state.q, &state.v);

@@ -222,11 +222,8 @@ impl Shooting {
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
         let expansion = Expansion::new(model, 2 * model.dof(), &[], self.method).map_err(|error| {
-            ShootingError::Integrate {
-                segment: 0,
-                error,
-                last: Iterate { states: guess.states.clone(), corrections: Vec::new() },
-            }
+            let last = Iterate { states: guess.states.clone(), corrections: Vec::new() };
+            ShootingError::of_segment(0, error, last)
         })?;
         let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end, Vec::new(), expansion);
         let mut corrections: Vec<f64> = Vec::new();
@@ -240,10 +237,8 @@ impl Shooting {
             ShootingError::NotConverged { component, range, correction: share * range, last }
         };
         let mut here = segments.round(&guess.states, None, self.flow_tolerance, meter).map_err(
-            |SegmentError { segment, error }| ShootingError::Integrate {
-                segment,
-                error,
-                last: fail(&guess.states, &corrections),
+            |SegmentError { segment, error }| {
+                ShootingError::of_segment(segment, error, fail(&guess.states, &corrections))
             },
         )?;
         for _ in 0..self.max_iterations {
@@ -277,7 +272,7 @@ impl Shooting {
                         }
                     }
                     Err(SegmentError { segment, error: error @ IntegrateError::Exhausted { .. } }) => {
-                        return Err(ShootingError::Integrate { segment, error, last: last(&corrections) });
+                        return Err(ShootingError::of_segment(segment, error, last(&corrections)));
                     }
                     Err(_) => {}
                 }
@@ -351,7 +346,7 @@ impl Shooting {
             let t = start.t + orbit.period() * shorter as f64 / self.period_multiple as f64;
             let later = orbit.state_at(model, t, meter).map_err(|error| {
                 let (states, corrections) = (orbit.states().to_vec(), orbit.corrections().to_vec());
-                ShootingError::Integrate { segment: 0, error, last: Iterate { states, corrections } }
+                ShootingError::of_segment(0, error, Iterate { states, corrections })
             })?;
             if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
                 return Ok(shorter);

@@ -38,11 +38,55 @@ pub struct Bands {
     peak_names: Vec<String>,
     peaks: Vec<Distribution>,
     impacts: Vec<Distribution>,
-    /// For each number n of added members that is a power of two: n, mean and standard error of each peak.
-    convergence: Vec<(u64, Vec<[f64; 2]>)>,
+    /// For each number of added members that is a power of two: the mean of each peak.
+    convergence: Vec<Vec<MeanAfter>>,
     pub(crate) members: u64,
     pub(crate) failed: u64,
-    pub(crate) first_failure: Option<(u64, PointError)>,
+    pub(crate) first_failure: Option<FailedMember>,
+}
+
+/// The mean of a distribution after the first members of an ensemble, as given by [`Bands::convergence`].
+///
+/// ```
+/// use gear_dynamics::{ParameterError, State, Dop853, model::from_fn, sweep::Ensemble};
+/// let push = |member: u64| {
+///     let model = from_fn(1, move |_, _, _, a| a[0] = 2.0 * member as f64)?;
+///     Ok::<_, ParameterError>((model, State::at_rest(1)))
+/// };
+/// let ensemble = Ensemble::new(4, 1.0, 1)?.peaks(&["v0"]); // v(1) = 0, 2, 4, 6
+/// let bands = ensemble.run(&Dop853::new(), push)?;
+/// let last = bands.convergence("v0")?[2];
+/// assert!(last.members == 4 && (last.mean - 3.0).abs() < 1e-12);
+/// assert!((last.standard_error - (5.0f64 / 3.0).sqrt()).abs() < 1e-12); // √(20/3)/√4
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanAfter {
+    /// Number of members that were averaged.
+    pub members: u64,
+    /// Their mean.
+    pub mean: f64,
+    /// Standard error of the mean.
+    pub standard_error: f64,
+}
+
+/// A member of an ensemble that failed, as given by [`Bands::first_failure`].
+///
+/// ```
+/// use gear_dynamics::{Rk4, State, model::from_fn, sweep::Ensemble};
+/// let ensemble = Ensemble::new(3, 1.0, 1)?.channels(&["q0"]);
+/// let rest = from_fn(1, |_, _, _, a| a[0] = 0.0)?;
+/// let member = |i: u64| if i == 1 { Err("broken") } else { Ok((&rest, State::at_rest(1))) };
+/// let bands = ensemble.run(&Rk4::new(0.1), member)?;
+/// assert_eq!((bands.failed(), bands.first_failure().map(|failed| failed.member)), (1, Some(1)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailedMember {
+    /// Its number, from 0.
+    pub member: u64,
+    /// Its error.
+    pub error: PointError,
 }
 
 impl Bands {
@@ -71,14 +115,16 @@ impl Bands {
         add(&mut self.impacts, &seen.impacts);
         self.members += 1;
         if self.members.is_power_of_two() {
-            self.convergence
-                .push((self.members, self.peaks.iter().map(|p| [p.mean(), p.standard_error()]).collect()));
+            let members = self.members;
+            let after =
+                |p: &Distribution| MeanAfter { members, mean: p.mean(), standard_error: p.standard_error() };
+            self.convergence.push(self.peaks.iter().map(after).collect());
         }
     }
 
     pub(crate) fn fail(&mut self, member: u64, error: PointError) {
         self.failed += 1;
-        self.first_failure.get_or_insert((member, error));
+        self.first_failure.get_or_insert(FailedMember { member, error });
     }
 
     /// The times at which channels are sampled, in the model's time unit.
@@ -89,9 +135,13 @@ impl Bands {
     pub fn members(&self) -> u64 {
         self.members
     }
-    /// The number of members that failed, with the number and the error of the first one.
-    pub fn failed(&self) -> (u64, Option<&(u64, PointError)>) {
-        (self.failed, self.first_failure.as_ref())
+    /// The number of members that failed.
+    pub fn failed(&self) -> u64 {
+        self.failed
+    }
+    /// The first member that failed; `None` if all succeeded.
+    pub fn first_failure(&self) -> Option<&FailedMember> {
+        self.first_failure.as_ref()
     }
 
     /// The distribution of a channel at time `i`, counted from 0.
@@ -135,13 +185,13 @@ impl Bands {
     pub fn impacts(&self, i: usize) -> Option<&Distribution> {
         self.impacts.get(i)
     }
-    /// Convergence of the mean [peak](Bands::peak) of a channel: (members, mean, standard error) after 1, 2,
-    /// 4, 8, ... successful members.
+    /// Convergence of the mean [peak](Bands::peak) of a channel: its mean after 1, 2, 4, 8, ... successful
+    /// members.
     ///
     /// # Errors
     /// As [`peak`](Bands::peak).
-    pub fn convergence(&self, channel: &str) -> Result<Vec<(u64, f64, f64)>, ParameterError> {
+    pub fn convergence(&self, channel: &str) -> Result<Vec<MeanAfter>, ParameterError> {
         let i = check::channel_index(&self.peak_names, channel)?;
-        Ok(self.convergence.iter().map(|(members, peaks)| (*members, peaks[i][0], peaks[i][1])).collect())
+        Ok(self.convergence.iter().map(|peaks| peaks[i]).collect())
     }
 }

@@ -5,12 +5,11 @@ use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::model::{Model, State};
 use crate::ode::probe::Probe;
-use crate::ode::{Integrator, Observer, Step, uniform_times};
-use crate::sweep::ensembles::bands::{Bands, MemberResults};
+use crate::ode::{Exhausted, Integrator, Observer, Step, uniform_times};
+use crate::sweep::ensembles::bands::{Bands, FailedMember, MemberResults};
 use crate::sweep::monitor::Monitor;
-use crate::sweep::sweep_error::PointError;
+use crate::sweep::sweep_error::{FamilyError, PointError};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
-use std::fmt::Display;
 use std::ops::ControlFlow;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering;
@@ -68,8 +67,10 @@ pub enum EnsembleError {
         first: PointError,
     },
     /// The ensemble was cancelled before any member finished.
-    #[error("the ensemble was cancelled before any of its {members} members finished")]
-    Cancelled {
+    #[error("the ensemble stopped before any of its {members} members finished: {exhausted}")]
+    Exhausted {
+        /// The reason, [`Exhausted::Cancelled`].
+        exhausted: Exhausted,
         /// Number of members.
         members: u64,
     },
@@ -140,7 +141,7 @@ impl<'w> Ensemble<'w> {
     ///
     /// # Errors
     /// [`EnsembleError`]. If at least one member succeeds, members that fail are counted in
-    /// [`Bands::failed`] instead. [`EnsembleError::Cancelled`] if the monitor cancels before any member
+    /// [`Bands::failed`] instead. [`EnsembleError::Exhausted`] if the monitor cancels before any member
     /// finished.
     pub fn run<M, I, X>(
         &self,
@@ -150,7 +151,7 @@ impl<'w> Ensemble<'w> {
     where
         M: Model,
         I: Integrator + Sync,
-        X: Display,
+        X: Into<FamilyError>,
     {
         let monitor = &self.monitor;
         let figures = check::count(
@@ -164,7 +165,7 @@ impl<'w> Ensemble<'w> {
                 match family(member) {
                     Ok((model, _)) => Some(model),
                     Err(error) => {
-                        failure.get_or_insert_with(|| PointError::Model(error.to_string()));
+                        failure.get_or_insert_with(|| PointError::Model(error.into()));
                         None
                     }
                 }
@@ -203,21 +204,24 @@ impl<'w> Ensemble<'w> {
         }
         match bands.first_failure {
             _ if bands.members > 0 => Ok(bands),
-            Some((_, first)) if bands.failed == self.members => {
+            Some(FailedMember { error: first, .. }) if bands.failed == self.members => {
                 Err(EnsembleError::AllFailed { members: self.members, first })
             }
-            _ => Err(EnsembleError::Cancelled { members: self.members }),
+            _ => {
+                let exhausted = Exhausted::Cancelled;
+                Err(EnsembleError::Exhausted { exhausted, members: self.members })
+            }
         }
     }
 
     /// The results of one member; `None` if cancelled.
-    fn member<M: Model, I: Integrator, X: Display>(
+    fn member<M: Model, I: Integrator, X: Into<FamilyError>>(
         &self,
         solver: &I,
         family: &impl Fn(u64) -> Result<(M, State), X>,
         member: u64,
     ) -> Result<Option<MemberResults>, PointError> {
-        let (model, start) = family(member).map_err(|e| PointError::Model(e.to_string()))?;
+        let (model, start) = family(member).map_err(|e| PointError::Model(e.into()))?;
         start.check(model.dof()).map_err(PointError::Parameter)?;
         if start.t != 0.0 {
             let (name, value) = ("start.t".into(), start.t);

@@ -261,13 +261,12 @@ impl Distribution {
         Ok(self.max)
     }
 
-    /// Histogram over `spans` equal spans from minimum to maximum: (middle of the span, number of values in
-    /// it). Binned values count at the middle of their bin, so a value may be assigned to a span up to half a
-    /// bin width away.
+    /// Histogram over `spans` equal spans from minimum to maximum. Binned values count at the middle of their
+    /// bin, so a value may be assigned to a span up to half a bin width away.
     ///
     /// # Errors
     /// No spans or more than 2²⁴; no values.
-    pub fn histogram(&self, spans: usize) -> Result<Vec<(f64, u64)>, ParameterError> {
+    pub fn histogram(&self, spans: usize) -> Result<Vec<HistogramSpan>, ParameterError> {
         const MAX_SPANS: usize = 1 << 24;
         if spans == 0 {
             return Err(ParameterError::TooFew { name: "spans of the histogram".into(), value: 0, min: 1 });
@@ -277,8 +276,8 @@ impl Distribution {
             return Err(ParameterError::Empty { name: "values of the distribution".into(), min: 1 });
         }
         let width = self.max / spans as f64 - self.min / spans as f64;
-        let mut counts: Vec<(f64, u64)> =
-            (0..spans).map(|i| (self.min + (i as f64 + 0.5) * width, 0)).collect();
+        let empty = |i: usize| HistogramSpan { middle: self.min + (i as f64 + 0.5) * width, count: 0 };
+        let mut counts: Vec<HistogramSpan> = (0..spans).map(empty).collect();
         let bins = self
             .bins
             .iter()
@@ -287,9 +286,25 @@ impl Distribution {
         for (x, count) in self.pilot.iter().map(|x| (*x, 1)).chain(bins) {
             let place = ((x - self.min) / width).clamp(0.0, spans.saturating_sub(1) as f64);
             if let Some(span) = counts.get_mut(place as usize) {
-                span.1 += count;
+                span.count += count;
             }
         }
         Ok(counts)
     }
+}
+
+/// A span of a [histogram](Distribution::histogram).
+///
+/// ```
+/// use gear_dynamics::sweep::Distribution;
+/// let last = Distribution::from_samples([0.0, 1.0, 4.0]).histogram(2)?[1];
+/// assert_eq!((last.middle, last.count), (3.0, 1));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HistogramSpan {
+    /// Middle of the span.
+    pub middle: f64,
+    /// Number of values in it.
+    pub count: u64,
 }

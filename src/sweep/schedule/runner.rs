@@ -14,8 +14,7 @@ use crate::sweep::rows::merge::RowsError;
 use crate::sweep::schedule::block::{Family, Start, Work};
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
-use crate::sweep::sweep_error::{PointError, SweepError};
-use std::fmt::Display;
+use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
 
@@ -60,8 +59,8 @@ impl Sweep {
     where
         M: Periodic,
         E: SweepEngine<M>,
-        X: Display,
-        Y: Display,
+        X: Into<FamilyError>,
+        Y: Into<FamilyError>,
     {
         self.runner(engine, family, start).run()
     }
@@ -77,15 +76,14 @@ impl Sweep {
     where
         M: Periodic,
         E: SweepEngine<M>,
-        X: Display,
-        Y: Display,
+        X: Into<FamilyError>,
+        Y: Into<FamilyError>,
     {
-        let model = |e: &dyn Display| PointError::Model(e.to_string());
         Runner {
             sweep: self,
             engine,
-            family: Box::new(move |point| family(point).map_err(|e| model(&e))),
-            start: Box::new(move |point, of| start(point, of).map_err(|e| model(&e))),
+            family: Box::new(move |point| family(point).map_err(|e| PointError::Model(e.into()))),
+            start: Box::new(move |point, of| start(point, of).map_err(|e| PointError::Model(e.into()))),
             monitor: Monitor::new(),
         }
     }

@@ -117,11 +117,11 @@ impl Sweep {
     /// Requests the largest Lyapunov exponent. Default: not computed.
     ///
     /// With every engine it is computed from the variational equations with located edges. It starts in the
-    /// last state of the run, so that the motion is settled. The settings are those of `lyapunov`, except
-    /// [`settle`](Lyapunov::settle), which is set to 0, and [`count`](Lyapunov::count), which is set to 1.
+    /// last state of the run, where the motion is settled: the default of [`settle`](Lyapunov::settle) is 0
+    /// here. A row contains one exponent: the default of [`count`](Lyapunov::count) is 1, and more is an error.
     /// The time per period is about three times that of [`Located`](crate::sweep::Located).
     pub fn lyapunov(self, lyapunov: Lyapunov) -> Self {
-        Sweep { lyapunov: Some(lyapunov.settle(0).count(1)), ..self }
+        Sweep { lyapunov: Some(lyapunov.of_sweep()), ..self }
     }
 
     /// The start of the runs. Default: [`WarmStart::No`].
@@ -172,7 +172,7 @@ impl Sweep {
         check::above_zero("periodic_tolerance", self.tolerance)?;
         self.repeat.map_or(Ok(0.0), |value| check::above_zero("until_repeats", value))?;
         if let Some(lyapunov) = &self.lyapunov {
-            lyapunov.check_settings()?;
+            lyapunov.check_of_sweep()?;
         }
         Ok(())
     }

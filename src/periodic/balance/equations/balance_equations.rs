@@ -99,11 +99,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
             Demand { model, harmonics, integrals, near, finer, size, rates, has_fixed_pieces, meter };
         let (grid, integration) = demand.choose(&couplings, &mut slopes)?;
         if let Some(exhausted) = meter.exhausted() {
-            return Err(BalanceError::Exhausted {
-                exhausted,
-                last: Box::new(near.clone()),
-                history: Vec::new(),
-            });
+            return Err(BalanceError::Exhausted { exhausted, last: Box::new(near.clone()) });
         }
         let (samples, varying) = (grid.samples(), couplings.varying.len());
         let layout = JacobianLayout::new(harmonics, omega, size.to_vec(), rigid, &couplings);

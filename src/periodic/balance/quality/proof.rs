@@ -160,7 +160,7 @@ fn proof(
 ) -> Result<Proof, BalanceError> {
     let polished = Shooting::new().find_near(model, orbit, meter).ok();
     if let Some(exhausted) = meter.exhausted() {
-        return Err(BalanceError::Exhausted { exhausted, last: Box::new(finer), history: Vec::new() });
+        return Err(BalanceError::Exhausted { exhausted, last: Box::new(finer) });
     }
     let shooting = polished.as_ref().map_or(f64::INFINITY, ShootingOrbit::first_correction);
     Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
