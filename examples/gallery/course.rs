@@ -2,6 +2,7 @@
 
 use crate::Outcome;
 use crate::pair::{bench_pair, tooth_stiffness, waves, with_brake, with_law};
+use gear_dynamics::analysis::Probe;
 use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
 use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
 use gear_dynamics::drives::{Held, HeldProcess};
@@ -84,54 +85,53 @@ pub fn contact_loss(_: bool) -> Outcome<Picture> {
 pub fn orbit(_: bool) -> Outcome<Picture> {
     let (pair, run) = settled(380.0, 1.01)?;
     let axes = ["deflection d [m]", "rate of deflection d' [m/s]"];
-    Ok(phase_portrait(&pair, &run, axes, 0)?.title("one mesh period at 380 rad/s, 300 N m").into())
+    let contact = Probe::new(&pair).read_contacts(0.0, Side::After, run.q(0), run.v(0))[0];
+    let section = [(contact.deflection, contact.rate)];
+    let panel = phase_portrait(&pair, &run, axes, 0)?.series("once a mesh period", Mark::Dots, section)?;
+    Ok(panel.title("one mesh period at 380 rad/s, 300 N m").into())
 }
 
 pub fn jumps(coarse: bool) -> Outcome<Picture> {
     let pair = bench_pair(270.0)?;
-    let line = branch_of(&pair, [270.0, 600.0])?;
-    let step = if coarse { 15.0 } else { 7.5 };
-    let speeds = Axis::linear("speed", 275.0, 590.0, (315.0 / step) as usize + 1)?;
+    let line = branch_of(&pair, [270.0, 400.0])?;
+    let speeds = Axis::linear("speed", 280.0, 345.0, if coarse { 6 } else { 14 })?;
     let sweep = Sweep::grid(vec![speeds])?.settle(60).measure(4).channels(&["deflection"]);
     let diagram =
         Bifurcation::extremes("deflection").run(&sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?)?;
-    // Every other point of each sweep, so that neither covers the other.
-    let swings = |points: &[gear_dynamics::sweep::DiagramPoint], first: f64| -> Vec<(f64, f64)> {
+    let swings = |points: &[gear_dynamics::sweep::DiagramPoint]| -> Vec<(f64, f64)> {
         let swing = |values: &[f64]| {
             let [low, high] =
                 values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
             high - low
         };
-        let mut chosen: Vec<_> = points.iter().map(|point| (point.parameter, swing(&point.values))).collect();
-        chosen.retain(|(speed, _)| ((speed - first) / (2.0 * step)).fract().abs() < 1e-6);
-        chosen
+        points.iter().map(|point| (point.parameter, swing(&point.values))).collect()
     };
     let panel = branch(&[&line], [SPEED, SWING], BranchPoint::peak_to_peak)?
-        .series("sweep up", Mark::Dots, swings(diagram.up(), 275.0))?
-        .series("sweep down", Mark::Dots, swings(diagram.down(), 275.0 + step))?;
-    Ok(Picture::from(panel.title("spur pair of 50 teeth, b = 40 μm, 300 N m")).panel_size(640.0, 400.0))
+        .series("sweep up", Mark::Dots, swings(diagram.up()))?
+        .series("sweep down", Mark::Dots, swings(diagram.down()))?;
+    let panel =
+        panel.title("spur pair of 50 teeth, b = 40 μm, 300 N m: folds and sweeps").x_range(270.0, 400.0)?;
+    Ok(Picture::from(panel).panel_size(640.0, 400.0))
 }
 
 pub fn map(coarse: bool) -> Outcome<Picture> {
-    let (columns, rows) = if coarse { (21, 7) } else { (81, 46) };
-    let pair = bench_pair(200.0)?;
+    let (columns, rows) = if coarse { (20, 7) } else { (77, 46) };
+    let pair = bench_pair(270.0)?;
     let axes =
-        vec![Axis::linear("speed", 200.0, 600.0, columns)?, Axis::linear("drive", 150.0, 600.0, rows)?];
+        vec![Axis::linear("speed", 220.0, 600.0, columns)?, Axis::linear("drive", 150.0, 600.0, rows)?];
     let sweep = Sweep::grid(axes)?.settle(60).measure(2).rattle();
     let runs = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
-    let lines = [[200.0, 270.0], [270.0, 600.0]].map(|span| branch_of(&pair.with("speed", span[0])?, span));
-    let lines = lines.into_iter().collect::<Outcome<Vec<_>>>()?;
+    let line = branch_of(&pair, [270.0, 600.0])?;
     let plane = ByConstants::new(&pair, ["speed", "drive"])?;
-    for onset in lines.iter().flat_map(|line| line.of_kind(PointKind::Grazing)) {
+    let grazings = line.of_kind(PointKind::Grazing).into_iter().map(|point| (point, "onset of contact loss"));
+    let folds = line.of_kind(PointKind::Fold).into_iter().map(|point| (point, "fold"));
+    for (point, name) in grazings.chain(folds) {
         for to in [150.0, 600.0] {
-            panel = panel.boundary(
-                "located onset of contact loss",
-                &Continuation::new(300.0, to).run(&plane, onset)?,
-            )?;
+            panel = panel.boundary(name, &Continuation::new(300.0, to).run(&plane, point)?)?;
         }
     }
-    let panel = panel.x_range(200.0, 600.0)?.y_range(150.0, 600.0)?;
+    let panel = panel.x_range(220.0, 600.0)?.y_range(150.0, 600.0)?;
     Ok(Picture::from(panel.title("rattle of the pair, each run from its static state"))
         .panel_size(640.0, 400.0))
 }
@@ -153,25 +153,35 @@ pub fn random(coarse: bool) -> Outcome<Picture> {
     Ok(Picture::from(panel.title(title)).panel_size(560.0, 300.0))
 }
 
-/// f = y²/(y + s), y the depth past an edge: rough flanks.
+/// A preload -p, flanks of the slope r up to the depth s, then a stop of slope 1.
 #[derive(Clone, PartialEq)]
-struct RoughFlank {
+struct Sprung {
     b: f64,
+    p: f64,
+    r: f64,
     s: f64,
 }
 
-impl Nonlinearity for RoughFlank {
+impl Nonlinearity for Sprung {
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
-        let press = |y: S| y * y / (y + S::from(self.s));
-        press((at.x - at.upper).max(S::from(0.0))) - press((at.lower - at.x).max(S::from(0.0)))
+        let positive = |y: S| y.max(S::from(0.0));
+        let press = |y: S| positive(y) * self.r + positive(y - S::from(self.s)) * (1.0 - self.r);
+        press(at.x - at.upper) - press(at.lower - at.x) - S::from(self.p)
     }
-    fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
-        let press = |y: S| y * y / (y + S::from(self.s));
+    fn force_on<S: Scalar>(&self, piece: Piece, kinks: &[Piece], at: Deflection<S>) -> S {
+        let stopped = kinks.first() == Some(&piece);
+        let press = |y: S| if stopped { y - S::from((1.0 - self.r) * self.s) } else { y * self.r };
         match piece {
-            Piece::Upper => press(at.x - at.upper),
-            Piece::Lower => -press(at.lower - at.x),
-            Piece::Gap => S::from(0.0),
+            Piece::Upper => press(at.x - at.upper) - S::from(self.p),
+            Piece::Gap => S::from(-self.p),
+            Piece::Lower => -press(at.lower - at.x) - S::from(self.p),
         }
+    }
+    fn kinks(&self) -> usize {
+        1
+    }
+    fn kink<S: Scalar>(&self, _: usize, x: S, _: S) -> S {
+        x * (self.b / (self.b + self.s))
     }
     fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
         Edges::at_rest(-self.b, self.b)
@@ -179,24 +189,24 @@ impl Nonlinearity for RoughFlank {
 }
 
 pub fn law(_: bool) -> Outcome<Picture> {
-    let rough = RoughFlank { b: 4e-5, s: 3e-6 };
+    let sprung = Sprung { b: 4e-5, p: 2e-6, r: 0.5, s: 4e-6 };
     let force =
-        |x: f64| (1e-6 * x, rough.force(Deflection { x: 1e-6 * x, rate: 0.0, lower: -4e-5, upper: 4e-5 }));
+        |x: f64| (1e-6 * x, sprung.force(Deflection { x: 1e-6 * x, rate: 0.0, lower: -4e-5, upper: 4e-5 }));
     let ideal = |x: f64| (1e-6 * x, 1e-6 * ((x - 40.0).max(0.0) - (-x - 40.0).max(0.0)));
-    let along = || (-1200..=1200).map(|i| f64::from(i) / 20.0);
+    let along = || (-1000..=1000).map(|i| f64::from(i) / 20.0);
     let laws = Panel::new("contact law", "deflection d [m]", "force over stiffness f [m]")?
         .series("linear flanks", Mark::Line, along().map(ideal))?
-        .series("rough flanks, s = 3 μm", Mark::Line, along().map(force))?;
+        .series("preload 2 μm, stop at 4 μm", Mark::Line, along().map(force))?;
     let folds = |line: &Branch<ShootingOrbit>| -> Vec<(f64, f64)> {
         let folds = line.of_kind(PointKind::Fold);
         folds.iter().map(|fold| (fold.parameter, fold.peak_to_peak())).collect()
     };
-    let smooth = branch_of(&bench_pair(270.0)?, [270.0, 400.0])?;
-    let other = branch_of(&with_law(rough, 270.0)?, [270.0, 400.0])?;
+    let linear = branch_of(&bench_pair(270.0)?, [270.0, 400.0])?;
+    let other = branch_of(&with_law(sprung, 270.0)?, [270.0, 400.0])?;
     let lines = Panel::new("response", SPEED, SWING)?
-        .series("linear flanks", Mark::Line, curve(&smooth))?
-        .series("rough flanks, s = 3 μm", Mark::Line, curve(&other))?
-        .series("folds", Mark::Dots, folds(&smooth).into_iter().chain(folds(&other)))?;
+        .series("linear flanks", Mark::Line, curve(&linear))?
+        .series("preload 2 μm, stop at 4 μm", Mark::Line, curve(&other))?
+        .series("folds", Mark::Dots, folds(&linear).into_iter().chain(folds(&other)))?;
     Ok(Picture::new([laws, lines]).columns(2))
 }
 

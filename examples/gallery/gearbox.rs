@@ -4,21 +4,27 @@ use crate::Outcome;
 use gear_dynamics::analysis::{Spectrum, Window};
 use gear_dynamics::linear::{Campbell, Mode, Modes};
 use gear_dynamics::ode::uniform_times;
-use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy, QualityGrade, TransmissionError};
+use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, QualityGrade, TransmissionError};
 use gear_dynamics::trains::{Bearing, Body, Members, MeshPart, ModeKind, OfMesh, Parts, Planetary, Train};
 use gear_dynamics::{Integrator, Periodic, Settle, Taylor, Wave};
 use gear_dynamics_plots::{Mark, Panel, Picture, mode};
 
-/// A mesh of steel gears of grade 6, module and width in metres.
-fn stage(teeth: [u32; 2], module: f64, width: f64) -> Outcome<(MeshPart, [Body; 2])> {
-    let gear = |z| InvoluteGear::external(z, module)?.face_width(width);
-    let pair = GearPair::new(&gear(teeth[0])?, &gear(teeth[1])?)?;
-    let stiffness = PotentialEnergy::tian_2004().wave(&pair)?.fourier_series(3)?;
+/// A stage of steel gears of grade 6: teeth, profile shifts, bores [m]; module, width and centre distance [m].
+fn stage(
+    z: [u32; 2],
+    x: [f64; 2],
+    bores: [f64; 2],
+    [module, width, distance]: [f64; 3],
+) -> Outcome<(MeshPart, [Body; 2])> {
+    let gear = |i: usize| InvoluteGear::external(z[i], module)?.profile_shift(x[i])?.face_width(width);
+    let pair = GearPair::at_centre_distance(&gear(0)?, &gear(1)?, distance)?;
+    let one = MethodB::new().stiffness(&pair)?.single * width; // one pair of teeth [N/m]
+    let stiffness = Wave::new(pair.rectangular(one, 1.75 * one)?.series(6)?);
     let error = TransmissionError::of_grade(&pair, [QualityGrade::new(6)?; 2])?;
-    let mesh = MeshPart::of_pair(&pair, Wave::new(stiffness)).error(Wave::new(error.tooth().clone()));
+    let mesh = MeshPart::of_pair(&pair, stiffness).error(Wave::new(error.tooth().clone())).damping(2000.0);
     let mesh = mesh.error_of_turn(OfMesh::Driver, Wave::new(error.shaft(0).clone()));
-    let body = |i: usize| pair.gears()[i].blank(0.02, 7850.0).map(|blank| Body::new(blank.polar_inertia));
-    Ok((mesh.damping(2000.0).half_backlash(4e-5), [body(0)?, body(1)?]))
+    let body = |i: usize| pair.gears()[i].blank(bores[i], 7850.0).map(|blank| Body::new(blank.polar_inertia));
+    Ok((mesh, [body(0)?, body(1)?]))
 }
 
 /// Least amplitude that is drawn [N].
@@ -26,8 +32,8 @@ const LEAST: f64 = 1e-3;
 
 /// The gearbox of the ninth chapter.
 fn gearbox() -> Outcome<Train> {
-    let ((first, [b1, b2]), (second, [b3, b4])) =
-        (stage([25, 50], 0.002, 0.02)?, stage([20, 60], 0.003, 0.03)?);
+    let (first, [b1, b2]) = stage([25, 50], [0.2, 0.0], [0.02, 0.03], [0.002, 0.02, 0.0755])?;
+    let (second, [b3, b4]) = stage([20, 60], [0.3, -0.1], [0.03, 0.04], [0.003, 0.03, 0.12065])?;
     let mut parts = Parts::new();
     parts.body("motor", Body::new(5e-3)).body("pinion 1", b1).body("wheel 1", b2);
     parts.body("pinion 2", b3).body("wheel 2", b4);

@@ -2,7 +2,7 @@
 
 use crate::Outcome;
 use gear_dynamics::contact::Nonlinearity;
-use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy, QualityGrade, TransmissionError};
+use gear_dynamics::teeth::{GearPair, InvoluteGear, Piecewise, PotentialEnergy, QualityGrade, TransmissionError};
 use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train};
 use gear_dynamics::{Backlash, Wave};
 
@@ -10,7 +10,7 @@ use gear_dynamics::{Backlash, Wave};
 const HALF_BACKLASH: f64 = 4e-5;
 
 /// Mesh stiffness of two gears of 50 teeth [N/m].
-pub fn tooth_stiffness() -> Outcome<Table> {
+pub fn tooth_stiffness() -> Outcome<Piecewise> {
     Ok(PotentialEnergy::ma_2014([0.03; 2])?.wave(&gears()?.0)?)
 }
 
