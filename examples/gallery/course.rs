@@ -13,7 +13,9 @@ use gear_dynamics::ode::{Step, uniform_times};
 use gear_dynamics::periodic::ShootingOrbit;
 use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4};
 use gear_dynamics::trains::Train;
-use gear_dynamics::{Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor, Wave};
+use gear_dynamics::{
+    Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor, Wave,
+};
 use gear_dynamics_plots::{
     Mark, Panel, Picture, band, branch, history, phase_portrait, rattle_map, stiffness,
 };
@@ -54,7 +56,8 @@ pub fn response(_: bool) -> Outcome<Picture> {
     let deformation = 300.0 / 0.070_477 / waves()?[0].mean(); // F/k [m]
     let panel = || -> Outcome<Panel> {
         let panel = branch(&[&loss], [SPEED, SWING], BranchPoint::peak_to_peak)?;
-        let panel = panel.series("linear, without gap", Mark::Line, curve(&linear))?.below().logarithmic_y()?;
+        let panel =
+            panel.series("linear, without gap", Mark::Line, curve(&linear))?.below().logarithmic_y()?;
         Ok(panel.name_y(&[(2.0 * deformation, "2F/k")])?)
     };
     let natural = Modes::mean_in_contact(&pair)?.frequencies()[0]; // [rad/s]

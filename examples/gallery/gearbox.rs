@@ -64,7 +64,8 @@ pub fn orders(_: bool) -> Outcome<Picture> {
         let shown = |line: &&(f64, f64)| line.0 > 0.0 && line.0 <= 62.0 && line.1 >= LEAST;
         let mut panel = Panel::new(title, "order of the motor [1]", "amplitude of the force [N]")?;
         for (i, (name, is)) in sources.iter().enumerate() {
-            let own = |line: &&(f64, f64)| sources.iter().position(|(_, is)| is(line.0)) == Some(i) && is(line.0);
+            let own =
+                |line: &&(f64, f64)| sources.iter().position(|(_, is)| is(line.0)) == Some(i) && is(line.0);
             let own: Vec<_> = lines.iter().filter(shown).filter(own).copied().collect();
             panel = panel.series(name, Mark::Dots, own.clone())?.series(name, Mark::Bars, own)?;
         }
@@ -82,12 +83,8 @@ pub fn campbell(coarse: bool) -> Outcome<Picture> {
     let steps = if coarse { 11 } else { 61 };
     let speeds: Vec<f64> = (0..steps).map(|i| 20.0 + 380.0 * f64::from(i) / f64::from(steps - 1)).collect();
     let diagram = Campbell::of(&gearbox()?, &speeds, &[10.0, 20.0, 25.0, 50.0])?;
-    let names = [
-        (10.0, "10: mesh 2"),
-        (20.0, "20: 2 × mesh 2"),
-        (25.0, "25: mesh 1"),
-        (50.0, "50: 2 × mesh 1"),
-    ];
+    let names =
+        [(10.0, "10: mesh 2"), (20.0, "20: 2 × mesh 2"), (25.0, "25: mesh 1"), (50.0, "50: 2 × mesh 1")];
     let panel = gear_dynamics_plots::campbell(&diagram, "speed of the motor [rad/s]", &names)?;
     let panel = panel.title("two-stage gearbox: natural frequencies and mesh orders").y_range(0.0, 1600.0)?;
     let panel = panel.name_x(&[(150.0, "chapter 9")])?;

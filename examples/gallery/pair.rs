@@ -2,7 +2,9 @@
 
 use crate::Outcome;
 use gear_dynamics::contact::Nonlinearity;
-use gear_dynamics::teeth::{GearPair, InvoluteGear, Piecewise, PotentialEnergy, QualityGrade, TransmissionError};
+use gear_dynamics::teeth::{
+    GearPair, InvoluteGear, Piecewise, PotentialEnergy, QualityGrade, TransmissionError,
+};
 use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train};
 use gear_dynamics::{Backlash, Wave};
 

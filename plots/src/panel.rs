@@ -125,7 +125,8 @@ impl Panel {
     }
     /// The same panel with its last series below all others.
     pub fn below(mut self) -> Self {
-        self.layers.rotate_right(usize::from(!self.layers.is_empty()));
+        let last = self.layers.pop();
+        self.layers.splice(..0, last);
         self
     }
     /// The same panel with a text to the right of a point, to the left where the right border is too near.
@@ -173,7 +174,9 @@ impl Panel {
         self.entry(
             label,
             match mark {
-                Mark::Line | Mark::Dashed | Mark::Directed | Mark::Bars => Swatch::Line { ink, style, width, cased },
+                Mark::Line | Mark::Dashed | Mark::Directed | Mark::Bars => {
+                    Swatch::Line { ink, style, width, cased }
+                }
                 Mark::Dots => Swatch::Dot { ink: if cased { Ink::Text } else { ink }, style },
                 Mark::Rings => Swatch::Ring { ink, style },
                 Mark::Joined => Swatch::Joined { ink, style },

@@ -32,7 +32,11 @@ pub(crate) fn rows(entries: &[Entry], most: f64) -> Vec<Vec<(f64, &Entry)>> {
 }
 
 fn wide(swatch: Swatch) -> f64 {
-    if matches!(swatch, Swatch::Dot { .. } | Swatch::Ring { .. } | Swatch::Speck { .. }) { DOT } else { SWATCH }
+    if matches!(swatch, Swatch::Dot { .. } | Swatch::Ring { .. } | Swatch::Speck { .. }) {
+        DOT
+    } else {
+        SWATCH
+    }
 }
 
 /// Draws rows whose upper left corner is given.

@@ -68,7 +68,8 @@ pub fn branch<O>(
         let points: Vec<_> = found.map(place).collect();
         if !points.is_empty() {
             // Grazings are open: a fold shows inside.
-            let (mark, style) = if kind == PointKind::Grazing { (Mark::Rings, 0) } else { (Mark::Dots, style) };
+            let (mark, style) =
+                if kind == PointKind::Grazing { (Mark::Rings, 0) } else { (Mark::Dots, style) };
             panel.curve(name, Curve { mark, ink: Ink::Text, style, width: 1.0, points })?;
         }
     }

@@ -85,7 +85,8 @@ pub fn rattle_map(
         Some(index) => (index..index + 1, format!("contact {index}")),
         None => (0..count, format!("worst of {count} contacts")),
     };
-    let worst = |row: &Row<'_>| shown.clone().map(|i| usize::from(row.contacts()[i].rattle_state().rsv())).max();
+    let worst =
+        |row: &Row<'_>| shown.clone().map(|i| usize::from(row.contacts()[i].rattle_state().rsv())).max();
     let panel = category_map(rows, axes, &names, worst)?;
     Ok(if count > 1 { panel.title(title) } else { panel })
 }

@@ -56,7 +56,10 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
     let mut panel = Panel::new("", "x [m]", "y [m]")?;
     panel.equal = true;
     panel.entry("at rest", Swatch::Line { ink: Ink::Grey, style: 0, width: REST, cased: false });
-    panel.entry("in the mode, size arbitrary", Swatch::Line { ink: Ink::Series(0), style: 0, width: 1.6, cased: false });
+    panel.entry(
+        "in the mode, size arbitrary",
+        Swatch::Line { ink: Ink::Series(0), style: 0, width: 1.6, cased: false },
+    );
     let places = places(drawing, mean);
     let (mut rest, mut moving) = (Vec::new(), Vec::new());
     for (i, ((body, moved), [x, y])) in drawing.bodies.iter().zip(&motion).zip(&places).enumerate() {
