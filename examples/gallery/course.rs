@@ -30,7 +30,8 @@ pub fn excitation(_: bool) -> Outcome<Picture> {
     let first = first.note((0.25, 1e8), "two pairs of teeth")?.note((0.8, 1e8), "one pair")?;
     let second = stiffness(&[("", &e)], "transmission error e [m]", 1.0)?;
     let amplitude = (0..1000).map(|i| e.value(TAU * f64::from(i) / 1000.0, Side::After)).fold(0.0, f64::max);
-    let names = [-1.0, 1.0].map(|sign| (sign * amplitude, format!("{:+.1} μm", sign * 1e6 * amplitude)));
+    let names = [-1.0, 1.0]
+        .map(|sign| (sign * amplitude, format!("{:+.1} μm", sign * 1e6 * amplitude).replace('-', "−")));
     let second = second.name_y(&names.each_ref().map(|(at, name)| (*at, name.as_str())))?;
     Ok(Picture::new([first, second.title("static transmission error, grade 6")]).columns(2))
 }
@@ -54,16 +55,16 @@ pub fn response(_: bool) -> Outcome<Picture> {
     let linear = branch_of(&pair.with("mesh half backlash", 0.0)?, [120.0, 600.0])?;
     let loss = branch_of(&pair, [120.0, 600.0])?;
     let deformation = 300.0 / 0.070_477 / waves()?[0].mean(); // F/k [m]
+    let natural = Modes::mean_in_contact(&pair)?.frequencies()[0]; // [rad/s]
+    let orders = [50.0, 100.0, 150.0].map(|order| (natural / order, format!("order {order}")));
+    let orders = orders.each_ref().map(|(at, name)| (*at, name.as_str()));
     let panel = || -> Outcome<Panel> {
         let panel = branch(&[&loss], [SPEED, SWING], BranchPoint::peak_to_peak)?;
         let panel =
             panel.series("linear, without gap", Mark::Line, curve(&linear))?.below().logarithmic_y()?;
-        Ok(panel.name_y(&[(2.0 * deformation, "2F/k")])?)
+        Ok(panel.name_y(&[(2.0 * deformation, "2F/k")])?.name_x(&orders)?)
     };
-    let natural = Modes::mean_in_contact(&pair)?.frequencies()[0]; // [rad/s]
-    let orders = [50.0, 100.0, 150.0].map(|order| (natural / order, format!("order {order}")));
-    let orders = orders.each_ref().map(|(at, name)| (*at, name.as_str()));
-    let whole = panel()?.name_x(&orders)?.title("response of the pair, 300 N m");
+    let whole = panel()?.title("response of the pair, 300 N m");
     let part = panel()?.x_range(172.0, 212.0)?.y_range(2e-5, 6e-5)?.title("the same near order 100");
     Ok(Picture::new([whole, part]).panel_size(640.0, 340.0))
 }
@@ -242,11 +243,12 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
         Panel::new("50 mesh periods with contact loss", "evaluations [1]", "error of the deflection [m]")?;
     let mut panel = panel.logarithmic_x()?.logarithmic_y()?.name_y(&[(floor, "reference")])?;
     let ends = |first: &str, last: &str| [first.to_owned(), last.to_owned()];
-    let (step, rtol) = (ends("32 steps a period", "512"), ends("rtol 1e-4", "1e-11"));
+    let (step, rtol) = (ends("32 steps a period", "512 steps"), ends("rtol 1e-4", "1e-11"));
+    let near = ends("", "1e-11"); // beside the first point of Taylor
     // The first four have the colours and marks of docs/integrators.svg.
     for (name, points, [first, last]) in [
         ("Rk4", rk4, &step),
-        ("Rk45", rk45, &rtol),
+        ("Rk45", rk45, &near),
         ("Dop853", dop853, &rtol),
         ("Taylor", taylor, &rtol),
         ("Rk4, edges not located", plain, &step),

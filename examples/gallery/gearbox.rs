@@ -87,7 +87,7 @@ pub fn campbell(coarse: bool) -> Outcome<Picture> {
         [(10.0, "10: mesh 2"), (20.0, "20: 2 × mesh 2"), (25.0, "25: mesh 1"), (50.0, "50: 2 × mesh 1")];
     let panel = gear_dynamics_plots::campbell(&diagram, "speed of the motor [rad/s]", &names)?;
     let panel = panel.title("two-stage gearbox: natural frequencies and mesh orders").y_range(0.0, 1600.0)?;
-    let panel = panel.name_x(&[(150.0, "chapter 9")])?;
+    let panel = panel.name_x(&[(150.0, "150 rad/s")])?;
     Ok(Picture::from(panel).panel_size(640.0, 400.0))
 }
 

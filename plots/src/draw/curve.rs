@@ -130,7 +130,7 @@ pub(crate) fn draw(svg: &mut Svg, theme: Theme, curve: &Curve, points: &[[f64; 2
             let size = if points.len() > 60 { 2.2 } else { 3.0 };
             let rim = theme.colour(Ink::Paper);
             let all = |size: f64| points.iter().map(|p| marker(*p, curve.style, size)).collect::<String>();
-            svg.fill(&all(size + 1.1), &rim, 1.0);
+            svg.fill(&all(size + 0.7), &rim, 1.0);
             svg.fill(&all(size), if cased { "#000000" } else { &colour }, 1.0);
         }
         Mark::Specks => {

@@ -55,7 +55,8 @@ impl Shown {
     }
     pub(crate) fn new(name: &str, unit: &str, range: [f64; 2], logarithmic: bool) -> Self {
         let largest = range[0].abs().max(range[1].abs());
-        let scale = match logarithmic {
+        // Counts, and numbers over many decades, stand as they are on a logarithmic axis.
+        let scale = match logarithmic && (unit == "1" || range[1] > 1e3 * range[0]) {
             true => Scale { factor: 1.0, unit: unit.to_owned() },
             false => scale(unit, largest),
         };

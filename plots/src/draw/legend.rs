@@ -71,7 +71,7 @@ fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
             let colour = theme.colour(ink);
             let stroke = Stroke { colour: &colour, width: 1.2, dash: "" };
             svg.stroke(&path(&[[x, y], [x + SWATCH, y]], false), stroke);
-            svg.fill(&marker(centre, style, 4.1), &theme.colour(Ink::Paper), 1.0);
+            svg.fill(&marker(centre, style, 3.7), &theme.colour(Ink::Paper), 1.0);
             svg.fill(&marker(centre, style, 3.0), &colour, 1.0);
         }
         Swatch::Dot { ink, style } => svg.fill(&marker(centre, style, 3.4), &theme.colour(ink), 1.0),

@@ -13,7 +13,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 const SHARE: f64 = 0.35;
 
 /// Width of a line at rest: it shows on both sides of a line in the mode.
-const REST: f64 = 3.2;
+const REST: f64 = 3.6;
 
 /// Corners of a drawn circle.
 const CORNERS: usize = 180;
@@ -55,7 +55,7 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
     let scale = SHARE * mean / largest;
     let mut panel = Panel::new("", "x [m]", "y [m]")?;
     panel.equal = true;
-    panel.entry("at rest", Swatch::Line { ink: Ink::Grey, style: 0, width: REST, cased: false });
+    panel.entry("at rest", Swatch::Line { ink: Ink::Missing, style: 0, width: REST, cased: false });
     panel.entry(
         "in the mode, size arbitrary",
         Swatch::Line { ink: Ink::Series(0), style: 0, width: 1.6, cased: false },
@@ -73,7 +73,7 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
             true => outline(centre, turn, radius, body.internal),
             false => vec![polygon(centre, turn, &pins)],
         };
-        let (fill, stroke) = (solid.then_some((Ink::Solid, 1.0)), Some((Ink::Grey, REST)));
+        let (fill, stroke) = (solid.then_some((Ink::Solid, 1.0)), Some((Ink::Missing, REST)));
         rest.push(Layer::Outline { lines: lines(0.0, [*x, *y]), fill, stroke });
         let stroke = Some((Ink::Series(0), 1.6));
         moving.push(Layer::Outline { lines: lines(turn, [x + dx, y + dy]), fill: None, stroke });

@@ -159,15 +159,15 @@ pub fn phase_portrait(
     let points: Vec<[f64; 2]> = contacts.iter().map(|c| [c.deflection, c.rate]).collect();
     let ends = |of: fn(f64, f64) -> f64, start: f64| points.iter().fold(start, |end, p| of(end, p[0]));
     let (least, most) = (ends(f64::min, f64::INFINITY), ends(f64::max, f64::NEG_INFINITY));
+    // Gap and edges are shown up to one and a half widths of the motion beside it.
+    let width = 1.5 * (most - least);
     if lower < upper {
         // Without edges the whole panel is gap.
-        let span = [lower.max(least - (most - least)), upper.min(most + (most - least))];
+        let span = [lower.max(least - width), upper.min(most + width)];
         panel.layers.push(Layer::Shade { ink: Ink::Gap, spans: vec![span] });
         panel.entry(&gap(model, contact), Swatch::Field { ink: Ink::Gap, opacity: 1.0 });
     }
     panel.curve("", Curve { mark: Mark::Directed, ink: Ink::Series(0), style: 0, width: 1.3, points })?;
-    // Edges are shown up to one width of the motion beside it.
-    let width = most - least;
     let seen = |edge: f64| edge > least - width && edge < most + width;
     let rests = |of: fn(&Contact) -> f64| contacts.iter().all(|c| of(c) == of(&contacts[0]));
     if rests(|c| c.lower) && rests(|c| c.upper) {
