@@ -1,6 +1,6 @@
 //! Twelve pictures: one for each chapter of the course, a Campbell diagram and a mode of a planetary set.
-//! `cargo run --release -p examples --example gallery`, with `-- --coarse` for fewer points. The SVG files are written to
-//! `target/gallery/gallery/`; `docs/pictures/` has copies.
+//! `cargo run --release -p examples --example gallery`, with `-- NAME` for the pictures whose name contains NAME, with
+//! `-- --coarse` for fewer points. The SVG files are written to `target/gallery/gallery/`; `docs/pictures/` has copies.
 
 #[path = "gallery/course.rs"]
 mod course;
@@ -35,13 +35,20 @@ const PICTURES: [Entry; 12] = [
 ];
 
 fn main() {
-    let coarse = std::env::args().any(|arg| arg == "--coarse");
+    let (options, names): (Vec<_>, Vec<_>) = std::env::args().skip(1).partition(|arg| arg.starts_with("--"));
+    let coarse = options.iter().any(|option| option == "--coarse");
+    let is_asked = |name: &str| names.is_empty() || names.iter().any(|part| name.contains(part));
+    if !PICTURES.iter().any(|(name, _)| is_asked(name)) {
+        let all: Vec<_> = PICTURES.iter().map(|(name, _)| *name).collect();
+        println!("no picture is called {}; there are {}", names.join(" or "), all.join(", "));
+        std::process::exit(1);
+    }
     let folder = Path::new("target/gallery/gallery");
     let mut failed = 0;
     if let Err(error) = std::fs::create_dir_all(folder) {
         println!("{}: {error}", folder.display());
     }
-    for (name, draw) in PICTURES {
+    for (name, draw) in PICTURES.into_iter().filter(|(name, _)| is_asked(name)) {
         let path = folder.join(name).with_extension("svg");
         // A picture that fails does not stop the others.
         match draw(coarse).and_then(|picture| Ok(picture.save(&path)?)) {

@@ -76,7 +76,8 @@ impl<M: Model> Run<'_, M> {
         }
         let mut panel = Panel::new(self.name, "time of computation [ms]", "relative error at the end [1]")?;
         for (name, points) in solvers {
-            panel = panel.series(name, Mark::Joined, points)?;
+            let end = points[points.len() - 1];
+            panel = panel.series(name, Mark::Joined, points)?.note(end, name)?;
         }
         Ok(panel.logarithmic_x()?.logarithmic_y()?)
     }
@@ -106,7 +107,7 @@ fn main() -> Outcome<()> {
         size: 1e-4,
     };
     let panels = [a.compare(&mut csv)?, b.compare(&mut csv)?];
-    Picture::new(panels).columns(2).save(folder.join("integrators.svg"))?;
+    Picture::new(panels).columns(2).panel_size(415.0, 340.0).save(folder.join("integrators.svg"))?;
     println!("picture and table: {}", folder.display());
     Ok(())
 }

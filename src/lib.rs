@@ -263,7 +263,7 @@ pub mod guide {
     ///
     #[doc = include_str!("../docs/pictures/08-law.svg")]
     ///
-    /// # 9. Orders of the mesh forces of a two-stage gearbox
+    /// # 9. Orders of the mesh forces of a two-stage gearbox, by source
     ///
     #[doc = include_str!("../docs/pictures/09-orders.svg")]
     ///
@@ -275,7 +275,7 @@ pub mod guide {
     ///
     #[doc = include_str!("../docs/pictures/11-campbell.svg")]
     ///
-    /// # 12. Modes of a planetary set, gears turning and moving
+    /// # 12. Modes of a planetary set
     ///
     #[doc = include_str!("../docs/pictures/12-modes.svg")]
     pub mod gallery {}

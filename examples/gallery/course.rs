@@ -1,30 +1,39 @@
 //! The pictures of the course.
 
 use crate::Outcome;
-use crate::pair::{bench_pair, waves, with_brake, with_law};
+use crate::pair::{bench_pair, tooth_stiffness, waves, with_brake, with_law};
 use gear_dynamics::analysis::Probe;
 use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
 use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
 use gear_dynamics::drives::{Held, HeldProcess};
 use gear_dynamics::excitation::{Angle, Side};
-use gear_dynamics::linear::static_state;
+use gear_dynamics::linear::{Modes, static_state};
 use gear_dynamics::model::Scalar;
 use gear_dynamics::ode::{Step, uniform_times};
 use gear_dynamics::periodic::ShootingOrbit;
 use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4};
 use gear_dynamics::trains::Train;
-use gear_dynamics::{Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor};
+use gear_dynamics::{
+    Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor, Wave,
+};
 use gear_dynamics_plots::{
     Mark, Panel, Picture, band, branch, history, phase_portrait, rattle_map, stiffness,
 };
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 pub fn excitation(_: bool) -> Outcome<Picture> {
-    let [k, e] = waves()?;
-    let first = stiffness(&[("", &k)], "mesh stiffness k [N/m]", 1.0)?.title("mesh stiffness");
-    let second =
-        stiffness(&[("", &e)], "transmission error e [m]", 1.0)?.title("static transmission error, grade 6");
-    Ok(Picture::new([first, second]).columns(2))
+    let ([k, e], uncut) = (waves()?, Wave::new(tooth_stiffness()?));
+    let lines = [("cut after 3 harmonics: the model", &k), ("of the teeth", &uncut)];
+    let first = stiffness(&lines, "mesh stiffness k [N/m]", 1.0)?.title("mesh stiffness").below();
+    let first = first.y_range(0.0, 4e8)?.name_y(&[(k.mean(), "mean")])?;
+    let first = first.note((0.25, 1e8), "two pairs of teeth")?.note((0.8, 1e8), "one pair")?;
+    let second = stiffness(&[("", &e)], "transmission error e [m]", 1.0)?;
+    let amplitude = (0..1000).map(|i| e.value(TAU * f64::from(i) / 1000.0, Side::After)).fold(0.0, f64::max);
+    let names = [-1.0, 1.0]
+        .map(|sign| (sign * amplitude, format!("{:+.1} μm", sign * 1e6 * amplitude).replace('-', "−")));
+    let second = second.name_y(&names.each_ref().map(|(at, name)| (*at, name.as_str())))?;
+    Ok(Picture::new([first, second.title("static transmission error, grade 6")]).columns(2))
 }
 
 /// The branch of the pair over its speed.
@@ -45,12 +54,19 @@ pub fn response(_: bool) -> Outcome<Picture> {
     let pair = bench_pair(120.0)?;
     let linear = branch_of(&pair.with("mesh half backlash", 0.0)?, [120.0, 600.0])?;
     let loss = branch_of(&pair, [120.0, 600.0])?;
-    let panel = branch(&[&loss], [SPEED, SWING], BranchPoint::peak_to_peak)?.series(
-        "linear, without gap",
-        Mark::Line,
-        curve(&linear),
-    )?;
-    Ok(Picture::from(panel.title("spur pair of 50 teeth, b = 40 μm, 300 N m")).panel_size(640.0, 380.0))
+    let deformation = 300.0 / 0.070_477 / waves()?[0].mean(); // F/k [m]
+    let natural = Modes::mean_in_contact(&pair)?.frequencies()[0]; // [rad/s]
+    let orders = [50.0, 100.0, 150.0].map(|order| (natural / order, format!("order {order}")));
+    let orders = orders.each_ref().map(|(at, name)| (*at, name.as_str()));
+    let panel = || -> Outcome<Panel> {
+        let panel = branch(&[&loss], [SPEED, SWING], BranchPoint::peak_to_peak)?;
+        let panel =
+            panel.series("linear, without gap", Mark::Line, curve(&linear))?.below().logarithmic_y()?;
+        Ok(panel.name_y(&[(2.0 * deformation, "2F/k")])?.name_x(&orders)?)
+    };
+    let whole = panel()?.title("response of the pair, 300 N m");
+    let part = panel()?.x_range(172.0, 212.0)?.y_range(2e-5, 6e-5)?.title("the same near order 100");
+    Ok(Picture::new([whole, part]).panel_size(640.0, 340.0))
 }
 
 /// Some mesh periods of the pair after it has settled, from the time 0.
@@ -203,11 +219,14 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
     let start = static_state(&pair, 0.0)?.state;
     let (end, radius) = (50.0 * pair.period(), 0.070_477);
     let exact = Dop853::new().rtol(1e-13).atol_each(&[1e-17, 1e-13]).end(&pair, &start, end)?.q[0];
+    // The reference is as exact as it agrees with a second method: no error below is known.
+    let second = Taylor::new().rtol(1e-13).atol_each(&[1e-18, 1e-14]).end(&pair, &start, end)?.q[0];
+    let floor = (radius * (second - exact)).abs().max(1e-17);
     let work = |solver: &dyn Fn(f64) -> Outcome<(u64, f64)>, settings: &[f64]| -> Outcome<Vec<(f64, f64)>> {
         let runs = settings.iter().map(|setting| solver(*setting));
         let point = |run: Outcome<(u64, f64)>| {
             let (evaluations, q) = run?;
-            Ok((evaluations as f64, (radius * (q - exact)).abs().max(1e-18)))
+            Ok((evaluations as f64, (radius * (q - exact)).abs().max(floor)))
         };
         runs.map(point).collect()
     };
@@ -221,13 +240,24 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
     let dop853 = work(&|r| run(&Dop853::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let taylor = work(&|r| run(&Taylor::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let panel =
-        Panel::new("50 mesh periods with contact loss", "evaluations [1]", "error of the deflection [m]")?
-            .series("Rk4, edges not located", Mark::Joined, plain)?
-            .series("Rk4", Mark::Joined, rk4)?
-            .series("Rk45", Mark::Joined, rk45)?
-            .series("Dop853", Mark::Joined, dop853)?
-            .series("Taylor", Mark::Joined, taylor)?;
-    Ok(Picture::from(panel.logarithmic_x()?.logarithmic_y()?).panel_size(560.0, 380.0))
+        Panel::new("50 mesh periods with contact loss", "evaluations [1]", "error of the deflection [m]")?;
+    let mut panel = panel.logarithmic_x()?.logarithmic_y()?.name_y(&[(floor, "reference")])?;
+    let ends = |first: &str, last: &str| [first.to_owned(), last.to_owned()];
+    let (step, rtol) = (ends("32 steps a period", "512 steps"), ends("rtol 1e-4", "1e-11"));
+    let near = ends("", "1e-11"); // beside the first point of Taylor
+    // The first four have the colours and marks of docs/integrators.svg.
+    for (name, points, [first, last]) in [
+        ("Rk4", rk4, &step),
+        ("Rk45", rk45, &near),
+        ("Dop853", dop853, &rtol),
+        ("Taylor", taylor, &rtol),
+        ("Rk4, edges not located", plain, &step),
+    ] {
+        let [from, to] = [points[0], points[points.len() - 1]];
+        panel = panel.series(name, Mark::Joined, points)?;
+        panel = panel.note(from, first)?.note(to, &format!("{name}, {last}"))?;
+    }
+    Ok(Picture::from(panel).panel_size(640.0, 420.0))
 }
 
 /// Any solver.

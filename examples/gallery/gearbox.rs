@@ -7,7 +7,7 @@ use gear_dynamics::ode::uniform_times;
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, QualityGrade, TransmissionError};
 use gear_dynamics::trains::{Bearing, Body, Members, MeshPart, ModeKind, OfMesh, Parts, Planetary, Train};
 use gear_dynamics::{Integrator, Periodic, Settle, Taylor, Wave};
-use gear_dynamics_plots::{Picture, mode, order_spectrum};
+use gear_dynamics_plots::{Mark, Panel, Picture, mode};
 
 /// A stage of steel gears of grade 6: teeth, profile shifts, bores [m]; module, width and centre distance [m].
 fn stage(
@@ -27,6 +27,9 @@ fn stage(
     Ok((mesh, [body(0)?, body(1)?]))
 }
 
+/// Least amplitude that is drawn [N].
+const LEAST: f64 = 1e-3;
+
 /// The gearbox of the ninth chapter.
 fn gearbox() -> Outcome<Train> {
     let (first, [b1, b2]) = stage([25, 50], [0.2, 0.0], [0.02, 0.03], [0.002, 0.02, 0.0755])?;
@@ -44,36 +47,47 @@ pub fn orders(_: bool) -> Outcome<Picture> {
     let state = Settle::new().tolerance(1e-5).run(&Taylor::new(), &train, None)?.state;
     let (count, end) = (2048, state.t + train.period());
     let run = Taylor::new().sample(&train, &state, &uniform_times(state.t, end, count)?)?;
-    let names = [
-        (25.0, "mesh 1"),
-        (50.0, "2 × mesh 1"),
-        (75.0, "3 × mesh 1"),
-        (10.0, "mesh 2"),
-        (20.0, "2 × mesh 2"),
-        (35.0, "25 + 10"),
+    // Which sources have an order; the first that fits.
+    let is_of = |order: f64, of: f64| (order / of).fract() == 0.0;
+    let sources: [(&str, &dyn Fn(f64) -> bool); 4] = [
+        ("first mesh: 25, 50", &|order| is_of(order, 25.0)),
+        ("second mesh: 10, 20, ...", &|order| is_of(order, 10.0)),
+        ("products of both: 5, 15, 35, 45, ...", &|order| is_of(order, 5.0)),
+        ("run-out and its sidebands: ½, 1, 24, 26, ...", &|_| true),
     ];
     let panel = |title: &str, channel: &str| -> Outcome<_> {
         let force = run.channel(&train, channel)?;
         let spectrum = Spectrum::new(&force, train.period() / count as f64, Window::Rectangular)?;
-        let turn = 150.0 / std::f64::consts::TAU; // Hz
-        let panel = order_spectrum(&spectrum, turn, "amplitude of the force [N]", &names)?.title(title);
-        let panel = panel.x("order of the motor [1]")?;
-        Ok(panel.x_range(0.0, 90.0)?)
+        let orders = spectrum.orders(150.0 / std::f64::consts::TAU)?; // turns of the motor [Hz]
+        let lines = orders.iter().map(|order| (2.0 * order).round() / 2.0).zip(spectrum.amplitudes());
+        let lines: Vec<(f64, f64)> = lines.map(|(order, amplitude)| (order, *amplitude)).collect();
+        let shown = |line: &&(f64, f64)| line.0 > 0.0 && line.0 <= 62.0 && line.1 >= LEAST;
+        let mut panel = Panel::new(title, "order of the motor [1]", "amplitude of the force [N]")?;
+        for (i, (name, is)) in sources.iter().enumerate() {
+            let own =
+                |line: &&(f64, f64)| sources.iter().position(|(_, is)| is(line.0)) == Some(i) && is(line.0);
+            let own: Vec<_> = lines.iter().filter(shown).filter(own).copied().collect();
+            panel = panel.series(name, Mark::Dots, own.clone())?.series(name, Mark::Bars, own)?;
+        }
+        let panel = panel.logarithmic_y()?.x_range(-0.5, 62.0)?;
+        Ok(panel.y_range(LEAST, 500.0)?.name_x(&[(10.0, "10"), (25.0, "25"), (50.0, "50")])?)
     };
     let panels = [
         panel("force of the first mesh, 25/50 teeth", "mesh force 0")?,
         panel("force of the second mesh, 20/60 teeth", "mesh force 1")?,
     ];
-    Ok(Picture::new(panels).panel_size(640.0, 250.0))
+    Ok(Picture::new(panels).panel_size(640.0, 270.0))
 }
 
 pub fn campbell(coarse: bool) -> Outcome<Picture> {
     let steps = if coarse { 11 } else { 61 };
     let speeds: Vec<f64> = (0..steps).map(|i| 20.0 + 380.0 * f64::from(i) / f64::from(steps - 1)).collect();
     let diagram = Campbell::of(&gearbox()?, &speeds, &[10.0, 20.0, 25.0, 50.0])?;
-    let names = [(10.0, "mesh 2"), (20.0, "2 × mesh 2"), (25.0, "mesh 1"), (50.0, "2 × mesh 1")];
+    let names =
+        [(10.0, "10: mesh 2"), (20.0, "20: 2 × mesh 2"), (25.0, "25: mesh 1"), (50.0, "50: 2 × mesh 1")];
     let panel = gear_dynamics_plots::campbell(&diagram, "speed of the motor [rad/s]", &names)?;
     let panel = panel.title("two-stage gearbox: natural frequencies and mesh orders").y_range(0.0, 1600.0)?;
+    let panel = panel.name_x(&[(150.0, "150 rad/s")])?;
     Ok(Picture::from(panel).panel_size(640.0, 400.0))
 }
 
@@ -97,9 +111,16 @@ pub fn modes(_: bool) -> Outcome<Picture> {
     let chosen = of_kind(ModeKind::Rotational).take(2).map(|mode| (mode, "rotational"));
     let chosen = chosen.chain(of_kind(ModeKind::Translational).take(1).map(|mode| (mode, "translational")));
     let chosen = chosen.chain(of_kind(ModeKind::Planet).take(1).map(|mode| (mode, "planet mode")));
+    let mut chosen: Vec<(&Mode, &str)> = chosen.collect();
+    chosen.sort_by(|a, b| a.0.hertz().total_cmp(&b.0.hertz()));
     let panel = |(shape, kind): (&Mode, &str)| {
-        Ok(mode(&train, shape.shape())?.title(format!("{:.0} Hz, {kind}", shape.hertz())))
+        let equal = |other: &&Mode| (other.hertz() / shape.hertz() - 1.0).abs() < 1e-6;
+        let times = match modes.list().iter().filter(equal).count() {
+            1 => "",
+            _ => ", one of two",
+        };
+        Ok(mode(&train, shape.shape())?.title(format!("{:.0} Hz, {kind}{times}", shape.hertz())))
     };
-    let panels = chosen.map(panel).collect::<Outcome<Vec<_>>>()?;
+    let panels = chosen.into_iter().map(panel).collect::<Outcome<Vec<_>>>()?;
     Ok(Picture::new(panels).columns(2).panel_size(360.0, 370.0))
 }

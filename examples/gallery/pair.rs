@@ -2,17 +2,24 @@
 
 use crate::Outcome;
 use gear_dynamics::contact::Nonlinearity;
-use gear_dynamics::teeth::{GearPair, InvoluteGear, PotentialEnergy, QualityGrade, TransmissionError};
+use gear_dynamics::teeth::{
+    GearPair, InvoluteGear, Piecewise, PotentialEnergy, QualityGrade, TransmissionError,
+};
 use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train};
 use gear_dynamics::{Backlash, Wave};
 
 /// b, half of the backlash [m].
 const HALF_BACKLASH: f64 = 4e-5;
 
-/// Mesh stiffness [N/m] and transmission error [m] of two gears of 50 teeth.
+/// Mesh stiffness of two gears of 50 teeth [N/m].
+pub fn tooth_stiffness() -> Outcome<Piecewise> {
+    Ok(PotentialEnergy::ma_2014([0.03; 2])?.wave(&gears()?.0)?)
+}
+
+/// Mesh stiffness, cut after three harmonics [N/m], and transmission error [m].
 pub fn waves() -> Outcome<[Wave; 2]> {
     let (teeth, _) = gears()?;
-    let stiffness = PotentialEnergy::ma_2014([0.03; 2])?.wave(&teeth)?.fourier_series(3)?;
+    let stiffness = tooth_stiffness()?.fourier_series(3)?;
     let error = TransmissionError::of_grade(&teeth, [QualityGrade::new(6)?; 2])?.tooth().clone();
     Ok([Wave::new(stiffness), Wave::new(error)])
 }

@@ -3,6 +3,7 @@
 use crate::draw::colours::Ink;
 use crate::draw::layers::{Bar, Curve, Entry, Layer, Mark, Swatch, THIN};
 use crate::error::{PlotError, finite};
+use crate::svg::writer::Anchor;
 
 /// An axis: name, unit, and what of it is shown.
 #[derive(Clone, Debug, Default)]
@@ -41,7 +42,8 @@ pub(crate) fn name_and_unit(text: &str) -> Result<[String; 2], PlotError> {
 /// use gear_dynamics_plots::{Picture, Mark, Panel};
 /// let swing = |k: u32| (0.1 * f64::from(k), 3e-5 * (0.1 * f64::from(k)).sin());
 /// let panel = Panel::new("free swing", "time [s]", "deflection [m]")?.series("mesh 1", Mark::Line, (0..100).map(swing))?;
-/// assert!(Picture::from(panel).to_svg().contains("deflection [μm]"));
+/// let svg = Picture::from(panel.note((1.6, 3e-5), "largest")?).to_svg();
+/// assert!(svg.contains("deflection [μm]") && svg.contains(">largest</text>"));
 /// # Ok::<(), gear_dynamics_plots::PlotError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -112,13 +114,34 @@ impl Panel {
         let number = self.number(label);
         let style = if mark == Mark::Dashed { THIN } else { number };
         let width = match mark {
-            Mark::Line => 1.5,
+            Mark::Line | Mark::Directed => 1.5,
             Mark::Specks => 1.6,
             Mark::Bars => 2.0,
             _ => 1.2,
         };
         let points = points.into_iter().map(|(x, y)| [x, y]).collect();
         self.curve(label, Curve { mark, ink: Ink::Series(number), style, width, points })?;
+        Ok(self)
+    }
+    /// The same panel with its last series below all others.
+    pub fn below(mut self) -> Self {
+        let last = self.layers.pop();
+        self.layers.splice(..0, last);
+        self
+    }
+    /// The same panel with a text to the right of a point, to the left where the right border is too near.
+    ///
+    /// # Errors
+    /// [`PlotError::NotFinite`]; [`PlotError::NotPositive`] on a logarithmic axis.
+    pub fn note(mut self, at: (f64, f64), text: &str) -> Result<Self, PlotError> {
+        finite(text, [&at.0, &at.1])?;
+        let (at, text) = ([at.0, at.1], text.to_owned());
+        for (axis, value) in [&self.x, &self.y].into_iter().zip(at) {
+            if axis.logarithmic && value <= 0.0 {
+                return Err(PlotError::NotPositive { what: text, value });
+            }
+        }
+        self.layers.push(Layer::Note { at, text, anchor: Anchor::Start, ink: Ink::Text });
         Ok(self)
     }
     /// The number of a series: that of its label, or the next one.
@@ -151,8 +174,11 @@ impl Panel {
         self.entry(
             label,
             match mark {
-                Mark::Line | Mark::Dashed | Mark::Bars => Swatch::Line { ink, style, width, cased },
+                Mark::Line | Mark::Dashed | Mark::Directed | Mark::Bars => {
+                    Swatch::Line { ink, style, width, cased }
+                }
                 Mark::Dots => Swatch::Dot { ink: if cased { Ink::Text } else { ink }, style },
+                Mark::Rings => Swatch::Ring { ink, style },
                 Mark::Joined => Swatch::Joined { ink, style },
                 Mark::Specks => Swatch::Speck { ink },
                 Mark::Area => Swatch::Field { ink, opacity: 0.28 },

@@ -33,7 +33,7 @@ pub struct Resonance {
 /// Natural frequencies over the speed, with the lines of excitation orders.
 ///
 /// The frequencies are |λ| of the damped, gyroscopic model with all teeth in contact ([`Modes::eigenvalues`])
-/// at the angle 0, matched from speed to speed by their rank. A resonance on the last speed is not listed.
+/// and the mean stiffness ([`Modes::mean_in_contact`]), matched from speed to speed by their rank. A resonance on the last speed is not listed.
 ///
 /// ```
 /// use gear_dynamics::linear::Campbell;
@@ -55,7 +55,7 @@ impl Campbell {
     /// orders as multiples of that speed.
     ///
     /// # Errors
-    /// Speeds out of range or not increasing; errors of [`Modes::in_contact`].
+    /// Speeds out of range or not increasing; errors of [`Modes::mean_in_contact`].
     pub fn of<G: Shape>(machine: &Machine<G>, speeds: &[f64], orders: &[f64]) -> Result<Self, LinearError> {
         let name = machine.names().first().map_or_else(String::new, |channel| channel.name.clone());
         crate::error::check::quantities("orders", orders)?;
@@ -67,7 +67,7 @@ impl Campbell {
                     ParameterError::OutOfRange { name, value: speed, allowed: "increasing order" }.into()
                 );
             }
-            let modes = Modes::in_contact(&machine.with(&name, speed)?, 0.0)?;
+            let modes = Modes::mean_in_contact(&machine.with(&name, speed)?)?;
             frequencies.push(modes.eigenvalues().iter().map(|value| value.norm()).collect());
         }
         let mut resonances = Vec::new();

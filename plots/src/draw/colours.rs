@@ -39,7 +39,7 @@ pub(crate) enum Ink {
     Series(usize),
     /// The map of colours, from 0 to 1.
     Map(f64),
-    /// A place without result.
+    /// A place without result; lines at rest.
     Missing,
 }
 

@@ -76,12 +76,38 @@ pub(crate) fn marker([x, y]: [f64; 2], style: usize, size: f64) -> String {
     }
 }
 
+/// Size of an open marker.
+pub(crate) const RING: f64 = 4.4;
+
+/// Heads of arrows at a sixth, a half and five sixths of a polyline.
+fn heads(points: &[[f64; 2]]) -> String {
+    let length = |two: &[[f64; 2]]| (two[1][0] - two[0][0]).hypot(two[1][1] - two[0][1]);
+    let whole: f64 = points.windows(2).map(length).sum();
+    let mut d = String::new();
+    let mut passed = 0.0;
+    for two in points.windows(2) {
+        let [before, after] = [passed, passed + length(two)];
+        passed = after;
+        for share in [1.0 / 6.0, 0.5, 5.0 / 6.0] {
+            if (before..after).contains(&(share * whole)) {
+                let [x, y] = two[0];
+                let turn = (two[1][1] - y).atan2(two[1][0] - x);
+                let corner = |angle: f64, size: f64| {
+                    [x + size * (turn + angle).cos(), y + size * (turn + angle).sin()]
+                };
+                d += &path(&[corner(0.0, 6.5), corner(2.5, 5.5), corner(-2.5, 5.5)], true);
+            }
+        }
+    }
+    d
+}
+
 /// Draws a curve through points of the picture. `foot`: where bars start. `cased`: over a map.
 pub(crate) fn draw(svg: &mut Svg, theme: Theme, curve: &Curve, points: &[[f64; 2]], foot: f64, cased: bool) {
     let colour = theme.colour(curve.ink);
     let stroke = |width: f64| Stroke { colour: &colour, width, dash: dash(curve.style) };
     match curve.mark {
-        Mark::Line | Mark::Dashed => {
+        Mark::Line | Mark::Dashed | Mark::Directed => {
             let d = path(&simplified(&thinned(points)), false);
             if cased {
                 svg.stroke(&d, Stroke { colour: "#ffffff", width: curve.width + 2.2, dash: "" });
@@ -89,6 +115,13 @@ pub(crate) fn draw(svg: &mut Svg, theme: Theme, curve: &Curve, points: &[[f64; 2
             } else {
                 svg.stroke(&d, stroke(curve.width));
             }
+            if curve.mark == Mark::Directed {
+                svg.fill(&heads(points), &colour, 1.0);
+            }
+        }
+        Mark::Rings => {
+            let all: String = points.iter().map(|p| marker(*p, curve.style, RING)).collect();
+            svg.stroke(&all, Stroke { dash: "", ..stroke(1.3) });
         }
         Mark::Dots | Mark::Joined => {
             if curve.mark == Mark::Joined {
@@ -97,7 +130,7 @@ pub(crate) fn draw(svg: &mut Svg, theme: Theme, curve: &Curve, points: &[[f64; 2
             let size = if points.len() > 60 { 2.2 } else { 3.0 };
             let rim = theme.colour(Ink::Paper);
             let all = |size: f64| points.iter().map(|p| marker(*p, curve.style, size)).collect::<String>();
-            svg.fill(&all(size + 1.1), &rim, 1.0);
+            svg.fill(&all(size + 0.7), &rim, 1.0);
             svg.fill(&all(size), if cased { "#000000" } else { &colour }, 1.0);
         }
         Mark::Specks => {

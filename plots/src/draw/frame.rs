@@ -7,13 +7,13 @@ use crate::draw::ticks::{Scale, Tick, linear, logarithmic, scale};
 use crate::panel::{Axis, Panel};
 use crate::svg::text::{width, wrap};
 
-pub(crate) const TITLE: f64 = 11.5;
-pub(crate) const LABEL: f64 = 11.0;
-pub(crate) const TICK: f64 = 10.0;
+pub(crate) const TITLE: f64 = 12.5;
+pub(crate) const LABEL: f64 = 12.0;
+pub(crate) const TICK: f64 = 11.0;
 /// Width of a bar of colours.
 pub(crate) const BAR: f64 = 12.0;
 /// Height of a line of titles.
-pub(crate) const TITLE_LINE: f64 = 15.0;
+pub(crate) const TITLE_LINE: f64 = 16.0;
 
 /// Space around the axes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,7 +55,8 @@ impl Shown {
     }
     pub(crate) fn new(name: &str, unit: &str, range: [f64; 2], logarithmic: bool) -> Self {
         let largest = range[0].abs().max(range[1].abs());
-        let scale = match logarithmic {
+        // Counts, and numbers over many decades, stand as they are on a logarithmic axis.
+        let scale = match logarithmic && (unit == "1" || range[1] > 1e3 * range[0]) {
             true => Scale { factor: 1.0, unit: unit.to_owned() },
             false => scale(unit, largest),
         };
@@ -147,7 +148,7 @@ impl<'p> Frame<'p> {
         let rows = legend::rows(&self.panel.legend, inner[2] + sides.right - 8.0).len() as f64;
         let above = self.labels(inner).rows as f64;
         let top = 8.0 + TITLE_LINE * self.title.len() as f64 + legend::ROW * rows + 12.0 * above + 5.0;
-        Margins { top, bottom: 40.0, ..Margins::default() }
+        Margins { top, bottom: 42.0, ..Margins::default() }
     }
     pub(crate) fn labels(&self, inner: [f64; 4]) -> Labels {
         labels(self.panel, &self.axes, inner)
@@ -172,7 +173,7 @@ fn extent(panel: &Panel, at: usize) -> [f64; 2] {
             Layer::Curve(curve) => {
                 curve.points.iter().filter(|p| seen(p)).for_each(|p| add(p[at]));
                 match curve.mark {
-                    Mark::Dots | Mark::Joined | Mark::Specks => dots = true,
+                    Mark::Dots | Mark::Rings | Mark::Joined | Mark::Specks => dots = true,
                     Mark::Bars => bars = true,
                     _ => lines = true,
                 }

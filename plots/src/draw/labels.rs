@@ -16,7 +16,7 @@ pub(crate) struct Labels {
     pub(crate) beside: Vec<(f64, String, Ink)>,
 }
 
-const SPACING: f64 = 11.5;
+const SPACING: f64 = 12.5;
 
 pub(crate) fn labels(panel: &Panel, axes: &[Shown; 2], inner: [f64; 4]) -> Labels {
     let [x0, y0, w, h] = inner;

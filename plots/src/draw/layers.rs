@@ -20,8 +20,12 @@ pub enum Mark {
     Line,
     /// A thin dashed curve.
     Dashed,
+    /// A curve with arrow heads in the order of its points.
+    Directed,
     /// Dots with a rim.
     Dots,
+    /// Open markers, which cover nothing.
+    Rings,
     /// Dots with a rim that straight lines join: few computed values.
     Joined,
     /// Small dots, for many points.
@@ -74,7 +78,9 @@ impl Layer {
     pub(crate) fn is_raised(&self) -> bool {
         match self {
             Layer::Note { .. } => true,
-            Layer::Curve(curve) => curve.mark == Mark::Dots && !matches!(curve.ink, Ink::Series(_)),
+            Layer::Curve(curve) => {
+                matches!(curve.mark, Mark::Dots | Mark::Rings) && !matches!(curve.ink, Ink::Series(_))
+            }
             _ => false,
         }
     }
@@ -114,6 +120,7 @@ pub(crate) struct Entry {
 pub(crate) enum Swatch {
     Line { ink: Ink, style: usize, width: f64, cased: bool },
     Dot { ink: Ink, style: usize },
+    Ring { ink: Ink, style: usize },
     Joined { ink: Ink, style: usize },
     Speck { ink: Ink },
     Field { ink: Ink, opacity: f64 },

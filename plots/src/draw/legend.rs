@@ -1,17 +1,17 @@
 //! Legends: rows of entries above the panel, where they cover nothing.
 
 use crate::draw::colours::{Ink, Theme};
-use crate::draw::curve::marker;
+use crate::draw::curve::{RING, marker};
 use crate::draw::layers::{Entry, Swatch, dash};
 use crate::svg::text::width;
 use crate::svg::writer::{Anchor, Stroke, Svg, path};
 
-const SIZE: f64 = 10.0;
+const SIZE: f64 = 11.0;
 /// Width of a sample of a line, and of one of a dot.
 const SWATCH: f64 = 24.0;
 const DOT: f64 = 10.0;
 const GAP: f64 = 12.0;
-pub(crate) const ROW: f64 = 14.0;
+pub(crate) const ROW: f64 = 15.0;
 
 /// The entries in rows of at most a width, each with its place along the row.
 pub(crate) fn rows(entries: &[Entry], most: f64) -> Vec<Vec<(f64, &Entry)>> {
@@ -32,7 +32,11 @@ pub(crate) fn rows(entries: &[Entry], most: f64) -> Vec<Vec<(f64, &Entry)>> {
 }
 
 fn wide(swatch: Swatch) -> f64 {
-    if matches!(swatch, Swatch::Dot { .. } | Swatch::Speck { .. }) { DOT } else { SWATCH }
+    if matches!(swatch, Swatch::Dot { .. } | Swatch::Ring { .. } | Swatch::Speck { .. }) {
+        DOT
+    } else {
+        SWATCH
+    }
 }
 
 /// Draws rows whose upper left corner is given.
@@ -67,10 +71,14 @@ fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
             let colour = theme.colour(ink);
             let stroke = Stroke { colour: &colour, width: 1.2, dash: "" };
             svg.stroke(&path(&[[x, y], [x + SWATCH, y]], false), stroke);
-            svg.fill(&marker(centre, style, 4.1), &theme.colour(Ink::Paper), 1.0);
+            svg.fill(&marker(centre, style, 3.7), &theme.colour(Ink::Paper), 1.0);
             svg.fill(&marker(centre, style, 3.0), &colour, 1.0);
         }
         Swatch::Dot { ink, style } => svg.fill(&marker(centre, style, 3.4), &theme.colour(ink), 1.0),
+        Swatch::Ring { ink, style } => {
+            let colour = theme.colour(ink);
+            svg.stroke(&marker(centre, style, RING), Stroke { colour: &colour, width: 1.3, dash: "" });
+        }
         Swatch::Speck { ink } => svg.fill(&marker(centre, 0, 2.0), &theme.colour(ink), 1.0),
         Swatch::Field { ink, opacity } => {
             let [left, right] = [x, x + SWATCH];

@@ -6,6 +6,7 @@ use crate::draw::frame::{BAR, Frame, LABEL, Margins, Shown, TICK, TITLE, TITLE_L
 use crate::draw::layers::{Layer, Raster, THIN, dash};
 use crate::draw::legend;
 use crate::svg::png::data_address;
+use crate::svg::text::width;
 use crate::svg::writer::{Anchor, Stroke, Svg, path};
 
 /// Draws a panel in a rectangle of the picture.
@@ -91,9 +92,16 @@ impl Painter<'_, '_> {
                 }
             }
             Layer::Note { at, text, anchor, ink } => {
-                let [x, y] = self.place(*at);
+                let [mut x, y] = self.place(*at);
+                let mut anchor = *anchor;
+                if anchor == Anchor::Start {
+                    x += 6.0;
+                    if x + width(text, TICK) > self.inner[0] + self.inner[2] {
+                        (x, anchor) = (x - 12.0, Anchor::End);
+                    }
+                }
                 svg.halo(&self.colour(Ink::Paper), |svg| {
-                    svg.text([x, y + 3.5], text, TICK, *anchor, &self.colour(*ink), false);
+                    svg.text([x, y + 3.5], text, TICK, anchor, &self.colour(*ink), false);
                 });
             }
             Layer::Exit { from, to, ink, .. } => {
@@ -234,7 +242,7 @@ impl Painter<'_, '_> {
             let length = if label.is_some() { 4.0 } else { 2.0 };
             d += &path(&[[x, y0 + h], [x, y0 + h + length]], false);
             if let Some(label) = label {
-                svg.text([x, y0 + h + 14.5], &label, TICK, Anchor::Middle, &ink, false);
+                svg.text([x, y0 + h + 15.5], &label, TICK, Anchor::Middle, &ink, false);
             }
         }
         for (value, label) in self.frame.axes[1].ticks(up) {
@@ -247,7 +255,7 @@ impl Painter<'_, '_> {
         }
         svg.stroke(&d, Stroke { colour: &ink, width: 0.8, dash: "" });
         let [x, y] = &self.frame.axes;
-        svg.text([x0 + 0.5 * w, y0 + h + 31.0], &x.text, LABEL, Anchor::Middle, &ink, false);
+        svg.text([x0 + 0.5 * w, y0 + h + 33.0], &x.text, LABEL, Anchor::Middle, &ink, false);
         let left = x0 - 12.0 - y.widest(up);
         svg.text([left, y0 + 0.5 * h], &y.text, LABEL, Anchor::Middle, &ink, true);
     }

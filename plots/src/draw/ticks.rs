@@ -15,9 +15,6 @@ const PREFIXED: [&str; 11] = ["m", "N", "s", "rad", "Hz", "N m", "m/s", "m/s²",
 /// The scale on which `largest` has between one and four digits before the point.
 pub(crate) fn scale(unit: &str, largest: f64) -> Scale {
     let plain = Scale { factor: 1.0, unit: unit.to_owned() };
-    if unit == "N/m" && largest >= 1e5 {
-        return Scale { factor: 1e-6, unit: "N/μm".into() };
-    }
     let least = if unit == "m" || unit == "s" { 1.0 } else { 0.1 };
     if largest == 0.0 || (least..1e4).contains(&largest) || !largest.is_finite() {
         return plain;
@@ -122,7 +119,7 @@ mod tests {
     #[test]
     fn units_take_prefixes() {
         assert_eq!(scale("m", 4.2e-5), Scale { factor: 1e6, unit: "μm".into() }.rounded());
-        assert_eq!(scale("N/m", 3e8).unit, "N/μm");
+        assert_eq!(scale("N/m", 3e8).unit, "10⁶ N/m");
         assert_eq!(scale("1", 3e-5).unit, "10⁻⁶");
         assert_eq!(scale("rad/s", 250.0).unit, "rad/s");
     }

@@ -67,8 +67,10 @@ pub fn branch<O>(
         let found = branches.iter().flat_map(|branch| branch.of_kind(kind));
         let points: Vec<_> = found.map(place).collect();
         if !points.is_empty() {
-            let ink = if kind == PointKind::Grazing { Ink::Grey } else { Ink::Text };
-            panel.curve(name, Curve { mark: Mark::Dots, ink, style, width: 1.0, points })?;
+            // Grazings are open: a fold shows inside.
+            let (mark, style) =
+                if kind == PointKind::Grazing { (Mark::Rings, 0) } else { (Mark::Dots, style) };
+            panel.curve(name, Curve { mark, ink: Ink::Text, style, width: 1.0, points })?;
         }
     }
     Ok(panel)

@@ -7,7 +7,8 @@ use crate::panel::Panel;
 use gear_dynamics::linear::Campbell;
 use std::f64::consts::TAU;
 
-/// Natural frequencies over the speed with the lines of named orders, and the resonances where they meet.
+/// Natural frequencies over the speed with the lines of named orders, and their crossings. Few of them are resonances: it
+/// takes an excitation that moves the mode.
 ///
 /// `speed`: text with unit, of a speed in radians per second, over which frequencies are in Hz; with the unit `[1]`
 /// speed and frequencies are numbers of the model. `orders`: multiples of this speed, each with its name.
@@ -19,16 +20,16 @@ use std::f64::consts::TAU;
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let diagram = Campbell::of(&pair, &[100.0, 200.0, 300.0], &[18.0])?;
 /// let svg = Picture::from(campbell(&diagram, "speed [rad/s]", &[(18.0, "mesh")])?).to_svg();
-/// assert!(svg.contains("natural frequency [Hz]") && svg.contains("orders"));
+/// assert!(svg.contains(">frequency [Hz]") && svg.contains("crossings"));
 /// let svg = Picture::from(campbell(&diagram, "speed Ω [1]", &[])?).to_svg();
-/// assert!(svg.contains("natural frequency [1]"));
+/// assert!(svg.contains(">frequency [1]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
 /// [`PlotError::Empty`] without speeds or frequencies, [`PlotError::NotFinite`], [`PlotError::NoUnit`].
 pub fn campbell(diagram: &Campbell, speed: &str, orders: &[(f64, &str)]) -> Result<Panel, PlotError> {
-    let mut panel = Panel::new("", speed, "natural frequency [Hz]")?;
+    let mut panel = Panel::new("", speed, "frequency [Hz]")?;
     let mut per = TAU;
     if panel.x.unit == "1" {
         (per, panel.y.unit) = (1.0, "1".into());
@@ -64,11 +65,11 @@ pub fn campbell(diagram: &Campbell, speed: &str, orders: &[(f64, &str)]) -> Resu
     let points: Vec<_> = meetings.map(|r| [r.speed, r.frequency / per]).collect();
     if !points.is_empty() {
         let curve = Curve { mark: Mark::Dots, ink: Ink::Series(1), style: 0, width: 1.2, points };
-        panel.curve("resonances", curve)?;
+        panel.curve("crossings", curve)?;
     }
-    let first = speeds[0].min(last);
-    if first < last {
-        panel.x.range = Some([first, last]);
+    // The lines of the orders meet at the origin.
+    if last > 0.0 {
+        panel.x.range = Some([speeds[0].min(0.0), last]);
     }
     let most = diagram.frequencies().iter().flatten().fold(0.0f64, |most, f| most.max(*f)) / per;
     if most > 0.0 {

@@ -12,13 +12,17 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// The largest displacement that is drawn, as a share of the mean pitch radius.
 const SHARE: f64 = 0.35;
 
+/// Width of a line at rest: it shows on both sides of a line in the mode.
+const REST: f64 = 3.6;
+
 /// Corners of a drawn circle.
 const CORNERS: usize = 180;
 
 /// A mode of a train: its gears as pitch circles at their places, grey at rest and coloured as they turn and move.
 ///
-/// The spoke of a gear points upwards at rest. Turns and displacements have one scale, so that the largest displacement of
-/// a rim or a centre is a third of the mean pitch radius. A body without stated place stands beside the one that it meshes
+/// The spoke of a gear points upwards at rest; a carrier is the polygon of the centres of its planets. The size of a mode is
+/// arbitrary: turns and displacements have one scale, so that the largest displacement of a rim or a centre is a third of the
+/// mean pitch radius. A body without stated place stands beside the one that it meshes
 /// with, at the centre distance of the mesh.
 ///
 /// `shape`: coordinates of the train, for example [`Mode::shape`](gear_dynamics::linear::Mode::shape).
@@ -51,23 +55,36 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
     let scale = SHARE * mean / largest;
     let mut panel = Panel::new("", "x [m]", "y [m]")?;
     panel.equal = true;
-    panel.entry("at rest", Swatch::Line { ink: Ink::Grey, style: 0, width: 1.0, cased: false });
-    panel.entry("in the mode", Swatch::Line { ink: Ink::Series(0), style: 0, width: 1.6, cased: false });
+    panel.entry("at rest", Swatch::Line { ink: Ink::Missing, style: 0, width: REST, cased: false });
+    panel.entry(
+        "in the mode, size arbitrary",
+        Swatch::Line { ink: Ink::Series(0), style: 0, width: 1.6, cased: false },
+    );
     let places = places(drawing, mean);
     let (mut rest, mut moving) = (Vec::new(), Vec::new());
-    for ((body, moved), [x, y]) in drawing.bodies.iter().zip(&motion).zip(&places) {
+    for (i, ((body, moved), [x, y])) in drawing.bodies.iter().zip(&motion).zip(&places).enumerate() {
         // A body without teeth is a small hub.
         let radius = if body.radius > 0.0 { body.radius } else { 0.2 * mean };
         let solid = !body.internal && body.radius > 0.0;
         let [turn, dx, dy] = moved.map(|part| scale * part);
-        let lines = |turn, centre| outline(centre, turn, radius, body.internal);
-        let (fill, stroke) = (solid.then_some((Ink::Solid, 1.0)), Some((Ink::Grey, 1.0)));
+        let planets = drawing.bodies.iter().zip(&places).filter(|(planet, _)| planet.carrier == Some(i));
+        let pins: Vec<[f64; 2]> = planets.map(|(_, place)| [place[0] - x, place[1] - y]).collect();
+        let lines = |turn, centre| match pins.is_empty() {
+            true => outline(centre, turn, radius, body.internal),
+            false => vec![polygon(centre, turn, &pins)],
+        };
+        let (fill, stroke) = (solid.then_some((Ink::Solid, 1.0)), Some((Ink::Missing, REST)));
         rest.push(Layer::Outline { lines: lines(0.0, [*x, *y]), fill, stroke });
         let stroke = Some((Ink::Series(0), 1.6));
         moving.push(Layer::Outline { lines: lines(turn, [x + dx, y + dy]), fill: None, stroke });
         // Names stand where no other body is: below the spoke of a gear, above a hub, outside a ring.
         let (off, anchor) = match body.internal {
             true => ([0.76 * radius, -0.76 * radius], Anchor::Start),
+            // Of a carrier: half way between two planets.
+            false if pins.len() > 1 => {
+                let at = |k: usize| 0.75 * (pins[0][k] + pins[1][k]) / std::f64::consts::SQRT_2;
+                ([at(0), at(1)], Anchor::Middle)
+            }
             false if body.radius == 0.0 => ([0.0, 1.7 * radius], Anchor::Middle),
             false => ([0.0, -0.55 * radius], Anchor::Middle),
         };
@@ -92,6 +109,13 @@ fn outline([x, y]: [f64; 2], turn: f64, radius: f64, internal: bool) -> Vec<Vec<
     let circle = (0..=CORNERS).map(|i| at(TAU * i as f64 / CORNERS as f64, radius)).collect();
     let from = if internal { 0.85 } else { 0.0 };
     vec![circle, vec![at(FRAC_PI_2 + turn, from * radius), at(FRAC_PI_2 + turn, radius)]]
+}
+
+/// The pins of a carrier about its centre, turned.
+fn polygon([x, y]: [f64; 2], turn: f64, pins: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let (sin, cos) = turn.sin_cos();
+    let at = |[a, b]: &[f64; 2]| [x + cos * a - sin * b, y + sin * a + cos * b];
+    pins.iter().chain(&pins[..1]).map(at).collect()
 }
 
 /// The centres of the bodies. Those that are not stated stand to the right of a body that they mesh with, then below one

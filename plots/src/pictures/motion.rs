@@ -10,7 +10,7 @@ use gear_dynamics::contact::{Contact, Piece};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::ode::Trajectory;
 
-/// A channel over the time, with the states of a contact shaded: the gap grey, the lower flank in a pale colour. Of the
+/// A channel over the time, with the states of a contact shaded: the gap grey, the back (lower) flank in a pale colour. Of the
 /// deflection of this contact the edges of the gap are drawn, too.
 ///
 /// `channel`: the name of a [channel](gear_dynamics::analysis::Probe) of the model with its unit. `contact`: its
@@ -106,13 +106,13 @@ fn spans(times: &[f64], contacts: &[Contact]) -> [Vec<[f64; 2]>; 3] {
     spans
 }
 
-/// Shades the gap and the lower flank; the upper flank is the background.
+/// Shades the gap and the lower flank; the upper flank is the background. The linear analysis calls it the drive flank, too.
 fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact], gap: &str) {
     let spans = spans(times, contacts);
     for (piece, ink, label) in [
-        (Piece::Upper, Ink::Paper, "upper flank"),
+        (Piece::Upper, Ink::Paper, "drive flank"),
         (Piece::Gap, Ink::Gap, gap),
-        (Piece::Lower, Ink::Flank, "lower flank"),
+        (Piece::Lower, Ink::Flank, "back flank"),
     ] {
         let spans = spans[piece as usize].clone();
         if spans.is_empty() {
@@ -125,7 +125,8 @@ fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact], gap: &str) {
     }
 }
 
-/// Deflection and rate of a contact, with its gap shaded: its part that is free at all times.
+/// Deflection and rate of a contact as a curve with its direction, with its gap shaded: its part that is free at all
+/// times. Edges that do not move are named.
 ///
 /// `axes`: texts with units. `contact`: its number from 0.
 ///
@@ -135,7 +136,8 @@ fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact], gap: &str) {
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
 /// let run = Dop853::new().trajectory(&pair, &pair.static_start()?, 0.2 * pair.period())?;
 /// let panel = phase_portrait(&pair, &run, ["deflection d [m]", "rate d' [m]"], 0)?;
-/// assert!(Picture::from(panel).to_svg().contains("rate d' [nm]"));
+/// let svg = Picture::from(panel).to_svg();
+/// assert!(svg.contains("rate d' [nm]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -157,14 +159,25 @@ pub fn phase_portrait(
     let points: Vec<[f64; 2]> = contacts.iter().map(|c| [c.deflection, c.rate]).collect();
     let ends = |of: fn(f64, f64) -> f64, start: f64| points.iter().fold(start, |end, p| of(end, p[0]));
     let (least, most) = (ends(f64::min, f64::INFINITY), ends(f64::max, f64::NEG_INFINITY));
+    // Gap and edges are shown up to one and a half widths of the motion beside it.
+    let width = 1.5 * (most - least);
     if lower < upper {
         // Without edges the whole panel is gap.
-        let span = [lower.max(least - (most - least)), upper.min(most + (most - least))];
+        let span = [lower.max(least - width), upper.min(most + width)];
         panel.layers.push(Layer::Shade { ink: Ink::Gap, spans: vec![span] });
         panel.entry(&gap(model, contact), Swatch::Field { ink: Ink::Gap, opacity: 1.0 });
     }
-    panel.curve("", Curve { mark: Mark::Line, ink: Ink::Series(0), style: 0, width: 1.3, points })?;
-    let wide = most.max(upper.min(most)) - least.min(lower.max(least));
-    panel.x.range = Some([least - 0.04 * wide, most + 0.04 * wide]).filter(|r| r[0] < r[1]);
+    panel.curve("", Curve { mark: Mark::Directed, ink: Ink::Series(0), style: 0, width: 1.3, points })?;
+    let seen = |edge: f64| edge > least - width && edge < most + width;
+    let rests = |of: fn(&Contact) -> f64| contacts.iter().all(|c| of(c) == of(&contacts[0]));
+    if rests(|c| c.lower) && rests(|c| c.upper) {
+        let names = if lower == -upper { ["−b", "b"] } else { ["lower edge", "upper edge"] };
+        let edges = [lower, upper].into_iter().zip(names).filter(|(edge, _)| seen(*edge));
+        panel = panel.name_x(&edges.collect::<Vec<_>>())?;
+    }
+    let edges = [lower, upper].into_iter().filter(|edge| seen(*edge));
+    let [low, high] = edges.fold([least, most], |[low, high], edge| [low.min(edge), high.max(edge)]);
+    let space = 0.04 * (high - low);
+    panel.x.range = Some([low - space, high + space]).filter(|r| r[0] < r[1]);
     Ok(panel)
 }

@@ -15,6 +15,7 @@ impl<N: Nonlinearity> Layout<'_, N> {
                 centre: self.plan.centres[i],
                 radius: 0.0,
                 internal: false,
+                carrier: topology.carriers[i],
                 motion: self.motion(i),
             };
             for mesh in &topology.meshes {

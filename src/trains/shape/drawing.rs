@@ -37,7 +37,7 @@ pub struct Drawing {
 /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
 /// let train = parts.build("pinion", 100.0)?;
 /// let wheel = &train.shape().drawing().bodies[1];
-/// assert_eq!((wheel.centre, wheel.internal), (Some([0.1, 0.0]), false));
+/// assert_eq!((wheel.centre, wheel.internal, wheel.carrier), (Some([0.1, 0.0]), false, None));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +50,8 @@ pub struct DrawnBody {
     pub radius: f64,
     /// Whether its teeth point inwards.
     pub internal: bool,
+    /// Index of the carrier of a planet.
+    pub carrier: Option<usize>,
     /// Counterclockwise angle, x and y of the centre, as sums over the inertial coordinates.
     pub(crate) motion: [Vec<Entry>; 3],
 }
