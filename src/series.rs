@@ -177,6 +177,11 @@ impl WaveWeights {
         }
         WaveWeights(weights)
     }
+    /// The weight of coefficient k.
+    #[inline(always)]
+    pub(crate) fn at(&self, k: usize) -> f64 {
+        self.0.as_flattened()[k]
+    }
 
     /// Adds the coefficients of the wave with this value and this slope over nφ.
     #[inline(always)]
