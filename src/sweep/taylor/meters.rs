@@ -6,7 +6,7 @@
 
 use crate::analysis::Summary;
 use crate::numeric::parabola::maximum;
-use crate::ode::taylor::expansion::coefficients::{ORDERS, PER};
+use crate::ode::taylor::expansion::coefficients::ORDERS;
 use crate::ode::taylor::expansion::sums::SECOND;
 use crate::ode::taylor::positive::Polynomial;
 use crate::sweep::taylor::columns::Columns;
@@ -142,15 +142,17 @@ impl<const W: usize> Meters<W> {
     }
 }
 
-/// ∫ p ds and ∫ p² ds over [0, 1], p² up to the order of p.
+/// ∫ p ds and ∫ p² ds over [0, 1]. The terms of p² above 3/2 of the order of p are left out: they are far below
+/// the last terms of p.
 #[inline(always)]
 fn integrals<const W: usize>(g: &[[f64; W]]) -> [[f64; W]; 2] {
     let (mut first, mut second) = ([0.0; W], [0.0; W]);
-    for m in (0..g.len()).rev() {
-        let per = PER[m + 1];
+    let degree = g.len() - 1;
+    for m in (0..=degree + degree / 2).rev() {
+        let per = 1.0 / (m + 1) as f64;
         // Σ_j g_j g_(m-j): each product twice, but for that of the middle.
-        let (mut twice, half) = ([[0.0; W]; 2], m.div_ceil(2));
-        for j in 0..half {
+        let mut twice = [[0.0; W]; 2];
+        for j in m.saturating_sub(degree)..m.div_ceil(2) {
             for l in 0..W {
                 twice[j % 2][l] += g[j][l] * g[m - j][l];
             }
@@ -160,8 +162,12 @@ fn integrals<const W: usize>(g: &[[f64; W]]) -> [[f64; W]; 2] {
             if m % 2 == 0 {
                 sum += g[m / 2][l] * g[m / 2][l];
             }
-            first[l] += per * g[m][l];
             second[l] += per * sum;
+        }
+        if m <= degree {
+            for l in 0..W {
+                first[l] += per * g[m][l];
+            }
         }
     }
     [first, second]
