@@ -87,7 +87,8 @@ fn pair() -> Machine<Rattling> {
 #[test]
 fn rows_of_the_pair_are_those_of_single_runs() {
     let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, 12);
-    rows_agree(&pair(), &Pair::start(), points, &["q1", "v1", "mesh force", "deflection"], [25, 2], 6);
+    // The error of v1 is that of q1 times a frequency, far above the tolerance of v1 itself.
+    rows_agree(&pair(), &Pair::start(), points, &["q1", "mesh force", "deflection"], [25, 2], 6);
     let nfg = NfgPair::new(&NfgParams::table1()).unwrap();
     let start = nfg.static_start().unwrap();
     rows_agree(&nfg, &start, axis("speed", 80.0, 150.0, 8), &["q1", "mesh force"], [12, 1], 4);
@@ -105,7 +106,8 @@ fn planetary() -> Train {
     let wave = |mean: f64| Wave::new(Fourier::new(mean, &[[0.2 * mean, 0.0]]).unwrap());
     let members = ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
     let set = Planetary::new(3, 0.03, members, [wave(2e8), wave(2.5e8)]).unwrap();
-    let mut parts = set.damping(1000.0).half_backlash(2e-5).parts();
+    let error = || Wave::new(Fourier::new(0.0, &[[3e-6, 0.0]]).unwrap());
+    let mut parts = set.error([error(), error()]).damping(1000.0).half_backlash(2e-5).parts();
     parts.torque("drive", "sun", 10.0).torque("load", "carrier", -40.0);
     parts.build("sun", 100.0).unwrap()
 }
@@ -113,7 +115,7 @@ fn planetary() -> Train {
 #[test]
 fn rows_of_a_planetary_set_are_those_of_single_runs() {
     let train = planetary();
-    let points = axis("speed", 60.0, 160.0, 9);
+    let points = axis("speed", 200.0, 600.0, 9);
     let start = State::at_rest(train.dof());
     rows_agree(&train, &start, points, &["deflection 1", "mesh force 4"], [400, 3], 4);
 }

@@ -56,26 +56,31 @@ impl FourierWaves {
                 }
             }
             let mut power = [1.0; W];
-            for n in 0..coefficients {
-                // Two sums that do not wait for one another.
-                let mut sums = [[0.0; W]; 2];
-                for (k, (term, &(i, _))) in terms.iter().zip(of_wave).enumerate() {
-                    let (weight, turn, sum) = (weights[i].at(n), &term[n % 2], &mut sums[k % 2]);
+            // An even order and the odd one after it: two sums that do not wait for one another.
+            for n in (0..coefficients).step_by(2) {
+                let [mut even, mut odd] = [[0.0; W]; 2];
+                for ([value, slope], &(i, _)) in terms.iter().zip(of_wave) {
+                    let [w, z] = weights[i].pair(n);
                     for l in 0..W {
-                        sum[l] += turn[l] * weight;
+                        even[l] += value[l] * w;
+                        odd[l] += slope[l] * z;
                     }
                 }
-                let mut coefficient = [0.0; W];
                 for l in 0..W {
-                    coefficient[l] = (sums[0][l] + sums[1][l]) * power[l];
+                    even[l] *= power[l];
+                    power[l] *= speeds[l];
+                    odd[l] *= power[l];
                     power[l] *= speeds[l];
                 }
                 if n == 0 {
                     for l in 0..W {
-                        coefficient[l] += self.means[wave];
+                        even[l] += self.means[wave];
                     }
                 }
-                write(place, n, coefficient);
+                write(place, n, even);
+                if n + 1 < coefficients {
+                    write(place, n + 1, odd);
+                }
             }
         }
     }

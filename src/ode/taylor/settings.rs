@@ -70,6 +70,14 @@ impl Taylor {
         (15.0 + digits).round() as usize
     }
 
+    /// The same settings with all tolerances multiplied by a factor below 1, within their range.
+    pub(crate) fn finer(&self, factor: f64) -> Self {
+        let mut finer = self.clone();
+        finer.tolerances.rtol = (factor * finer.tolerances.rtol).max(RTOL[0]);
+        finer.tolerances.atol.iter_mut().for_each(|atol| *atol = (factor * *atol).max(f64::MIN_POSITIVE));
+        finer
+    }
+
     /// Checks the relative tolerance of a run without absolute tolerances that are chosen for it.
     ///
     /// # Errors

@@ -53,6 +53,9 @@ pub struct LaneTaylor<const W: usize = 8> {
     set: InstructionSet,
 }
 
+/// Factor on the tolerances of a check `[1]`.
+const FINER: f64 = 0.01;
+
 /// Models that are kept until all runs with them are over, per lane.
 const KEPT: usize = 32;
 
@@ -81,7 +84,7 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneTaylor<W> {
         kinds(model, channels).map(|_| ())
     }
     fn finer(&self) -> Option<Self> {
-        None
+        Some(LaneTaylor { taylor: self.taylor.finer(FINER), ..self.clone() })
     }
     fn batch(&self) -> usize {
         W

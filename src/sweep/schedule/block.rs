@@ -63,7 +63,7 @@ struct LineBlock<'b, 's, M> {
     lines: &'b [usize],
     /// Number of lines that were started.
     taken: usize,
-    /// Whether the runs are checks with a quarter of the step.
+    /// Whether the runs are checks.
     checking: bool,
 }
 

@@ -179,24 +179,40 @@ impl<const W: usize> Columns<W> {
     /// Value of a column at the time `s` of each lane.
     #[inline(always)]
     pub(super) fn value(&self, column: usize, s: &Lanes<W>) -> Lanes<W> {
+        // The value at the start is added last: one rounding error of its size.
         let c = &self.column(column)[..=self.degree];
-        // Even and odd orders apart: the sums do not wait for one another. The value at the start is added
-        // last: one rounding error of its size.
-        let (square, [mut even, mut odd]) = (*s * *s, [Lanes::from(0.0); 2]);
-        for n in (1..c.len()).rev() {
-            if n % 2 == 0 {
-                even = even * square + c[n];
-            } else {
-                odd = odd * square + c[n];
-            }
-        }
-        c[0] + (even * square + odd * *s)
+        c[0] + later(c, s, |c| c)
     }
+    /// Σ_(n>=1) |c_n| sⁿ: how far a column moves up to the time `s` of each lane, at most.
+    #[inline(always)]
+    pub(super) fn range(&self, column: usize, s: &Lanes<W>) -> Lanes<W> {
+        later(&self.column(column)[..=self.degree], s, Lanes::abs)
+    }
+}
+
+/// Σ_(n>=1) f(c_n) sⁿ.
+#[inline(always)]
+fn later<const W: usize>(
+    c: &[Lanes<W>],
+    s: &Lanes<W>,
+    f: impl Fn(Lanes<W>) -> Lanes<W>,
+) -> Lanes<W> {
+    // Even and odd orders apart: the sums do not wait for one another.
+    let (square, [mut even, mut odd]) = (*s * *s, [Lanes::from(0.0); 2]);
+    let (pairs, last) = c[1..].as_chunks::<2>();
+    if let [last] = last {
+        odd = f(*last);
+    }
+    for [of_odd, of_even] in pairs.iter().rev() {
+        odd = odd * square + f(*of_odd);
+        even = even * square + f(*of_even);
+    }
+    even * square + odd * *s
 }
 
 /// Σ a_j b_(n-j) over all terms of two columns of one length n + 1.
 #[inline(always)]
-fn convolution<const W: usize>(a: &[Lanes<W>], b: &[Lanes<W>]) -> Lanes<W> {
+pub(super) fn convolution<const W: usize>(a: &[Lanes<W>], b: &[Lanes<W>]) -> Lanes<W> {
     // Four sums that do not wait for one another.
     let mut sums = [[0.0; W]; 4];
     let count = a.len().min(b.len());

@@ -9,7 +9,9 @@ use crate::numeric::parabola::maximum;
 use crate::ode::taylor::expansion::coefficients::ORDERS;
 use crate::ode::taylor::expansion::sums::SECOND;
 use crate::ode::taylor::positive::Polynomial;
-use crate::sweep::taylor::columns::Columns;
+use crate::scalar::Scalar;
+use crate::sweep::lanes::number::Lanes;
+use crate::sweep::taylor::columns::{Columns, convolution};
 
 /// Number of samples of a step, at its end and between.
 const SAMPLES: usize = 8;
@@ -32,13 +34,13 @@ const PLACES: [[f64; ORDERS]; SAMPLES] = {
 #[derive(Clone, Copy)]
 struct Running<const W: usize> {
     /// First value x_0.
-    origin: [f64; W],
+    origin: Lanes<W>,
     /// ∫ (x - x_0) dt.
-    off: [f64; W],
+    off: Lanes<W>,
     /// ∫ (x - x_0)² dt.
-    square: [f64; W],
+    square: Lanes<W>,
     /// Minimum, maximum.
-    extremes: [[f64; W]; 2],
+    extremes: [Lanes<W>; 2],
 }
 
 /// The channels that are measured.
@@ -54,7 +56,7 @@ pub(super) struct Meters<const W: usize> {
 
 impl<const W: usize> Meters<W> {
     pub(super) fn new(columns: Vec<usize>) -> Self {
-        let zero = [0.0; W];
+        let zero = Lanes::from(0.0);
         let running = Running { origin: zero, off: zero, square: zero, extremes: [zero; 2] };
         let open = Vec::with_capacity(W * columns.len());
         Meters { running: vec![running; columns.len()], fresh: [true; W], open, columns }
@@ -68,13 +70,13 @@ impl<const W: usize> Meters<W> {
     /// The figures of channel `i` in a lane over the time `duration`.
     pub(super) fn summary(&self, i: usize, lane: usize, duration: f64) -> Summary {
         let Running { origin, off, square, extremes } = &self.running[i];
-        let (origin, off, square) = (origin[lane], off[lane] / duration, square[lane] / duration);
+        let (origin, off, square) = (origin.0[lane], off.0[lane] / duration, square.0[lane] / duration);
         let mean = origin + off;
         Summary {
             mean,
             rms: (square + 2.0 * off * origin + origin * origin).max(0.0).sqrt(),
-            min: extremes[0][lane],
-            max: extremes[1][lane],
+            min: extremes[0].0[lane],
+            max: extremes[1].0[lane],
             deviation: (square - off * off).max(0.0).sqrt(),
         }
     }
@@ -82,46 +84,41 @@ impl<const W: usize> Meters<W> {
     /// Adds a step of the length `h` in each lane; a length of 0 adds nothing.
     #[inline(always)]
     pub(super) fn add(&mut self, c: &Columns<W>, h: &[f64; W]) {
-        let (degree, mut g) = (c.degree, [[0.0; W]; ORDERS]);
+        let (degree, zero, h) = (c.degree, Lanes::from(0.0), Lanes(*h));
+        let mut g = [zero; ORDERS];
         self.open.clear();
         for (i, (column, running)) in self.columns.iter().zip(&mut self.running).enumerate() {
             // x(s h) = Σ g_n sⁿ with s in [0, 1].
-            let (c, mut power, mut range) = (c.column(*column), [1.0; W], [0.0; W]);
-            for n in 0..=degree {
-                for l in 0..W {
-                    g[n][l] = c[n].0[l] * power[l];
-                    power[l] *= h[l];
-                    range[l] += if n > 0 { g[n][l].abs() } else { 0.0 };
-                }
+            let (c, mut power, mut range) = (c.column(*column), h, zero);
+            let start = c[0];
+            for n in 1..=degree {
+                g[n] = c[n] * power;
+                power = power * h;
+                range = range + g[n].abs();
             }
-            let start = g[0];
-            for l in 0..W {
-                let first = self.fresh[l] & (h[l] > 0.0);
-                let from = |x: f64, y: f64| if first { x } else { y };
-                running.origin[l] = from(start[l], running.origin[l]);
-                running.off[l] = from(0.0, running.off[l]);
-                running.square[l] = from(0.0, running.square[l]);
-                running.extremes[0][l] = from(start[l], running.extremes[0][l]);
-                running.extremes[1][l] = from(start[l], running.extremes[1][l]);
-                g[0][l] = start[l] - running.origin[l];
-            }
-            let [off, square] = integrals(&g[..=degree]);
             let mut exceeds = [false; W];
             for l in 0..W {
-                running.off[l] += off[l] * h[l];
-                running.square[l] += square[l] * h[l];
-                let beyond = (start[l] + range[l] > running.extremes[1][l])
-                    | (start[l] - range[l] < running.extremes[0][l]);
-                exceeds[l] = beyond & (h[l] > 0.0);
+                if self.fresh[l] & (h.0[l] > 0.0) {
+                    running.origin.0[l] = start.0[l];
+                    (running.off.0[l], running.square.0[l]) = (0.0, 0.0);
+                    running.extremes.iter_mut().for_each(|x| x.0[l] = start.0[l]);
+                }
+                let beyond = (start.0[l] + range.0[l] > running.extremes[1].0[l])
+                    | (start.0[l] - range.0[l] < running.extremes[0].0[l]);
+                exceeds[l] = beyond & (h.0[l] > 0.0);
             }
+            g[0] = start - running.origin;
+            let [off, square] = integrals(&g[..=degree]);
+            running.off = running.off + off * h;
+            running.square = running.square + square * h;
             if exceeds.contains(&true) {
                 g[0] = start;
-                let open = running.sample(&g[..=degree], &exceeds);
+                let open = running.sample(&g, degree, &exceeds);
                 self.open.extend((0..W).filter(|l| open[*l]).map(|l| (i, l)));
             }
         }
         for l in 0..W {
-            self.fresh[l] &= h[l] <= 0.0;
+            self.fresh[l] &= h.0[l] <= 0.0;
         }
     }
 
@@ -135,9 +132,9 @@ impl<const W: usize> Meters<W> {
                 power *= h[lane];
             }
             let [min, max] = &mut self.running[i].extremes;
-            max[lane] = highest(&p, max[lane]);
+            max.0[lane] = highest(&p, max.0[lane]);
             p.c.iter_mut().for_each(|c| *c = -*c);
-            min[lane] = -highest(&p, -min[lane]);
+            min.0[lane] = -highest(&p, -min.0[lane]);
         }
     }
 }
@@ -145,29 +142,20 @@ impl<const W: usize> Meters<W> {
 /// ∫ p ds and ∫ p² ds over [0, 1]. The terms of p² above 3/2 of the order of p are left out: they are far below
 /// the last terms of p.
 #[inline(always)]
-fn integrals<const W: usize>(g: &[[f64; W]]) -> [[f64; W]; 2] {
-    let (mut first, mut second) = ([0.0; W], [0.0; W]);
+fn integrals<const W: usize>(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
+    let [mut first, mut second] = [Lanes::from(0.0); 2];
     let degree = g.len() - 1;
     for m in (0..=degree + degree / 2).rev() {
-        let per = 1.0 / (m + 1) as f64;
+        let (least, half) = (m.saturating_sub(degree), m.div_ceil(2));
         // Σ_j g_j g_(m-j): each product twice, but for that of the middle.
-        let mut twice = [[0.0; W]; 2];
-        for j in m.saturating_sub(degree)..m.div_ceil(2) {
-            for l in 0..W {
-                twice[j % 2][l] += g[j][l] * g[m - j][l];
-            }
+        let mut sum = convolution(&g[least..half], &g[m + 1 - half..=m - least]) * 2.0;
+        if m % 2 == 0 {
+            sum = sum + g[m / 2] * g[m / 2];
         }
-        for l in 0..W {
-            let mut sum = 2.0 * (twice[0][l] + twice[1][l]);
-            if m % 2 == 0 {
-                sum += g[m / 2][l] * g[m / 2][l];
-            }
-            second[l] += per * sum;
-        }
+        let per = 1.0 / (m + 1) as f64;
+        second = second + sum * per;
         if m <= degree {
-            for l in 0..W {
-                first[l] += per * g[m][l];
-            }
+            first = first + g[m] * per;
         }
     }
     [first, second]
@@ -175,36 +163,32 @@ fn integrals<const W: usize>(g: &[[f64; W]]) -> [[f64; W]; 2] {
 
 impl<const W: usize> Running<W> {
     /// Updates the extremes of the chosen lanes from samples. Returns in which lanes a value between them may
-    /// lie beyond.
+    /// lie beyond. The coefficients above `degree` are 0.
     #[inline(always)]
-    fn sample(&mut self, g: &[[f64; W]], chosen: &[bool; W]) -> [bool; W] {
+    fn sample(&mut self, g: &[Lanes<W>; ORDERS], degree: usize, chosen: &[bool; W]) -> [bool; W] {
         let (mut before, mut open) = (g[0], [false; W]);
         // Bounds of the values between the samples.
         let (mut low, mut high) = (before, before);
         for (k, powers) in PLACES.iter().enumerate() {
-            let (mut value, mut bend) = ([[0.0; W]; 2], [0.0; W]);
-            for n in 0..g.len() {
-                let (power, second) = (powers[n], powers[n] * SECOND[n]);
-                for l in 0..W {
-                    value[n % 2][l] += power * g[n][l];
-                    bend[l] += second * g[n][l].abs();
-                }
+            let [mut even, mut odd, mut bend] = [Lanes::from(0.0); 3];
+            for n in (0..=degree).step_by(2) {
+                even = even + g[n] * powers[n];
+                odd = odd + g[n + 1] * powers[n + 1];
+                let [second, third] = [n, n + 1].map(|n| powers[n] * SECOND[n]);
+                bend = bend + (g[n].abs() * second + g[n + 1].abs() * third);
             }
-            let per = 1.0 / (8 * (k + 1) * (k + 1)) as f64;
+            let (value, over) = (even + odd, bend * (1.0 / (8 * (k + 1) * (k + 1)) as f64));
+            low = low.min(value.min(before) - over);
+            high = high.max(value.max(before) + over);
+            before = value;
+            let [min, max] = &mut self.extremes;
             for l in 0..W {
-                let (value, over) = (value[0][l] + value[1][l], bend[l] * per);
-                let [least, largest] =
-                    if value < before[l] { [value, before[l]] } else { [before[l], value] };
-                low[l] = if least - over < low[l] { least - over } else { low[l] };
-                high[l] = if largest + over > high[l] { largest + over } else { high[l] };
-                let [min, max] = &mut self.extremes;
-                min[l] = if chosen[l] & (value < min[l]) { value } else { min[l] };
-                max[l] = if chosen[l] & (value > max[l]) { value } else { max[l] };
-                before[l] = value;
+                min.0[l] = if chosen[l] & (value.0[l] < min.0[l]) { value.0[l] } else { min.0[l] };
+                max.0[l] = if chosen[l] & (value.0[l] > max.0[l]) { value.0[l] } else { max.0[l] };
             }
         }
         for l in 0..W {
-            open[l] = chosen[l] & ((high[l] > self.extremes[1][l]) | (low[l] < self.extremes[0][l]));
+            open[l] = chosen[l] & ((high.0[l] > self.extremes[1].0[l]) | (low.0[l] < self.extremes[0].0[l]));
         }
         open
     }

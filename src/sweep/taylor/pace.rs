@@ -89,22 +89,8 @@ impl Pace {
     /// Σ_(n>=1) |d_n| hⁿ of the distances, at their columns.
     #[inline(always)]
     pub(super) fn ranges<const W: usize>(&self, c: &Columns<W>, h: &Lanes<W>, out: &mut [Lanes<W>]) {
-        let degree = c.degree;
         for (column, _) in &self.edges {
-            let c = c.column(*column);
-            let (square, [mut even, mut odd]) = (*h * *h, [Lanes::from(0.0); 2]);
-            for n in (1..=degree).rev() {
-                let mut size = c[n];
-                for l in 0..W {
-                    size.0[l] = size.0[l].abs();
-                }
-                if n % 2 == 0 {
-                    even = even * square + size;
-                } else {
-                    odd = odd * square + size;
-                }
-            }
-            out[*column] = even * square + odd * *h;
+            out[*column] = c.range(*column, h);
         }
     }
 }

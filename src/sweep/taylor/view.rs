@@ -24,8 +24,9 @@ impl<const W: usize> LaneView<'_, W> {
         }
     }
     fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
+        let (c, lane) = (self.columns.column(column), self.lane);
         let sampling = Sampling { arch: self.arch, count: self.columns.degree + 1 - SHIFT, h };
-        sampling.of(|n| self.coefficient(n + SHIFT, column))
+        sampling.of(|n| c[n + SHIFT].0[lane])
     }
 }
 
