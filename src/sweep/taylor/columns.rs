@@ -106,18 +106,26 @@ impl<const W: usize> Columns<W> {
                 continue;
             }
             let value = match &instruction.rule {
-                Rule::Sum { columns, stills, constant } => {
-                    let mut sum = Lanes::from(0.0);
+                Rule::Sum { like: Some((column, factor)), .. } if !FIRST => {
+                    self.x[column * STRIDE + n] * *factor
+                }
+                Rule::Sum { columns, stills, constant, .. } => {
+                    // Two sums that do not wait for one another.
+                    let [mut sum, mut other] = [Lanes::from(if FIRST { *constant } else { 0.0 }), Lanes::from(0.0)];
                     if FIRST {
-                        sum = Lanes::from(*constant);
                         for (still, weight) in stills {
                             sum = sum + self.stills[*still] * *weight;
                         }
                     }
-                    for (column, weight) in columns {
-                        sum = sum + self.x[column * STRIDE + n] * *weight;
+                    let (pairs, last) = columns.as_chunks::<2>();
+                    for [(a, w), (b, z)] in pairs {
+                        sum = sum + self.x[a * STRIDE + n] * *w;
+                        other = other + self.x[b * STRIDE + n] * *z;
                     }
-                    sum
+                    if let [(a, w)] = last {
+                        sum = sum + self.x[a * STRIDE + n] * *w;
+                    }
+                    sum + other
                 }
                 Rule::Product(a, b) => convolution(&self.column(*a)[..=n], &self.column(*b)[..=n]),
                 Rule::Scaled(still, a) => self.stills[*still] * self.x[a * STRIDE + n],
@@ -234,6 +242,31 @@ pub(super) fn convolution<const W: usize>(a: &[Lanes<W>], b: &[Lanes<W>]) -> Lan
             sums[0][l] += a[l] * b[l];
         }
         j += 1;
+    }
+    let mut sum = [0.0; W];
+    for l in 0..W {
+        sum[l] = (sums[0][l] + sums[1][l]) + (sums[2][l] + sums[3][l]);
+    }
+    Lanes(sum)
+}
+
+/// Σ w_n c_n.
+#[inline(always)]
+pub(super) fn weighted_sum<const W: usize>(c: &[Lanes<W>], w: &[f64]) -> Lanes<W> {
+    // Four sums that do not wait for one another.
+    let mut sums = [[0.0; W]; 4];
+    let ((fours, rest), (weights, last)) = (c.as_chunks::<4>(), w[..c.len()].as_chunks::<4>());
+    for (c, w) in fours.iter().zip(weights) {
+        for k in 0..4 {
+            for l in 0..W {
+                sums[k][l] += c[k].0[l] * w[k];
+            }
+        }
+    }
+    for (c, w) in rest.iter().zip(last) {
+        for l in 0..W {
+            sums[0][l] += c.0[l] * w;
+        }
     }
     let mut sum = [0.0; W];
     for l in 0..W {

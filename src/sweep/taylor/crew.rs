@@ -162,12 +162,12 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
 
     /// Makes a step in every lane.
     fn step(&mut self, queue: &dyn Queue<'m>) {
+        for (turn, lane) in self.turns.iter_mut().zip(&self.lanes) {
+            *turn = if lane.is_some() { Turn::Step } else { Turn::Out };
+        }
         self.each(|crew, lane, run| crew.begin(lane, run).map(|()| Turn::Step));
         self.set.run(Expansion(&mut self.numbers));
         self.each(|crew, lane, run| {
-            if crew.turns[lane] == Turn::Out {
-                return Ok(Turn::Out);
-            }
             let (full, longest) = (crew.numbers.full[lane], crew.taylor.tolerances.max);
             let h = run.aim(full, longest, &crew.view(lane))?;
             crew.numbers.h.0[lane] = h;
@@ -175,9 +175,6 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
         });
         self.set.run(Ranges(&mut self.numbers));
         self.each(|crew, lane, run| {
-            if crew.turns[lane] == Turn::Out {
-                return Ok(Turn::Out);
-            }
             let ranges = &crew.numbers.ranges;
             let length = run.meet(&crew.view(lane), |column| ranges[column].0[lane])?;
             crew.numbers.h.0[lane] = length.unwrap_or(0.0);
@@ -188,20 +185,17 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
         });
         let measuring = self.lanes.iter().flatten().any(|run| run.track.measuring());
         self.set.run(Ends(&mut self.numbers, measuring));
-        self.each(|crew, lane, run| match crew.turns[lane] {
-            Turn::Step => crew.end(lane, run, queue),
-            turn => Ok(turn),
-        });
+        self.each(|crew, lane, run| crew.end(lane, run, queue));
     }
 
-    /// Calls `f` for every lane with a run. An error ends the run.
+    /// Calls `f` for every lane that makes a step. An error ends the run.
     fn each(&mut self, mut f: impl FnMut(&mut Self, usize, &mut Lane<'m>) -> Result<Turn, PointError>) {
         for lane in 0..W {
-            // The run is taken out, so that `f` may use the numbers of all lanes.
-            let Some(mut run) = self.lanes[lane].take() else {
-                self.turns[lane] = Turn::Out;
+            if self.turns[lane] != Turn::Step {
                 continue;
-            };
+            }
+            // The run is taken out, so that `f` may use the numbers of all lanes.
+            let Some(mut run) = self.lanes[lane].take() else { continue };
             match f(self, lane, &mut run) {
                 Ok(turn) => self.turns[lane] = turn,
                 Err(error) => {
@@ -281,6 +275,7 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
             self.numbers.meters.clear(lane);
         }
         let (t, steps) = (run.course.e.t1, std::mem::take(&mut run.steps));
+        run.attempts = 0;
         let state: Vec<f64> = run.course.e.y1.slice().to_vec();
         let with_model = &|read: &mut dyn FnMut(&dyn Periodic)| queue.with_model(index, read);
         match run.track.period(steps, period, state.into_iter(), with_model) {

@@ -51,7 +51,7 @@ pub(super) struct Lane<'m> {
     limit: f64,
     aim: [f64; 2],
     found: Found,
-    /// Steps in the current period and attempts in all.
+    /// Steps and attempts in the current period.
     pub(super) steps: u64,
     pub(super) attempts: usize,
 }

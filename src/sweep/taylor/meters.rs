@@ -11,7 +11,7 @@ use crate::ode::taylor::expansion::sums::SECOND;
 use crate::ode::taylor::positive::Polynomial;
 use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
-use crate::sweep::taylor::columns::{Columns, convolution};
+use crate::sweep::taylor::columns::{Columns, convolution, weighted_sum};
 
 /// Number of samples of a step, at its end and between.
 const SAMPLES: usize = 8;
@@ -28,6 +28,20 @@ const PLACES: [[f64; ORDERS]; SAMPLES] = {
         k += 1;
     }
     places
+};
+
+/// n (n - 1) sⁿ.
+const BENDS: [[f64; ORDERS]; SAMPLES] = {
+    let (mut bends, mut k) = (PLACES, 0);
+    while k < SAMPLES {
+        let mut n = 0;
+        while n < ORDERS {
+            bends[k][n] *= SECOND[n];
+            n += 1;
+        }
+        k += 1;
+    }
+    bends
 };
 
 /// Figures of one channel so far, in each lane.
@@ -50,8 +64,9 @@ pub(super) struct Meters<const W: usize> {
     running: Vec<Running<W>>,
     /// The lanes whose next step is the first.
     fresh: [bool; W],
-    /// Channel and lane of the extremes that the samples of the last step do not decide.
-    open: Vec<(usize, usize)>,
+    /// Where the samples of the last step do not decide the extremes: channel, lane and, as bits, the intervals
+    /// for the minimum and for the maximum.
+    open: Vec<(usize, usize, [u8; 2])>,
 }
 
 impl<const W: usize> Meters<W> {
@@ -113,8 +128,8 @@ impl<const W: usize> Meters<W> {
             running.square = running.square + square * h;
             if exceeds.contains(&true) {
                 g[0] = start;
-                let open = running.sample(&g, degree, &exceeds);
-                self.open.extend((0..W).filter(|l| open[*l]).map(|l| (i, l)));
+                let open = running.sample(&g[..=degree], &exceeds);
+                self.open.extend((0..W).filter(|l| open[*l] != [0; 2]).map(|l| (i, l, open[l])));
             }
         }
         for l in 0..W {
@@ -124,7 +139,7 @@ impl<const W: usize> Meters<W> {
 
     /// Finds the extremes between the samples of the last step.
     pub(super) fn settle(&mut self, c: &Columns<W>, h: &[f64; W]) {
-        for &(i, lane) in &self.open {
+        for &(i, lane, [of_min, of_max]) in &self.open {
             let mut p = Polynomial { c: [0.0; ORDERS], degree: c.degree };
             let (column, mut power) = (c.column(self.columns[i]), 1.0);
             for (out, c) in p.c[..=c.degree].iter_mut().zip(column) {
@@ -132,9 +147,9 @@ impl<const W: usize> Meters<W> {
                 power *= h[lane];
             }
             let [min, max] = &mut self.running[i].extremes;
-            max.0[lane] = highest(&p, max.0[lane]);
+            max.0[lane] = highest(&p, max.0[lane], of_max);
             p.c.iter_mut().for_each(|c| *c = -*c);
-            min.0[lane] = -highest(&p, -min.0[lane]);
+            min.0[lane] = -highest(&p, -min.0[lane], of_min);
         }
     }
 }
@@ -162,24 +177,20 @@ fn integrals<const W: usize>(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
 }
 
 impl<const W: usize> Running<W> {
-    /// Updates the extremes of the chosen lanes from samples. Returns in which lanes a value between them may
-    /// lie beyond. The coefficients above `degree` are 0.
+    /// Updates the extremes of the chosen lanes from samples. Returns for each lane the intervals between them,
+    /// as bits, in which a value may lie below the minimum and above the maximum.
     #[inline(always)]
-    fn sample(&mut self, g: &[Lanes<W>; ORDERS], degree: usize, chosen: &[bool; W]) -> [bool; W] {
-        let (mut before, mut open) = (g[0], [false; W]);
-        // Bounds of the values between the samples.
-        let (mut low, mut high) = (before, before);
-        for (k, powers) in PLACES.iter().enumerate() {
-            let [mut even, mut odd, mut bend] = [Lanes::from(0.0); 3];
-            for n in (0..=degree).step_by(2) {
-                even = even + g[n] * powers[n];
-                odd = odd + g[n + 1] * powers[n + 1];
-                let [second, third] = [n, n + 1].map(|n| powers[n] * SECOND[n]);
-                bend = bend + (g[n].abs() * second + g[n + 1].abs() * third);
-            }
-            let (value, over) = (even + odd, bend * (1.0 / (8 * (k + 1) * (k + 1)) as f64));
-            low = low.min(value.min(before) - over);
-            high = high.max(value.max(before) + over);
+    fn sample(&mut self, g: &[Lanes<W>], chosen: &[bool; W]) -> [[u8; 2]; W] {
+        let mut sizes = [Lanes::from(0.0); ORDERS];
+        let sizes = &mut sizes[..g.len()];
+        sizes.iter_mut().zip(g).for_each(|(size, g)| *size = g.abs());
+        let mut before = g[0];
+        // Bounds of the values in each interval.
+        let mut bounds = [[before; 2]; SAMPLES];
+        for (k, bounds) in bounds.iter_mut().enumerate() {
+            let value = weighted_sum(g, &PLACES[k]);
+            let over = weighted_sum(sizes, &BENDS[k]) * (1.0 / (8 * (k + 1) * (k + 1)) as f64);
+            *bounds = [value.min(before) - over, value.max(before) + over];
             before = value;
             let [min, max] = &mut self.extremes;
             for l in 0..W {
@@ -187,25 +198,29 @@ impl<const W: usize> Running<W> {
                 max.0[l] = if chosen[l] & (value.0[l] > max.0[l]) { value.0[l] } else { max.0[l] };
             }
         }
-        for l in 0..W {
-            open[l] = chosen[l] & ((high.0[l] > self.extremes[1].0[l]) | (low.0[l] < self.extremes[0].0[l]));
+        let (mut open, [min, max]) = ([[0; 2]; W], &self.extremes);
+        for (k, [low, high]) in bounds.iter().enumerate() {
+            for l in 0..W {
+                open[l][0] |= u8::from(chosen[l] & (low.0[l] < min.0[l])) << k;
+                open[l][1] |= u8::from(chosen[l] & (high.0[l] > max.0[l])) << k;
+            }
         }
         open
     }
 }
 
-/// The largest value of a polynomial in [0, 1] if it is above `record`, otherwise `record`.
-fn highest(p: &Polynomial, record: f64) -> f64 {
-    let (mut best, mut before) = (record, (p.c[0], p.c[1]));
-    for k in 1..=SAMPLES {
-        let [a, b] = [k - 1, k].map(|k| k as f64 / SAMPLES as f64);
-        let after = p.with_slope(b);
+/// The largest value of a polynomial in the given intervals of [0, 1] if it is above `record`, otherwise
+/// `record`.
+fn highest(p: &Polynomial, record: f64, intervals: u8) -> f64 {
+    let mut best = record;
+    for k in (0..SAMPLES).filter(|k| intervals >> k & 1 == 1) {
+        let [a, b] = [k, k + 1].map(|k| k as f64 / SAMPLES as f64);
+        let (before, after) = (p.with_slope(a), p.with_slope(b));
         if before.1 > 0.0 && after.1 < 0.0 {
             let middle = 0.5 * (a + b);
             let values = [before.0, p.with_slope(middle).0, after.0];
             best = best.max(maximum([a, middle, b], values, |s| p.with_slope(s).0));
         }
-        before = after;
     }
     best
 }

@@ -19,7 +19,8 @@ pub(super) enum Place {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Rule {
     /// constant + Σ weight × column + Σ weight × still number. Only order 0 has constant and still numbers.
-    Sum { columns: Vec<(usize, f64)>, stills: Vec<(usize, f64)>, constant: f64 },
+    /// `like`: a column before it and the factor 1 or -1, by which it has the same higher orders.
+    Sum { columns: Vec<(usize, f64)>, stills: Vec<(usize, f64)>, constant: f64, like: Option<(usize, f64)> },
     Product(usize, usize),
     /// Still number × column.
     Scaled(usize, usize),
@@ -180,7 +181,10 @@ impl Rule {
     /// The columns that the rule reads.
     fn columns(&self) -> Vec<usize> {
         match self {
-            Rule::Sum { columns, .. } => columns.iter().map(|(column, _)| *column).collect(),
+            Rule::Sum { columns, like, .. } => {
+                let like = like.iter().map(|(column, _)| *column);
+                columns.iter().map(|(column, _)| *column).chain(like).collect()
+            }
             Rule::Product(a, b) => vec![*a, *b],
             Rule::Scaled(_, a) | Rule::Exp(a) | Rule::Ln(a) | Rule::SinCos(a) => vec![*a],
             Rule::Quotient(a, b) => a.column().into_iter().chain([*b]).collect(),
@@ -216,6 +220,19 @@ impl Writer<'_> {
         Place::Column(out)
     }
 
+    /// The column of a sum. The distances from both edges of a gap, and what its flanks read, differ in order 0
+    /// and in sign alone.
+    fn sum(&mut self, columns: Vec<(usize, f64)>, stills: Vec<(usize, f64)>, constant: f64) -> Place {
+        let like = self.program.instructions.iter().find_map(|instruction| {
+            let Rule::Sum { columns: known, like: None, .. } = &instruction.rule else { return None };
+            let times = |factor: f64| known.iter().map(move |(column, weight)| (*column, factor * weight));
+            let factor = [1.0, -1.0].into_iter().find(|factor| times(*factor).eq(columns.iter().copied()))?;
+            (!known.is_empty()).then_some((instruction.out, factor))
+        });
+        let rule = Rule::Sum { columns, stills, constant, like };
+        self.rule(rule)
+    }
+
     fn still(&mut self, still: Still) -> Place {
         Place::Still(self.program.stills.keep(still))
     }
@@ -235,16 +252,14 @@ impl Writer<'_> {
             ([(column, 1.0)], []) if *constant == 0.0 => Place::Column(*column),
             ([], [(still, 1.0)]) if *constant == 0.0 => Place::Still(*still),
             ([], _) => self.still(Still::Sum(*constant, stills)),
-            _ => self.rule(Rule::Sum { columns, stills, constant: *constant }),
+            _ => self.sum(columns, stills, *constant),
         }
     }
 
     /// The column of a form, also if the form does not vary.
     fn column(&mut self, form: FormId) -> usize {
         let place = match self.form(form) {
-            Place::Still(still) => {
-                self.rule(Rule::Sum { columns: Vec::new(), stills: vec![(still, 1.0)], constant: 0.0 })
-            }
+            Place::Still(still) => self.sum(Vec::new(), vec![(still, 1.0)], 0.0),
             place => place,
         };
         place.column().unwrap_or(0)
