@@ -6,9 +6,11 @@ mod common;
 
 use common::{Pair, Rattling, ring};
 use gear_dynamics::excitation::Fourier;
-use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, LaneTaylor, Located, Point, Points, Rows, SweepEngine};
-use gear_dynamics::trains::{Body, Members, Planetary, Train, TrainShape};
 use gear_dynamics::models::ring::RingShape;
+use gear_dynamics::sweep::{
+    Axis, InstructionSet, LaneRk4, LaneTaylor, Located, Point, Points, Rows, SweepEngine,
+};
+use gear_dynamics::trains::{Body, Members, Planetary, Train, TrainShape};
 use gear_dynamics::{Dop853, Machine, Model, ParameterError, Shape, State, Sweep, Taylor, Wave};
 use std::time::Instant;
 
@@ -37,16 +39,24 @@ impl<G: Shape + Send + Sync> Workload<G> {
         let count = self.run(&lanes).iter().count();
         let name = self.name;
         let narrow = lanes.clone().instructions(InstructionSet::Avx2);
-        let [wide, avx2, one, other] = least(rounds, [
-            &mut || drop(self.run(&lanes)),
-            &mut || drop(self.run(&narrow)),
-            &mut || drop(self.run(&scalar)),
-            &mut || drop(self.run(&runge_kutta)),
-        ]);
+        let [wide, avx2, one, other] = least(
+            rounds,
+            [
+                &mut || drop(self.run(&lanes)),
+                &mut || drop(self.run(&narrow)),
+                &mut || drop(self.run(&scalar)),
+                &mut || drop(self.run(&runge_kutta)),
+            ],
+        );
         let each = |time: f64| 1e3 * time / count as f64;
         let impacts: u64 = self.run(&scalar).iter().map(|row| row.contact(0).impact_count()).sum();
-        println!("{name}: {count} rows with {impacts} impacts, {:.3} ms a row; {:.3} with AVX2, {:.3} Located(Taylor), {:.3} Located(Dop853)",
-            each(wide), each(avx2), each(one), each(other));
+        println!(
+            "{name}: {count} rows with {impacts} impacts, {:.3} ms a row; {:.3} with AVX2, {:.3} Located(Taylor), {:.3} Located(Dop853)",
+            each(wide),
+            each(avx2),
+            each(one),
+            each(other)
+        );
         println!("ratio lanes-taylor scalar {name} {:.2}", one / wide);
         println!("ratio lanes-taylor scalar {name}, AVX2 {:.2}", one / avx2);
         println!("ratio lanes-taylor dop853 {name} {:.2}", other / wide);
@@ -102,7 +112,11 @@ fn pair(count: usize) -> Workload<Rattling> {
         machine: Pair::new().machine_of_waves(),
         constant: "wc",
         channel: "q1",
-        sweep: Sweep::new(axis("wc", 0.15 / 63.0, 0.36 / 63.0, count)).settle(0).measure(20).channels(&["q1"]).rattle(),
+        sweep: Sweep::new(axis("wc", 0.15 / 63.0, 0.36 / 63.0, count))
+            .settle(0)
+            .measure(20)
+            .channels(&["q1"])
+            .rattle(),
         start: Pair::start(),
     }
 }
@@ -143,25 +157,17 @@ fn planetary() -> Workload<TrainShape> {
         name: "planetary",
         constant: "speed",
         channel: "deflection 1",
-        sweep: Sweep::new(axis("speed", 200.0, 600.0, 64)).settle(20).measure(20).channels(&["deflection 1"]).rattle(),
+        sweep: Sweep::new(axis("speed", 200.0, 600.0, 64))
+            .settle(20)
+            .measure(20)
+            .channels(&["deflection 1"])
+            .rattle(),
         start: State::at_rest(machine.dof()),
         machine,
     }
 }
 
 fn main() {
-    if let Some(name) = std::env::args().find_map(|arg| arg.strip_prefix("only=").map(str::to_owned)) {
-        let lanes = LaneTaylor::new(Taylor::new().rtol(1e-10).atol(1e-15));
-        for _ in 0..20 {
-            threads(1, || match &name[..] {
-                "A" => drop(pair(64).run(&lanes)),
-                "A16" => drop(pair(64).run(&lanes.clone().lanes::<16>())),
-                "B3" => drop(ring_of_three().run(&lanes)),
-                _ => drop(planetary().run(&lanes)),
-            });
-        }
-        return;
-    }
     let quick = std::env::args().any(|arg| arg == "quick");
     let rounds = if quick { 1 } else { 5 };
     let pair_of_64 = pair(64);
@@ -175,16 +181,19 @@ fn main() {
     }
     let lanes = LaneTaylor::new(Taylor::new().rtol(1e-10).atol(1e-15));
     let many = pair(256);
-    let [one, two] = least(rounds, [
-        &mut || threads(1, || drop(many.run(&lanes))),
-        &mut || threads(2, || drop(many.run(&lanes))),
-    ]);
+    let [one, two] = least(
+        rounds,
+        [&mut || threads(1, || drop(many.run(&lanes))), &mut || threads(2, || drop(many.run(&lanes)))],
+    );
     println!("ratio lanes-taylor one two threads {:.2}", one / two);
     let mut map = pair(1000);
     map.sweep = map.sweep.settle(60).measure(40);
     let plain = LaneRk4::new(63 * 64).lanes::<32>();
     let located = LaneTaylor::new(Taylor::new().rtol(1e-9).atol(1e-14));
-    let [slow, fast] = threads(2, || least(1, [&mut || drop(map.run(&located)), &mut || drop(map.run(&plain))]));
-    println!("1000 of the 10 000 points of a map, 60 + 40 turns, two threads: {slow:.2} s, LaneRk4 {fast:.2} s");
+    let [slow, fast] =
+        threads(2, || least(1, [&mut || drop(map.run(&located)), &mut || drop(map.run(&plain))]));
+    println!(
+        "1000 of the 10 000 points of a map, 60 + 40 turns, two threads: {slow:.2} s, LaneRk4 {fast:.2} s"
+    );
     println!("ratio lanes-rk4 lanes-taylor map {:.3}", fast / slow);
 }

@@ -34,10 +34,14 @@ fn agree(what: &str, a: &Row<'_>, b: &Row<'_>, channels: &[&str], contacts: usiz
     for name in channels {
         let (x, y) = (a.channel(name).unwrap(), b.channel(name).unwrap());
         let size = y.max.abs().max(y.min.abs());
-        for (x, y) in [(x.mean, y.mean), (x.rms, y.rms), (x.min, y.min), (x.max, y.max), (x.deviation, y.deviation)] {
+        for (x, y) in
+            [(x.mean, y.mean), (x.rms, y.rms), (x.min, y.min), (x.max, y.max), (x.deviation, y.deviation)]
+        {
             assert!((x - y).abs() <= within * size, "{what}, {name}: {x:e} {y:e}");
         }
-        for (x, y) in a.extremes(name).unwrap().iter().flatten().zip(b.extremes(name).unwrap().iter().flatten()) {
+        for (x, y) in
+            a.extremes(name).unwrap().iter().flatten().zip(b.extremes(name).unwrap().iter().flatten())
+        {
             assert!((x - y).abs() <= within * size, "{what}, extremes of {name}: {x:e} {y:e}");
         }
     }
@@ -66,7 +70,8 @@ fn rows_agree<G: Shape + Send + Sync>(
     [settle, measure, strobes]: [usize; 3],
     least: usize,
 ) {
-    let sweep = Sweep::new(points).settle(settle).measure(measure).channels(channels).rattle().strobe(strobes);
+    let sweep =
+        Sweep::new(points).settle(settle).measure(measure).channels(channels).rattle().strobe(strobes);
     let sweep = sweep.periodic_tolerance(1e-7);
     let lanes = rows(&sweep, &LaneTaylor::new(tolerant()), machine, start);
     let single = rows(&sweep, &Located(tolerant()), machine, start);
@@ -88,9 +93,9 @@ fn pair() -> Machine<Rattling> {
 
 #[test]
 fn rows_of_the_pair_are_those_of_single_runs() {
-    let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, 12);
+    let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, 8);
     // The error of v1 is that of q1 times a frequency, far above the tolerance of v1 itself.
-    rows_agree(&pair(), &Pair::start(), points, &["q1", "mesh force", "deflection"], [25, 2, 2], 6);
+    rows_agree(&pair(), &Pair::start(), points, &["q1", "mesh force", "deflection"], [25, 2, 2], 4);
     let nfg = NfgPair::new(&NfgParams::table1()).unwrap();
     let start = nfg.static_start().unwrap();
     rows_agree(&nfg, &start, axis("speed", 80.0, 150.0, 8), &["q1", "mesh force"], [12, 1, 1], 4);
@@ -100,27 +105,27 @@ fn rows_of_the_pair_are_those_of_single_runs() {
 fn rows_of_a_ring_are_those_of_single_runs() {
     let ring = ring(3, 2.0);
     let omega = ring.mesh_frequency();
-    let points = axis("mesh frequency", 0.5 * omega, omega, 9);
-    rows_agree(&ring, &State::at_rest(ring.dof()), points, &["deflection 1", "mesh force 2"], [400, 3, 2], 4);
+    let points = axis("mesh frequency", 0.5 * omega, omega, 5);
+    rows_agree(&ring, &State::at_rest(ring.dof()), points, &["deflection 1", "mesh force 2"], [400, 3, 2], 2);
 }
 
 fn planetary() -> Train {
     let wave = |mean: f64| Wave::new(Fourier::new(mean, &[[0.2 * mean, 0.0]]).unwrap());
     let members = ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
     let set = Planetary::new(3, 0.03, members, [wave(2e8), wave(2.5e8)]).unwrap();
-    let error = || Wave::new(Fourier::new(0.0, &[[3e-6, 0.0]]).unwrap());
+    let error = || Wave::new(Fourier::new(0.0, &[[1e-6, 0.0]]).unwrap());
     let mut parts = set.error([error(), error()]).damping(1000.0).half_backlash(2e-5).parts();
-    parts.torque("drive", "sun", 10.0).torque("load", "carrier", -40.0);
+    parts.torque("drive", "sun", 40.0).torque("load", "carrier", -160.0);
     parts.build("sun", 100.0).unwrap()
 }
 
 #[test]
 fn rows_of_a_planetary_set_are_those_of_single_runs() {
     let train = planetary();
-    let points = axis("speed", 200.0, 600.0, 9);
+    let points = axis("speed", 200.0, 600.0, 5);
     let start = State::at_rest(train.dof());
     // No states: the set turns as a whole, and nothing damps the error of that motion.
-    rows_agree(&train, &start, points, &["deflection 1", "mesh force 4"], [400, 3, 0], 4);
+    rows_agree(&train, &start, points, &["deflection 1", "mesh force 4"], [400, 3, 0], 2);
 }
 
 #[test]
@@ -160,7 +165,8 @@ fn the_same_bits_however_it_is_run() {
         }
     };
     let monitor = Monitor::new().rows(&stop).cancel(&cancel);
-    let partial = sweep.runner(&engine, family, |_, _| Ok::<_, ParameterError>(start.clone())).monitor(&monitor);
+    let partial =
+        sweep.runner(&engine, family, |_, _| Ok::<_, ParameterError>(start.clone())).monitor(&monitor);
     let partial = partial.run().unwrap();
     assert!(partial.iter().count() < 11);
     assert_eq!(expected, runner.resume(partial).unwrap().fingerprint());
@@ -244,7 +250,8 @@ impl Shape for Stops {
         let infinite = [f64::NEG_INFINITY, f64::INFINITY].map(S::from);
         let (lower, upper) = if *below { (edge, infinite[1]) } else { (infinite[0], edge) };
         let at = Deflection { x: q[0], rate: v[0], lower, upper };
-        let one_sided = if *below { AsymmetricBacklash::stop_below(0.0) } else { AsymmetricBacklash::stop_above(0.0) };
+        let one_sided =
+            if *below { AsymmetricBacklash::stop_below(0.0) } else { AsymmetricBacklash::stop_above(0.0) };
         let elastic = law.force(i, &one_sided.unwrap(), at) * self.stiffness;
         let force = elastic + law.touch(i, at) * (v[0] - rate) * self.damping;
         let zero = S::from(0.0);
@@ -276,10 +283,17 @@ fn wave(mean: f64, cosine: f64, sine: f64, order: usize) -> Wave {
 }
 
 /// One row for each start (q, v).
-fn from_starts(machine: &Machine<Stops>, starts: &[[f64; 2]], periods: usize, engine: &impl SweepEngine<Machine<Stops>>) -> Rows {
-    let points = Points::list(&["q", "v"], &starts.iter().map(|start| start.to_vec()).collect::<Vec<_>>()).unwrap();
+fn from_starts(
+    machine: &Machine<Stops>,
+    starts: &[[f64; 2]],
+    periods: usize,
+    engine: &impl SweepEngine<Machine<Stops>>,
+) -> Rows {
+    let points =
+        Points::list(&["q", "v"], &starts.iter().map(|start| start.to_vec()).collect::<Vec<_>>()).unwrap();
     let sweep = Sweep::new(points).settle(0).measure(periods).channels(&["q1"]).rattle().strobe(1);
-    let start = |p: &Point<'_>, _: &Machine<Stops>| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
+    let start =
+        |p: &Point<'_>, _: &Machine<Stops>| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
     sweep.run(engine, |_| Ok::<_, ParameterError>(machine.clone()), start).unwrap()
 }
 
@@ -313,7 +327,11 @@ fn a_ball_that_grazes_a_ceiling() {
         let time = 2.0 * (2.0 * depth).sqrt().atan() / 2.5;
         let [touch, miss] = [2 * i, 2 * i + 1].map(|i| rows.get(i).unwrap().contact(0));
         assert_eq!((touch.impacts, miss.impacts), ([0, 1], [0, 0]), "{depth:e}");
-        assert!((touch.time[2] - time).abs() < 1e-9 + 1e-12 / time, "{depth:e}: {:e} {time:e}", touch.time[2]);
+        assert!(
+            (touch.time[2] - time).abs() < 1e-9 + 1e-12 / time,
+            "{depth:e}: {:e} {time:e}",
+            touch.time[2]
+        );
     }
 }
 
@@ -339,7 +357,8 @@ fn a_shaking_table_is_met_at_every_frequency() {
         let (size, phase) = (0.05, TAU * random.next());
         let table = wave(0.0, size * phase.sin(), size * phase.cos(), order);
         let machine = Stops::machine(&[(true, table)], 1e4, 5.0, 1.0, -1.0);
-        let starts: Vec<[f64; 2]> = (0..20).map(|_| [0.1 + random.next(), 2.0 * random.next() - 1.0]).collect();
+        let starts: Vec<[f64; 2]> =
+            (0..12).map(|_| [0.1 + random.next(), 2.0 * random.next() - 1.0]).collect();
         // One bounce in most runs: an error grows with every bounce.
         let short = machine.with("speed", 1.0).unwrap();
         let lanes = from_starts(&short, &starts, 1, &LaneTaylor::new(Taylor::new()));
@@ -351,7 +370,7 @@ fn a_shaking_table_is_met_at_every_frequency() {
             let (x, y) = (a.strobes().next().unwrap(), b.strobes().next().unwrap());
             assert!((x[0] - y[0]).abs() < 1e-5, "{order}: {x:?} {y:?}");
         }
-        assert!(impacts >= 20, "{order}: {impacts} impacts");
+        assert!(impacts >= 12, "{order}: {impacts} impacts");
     }
 }
 
@@ -362,7 +381,11 @@ fn edges_that_move_and_jump() {
     let models = [
         Stops::machine(&[(false, jumps.clone()), (true, wave(-1.0, 0.2, 0.1, 2))], 40.0, 1.0, 1.0, -0.3),
         Stops::machine(
-            &[(false, wave(0.5, 0.1, 0.0, 3)), (false, wave(0.7, 0.0, 0.2, 2)), (true, wave(-0.6, 0.3, 0.0, 1))],
+            &[
+                (false, wave(0.5, 0.1, 0.0, 3)),
+                (false, wave(0.7, 0.0, 0.2, 2)),
+                (true, wave(-0.6, 0.3, 0.0, 1)),
+            ],
             25.0,
             2.0,
             1.3,
@@ -372,8 +395,9 @@ fn edges_that_move_and_jump() {
     ];
     for (k, machine) in models.iter().enumerate() {
         let mut random = Random(k as u64 + 7);
-        let starts: Vec<[f64; 2]> =
-            (0..21).map(|_| [0.2 + 0.4 * random.next() - if k < 2 { 0.3 } else { 0.0 }, random.next() - 0.5]).collect();
+        let starts: Vec<[f64; 2]> = (0..21)
+            .map(|_| [0.2 + 0.4 * random.next() - if k < 2 { 0.3 } else { 0.0 }, random.next() - 0.5])
+            .collect();
         let lanes = from_starts(machine, &starts, 2, &LaneTaylor::new(Taylor::new()));
         let single = from_starts(machine, &starts, 2, &Located(Taylor::new()));
         assert!(lanes.errors().is_empty() && single.errors().is_empty(), "{k}: {:?}", lanes.errors());
@@ -404,7 +428,8 @@ fn a_lane_that_fails_fails_alone() {
     let quiet = Stops::machine(&[(false, Wave::constant(1.0).unwrap())], 50.0, 0.0, 1.0, 0.0);
     let calm = from_starts(&quiet, &starts, 2, &LaneTaylor::new(Taylor::new()));
     // Point 3 starts where no start is allowed.
-    let points = Points::list(&["q", "v"], &starts.iter().map(|start| start.to_vec()).collect::<Vec<_>>()).unwrap();
+    let points =
+        Points::list(&["q", "v"], &starts.iter().map(|start| start.to_vec()).collect::<Vec<_>>()).unwrap();
     let sweep = Sweep::new(points).settle(0).measure(2).channels(&["q1"]).rattle().strobe(1);
     let begin = |p: &Point<'_>, _: &Machine<Stops>| {
         let q = if p.index() == 3 { f64::INFINITY } else { p["q"] };
@@ -430,7 +455,10 @@ fn shapes_that_lanes_do_not_run_are_refused_by_name() {
     assert_eq!(refused.errors().len(), 2);
     let expected = PointError::NotInLanes { what: "a power of something that varies" };
     assert_eq!(refused.errors()[&0], expected);
-    assert!(expected.to_string().ends_with("use Located(Taylor::new()), or Located(Dop853::new())"), "{expected}");
+    assert!(
+        expected.to_string().ends_with("use Located(Taylor::new()), or Located(Dop853::new())"),
+        "{expected}"
+    );
     for taylor in [Taylor::new().rtol(0.5), Taylor::new().order(3), Taylor::new().atol(0.0)] {
         let family = |p: &Point<'_>| pair.with("speed", p["speed"]);
         let run = sweep.run(&LaneTaylor::new(taylor), family, |_, _| Ok::<_, ParameterError>(start.clone()));
@@ -457,6 +485,9 @@ fn checks_estimate_the_error() {
         let off = off.iter().fold(0.0, |off: f64, x| off.max(x.abs()));
         let estimate = a.error("q1").unwrap();
         assert!(off > 1e-14 && estimate < 1e-6, "point {i}: {off:e}, estimate {estimate:e}");
-        assert!(i % 2 == 1 || (off < 2.0 * estimate && estimate < 10.0 * off), "point {i}: {off:e}, {estimate:e}");
+        assert!(
+            i % 2 == 1 || (off < 2.0 * estimate && estimate < 10.0 * off),
+            "point {i}: {off:e}, {estimate:e}"
+        );
     }
 }

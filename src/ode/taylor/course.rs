@@ -18,7 +18,11 @@ pub(crate) struct Course<'m> {
 impl<'m> Course<'m> {
     /// # Errors
     /// Those of [`Passage::begin`].
-    pub(crate) fn begin(model: &'m (dyn Model + 'm), start: &State, t_end: f64) -> Result<Self, IntegrateError> {
+    pub(crate) fn begin(
+        model: &'m (dyn Model + 'm),
+        start: &State,
+        t_end: f64,
+    ) -> Result<Self, IntegrateError> {
         let mut e = Ends::<dyn Model, Blocks>::new(model, start, 1, 1);
         let passage = Passage::begin(&mut e, t_end, true)?;
         Ok(Course { e, passage })

@@ -265,7 +265,14 @@ impl<'r> Run<'r> {
             let [held, real] = &mut self.accelerations;
             c.acceleration(h, held);
             let (q, v) = self.course.e.y1.slice().split_at(n);
-            accelerate(self.course.e.model, Some(&self.course.e.pieces), self.course.e.nodes.end(), q, v, real);
+            accelerate(
+                self.course.e.model,
+                Some(&self.course.e.pieces),
+                self.course.e.nodes.end(),
+                q,
+                v,
+                real,
+            );
             if self.pace.tolerates(h, held, real) {
                 return Ok(h);
             }

@@ -11,14 +11,27 @@ use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::program::{Place, Program, Rule};
 
-/// Places of a column. It is no multiple of a page, so that columns do not compete for the same lines of the
-/// cache.
-const STRIDE: usize = ORDERS + 1;
+/// The factors of a product so far: those of the first one, and in reversed order those of the second one.
+struct Factors<const W: usize>([[Lanes<W>; ORDERS]; 2]);
+
+impl<const W: usize> Factors<W> {
+    /// Σ a_j b_(n-j), after the coefficients of order n are added.
+    #[inline(always)]
+    fn product(&mut self, n: usize, newest: [Lanes<W>; 2]) -> Lanes<W> {
+        let [a, b] = &mut self.0;
+        let first = ORDERS - 1 - n;
+        (a[n], b[first]) = (newest[0], newest[1]);
+        weighted_sum(&a[..=n], &b[first..], |a, b, l| a.0[l] * b.0[l])
+    }
+}
 
 /// The numbers of all columns in all lanes.
 pub(super) struct Columns<const W: usize> {
-    /// Column by column, order by order.
+    /// Order by order, column by column.
     x: Vec<Lanes<W>>,
+    /// From one order to the next.
+    stride: usize,
+    factors: Vec<Factors<W>>,
     stills: Vec<Lanes<W>>,
     /// For each selector and each of its alternatives all bits in the lanes that stand on it.
     masks: Vec<Vec<[u64; W]>>,
@@ -32,8 +45,12 @@ impl<const W: usize> Columns<W> {
     pub(super) fn new(program: &Program, degree: usize) -> Self {
         let zero = Lanes::from(0.0);
         let masks = program.selectors.iter().map(|(_, count)| vec![[0; W]; 3usize.pow(*count as u32)]);
+        // An odd stride: the orders of a column do not compete for the same lines of the cache.
+        let stride = program.columns | 1;
         Columns {
-            x: vec![zero; program.columns * STRIDE],
+            x: vec![zero; stride * ORDERS],
+            stride,
+            factors: (0..program.products).map(|_| Factors([[zero; ORDERS]; 2])).collect(),
             stills: vec![zero; program.stills.len()],
             masks: masks.collect(),
             degree,
@@ -41,14 +58,14 @@ impl<const W: usize> Columns<W> {
         }
     }
 
-    /// The coefficients of a column.
+    /// Coefficient n of a column.
     #[inline(always)]
-    pub(super) fn column(&self, column: usize) -> &[Lanes<W>; STRIDE] {
-        self.x[column * STRIDE..].first_chunk().unwrap_or_else(|| unreachable!("whole columns"))
+    pub(super) fn at(&self, column: usize, n: usize) -> &Lanes<W> {
+        &self.x[n * self.stride + column]
     }
     #[inline(always)]
-    pub(super) fn column_mut(&mut self, column: usize) -> &mut [Lanes<W>; STRIDE] {
-        self.x[column * STRIDE..].first_chunk_mut().unwrap_or_else(|| unreachable!("whole columns"))
+    pub(super) fn at_mut(&mut self, column: usize, n: usize) -> &mut Lanes<W> {
+        &mut self.x[n * self.stride + column]
     }
 
     /// Takes the pieces of a lane, and the numbers that follow from them and from the drives of its model.
@@ -65,77 +82,59 @@ impl<const W: usize> Columns<W> {
     #[inline(always)]
     pub(super) fn expand(&mut self, program: &Program) {
         for i in 0..program.dof {
-            self.x[i * STRIDE + 1] = self.x[(program.dof + i) * STRIDE];
+            *self.at_mut(i, 1) = *self.at(program.dof + i, 0);
         }
         self.order::<true, false>(program, 0);
-        self.integrate(program, 0);
         for n in 1..self.degree {
             self.order::<false, false>(program, n);
-            self.integrate(program, n);
         }
         // Distances and channels have one order more than the accelerations.
         self.order::<false, true>(program, self.degree);
     }
 
-    /// Order n + 1 of velocities and order n + 2 of coordinates from order n of their accelerations.
-    #[inline(always)]
-    fn integrate(&mut self, program: &Program, n: usize) {
-        for (i, place) in program.accelerations.iter().enumerate() {
-            let a = self.at(*place, n);
-            let v = a * PER[n + 1];
-            self.x[(program.dof + i) * STRIDE + n + 1] = v;
-            self.x[i * STRIDE + n + 2] = v * PER[n + 2];
-        }
-    }
-
-    /// Order n of a number.
-    #[inline(always)]
-    fn at(&self, place: Place, n: usize) -> Lanes<W> {
-        match place {
-            Place::Column(column) => self.x[column * STRIDE + n],
-            Place::Still(still) if n == 0 => self.stills[still],
-            Place::Still(_) => Lanes::from(0.0),
-        }
-    }
-
-    /// Evaluates order n of the instructions; with LATE of those that distances and channels need.
+    /// Evaluates order n of the instructions, and from the accelerations order n + 1 of the velocities and order
+    /// n + 2 of the coordinates; with LATE only the instructions that distances and channels need.
     #[inline(always)]
     fn order<const FIRST: bool, const LATE: bool>(&mut self, program: &Program, n: usize) {
+        let Columns { x, stride, factors, stills, masks, .. } = self;
+        let (before, rest) = x.split_at_mut(n * *stride);
+        let (row, after) = rest.split_at_mut(*stride);
         for instruction in &program.instructions {
             if LATE && !instruction.late {
                 continue;
             }
+            let earlier = |column: usize, n: usize| before[n * *stride + column];
             let value = match &instruction.rule {
-                Rule::Sum { like: Some((column, factor)), .. } if !FIRST => {
-                    self.x[column * STRIDE + n] * *factor
-                }
-                Rule::Sum { columns, stills, constant, .. } => {
+                Rule::Sum { like: Some((column, factor)), .. } if !FIRST => row[*column] * *factor,
+                Rule::Sum { columns, stills: constants, constant, .. } => {
                     // Two sums that do not wait for one another.
-                    let [mut sum, mut other] = [Lanes::from(if FIRST { *constant } else { 0.0 }), Lanes::from(0.0)];
+                    let constant = if FIRST { *constant } else { 0.0 };
+                    let [mut sum, mut other] = [Lanes::from(constant), Lanes::from(0.0)];
                     if FIRST {
-                        for (still, weight) in stills {
-                            sum = sum + self.stills[*still] * *weight;
+                        for (still, weight) in constants {
+                            sum = sum + stills[*still] * *weight;
                         }
                     }
                     let (pairs, last) = columns.as_chunks::<2>();
                     for [(a, w), (b, z)] in pairs {
-                        sum = sum + self.x[a * STRIDE + n] * *w;
-                        other = other + self.x[b * STRIDE + n] * *z;
+                        sum = sum + row[*a] * *w;
+                        other = other + row[*b] * *z;
                     }
                     if let [(a, w)] = last {
-                        sum = sum + self.x[a * STRIDE + n] * *w;
+                        sum = sum + row[*a] * *w;
                     }
                     sum + other
                 }
-                Rule::Product(a, b) => convolution(&self.column(*a)[..=n], &self.column(*b)[..=n]),
-                Rule::Scaled(still, a) => self.stills[*still] * self.x[a * STRIDE + n],
+                Rule::Product { a, b, place } => factors[*place].product(n, [row[*a], row[*b]]),
+                Rule::Scaled(still, a) => stills[*still] * row[*a],
                 Rule::Choice { selector, among } => {
                     let mut bits = [0; W];
-                    for (mask, place) in self.masks[*selector].iter().zip(among) {
-                        if let (false, Place::Still(_)) = (FIRST, place) {
-                            continue;
-                        }
-                        let value = self.at(*place, n);
+                    for (mask, place) in masks[*selector].iter().zip(among) {
+                        let value = match place {
+                            Place::Column(column) => row[*column],
+                            Place::Still(still) if FIRST => stills[*still],
+                            Place::Still(_) => continue,
+                        };
                         for l in 0..W {
                             bits[l] |= value.0[l].to_bits() & mask[l];
                         }
@@ -143,129 +142,123 @@ impl<const W: usize> Columns<W> {
                     Lanes(bits.map(f64::from_bits))
                 }
                 Rule::Quotient(a, b) => {
-                    let (a, b) = (self.at(*a, n), self.column(*b));
-                    let before = convolution(&self.column(instruction.out)[..n], &b[1..=n]);
-                    (a - before) / b[0]
+                    let mut rest = order_of::<FIRST, W>(*a, row, stills);
+                    for j in 0..n {
+                        let of_b = if j == 0 { row[*b] } else { earlier(*b, n - j) };
+                        rest = rest - earlier(instruction.out, j) * of_b;
+                    }
+                    rest / if FIRST { row[*b] } else { earlier(*b, 0) }
                 }
-                Rule::Exp(a) if FIRST => self.x[a * STRIDE].exp(),
-                Rule::Exp(a) => self.weighted(*a, instruction.out, n) * PER[n],
-                Rule::Ln(a) if FIRST => self.x[a * STRIDE].ln(),
+                Rule::Exp(a) if FIRST => row[*a].exp(),
+                Rule::Exp(a) => {
+                    let mut sum = row[*a] * n as f64 * earlier(instruction.out, 0);
+                    for j in 1..n {
+                        sum = sum + earlier(*a, j) * j as f64 * earlier(instruction.out, n - j);
+                    }
+                    sum * PER[n]
+                }
+                Rule::Ln(a) if FIRST => row[*a].ln(),
                 Rule::Ln(a) => {
-                    let (a, out) = (self.column(*a), self.column(instruction.out));
                     let mut sum = Lanes::from(0.0);
                     for j in 1..n {
-                        sum = sum + out[j] * j as f64 * a[n - j];
+                        sum = sum + earlier(instruction.out, j) * j as f64 * earlier(*a, n - j);
                     }
-                    (a[n] - sum * PER[n]) / a[0]
+                    (row[*a] - sum * PER[n]) / earlier(*a, 0)
                 }
                 Rule::SinCos(a) => {
                     let (sine, cosine) = if FIRST {
-                        self.x[a * STRIDE].sin_cos()
+                        row[*a].sin_cos()
                     } else {
-                        let cosine = self.weighted(*a, instruction.out, n) * -PER[n];
-                        (self.weighted(*a, instruction.out + 1, n) * PER[n], cosine)
+                        let newest = row[*a] * n as f64;
+                        let mut sums = [1, 0].map(|k| newest * earlier(instruction.out + k, 0));
+                        for j in 1..n {
+                            let a = earlier(*a, j) * j as f64;
+                            sums[0] = sums[0] + a * earlier(instruction.out + 1, n - j);
+                            sums[1] = sums[1] + a * earlier(instruction.out, n - j);
+                        }
+                        (sums[0] * PER[n], sums[1] * -PER[n])
                     };
-                    self.x[(instruction.out + 1) * STRIDE + n] = cosine;
+                    row[instruction.out + 1] = cosine;
                     sine
                 }
             };
-            self.x[instruction.out * STRIDE + n] = value;
+            row[instruction.out] = value;
         }
-    }
-
-    /// Σ_(j=1..n) j a_j b_(n-j).
-    #[inline(always)]
-    fn weighted(&self, a: usize, b: usize, n: usize) -> Lanes<W> {
-        let (a, b) = (self.column(a), self.column(b));
-        let mut sum = Lanes::from(0.0);
-        for j in 1..=n {
-            sum = sum + a[j] * j as f64 * b[n - j];
+        if LATE {
+            return;
         }
-        sum
+        let (next, after) = after.split_at_mut(*stride);
+        for (i, place) in program.accelerations.iter().enumerate() {
+            let v = order_of::<FIRST, W>(*place, row, stills) * PER[n + 1];
+            next[program.dof + i] = v;
+            after[i] = v * PER[n + 2];
+        }
     }
 
     /// Value of a column at the time `s` of each lane.
     #[inline(always)]
     pub(super) fn value(&self, column: usize, s: &Lanes<W>) -> Lanes<W> {
         // The value at the start is added last: one rounding error of its size.
-        let c = &self.column(column)[..=self.degree];
-        c[0] + later(c, s, |c| c)
+        *self.at(column, 0) + self.later(column, s, |c| c)
     }
     /// Σ_(n>=1) |c_n| sⁿ: how far a column moves up to the time `s` of each lane, at most.
     #[inline(always)]
     pub(super) fn range(&self, column: usize, s: &Lanes<W>) -> Lanes<W> {
-        later(&self.column(column)[..=self.degree], s, Lanes::abs)
+        self.later(column, s, Lanes::abs)
+    }
+
+    /// Σ_(n>=1) f(c_n) sⁿ.
+    #[inline(always)]
+    fn later(&self, column: usize, s: &Lanes<W>, f: impl Fn(Lanes<W>) -> Lanes<W>) -> Lanes<W> {
+        // Even and odd orders apart: the sums do not wait for one another. Order `degree + 1` is not used.
+        let (square, [mut even, mut odd]) = (*s * *s, [Lanes::from(0.0); 2]);
+        let mut n = self.degree - self.degree % 2;
+        if n < self.degree {
+            odd = f(*self.at(column, n + 1));
+        }
+        while n > 0 {
+            even = even * square + f(*self.at(column, n));
+            odd = odd * square + f(*self.at(column, n - 1));
+            n -= 2;
+        }
+        even * square + odd * *s
     }
 }
 
-/// Σ_(n>=1) f(c_n) sⁿ.
+/// Order n of a number, whose columns of that order are `row`. `FIRST`: whether n is 0.
 #[inline(always)]
-fn later<const W: usize>(
-    c: &[Lanes<W>],
-    s: &Lanes<W>,
-    f: impl Fn(Lanes<W>) -> Lanes<W>,
+fn order_of<const FIRST: bool, const W: usize>(
+    place: Place,
+    row: &[Lanes<W>],
+    stills: &[Lanes<W>],
 ) -> Lanes<W> {
-    // Even and odd orders apart: the sums do not wait for one another.
-    let (square, [mut even, mut odd]) = (*s * *s, [Lanes::from(0.0); 2]);
-    let (pairs, last) = c[1..].as_chunks::<2>();
-    if let [last] = last {
-        odd = f(*last);
+    match place {
+        Place::Column(column) => row[column],
+        Place::Still(still) if FIRST => stills[still],
+        Place::Still(_) => Lanes::from(0.0),
     }
-    for [of_odd, of_even] in pairs.iter().rev() {
-        odd = odd * square + f(*of_odd);
-        even = even * square + f(*of_even);
-    }
-    even * square + odd * *s
 }
 
-/// Σ a_j b_(n-j) over all terms of two columns of one length n + 1.
+/// Σ term(a_n, b_n, lane), in each lane.
 #[inline(always)]
-pub(super) fn convolution<const W: usize>(a: &[Lanes<W>], b: &[Lanes<W>]) -> Lanes<W> {
+pub(super) fn weighted_sum<A, B, const W: usize>(
+    a: &[A],
+    b: &[B],
+    term: impl Fn(&A, &B, usize) -> f64,
+) -> Lanes<W> {
     // Four sums that do not wait for one another.
     let mut sums = [[0.0; W]; 4];
-    let count = a.len().min(b.len());
-    let (a, b) = (&a[..count], &b[..count]);
-    let whole = count - count % 4;
-    let mut j = 0;
-    while j < whole {
-        for k in 0..4 {
-            let (a, b) = (&a[j + k].0, &b[count - 1 - j - k].0);
-            for l in 0..W {
-                sums[k][l] += a[l] * b[l];
-            }
-        }
-        j += 4;
-    }
-    while j < count {
-        let (a, b) = (&a[j].0, &b[count - 1 - j].0);
-        for l in 0..W {
-            sums[0][l] += a[l] * b[l];
-        }
-        j += 1;
-    }
-    let mut sum = [0.0; W];
-    for l in 0..W {
-        sum[l] = (sums[0][l] + sums[1][l]) + (sums[2][l] + sums[3][l]);
-    }
-    Lanes(sum)
-}
-
-/// Σ w_n c_n.
-#[inline(always)]
-pub(super) fn weighted_sum<const W: usize>(c: &[Lanes<W>], w: &[f64]) -> Lanes<W> {
-    // Four sums that do not wait for one another.
-    let mut sums = [[0.0; W]; 4];
-    let ((fours, rest), (weights, last)) = (c.as_chunks::<4>(), w[..c.len()].as_chunks::<4>());
-    for (c, w) in fours.iter().zip(weights) {
+    let ((fours, rest), (others, last)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    for (a, b) in fours.iter().zip(others) {
         for k in 0..4 {
             for l in 0..W {
-                sums[k][l] += c[k].0[l] * w[k];
+                sums[k][l] += term(&a[k], &b[k], l);
             }
         }
     }
-    for (c, w) in rest.iter().zip(last) {
+    for (a, b) in rest.iter().zip(last) {
         for l in 0..W {
-            sums[0][l] += c.0[l] * w;
+            sums[0][l] += term(a, b, l);
         }
     }
     let mut sum = [0.0; W];

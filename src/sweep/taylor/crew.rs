@@ -131,7 +131,8 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
                 let Some(over) = self.outcomes[lane].take() else { continue };
                 let Some(run) = self.lanes[lane].take() else { continue };
                 let Lane { index, track, .. } = *run;
-                let finish = |()| track.finish(&|read: &mut dyn FnMut(&dyn Periodic)| queue.with_model(index, read));
+                let finish =
+                    |()| track.finish(&|read: &mut dyn FnMut(&dyn Periodic)| queue.with_model(index, read));
                 let outcome = over.map(finish);
                 let state = outcome.as_ref().map_or(Vec::new(), |(_, state)| state.clone());
                 queue.put(index, outcome);
@@ -228,15 +229,15 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
         let Numbers { program, waves, columns, angles, before, .. } = &mut self.numbers;
         let t = run.course.e.t;
         for (column, y) in run.course.e.y.slice().iter().enumerate() {
-            columns.column_mut(column)[0].0[lane] = *y;
+            columns.at_mut(column, 0).0[lane] = *y;
         }
         (angles[0][lane], angles[1][lane]) = (run.speed * t, run.speed);
         (before.last[lane], before.room[lane]) = (run.last, run.course.passage.stop - t);
         if waves.is_none() {
             let series = run.drive_series(columns.degree + 1, &program.waves)?;
             for &(wave, column) in &program.waves {
-                for (out, c) in columns.column_mut(column).iter_mut().zip(series[wave].padded()) {
-                    out.0[lane] = *c;
+                for (n, c) in series[wave].padded().iter().enumerate() {
+                    columns.at_mut(column, n).0[lane] = *c;
                 }
             }
         }
@@ -305,7 +306,7 @@ impl<const W: usize> pulp::WithSimd for Expansion<'_, '_, W> {
             let [angles, speeds] = &*angles;
             let (chosen, orders) = (program.waves.iter().map(|(wave, _)| *wave), columns.degree + 1);
             waves.expand_lanes([angles, speeds], orders, chosen, turns, |i, n, c| {
-                columns.column_mut(program.waves[i].1)[n] = Lanes(c);
+                *columns.at_mut(program.waves[i].1, n) = Lanes(c);
             });
         }
         columns.expand(program);

@@ -110,7 +110,12 @@ impl<'m> Lane<'m> {
     ///
     /// # Errors
     /// A step below the resolution of the time.
-    pub(super) fn aim<const W: usize>(&mut self, full: f64, longest: f64, view: &LaneView<'_, W>) -> Result<f64, IntegrateError> {
+    pub(super) fn aim<const W: usize>(
+        &mut self,
+        full: f64,
+        longest: f64,
+        view: &LaneView<'_, W>,
+    ) -> Result<f64, IntegrateError> {
         if !(full > RESOLUTION * self.course.e.t.abs()) {
             return Err(self.shrunk(full, view));
         }
@@ -140,7 +145,11 @@ impl<'m> Lane<'m> {
     ///
     /// # Errors
     /// A state that is not finite; those of [`Course::cross`].
-    pub(super) fn end_step<const W: usize>(&mut self, full: f64, view: &LaneView<'_, W>) -> Result<bool, IntegrateError> {
+    pub(super) fn end_step<const W: usize>(
+        &mut self,
+        full: f64,
+        view: &LaneView<'_, W>,
+    ) -> Result<bool, IntegrateError> {
         if !self.course.e.finite() {
             let collapsed = full < COLLAPSE * self.longest;
             return Err(if collapsed { self.shrunk(self.course.e.h(), view) } else { self.not_finite() });

@@ -11,7 +11,7 @@ use crate::ode::taylor::expansion::sums::SECOND;
 use crate::ode::taylor::positive::Polynomial;
 use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
-use crate::sweep::taylor::columns::{Columns, convolution, weighted_sum};
+use crate::sweep::taylor::columns::{Columns, weighted_sum};
 
 /// Number of samples of a step, at its end and between.
 const SAMPLES: usize = 8;
@@ -104,10 +104,9 @@ impl<const W: usize> Meters<W> {
         self.open.clear();
         for (i, (column, running)) in self.columns.iter().zip(&mut self.running).enumerate() {
             // x(s h) = Σ g_n sⁿ with s in [0, 1].
-            let (c, mut power, mut range) = (c.column(*column), h, zero);
-            let start = c[0];
+            let (mut power, mut range, start) = (h, zero, *c.at(*column, 0));
             for n in 1..=degree {
-                g[n] = c[n] * power;
+                g[n] = *c.at(*column, n) * power;
                 power = power * h;
                 range = range + g[n].abs();
             }
@@ -141,9 +140,9 @@ impl<const W: usize> Meters<W> {
     pub(super) fn settle(&mut self, c: &Columns<W>, h: &[f64; W]) {
         for &(i, lane, [of_min, of_max]) in &self.open {
             let mut p = Polynomial { c: [0.0; ORDERS], degree: c.degree };
-            let (column, mut power) = (c.column(self.columns[i]), 1.0);
-            for (out, c) in p.c[..=c.degree].iter_mut().zip(column) {
-                *out = c.0[lane] * power;
+            let mut power = 1.0;
+            for (n, out) in p.c[..=c.degree].iter_mut().enumerate() {
+                *out = c.at(self.columns[i], n).0[lane] * power;
                 power *= h[lane];
             }
             let [min, max] = &mut self.running[i].extremes;
@@ -159,11 +158,13 @@ impl<const W: usize> Meters<W> {
 #[inline(always)]
 fn integrals<const W: usize>(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
     let [mut first, mut second] = [Lanes::from(0.0); 2];
-    let degree = g.len() - 1;
+    let (degree, mut reversed) = (g.len() - 1, [Lanes::from(0.0); ORDERS]);
+    reversed.iter_mut().zip(g.iter().rev()).for_each(|(out, g)| *out = *g);
     for m in (0..=degree + degree / 2).rev() {
         let (least, half) = (m.saturating_sub(degree), m.div_ceil(2));
         // Σ_j g_j g_(m-j): each product twice, but for that of the middle.
-        let mut sum = convolution(&g[least..half], &g[m + 1 - half..=m - least]) * 2.0;
+        let (a, b) = (&g[least..half], &reversed[degree + least - m..]);
+        let mut sum = weighted_sum(a, &b[..a.len()], |a, b, l| a.0[l] * b.0[l]) * 2.0;
         if m % 2 == 0 {
             sum = sum + g[m / 2] * g[m / 2];
         }
@@ -188,8 +189,9 @@ impl<const W: usize> Running<W> {
         // Bounds of the values in each interval.
         let mut bounds = [[before; 2]; SAMPLES];
         for (k, bounds) in bounds.iter_mut().enumerate() {
-            let value = weighted_sum(g, &PLACES[k]);
-            let over = weighted_sum(sizes, &BENDS[k]) * (1.0 / (8 * (k + 1) * (k + 1)) as f64);
+            let value = weighted_sum(g, &PLACES[k][..g.len()], |g, w, l| g.0[l] * w);
+            let over = weighted_sum(sizes, &BENDS[k][..g.len()], |size: &Lanes<W>, w, l| size.0[l] * w)
+                * (1.0 / (8 * (k + 1) * (k + 1)) as f64);
             *bounds = [value.min(before) - over, value.max(before) + over];
             before = value;
             let [min, max] = &mut self.extremes;

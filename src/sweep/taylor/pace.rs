@@ -46,8 +46,7 @@ impl Pace {
             last[l] = if before.last[l].is_finite() { before.last[l] } else { 0.0 };
         }
         for (column, atol) in self.atol.iter().enumerate() {
-            let c = c.column(column);
-            let [value, rate, highest, below] = [0, 1, degree, degree - 1].map(|n| &c[n].0);
+            let [value, rate, highest, below] = [0, 1, degree, degree - 1].map(|n| &c.at(column, n).0);
             for l in 0..W {
                 let per = 1.0 / (atol + self.rtol * (value[l].abs() + last[l] * rate[l].abs()));
                 terms[0][l] = max(terms[0][l], (highest[l] * per).abs());
@@ -65,9 +64,8 @@ impl Pace {
         let share = self.rtol.max(FINEST);
         let mut terms = [[0.0; W]; 2];
         for (edge, opposite) in &self.edges {
-            let own = c.column(*edge);
-            let other = opposite.map(|other| &c.column(other)[0]);
-            let [start, rate, highest, below] = [0, 1, degree, degree - 1].map(|n| &own[n].0);
+            let other = opposite.map(|other| c.at(other, 0));
+            let [start, rate, highest, below] = [0, 1, degree, degree - 1].map(|n| &c.at(*edge, n).0);
             for l in 0..W {
                 let gap = other.map_or(0.0, |other| start[l] + other.0[l]);
                 let moves = start[l].abs() + span[l] * rate[l].abs();

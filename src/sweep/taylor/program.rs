@@ -20,8 +20,18 @@ pub(super) enum Place {
 pub(super) enum Rule {
     /// constant + Σ weight × column + Σ weight × still number. Only order 0 has constant and still numbers.
     /// `like`: a column before it and the factor 1 or -1, by which it has the same higher orders.
-    Sum { columns: Vec<(usize, f64)>, stills: Vec<(usize, f64)>, constant: f64, like: Option<(usize, f64)> },
-    Product(usize, usize),
+    Sum {
+        columns: Vec<(usize, f64)>,
+        stills: Vec<(usize, f64)>,
+        constant: f64,
+        like: Option<(usize, f64)>,
+    },
+    /// Product of two columns; the place of its factors.
+    Product {
+        a: usize,
+        b: usize,
+        place: usize,
+    },
     /// Still number × column.
     Scaled(usize, usize),
     Quotient(Place, usize),
@@ -30,7 +40,10 @@ pub(super) enum Rule {
     /// The cosine is the column after the sine.
     SinCos(usize),
     /// One of several numbers, by the alternative of a selector.
-    Choice { selector: usize, among: Vec<Place> },
+    Choice {
+        selector: usize,
+        among: Vec<Place>,
+    },
 }
 
 /// A rule with its result column.
@@ -47,6 +60,8 @@ pub(super) struct Instruction {
 pub(crate) struct Program {
     pub(super) dof: usize,
     pub(super) columns: usize,
+    /// Number of products.
+    pub(super) products: usize,
     /// Waves that are needed, with their columns.
     pub(super) waves: Vec<(usize, usize)>,
     pub(super) instructions: Vec<Instruction>,
@@ -75,11 +90,7 @@ impl Program {
     ///
     /// # Errors
     /// The name of an operation that lanes do not have.
-    pub(crate) fn new(
-        tape: &Tape,
-        waves: usize,
-        kinds: &[Kind],
-    ) -> Result<Self, &'static str> {
+    pub(crate) fn new(tape: &Tape, waves: usize, kinds: &[Kind]) -> Result<Self, &'static str> {
         let (n, inputs) = (tape.dof, tape.inputs());
         let measured = kinds.iter().filter_map(|kind| match *kind {
             Kind::Deflection(i) => Some(tape.measured[i][0]),
@@ -94,6 +105,7 @@ impl Program {
             program: Program {
                 dof: n,
                 columns: 2 * n,
+                products: 0,
                 waves: Vec::new(),
                 instructions: Vec::new(),
                 accelerations: Vec::new(),
@@ -119,7 +131,9 @@ impl Program {
         for (i, (op, _)) in tape.ops.iter().enumerate().filter(|(i, _)| needed[inputs + i]) {
             if let Some(place) = writer.place_of_op(op)? {
                 writer.places[inputs + i] = Some(place);
-                if matches!(op, Op::SinCos(_)) && let Some(cosine) = writer.places.get_mut(inputs + i + 1) {
+                if matches!(op, Op::SinCos(_))
+                    && let Some(cosine) = writer.places.get_mut(inputs + i + 1)
+                {
                     *cosine = Some(match place {
                         Place::Column(sine) => Place::Column(sine + 1),
                         Place::Still(sine) => Place::Still(sine + 1),
@@ -185,7 +199,7 @@ impl Rule {
                 let like = like.iter().map(|(column, _)| *column);
                 columns.iter().map(|(column, _)| *column).chain(like).collect()
             }
-            Rule::Product(a, b) => vec![*a, *b],
+            Rule::Product { a, b, .. } => vec![*a, *b],
             Rule::Scaled(_, a) | Rule::Exp(a) | Rule::Ln(a) | Rule::SinCos(a) => vec![*a],
             Rule::Quotient(a, b) => a.column().into_iter().chain([*b]).collect(),
             Rule::Choice { among, .. } => among.iter().filter_map(|place| place.column()).collect(),
@@ -218,6 +232,18 @@ impl Writer<'_> {
         self.known.insert(key, out);
         self.program.instructions.push(Instruction { rule, out, late: false });
         Place::Column(out)
+    }
+
+    /// The column of a product: a new one, or that of the same product before.
+    fn product(&mut self, a: usize, b: usize) -> Place {
+        let known = self.program.instructions.iter().find_map(|instruction| match instruction.rule {
+            Rule::Product { a: x, b: y, .. } if (x, y) == (a, b) => Some(Place::Column(instruction.out)),
+            _ => None,
+        });
+        known.unwrap_or_else(|| {
+            self.program.products += 1;
+            self.rule(Rule::Product { a, b, place: self.program.products - 1 })
+        })
     }
 
     /// The column of a sum. The distances from both edges of a gap, and what its flanks read, differ in order 0
@@ -273,7 +299,7 @@ impl Writer<'_> {
             Op::Kink(what) => return Err(what),
             Op::Sum(a) => self.form(*a),
             Op::Product(a, b) => match (self.form(*a), self.form(*b)) {
-                (Column(a), Column(b)) => self.rule(Rule::Product(a.min(b), a.max(b))),
+                (Column(a), Column(b)) => self.product(a.min(b), a.max(b)),
                 (At(a), At(b)) => self.still(Still::Product(a, b)),
                 (At(a), Column(b)) | (Column(b), At(a)) => self.rule(Rule::Scaled(a, b)),
             },
@@ -294,7 +320,8 @@ impl Writer<'_> {
                     selectors.push((*contact, *count));
                     selectors.len() - 1
                 });
-                let stills = among.iter().map(|place| if let At(still) = place { Some(*still) } else { None });
+                let stills =
+                    among.iter().map(|place| if let At(still) = place { Some(*still) } else { None });
                 match stills.collect() {
                     Some(among) => self.still(Still::Choice { selector, among }),
                     None => self.rule(Rule::Choice { selector, among }),

@@ -1,9 +1,9 @@
 //! Numbers of a lane that have no higher orders: constants of the model and what follows from them.
 
-use crate::scalar::Scalar;
-use crate::ode::taylor::expansion::plan::alternative;
-use crate::tape::operations::Parity;
 use crate::contact::Piece;
+use crate::ode::taylor::expansion::plan::alternative;
+use crate::scalar::Scalar;
+use crate::tape::operations::Parity;
 
 /// How a still number follows from those before it.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +21,10 @@ pub(super) enum Still {
     Sin(usize),
     Cos(usize),
     /// One of several numbers, by the alternative of a selector.
-    Choice { selector: usize, among: Vec<usize> },
+    Choice {
+        selector: usize,
+        among: Vec<usize>,
+    },
 }
 
 /// The still numbers of a program.
@@ -73,7 +76,7 @@ impl Stills {
                 Still::Choice { selector, among } => {
                     let (contact, count) = selectors[*selector];
                     out[among[alternative(pieces, contact, count)]]
-                },
+                }
             };
         }
     }

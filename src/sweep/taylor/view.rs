@@ -24,9 +24,8 @@ impl<const W: usize> LaneView<'_, W> {
         }
     }
     fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
-        let (c, lane) = (self.columns.column(column), self.lane);
         let sampling = Sampling { arch: self.arch, count: self.columns.degree + 1 - SHIFT, h };
-        sampling.of(|n| c[n + SHIFT].0[lane])
+        sampling.of(|n| self.coefficient(n + SHIFT, column))
     }
 }
 
@@ -39,7 +38,7 @@ impl<const W: usize> Distances for LaneView<'_, W> {
     }
     #[inline(always)]
     fn coefficient(&self, n: usize, column: usize) -> f64 {
-        self.columns.column(column)[n].0[self.lane]
+        self.columns.at(column, n).0[self.lane]
     }
     fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
         self.samples::<0>(column, h).above_until(sign, least, h)
