@@ -116,7 +116,7 @@ impl<'m> Lane<'m> {
         longest: f64,
         view: &LaneView<'_, W>,
     ) -> Result<f64, IntegrateError> {
-        if !(full > RESOLUTION * self.course.e.t.abs()) {
+        if full.is_nan() || full <= RESOLUTION * self.course.e.t.abs() {
             return Err(self.shrunk(full, view));
         }
         let valid = self.valid.max(self.course.shortest());
