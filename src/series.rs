@@ -177,6 +177,11 @@ impl WaveWeights {
         }
         WaveWeights(weights)
     }
+    /// The weights of the coefficients k and k + 1, k even.
+    #[inline(always)]
+    pub(crate) fn pair(&self, k: usize) -> [f64; 2] {
+        self.0.as_flattened().as_chunks().0[k / 2]
+    }
 
     /// Adds the coefficients of the wave with this value and this slope over nφ.
     #[inline(always)]

@@ -16,7 +16,8 @@ fn stage(
     bores: [f64; 2],
     [module, width, distance]: [f64; 3],
 ) -> Outcome<(MeshPart, [Body; 2])> {
-    let gear = |i: usize| InvoluteGear::external(z[i], module)?.with_profile_shift(x[i])?.with_face_width(width);
+    let gear =
+        |i: usize| InvoluteGear::external(z[i], module)?.with_profile_shift(x[i])?.with_face_width(width);
     let pair = GearPair::at_centre_distance(&gear(0)?, &gear(1)?, distance)?;
     let one = MethodB::new().stiffness(&pair)?.single * width; // one pair of teeth [N/m]
     let stiffness = Wave::new(pair.rectangular(one, 1.75 * one)?.series(6)?);

@@ -9,8 +9,10 @@ pub(crate) mod rows;
 pub(crate) mod schedule;
 pub(crate) mod settings;
 pub(crate) mod sweep_error;
+pub(crate) mod taylor;
 
 pub use crate::sweep::engines::lane_rk4::LaneRk4;
+pub use crate::sweep::engines::lane_taylor::LaneTaylor;
 pub use crate::sweep::engines::located::Located;
 pub use crate::sweep::engines::sweep_engine::SweepEngine;
 pub use crate::sweep::engines::table_rk4::TableRk4;

@@ -126,6 +126,12 @@ pub enum PointError {
     /// The integration failed.
     #[error(transparent)]
     Integrate(#[from] IntegrateError),
+    /// [`LaneTaylor`](crate::sweep::LaneTaylor) does not run the model.
+    #[error("LaneTaylor has no series for {what}: use Located(Taylor::new()), or Located(Dop853::new())")]
+    NotInLanes {
+        /// What it has no series for.
+        what: &'static str,
+    },
     /// The Lyapunov exponent failed. The error contains the exponents over the periods that succeeded. It is
     /// stored in [`Rows::exponent_errors`](crate::sweep::Rows::exponent_errors), since the row of the point
     /// contains the other results.

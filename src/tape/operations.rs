@@ -97,6 +97,8 @@ pub(crate) struct Tape {
     /// For each contact its distance above the lower edge and below the upper edge, positive in the gap;
     /// `None` for an infinite edge.
     pub(crate) distances: Vec<[Option<FormId>; 2]>,
+    /// The deflection and the force of each contact.
+    pub(crate) measured: Vec<[FormId; 2]>,
 }
 
 impl Tape {
@@ -127,7 +129,11 @@ impl Tape {
 
     /// Which slots are needed for the accelerations and distances.
     pub(crate) fn needed(&self) -> Vec<bool> {
-        self.needed_for(self.outputs().map(|(form, _)| form).collect())
+        self.needed_with(&[])
+    }
+    /// Which slots are needed for the accelerations, the distances and further forms.
+    pub(crate) fn needed_with(&self, further: &[FormId]) -> Vec<bool> {
+        self.needed_for(self.outputs().map(|(form, _)| form).chain(further.iter().copied()).collect())
     }
 
     /// Which slots are needed for these forms.

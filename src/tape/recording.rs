@@ -28,7 +28,7 @@ impl Recording {
     pub(crate) fn finish(self, accelerations: Vec<FormId>, distances: Vec<[Option<FormId>; 2]>) -> Tape {
         let (dof, drives) = (self.dof, self.inputs - 2 * self.dof);
         let (forms, ops) = (self.forms.into_inner(), self.ops.into_inner());
-        Tape { dof, drives, forms, ops, accelerations, distances }
+        Tape { dof, drives, forms, ops, accelerations, distances, measured: Vec::new() }
     }
 
     /// Records `f`; its operations are used only on the pieces of `guard`.

@@ -37,6 +37,7 @@ mod inner_kinks;
 mod input_ranges;
 mod invariant_circles;
 mod lane_sharing;
+mod lane_taylor;
 mod laws;
 mod located_edges;
 mod located_edges_hard_cases;

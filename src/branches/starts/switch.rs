@@ -97,7 +97,8 @@ impl<F: Balanced> Start<F> for Switch<'_, FourierOrbit> {
     ) -> Result<Following<'f, Self::Point>, BranchError> {
         let Switch { point, way } = self;
         let (times, balance) = (self.times()?, settings.balance_of(&point.orbit)?);
-        let (periods, needed) = (balance.harmonics().period_multiple(), times * point.orbit.harmonics().period_multiple());
+        let (periods, needed) =
+            (balance.harmonics().period_multiple(), times * point.orbit.harmonics().period_multiple());
         if periods != needed {
             let (name, allowed) = (
                 "periods of the harmonics".into(),

@@ -83,7 +83,9 @@ impl Recorded {
                 .map(|(edge, distance)| finite(edge).then(|| distance.form(&recording)))
         });
         let distances = distances.collect();
-        Recorded(recording.finish(accelerations, distances))
+        let measured = contacts.iter().map(|c| [c.deflection, c.force].map(|number| number.form(&recording)));
+        let measured = measured.collect();
+        Recorded(Tape { measured, ..recording.finish(accelerations, distances) })
     }
 
     /// Number of degrees of freedom.

@@ -6,17 +6,32 @@ use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::series::Series;
 
-impl<G: Shape> Expand for Machine<G> {
-    fn record(&self, moving: &dyn Fn(usize) -> bool) -> Recorded {
+impl<G: Shape> Machine<G> {
+    /// Records the algebra. `constant(d)`: the value of drive d, if it is constant.
+    fn record_with(&self, constant: &dyn Fn(usize) -> Option<f64>) -> Recorded {
         let (Size { dof, waves, contacts, .. }, drives) = (self.size(), self.size().drives());
-        let constants = self.own_drives();
-        let constant = |d: usize| (d >= waves && !moving(d)).then(|| constants[d - waves]);
         let shape = self.shape();
-        Recorded::of(dof, drives, &constant, |every, u, q, v, a| {
+        Recorded::of(dof, drives, constant, |every, u, q, v, a| {
             let u = Drives::new(waves, u);
             shape.accel(every, u, q, v, a);
             (0..contacts).map(|i| shape.contact(every, i, u, q, v)).collect()
         })
+    }
+    /// Records the algebra of the shape: waves that vary and all constants are drives, since they differ from
+    /// run to run. φ'' is 0.
+    pub(crate) fn record_shape(&self) -> Recorded {
+        let (waves, series) = (self.size().waves, self.wave_series());
+        self.record_with(&|d| match d {
+            _ if d < waves => series.and_then(|series| series.constant(d)),
+            _ => (d == waves + 1).then_some(0.0),
+        })
+    }
+}
+
+impl<G: Shape> Expand for Machine<G> {
+    fn record(&self, moving: &dyn Fn(usize) -> bool) -> Recorded {
+        let (waves, constants) = (self.size().waves, self.own_drives());
+        self.record_with(&|d| (d >= waves && !moving(d)).then(|| constants[d - waves]))
     }
 
     fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {

@@ -7,3 +7,4 @@ pub(crate) mod fourier_waves;
 pub(crate) mod machine_tape;
 pub(crate) mod sampled_waves;
 pub(crate) mod wave_series;
+pub(crate) mod waves_of_lanes;

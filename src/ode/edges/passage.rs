@@ -59,6 +59,12 @@ impl Passage {
         Ok(passage)
     }
 
+    /// Moves the end of the run.
+    pub(crate) fn extend(&mut self, end: f64) {
+        self.end = end;
+        self.stop = self.edge.min(end);
+    }
+
     /// Whether a step that ends at `t1` ends on the next drive edge.
     #[inline(always)]
     pub(crate) fn is_drive_edge(&self, t1: f64) -> bool {

@@ -8,29 +8,44 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::vector_blocks::Blocks;
-use crate::ode::taylor::expansion::coefficients::{Coefficients, ORDERS};
+use crate::ode::taylor::expansion::coefficients::ORDERS;
 use crate::ode::taylor::expansion::plan::Edge;
-use crate::ode::taylor::expansion::rows::Eight;
 use crate::ode::taylor::positive::Polynomial;
 
 /// A distance at the start of a step below this share of its range counts as near `[1]`.
 const NEAR_START: f64 = 1e-9;
 
-/// The first exit of a contact from its piece within a step of length `h`.
+/// The distances of contacts from their edges as polynomials over a step.
+pub(crate) trait Distances {
+    /// The edges, with the columns of their distances.
+    fn edges(&self) -> &[Edge];
+    /// Highest order.
+    fn degree(&self) -> usize;
+    /// Coefficient n of a distance.
+    fn coefficient(&self, n: usize, column: usize) -> f64;
+    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above `least` for
+    /// certain. At the start d is above `least`.
+    fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64;
+    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above its value at the
+    /// start for certain. The time is less than h if d is not above `least` at the end.
+    fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64;
+}
+
+/// The first exit of a contact from its piece within a step of length `h`. `range`: how far the distance in a
+/// column moves in the step, at most.
 ///
 /// # Errors
 /// [`IntegrateError::NegativeGap`] if a gap is negative at the start of the step and a contact is on its edge
 /// or comes near it.
-pub(super) fn first_exit(
-    c: &Coefficients,
+pub(crate) fn first_exit(
+    c: &impl Distances,
     e: &mut Ends<'_, dyn Model + '_, Blocks>,
     locator: &Locator,
-    ranges: &mut [Eight],
+    range: impl Fn(usize) -> f64,
     h: f64,
 ) -> Result<Found, IntegrateError> {
-    c.ranges(h, ranges);
     let (mut found, mut limit, mut read) = (Found::Nothing, h, false);
-    for edge in &c.plan.edges {
+    for edge in c.edges() {
         let &Edge { contact, side, column: i, sign: reversed } = edge;
         // A contact on a flank leaves it at one edge, a contact in the gap at both.
         let piece = e.pieces[contact];
@@ -41,19 +56,19 @@ pub(super) fn first_exit(
             _ => continue,
         };
         let sign = sign * reversed;
-        let start = sign * c.distances(0)[i];
+        let start = sign * c.coefficient(0, i);
         if start == f64::INFINITY {
             continue; // the law has no such edge
         }
-        let range = ranges.as_flattened()[i];
+        let range = range(i);
         let near = (NEAR_START * (start + range)).max(locator.slack(contact, &e.contacts[contact]));
         if start - range > near {
             continue;
         }
         let apart = start > near;
-        let into_gap = |edge: &Edge| edge.sign * c.distances(0)[edge.column];
+        let into_gap = |edge: &Edge| edge.sign * c.coefficient(0, edge.column);
         let gap = |other: &Edge| into_gap(edge) + into_gap(other);
-        let mut others = c.plan.edges.iter().filter(|o| o.contact == contact && o.side != side);
+        let mut others = c.edges().iter().filter(|o| o.contact == contact && o.side != side);
         if !apart && !read && others.any(|other| gap(other) < 0.0) {
             read = contacts_at_start(e)?;
         }
@@ -61,9 +76,9 @@ pub(super) fn first_exit(
         if above >= limit {
             continue;
         }
-        let mut distance = Polynomial { c: [0.0; ORDERS], degree: c.degree };
-        for (n, coefficient) in distance.c[..=c.degree].iter_mut().enumerate() {
-            *coefficient = sign * c.distances(n)[i];
+        let mut distance = Polynomial { c: [0.0; ORDERS], degree: c.degree() };
+        for (n, coefficient) in distance.c[..=c.degree()].iter_mut().enumerate() {
+            *coefficient = sign * c.coefficient(n, i);
         }
         // Most distances stay well above 0: the size of the contact is not needed.
         distance.c[0] = start - near;

@@ -3,15 +3,13 @@
 use crate::model::expansion::expand::Expand;
 use crate::model::structure::slopes::accelerate;
 use crate::model::{Model, State};
-use crate::ode::edges::exit::Found;
-use crate::ode::edges::passage::Passage;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
 use crate::ode::stepping::control::RESOLUTION;
-use crate::ode::stepping::ends::{Ends, LARGEST};
-use crate::ode::stepping::vector_blocks::Blocks;
+use crate::ode::stepping::ends::LARGEST;
+use crate::ode::taylor::course::Course;
 use crate::ode::taylor::distances::first_exit;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::pace::Pace;
@@ -101,23 +99,20 @@ impl Prepared {
         for _ in 0..settings.limits.max_steps {
             run.expand()?;
             match run.make_step()? {
-                Made::Again => {
-                    run.passage.stats.rejected += 1;
-                    continue;
-                }
+                Made::Again => {}
                 Made::Step { at_edge, full } => {
-                    run.passage.stats.steps += 1;
                     let stopped = run.report(at_edge, full, observer);
-                    if stopped || run.e.t1 >= t_end {
-                        let (state, mut stats) = (run.e.state_at_end(), run.passage.stats);
-                        stats.evaluations += run.e.evaluations();
-                        return Ok(Finish { state, stopped, stats });
+                    let Course { e, passage } = &run.course;
+                    if stopped || e.t1 >= t_end {
+                        let mut stats = passage.stats;
+                        stats.evaluations += e.evaluations();
+                        return Ok(Finish { state: e.state_at_end(), stopped, stats });
                     }
                     run.pass(at_edge)?;
                 }
             }
         }
-        Err(IntegrateError::TooManySteps { t: run.e.t, limit: settings.limits.max_steps })
+        Err(IntegrateError::TooManySteps { t: run.course.e.t, limit: settings.limits.max_steps })
     }
 }
 
@@ -163,9 +158,7 @@ enum Made {
 struct Run<'r> {
     prepared: &'r mut Prepared,
     expanded: &'r dyn Expand,
-    /// State, contacts and drives at both ends of the step.
-    e: Ends<'r, dyn Model + 'r, Blocks>,
-    passage: Passage,
+    course: Course<'r>,
     pace: Pace,
     degree: usize,
     /// The time after the start of the step up to which the series of the drives are valid.
@@ -184,17 +177,15 @@ impl<'r> Run<'r> {
     ) -> Result<Self, IntegrateError> {
         let n = 2 * model.dof();
         let (degree, atol) = settings.check(n)?;
-        let mut e = Ends::<dyn Model, Blocks>::new(model, start, 1, 1);
-        let passage = Passage::begin(&mut e, t_end, true)?;
-        prepared.c.set_pieces(&e.pieces);
+        let course = Course::begin(model, start, t_end)?;
+        prepared.c.set_pieces(&course.e.pieces);
         let expanded = expanded(model)?;
         expanded.drive_series(start.t, degree + 1, &mut prepared.series);
         Ok(Run {
             pace: Pace::new(settings.tolerances.rtol, &atol, settings.tolerances.max, &prepared.c.plan),
             expanded,
             prepared,
-            e,
-            passage,
+            course,
             degree,
             valid: f64::INFINITY,
             accelerations: [vec![0.0; n / 2], vec![0.0; n / 2]],
@@ -204,7 +195,7 @@ impl<'r> Run<'r> {
     /// Expands drives and motion at the start of the step.
     fn expand(&mut self) -> Result<(), IntegrateError> {
         let Prepared { series, needed, .. } = &mut *self.prepared;
-        self.expanded.redrive_series(self.e.t, self.degree + 1, needed, series);
+        self.expanded.redrive_series(self.course.e.t, self.degree + 1, needed, series);
         self.valid = f64::INFINITY;
         let Prepared { c, series, moving, .. } = &*self.prepared;
         let mut woken = false;
@@ -218,62 +209,42 @@ impl<'r> Run<'r> {
         }
         if woken {
             self.prepared.plan_anew();
-            self.prepared.c.set_pieces(&self.e.pieces);
+            self.prepared.c.set_pieces(&self.course.e.pieces);
         }
         let Prepared { c, series, .. } = &mut *self.prepared;
-        c.expand(self.e.y.slice(), series, self.degree, false);
-        self.passage.stats.evaluations += self.degree as u64;
+        c.expand(self.course.e.y.slice(), series, self.degree, false);
+        self.course.passage.stats.evaluations += self.degree as u64;
         Ok(())
     }
 
     /// Makes the step: its length, its end and the crossings there.
     fn make_step(&mut self) -> Result<Made, IntegrateError> {
-        let t = self.e.t;
         let full = self.length()?;
-        let stop = self.passage.stop;
-        // The last digits of the time are kept at drive edges and at the end of the run.
-        let shortest = 2.0 * RESOLUTION * t.abs();
-        let reach = full.min(self.pace.longest()).min(self.valid.max(shortest));
-        let aim = if t + reach * (1.0 + 1e-10) >= stop { stop } else { t + reach };
-        let h = aim - t;
-        if aim < stop && h <= RESOLUTION * t.abs() {
-            return Err(IntegrateError::StepUnderflow { t, h });
-        }
-        self.passage.crossings.clear();
+        let valid = self.valid.max(self.course.shortest());
+        let aim = self.course.aim(full.min(self.pace.longest()).min(valid))?;
+        self.course.passage.crossings.clear();
         let c = &self.prepared.c;
-        let found = first_exit(c, &mut self.e, &self.passage.locator, &mut self.pace.ranges, h)?;
-        let h = match found {
-            Found::Nothing => {
-                self.e.aim(aim);
-                h
-            }
-            Found::AtOnce(exit) => {
-                self.passage.leave(&mut self.e, exit)?;
-                self.prepared.c.set_pieces(&self.e.pieces);
-                return Ok(Made::Again);
-            }
-            Found::At(root, _) => {
-                self.e.aim(if root < h { t + root } else { aim });
-                root
-            }
+        c.ranges(aim[1], &mut self.pace.ranges);
+        let ranges = self.pace.ranges.as_flattened();
+        let Course { e, passage } = &mut self.course;
+        let found = first_exit(c, e, &passage.locator, |column| ranges[column], aim[1])?;
+        let Some(h) = self.course.meet(found, aim)? else {
+            self.prepared.c.set_pieces(&self.course.e.pieces);
+            return Ok(Made::Again);
         };
-        c.at(h, self.e.y1.slice_mut());
-        if !self.e.finite() {
+        c.at(h, self.course.e.y1.slice_mut());
+        if !self.course.e.finite() {
             return Err(if self.pace.has_shrunk(full) { self.shrunk(h) } else { self.not_finite() });
         }
-        if let Found::At(_, exit) = found {
-            self.e.drive_end();
-            self.e.contacts_at_end();
-            self.passage.cross(&mut self.e, exit)?;
-        }
+        let at_edge = self.course.cross(found)?;
         self.pace.keep(full);
-        Ok(Made::Step { at_edge: self.passage.is_drive_edge(self.e.t1), full })
+        Ok(Made::Step { at_edge, full })
     }
 
     /// The length of the step that the tolerances allow; infinite if the series ends.
     fn length(&mut self) -> Result<f64, IntegrateError> {
-        let room = self.passage.stop - self.e.t;
-        let resolution = RESOLUTION * self.e.t.abs();
+        let room = self.course.passage.stop - self.course.e.t;
+        let resolution = RESOLUTION * self.course.e.t.abs();
         let c = &mut self.prepared.c;
         let h = self.pace.length(c, room);
         let powers = c.plan.functions().any(|function| function.is_power());
@@ -286,17 +257,24 @@ impl<'r> Run<'r> {
         }
         // At a root or a power of 0 the motion is finite but has no series. A short step with the power held
         // at its value leaves the point.
-        c.expand(self.e.y.slice(), &self.prepared.series, self.degree, true);
+        c.expand(self.course.e.y.slice(), &self.prepared.series, self.degree, true);
         let mut h = self.pace.length(c, room).min(self.pace.start_of_power(room));
-        let n = self.e.model.dof();
+        let n = self.course.e.model.dof();
         while h > resolution && h > 0.0 {
-            self.e.aim(self.e.t + h);
-            self.e.drive_end();
-            c.at(h, self.e.y1.slice_mut());
+            self.course.e.aim(self.course.e.t + h);
+            self.course.e.drive_end();
+            c.at(h, self.course.e.y1.slice_mut());
             let [held, real] = &mut self.accelerations;
             c.acceleration(h, held);
-            let (q, v) = self.e.y1.slice().split_at(n);
-            accelerate(self.e.model, Some(&self.e.pieces), self.e.nodes.end(), q, v, real);
+            let (q, v) = self.course.e.y1.slice().split_at(n);
+            accelerate(
+                self.course.e.model,
+                Some(&self.course.e.pieces),
+                self.course.e.nodes.end(),
+                q,
+                v,
+                real,
+            );
             if self.pace.tolerates(h, held, real) {
                 return Ok(h);
             }
@@ -307,7 +285,7 @@ impl<'r> Run<'r> {
 
     /// The error for a step below the resolution of the time.
     fn shrunk(&self, h: f64) -> IntegrateError {
-        let t = self.e.t;
+        let t = self.course.e.t;
         let c = &self.prepared.c;
         let finite = (0..=c.degree).all(|n| c.q(n).iter().chain(c.v(n)).all(|x| x.is_finite()));
         match c.plan.functions().find(|function| function.is_singular_at_zero()) {
@@ -318,16 +296,16 @@ impl<'r> Run<'r> {
     }
 
     fn not_finite(&self) -> IntegrateError {
-        let (c, n) = (&self.prepared.c, self.e.model.dof());
-        let end = self.e.y1.slice().iter();
+        let (c, n) = (&self.prepared.c, self.course.e.model.dof());
+        let end = self.course.e.y1.slice().iter();
         let component = c.q(1).iter().chain(c.v(1)).position(|x| !x.is_finite());
         let component = component.or_else(|| end.clone().position(|y| !y.is_finite() || y.abs() > LARGEST));
-        IntegrateError::NotFinite { t: self.e.t, component: component.unwrap_or(0).min(2 * n - 1) }
+        IntegrateError::NotFinite { t: self.course.e.t, component: component.unwrap_or(0).min(2 * n - 1) }
     }
 
     /// Reports the step to the observer. Returns whether it stops the run.
     fn report(&mut self, at_edge: bool, full: f64, observer: &mut dyn Observer) -> bool {
-        let (c, e) = (&self.prepared.c, &self.e);
+        let (c, e) = (&self.prepared.c, &self.course.e);
         let mut view = Polynomials {
             c,
             times: (e.t, e.t1),
@@ -335,22 +313,15 @@ impl<'r> Run<'r> {
             pieces: &e.pieces,
             parts: Polynomials::parts(c.degree, e.h() / full),
         };
-        observer.step(&mut Step::new(&mut view, at_edge, &self.passage.crossings)).is_break()
+        observer.step(&mut Step::new(&mut view, at_edge, &self.course.passage.crossings)).is_break()
     }
 
-    /// Prepares the next step: velocities after impacts, pieces, drive edges.
+    /// Prepares the next step.
     fn pass(&mut self, at_edge: bool) -> Result<(), IntegrateError> {
-        let Run { e, passage, .. } = self;
-        e.move_on();
-        passage.locator.still.fill(0);
-        if passage.crossings.is_empty() && !at_edge {
-            return Ok(());
+        if let (longest, true) = self.course.pass(at_edge)? {
+            self.pace.limit(longest);
+            self.prepared.c.set_pieces(&self.course.e.pieces);
         }
-        if !passage.crossings.is_empty() {
-            passage.locator.accept(e);
-        }
-        self.pace.limit(passage.pass::<_, _, true>(e, at_edge)?);
-        self.prepared.c.set_pieces(&e.pieces);
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! Integration by Taylor series on fixed pieces.
 
+pub(crate) mod course;
 pub(crate) mod distances;
 pub(crate) mod expansion;
 pub(crate) mod integrate;

@@ -6,13 +6,13 @@ use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
 use pulp::Arch;
 
 /// Maximum ratio of the lengths that the tolerances allow for a step and for the one before `[1]`.
-const MAX_GROWTH: f64 = 2.0;
+pub(crate) const MAX_GROWTH: f64 = 2.0;
 
 /// A step this much shorter than the one before indicates a singular point `[1]`.
-const COLLAPSE: f64 = 1e-6;
+pub(crate) const COLLAPSE: f64 = 1e-6;
 
 /// Smallest tolerance of the distances, as a share of the gap `[1]`.
-const FINEST: f64 = 1e-13;
+pub(crate) const FINEST: f64 = 1e-13;
 
 /// The tolerances and the lengths of steps so far.
 pub(super) struct Pace {
@@ -47,7 +47,8 @@ fn exp2(x: f64) -> f64 {
 }
 
 /// The length at which a term of the given order, measured in tolerances, reaches 1.
-fn reach(term: f64, order: usize) -> f64 {
+#[inline(always)]
+pub(crate) fn reach(term: f64, order: usize) -> f64 {
     if term == 0.0 { f64::INFINITY } else { exp2(-log2(term) * PER[order]) }
 }
 
@@ -186,6 +187,6 @@ fn largest_of([a, b, c, d, e, f, g, h]: Eight) -> f64 {
 /// The larger of two numbers that are not negative; NaN if one of them is NaN: its bits without the sign are
 /// those of the largest integer.
 #[inline(always)]
-fn max(a: f64, b: f64) -> f64 {
+pub(crate) fn max(a: f64, b: f64) -> f64 {
     f64::from_bits(a.to_bits().max(b.to_bits()))
 }

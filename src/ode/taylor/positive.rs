@@ -6,9 +6,9 @@ use crate::ode::taylor::expansion::sums::SECOND;
 
 /// A polynomial Σ c_n sⁿ over the time s in a step.
 #[derive(Clone, Copy)]
-pub(super) struct Polynomial {
-    pub(super) c: [f64; ORDERS],
-    pub(super) degree: usize,
+pub(crate) struct Polynomial {
+    pub(crate) c: [f64; ORDERS],
+    pub(crate) degree: usize,
 }
 
 /// Shortest interval of the search, as a share of the step `[1]`.
@@ -20,7 +20,7 @@ const MANY: u32 = 4096;
 
 impl Polynomial {
     /// Value and derivative.
-    pub(super) fn with_slope(&self, s: f64) -> (f64, f64) {
+    pub(crate) fn with_slope(&self, s: f64) -> (f64, f64) {
         // Even and odd orders apart, p = E(s²) + s O(s²): the sums do not wait for one another.
         let (square, mut even, mut odd) = (s * s, [0.0; 2], [0.0; 2]);
         let (pairs, last) = self.c[..=self.degree].as_chunks::<2>();
@@ -47,12 +47,12 @@ impl Polynomial {
         (even[0] + s * odd[0], odd[0] + 2.0 * s * (even[1] + s * odd[1]), even[2] + s * odd[2])
     }
     /// The polynomial raised by a constant.
-    pub(super) fn raised(mut self, by: f64) -> Self {
+    pub(crate) fn raised(mut self, by: f64) -> Self {
         self.c[0] += by;
         self
     }
     /// (p(s) - p(0))/s.
-    pub(super) fn without_root_at_zero(mut self) -> Self {
+    pub(crate) fn without_root_at_zero(mut self) -> Self {
         self.c.copy_within(1.., 0);
         self.c[ORDERS - 1] = 0.0;
         self.degree = self.degree.saturating_sub(1);
@@ -60,7 +60,7 @@ impl Polynomial {
     }
 
     /// The first root in (a, h] of a polynomial that is positive in [0, a]; 0 if a = 0 and p(0) <= 0.
-    pub(super) fn first_root_after(&self, a: f64, h: f64) -> Option<f64> {
+    pub(crate) fn first_root_after(&self, a: f64, h: f64) -> Option<f64> {
         let [[a, value_a], [b, value_b]] = self.first_fall(a, h)?;
         Some(if b == 0.0 {
             0.0
@@ -70,12 +70,12 @@ impl Polynomial {
     }
     /// A time up to which the polynomial is positive, close before its first root in (a, h]; `None` if there
     /// is no root. It is positive in [0, a].
-    pub(super) fn positive_until(&self, a: f64, h: f64) -> Option<f64> {
+    pub(crate) fn positive_until(&self, a: f64, h: f64) -> Option<f64> {
         self.first_fall(a, h).map(|[[before, _], _]| before)
     }
     /// A time at which the polynomial is not positive, close after its first root in (a, h]; `None` if there
     /// is no root. It is positive in [0, a].
-    pub(super) fn negative_after(&self, a: f64, h: f64) -> Option<f64> {
+    pub(crate) fn negative_after(&self, a: f64, h: f64) -> Option<f64> {
         self.first_fall(a, h).map(|[_, [after, _]]| after)
     }
 

@@ -70,11 +70,19 @@ impl Taylor {
         (15.0 + digits).round() as usize
     }
 
+    /// The same settings with all tolerances multiplied by a factor below 1, within their range.
+    pub(crate) fn finer(&self, factor: f64) -> Self {
+        let mut finer = self.clone();
+        finer.tolerances.rtol = (factor * finer.tolerances.rtol).max(RTOL[0]);
+        finer.tolerances.atol.iter_mut().for_each(|atol| *atol = (factor * *atol).max(f64::MIN_POSITIVE));
+        finer
+    }
+
     /// Checks the relative tolerance of a run without absolute tolerances that are chosen for it.
     ///
     /// # Errors
     /// [`ParameterError::OutOfRange`].
-    pub(super) fn check_rtol(&self) -> Result<(), ParameterError> {
+    pub(crate) fn check_rtol(&self) -> Result<(), ParameterError> {
         let (name, value) = ("rtol".into(), self.tolerances.rtol);
         let ok = (RTOL[0]..=RTOL[1]).contains(&value);
         ok.then_some(()).ok_or(ParameterError::OutOfRange { name, value, allowed: "[1e-16, 0.1]" })
@@ -84,7 +92,7 @@ impl Taylor {
     ///
     /// # Errors
     /// A setting outside its range.
-    pub(super) fn check(&self, components: usize) -> Result<(usize, Vec<f64>), ParameterError> {
+    pub(crate) fn check(&self, components: usize) -> Result<(usize, Vec<f64>), ParameterError> {
         let atol = StepRule::Adaptive(&self.tolerances).check(components)?;
         let order = self.method.order.unwrap_or(Taylor::order_for(self.tolerances.rtol));
         if !(RANGE[0]..=RANGE[1]).contains(&order) {

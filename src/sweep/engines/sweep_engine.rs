@@ -6,9 +6,9 @@ use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::meter::Kind;
 use crate::sweep::sweep_error::{PointError, SweepError};
 
-/// An engine: makes the runs of a sweep. There are three: [`LaneRk4`](crate::sweep::LaneRk4),
-/// [`TableRk4`](crate::sweep::TableRk4) and [`Located`](crate::sweep::Located). Other crates cannot implement
-/// this trait.
+/// An engine: makes the runs of a sweep. There are four: [`LaneRk4`](crate::sweep::LaneRk4),
+/// [`LaneTaylor`](crate::sweep::LaneTaylor), [`TableRk4`](crate::sweep::TableRk4) and
+/// [`Located`](crate::sweep::Located). Other crates cannot implement this trait.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Sweep};
@@ -29,8 +29,8 @@ use crate::sweep::sweep_error::{PointError, SweepError};
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot run `{M}`",
-    note = "every engine needs a periodic model (`impl Periodic`); `LaneRk4` needs a `Machine` made of a \
-            `Shape`, `TableRk4` and `Located` run any periodic model; a model with a held process has no \
+    note = "every engine needs a periodic model (`impl Periodic`); `LaneRk4` and `LaneTaylor` need a `Machine` \
+            made of a `Shape`, `TableRk4` and `Located` run any periodic model; a model with a held process has no \
             period: run it in an `Ensemble`"
 )]
 pub trait SweepEngine<M: Model>: Sync {
@@ -45,8 +45,8 @@ pub trait SweepEngine<M: Model>: Sync {
     /// table without steps or larger than the maximum.
     #[doc(hidden)]
     fn accepts(&self, model: &M, channels: &[usize]) -> Result<(), SweepError>;
-    /// The engine with a quarter of the step, for the error estimate; `None` if the engine controls its error
-    /// by a tolerance.
+    /// The engine with a quarter of the step or a hundredth of the tolerances, for the error estimate; `None`
+    /// if the engine gives none.
     #[doc(hidden)]
     fn finer(&self) -> Option<Self>
     where

@@ -62,7 +62,7 @@ pub struct Rows {
     pub(crate) done: Vec<bool>,
     /// Errors of points without a row.
     pub(crate) errors: BTreeMap<usize, PointError>,
-    /// Results with a quarter of the step, for checked points that have a row.
+    /// Results of the checks, for checked points that have a row.
     pub(crate) checks: BTreeMap<usize, Result<Vec<f64>, PointError>>,
     /// Errors of the Lyapunov exponent, for points that have a row without it.
     pub(crate) exponent_errors: BTreeMap<usize, PointError>,

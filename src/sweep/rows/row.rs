@@ -110,8 +110,9 @@ impl Row<'_> {
     ///
     /// The test uses three penetrations: the maximum on each flank, and the minimum of the larger of both. A
     /// contact grazes if the magnitude of one of them is less than 0.2 % of the range of the penetration.
-    /// Always `false` without [`rattle`](crate::Sweep::rattle) and with the engine
-    /// [`Located`](crate::sweep::Located), which does not measure penetrations.
+    /// Always `false` without [`rattle`](crate::Sweep::rattle) and with the engines
+    /// [`Located`](crate::sweep::Located) and [`LaneTaylor`](crate::sweep::LaneTaylor), which do not measure
+    /// penetrations.
     pub fn grazes(&self) -> bool {
         self.data[3] < GRAZING
     }
@@ -126,8 +127,8 @@ impl Row<'_> {
     /// - the motion does not repeat and its [`scatter`](Row::scatter) is above 5 % (chaos, or not settled);
     /// - a contact [grazes](Row::grazes);
     /// - the Lyapunov exponent is more than two standard errors above zero; or
-    /// - the point was [checked](Row::checked), and with a quarter of the step it has another rattle state, a
-    ///   peak-to-peak value that differs by more than 5 %, or an error.
+    /// - the point was [checked](Row::checked), and its check has another rattle state, a peak-to-peak value
+    ///   that differs by more than 5 %, or an error.
     ///
     /// A fixed step alone may prevent a motion from repeating although its results are accurate. Such a
     /// motion has a small scatter and does not count as sensitive.
@@ -138,8 +139,8 @@ impl Row<'_> {
         chaotic || grows || another || self.grazes()
     }
 
-    /// The result of the [check](crate::Sweep::check_every) of this point with a quarter of the step: its row
-    /// or its error. `None` if the point was not checked.
+    /// The result of the [check](crate::Sweep::check_every) of this point: its row or its error. `None` if the
+    /// point was not checked.
     pub fn checked(&self) -> Option<Result<Row<'_>, &PointError>> {
         let row = |data| Row { rows: self.rows, index: self.index, data };
         self.rows.checks.get(&self.index).map(|check| check.as_ref().map(|data| row(data.as_slice())))
@@ -158,7 +159,7 @@ impl Row<'_> {
     /// Estimated error of mean, RMS and extremes of a channel due to the step, in the unit of the channel.
     ///
     /// It is the maximum of 256/255 |x' - x| for mean and RMS (Richardson extrapolation at order 4) and of 2
-    /// |x' - x| for minimum and maximum. Here x' is the value at a quarter of the step. The factor 2 accounts
+    /// |x' - x| for minimum and maximum. Here x' is the value of the check. The factor 2 accounts
     /// for peaks that the finer steps miss as well.
     ///
     /// For a point that was not checked it is the larger estimate of the nearest checked points before and

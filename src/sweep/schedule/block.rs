@@ -47,9 +47,11 @@ pub(crate) struct Work<'s, M> {
 impl<M: Periodic> Work<'_, M> {
     /// Makes the runs of some lines, or their checks, in parallel blocks.
     pub(crate) fn all<E: SweepEngine<M>>(&self, engine: &E, lines: &[usize], checking: bool) {
-        // A block is a whole number of batches, so that lanes are empty only at the end.
-        let (batch, share) = (engine.batch().max(1), lines.len() / (4 * rayon::current_num_threads()));
-        let block = batch * (share / batch).clamp(1, 16);
+        // A block is a whole number of batches, so that lanes are empty only at the end. One thread takes all
+        // lines as one block.
+        let (batch, threads) = (engine.batch().max(1), rayon::current_num_threads());
+        let share = lines.len() / (4 * threads);
+        let block = if threads == 1 { lines.len().max(1) } else { batch * (share / batch).clamp(1, 16) };
         lines.par_chunks(block).for_each(|lines| {
             let mut source = LineBlock { work: self, lines, taken: 0, checking };
             engine.work(self.plan, self.channels, &mut source);
@@ -63,7 +65,7 @@ struct LineBlock<'b, 's, M> {
     lines: &'b [usize],
     /// Number of lines that were started.
     taken: usize,
-    /// Whether the runs are checks with a quarter of the step.
+    /// Whether the runs are checks.
     checking: bool,
 }
 

@@ -129,9 +129,10 @@ impl Sweep {
         Sweep { warm_start, ..self }
     }
 
-    /// Runs every `count`-th point a second time with a quarter of the step, to estimate the error of the
-    /// step. Default: 0, no checks. With a warm start every `count`-th line is run again as a whole.
-    /// [`Located`](crate::sweep::Located) has no fixed step and ignores this setting.
+    /// Runs every `count`-th point a second time with a quarter of the step, or with a hundredth of the
+    /// tolerances by [`LaneTaylor`](crate::sweep::LaneTaylor), to estimate the error. Default: 0, no checks.
+    /// With a warm start every `count`-th line is run again as a whole. [`Located`](crate::sweep::Located)
+    /// ignores this setting.
     pub fn check_every(self, count: usize) -> Self {
         Sweep { check_every: count, ..self }
     }

@@ -84,7 +84,7 @@ pub(crate) struct Small<'p> {
 }
 
 /// Σ piece_k 3^k over `count` contacts from `contact` on.
-fn alternative(pieces: &[Piece], contact: usize, count: usize) -> usize {
+pub(crate) fn alternative(pieces: &[Piece], contact: usize, count: usize) -> usize {
     pieces[contact..][..count].iter().rev().fold(0, |index, piece| 3 * index + *piece as usize)
 }
 

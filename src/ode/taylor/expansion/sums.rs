@@ -1,7 +1,10 @@
 //! Values and bounds of the polynomials of a motion.
 
+use crate::ode::taylor::distances::Distances;
 use crate::ode::taylor::expansion::coefficients::{Coefficients, ORDERS};
+use crate::ode::taylor::expansion::plan::Edge;
 use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
+use pulp::Arch;
 
 /// n (n - 1).
 pub(crate) const SECOND: [f64; ORDERS] = {
@@ -23,22 +26,33 @@ impl Coefficients {
     pub(crate) fn ranges(&self, h: f64, ranges: &mut [Eight]) {
         self.arch.dispatch(Ranges { c: self, h, ranges });
     }
+}
 
-    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above `least` for
-    /// certain. At the start d is above `least`.
-    pub(crate) fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
+impl Distances for Coefficients {
+    fn edges(&self) -> &[Edge] {
+        &self.plan.edges
+    }
+    fn degree(&self) -> usize {
+        self.degree
+    }
+    #[inline(always)]
+    fn coefficient(&self, n: usize, column: usize) -> f64 {
+        self.distances(n)[column]
+    }
+    fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
         self.samples::<0>(column, h).above_until(sign, least, h)
     }
-    /// A time in [0, h] up to which the distance d in this column, times `sign`, is above its value at the
-    /// start for certain. The time is less than h if d is not above `least` at the end.
-    pub(crate) fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
-        let samples = self.samples::<1>(column, h);
-        let until = samples.above_until(sign, 0.0, h);
-        let end = sign * (self.distances(0)[column] + h * samples.values[EIGHT - 1]);
-        if end > least { until } else { until.min(0.5 * h) }
+    fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
+        let start = self.distances(0)[column];
+        self.samples::<1>(column, h).risen_until(sign * start, sign, least, h)
     }
+}
+
+impl Coefficients {
     fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
-        self.arch.dispatch(Sampling::<SHIFT> { c: self, column, h })
+        let stride = EIGHT * self.plan.width;
+        let numbers = &self.x.as_flattened()[SHIFT * stride + EIGHT * self.plan.distances + column..];
+        Sampling { arch: self.arch, count: self.degree + 1 - SHIFT, h }.of(|n| numbers[n * stride])
     }
 }
 
@@ -66,15 +80,15 @@ impl pulp::WithSimd for Ranges<'_> {
 
 /// A polynomial p at the end s of each eighth of a step, and Σ n (n - 1) |c_n| sⁿ there, which is the largest
 /// |p''| s² in [0, s] at most.
-pub(super) struct Samples {
+pub(crate) struct Samples {
     at_start: f64,
-    pub(super) values: Eight,
+    values: Eight,
     bends: Eight,
 }
 
 impl Samples {
     /// A time in [0, h] up to which the polynomial, times `sign`, is above `least` for certain.
-    pub(super) fn above_until(&self, sign: f64, least: f64, h: f64) -> f64 {
+    pub(crate) fn above_until(&self, sign: f64, least: f64, h: f64) -> f64 {
         let mut before = sign * self.at_start;
         for l in 0..EIGHT {
             let (value, end) = (sign * self.values[l], (l + 1) as f64);
@@ -88,41 +102,60 @@ impl Samples {
         }
         h
     }
+
+    /// For the samples of (d(s) - d(0))/s: a time in [0, h] up to which d, times `sign`, is above its value
+    /// `start` for certain. The time is less than h if d is not above `least` at the end.
+    pub(crate) fn risen_until(&self, start: f64, sign: f64, least: f64, h: f64) -> f64 {
+        let until = self.above_until(sign, 0.0, h);
+        let end = start + sign * (h * self.values[EIGHT - 1]);
+        if end > least { until } else { until.min(0.5 * h) }
+    }
 }
 
-/// Samples of a distance d; with SHIFT 1 those of (d(s) - d(0))/s.
-struct Sampling<'v, const SHIFT: usize> {
-    pub(super) c: &'v Coefficients,
-    pub(super) column: usize,
-    pub(super) h: f64,
+/// Samples of a polynomial with `count` coefficients in a step of length `h`.
+pub(crate) struct Sampling {
+    pub(crate) arch: Arch,
+    pub(crate) count: usize,
+    pub(crate) h: f64,
 }
 
-impl<const SHIFT: usize> pulp::WithSimd for Sampling<'_, SHIFT> {
+impl Sampling {
+    /// The samples of the polynomial with these coefficients.
+    pub(crate) fn of(self, coefficient: impl Fn(usize) -> f64) -> Samples {
+        let Sampling { arch, count, h } = self;
+        arch.dispatch(Sampled { count, h, coefficient })
+    }
+}
+
+struct Sampled<F> {
+    count: usize,
+    h: f64,
+    coefficient: F,
+}
+
+impl<F: Fn(usize) -> f64> pulp::WithSimd for Sampled<F> {
     type Output = Samples;
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Samples {
-        let Sampling { c, column, h } = self;
+        let Sampled { count, h, coefficient } = self;
         let (mut times, mut fourths) = ([0.0; EIGHT], [0.0; EIGHT]);
         for l in 0..EIGHT {
             times[l] = h * ((l + 1) as f64 / EIGHT as f64);
             fourths[l] = (times[l] * times[l]) * (times[l] * times[l]);
         }
-        let stride = EIGHT * c.plan.width;
-        let numbers = &c.x.as_flattened()[SHIFT * stride + EIGHT * c.plan.distances + column..];
         // Every fourth order apart: sums that do not wait for one another.
         let (mut values, mut bends) = ([[0.0; EIGHT]; 4], [[0.0; EIGHT]; 4]);
-        let count = c.degree + 1 - SHIFT;
         let mut n = count - count % 4;
         for r in 0..3 {
             if n + r < count {
-                let d = numbers[(n + r) * stride];
+                let d = coefficient(n + r);
                 (values[r], bends[r]) = ([d; EIGHT], [SECOND[n + r] * d.abs(); EIGHT]);
             }
         }
         while n > 0 {
             n -= 4;
             for r in 0..4 {
-                let d = numbers[(n + r) * stride];
+                let d = coefficient(n + r);
                 let bend = SECOND[n + r] * d.abs();
                 for l in 0..EIGHT {
                     values[r][l] = values[r][l] * fourths[l] + d;
@@ -136,7 +169,7 @@ impl<const SHIFT: usize> pulp::WithSimd for Sampling<'_, SHIFT> {
             value[l] = values[0][l] + (time * values[1][l] + square * (values[2][l] + time * values[3][l]));
             bend[l] = bends[0][l] + (time * bends[1][l] + square * (bends[2][l] + time * bends[3][l]));
         }
-        Samples { at_start: numbers[0], values: value, bends: bend }
+        Samples { at_start: coefficient(0), values: value, bends: bend }
     }
 }
 

@@ -1,0 +1,87 @@
+//! The waves of a shape as Taylor series over time, for several runs with their own angles and speeds.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "index loops over arrays become vector instructions, iterators do not"
+)]
+
+use crate::model::expansion::fourier_waves::FourierWaves;
+
+/// Scratch of [`FourierWaves::expand_lanes`].
+pub(crate) struct Turns<const W: usize> {
+    /// Sines and cosines of all orders.
+    turns: Vec<[[f64; W]; 2]>,
+    /// Value and slope over nφ of each term of a wave.
+    terms: Vec<[[f64; W]; 2]>,
+}
+
+impl<const W: usize> Turns<W> {
+    pub(crate) fn new(waves: &FourierWaves) -> Self {
+        let most = waves.terms.iter().map(Vec::len).max().unwrap_or(0);
+        let zeros = [[0.0; W]; 2];
+        Turns { turns: vec![zeros; waves.orders.len()], terms: vec![zeros; most] }
+    }
+}
+
+impl FourierWaves {
+    /// The value of a wave that does not vary.
+    pub(crate) fn constant(&self, wave: usize) -> Option<f64> {
+        self.terms[wave].is_empty().then_some(self.means[wave])
+    }
+
+    /// Writes the coefficients of the chosen waves after the angles φ as series over time, at the constant
+    /// speeds φ': `write(i, n, c)` receives coefficient n of the i-th of `chosen`. Every lane has the same
+    /// bits for any W.
+    #[inline(always)]
+    pub(crate) fn expand_lanes<const W: usize>(
+        &self,
+        [angles, speeds]: [&[f64; W]; 2],
+        coefficients: usize,
+        chosen: impl Iterator<Item = usize>,
+        scratch: &mut Turns<W>,
+        mut write: impl FnMut(usize, usize, [f64; W]),
+    ) {
+        let Some(weights) = &self.weights else { return };
+        let Turns { turns, terms } = scratch;
+        for (k, order) in self.orders.iter().enumerate() {
+            turns[k] = order.turned(angles, turns[k.saturating_sub(1)], &turns[0]);
+        }
+        for (place, wave) in chosen.enumerate() {
+            let of_wave = &self.terms[wave];
+            let terms = &mut terms[..of_wave.len()];
+            for (term, &(i, [a, b])) in terms.iter_mut().zip(of_wave) {
+                let [s, c] = &turns[i];
+                for l in 0..W {
+                    term[0][l] = a * c[l] + b * s[l];
+                    term[1][l] = b * c[l] - a * s[l];
+                }
+            }
+            let mut power = [1.0; W];
+            // An even order and the odd one after it: two sums that do not wait for one another.
+            for n in (0..coefficients).step_by(2) {
+                let [mut even, mut odd] = [[0.0; W]; 2];
+                for ([value, slope], &(i, _)) in terms.iter().zip(of_wave) {
+                    let [w, z] = weights[i].pair(n);
+                    for l in 0..W {
+                        even[l] += value[l] * w;
+                        odd[l] += slope[l] * z;
+                    }
+                }
+                for l in 0..W {
+                    even[l] *= power[l];
+                    power[l] *= speeds[l];
+                    odd[l] *= power[l];
+                    power[l] *= speeds[l];
+                }
+                if n == 0 {
+                    for l in 0..W {
+                        even[l] += self.means[wave];
+                    }
+                }
+                write(place, n, even);
+                if n + 1 < coefficients {
+                    write(place, n + 1, odd);
+                }
+            }
+        }
+    }
+}

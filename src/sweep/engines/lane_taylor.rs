@@ -1,0 +1,181 @@
+//! The engine that runs machines side by side with located edges: Taylor series in vector lanes.
+
+use crate::model::expansion::expand::Expand;
+use crate::model::{Machine, Model, Periodic, Shape};
+use crate::ode::{IntegrateError, Taylor};
+use crate::sweep::engines::batch::refuse;
+use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
+use crate::sweep::engines::track::Plan;
+use crate::sweep::lanes::instructions::InstructionSet;
+use crate::sweep::lanes::meter::Kind;
+use crate::sweep::sweep_error::{PointError, SweepError};
+use crate::sweep::taylor::crew::{Crew, Outcome, Queue};
+use crate::sweep::taylor::lane::LaneJob;
+use crate::sweep::taylor::program::Program;
+use std::cell::OnceCell;
+use std::collections::VecDeque;
+
+/// Engine for every [`Machine`] with Taylor series: the runs of [`Located`](crate::sweep::Located) with
+/// [`Taylor`], W of them side by side in the lanes of the vector registers. Default: 8 lanes.
+///
+/// Each lane has its own time, step, pieces and edges. A lane that finds an edge ends its own step there; a
+/// lane whose run is over takes the next point. Tolerances, edges of position, moving edges, rigid stops and
+/// jumps of waves are those of `Taylor`. Two runs share lanes if and only if their [shapes](Shape) are equal.
+///
+/// Channels are those of [`LaneRk4`](crate::sweep::LaneRk4): coordinates, velocities, deflections and mesh
+/// forces. Their integrals are those of the polynomials of the steps; extremes are found inside the steps.
+/// A row depends on its point only, with a warm start on its line: its bits are the same for any W,
+/// instruction set, number of threads, order and neighbouring lanes.
+///
+/// A shape without series, or with a root or a power of something that varies (a contact of Hertz), gives the
+/// error of its point: [`Located`](crate::sweep::Located) runs it.
+///
+/// ```
+/// use gear_dynamics::sweep::{Axis, LaneTaylor, Located, Points, SweepEngine};
+/// use gear_dynamics::{NfgPair, NfgParams, Sweep, Taylor};
+/// fn range(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
+///     let speeds = Points::on_axis(Axis::linear("speed", 100.0, 130.0, 3)?);
+///     let rows = Sweep::new(speeds).settle(1).measure(1).channels(&["q1"]).run(
+///         engine,
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
+///         |_, pair| pair.static_start(),
+///     )?;
+///     Ok(rows.get(2)?.channel("q1")?.peak_to_peak())
+/// }
+/// let taylor = Taylor::new().rtol(1e-9).atol(1e-14);
+/// let (lanes, located) = (range(&LaneTaylor::new(taylor.clone()))?, range(&Located(taylor))?);
+/// assert!((lanes / located - 1.0).abs() < 1e-8);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaneTaylor<const W: usize = 8> {
+    taylor: Taylor,
+    set: InstructionSet,
+}
+
+/// Factor on the tolerances of a check `[1]`.
+const FINER: f64 = 0.01;
+
+/// Models that are kept until all runs with them are over, per lane.
+const KEPT: usize = 32;
+
+impl LaneTaylor {
+    /// An engine with these tolerances and limits. Defaults: 8 lanes, [`InstructionSet::Best`].
+    pub fn new(taylor: Taylor) -> Self {
+        LaneTaylor { taylor, set: InstructionSet::Best }
+    }
+}
+
+impl<const W: usize> LaneTaylor<W> {
+    /// The same engine with another number of lanes.
+    pub fn lanes<const OTHER: usize>(self) -> LaneTaylor<OTHER> {
+        LaneTaylor { taylor: self.taylor, set: self.set }
+    }
+    /// The instruction set. Default: [`InstructionSet::Best`].
+    pub fn instructions(self, set: InstructionSet) -> Self {
+        LaneTaylor { set, ..self }
+    }
+}
+
+impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneTaylor<W> {
+    fn accepts(&self, model: &Machine<G>, channels: &[usize]) -> Result<(), SweepError> {
+        self.taylor.check_rtol()?;
+        self.taylor.check(2 * model.dof())?;
+        kinds(model, channels).map(|_| ())
+    }
+    fn finer(&self) -> Option<Self> {
+        Some(LaneTaylor { taylor: self.taylor.finer(FINER), ..self.clone() })
+    }
+    fn batch(&self) -> usize {
+        W
+    }
+
+    fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<Machine<G>>) {
+        let mut waiting = VecDeque::new();
+        while !source.is_cancelled() {
+            let Some(leader) = waiting.pop_front().or_else(|| source.next(None)) else { return };
+            let settings = self.taylor.check(2 * leader.model.dof());
+            let (Ok(kinds), Ok(settings)) = (kinds(&leader.model, channels), settings) else { return };
+            let program = match program(&leader.model, &kinds) {
+                Ok(program) => program,
+                Err(error) => {
+                    waiting.extend(refuse(source, leader.index, error));
+                    continue;
+                }
+            };
+            let models: Vec<OnceCell<Machine<G>>> = (0..KEPT * W).map(|_| OnceCell::new()).collect();
+            let mut queue = Shelf { models: &models, taken: 0, waiting: &mut waiting, source };
+            let Some(first) = queue.keep(leader) else { continue };
+            let waves = models.first().and_then(|model| model.get()?.wave_series());
+            Crew::<W>::new(plan, &self.taylor, self.set, &program, waves, settings).run(first, &mut queue);
+        }
+    }
+}
+
+/// The program of the shape of a model.
+fn program<G: Shape>(model: &Machine<G>, kinds: &[Kind]) -> Result<Program, PointError> {
+    if let Some((output, what)) = model.record(&|_| false).0.kink() {
+        return Err(IntegrateError::NoSeries { place: output.to_string(), what }.into());
+    }
+    let tape = model.record_shape().0;
+    Program::new(&tape, model.size().waves, kinds).map_err(|what| PointError::NotInLanes { what })
+}
+
+/// The models of the runs in lanes, which stay where they are.
+struct Shelf<'m, 's, G> {
+    models: &'m [OnceCell<Machine<G>>],
+    taken: usize,
+    /// Jobs that need another program, or another shelf.
+    waiting: &'s mut VecDeque<Job<Machine<G>>>,
+    source: &'s mut dyn Source<Machine<G>>,
+}
+
+impl<'m, G: Shape> Shelf<'m, '_, G> {
+    /// Keeps the model of a job; `None` if it shares no lanes with the first one or if the shelf is full: the
+    /// job then waits.
+    fn keep(&mut self, job: Job<Machine<G>>) -> Option<LaneJob<'m>> {
+        let shares = self.models[0].get().is_none_or(|first| first.shares_lanes_with(&job.model));
+        let Some(cell) = self.models.get(self.taken).filter(|_| shares) else {
+            self.waiting.push_back(job);
+            return None;
+        };
+        self.taken += 1;
+        let Job { index, model, start } = job;
+        let model = cell.get_or_init(|| model);
+        let (speed, period) = (model.speed(), model.period());
+        Some(LaneJob { index, model, expanded: model, speed, period, start })
+    }
+}
+
+impl<'m, G: Shape> Queue<'m> for Shelf<'m, '_, G> {
+    fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<LaneJob<'m>> {
+        let mut job = self.source.next(after);
+        while let Some(next) = job {
+            if let Some(kept) = self.keep(next) {
+                return Some(kept);
+            }
+            if self.taken == self.models.len() {
+                return None;
+            }
+            job = self.source.next(None);
+        }
+        // The shapes of jobs that wait may be that of the first one.
+        let shares = |job: &Job<Machine<G>>| {
+            self.models[0].get().is_some_and(|first| first.shares_lanes_with(&job.model))
+        };
+        let place = self.waiting.iter().position(shares)?;
+        self.waiting.remove(place).and_then(|job| self.keep(job))
+    }
+    fn put(&mut self, index: usize, outcome: Outcome) {
+        match outcome {
+            Ok((row, state)) => self.source.put(index, Ok((row, &state))),
+            Err(error) => self.source.put(index, Err(error)),
+        }
+    }
+    fn with_model(&self, index: usize, read: &mut dyn FnMut(&dyn Periodic)) {
+        self.source.with_model(index, read);
+    }
+    fn is_cancelled(&self) -> bool {
+        self.source.is_cancelled()
+    }
+}

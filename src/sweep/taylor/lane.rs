@@ -1,0 +1,247 @@
+//! The run that occupies a lane.
+
+use crate::analysis::{ContactStatistics, Rattle};
+use crate::contact::Piece;
+use crate::model::expansion::expand::Expand;
+use crate::model::{Model, State};
+use crate::ode::edges::exit::Found;
+use crate::ode::step::StepView;
+use crate::ode::stepping::control::RESOLUTION;
+use crate::ode::stepping::ends::LARGEST;
+use crate::ode::taylor::course::Course;
+use crate::ode::taylor::distances::first_exit;
+use crate::ode::taylor::pace::COLLAPSE;
+use crate::ode::{IntegrateError, Observer, Step};
+use crate::series::Series;
+use crate::sweep::engines::track::{Plan, Track};
+use crate::sweep::lanes::flanks::ContactMeter;
+use crate::sweep::taylor::view::LaneView;
+
+/// A run to make, whose model stays where it is.
+pub(crate) struct LaneJob<'m> {
+    pub(crate) index: usize,
+    pub(crate) model: &'m (dyn Model + 'm),
+    pub(crate) expanded: &'m dyn Expand,
+    /// Speed φ' of the angle.
+    pub(crate) speed: f64,
+    pub(crate) period: f64,
+    pub(crate) start: State,
+}
+
+/// A run in progress.
+pub(super) struct Lane<'m> {
+    pub(super) index: usize,
+    pub(super) course: Course<'m>,
+    pub(super) track: Track,
+    expanded: &'m dyn Expand,
+    pub(super) speed: f64,
+    pub(super) period: f64,
+    /// The drives at the start: of them, the constants are read.
+    pub(super) drives: Vec<f64>,
+    /// The drives as series, where the waves are no Fourier series.
+    series: Vec<Series>,
+    /// The time after the start of the step up to which they are valid.
+    valid: f64,
+    rattle: Rattle<'m, dyn Model + 'm>,
+    counted: Vec<ContactStatistics>,
+    /// The lengths that the tolerances allowed: of the last step, and the longest so far.
+    pub(super) last: f64,
+    longest: f64,
+    /// Limit of the next step alone, after an impact.
+    limit: f64,
+    aim: [f64; 2],
+    found: Found,
+    /// Steps and attempts in the current period.
+    pub(super) steps: u64,
+    pub(super) attempts: usize,
+}
+
+impl<'m> Lane<'m> {
+    /// # Errors
+    /// Those of [`Course::begin`].
+    pub(super) fn new(plan: &Plan, job: &LaneJob<'m>) -> Result<Self, IntegrateError> {
+        let &LaneJob { index, model, expanded, speed, period, ref start } = job;
+        let course = Course::begin(model, start, start.t + period)?;
+        let rattle = Rattle::new(model);
+        Ok(Lane {
+            index,
+            track: Track::new(plan, &start.q, &start.v),
+            expanded,
+            speed,
+            period,
+            drives: course.e.u_stage.clone(),
+            series: vec![Series::from(0.0); model.drives()],
+            valid: f64::INFINITY,
+            counted: rattle.contacts().to_vec(),
+            rattle,
+            course,
+            last: 0.0,
+            longest: 0.0,
+            limit: f64::INFINITY,
+            aim: [0.0; 2],
+            found: Found::Nothing,
+            steps: 0,
+            attempts: 0,
+        })
+    }
+
+    /// The drives after the start of the step as series.
+    ///
+    /// # Errors
+    /// [`IntegrateError::DriveWithoutSeries`].
+    pub(super) fn drive_series(
+        &mut self,
+        coefficients: usize,
+        needed: &[(usize, usize)],
+    ) -> Result<&[Series], IntegrateError> {
+        self.expanded.drive_series(self.course.e.t, coefficients, &mut self.series);
+        self.valid = f64::INFINITY;
+        for &(drive, _) in needed {
+            let series = &self.series[drive];
+            if let Some(what) = series.refusal() {
+                return Err(IntegrateError::DriveWithoutSeries { drive, what });
+            }
+            self.valid = self.valid.min(series.until());
+        }
+        Ok(&self.series)
+    }
+
+    /// Aims at the end of a step for which the tolerances allow the length `full`. Returns its length.
+    ///
+    /// # Errors
+    /// A step below the resolution of the time.
+    pub(super) fn aim<const W: usize>(
+        &mut self,
+        full: f64,
+        longest: f64,
+        view: &LaneView<'_, W>,
+    ) -> Result<f64, IntegrateError> {
+        if full.is_nan() || full <= RESOLUTION * self.course.e.t.abs() {
+            return Err(self.shrunk(full, view));
+        }
+        let valid = self.valid.max(self.course.shortest());
+        self.aim = self.course.aim(full.min(self.limit).min(longest).min(valid))?;
+        self.course.passage.crossings.clear();
+        Ok(self.aim[1])
+    }
+
+    /// The length of the step to the first exit of a contact, or to the aim; `None` if a contact changes its
+    /// piece at once.
+    ///
+    /// # Errors
+    /// Those of [`first_exit`] and [`Course::meet`].
+    pub(super) fn meet<const W: usize>(
+        &mut self,
+        view: &LaneView<'_, W>,
+        range: impl Fn(usize) -> f64,
+    ) -> Result<Option<f64>, IntegrateError> {
+        let Course { e, passage } = &mut self.course;
+        self.found = first_exit(view, e, &passage.locator, range, self.aim[1])?;
+        self.course.meet(self.found, self.aim)
+    }
+
+    /// Ends the step at the state that `course.e.y1` contains and shows it to the observers. `full`: the length
+    /// that the tolerances allowed. Returns whether it ends on a drive edge.
+    ///
+    /// # Errors
+    /// A state that is not finite; those of [`Course::cross`].
+    pub(super) fn end_step<const W: usize>(
+        &mut self,
+        full: f64,
+        view: &LaneView<'_, W>,
+    ) -> Result<bool, IntegrateError> {
+        if !self.course.e.finite() {
+            let collapsed = full < COLLAPSE * self.longest;
+            return Err(if collapsed { self.shrunk(self.course.e.h(), view) } else { self.not_finite() });
+        }
+        let at_edge = self.course.cross(self.found)?;
+        (self.last, self.limit) = (full, f64::INFINITY);
+        if full.is_finite() {
+            self.longest = self.longest.max(full);
+        }
+        self.steps += 1;
+        let Course { e, passage } = &self.course;
+        if self.track.measuring() {
+            let ends = [e.y.slice(), e.y1.slice()];
+            let mut step = LaneStep { view, times: [e.t, e.t1], ends, pieces: &e.pieces };
+            let _ = self.rattle.step(&mut Step::new(&mut step, at_edge, &passage.crossings));
+        }
+        if self.track.ranging() {
+            self.track.see_state(e.y1.slice().iter().copied());
+        }
+        Ok(at_edge)
+    }
+
+    /// Whether the step ends a period.
+    pub(super) fn at_period(&self) -> bool {
+        self.course.e.t1 >= self.period_end()
+    }
+    fn period_end(&self) -> f64 {
+        (self.track.periods + 1) as f64 * self.period
+    }
+
+    /// Adds times and impacts of the contacts in the period that ends.
+    pub(super) fn count_contacts(&mut self, contacts: usize) {
+        for (i, counted) in self.counted.iter_mut().enumerate().take(contacts) {
+            let (now, before) = (self.rattle.contacts()[i], *counted);
+            let time = |k: usize| now.time[k] - before.time[k];
+            let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
+            let meter = ContactMeter::counted([time(0), time(2)], [impacts(0), impacts(1)]);
+            self.track.add_contact(i, &meter, time(0) + time(1) + time(2));
+            *counted = now;
+        }
+    }
+
+    /// Prepares the next step. Returns whether pieces may have changed.
+    ///
+    /// # Errors
+    /// Those of [`Course::pass`].
+    pub(super) fn pass(&mut self, at_edge: bool) -> Result<bool, IntegrateError> {
+        self.course.passage.extend(self.period_end());
+        let (longest, changed) = self.course.pass(at_edge)?;
+        self.limit = longest;
+        Ok(changed)
+    }
+
+    /// The error for a step below the resolution of the time.
+    fn shrunk<const W: usize>(&self, h: f64, view: &LaneView<'_, W>) -> IntegrateError {
+        let t = self.course.e.t;
+        match view.singular {
+            Some(what) => IntegrateError::NoSeriesAt { t, what },
+            None if h.is_nan() => self.not_finite(),
+            None => IntegrateError::StepUnderflow { t, h },
+        }
+    }
+
+    fn not_finite(&self) -> IntegrateError {
+        let e = &self.course.e;
+        let component = e.y1.slice().iter().position(|y| !y.is_finite() || y.abs() > LARGEST).unwrap_or(0);
+        IntegrateError::NotFinite { t: e.t, component }
+    }
+}
+
+/// A step of a lane, as observers receive it.
+struct LaneStep<'s, const W: usize> {
+    view: &'s LaneView<'s, W>,
+    times: [f64; 2],
+    ends: [&'s [f64]; 2],
+    pieces: &'s [Piece],
+}
+
+impl<const W: usize> StepView for LaneStep<'_, W> {
+    fn times(&self) -> (f64, f64) {
+        (self.times[0], self.times[1])
+    }
+    fn start(&self) -> &[f64] {
+        self.ends[0]
+    }
+    fn end(&self) -> &[f64] {
+        self.ends[1]
+    }
+    fn pieces(&self) -> Option<&[Piece]> {
+        Some(self.pieces)
+    }
+    fn at(&mut self, t: f64, y: &mut [f64]) {
+        self.view.at(t - self.times[0], y);
+    }
+}

@@ -1,0 +1,108 @@
+//! Lengths of the steps of all lanes, and how far distances move in them.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "index loops over arrays become vector instructions, iterators do not"
+)]
+
+use crate::ode::taylor::expansion::plan::Edge;
+use crate::ode::taylor::pace::{FINEST, MAX_GROWTH, max, reach};
+use crate::sweep::lanes::number::Lanes;
+use crate::sweep::taylor::columns::Columns;
+
+/// The lengths of the last steps and what bounds the next ones, of each lane.
+#[derive(Clone, Copy)]
+pub(super) struct Before<const W: usize> {
+    /// The length that the tolerances allowed for the last step; 0 before the first.
+    pub(super) last: [f64; W],
+    /// The longest step possible.
+    pub(super) room: [f64; W],
+}
+
+/// The tolerances of all lanes.
+pub(super) struct Pace {
+    rtol: f64,
+    /// Absolute tolerance of each coordinate and velocity.
+    atol: Vec<f64>,
+    /// The columns of the distance of each edge, and of that on the other side of the gap.
+    edges: Vec<(usize, Option<usize>)>,
+}
+
+impl Pace {
+    pub(super) fn new(rtol: f64, atol: Vec<f64>, edges: &[Edge]) -> Self {
+        let opposite = |edge: &Edge| {
+            let other = edges.iter().find(|other| other.contact == edge.contact && other.side != edge.side);
+            (edge.column, other.map(|other| other.column))
+        };
+        Pace { rtol, atol, edges: edges.iter().map(opposite).collect() }
+    }
+
+    /// The length at which each of the last two terms reaches its tolerance: the rule of
+    /// [`Taylor`](crate::Taylor).
+    #[inline(always)]
+    pub(super) fn lengths<const W: usize>(&self, c: &Columns<W>, before: &Before<W>) -> [f64; W] {
+        let degree = c.degree;
+        let (mut last, mut terms) = ([0.0; W], [[0.0; W]; 2]);
+        for l in 0..W {
+            last[l] = if before.last[l].is_finite() { before.last[l] } else { 0.0 };
+        }
+        for (column, atol) in self.atol.iter().enumerate() {
+            let [value, rate, highest, below] = [0, 1, degree, degree - 1].map(|n| &c.at(column, n).0);
+            for l in 0..W {
+                let per = 1.0 / (atol + self.rtol * (value[l].abs() + last[l] * rate[l].abs()));
+                terms[0][l] = max(terms[0][l], (highest[l] * per).abs());
+                terms[1][l] = max(terms[1][l], (below[l] * per).abs());
+            }
+        }
+        let mut h = shorter(&terms, degree);
+        let mut span = [0.0; W];
+        for l in 0..W {
+            let grown = MAX_GROWTH * last[l];
+            h[l] = if last[l] > 0.0 && grown < h[l] { grown } else { h[l] };
+            span[l] = if h[l] < before.room[l] { h[l] } else { before.room[l] };
+        }
+        // Moving edges and transmission errors act on the distances alone while teeth are apart.
+        let share = self.rtol.max(FINEST);
+        let mut terms = [[0.0; W]; 2];
+        for (edge, opposite) in &self.edges {
+            let other = opposite.map(|other| c.at(other, 0));
+            let [start, rate, highest, below] = [0, 1, degree, degree - 1].map(|n| &c.at(*edge, n).0);
+            for l in 0..W {
+                let gap = other.map_or(0.0, |other| start[l] + other.0[l]);
+                let moves = start[l].abs() + span[l] * rate[l].abs();
+                let size = share * if gap > moves { gap } else { moves };
+                let per = if size > f64::MIN_POSITIVE { 1.0 / size } else { 0.0 };
+                terms[0][l] = max(terms[0][l], (highest[l] * per).abs());
+                terms[1][l] = max(terms[1][l], (below[l] * per).abs());
+            }
+        }
+        let of_distances = shorter(&terms, degree);
+        for l in 0..W {
+            // NaN in either remains.
+            let shorter = (of_distances[l] < h[l]) | of_distances[l].is_nan();
+            h[l] = if shorter { of_distances[l] } else { h[l] };
+        }
+        h
+    }
+
+    /// Σ_(n>=1) |d_n| hⁿ of the distances, at their columns.
+    #[inline(always)]
+    pub(super) fn ranges<const W: usize>(&self, c: &Columns<W>, h: &Lanes<W>, out: &mut [Lanes<W>]) {
+        for (column, _) in &self.edges {
+            out[*column] = c.range(*column, h);
+        }
+    }
+}
+
+/// The shorter of the lengths at which the terms of the two highest orders, in tolerances, reach 1; NaN if one
+/// of them is not finite.
+#[inline(always)]
+fn shorter<const W: usize>(terms: &[[f64; W]; 2], degree: usize) -> [f64; W] {
+    let mut h = [0.0; W];
+    for l in 0..W {
+        let [a, b] = [reach(terms[0][l], degree), reach(terms[1][l], degree - 1)];
+        let shorter = if a < b { a } else { b };
+        let finite = terms[0][l].is_finite() & terms[1][l].is_finite();
+        h[l] = if finite { shorter } else { f64::NAN };
+    }
+    h
+}

@@ -1,0 +1,50 @@
+//! The polynomials of one lane.
+
+use crate::ode::taylor::distances::Distances;
+use crate::ode::taylor::expansion::plan::Edge;
+use crate::ode::taylor::expansion::sums::{Samples, Sampling};
+use crate::sweep::taylor::columns::Columns;
+use pulp::Arch;
+
+/// The coefficients of all columns in one lane.
+pub(super) struct LaneView<'c, const W: usize> {
+    pub(super) columns: &'c Columns<W>,
+    pub(super) lane: usize,
+    pub(super) edges: &'c [Edge],
+    pub(super) arch: Arch,
+    /// What has no series where its operand is 0.
+    pub(super) singular: Option<&'static str>,
+}
+
+impl<const W: usize> LaneView<'_, W> {
+    /// Writes coordinates and velocities, the first columns, at the time `s` after the start of the step.
+    pub(super) fn at(&self, s: f64, y: &mut [f64]) {
+        for (column, y) in y.iter_mut().enumerate() {
+            *y = (0..=self.columns.degree).rev().fold(0.0, |sum, n| sum * s + self.coefficient(n, column));
+        }
+    }
+    fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
+        let sampling = Sampling { arch: self.arch, count: self.columns.degree + 1 - SHIFT, h };
+        sampling.of(|n| self.coefficient(n + SHIFT, column))
+    }
+}
+
+impl<const W: usize> Distances for LaneView<'_, W> {
+    fn edges(&self) -> &[Edge] {
+        self.edges
+    }
+    fn degree(&self) -> usize {
+        self.columns.degree
+    }
+    #[inline(always)]
+    fn coefficient(&self, n: usize, column: usize) -> f64 {
+        self.columns.at(column, n).0[self.lane]
+    }
+    fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
+        self.samples::<0>(column, h).above_until(sign, least, h)
+    }
+    fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
+        let start = self.coefficient(0, column);
+        self.samples::<1>(column, h).risen_until(sign * start, sign, least, h)
+    }
+}
