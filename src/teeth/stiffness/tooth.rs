@@ -272,8 +272,20 @@ impl Profile {
         let (h, angle) = (self.root / (0.5 * hub.bore), self.curve.half_root_angle);
         if !hub.extrapolated {
             let method = "the fillet foundation of Sainsot";
-            method_range(method, "root radius/bore radius", h, [1.4, 7.0], "[1.4, 7]")?;
-            method_range(method, "half root angle", angle, [0.01, 0.12], "[0.01, 0.12] rad")?;
+            method_range(
+                method,
+                "root radius/bore radius",
+                h,
+                [1.4, 7.0],
+                "[1.4, 7]; PotentialEnergy::extrapolated goes beyond",
+            )?;
+            method_range(
+                method,
+                "half root angle",
+                angle,
+                [0.01, 0.12],
+                "[0.01, 0.12] rad; PotentialEnergy::extrapolated goes beyond",
+            )?;
         }
         let [l, m, p, q] = SAINSOT.map(|[a, b, c, d, e, f]| {
             a / (angle * angle) + b * h * h + c * h / angle + d / angle + e * h + f

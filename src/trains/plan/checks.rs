@@ -11,6 +11,8 @@ use crate::trains::train_error::{TrainError, Warning};
 const MESH_STIFFNESS: [f64; 2] = [1e6, 1e12];
 /// Modules of gears `[m]`.
 const MODULE: [f64; 2] = [1e-5, 0.2];
+/// Working pressure angles `[rad]`: up to 45°.
+const PRESSURE_ANGLE: [f64; 2] = [0.0, 0.25 * std::f64::consts::PI];
 /// Half backlashes `[m]`.
 const HALF_BACKLASH: [f64; 2] = [0.0, 1e-2];
 
@@ -44,6 +46,8 @@ impl<N: Nonlinearity> Topology<'_, N> {
             check(format!("the stiffness of \"{name}\" at φ = 0 [N/m]"), stiffness, MESH_STIFFNESS)?;
             let module = 2.0 * part.radii[0] / (f64::from(part.teeth[0]) * libm::cos(part.pressure_angle));
             check(format!("the module of \"{name}\" [m]"), module, MODULE)?;
+            let angle = part.pressure_angle;
+            check(format!("the working pressure angle of \"{name}\" [rad]"), angle, PRESSURE_ANGLE)?;
             if half.is_finite() {
                 check(format!("half the backlash of \"{name}\" [m]"), half.abs(), HALF_BACKLASH)?;
             }
