@@ -93,9 +93,9 @@ fn pair() -> Machine<Rattling> {
 
 #[test]
 fn rows_of_the_pair_are_those_of_single_runs() {
-    let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, 8);
+    let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, 12);
     // The error of v1 is that of q1 times a frequency, far above the tolerance of v1 itself.
-    rows_agree(&pair(), &Pair::start(), points, &["q1", "mesh force", "deflection"], [25, 2, 2], 4);
+    rows_agree(&pair(), &Pair::start(), points, &["q1", "mesh force", "deflection"], [25, 2, 2], 6);
     let nfg = NfgPair::new(&NfgParams::table1()).unwrap();
     let start = nfg.static_start().unwrap();
     rows_agree(&nfg, &start, axis("speed", 80.0, 150.0, 8), &["q1", "mesh force"], [12, 1, 1], 4);
@@ -105,8 +105,8 @@ fn rows_of_the_pair_are_those_of_single_runs() {
 fn rows_of_a_ring_are_those_of_single_runs() {
     let ring = ring(3, 2.0);
     let omega = ring.mesh_frequency();
-    let points = axis("mesh frequency", 0.5 * omega, omega, 5);
-    rows_agree(&ring, &State::at_rest(ring.dof()), points, &["deflection 1", "mesh force 2"], [400, 3, 2], 2);
+    let points = axis("mesh frequency", 0.5 * omega, omega, 9);
+    rows_agree(&ring, &State::at_rest(ring.dof()), points, &["deflection 1", "mesh force 2"], [400, 3, 2], 4);
 }
 
 fn planetary() -> Train {
@@ -122,10 +122,10 @@ fn planetary() -> Train {
 #[test]
 fn rows_of_a_planetary_set_are_those_of_single_runs() {
     let train = planetary();
-    let points = axis("speed", 200.0, 600.0, 5);
+    let points = axis("speed", 200.0, 600.0, 9);
     let start = State::at_rest(train.dof());
     // No states: the set turns as a whole, and nothing damps the error of that motion.
-    rows_agree(&train, &start, points, &["deflection 1", "mesh force 4"], [400, 3, 0], 2);
+    rows_agree(&train, &start, points, &["deflection 1", "mesh force 4"], [400, 3, 0], 4);
 }
 
 #[test]
@@ -358,7 +358,7 @@ fn a_shaking_table_is_met_at_every_frequency() {
         let table = wave(0.0, size * phase.sin(), size * phase.cos(), order);
         let machine = Stops::machine(&[(true, table)], 1e4, 5.0, 1.0, -1.0);
         let starts: Vec<[f64; 2]> =
-            (0..12).map(|_| [0.1 + random.next(), 2.0 * random.next() - 1.0]).collect();
+            (0..20).map(|_| [0.1 + random.next(), 2.0 * random.next() - 1.0]).collect();
         // One bounce in most runs: an error grows with every bounce.
         let short = machine.with("speed", 1.0).unwrap();
         let lanes = from_starts(&short, &starts, 1, &LaneTaylor::new(Taylor::new()));
@@ -370,7 +370,7 @@ fn a_shaking_table_is_met_at_every_frequency() {
             let (x, y) = (a.strobes().next().unwrap(), b.strobes().next().unwrap());
             assert!((x[0] - y[0]).abs() < 1e-5, "{order}: {x:?} {y:?}");
         }
-        assert!(impacts >= 12, "{order}: {impacts} impacts");
+        assert!(impacts >= 20, "{order}: {impacts} impacts");
     }
 }
 
