@@ -358,7 +358,7 @@ fn a_shaking_table_is_met_at_every_frequency() {
         let table = wave(0.0, size * phase.sin(), size * phase.cos(), order);
         let machine = Stops::machine(&[(true, table)], 1e4, 5.0, 1.0, -1.0);
         let starts: Vec<[f64; 2]> =
-            (0..12).map(|_| [0.1 + random.next(), 2.0 * random.next() - 1.0]).collect();
+            (0..20).map(|_| [0.1 + random.next(), 2.0 * random.next() - 1.0]).collect();
         // One bounce in most runs: an error grows with every bounce.
         let short = machine.with("speed", 1.0).unwrap();
         let lanes = from_starts(&short, &starts, 1, &LaneTaylor::new(Taylor::new()));
@@ -370,7 +370,7 @@ fn a_shaking_table_is_met_at_every_frequency() {
             let (x, y) = (a.strobes().next().unwrap(), b.strobes().next().unwrap());
             assert!((x[0] - y[0]).abs() < 1e-5, "{order}: {x:?} {y:?}");
         }
-        assert!(impacts >= 12, "{order}: {impacts} impacts");
+        assert!(impacts >= 20, "{order}: {impacts} impacts");
     }
 }
 

@@ -317,8 +317,8 @@ impl Track {
 }
 
 /// Margin to grazing: the minimum |penetration| over three extreme penetrations (see `depths` in [`Track`]),
-/// as a share of the range of the penetration `[1]`. Infinite without penetrations, as with the engine
-/// `Located`.
+/// as a share of the range of the penetration `[1]`. Infinite without penetrations, as with the engines
+/// `Located` and `LaneTaylor`.
 fn margin(&[lower, upper, loosest]: &[f64; 3]) -> f64 {
     let range = lower.max(upper) - loosest;
     if !(range.is_finite() && range > 0.0) {

@@ -139,8 +139,8 @@ impl Row<'_> {
         chaotic || grows || another || self.grazes()
     }
 
-    /// The result of the [check](crate::Sweep::check_every) of this point: its row or its error. `None` if the
-    /// point was not checked.
+    /// The result of the [check](crate::Sweep::check_every) of this point: its row or its error. `None` if
+    /// the point was not checked.
     pub fn checked(&self) -> Option<Result<Row<'_>, &PointError>> {
         let row = |data| Row { rows: self.rows, index: self.index, data };
         self.rows.checks.get(&self.index).map(|check| check.as_ref().map(|data| row(data.as_slice())))

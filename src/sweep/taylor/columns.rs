@@ -92,8 +92,8 @@ impl<const W: usize> Columns<W> {
         self.order::<false, true>(program, self.degree);
     }
 
-    /// Evaluates order n of the instructions, and from the accelerations order n + 1 of the velocities and order
-    /// n + 2 of the coordinates; with LATE only the instructions that distances and channels need.
+    /// Evaluates order n of the instructions, and from the accelerations order n + 1 of the velocities and
+    /// order n + 2 of the coordinates; with LATE only the instructions that distances and channels need.
     #[inline(always)]
     fn order<const FIRST: bool, const LATE: bool>(&mut self, program: &Program, n: usize) {
         let Columns { x, stride, factors, stills, masks, .. } = self;

@@ -140,8 +140,8 @@ impl<'m> Lane<'m> {
         self.course.meet(self.found, self.aim)
     }
 
-    /// Ends the step at the state that `course.e.y1` contains and shows it to the observers. `full`: the length
-    /// that the tolerances allowed. Returns whether it ends on a drive edge.
+    /// Ends the step at the state that `course.e.y1` contains and shows it to the observers. `full`: the
+    /// length that the tolerances allowed. Returns whether it ends on a drive edge.
     ///
     /// # Errors
     /// A state that is not finite; those of [`Course::cross`].

@@ -64,8 +64,8 @@ pub(super) struct Meters<const W: usize> {
     running: Vec<Running<W>>,
     /// The lanes whose next step is the first.
     fresh: [bool; W],
-    /// Where the samples of the last step do not decide the extremes: channel, lane and, as bits, the intervals
-    /// for the minimum and for the maximum.
+    /// Where the samples of the last step do not decide the extremes: channel, lane and, as bits, the
+    /// intervals for the minimum and for the maximum.
     open: Vec<(usize, usize, [u8; 2])>,
 }
 
@@ -153,8 +153,8 @@ impl<const W: usize> Meters<W> {
     }
 }
 
-/// ∫ p ds and ∫ p² ds over [0, 1]. The terms of p² above 3/2 of the order of p are left out: they are far below
-/// the last terms of p.
+/// ∫ p ds and ∫ p² ds over [0, 1]. The terms of p² above 3/2 of the order of p are left out: they are far
+/// below the last terms of p.
 #[inline(always)]
 fn integrals<const W: usize>(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
     let [mut first, mut second] = [Lanes::from(0.0); 2];
@@ -178,8 +178,8 @@ fn integrals<const W: usize>(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
 }
 
 impl<const W: usize> Running<W> {
-    /// Updates the extremes of the chosen lanes from samples. Returns for each lane the intervals between them,
-    /// as bits, in which a value may lie below the minimum and above the maximum.
+    /// Updates the extremes of the chosen lanes from samples. Returns for each lane the intervals between
+    /// them, as bits, in which a value may lie below the minimum and above the maximum.
     #[inline(always)]
     fn sample(&mut self, g: &[Lanes<W>], chosen: &[bool; W]) -> [[u8; 2]; W] {
         let mut sizes = [Lanes::from(0.0); ORDERS];

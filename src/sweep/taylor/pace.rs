@@ -93,8 +93,8 @@ impl Pace {
     }
 }
 
-/// The shorter of the lengths at which the terms of the two highest orders, in tolerances, reach 1; NaN if one
-/// of them is not finite.
+/// The shorter of the lengths at which the terms of the two highest orders, in tolerances, reach 1; NaN if
+/// one of them is not finite.
 #[inline(always)]
 fn shorter<const W: usize>(terms: &[[f64; W]; 2], degree: usize) -> [f64; W] {
     let mut h = [0.0; W];

@@ -85,8 +85,8 @@ struct Writer<'t> {
 }
 
 impl Program {
-    /// `waves`: number of drives that vary; the others are constants of a lane. `kinds`: the channels that are
-    /// measured.
+    /// `waves`: number of drives that vary; the others are constants of a lane. `kinds`: the channels that
+    /// are measured.
     ///
     /// # Errors
     /// The name of an operation that lanes do not have.
@@ -246,8 +246,8 @@ impl Writer<'_> {
         })
     }
 
-    /// The column of a sum. The distances from both edges of a gap, and what its flanks read, differ in order 0
-    /// and in sign alone.
+    /// The column of a sum. The distances from both edges of a gap, and what its flanks read, differ in order
+    /// 0 and in sign alone.
     fn sum(&mut self, columns: Vec<(usize, f64)>, stills: Vec<(usize, f64)>, constant: f64) -> Place {
         let like = self.program.instructions.iter().find_map(|instruction| {
             let Rule::Sum { columns: known, like: None, .. } = &instruction.rule else { return None };
