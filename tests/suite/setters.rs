@@ -47,7 +47,10 @@ fn setters_and_getters_have_one_noun() {
             let built = body.split_once(&format!("{of} {{")).filter(|_| body.contains("(self, "));
             let Some((fields, _)) = built.and_then(|(_, rest)| rest.split_once("..self")) else { continue };
             let field = fields.trim().split([':', ',']).next().unwrap();
-            setters.push((of.to_owned(), field.to_owned(), name.to_owned()));
+            // What is computed from the old value is not set: Wave::per_turn multiplies the order.
+            if !body.contains(&format!("self.{field}")) {
+                setters.push((of.to_owned(), field.to_owned(), name.to_owned()));
+            }
         }
     }
     assert!(setters.len() > 40, "only {} setters are recognised", setters.len());
