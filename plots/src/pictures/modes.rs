@@ -20,9 +20,9 @@ const CORNERS: usize = 180;
 
 /// A mode of a train: its gears as pitch circles at their places, grey at rest and coloured as they turn and move.
 ///
-/// The spoke of a gear points upwards at rest; a carrier is the polygon of the centres of its planets. The size of a mode is
-/// arbitrary: turns and displacements have one scale, so that the largest displacement of a rim or a centre is a third of the
-/// mean pitch radius. A body without stated place stands beside the one that it meshes
+/// The spoke of a gear points upwards at rest; a carrier is the polygon of the centres of its planets. The size
+/// of a mode is arbitrary: turns and displacements have one scale, so that the largest displacement of a rim or
+/// a centre is a third of the mean pitch radius. A body without stated place stands beside the one that it meshes
 /// with, at the centre distance of the mesh.
 ///
 /// `shape`: coordinates of the train, for example [`Mode::shape`](gear_dynamics::linear::Mode::shape).

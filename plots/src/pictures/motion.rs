@@ -10,8 +10,8 @@ use gear_dynamics::contact::{Contact, Piece};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::ode::Trajectory;
 
-/// A channel over the time, with the states of a contact shaded: the gap grey, the back (lower) flank in a pale colour. Of the
-/// deflection of this contact the edges of the gap are drawn, too.
+/// A channel over the time, with the states of a contact shaded: the gap grey, the back (lower) flank in a pale
+/// colour. Of the deflection of this contact the edges of the gap are drawn, too.
 ///
 /// `channel`: the name of a [channel](gear_dynamics::analysis::Probe) of the model with its unit. `contact`: its
 /// number from 0, or `None`. The time axis is `t [s]`; [`Panel::x`] names another unit.
@@ -106,7 +106,7 @@ fn spans(times: &[f64], contacts: &[Contact]) -> [Vec<[f64; 2]>; 3] {
     spans
 }
 
-/// Shades the gap and the lower flank; the upper flank is the background. The linear analysis calls it the drive flank, too.
+/// Shades the gap and the lower (back) flank; the upper (drive) flank is the background.
 fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact], gap: &str) {
     let spans = spans(times, contacts);
     for (piece, ink, label) in [
