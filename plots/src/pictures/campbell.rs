@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 /// use gear_dynamics::{NfgPair, NfgParams};
 /// use gear_dynamics_plots::{Picture, campbell};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let diagram = Campbell::of(&pair, &[100.0, 200.0, 300.0], &[18.0])?;
+/// let diagram = Campbell::of(&pair, &[10.0, 300.0, 3000.0], &[18.0])?;
 /// let svg = Picture::from(campbell(&diagram, "speed [rad/s]", &[(18.0, "mesh")])?).to_svg();
 /// assert!(svg.contains(">frequency [Hz]") && svg.contains("crossings"));
 /// let svg = Picture::from(campbell(&diagram, "speed Ω [1]", &[])?).to_svg();
