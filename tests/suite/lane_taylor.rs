@@ -63,8 +63,8 @@ fn agree(what: &str, a: &Row<'_>, b: &Row<'_>, channels: &[&str], contacts: usiz
     assert_eq!(a.period_multiple(), b.period_multiple(), "{what}");
 }
 
-/// Rows in lanes are those of single runs, at all points whose motion repeats: its errors do not grow. Both runs have errors
-/// of their own: the largest difference seen, at one point of the pair, is 14 tolerances.
+/// Rows in lanes are those of single runs, at all points whose motion repeats: its errors do not grow. A motion that has
+/// barely settled may repeat in one of the two alone, and differ by more than 10 tolerances: other points of the pair show both.
 fn rows_agree<G: Shape + Send + Sync>(
     machine: &Machine<G>,
     start: &State,
@@ -84,7 +84,7 @@ fn rows_agree<G: Shape + Send + Sync>(
     for (i, (a, b)) in lanes.iter().zip(single.iter()).enumerate() {
         if b.period_multiple().is_some() {
             compared += 1;
-            agree(&format!("point {i}"), &a, &b, channels, contacts, 20.0 * TOLERANCE);
+            agree(&format!("point {i}"), &a, &b, channels, contacts, 10.0 * TOLERANCE);
         }
     }
     assert!(compared >= least, "{compared} of {} motions repeat", single.iter().count());
@@ -96,9 +96,9 @@ fn pair() -> Machine<Rattling> {
 
 #[test]
 fn rows_of_the_pair_are_those_of_single_runs() {
-    let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, 8);
+    let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, 12);
     // The error of v1 is that of q1 times a frequency, far above the tolerance of v1 itself.
-    rows_agree(&pair(), &Pair::start(), points, &["q0", "mesh force", "deflection"], [25, 2, 2], 4);
+    rows_agree(&pair(), &Pair::start(), points, &["q0", "mesh force", "deflection"], [25, 2, 2], 6);
     let nfg = NfgPair::new(&NfgParams::table1()).unwrap();
     let start = nfg.static_start().unwrap();
     rows_agree(&nfg, &start, axis("speed", 80.0, 150.0, 8), &["q0", "mesh force"], [12, 1, 1], 4);
