@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let diagram = Campbell::of(&pair, &[10.0, 300.0, 3000.0], &[18.0])?;
 /// let svg = Picture::from(campbell(&diagram, "speed [rad/s]", &[(18.0, "mesh")])?).to_svg();
-/// assert!(svg.contains(">frequency [Hz]") && svg.contains("crossings"));
+/// assert!(svg.contains(">frequency [Hz]") && svg.contains("orders"));
 /// let svg = Picture::from(campbell(&diagram, "speed Ω [1]", &[])?).to_svg();
 /// assert!(svg.contains(">frequency [1]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
