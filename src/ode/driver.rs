@@ -10,7 +10,6 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::step::{Observer, Step, StepView};
 use crate::ode::stepping::control::{Limits, Pace, RESOLUTION, StepRule};
-use crate::ode::stepping::ends::LARGEST;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::first_step::starting_step;
 use crate::ode::stepping::vector::Vector;
@@ -261,10 +260,7 @@ fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) ->
     let stages = e.k[..T::SLOTS]
         .iter()
         .flat_map(|k| k.slice()[n..].iter().position(|a| !a.is_finite()).map(|i| n + i));
-    let component = stages
-        .chain(e.ends.y1.slice().iter().position(|y| !y.is_finite() || y.abs() > LARGEST))
-        .next()
-        .unwrap_or(0);
+    let component = stages.chain(e.ends.not_finite()).next().unwrap_or(0);
     IntegrateError::NotFinite { t: e.ends.t, component }
 }
 

@@ -63,8 +63,8 @@ fn agree(what: &str, a: &Row<'_>, b: &Row<'_>, channels: &[&str], contacts: usiz
     assert_eq!(a.period_multiple(), b.period_multiple(), "{what}");
 }
 
-/// Rows in lanes are those of single runs, at all points whose motion repeats: its errors do not grow. A motion that has
-/// barely settled may repeat in one of the two alone, and differ by more than 10 tolerances: other points of the pair show both.
+/// Rows in lanes are those of single runs, at all points whose motion repeats: its errors do not grow. Where a single
+/// run with a thousandth of the tolerance differs by far more, a motion is sensitive and is no point of these tests.
 fn rows_agree<G: Shape + Send + Sync>(
     machine: &Machine<G>,
     start: &State,

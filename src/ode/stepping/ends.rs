@@ -97,6 +97,11 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
         self.y1.size() <= LARGEST
     }
 
+    /// The first coordinate or velocity at the end of the step that is not finite or exceeds `LARGEST`.
+    pub(crate) fn not_finite(&self) -> Option<usize> {
+        self.y1.slice().iter().position(|y| !y.is_finite() || y.abs() > LARGEST)
+    }
+
     /// Evaluates the drives at t + θ h in `u_stage`.
     #[inline(always)]
     pub(crate) fn drive(&mut self, theta: f64) {

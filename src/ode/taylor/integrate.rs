@@ -8,7 +8,6 @@ use crate::ode::integrator::Integrator;
 use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
 use crate::ode::stepping::control::RESOLUTION;
-use crate::ode::stepping::ends::LARGEST;
 use crate::ode::taylor::course::Course;
 use crate::ode::taylor::distances::first_exit;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
@@ -297,9 +296,8 @@ impl<'r> Run<'r> {
 
     fn not_finite(&self) -> IntegrateError {
         let (c, n) = (&self.prepared.c, self.course.e.model.dof());
-        let end = self.course.e.y1.slice().iter();
         let component = c.q(1).iter().chain(c.v(1)).position(|x| !x.is_finite());
-        let component = component.or_else(|| end.clone().position(|y| !y.is_finite() || y.abs() > LARGEST));
+        let component = component.or_else(|| self.course.e.not_finite());
         IntegrateError::NotFinite { t: self.course.e.t, component: component.unwrap_or(0).min(2 * n - 1) }
     }
 

@@ -275,7 +275,7 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
             run.count_contacts(self.plan.layout.contacts);
             self.numbers.meters.clear(lane);
         }
-        let (t, steps) = (run.course.e.t1, std::mem::take(&mut run.steps));
+        let steps = std::mem::take(&mut run.steps);
         run.attempts = 0;
         let state: Vec<f64> = run.course.e.y1.slice().to_vec();
         let with_model = &|read: &mut dyn FnMut(&dyn Periodic)| queue.with_model(index, read);
@@ -284,7 +284,7 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
                 self.outcomes[lane] = Some(Ok(()));
                 Ok(true)
             }
-            Next::Diverged => Err(IntegrateError::NotFinite { t, component: 0 }.into()),
+            Next::Diverged => Err(run.not_finite().into()),
             Next::StartMeasuring => {
                 self.numbers.meters.clear(lane);
                 Ok(false)

@@ -7,7 +7,6 @@ use crate::model::{Model, State};
 use crate::ode::edges::exit::Found;
 use crate::ode::step::StepView;
 use crate::ode::stepping::control::RESOLUTION;
-use crate::ode::stepping::ends::LARGEST;
 use crate::ode::taylor::course::Course;
 use crate::ode::taylor::distances::first_exit;
 use crate::ode::taylor::pace::COLLAPSE;
@@ -213,10 +212,9 @@ impl<'m> Lane<'m> {
         }
     }
 
-    fn not_finite(&self) -> IntegrateError {
+    pub(super) fn not_finite(&self) -> IntegrateError {
         let e = &self.course.e;
-        let component = e.y1.slice().iter().position(|y| !y.is_finite() || y.abs() > LARGEST).unwrap_or(0);
-        IntegrateError::NotFinite { t: e.t, component }
+        IntegrateError::NotFinite { t: e.t, component: e.not_finite().unwrap_or(0) }
     }
 }
 

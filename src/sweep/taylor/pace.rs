@@ -9,7 +9,7 @@ use crate::ode::taylor::pace::{FINEST, MAX_GROWTH, max, reach};
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::columns::Columns;
 
-/// The lengths of the last steps and what bounds the next ones, of each lane.
+/// For each lane the length of the last step and the bound of the next one.
 #[derive(Clone, Copy)]
 pub(super) struct Before<const W: usize> {
     /// The length that the tolerances allowed for the last step; 0 before the first.

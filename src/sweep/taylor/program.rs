@@ -5,7 +5,6 @@ use crate::sweep::lanes::meter::Kind;
 use crate::sweep::taylor::still::{Still, Stills};
 use crate::tape::form::Form;
 use crate::tape::operations::{FormId, Op, Tape};
-use std::collections::HashMap;
 
 /// Where a number stands: in a column, with one coefficient for each order, or among the numbers without
 /// higher orders.
@@ -81,7 +80,6 @@ struct Writer<'t> {
     program: Program,
     /// The place of each slot; `None` if nothing needs it.
     places: Vec<Option<Place>>,
-    known: HashMap<String, usize>,
 }
 
 impl Program {
@@ -101,7 +99,6 @@ impl Program {
         let mut writer = Writer {
             tape,
             places: vec![None; inputs + tape.ops.len()],
-            known: HashMap::new(),
             program: Program {
                 dof: n,
                 columns: 2 * n,
@@ -224,12 +221,10 @@ impl Writer<'_> {
 
     /// The column that a rule computes: a new one, or that of the same rule before.
     fn rule(&mut self, rule: Rule) -> Place {
-        let key = format!("{rule:?}");
-        if let Some(&column) = self.known.get(&key) {
-            return Place::Column(column);
+        if let Some(known) = self.program.instructions.iter().find(|known| known.rule == rule) {
+            return Place::Column(known.out);
         }
         let out = self.take(if matches!(rule, Rule::SinCos(_)) { 2 } else { 1 });
-        self.known.insert(key, out);
         self.program.instructions.push(Instruction { rule, out, late: false });
         Place::Column(out)
     }

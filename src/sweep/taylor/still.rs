@@ -31,8 +31,6 @@ pub(super) enum Still {
 #[derive(Debug, Default)]
 pub(super) struct Stills {
     all: Vec<Still>,
-    /// Whether one of them depends on the pieces of contacts.
-    pub(super) by_pieces: bool,
 }
 
 impl Stills {
@@ -44,7 +42,6 @@ impl Stills {
         self.all.iter().position(|known| *known == still).unwrap_or_else(|| self.push(still))
     }
     pub(super) fn push(&mut self, still: Still) -> usize {
-        self.by_pieces |= matches!(still, Still::Choice { .. });
         self.all.push(still);
         self.all.len() - 1
     }
