@@ -14,12 +14,12 @@ use std::time::Instant;
 
 fn report(name: &str, model: &Oscillator, continuation: &Continuation, others: &[(&str, f64)], start: f64) {
     let family = ByConstant::new(model, "speed").expect("a constant");
-    let continuation = continuation.clone().balance(Balance::new(Harmonics::up_to(10)));
+    let with_balance = continuation.clone().balance(Balance::new(Harmonics::up_to(10)));
     let guess =
         FourierOrbit::new(&Harmonics::up_to(1), model.period(), &[vec![start, 0.1, 0.1]]).expect("finite");
     // The default steps, then shorter ones, with about as many points as the others compute.
-    let short = continuation.clone().first_step(0.004).max_step(0.018);
-    for (steps, continuation) in [("default steps", &continuation), ("short steps", &short)] {
+    let short = with_balance.clone().first_step(0.004).max_step(0.018);
+    for (steps, continuation) in [("default steps", &with_balance), ("short steps", &short)] {
         let by_balance = || continuation.run(&family, &guess).expect("an orbit");
         let branch = by_balance();
         if !std::ptr::eq(continuation, &short) {

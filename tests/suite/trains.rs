@@ -846,6 +846,42 @@ fn static_states_find_the_loaded_flank() {
     assert!(state.acceleration[1].abs() > 1.0, "{:?}", state.acceleration);
 }
 
+/// Planets whose tooth errors differ: at a small torque some planets alone carry it. At rest no acceleration is left, and
+/// the forces of the sun balance its torque.
+#[test]
+fn static_states_find_the_planets_that_carry_a_small_torque() {
+    for planets in [3, 4, 5] {
+        let members = Members {
+            sun: (31, Body::new(8e-4)),
+            planet: (29, Body::new(7e-4)),
+            ring: (89, Body::new(5e-2).locked()),
+            carrier: Body::new(6e-2),
+        };
+        let error = || Wave::new(Fourier::new(0.0, &[[0.0, 1e-6]]).unwrap());
+        let set = Planetary::new(planets, 0.04, members, [k(), k()]);
+        let set = set.unwrap().error([error(), error()]).damping(700.0).half_backlash(3e-5);
+        let mut parts = set.parts();
+        parts.torque("drive", "sun", 1.0).load("carrier");
+        let train = parts.build("carrier", 20.0).unwrap();
+        let mut carried = Vec::new();
+        for torque in [0.01, 0.1, 1.0, 3.0, 10.0, 100.0, -0.03, -3.0] {
+            let train = train.with("drive", torque).unwrap();
+            for t in [0.0, 1e-4, 3e-4] {
+                let rest = static_state(&train, t).unwrap();
+                let largest = rest.acceleration.iter().fold(0.0f64, |most, a| most.max(a.abs()));
+                assert!(largest < 1e-6 * torque.abs() / 7e-4, "{planets} planets, {torque}, {t}: {largest}");
+                let (mut u, mut a) = (vec![0.0; train.drives()], vec![0.0; train.dof()]);
+                train.drive(t, Side::After, &mut u);
+                train.accel(&u, &rest.state.q, &rest.state.v, &mut a);
+                let largest = a.iter().fold(0.0f64, |most, a| most.max(a.abs()));
+                assert!(largest < 1e-6 * torque.abs() / 7e-4, "by deflection: {largest}");
+                carried.push(rest.pieces.iter().filter(|&&piece| piece != Piece::Gap).count());
+            }
+        }
+        assert!(carried.iter().any(|&n| n < 2 * planets), "{carried:?}");
+    }
+}
+
 #[test]
 fn modes_without_stiffness_unstable_and_one_way() {
     let train = pair().build("pinion", 100.0).unwrap();
