@@ -56,7 +56,7 @@ pub(crate) fn sin_cos_each<const W: usize>(x: [f64; W]) -> [[f64; W]; 2] {
 
 /// Turns several angles, given by sine and cosine, by the angles `by`.
 #[inline(always)]
-pub(crate) fn rotate<const W: usize>([s, c]: &mut [[f64; W]; 2], by: &[[f64; W]; 2]) {
+pub(crate) fn rotate<const W: usize>(s: &mut [f64; W], c: &mut [f64; W], by: &[[f64; W]; 2]) {
     for i in 0..W {
         let [sine, cosine] = [by[0][i], by[1][i]];
         (s[i], c[i]) = (s[i] * cosine + c[i] * sine, c[i] * cosine - s[i] * sine);

@@ -878,7 +878,7 @@ fn static_states_find_the_planets_that_carry_a_small_torque() {
                 carried.push(rest.pieces.iter().filter(|&&piece| piece != Piece::Gap).count());
             }
         }
-        assert!(carried.iter().any(|&n| n < 2 * planets), "{carried:?}");
+        assert!(carried.iter().any(|&n| n < 2 * planets as usize), "{carried:?}");
     }
 }
 

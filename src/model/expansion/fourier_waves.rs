@@ -5,7 +5,7 @@ use crate::model::shapes::shape::Shape;
 use crate::numeric::sine::{rotate, sin_cos_each};
 use crate::series::WaveWeights;
 use pulp::{Arch, Simd, WithSimd};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Maximum number of orders that are computed by rotation one after the other. Each rotation adds its
 /// rounding errors; the order after them has a sine and a cosine of its own.
@@ -19,6 +19,11 @@ const GROUPS: usize = 4;
 const TERMS: usize = 128;
 pub(super) const ORDERS: usize = 512;
 
+/// Numbers of orders up to which the array of their sines and cosines is small: a large one would be cleared at each
+/// instant.
+pub(super) const FEW: usize = 16;
+const SOME: usize = 64;
+
 /// Waves u_k = mean_k + Σ_n a_kn cos nφ + b_kn sin nφ.
 pub(crate) struct FourierWaves {
     /// The mean of each wave.
@@ -27,6 +32,8 @@ pub(crate) struct FourierWaves {
     pub(super) orders: Vec<Order>,
     /// Index of the order, a and b of each term of each wave.
     pub(super) terms: Vec<Vec<Term>>,
+    /// Waves that vary, each function once.
+    varying: Vec<Varying>,
     /// Waves that stand for others, with those, which are the same function.
     copies: Vec<(usize, Vec<usize>)>,
     /// Whether the values are computed faster from the series than by the excitations.
@@ -36,16 +43,26 @@ pub(crate) struct FourierWaves {
     pub(super) arch: Arch,
 }
 
-/// Index of an order or a wave, a and b.
+/// Index of an order, a and b.
 pub(super) type Term = (usize, [f64; 2]);
 
+/// Sines and cosines of an order at several angles.
+pub(super) type Turn<const W: usize> = [[f64; W]; 2];
+
+/// A wave that varies.
+struct Varying {
+    wave: usize,
+    mean: f64,
+    /// a and b of the lowest order.
+    lowest: [f64; 2],
+    /// The terms of the other orders.
+    others: Vec<Term>,
+}
+
 pub(super) struct Order {
-    pub(super) n: f64,
+    n: f64,
     /// Whether it is the order before it, turned by the lowest order.
     rotated: bool,
-    /// Index of the wave, a and b of each term, without copies. The lowest order has one of every wave that
-    /// varies.
-    terms: Vec<Term>,
 }
 
 impl FourierWaves {
@@ -56,42 +73,42 @@ impl FourierWaves {
 
     /// Waves whose orders are counted in `repeats`.
     pub(super) fn new(waves: &[Harmonics], repeats: u32) -> Self {
-        let all = waves.iter().flat_map(|(_, terms)| terms);
-        let mut by_order: BTreeMap<usize, Vec<Term>> = all.map(|(n, _)| (*n, Vec::new())).collect();
-        let known: Vec<usize> = by_order.keys().copied().collect();
+        let known: BTreeSet<usize> = waves.iter().flat_map(|(_, terms)| terms).map(|(n, _)| *n).collect();
         let lowest = known.first().copied().unwrap_or(0);
         let mut functions: BTreeMap<Vec<(usize, [u64; 2])>, usize> = BTreeMap::new();
-        let (mut copies, mut varying): (BTreeMap<usize, Vec<usize>>, _) = (BTreeMap::new(), 0);
+        let (mut copies, mut varying): (BTreeMap<usize, Vec<usize>>, _) = (BTreeMap::new(), Vec::new());
         for (wave, (mean, terms)) in waves.iter().enumerate().filter(|(_, (_, terms))| !terms.is_empty()) {
             let numbers = terms.iter().copied().chain([(0, [*mean, 0.0])]);
             let numbers = numbers.map(|(n, x)| (n, x.map(f64::to_bits))).collect();
-            let first = *functions.entry(numbers).or_insert(wave);
-            if first != wave {
-                copies.entry(first).or_default().push(wave);
-                continue;
-            }
-            varying += 1;
-            let absent = (terms[0].0 != lowest).then_some((lowest, [0.0; 2]));
-            for (n, pair) in absent.into_iter().chain(terms.iter().copied()) {
-                by_order.entry(n).or_default().push((wave, pair));
+            match *functions.entry(numbers).or_insert(wave) {
+                first if first != wave => copies.entry(first).or_default().push(wave),
+                _ => varying.push((wave, *mean, terms)),
             }
         }
         let (mut last, mut rotations, mut groups) = (0, 0, 0);
-        let orders = by_order.into_iter().map(|(n, terms)| {
+        let orders = known.iter().map(|&n| {
             let next = last > 0 && n == last + lowest;
             let rotated = next && rotations < ROTATIONS;
             groups += usize::from(!next);
             (last, rotations) = (n, if rotated { rotations + 1 } else { 0 });
-            Order { n: n as f64 * f64::from(repeats), rotated, terms }
+            Order { n: n as f64 * f64::from(repeats), rotated }
         });
         let orders: Vec<Order> = orders.collect();
         let few = orders.len() <= ORDERS && waves.iter().all(|(_, terms)| terms.len() <= TERMS);
-        let placed = |(n, pair): &Term| (known.partition_point(|order| order < n), *pair);
+        let places: BTreeMap<usize, usize> = known.iter().enumerate().map(|(place, n)| (*n, place)).collect();
+        let placed = |(n, pair): &Term| (places[n], *pair);
+        let varying = varying.iter().map(|(wave, mean, terms)| {
+            let split = usize::from(terms[0].0 == lowest);
+            let lowest = terms[..split].first().map_or([0.0; 2], |(_, pair)| *pair);
+            Varying { wave: *wave, mean: *mean, lowest, others: terms[split..].iter().map(placed).collect() }
+        });
+        let varying: Vec<Varying> = varying.collect();
         FourierWaves {
             means: waves.iter().map(|(mean, _)| *mean).collect(),
             terms: waves.iter().map(|(_, terms)| terms.iter().map(placed).collect()).collect(),
             copies: copies.into_iter().collect(),
-            is_fast: groups <= GROUPS.max(varying),
+            is_fast: groups <= GROUPS.max(varying.len()) && orders.len() <= ORDERS,
+            varying,
             weights: few.then(|| orders.iter().map(|order| WaveWeights::new(order.n)).collect()),
             orders,
             arch: Arch::new(),
@@ -124,21 +141,32 @@ impl FourierWaves {
     /// Writes the waves that vary at several angles.
     #[inline(always)]
     fn write_rows<const W: usize>(&self, angles: [f64; W], u: [&mut [f64]; W]) {
-        let Some((lowest, others)) = self.orders.split_first() else { return };
-        let first = lowest.sin_cos(&angles);
-        for &(wave, [a, b]) in &lowest.terms {
-            for i in 0..W {
-                u[i][wave] = self.means[wave] + (a * first[1][i] + b * first[0][i]);
-            }
+        match self.orders.len() {
+            0 => {}
+            1 => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; 1]),
+            ..=FEW => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; FEW]),
+            ..=SOME => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; SOME]),
+            _ => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; ORDERS]),
         }
-        let mut last = first;
-        for order in others {
-            last = order.turned(&angles, last, &first);
-            let [s, c] = &last;
-            for &(wave, [a, b]) in &order.terms {
+    }
+
+    /// Writes the waves that vary at several angles, with an array for the sines and cosines of all orders.
+    #[inline(always)]
+    fn write_sums<const W: usize>(&self, angles: [f64; W], u: [&mut [f64]; W], turns: &mut [Turn<W>]) {
+        let lowest = self.turn(&angles, turns);
+        for Varying { wave, mean, lowest: [a, b], others } in &self.varying {
+            let mut sums = [0.0; W];
+            for i in 0..W {
+                sums[i] = mean + (a * lowest[1][i] + b * lowest[0][i]);
+            }
+            for &(order, [a, b]) in others {
+                let [s, c] = &turns[order];
                 for i in 0..W {
-                    u[i][wave] += a * c[i] + b * s[i];
+                    sums[i] += a * c[i] + b * s[i];
                 }
+            }
+            for i in 0..W {
+                u[i][*wave] = sums[i];
             }
         }
         for (of, copies) in &self.copies {
@@ -150,32 +178,25 @@ impl FourierWaves {
             }
         }
     }
-}
 
-impl Order {
-    /// Sines and cosines of n times the angles, from those of the order before and of the lowest order.
+    /// Writes sines and cosines of the angles times each order, and returns those of the lowest order.
     #[inline(always)]
-    pub(super) fn turned<const W: usize>(
-        &self,
-        angles: &[f64; W],
-        mut before: [[f64; W]; 2],
-        lowest: &[[f64; W]; 2],
-    ) -> [[f64; W]; 2] {
-        if self.rotated {
-            rotate(&mut before, lowest);
-            return before;
+    pub(super) fn turn<const W: usize>(&self, angles: &[f64; W], turns: &mut [Turn<W>]) -> Turn<W> {
+        // Apart from each other they stay in registers.
+        let [mut s, mut c] = [[0.0; W]; 2];
+        let mut lowest = [s, c];
+        for (k, order) in self.orders.iter().enumerate() {
+            if order.rotated {
+                rotate(&mut s, &mut c, &lowest);
+            } else {
+                [s, c] = sin_cos_each(std::array::from_fn(|i| order.n * angles[i]));
+            }
+            if k == 0 {
+                lowest = [s, c];
+            }
+            turns[k] = [s, c];
         }
-        self.sin_cos(angles)
-    }
-
-    /// Sines and cosines of n times the angles.
-    #[inline(always)]
-    pub(super) fn sin_cos<const W: usize>(&self, angles: &[f64; W]) -> [[f64; W]; 2] {
-        let mut turned = [0.0; W];
-        for i in 0..W {
-            turned[i] = self.n * angles[i];
-        }
-        sin_cos_each(turned)
+        lowest
     }
 }
 

@@ -1,10 +1,7 @@
 //! The waves of a shape as Taylor series over time.
 
-use crate::model::expansion::fourier_waves::{FourierWaves, ORDERS};
+use crate::model::expansion::fourier_waves::{FEW, FourierWaves, ORDERS, Turn};
 use crate::series::{BLOCKS, EIGHT, Series, WaveWeights};
-
-/// Number of orders up to which the array of their sines and cosines is small.
-const FEW: usize = 16;
 
 impl FourierWaves {
     /// Writes the needed waves after the angle φ as series over time, at the constant speed φ'. Waves beyond
@@ -35,9 +32,7 @@ impl FourierWaves {
     ) {
         let Some(weights) = &self.weights else { return };
         let mut turns = [[[0.0]; 2]; SPACE];
-        for (k, order) in self.orders.iter().enumerate() {
-            turns[k] = order.turned(&[angle], turns[k.saturating_sub(1)], &turns[0]);
-        }
+        self.turn(&[angle], &mut turns);
         let sums = Expansion { waves: self, weights, turns: &turns, speed, coefficients, needed, u };
         self.arch.dispatch(sums);
     }
@@ -48,7 +43,7 @@ struct Expansion<'e> {
     waves: &'e FourierWaves,
     weights: &'e [WaveWeights],
     /// sin nφ and cos nφ of all orders.
-    turns: &'e [[[f64; 1]; 2]],
+    turns: &'e [Turn<1>],
     speed: f64,
     coefficients: usize,
     needed: &'e [bool],

@@ -4,12 +4,12 @@
     reason = "index loops over arrays become vector instructions, iterators do not"
 )]
 
-use crate::model::expansion::fourier_waves::FourierWaves;
+use crate::model::expansion::fourier_waves::{FourierWaves, Turn};
 
 /// Scratch of [`FourierWaves::expand_lanes`].
 pub(crate) struct Turns<const W: usize> {
     /// Sines and cosines of all orders.
-    turns: Vec<[[f64; W]; 2]>,
+    turns: Vec<Turn<W>>,
     /// Value and slope over nφ of each term of a wave.
     terms: Vec<[[f64; W]; 2]>,
 }
@@ -42,9 +42,7 @@ impl FourierWaves {
     ) {
         let Some(weights) = &self.weights else { return };
         let Turns { turns, terms } = scratch;
-        for (k, order) in self.orders.iter().enumerate() {
-            turns[k] = order.turned(angles, turns[k.saturating_sub(1)], &turns[0]);
-        }
+        self.turn(angles, turns);
         for (place, wave) in chosen.enumerate() {
             let of_wave = &self.terms[wave];
             let terms = &mut terms[..of_wave.len()];
