@@ -30,16 +30,16 @@ fn main() -> Outcome<()> {
     let exponents = Lyapunov::new().align(3).periods(40).flow_tolerance(1e-7);
     let sweep = Sweep::new(Points::on_axis(speeds)).settle(30).measure(40).lyapunov(exponents);
     let engine = Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14]));
-    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
-        &engine,
-        |p| {
-            NfgPair::with_reading(
-                &NfgParams { speed: p["omega_1"], ..NfgParams::table1() },
-                NfgReading::published_on_base_radius(),
-            )
-        },
-        |_, pair| pair.static_start(),
-    ))?;
+    let diagram = Bifurcation::strobed("q0").run(
+        &sweep
+            .runner(&engine, |p| {
+                NfgPair::with_reading(
+                    &NfgParams { speed: p["omega_1"], ..NfgParams::table1() },
+                    NfgReading::published_on_base_radius(),
+                )
+            })
+            .start(|_, pair| pair.static_start()),
+    )?;
 
     let mut marked = csv_file(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;
     let mut grown =

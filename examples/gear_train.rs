@@ -12,7 +12,7 @@ mod published;
 mod support;
 
 use gear_dynamics::linear::{Campbell, Modes};
-use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Row};
+use gear_dynamics::sweep::{Axis, LaneRk4, Row};
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, PotentialEnergy, TransmissionError};
 use gear_dynamics::trains::{Body, Members, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
 use gear_dynamics::{Model, ParameterError, Periodic, Sweep, Wave};
@@ -126,7 +126,7 @@ fn rattle_map(
     let bar = progress(name, side * side);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows = sweep.of_machine(&engine, train)?.monitor(&Monitor::new().progress(&advance)).run()?;
+    let rows = sweep.of_machine(&engine, train)?.progress(&advance).run()?;
     bar.finish_and_clear();
     let loss =
         |row: &Row<'_>| (0..rows.contacts()).map(|i| row.contacts()[i].loss_fraction()).fold(0.0, f64::max);

@@ -171,7 +171,7 @@ fn grid(pair: &Machine<RelievedPair>) -> Outcome<Rows> {
     let model = |p: &Point<'_>| pair.with("tip relief", p["relief"])?.with("phase", p["phase"]);
     let start =
         |_: &Point<'_>, _: &Machine<RelievedPair>| Ok::<_, ParameterError>(State::new(0.0, &[70.0], &[0.0]));
-    Ok(sweep.run(&LaneRk4::new(256), model, start)?)
+    Ok(sweep.runner(&LaneRk4::new(256), model).start(start).run()?)
 }
 
 /// The peak-to-peak value of x of a row [μm].

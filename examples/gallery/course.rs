@@ -72,7 +72,7 @@ pub fn response(_: bool) -> Outcome<Picture> {
 /// Some mesh periods of the pair after it has settled, from the time 0.
 fn settled(speed: f64, periods: f64) -> Outcome<(Train, gear_dynamics::ode::Trajectory)> {
     let pair = bench_pair(speed)?;
-    let steady = Settle::new().tolerance(1e-8).run(&Taylor::new(), &pair, None)?.state;
+    let steady = Settle::new().tolerance(1e-8).run(&Taylor::new(), &pair)?.state;
     let start = State { t: 0.0, ..steady };
     let times = uniform_times(0.0, periods * pair.period(), (200.0 * periods) as usize)?;
     let run = Taylor::new().sample(&pair, &start, &times)?;
@@ -143,7 +143,7 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
 pub fn random(coarse: bool) -> Outcome<Picture> {
     let pair = with_brake(300.0)?;
     let solver = Dop853::new().rtol(1e-6).atol_each(&[1e-11, 1e-11, 1e-7, 1e-7]);
-    let steady = Settle::new().run(&solver, &pair, None)?.state;
+    let steady = Settle::new().run(&solver, &pair)?.state;
     let start = State::new(0.0, &steady.q, &steady.v);
     let process = HeldProcess::new(1e-3, rand_distr::Uniform::new_inclusive(-100.0, 100.0)?)?;
     let ensemble = Ensemble::new(if coarse { 20 } else { 400 }, 0.006, 1200)?.channels(&["mesh force"]);

@@ -51,18 +51,18 @@ fn counts_without_bound_are_refused_by_name() {
         too_many("series of the centre", InstantCentre::new(0.2).unwrap().rotation_series(count));
         // Runs are refused before they begin.
         let solver = Dop853::new();
-        let failed = Strobe::new(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
-        assert!(
-            matches!(failed.error, IntegrateError::Parameter(ParameterError::TooMany { .. })),
-            "{}",
-            failed.error
-        );
-        let unsettled =
-            Settle::new().max_period_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
+        let unsettled = Settle::new()
+            .max_period_multiple(count)
+            .start(&State::at_rest(1))
+            .run(&solver, &Swing)
+            .unwrap_err();
         assert!(matches!(unsettled, SettleError::Parameter(ParameterError::TooMany { .. })));
         let sweep =
             Sweep::new(Points::on_axis(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);
-        let rows = sweep.run(&TableRk4::new(64), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)));
+        let rows = sweep
+            .runner(&TableRk4::new(64), |_| Ok::<_, P>(Swing))
+            .start(|_, _| Ok::<_, P>(State::at_rest(1)))
+            .run();
         assert!(matches!(rows, Err(SweepError::Parameter(P::TooMany { .. }))), "{rows:?}");
     }
     too_many("waterfall", Waterfall::new(1 << 32, 1 << 32));
@@ -80,7 +80,8 @@ fn a_grid_too_large_for_memory_is_run_in_chunks() {
     let sweep = Sweep::new(Points::grid(vec![axis("a"), axis("b")]).unwrap()).settle(0).measure(1);
     let run = |chunks| {
         sweep
-            .runner(&TableRk4::new(8), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)))
+            .runner(&TableRk4::new(8), |_| Ok::<_, P>(Swing))
+            .start(|_, _| Ok::<_, P>(State::at_rest(1)))
             .chunk(1, chunks)
     };
     assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { max: 268_435_456, .. }))));
@@ -345,7 +346,9 @@ fn models_without_coordinates_are_refused() {
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");
     let sweep = Sweep::new(Points::on_axis(Axis::linear("x", 0.0, 1.0, 2).unwrap()));
     let swept = sweep
-        .run(&TableRk4::new(8), |_| Ok::<_, P>(Nothing), |_, _| Ok::<_, P>(State::at_rest(0)))
+        .runner(&TableRk4::new(8), |_| Ok::<_, P>(Nothing))
+        .start(|_, _| Ok::<_, P>(State::at_rest(0)))
+        .run()
         .unwrap_err();
     assert!(matches!(&swept, SweepError::Parameter(error) if none(error)), "{swept}");
 }

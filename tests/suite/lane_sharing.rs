@@ -31,11 +31,11 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
             Ok(State::new(0.0, &vec![-1.5e-3; n], &vec![0.0; n]))
         };
         let rows = sweep
-            .run(
-                &LaneRk4::new(63 * 16).lanes::<4>(),
-                |p: &Point<'_>| Ok::<_, ParameterError>(family(p["share"])),
-                start,
-            )
+            .runner(&LaneRk4::new(63 * 16).lanes::<4>(), |p: &Point<'_>| {
+                Ok::<_, ParameterError>(family(p["share"]))
+            })
+            .start(start)
+            .run()
             .unwrap();
         assert!(rows.iter().count() == shares.len(), "{what}: {:?}", rows.errors().first_key_value());
         rows

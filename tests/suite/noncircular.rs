@@ -112,8 +112,8 @@ fn the_face_gear_pair_of_parts_sweeps_in_lanes() {
         Sweep::new(Points::on_axis(speeds)).settle(0).measure(1).channels(&["deflection", "mesh force"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start = |p: &Point<'_>, _: &Train| pair.with("speed", p["speed"])?.static_start();
-    let lanes = sweep.run(&LaneRk4::new(63 * 64).lanes::<8>(), model, start).unwrap();
-    let single = sweep.run(&TableRk4::new(63 * 64), model, start).unwrap();
+    let lanes = sweep.runner(&LaneRk4::new(63 * 64).lanes::<8>(), model).start(start).run().unwrap();
+    let single = sweep.runner(&TableRk4::new(63 * 64), model).start(start).run().unwrap();
     for (a, b) in lanes.iter().zip(single.iter()) {
         let [a, b] = [a, b].map(|row| row.channel("mesh force").unwrap());
         assert!(a.max > 0.0 && (a.max - b.max).abs() < 1e-9 * b.max, "{a:?} {b:?}");

@@ -235,8 +235,10 @@ fn ensemble(count: usize, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows 
     let pair = Pair::new().machine();
     let points = Points::on_axis(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
     let sweep = Sweep::new(points).settle(0).measure(20).channels(&["q0"]).rattle();
-    let rows =
-        sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
+    let rows = sweep
+        .runner(engine, |p| pair.with("wc", p["we"] / 63.0))
+        .start(|_, _| Ok::<_, ParameterError>(Pair::start()))
+        .run();
     rows.expect("the workload runs")
 }
 

@@ -4,7 +4,7 @@ use super::{build, laws};
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased};
 use crate::{any, solvers};
-use gear_dynamics::analysis::{Direction, Impacts, Probe, Section, Strobe, Summary, Waterfall};
+use gear_dynamics::analysis::{Direction, Impacts, Probe, Section, Summary, Waterfall};
 use gear_dynamics::check::{check_model, check_periodic};
 use gear_dynamics::drives::VaryingSpeed;
 use gear_dynamics::ode::{Step, Trajectory, uniform_times};
@@ -144,8 +144,8 @@ pub fn settling(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let solver = solvers::solver(case, model.period(), 2 * model.dof());
     if case.chance(0.5) {
-        let points =
-            Strobe::new(case.effort(5)).budget(Budget::new().steps(20_000)).run(&solver, &model, &start)?;
+        let times: Vec<f64> = (1..=case.effort(5)).map(|k| start.t + k as f64 * model.period()).collect();
+        let points = solver.sample(&model, &start, &times)?;
         for i in 0..points.len() {
             all_finite("strobed q", points.q(i))?;
         }
@@ -157,7 +157,7 @@ pub fn settling(case: &mut Case) -> Run {
         .max_period_multiple(case.count(4));
     let settle = settle.budget(Budget::new().steps(20_000));
     case.note(|| format!("{settle:?}"));
-    match settle.run(&solver, &model, &start) {
+    match settle.start(&start).run(&solver, &model) {
         Ok(steady) => {
             all_finite("steady q", &steady.state.q)?;
             finite("change", steady.change)

@@ -28,7 +28,10 @@ const SAME: f64 = 1e-9;
 /// A settled state and its period multiple.
 fn settled<I: Integrator>(by: &I, train: &Train) -> Result<(State, usize), SettleError> {
     let settle = Settle::new().tolerance(1e-8).max_periods(400);
-    settle.run(by, train, &State::at_rest(train.dof())).map(|steady| (steady.state, steady.period_multiple))
+    settle
+        .start(&State::at_rest(train.dof()))
+        .run(by, train)
+        .map(|steady| (steady.state, steady.period_multiple))
 }
 
 fn by_taylor() -> Taylor {
@@ -345,7 +348,9 @@ where
     let rows = Sweep::new(points)
         .settle(100)
         .measure(8)
-        .run(engine, |p| train.with("speed", p["speed"]), |_, _| Ok::<_, ParameterError>(start.clone()))
+        .runner(engine, |p| train.with("speed", p["speed"]))
+        .start(|_, _| Ok::<_, ParameterError>(start.clone()))
+        .run()
         .map_err(|error| format!("sweep: {error}"))?;
     let row = rows.iter().next().ok_or("no row")?;
     Ok((row.period_multiple(), row.change()))

@@ -33,11 +33,10 @@ use std::collections::VecDeque;
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
 /// fn fingerprint(engine: &impl SweepEngine<NfgPair>) -> Result<u64, Box<dyn std::error::Error>> {
 ///     let speeds = Points::on_axis(Axis::linear("speed", 100.0, 130.0, 6)?);
-///     let rows = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]).run(
+///     let rows = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]).runner(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )?;
+///     ).run()?;
 ///     Ok(rows.fingerprint())
 /// }
 /// let sixteen = LaneRk4::new(63 * 16);
@@ -57,7 +56,7 @@ use std::collections::VecDeque;
 /// let model = |_: &Point<'_>| Ok::<_, ParameterError>(rest);
 /// let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(1));
 /// let engine = LaneRk4::new(64); // with `TableRk4::new(64)` it compiles
-/// Sweep::new(points).run(&engine, model, start)?;
+/// Sweep::new(points).runner(&engine, model).start(start).run()?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,11 +15,10 @@ use crate::sweep::sweep_error::{PointError, SweepError};
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 /// fn mean(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
 ///     let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
-///     let rows = sweep.channels(&["q0"]).run(
+///     let rows = sweep.channels(&["q0"]).runner(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )?;
+///     ).run()?;
 ///     Ok(rows.get(0)?.channel("q0")?.mean)
 /// }
 /// let (lanes, located) =

@@ -22,11 +22,12 @@ use std::collections::VecDeque;
 ///     swing.with_period(std::f64::consts::PI)
 /// };
 /// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
-/// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q0"]).run(
+/// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q0"]).runner(
 ///     &TableRk4::new(64),
 ///     |p| swing(p["f"]),
-///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
-/// )?;
+/// )
+/// .start(|_, _| Ok::<_, ParameterError>(State::at_rest(1)))
+/// .run()?;
 /// // Closed form: q = f (3 sin 2t - cos 2t)/20, RMS = f √5/20.
 /// assert!((rows.get(1)?.channel("q0")?.rms - 5f64.sqrt() / 5.0).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -18,11 +18,10 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
 /// let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
-/// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).run(
+/// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).runner(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///     |_, pair| pair.static_start(),
-/// )?;
+/// ).run()?;
 /// let row = rows.get(1)?;
 /// assert!((row.channel("q0")?.mean + 6.9e-4).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -10,11 +10,10 @@ use crate::sweep::sweep_error::PointError;
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
-/// let rows = Sweep::new(Points::on_axis(Axis::list("speed", &[180.0])?)).settle(4).measure(1).rattle().run(
+/// let rows = Sweep::new(Points::on_axis(Axis::list("speed", &[180.0])?)).settle(4).measure(1).rattle().runner(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///     |_, pair| pair.static_start(),
-/// )?;
+/// ).run()?;
 /// let row = rows.iter().next().ok_or("no row")?;
 /// assert_eq!(row.contacts()[0].rattle_state(), RattleState::Bilateral);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

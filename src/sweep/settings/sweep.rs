@@ -15,11 +15,10 @@ use crate::sweep::settings::points::{Axis, Points};
 /// let speeds = Points::on_axis(Axis::linear("speed", 120.0, 120.4, 3)?);
 /// let ppv = |warm_start, settle| -> Result<f64, Box<dyn std::error::Error>> {
 ///     let sweep = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q0"]);
-///     let rows = sweep.warm_start(warm_start).run(
+///     let rows = sweep.warm_start(warm_start).runner(
 ///         &LaneRk4::new(63 * 16),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )?;
+///     ).run()?;
 ///     Ok(rows.get(2)?.channel("q0")?.peak_to_peak())
 /// };
 /// let settled = ppv(WarmStart::No, 1)?;
@@ -193,11 +192,10 @@ impl Sweep {
 ///     .measure(1)
 ///     .channels(&["q0"])
 ///     .rattle()
-///     .run(
+///     .runner(
 ///         &LaneRk4::new(63 * 32),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )?;
+///     ).run()?;
 /// assert_eq!(map.iter().filter(|row| row.contacts()[0].rattle_state() == RattleState::Bilateral).count(), 7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

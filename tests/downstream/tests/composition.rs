@@ -1,7 +1,7 @@
 //! The types of this crate in all parts of the library.
 
 use downstream::{Four, Heun, Kick, Knock, MeshedPair, SoftStop};
-use gear_dynamics::analysis::{Probe, Strobe, Summary};
+use gear_dynamics::analysis::{Probe, Summary};
 use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
     AsymmetricBacklash, ByDeflection, Damped, MixedLaw, Nonlinearity, PowerLaw, VaryingBacklash,
@@ -78,7 +78,7 @@ fn the_pair_takes_any_law() {
 #[test]
 fn the_pair_has_one_orbit() {
     let pair = rattling();
-    let steady = Settle::new().tolerance(1e-9).run(&accurate(), &pair, &loaded()).unwrap();
+    let steady = Settle::new().tolerance(1e-9).start(&loaded()).run(&accurate(), &pair).unwrap();
     let mut rattle = Rattle::new(&pair);
     accurate().run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle).unwrap();
     assert_eq!((steady.period_multiple, rattle.contacts()[0].rattle_state()), (1, RattleState::Unilateral));
@@ -109,10 +109,10 @@ fn the_pair_is_swept() {
     let sweep = Sweep::new(Points::grid(axes).unwrap()).settle(40).measure(2).channels(&names).rattle();
     let family = |p: &Point<'_>| pair.with("mesh frequency", p["mesh frequency"])?.with("load", p["load"]);
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(loaded());
-    let lanes = sweep.run(&LaneRk4::new(256).lanes::<8>(), family, start).unwrap();
-    let two = sweep.run(&LaneRk4::new(256).lanes::<2>(), family, start).unwrap();
-    let table = sweep.run(&TableRk4::new(256), family, start).unwrap();
-    let located = sweep.run(&Located(accurate()), family, start).unwrap();
+    let lanes = sweep.runner(&LaneRk4::new(256).lanes::<8>(), family).start(start).run().unwrap();
+    let two = sweep.runner(&LaneRk4::new(256).lanes::<2>(), family).start(start).run().unwrap();
+    let table = sweep.runner(&TableRk4::new(256), family).start(start).run().unwrap();
+    let located = sweep.runner(&Located(accurate()), family).start(start).run().unwrap();
     assert_eq!((lanes.alone(), lanes.errors().len()), (0, 0));
     assert_eq!(lanes.fingerprint(), two.fingerprint());
     for ((row, one), truth) in lanes.iter().zip(table.iter()).zip(located.iter()) {
@@ -197,7 +197,7 @@ fn channels() {
 fn settling_rattle_and_sections() {
     fn steady<I: Integrator>(solver: &I) -> (usize, RattleState, u64) {
         let model = knock(1.0);
-        let steady = Settle::new().tolerance(1e-6).run(solver, &model, &start()).unwrap();
+        let steady = Settle::new().tolerance(1e-6).start(&start()).run(solver, &model).unwrap();
         let mut rattle = Rattle::new(&model);
         solver.run(&model, &steady.state, steady.state.t + 4.0 * model.period(), &mut rattle).unwrap();
         (steady.period_multiple, rattle.contacts()[0].rattle_state(), rattle.contacts()[0].impact_count())
@@ -205,7 +205,7 @@ fn settling_rattle_and_sections() {
     let ours = steady(&Dop853::new());
     assert_eq!(ours, steady(&Heun(0.002)));
     assert_eq!(ours.1, RattleState::Unilateral);
-    assert_eq!(Strobe::new(5).run(&Heun(0.01), &knock(1.0), &start()).unwrap().len(), 5);
+    assert_eq!(Heun(0.01).sample(&knock(1.0), &start(), &[0.5, 1.0]).unwrap().len(), 2);
 }
 
 /// The algebra on four runs at once gives the bits of four single runs.
