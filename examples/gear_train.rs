@@ -129,7 +129,7 @@ fn rattle_map(
     let rows = sweep.of_machine(&engine, train)?.progress(&advance).run()?;
     bar.finish_and_clear();
     let loss =
-        |row: &Row<'_>| (0..rows.contacts()).map(|i| row.contacts()[i].loss_fraction()).fold(0.0, f64::max);
+        |row: &Row<'_>| row.contacts().iter().map(|contact| contact.loss_fraction()).fold(0.0, f64::max);
     let lost = rows.iter().filter(|row| loss(row) > 0.0).count();
     println!(
         "{name}: {} points in {:.1} s, {} errors; contact is lost in {:.1} % of them",

@@ -139,7 +139,7 @@ pub use num_complex;
 /// - **Results of a run** ([page](guide::results)): [`Statistics`], [`Rattle`],
 ///   [`Impacts`](analysis::Impacts), [`Spectrum`](analysis::Spectrum), [`Welch`](analysis::Welch),
 ///   [`Section`](analysis::Section), [`Settle`], and named channels by
-///   [`Probe`](analysis::Probe).
+///   [`Probe`](ode::Probe).
 /// - **Tables of results as CSV and NPY**: [`ResultTable`](export::ResultTable), [`Csv`](export::Csv).
 /// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4) and
 ///   [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),

@@ -19,4 +19,3 @@ pub use crate::analysis::spectra::waterfall::{Waterfall, WaterfallLine};
 pub use crate::analysis::spectra::welch::Welch;
 pub use crate::analysis::spectra::window::Window;
 pub use crate::analysis::statistics::{Statistics, Summary};
-pub use crate::ode::probe::Probe;

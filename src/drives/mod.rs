@@ -3,9 +3,11 @@
 pub(crate) mod driven;
 pub(crate) mod held;
 pub(crate) mod phase;
+pub(crate) mod process;
 pub(crate) mod wrapped;
 
 pub use crate::drives::driven::{Driven, TimeDrives};
-pub use crate::drives::held::{CounterRng, Held, HeldDrives, HeldProcess};
+pub use crate::drives::held::{Held, HeldDrives};
 pub use crate::drives::phase::{PhaseLaw, VaryingSpeed};
+pub use crate::drives::process::HeldProcess;
 pub use crate::drives::wrapped::{DriveRule, Wrapped};

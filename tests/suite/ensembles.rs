@@ -30,7 +30,7 @@ fn member(hold: f64) -> impl Fn(u64) -> Result<(Held<Oscillator>, State), Parame
     let uniform = Uniform::new(0.0, 1.0).unwrap();
     move |member| {
         let process = HeldProcess::new(hold, uniform)?.seed(11).member(member);
-        Ok((Held::new(Oscillator).shared(&[0], 0.2, process)?, State::new(0.0, &[1.0], &[0.0])))
+        Ok((Held::new(Oscillator).add(&[(0, 0.2)], process)?, State::new(0.0, &[1.0], &[0.0])))
     }
 }
 

@@ -132,23 +132,10 @@ pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
             .collect();
         let name = case.pick(&["load torque", "damping ratio", "speed", "no such constant"]);
         slots.extend(held.bare().slot(name).ok());
-        let gain = case.number(1.0);
-        let way = case.below(4);
-        case.note(|| {
-            format!("way {way}, slots {slots:?}, gain {gain:e}, {process:?}, first {:?}", process.held(0, 0))
-        });
-        held = match way {
-            0 => held.shared(&slots, gain, process)?,
-            1 => held.per_slot(&slots, gain, process)?,
-            2 => {
-                let gains = case.list(slots.len(), 1.0);
-                held.per_slot_with_gains(&slots, &gains, process)?
-            }
-            _ => {
-                let pairs: Vec<[usize; 2]> = slots.windows(2).map(|pair| [pair[0], pair[1]]).collect();
-                held.clearance(&pairs, gain, process)?
-            }
-        };
+        let gains = case.list(slots.len(), 1.0);
+        let slots: Vec<(usize, f64)> = slots.into_iter().zip(gains).collect();
+        case.note(|| format!("slots {slots:?}, {process:?}, first {:?}", process.held(0, 0)));
+        held = held.add(&slots, process)?;
     }
     Ok((held, start))
 }

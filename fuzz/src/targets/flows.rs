@@ -4,10 +4,10 @@ use super::{build, laws};
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased};
 use crate::{any, solvers};
-use gear_dynamics::analysis::{Direction, Impacts, Probe, Section, Summary, Waterfall};
+use gear_dynamics::analysis::{Direction, Impacts, Section, Summary, Waterfall};
 use gear_dynamics::check::{check_model, check_periodic};
 use gear_dynamics::drives::VaryingSpeed;
-use gear_dynamics::ode::{Step, Trajectory, uniform_times};
+use gear_dynamics::ode::{Probe, Step, Trajectory, uniform_times};
 use gear_dynamics::{Budget, Integrator, Model, Periodic, Rattle, Settle, Statistics};
 use std::ops::ControlFlow;
 

@@ -76,7 +76,7 @@ pub fn rattle_map(
     contact: impl Into<Option<usize>>,
 ) -> Result<Panel, PlotError> {
     let names = ["no rattle", "unilateral rattle", "bilateral rattle", "no contact"];
-    let count = rows.contacts();
+    let count = rows.iter().next().map_or(0, |row| row.contacts().len());
     let (shown, title) = match contact.into() {
         _ if count == 0 => return Err(PlotError::Empty { what: "contacts of the rows".into() }),
         Some(index) if index >= count => {

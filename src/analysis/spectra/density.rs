@@ -1,6 +1,6 @@
 //! Power densities.
 
-use crate::analysis::spectra::spectrum::orders;
+use crate::analysis::spectra::spectrum::{orders, sided};
 use crate::error::{ParameterError, check};
 use crate::export::ResultTable;
 use std::f64::consts::TAU;
@@ -58,8 +58,8 @@ impl Density {
     /// s = 2 otherwise. A sine of amplitude A on a line reads A, as in a
     /// [`Spectrum`](crate::analysis::Spectrum).
     pub fn amplitudes(&self) -> Vec<f64> {
-        let sided = |k: usize| if k == 0 || 2 * k == self.samples { 1.0 } else { 2.0 };
-        self.values.iter().enumerate().map(|(k, s)| (sided(k) * s * self.bandwidth).sqrt()).collect()
+        let n = self.samples;
+        self.values.iter().enumerate().map(|(k, s)| (sided(k, n) * s * self.bandwidth).sqrt()).collect()
     }
     /// Σ_k S_k Δf, in unit²: the power of all lines.
     pub fn mean_square(&self) -> f64 {

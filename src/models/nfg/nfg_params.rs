@@ -225,7 +225,7 @@ pub enum Radius {
 /// The half width b̄ `[rad]` of the dead zone of q; b is half of the backlash. Default: b/r_b2(t).
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, analysis::Probe, excitation::Side};
+/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, ode::Probe, excitation::Side};
 /// use gear_dynamics::models::nfg::{HalfWidth, NfgReading};
 /// let params = NfgParams::table1();
 /// let edge = |half_width| -> Result<f64, ParameterError> {

@@ -32,7 +32,7 @@ use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
 /// `elastic part` f(q) `[rad]`, q less the gap.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, analysis::Probe, excitation::Side};
+/// use gear_dynamics::{NfgPair, NfgParams, ode::Probe, excitation::Side};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// assert!((pair.natural_frequency() - 12_362.613_066_76).abs() < 1e-7);
 /// assert!((pair.half_width() - 6.236_939_33e-4).abs() < 1e-12);

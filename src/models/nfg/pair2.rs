@@ -31,7 +31,7 @@ use crate::scalar::Scalar;
 /// the upper flank. Own channels: `base radius` r_b2 `[m]` and `elastic part` f(x) `[m]`.
 ///
 /// ```
-/// use gear_dynamics::{NfgParams, analysis::Probe, excitation::Side, models::nfg::NfgPair2};
+/// use gear_dynamics::{NfgParams, ode::Probe, excitation::Side, models::nfg::NfgPair2};
 /// let pair = NfgPair2::new(&NfgParams::table1(), 0.01)?;
 /// let start = pair.static_start()?;
 /// let mut probe = Probe::new(&pair);

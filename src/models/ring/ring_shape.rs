@@ -183,8 +183,8 @@ impl<N: Nonlinearity> Ring<N> {
         self.torque_imbalance() * self.shape().per_inertia
     }
 
-    /// Drive slots of the lower and the upper edge `[m]` of a mesh, for
-    /// [`Held::clearance`](crate::drives::Held::clearance). The first mesh is 0.
+    /// Drive slots of the lower and the upper edge `[m]` of a mesh. [`Held::add`](crate::drives::Held::add)
+    /// varies the half backlash with the gains -g and g. The first mesh is 0.
     ///
     /// # Errors
     /// A mesh index of n or more.

@@ -186,11 +186,6 @@ impl Rows {
         self.sweep.points()
     }
 
-    /// Number of contacts of each row: 0 without [`rattle`](crate::Sweep::rattle).
-    pub fn contacts(&self) -> usize {
-        self.layout.contacts
-    }
-
     /// Whether every point of these rows has a row or an error.
     pub fn is_complete(&self) -> bool {
         self.done.iter().filter(|done| **done).count() + self.errors.len() == self.done.len()

@@ -96,7 +96,7 @@ impl Sweep {
         Sweep { tolerance, ..self }
     }
 
-    /// Requests mean, RMS, extremes and deviation of these channels (see [`Probe`](crate::analysis::Probe)).
+    /// Requests mean, RMS, extremes and deviation of these channels (see [`Probe`](crate::ode::Probe)).
     /// Default: none.
     pub fn channels(self, names: &[&str]) -> Self {
         Sweep { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
