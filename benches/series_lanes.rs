@@ -102,7 +102,7 @@ fn least<const N: usize>(rounds: usize, mut jobs: [&mut dyn FnMut(); N]) -> [f64
 }
 
 fn axis(name: &str, from: f64, to: f64, count: usize) -> Points {
-    Points::on_axis(Axis::linear(name, from, to, count).expect("the range is in order"))
+    Points::from(Axis::linear(name, from, to, count).expect("the range is in order"))
 }
 
 /// The rattling pair over 64 speeds, 20 turns.

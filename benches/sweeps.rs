@@ -22,7 +22,7 @@ fn ensemble(count: usize) -> Sweep {
 }
 
 fn ensemble_over(count: usize, periods: usize) -> Sweep {
-    let points = Points::on_axis(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
+    let points = Points::from(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
     Sweep::new(points).settle(0).measure(periods).channels(&["q0"]).rattle()
 }
 
@@ -77,7 +77,7 @@ fn report<const W: usize>(set: InstructionSet) {
 fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEngine<Ring>) -> Rows {
     let torques = Axis::linear("torque", 40.0, 50.0, count).expect("the range is in order");
     let sample = ring(gears, 2.0);
-    Sweep::new(Points::on_axis(torques))
+    Sweep::new(torques)
         .settle(0)
         .measure(periods)
         .channels(&["deflection 0"])
@@ -101,8 +101,7 @@ fn report_speeds() {
     let sample = ring(3, 2.0);
     let omega = sample.mesh_frequency();
     let speeds = Axis::linear("omega", 0.5 * omega, omega, 64).expect("the range is in order");
-    let sweep =
-        Sweep::new(Points::on_axis(speeds)).settle(10).measure(10).channels(&["deflection 0"]).rattle();
+    let sweep = Sweep::new(speeds).settle(10).measure(10).channels(&["deflection 0"]).rattle();
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let family = |p: &Point<'_>| sample.with("mesh frequency", p["omega"]);
     let lanes = || {

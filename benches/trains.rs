@@ -53,7 +53,7 @@ where
     LaneRk4<16>: SweepEngine<M>,
 {
     let torques = Axis::linear("torque", 40.0, 50.0, 64).expect("the range is in order");
-    let rows = Sweep::new(Points::on_axis(torques))
+    let rows = Sweep::new(torques)
         .settle(0)
         .measure(20)
         .channels(&["deflection 0"])

@@ -12,7 +12,7 @@ mod published;
 mod support;
 
 use gear_dynamics::linear::{Campbell, Modes};
-use gear_dynamics::sweep::{Axis, LaneRk4, Row};
+use gear_dynamics::sweep::{Axis, LaneRk4, Points, Row};
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, PotentialEnergy, TransmissionError};
 use gear_dynamics::trains::{Body, Members, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
 use gear_dynamics::{Model, ParameterError, Periodic, Sweep, Wave};
@@ -117,7 +117,7 @@ fn rattle_map(
         Axis::linear("drive torque", 0.1 * drive, 3.0 * drive, side)?,
     ];
     let engine = LaneRk4::for_model(&train.with("speed", speeds[0])?)?;
-    let sweep = Sweep::grid(axes)?
+    let sweep = Sweep::new(Points::grid(axes)?)
         .periodic_tolerance(5e-3)
         .settle(periods)
         .measure(periods / 2)

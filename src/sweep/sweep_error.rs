@@ -56,8 +56,8 @@ pub enum SweepError {
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, ParameterError, Sweep};
-/// use gear_dynamics::sweep::{Axis, LaneRk4, PointError, Points};
-/// let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[-1.0])?));
+/// use gear_dynamics::sweep::{Axis, LaneRk4, PointError};
+/// let sweep = Sweep::new(Axis::list("speed", &[-1.0])?);
 /// let rows = sweep.runner(
 ///     &LaneRk4::new(63 * 16),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),

@@ -49,7 +49,7 @@ fn in_contact(_: &Point<'_>, _: &SpurPair) -> Result<State, ParameterError> {
 }
 
 fn over(omegas: &[f64]) -> Sweep {
-    Sweep::new(Points::on_axis(Axis::list("omega", omegas).unwrap()))
+    Sweep::new(Axis::list("omega", omegas).unwrap())
 }
 
 /// x at phase 0 of the motion that never leaves the flank: 1.25 + Re z with z = 0.1/(1 - Ω² + 0.1 i Ω). The

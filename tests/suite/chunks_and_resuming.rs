@@ -98,11 +98,7 @@ fn rest<M>(_: &Point<'_>, _: &M) -> Result<State, ParameterError> {
     Ok(State::at_rest(1))
 }
 fn along(count: usize) -> Sweep {
-    Sweep::new(Points::on_axis(Axis::linear("w", 1.0, 3.0, count).unwrap()))
-        .settle(2)
-        .measure(2)
-        .channels(&["q0"])
-        .strobe(1)
+    Sweep::new(Axis::linear("w", 1.0, 3.0, count).unwrap()).settle(2).measure(2).channels(&["q0"]).strobe(1)
 }
 fn chunks(sweep: &Sweep, count: usize) -> Vec<Rows> {
     (0..count)
@@ -275,7 +271,7 @@ fn periods_and_constants_that_are_none() {
 #[test]
 fn a_check_counts_only_beside_its_row() {
     // RK4 is stable up to w h = 2.83. At w = 40 a step of 1/8 is too long; a quarter of it is not.
-    let points = Points::on_axis(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
+    let points = Points::from(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
     let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q0"]).check_every(2);
     let kicked =
         |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
@@ -357,16 +353,10 @@ fn empty_parts_in_any_order() {
 #[test]
 fn rows_of_another_sweep_are_refused() {
     let sweep = along(8);
-    let wider = Sweep::new(Points::on_axis(Axis::linear("w", 1.0, 3.5, 8).unwrap()))
-        .settle(2)
-        .measure(2)
-        .channels(&["q0"])
-        .strobe(1);
-    let renamed = Sweep::new(Points::on_axis(Axis::linear("v", 1.0, 3.0, 8).unwrap()))
-        .settle(2)
-        .measure(2)
-        .channels(&["q0"])
-        .strobe(1);
+    let wider =
+        Sweep::new(Axis::linear("w", 1.0, 3.5, 8).unwrap()).settle(2).measure(2).channels(&["q0"]).strobe(1);
+    let renamed =
+        Sweep::new(Axis::linear("v", 1.0, 3.0, 8).unwrap()).settle(2).measure(2).channels(&["q0"]).strobe(1);
     let of = |change: fn(Sweep) -> Sweep| change(sweep.clone());
     let others = [
         wider,
@@ -574,7 +564,7 @@ fn jumps_without_number() {
     }
     let run = |steps: usize, every: f64| {
         let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(swing(p)?, every));
-        let points = Points::on_axis(Axis::list("w", &[1.0]).unwrap());
+        let points = Points::from(Axis::list("w", &[1.0]).unwrap());
         let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
         sweep
             .runner(&TableRk4::new(steps), family)

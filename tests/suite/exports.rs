@@ -154,7 +154,7 @@ fn rows_of_a_sweep() {
         assert_eq!([find("change"), find("scatter")], [row.change(), row.scatter()]);
     }
     // A parameter with the name of a result.
-    let clash = Points::on_axis(Axis::list("scatter", &[100.0]).unwrap());
+    let clash = Points::from(Axis::list("scatter", &[100.0]).unwrap());
     let rows = Sweep::new(clash)
         .settle(0)
         .measure(1)

@@ -57,8 +57,7 @@ fn counts_without_bound_are_refused_by_name() {
             .run(&solver, &Swing)
             .unwrap_err();
         assert!(matches!(unsettled, SettleError::Parameter(ParameterError::TooMany { .. })));
-        let sweep =
-            Sweep::new(Points::on_axis(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);
+        let sweep = Sweep::new(Axis::list("x", &[1.0]).unwrap()).measure(count).strobe(count);
         let rows = sweep
             .runner(&TableRk4::new(64), |_| Ok::<_, P>(Swing))
             .start(|_, _| Ok::<_, P>(State::at_rest(1)))
@@ -344,7 +343,7 @@ fn models_without_coordinates_are_refused() {
     assert!(matches!(&shot, ShootingError::Parameter(error) if none(error)), "{shot}");
     let grown = Lyapunov::new().run(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");
-    let sweep = Sweep::new(Points::on_axis(Axis::linear("x", 0.0, 1.0, 2).unwrap()));
+    let sweep = Sweep::new(Axis::linear("x", 0.0, 1.0, 2).unwrap());
     let swept = sweep
         .runner(&TableRk4::new(8), |_| Ok::<_, P>(Nothing))
         .start(|_, _| Ok::<_, P>(State::at_rest(0)))
@@ -415,7 +414,7 @@ fn runs_end_within_a_bounded_time() {
             a[0] = -q[0] - v[0];
         }
     }
-    let solver = Dop853::new().rtol(f64::MAX).atol(1e50);
+    let solver = Dop853::new().rtol(0.5).atol(1e50);
     for end in [1e51, 1e308, f64::INFINITY, f64::NAN] {
         assert!(
             matches!(solver.end(&Idle, &State::at_rest(1), end), Err(IntegrateError::TimeSpan { .. })),
@@ -449,7 +448,7 @@ fn steps_that_overflow_inside_show_numbers() {
         }
         std::ops::ControlFlow::Continue(())
     };
-    let solver = Dop853::new().rtol(1e4).atol(1e160).max_steps(100);
+    let solver = Dop853::new().rtol(0.5).atol(1e160).max_steps(100);
     let end = solver.run(&Stiffening, &State::at_rest(1), 1e3, &mut look);
     assert!(matches!(end, Err(IntegrateError::NotFinite { .. })), "{end:?}");
     assert!(inside > 0 && largest > 1e20, "{inside} {largest:e}");

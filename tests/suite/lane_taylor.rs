@@ -16,7 +16,7 @@ fn tolerant() -> Taylor {
 }
 
 fn axis(name: &str, from: f64, to: f64, count: usize) -> Points {
-    Points::on_axis(Axis::linear(name, from, to, count).unwrap())
+    Points::from(Axis::linear(name, from, to, count).unwrap())
 }
 
 /// The rows of a sweep over one constant of a machine.

@@ -108,8 +108,7 @@ fn the_face_gear_pair_of_parts_rattles_as_the_pair() {
 fn the_face_gear_pair_of_parts_sweeps_in_lanes() {
     let (train, pair) = pairs(&rich());
     let speeds = Axis::linear("speed", 60.0, 110.0, 10).unwrap();
-    let sweep =
-        Sweep::new(Points::on_axis(speeds)).settle(0).measure(1).channels(&["deflection", "mesh force"]);
+    let sweep = Sweep::new(speeds).settle(0).measure(1).channels(&["deflection", "mesh force"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start = |p: &Point<'_>, _: &Train| pair.with("speed", p["speed"])?.static_start();
     let lanes = sweep.runner(&LaneRk4::new(63 * 64).lanes::<8>(), model).start(start).run().unwrap();

@@ -17,7 +17,7 @@ fn rest(_: &Point<'_>, _: &LanePair) -> Result<State, ParameterError> {
     Ok(Pair::start())
 }
 fn frequencies(count: usize) -> Points {
-    Points::on_axis(Axis::linear("we", 0.15, 0.36, count).unwrap())
+    Points::from(Axis::linear("we", 0.15, 0.36, count).unwrap())
 }
 fn sweep(count: usize) -> Sweep {
     Sweep::new(frequencies(count)).settle(2).measure(3).channels(&["q0", "v0"]).rattle().strobe(2)
@@ -56,7 +56,7 @@ fn the_same_bits_however_it_is_run() {
     let rows = sweep.runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
     for i in [0, 17, 40] {
         let value = rows.points().point(i)["we"];
-        let alone = Sweep::new(Points::on_axis(Axis::list("we", &[value]).unwrap()));
+        let alone = Sweep::new(Axis::list("we", &[value]).unwrap());
         let alone = alone.settle(1).measure(2).channels(&["q0", "v0"]).rattle().strobe(2);
         let alone = alone.runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
         let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
@@ -98,7 +98,7 @@ fn at_rest(_: &Point<'_>, pair: &NfgPair) -> Result<State, ParameterError> {
     pair.static_start()
 }
 fn speeds(values: &[f64]) -> Points {
-    Points::on_axis(Axis::list("speed", values).unwrap())
+    Points::from(Axis::list("speed", values).unwrap())
 }
 
 /// What fixed steps can miss in one period of a motion.
@@ -370,7 +370,7 @@ fn states_are_carried_along_a_line() {
             if warm_start == WarmStart::Up { (0..5).collect() } else { (0..5).rev().collect() };
         for i in order {
             let value = rows.points().point(i)["we"];
-            let alone = Sweep::new(Points::on_axis(Axis::list("we", &[value]).unwrap()))
+            let alone = Sweep::new(Axis::list("we", &[value]).unwrap())
                 .settle(1)
                 .measure(1)
                 .channels(&["q0"])
@@ -514,7 +514,7 @@ fn models_that_cannot_share_lanes_run_alone() {
     let eccentric = |p: &Point<'_>| {
         NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: 100.0, ..NfgParams::table1() })
     };
-    let points = Points::on_axis(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
+    let points = Points::from(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
     let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
     let rows = sweep.runner(&LaneRk4::new(2016), eccentric).start(at_rest).run().unwrap();
     assert_eq!((rows.alone(), rows.iter().count()), (6, 6));
@@ -556,7 +556,7 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
         Ring::new(&params)
     };
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
-    let sweep = Sweep::new(Points::on_axis(Axis::list("torque", &[40.0, 48.0]).unwrap()))
+    let sweep = Sweep::new(Axis::list("torque", &[40.0, 48.0]).unwrap())
         .settle(1)
         .measure(1)
         .channels(&["deflection 0"]);

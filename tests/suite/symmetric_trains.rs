@@ -6,7 +6,7 @@ use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::linear::static_state;
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::periodic::{FlowMethod, Lyapunov, Variation};
-use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, Rows};
+use gear_dynamics::sweep::{Axis, LaneRk4, Located, Rows};
 use gear_dynamics::tori::{CircleShooting, QuasiPeriodic, Torus, TorusBalance, WaveVectors, WithShafts};
 use gear_dynamics::trains::{Coordinates, Planetary, Train, ring_parts};
 use gear_dynamics::{
@@ -89,7 +89,7 @@ fn equal_planets_pass_every_method_in_relative_coordinates() {
     assert!((polished.multipliers().largest() - orbit.multipliers().largest()).abs() < 1e-9);
 
     let row = |rows: &Rows| rows.iter().next().unwrap().period_multiple();
-    let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0]).unwrap())).settle(40).measure(8);
+    let sweep = Sweep::new(Axis::list("speed", &[100.0]).unwrap()).settle(40).measure(8);
     let located = sweep
         .runner(&Located(Dop853::new().rtol(1e-10).atol(1e-16)), |p| train.with("speed", p["speed"]))
         .start(|_, _| Ok::<_, ParameterError>(start.clone()))

@@ -597,7 +597,7 @@ fn planetary_maps_in_lanes_are_those_one_by_one() {
     parts.torque("drive", "sun", 30.0).torque("load", "carrier", -120.0).coordinates(Coordinates::Relative);
     let train = parts.build("sun", 100.0).unwrap();
     let speeds = Axis::linear("speed", 80.0, 200.0, 12).unwrap();
-    let sweep = Sweep::new(Points::on_axis(speeds)).settle(3).measure(3).channels(&["deflection 0"]);
+    let sweep = Sweep::new(speeds).settle(3).measure(3).channels(&["deflection 0"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start =
         |_: &Point<'_>, train: &Train| Ok::<_, gear_dynamics::ParameterError>(State::at_rest(train.dof()));

@@ -233,7 +233,7 @@ fn hand_written_rk4(pair: &Pair) -> End {
 /// Workload C: `count` mesh frequencies, 20 periods each, with statistics of every run.
 fn ensemble(count: usize, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
     let pair = Pair::new().machine();
-    let points = Points::on_axis(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
+    let points = Points::from(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
     let sweep = Sweep::new(points).settle(0).measure(20).channels(&["q0"]).rattle();
     let rows = sweep
         .runner(engine, |p| pair.with("wc", p["we"] / 63.0))

@@ -138,7 +138,7 @@ fn erased(user: &User, force: f64) -> Result<Erased, ParameterError> {
 pub fn users(case: &mut Case) -> Run {
     let user = user(case);
     let count = 1 + case.below(4);
-    let points = Points::on_axis(axis(case, "force", 0.1, 1.0, count)?);
+    let points = Points::from(axis(case, "force", 0.1, 1.0, count)?);
     let sweep = sweep(case, points);
     case.note(|| format!("{sweep:?}"));
     let family = |p: &Point<'_>| erased(&user, p["force"]);
@@ -157,7 +157,7 @@ pub fn users(case: &mut Case) -> Run {
 pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, name: &str) -> Run {
     let count = 2 + case.below(4);
     let value = machine.constant(name).unwrap_or(1.0);
-    let points = Points::on_axis(axis(case, name, 0.5 * value, 2.0 * value, count)?);
+    let points = Points::from(axis(case, name, 0.5 * value, 2.0 * value, count)?);
     let sweep = Sweep::new(points)
         .settle(case.effort(2))
         .measure(case.effort(2))
@@ -176,7 +176,7 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
 pub fn lanes(case: &mut Case) -> Run {
     let params = models::pair_params(case);
     let count = 1 + case.below(6);
-    let points = Points::on_axis(axis(case, "load", 20.0, 60.0, count)?);
+    let points = Points::from(axis(case, "load", 20.0, 60.0, count)?);
     let sweep = sweep(case, points);
     let steps = if case.hostile() { steps(case, 200) } else { 64 + case.below(400) };
     let set = case.pick(&InstructionSet::available());
@@ -200,7 +200,7 @@ pub fn lanes(case: &mut Case) -> Run {
 pub fn bifurcation(case: &mut Case) -> Run {
     let user = user(case);
     let count = 2 + case.below(4);
-    let points = Points::on_axis(axis(case, "force", 0.1, 1.0, count)?);
+    let points = Points::from(axis(case, "force", 0.1, 1.0, count)?);
     let sweep = sweep(case, points);
     let name = if case.hostile() { "contact force 9" } else { "q0" };
     let diagram = if case.chance(0.5) { Bifurcation::strobed(name) } else { Bifurcation::extremes(name) };

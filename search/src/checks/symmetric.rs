@@ -343,7 +343,7 @@ where
     E: SweepEngine<Train>,
 {
     let speed = train.constant("speed").map_err(|error| error.to_string())?;
-    let points = Points::on_axis(Axis::list("speed", &[speed]).map_err(|error| error.to_string())?);
+    let points = Points::from(Axis::list("speed", &[speed]).map_err(|error| error.to_string())?);
     let start = State { t: 0.0, ..start.clone() };
     let rows = Sweep::new(points)
         .settle(100)

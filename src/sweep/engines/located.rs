@@ -16,8 +16,8 @@ use std::ops::ControlFlow;
 /// found inside the steps, and the tolerance of the integrator controls the error.
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};
-/// let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
+/// use gear_dynamics::{sweep::{Axis, Located}, Dop853, NfgPair, NfgParams, Sweep};
+/// let sweep = Sweep::new(Axis::list("speed", &[100.0])?).settle(2).measure(1);
 /// let rows = sweep.channels(&["q0"]).runner(
 ///     &Located(Dop853::new().rtol(1e-8).atol(1e-13)),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),

@@ -14,14 +14,14 @@ use std::collections::VecDeque;
 /// of all drives of the model. Edges are treated as by [`LaneRk4`](crate::sweep::LaneRk4).
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, Points, TableRk4};
+/// use gear_dynamics::sweep::{Axis, TableRk4};
 /// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
 /// // q'' + 3 q' + 2 q = f cos 2t
 /// let swing = |f: f64| {
 ///     let swing = from_fn(1, move |t, q, v, a| a[0] = f * (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 ///     swing.with_period(std::f64::consts::PI)
 /// };
-/// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
+/// let amplitudes = Axis::list("f", &[1.0, 4.0])?;
 /// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q0"]).runner(
 ///     &TableRk4::new(64),
 ///     |p| swing(p["f"]),

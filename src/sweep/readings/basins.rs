@@ -31,12 +31,12 @@ pub struct Attractors {
 /// One motion on which runs ended.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Attractors, Axis, Points, TableRk4};
+/// use gear_dynamics::sweep::{Attractors, Axis, TableRk4};
 /// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
 /// // q'' + 3 q' + 2 q = cos 2t
 /// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 /// let swing = swing.with_period(std::f64::consts::PI)?;
-/// let starts = Points::on_axis(Axis::linear("q", -1.0, 1.0, 5)?);
+/// let starts = Axis::linear("q", -1.0, 1.0, 5)?;
 /// let rows = Sweep::new(starts).settle(20).measure(2).strobe(1).runner(
 ///     &TableRk4::new(64),
 ///     |_| Ok::<_, ParameterError>(swing),

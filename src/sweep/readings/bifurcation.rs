@@ -19,8 +19,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// of the [`Sweep`](crate::Sweep).
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 120.0, 3)?);
+/// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4}, NfgPair, NfgParams, Sweep};
+/// let speeds = Axis::linear("speed", 100.0, 120.0, 3)?;
 /// let (sweep, engine) = (Sweep::new(speeds).settle(20).measure(4), LaneRk4::new(63 * 32));
 /// let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
 ///     &engine,
@@ -121,14 +121,14 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 /// The values of a diagram at one value of the parameter, in one pass.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, Bifurcation, Points, TableRk4};
+/// use gear_dynamics::sweep::{Axis, Bifurcation, TableRk4};
 /// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
 /// // q'' + 3 q' + 2 q = f cos 2t
 /// let swing = |f: f64| {
 ///     let swing = from_fn(1, move |t, q, v, a| a[0] = f * (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 ///     swing.with_period(std::f64::consts::PI)
 /// };
-/// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
+/// let amplitudes = Axis::list("f", &[1.0, 4.0])?;
 /// let (sweep, engine) = (Sweep::new(amplitudes).settle(20).measure(2), TableRk4::new(64));
 /// let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
 ///     &engine,
@@ -155,8 +155,8 @@ pub struct DiagramPoint {
 /// The result of a [`Bifurcation`]: the passes up and down.
 ///
 /// ```
-/// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 110.0, 2)?);
+/// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4}, NfgPair, NfgParams, Sweep};
+/// let speeds = Axis::linear("speed", 100.0, 110.0, 2)?;
 /// let (sweep, engine) = (Sweep::new(speeds).settle(3).measure(1), LaneRk4::new(63 * 32));
 /// let diagram = Bifurcation::extremes("deflection").run(&sweep.runner(
 ///     &engine,

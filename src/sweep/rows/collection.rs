@@ -16,8 +16,8 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 /// cancelled before it ran.
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
+/// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, Sweep};
+/// let speeds = Axis::list("speed", &[100.0, 120.0])?;
 /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).runner(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
@@ -33,8 +33,8 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 ///
 /// ```
 /// # #[cfg(feature = "serde")] {
-/// # use gear_dynamics::{sweep::{Axis, LaneRk4, Points, Rows}, NfgPair, NfgParams, Sweep};
-/// # let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
+/// # use gear_dynamics::{sweep::{Axis, LaneRk4, Rows}, NfgPair, NfgParams, Sweep};
+/// # let speeds = Axis::list("speed", &[100.0, 120.0])?;
 /// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).run(
 /// #     &LaneRk4::new(63 * 32),
 /// #     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),

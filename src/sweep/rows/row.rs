@@ -9,8 +9,8 @@ use crate::sweep::sweep_error::PointError;
 /// The results of one point of a sweep.
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
-/// let rows = Sweep::new(Points::on_axis(Axis::list("speed", &[180.0])?)).settle(4).measure(1).rattle().runner(
+/// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, RattleState, Sweep};
+/// let rows = Sweep::new(Axis::list("speed", &[180.0])?).settle(4).measure(1).rattle().runner(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 /// ).run()?;

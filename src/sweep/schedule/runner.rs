@@ -24,10 +24,10 @@ use std::sync::{Arc, Mutex};
 /// Each run starts in the [static state](static_state) of its model, or where [`start`](Runner::start) says.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, LaneRk4, Points, Rows};
+/// use gear_dynamics::sweep::{Axis, LaneRk4, Rows};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
 /// use std::sync::{Arc, atomic::{AtomicBool, Ordering::Relaxed}};
-/// let sweep = Sweep::new(Points::on_axis(Axis::linear("speed", 100.0, 130.0, 400)?));
+/// let sweep = Sweep::new(Axis::linear("speed", 100.0, 130.0, 400)?);
 /// let sweep = sweep.settle(1).measure(1).channels(&["q0"]);
 /// let engine = LaneRk4::new(63 * 16);
 /// let runner = || sweep.runner(&engine, |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }));
@@ -78,12 +78,12 @@ impl Sweep {
     /// [`ParameterError::NoSuchConstant`], which lists the constants.
     ///
     /// ```
-    /// use gear_dynamics::sweep::{Axis, LaneRk4};
+    /// use gear_dynamics::sweep::{Axis, LaneRk4, Points};
     /// use gear_dynamics::trains::SpurPair;
     /// use gear_dynamics::Sweep;
     /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[])?.parts()?.build("driver", 0.4)?;
     /// let axes = vec![Axis::linear("speed", 0.4, 0.6, 5)?, Axis::list("mesh damping", &[0.1, 0.2])?];
-    /// let sweep = Sweep::grid(axes)?.channels(&["deflection"]);
+    /// let sweep = Sweep::new(Points::grid(axes)?).channels(&["deflection"]);
     /// let rows = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     /// let mean = rows.get(0)?.channel("deflection")?.mean; // without contact loss
     /// assert!((mean - 1.102).abs() < 1e-3 && rows.errors().is_empty());

@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::ode::Budget;
 use crate::periodic::Lyapunov;
-use crate::sweep::settings::points::{Axis, Points};
+use crate::sweep::settings::points::Points;
 
 /// The start of a run: the start of its own point, or the state in which the neighbouring point ended.
 ///
@@ -11,8 +11,8 @@ use crate::sweep::settings::points::{Axis, Points};
 /// the same peak-to-peak value, within 0.1 %, as a start of its own with one settling period:
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points, WarmStart}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::on_axis(Axis::linear("speed", 120.0, 120.4, 3)?);
+/// use gear_dynamics::{sweep::{Axis, LaneRk4, WarmStart}, NfgPair, NfgParams, Sweep};
+/// let speeds = Axis::linear("speed", 120.0, 120.4, 3)?;
 /// let ppv = |warm_start, settle| -> Result<f64, Box<dyn std::error::Error>> {
 ///     let sweep = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q0"]);
 ///     let rows = sweep.warm_start(warm_start).runner(
@@ -40,12 +40,12 @@ pub enum WarmStart {
 }
 
 impl Sweep {
-    /// A sweep over these points. Defaults: 60 settling periods, 40 measured periods, tolerance 1e-6 of a
+    /// A sweep over these points: an [`Axis`](crate::sweep::Axis) or [`Points`]. Defaults: 60 settling periods, 40 measured periods, tolerance 1e-6 of a
     /// periodic motion, no early end of settling, no channels, no rattle, no strobed states, no Lyapunov
     /// exponent, no warm start, no checks.
-    pub fn new(points: Points) -> Self {
+    pub fn new(points: impl Into<Points>) -> Self {
         Sweep {
-            points,
+            points: points.into(),
             settle: 60,
             measure: 40,
             repeat: None,
@@ -57,14 +57,6 @@ impl Sweep {
             warm_start: WarmStart::No,
             check_every: 0,
         }
-    }
-
-    /// A sweep over every combination of the values of the axes, with the same defaults.
-    ///
-    /// # Errors
-    /// As [`Points::grid`].
-    pub fn grid(axes: Vec<Axis>) -> Result<Self, ParameterError> {
-        Ok(Sweep::new(Points::grid(axes)?))
     }
 
     /// Number of settling periods. Default: 60.
@@ -156,7 +148,7 @@ impl Sweep {
         &self.points
     }
 
-    /// Number of points in a line: 1 without a warm start, else [`Points::on_axis`].
+    /// Number of points in a line: 1 without a warm start, else the values of the last axis.
     pub(crate) fn line(&self) -> usize {
         if self.warm_start == WarmStart::No { 1 } else { self.points.line() }
     }

@@ -147,7 +147,8 @@ impl Planetary {
             let inner = MeshPart::external([sun.0, planet.0], [rs, rp], self.stiffness[0].clone());
             parts.mesh(&format!("sun {p}"), "sun", &name, finish(inner, 0).phase_or_zero());
             let outer = MeshPart::internal([planet.0, ring.0], [rp, rr], self.stiffness[1].clone());
-            let outer = MeshPart { phase: self.ring_phase, ..finish(outer, 1) };
+            let mut outer = finish(outer, 1);
+            outer.gears.phase = self.ring_phase;
             parts.mesh(&format!("ring {p}"), &name, "ring", outer);
         }
         parts
