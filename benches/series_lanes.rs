@@ -124,7 +124,7 @@ fn pair(count: usize) -> Workload<Rattling> {
 /// The ring of three gears over 64 speeds.
 fn ring_of_three() -> Workload<RingShape> {
     let machine = ring(3, 2.0);
-    let omega = machine.mesh_frequency();
+    let omega = machine.speed();
     Workload {
         name: "B3",
         constant: "mesh frequency",

@@ -99,7 +99,7 @@ fn report_ring<const W: usize>(gears: usize) {
 /// Prints the ratio for a ring of 3 over 64 speeds: a drive table for every speed over lanes on one table.
 fn report_speeds() {
     let sample = ring(3, 2.0);
-    let omega = sample.mesh_frequency();
+    let omega = sample.speed();
     let speeds = Axis::linear("omega", 0.5 * omega, omega, 64).expect("the range is in order");
     let sweep = Sweep::new(speeds).settle(10).measure(10).channels(&["deflection 0"]).rattle();
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));

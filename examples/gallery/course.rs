@@ -11,7 +11,7 @@ use gear_dynamics::model::Scalar;
 use gear_dynamics::ode::Probe;
 use gear_dynamics::ode::{Step, uniform_times};
 use gear_dynamics::periodic::ShootingOrbit;
-use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4};
+use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4, Points};
 use gear_dynamics::trains::Train;
 use gear_dynamics::{
     Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor, Wave,
@@ -99,7 +99,7 @@ pub fn jumps(coarse: bool) -> Outcome<Picture> {
     let pair = bench_pair(270.0)?;
     let line = branch_of(&pair, [270.0, 400.0])?;
     let speeds = Axis::linear("speed", 280.0, 345.0, if coarse { 6 } else { 14 })?;
-    let sweep = Sweep::new(Points::grid(vec![speeds])?).settle(60).measure(4).channels(&["deflection"]);
+    let sweep = Sweep::new(speeds).settle(60).measure(4).channels(&["deflection"]);
     let diagram =
         Bifurcation::extremes("deflection").run(&sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?)?;
     let swings = |points: &[gear_dynamics::sweep::DiagramPoint]| -> Vec<(f64, f64)> {

@@ -82,10 +82,6 @@ impl HeldProcess {
     pub fn member(self, member: u64) -> Self {
         HeldProcess { member, ..self }
     }
-    /// Hold time h, in the time unit of the model.
-    pub fn hold(&self) -> f64 {
-        self.hold
-    }
 
     /// Value x_k of a stream. Different streams are independent: each mesh may have its own one, or all
     /// meshes share one.

@@ -108,7 +108,7 @@ fn rows_of_the_pair_are_those_of_single_runs() {
 #[test]
 fn rows_of_a_ring_are_those_of_single_runs() {
     let ring = ring(3, 2.0);
-    let omega = ring.mesh_frequency();
+    let omega = ring.speed();
     let points = axis("mesh frequency", 0.5 * omega, omega, 5);
     rows_agree(&ring, &State::at_rest(ring.dof()), points, &["deflection 0", "mesh force 1"], [400, 3, 2], 2);
 }

@@ -11,7 +11,7 @@ fn pair() -> NfgPair {
 fn constant_speed_is_the_bare_model() {
     let (bare, start) = (pair(), pair().static_start().unwrap());
     let solver = Dop853::new().rtol(1e-11).atol(1e-17);
-    let varying = VaryingSpeed::new(bare.clone(), PhaseLaw::constant(bare.centre_frequency()).unwrap());
+    let varying = VaryingSpeed::new(bare.clone(), PhaseLaw::constant(bare.speed()).unwrap());
     let (a, b) = (solver.end(&bare, &start, 1000.0).unwrap(), solver.end(&varying, &start, 1000.0).unwrap());
     assert!((a.q[0] - b.q[0]).abs() < 1e-12, "{a:?} {b:?}");
 }
@@ -80,7 +80,7 @@ fn phase_speed_and_time_belong_together() {
 fn mesh_order(from: f64, to: f64, turns: f64) -> Vec<[f64; 3]> {
     let pair = NfgPair::new(&NfgParams { speed: from, ..NfgParams::table1() }).unwrap();
     let (start, end) = (pair.static_start().unwrap(), turns * pair.period());
-    let law = PhaseLaw::ramp(pair.centre_frequency(), pair.centre_frequency() * to / from, end).unwrap();
+    let law = PhaseLaw::ramp(pair.speed(), pair.speed() * to / from, end).unwrap();
     let solver = Dop853::new().rtol(1e-8).atol(1e-14);
     let lines = Waterfall::new(2, 512)
         .unwrap()

@@ -113,7 +113,7 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
     for error_harmonics in [vec![], vec![[0.0, 1e-5]]] {
         let params = NfgParams { damping_ratio: 0.0, error: 3e-5, error_harmonics, ..NfgParams::table1() };
         let bare = NfgPair::new(&params).unwrap();
-        let (speed, radius) = (bare.centre_frequency(), bare.mean_radius());
+        let (speed, radius) = (bare.speed(), bare.mean_radius());
         let law = PhaseLaw::fluctuation(speed, 0.02, 20.0 * speed).unwrap();
         let pair = VaryingSpeed::new(bare.clone(), law.clone());
         let (mut u, mut a, mut steady) = (vec![0.0; pair.drives()], [0.0], [0.0]);
@@ -686,7 +686,7 @@ fn a_phase_law_moves_no_wave_that_has_no_edge_there() {
         *mesh = Mesh::new(wave.clone(), mesh.error().clone(), *mesh.law());
     }
     let ring = Ring::new(&params).unwrap();
-    let varying = VaryingSpeed::new(ring.clone(), PhaseLaw::constant(ring.mesh_frequency()).unwrap());
+    let varying = VaryingSpeed::new(ring.clone(), PhaseLaw::constant(ring.speed()).unwrap());
     let (mut u, mut w) = (vec![0.0; ring.drives()], vec![0.0; ring.drives()]);
     for k in 0..50 {
         let t = 1.3e-4 * f64::from(k) + 1e-6;

@@ -116,7 +116,7 @@ pub fn shooting() -> Shooting {
 
 /// The motion to which a run from the previous motion settles, polished if it repeats.
 pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Point)> {
-    let speed = pair.centre_frequency();
+    let speed = pair.speed();
     let motion = |start: State, cycle: Option<ShootingOrbit>| Motion { start, cycle, speed };
     let start = match before {
         // The same phase; velocities are proportional to the speed.

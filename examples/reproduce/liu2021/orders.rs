@@ -74,7 +74,7 @@ fn row(pair: &NfgPair, truth: &FourierOrbit, highest: usize, integrals: Integral
 fn needed(pair: &NfgPair) -> Outcome<f64> {
     let load = pair.constant("load torque")? / (pair.constant("inertia")? * pair.natural_frequency().powi(2));
     let stiffness = load / (-pair.static_start()?.q[0] - pair.half_width());
-    Ok(1.2 * stiffness.sqrt() / pair.centre_frequency())
+    Ok(1.2 * stiffness.sqrt() / pair.speed())
 }
 
 /// The differences of residual and Jacobian between the ways of integration, at the projected orbit.

@@ -184,7 +184,7 @@ pub fn varying(case: &mut Case) -> Run {
     all_finite("q under random drives", &state.q)?;
 
     let pair = models::own_pair(case)?;
-    let (speed, turn, start) = (pair.centre_frequency(), pair.period(), pair.static_start()?);
+    let (speed, turn, start) = (pair.speed(), pair.period(), pair.static_start()?);
     let law = laws::phase_law(case, speed, turn)?;
     case.note(|| format!("{law:?}"));
     let varying = VaryingSpeed::new(pair, law);

@@ -159,7 +159,6 @@ pub fn process(case: &mut Case, hold: f64, size: f64) -> Result<HeldProcess, Sto
 pub fn held(case: &mut Case) -> Run {
     let process = process(case, 0.1, 1.0)?;
     case.note(|| format!("{process:?}"));
-    finite("hold", process.hold())?;
     for _ in 0..10 {
         let (t, stream, k) = (case.number(1.0) * case.signed(), case.seed(), case.seed());
         finite(format_args!("held value {k}"), process.held(stream, k))?;

@@ -206,14 +206,16 @@ impl Panel {
     /// The same map with a logarithmic scale of its colours.
     ///
     /// # Errors
-    /// [`PlotError::NotPositive`] if a value is not positive.
+    /// [`PlotError::NotPositive`] if a value is not positive; [`PlotError::Empty`] for a panel without a scale of
+    /// colours.
     pub fn logarithmic_colours(mut self) -> Result<Self, PlotError> {
-        if let Some(bar) = &mut self.bar {
-            if bar.range[0] <= 0.0 {
-                return Err(PlotError::NotPositive { what: bar.name.clone(), value: bar.range[0] });
-            }
-            bar.logarithmic = true;
+        let Some(bar) = &mut self.bar else {
+            return Err(PlotError::Empty { what: "scale of colours".into() });
+        };
+        if bar.range[0] <= 0.0 {
+            return Err(PlotError::NotPositive { what: bar.name.clone(), value: bar.range[0] });
         }
+        bar.logarithmic = true;
         Ok(self)
     }
 }

@@ -3,7 +3,6 @@
 use crate::analysis::spectra::spectrum::{orders, sided};
 use crate::error::{ParameterError, check};
 use crate::export::ResultTable;
-use std::f64::consts::TAU;
 
 /// A one-sided power density S(f), in the square of the unit of the samples per hertz.
 ///
@@ -41,10 +40,6 @@ impl Density {
     /// Densities S, in unit²/Hz.
     pub fn values(&self) -> &[f64] {
         &self.values
-    }
-    /// Densities S/2π over the angular frequency, in unit² s/rad.
-    pub fn per_radian(&self) -> Vec<f64> {
-        self.values.iter().map(|s| s / TAU).collect()
     }
     /// Number of segments in the mean.
     pub fn segments(&self) -> usize {

@@ -153,10 +153,6 @@ impl<N: Nonlinearity> NfgPair<N> {
         let constants = self.constants();
         self.shape().natural(constants[2], constants[3])
     }
-    /// Frequency of the instantaneous centre over the natural frequency, ω_c/ω_n `[1]`.
-    pub fn centre_frequency(&self) -> f64 {
-        self.speed()
-    }
 
     /// The state at rest on the drive flank at τ = 0: q = -b̄ - B0/F, q' = 0. The formula assumes a law of
     /// slope 1 on its lower flank. For a law without edges it is q = -B0/F.

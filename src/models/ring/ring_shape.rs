@@ -159,17 +159,13 @@ impl<N: Nonlinearity> Ring<N> {
     pub fn frame(&self) -> Frame {
         self.shape().frame
     }
-    /// Mesh frequency ω [rad/s].
-    pub fn mesh_frequency(&self) -> f64 {
-        self.speed()
-    }
     /// Rigid motion r_j: the rate of each coordinate over that of θ_M in a rigid motion. r_M = 1,
     /// r_i = r_Li = R_1/R_i.
     pub fn rigid_motion(&self) -> &[f64] {
         &self.shape().rigid
     }
     /// Mesh dampings C_i [N s/m].
-    pub fn mesh_dampings(&self) -> &[f64] {
+    pub(crate) fn mesh_dampings(&self) -> &[f64] {
         &self.constants()[2..2 + self.gears()]
     }
     /// Torque imbalance Σ r_j T_j = T_M - Σ r_Li T_Li [N m]. It is zero if the ring runs at constant mean

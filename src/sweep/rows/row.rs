@@ -72,13 +72,9 @@ impl Row<'_> {
     }
     /// The largest Lyapunov exponent per period. It is positive in chaos and negative if small differences
     /// decay. `None` without [`lyapunov`](crate::Sweep::lyapunov), or if it could not be computed;
-    /// [`lyapunov_failure`](Row::lyapunov_failure) is the error.
+    /// [`Rows::exponent_errors`] has the error.
     pub fn lyapunov(&self) -> Option<f64> {
         self.exponents().first().copied().filter(|x| !x.is_nan())
-    }
-    /// The error of a requested exponent; `None` if there is no error.
-    pub fn lyapunov_failure(&self) -> Option<&PointError> {
-        self.rows.exponent_errors.get(&self.index).filter(|_| self.lyapunov().is_none())
     }
     /// Standard error of [`lyapunov`](Row::lyapunov) per period, as in
     /// [`Exponents::standard_error`](crate::periodic::Exponents::standard_error).
