@@ -120,7 +120,7 @@ pub use num_complex;
 ///   [`Restitution`](contact::Restitution).
 /// - **Random drives**: [`HeldProcess`](drives::HeldProcess), [`Held`](drives::Held). **Functions of time**:
 ///   [`Driven`](drives::Driven).
-/// - **Varying speed**: [`PhaseLaw`](drives::PhaseLaw), [`VaryingSpeed`](drives::VaryingSpeed),
+/// - **Varying speed**: [`SpeedLaw`](drives::SpeedLaw), [`VaryingSpeed`](drives::VaryingSpeed),
 ///   [`Waterfall`](analysis::Waterfall).
 /// - **Periodic orbits by harmonic balance**: [`Balance`], [`Harmonics`],
 ///   [`FourierOrbit`](periodic::FourierOrbit), [`Proof`](periodic::Proof).

@@ -104,7 +104,7 @@ fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
     }
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
     let (start, speed) = (pair.static_start().unwrap(), pair.speed());
-    let run_up = VaryingSpeed::new(pair, PhaseLaw::constant(speed).unwrap());
+    let run_up = VaryingSpeed::new(pair, SpeedLaw::constant(speed).unwrap());
     let run = |end, channel| {
         Waterfall::new(2, 256).unwrap().run(&NoRun, &run_up, &start, end, channel).unwrap_err().error
     };
@@ -217,17 +217,17 @@ fn laws_and_phases_that_overflow_are_refused() {
     let law = SmoothedBacklash::new(1e50, 1e-50).unwrap();
     assert!([0.0, 1e-100, 1e100].iter().all(|x| law.at(*x).is_finite() && law.slope(*x).is_finite()));
     for bad in [5e-324, 1e-200, 1e160, f64::MAX] {
-        assert!(PhaseLaw::constant(bad).is_err(), "{bad}");
+        assert!(SpeedLaw::constant(bad).is_err(), "{bad}");
         assert!(
-            PhaseLaw::fluctuation(bad, 0.9, 1.0).is_err() && PhaseLaw::fluctuation(1.0, 0.9, bad).is_err(),
+            SpeedLaw::fluctuation(bad, 0.9, 1.0).is_err() && SpeedLaw::fluctuation(1.0, 0.9, bad).is_err(),
             "{bad}"
         );
-        assert!(PhaseLaw::ramp(bad, 1.0, 1.0).is_err() && PhaseLaw::ramp(1.0, bad, 1.0).is_err(), "{bad}");
+        assert!(SpeedLaw::ramp(bad, 1.0, 1.0).is_err() && SpeedLaw::ramp(1.0, bad, 1.0).is_err(), "{bad}");
     }
-    assert!(PhaseLaw::ramp(1e49, 1e50, 1e300).is_err(), "the phase overflows");
-    assert!(PhaseLaw::ramp(1.0, 2.0, 5e-324).is_err(), "the acceleration overflows");
-    let law = PhaseLaw::fluctuation(1e50, 0.999, 1e-50).unwrap();
-    assert!([0.0, 1.0, 1e100].iter().all(|t| law.phase(*t).is_finite() && law.speed(*t).is_finite()));
+    assert!(SpeedLaw::ramp(1e49, 1e50, 1e300).is_err(), "the phase overflows");
+    assert!(SpeedLaw::ramp(1.0, 2.0, 5e-324).is_err(), "the acceleration overflows");
+    let law = SpeedLaw::fluctuation(1e50, 0.999, 1e-50).unwrap();
+    assert!([0.0, 1.0, 1e100].iter().all(|t| law.angle(*t).is_finite() && law.speed(*t).is_finite()));
 }
 
 #[test]
@@ -356,16 +356,16 @@ fn models_without_coordinates_are_refused() {
 #[test]
 fn times_of_phases_at_any_scale() {
     let laws = [
-        PhaseLaw::table(&[0.0, 1e-30, 1.0], &[1e40, 1e-40, 1e40]).unwrap(),
-        PhaseLaw::table(&[0.0, 1e20, 2e20], &[1e-50, 1e50, 1.0]).unwrap(),
-        PhaseLaw::ramp(1e10, 1e-10, 1e-5).unwrap(),
-        PhaseLaw::fluctuation(2e12, 0.57, 1e-50).unwrap(),
-        PhaseLaw::fluctuation(1e-50, 0.999, 1e50).unwrap(),
-        PhaseLaw::fluctuation(3.0, 0.9, 1e3).unwrap(),
+        SpeedLaw::table(&[0.0, 1e-30, 1.0], &[1e40, 1e-40, 1e40]).unwrap(),
+        SpeedLaw::table(&[0.0, 1e20, 2e20], &[1e-50, 1e50, 1.0]).unwrap(),
+        SpeedLaw::ramp(1e10, 1e-10, 1e-5).unwrap(),
+        SpeedLaw::fluctuation(2e12, 0.57, 1e-50).unwrap(),
+        SpeedLaw::fluctuation(1e-50, 0.999, 1e50).unwrap(),
+        SpeedLaw::fluctuation(3.0, 0.9, 1e3).unwrap(),
     ];
     for law in &laws {
         for phase in [-1e60, -1.0, -1e-12, 0.0, 1e-300, 1e-12, 1.0, 40.0, 1e60] {
-            let again = law.phase(law.time(phase));
+            let again = law.angle(law.time(phase));
             assert!((again - phase).abs() <= 1e-9 * phase.abs().max(1e-9), "{law:?}: {phase:e}, {again:e}");
         }
     }

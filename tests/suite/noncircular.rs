@@ -434,7 +434,7 @@ fn a_constant_torque_accelerates_the_pinion_in_a_run_up() {
     // In the gap, without damping.
     let params = NfgParams { half_backlash: 1.0, damping_ratio: 0.0, ..NfgParams::table1() };
     let pair = NfgPair2::new(&params, 0.01).unwrap().with_torque(7.0).unwrap();
-    let law = PhaseLaw::ramp(40.0, 60.0, 4.0).unwrap(); // x'' = 5 rad/s²
+    let law = SpeedLaw::ramp(40.0, 60.0, 4.0).unwrap(); // x'' = 5 rad/s²
     let a = accelerations(&VaryingSpeed::new(pair, law), 1.0, &[0.0; 2], &[0.0; 2]);
     assert!((a[0] - (7.0 / 0.01 - 3.5 * 5.0)).abs() < 1e-9, "{a:?}");
 }

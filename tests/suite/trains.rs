@@ -340,7 +340,7 @@ fn values_out_of_range_are_refused() {
         let body = || Body::new(1.0);
         for body in [
             body().drag(value),
-            body().held(value, 0.0),
+            body().grounded(value, 0.0),
             body().restrained(0.0, value),
             body().on(Bearing::new(1.0, value)),
             body().on(Bearing::new(1.0, 1.0).damping(value)),
@@ -403,7 +403,7 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
         refused(|parts| drop(parts.body("third", Body::new(1.0)).accept(Warning::Disconnected).clone()));
     assert_eq!(error, TrainError::SpeedUndetermined { body: "third".into() });
     let mut held = Parts::new();
-    held.body("pinion", Body::new(1.0).held(1e5, 0.0));
+    held.body("pinion", Body::new(1.0).grounded(1e5, 0.0));
     assert!(matches!(held.build("pinion", 1.0), Err(TrainError::ReferenceAtRest { .. })));
 
     let inertias = [1e-3, 1e-3, 1e-2, 1e-2];
@@ -961,7 +961,7 @@ fn further_refusals() {
     assert!(matches!(error, TrainError::NotRotating { .. }), "{error}");
     assert!(matches!(
         refused(|parts| {
-            parts.body("held", Body::new(1.0).held(0.0, 0.0));
+            parts.body("held", Body::new(1.0).grounded(0.0, 0.0));
             parts.mesh("second", "wheel", "held", MeshPart::external([40, 20], [0.06, 0.03], k()));
         }),
         TrainError::Locked { .. } | TrainError::Warning { .. }

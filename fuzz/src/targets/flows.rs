@@ -174,7 +174,7 @@ pub fn settling(case: &mut Case) -> Run {
     }
 }
 
-/// Held processes, runs with a phase law, and a waterfall.
+/// Held processes, runs with a speed law, and a waterfall.
 pub fn varying(case: &mut Case) -> Run {
     let (held, start) = build::held_pair(case)?;
     let period = held.bare().period();
@@ -185,7 +185,7 @@ pub fn varying(case: &mut Case) -> Run {
 
     let pair = models::own_pair(case)?;
     let (speed, turn, start) = (pair.speed(), pair.period(), pair.static_start()?);
-    let law = laws::phase_law(case, speed, turn)?;
+    let law = laws::speed_law(case, speed, turn)?;
     case.note(|| format!("{law:?}"));
     let varying = VaryingSpeed::new(pair, law);
     let end = span(case, 0.5 * turn);

@@ -58,7 +58,7 @@ impl<N: Nonlinearity> Topology<'_, N> {
     fn supported(&self) -> Result<(), TrainError> {
         for (body, (name, part)) in self.bodies.iter().enumerate() {
             let mut shafts = self.shafts.iter();
-            let at_rest = part.held && !part.locked && part.support[0] == 0.0;
+            let at_rest = part.grounded && !part.locked && part.support[0] == 0.0;
             if at_rest && shafts.all(|(_, ends)| !ends.contains(&body)) {
                 let message = format!(
                     "nothing holds \"{name}\", which is at rest in the mean: give it a stiffness or lock it"

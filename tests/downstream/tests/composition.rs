@@ -6,7 +6,7 @@ use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
     AsymmetricBacklash, ByDeflection, Damped, MixedLaw, Nonlinearity, PowerLaw, VaryingBacklash,
 };
-use gear_dynamics::drives::{Driven, Held, HeldProcess, PhaseLaw, VaryingSpeed};
+use gear_dynamics::drives::{Driven, Held, HeldProcess, SpeedLaw, VaryingSpeed};
 use gear_dynamics::excitation::{Fourier, RectangularWave, Scaled, Side};
 use gear_dynamics::model::Drives;
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
@@ -124,7 +124,7 @@ fn the_pair_is_swept() {
     }
 }
 
-/// A random load, a load as a function of time, a constant phase law, exact derivatives by constants, errors
+/// A random load, a load as a function of time, a constant speed law, exact derivatives by constants, errors
 /// by name.
 #[test]
 fn the_pair_is_wrapped() {
@@ -146,7 +146,7 @@ fn the_pair_is_wrapped() {
     let after = accurate().end(&pair.with("load", 1000.0).unwrap(), &before, end).unwrap();
     approx::assert_relative_eq!(until.q[0], after.q[0], max_relative = 1e-6);
 
-    let steady = VaryingSpeed::new(pair.clone(), PhaseLaw::constant(1.6e4).unwrap());
+    let steady = VaryingSpeed::new(pair.clone(), SpeedLaw::constant(1.6e4).unwrap());
     let (a, b) =
         (accurate().end(&steady, &loaded(), end).unwrap(), accurate().end(&pair, &loaded(), end).unwrap());
     approx::assert_relative_eq!(a.q[0], b.q[0], max_relative = 1e-6);
