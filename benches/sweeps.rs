@@ -28,10 +28,7 @@ fn ensemble_over(count: usize, periods: usize) -> Sweep {
 
 fn run(sweep: &Sweep, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
     let pair = Pair::new().machine();
-    let rows = sweep
-        .runner(engine, |p| pair.with("wc", p["we"] / 63.0))
-        .start(|_, _| Ok::<_, ParameterError>(Pair::start()))
-        .run();
+    let rows = sweep.runner(engine, |p| pair.with("wc", p["we"] / 63.0)).start(|_, _| Pair::start()).run();
     rows.expect("the workload runs")
 }
 
@@ -82,7 +79,7 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEng
         .measure(periods)
         .channels(&["deflection 0"])
         .runner(engine, |p| sample.with("motor torque", p["torque"]))
-        .start(|_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())))
+        .start(|_, ring| State::at_rest(ring.dof()))
         .run()
         .expect("the ring runs")
 }

@@ -58,7 +58,7 @@ where
         .measure(20)
         .channels(&["deflection 0"])
         .runner(&LaneRk4::new(64).instructions(InstructionSet::Best), |p| with(p["torque"]))
-        .start(|_, model| Ok::<_, ParameterError>(State::at_rest(model.dof())))
+        .start(|_, model| State::at_rest(model.dof()))
         .run()
         .expect("the ring runs");
     black_box((rows, sample.dof()));

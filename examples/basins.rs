@@ -10,7 +10,7 @@ mod support;
 
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
-use gear_dynamics::{ParameterError, RattleState, State, Sweep};
+use gear_dynamics::{RattleState, State, Sweep};
 use gear_dynamics_plots::{Picture, category_map};
 use support::{Outcome, csv_file, gallery};
 
@@ -37,7 +37,7 @@ fn main() -> Outcome<()> {
             .measure(20)
             .strobe(16)
             .runner(&LaneRk4::new(256), |_| pair.with("speed", omega))
-            .start(|p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])))
+            .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
             .run()?;
         let attractors = Attractors::find(&rows, 1e-4)?;
         println!("Ω = {omega}: {} motions", attractors.list().len());
@@ -74,7 +74,7 @@ fn main() -> Outcome<()> {
         .measure(20)
         .rattle()
         .runner(&LaneRk4::new(256), |p| pair.with("force", p["amplitude"]))
-        .start(|p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])))
+        .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
         .run()?;
     println!(
         "Ω = 0.69, {} runs, {} of them without lanes: shares of the rattle states",

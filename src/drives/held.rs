@@ -89,9 +89,9 @@ impl<M: Model> Held<M> {
         Wrapped::by_rule(model, HeldDrives::default())
     }
 
-    /// Adds gain × x(t) to each of these `(slot, gain)`, with the same x(t) for all of them: to the lower and the
-    /// upper edge of a mesh with the gains -g and g, for example, to vary its half backlash. Slots whose values
-    /// are independent are added one by one.
+    /// Adds gain × x(t) to each of these `(slot, gain)`, with the same x(t) for all of them: to the lower and
+    /// the upper edge of a mesh with the gains -g and g, for example, to vary its half backlash. Slots whose
+    /// values are independent are added one by one.
     ///
     /// # Errors
     /// A slot that the model does not have; a gain beyond ±1e50.

@@ -9,8 +9,8 @@ use crate::numeric::bracket::{Bracket, rounding};
 use crate::scalar::Scalar;
 use crate::series::Series;
 
-/// A law of the speed: the angle φ(t) of the waves `[rad]` with φ(0) = 0 and the speed φ'(t) > 0, over the time of
-/// the model.
+/// A law of the speed: the angle φ(t) of the waves `[rad]` with φ(0) = 0 and the speed φ'(t) > 0, over the
+/// time of the model.
 ///
 /// ```
 /// use gear_dynamics::drives::SpeedLaw;

@@ -15,8 +15,8 @@ pub(crate) fn mix(mut z: u64) -> u64 {
 
 /// Random numbers as a pure function of (seed, member, stream, index).
 ///
-/// They are the SplitMix64 sequence from a start that is mixed from the four numbers. Numbers may be drawn in any order. Results therefore do not depend on step
-/// sizes, threads or the partition of the work.
+/// They are the SplitMix64 sequence from a start that is mixed from the four numbers. Numbers may be drawn in
+/// any order. Results therefore do not depend on step sizes, threads or the partition of the work.
 #[derive(Clone, Debug)]
 pub(crate) struct CounterRng(u64);
 

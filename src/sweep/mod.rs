@@ -29,6 +29,7 @@ pub use crate::sweep::rows::collection::Rows;
 pub use crate::sweep::rows::merge::RowsError;
 pub use crate::sweep::rows::row::Row;
 pub use crate::sweep::schedule::runner::Runner;
+pub use crate::sweep::schedule::start::IntoStart;
 pub use crate::sweep::settings::points::{Axis, Point, Points};
 pub use crate::sweep::settings::sweep::{Sweep, WarmStart};
 pub use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};

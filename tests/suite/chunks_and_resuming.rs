@@ -566,11 +566,7 @@ fn jumps_without_number() {
         let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(swing(p)?, every));
         let points = Points::from(Axis::list("w", &[1.0]).unwrap());
         let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
-        sweep
-            .runner(&TableRk4::new(steps), family)
-            .start(|_, _| Ok::<_, ParameterError>(State::at_rest(1)))
-            .run()
-            .unwrap()
+        sweep.runner(&TableRk4::new(steps), family).start(|_, _| State::at_rest(1)).run().unwrap()
     };
     // More than 10⁵ edges.
     let (often, once) = (run(1 << 18, 2.0 / f64::from(1 << 18)), run(1 << 18, 2.0));

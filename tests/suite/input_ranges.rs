@@ -58,10 +58,8 @@ fn counts_without_bound_are_refused_by_name() {
             .unwrap_err();
         assert!(matches!(unsettled, SettleError::Parameter(ParameterError::TooMany { .. })));
         let sweep = Sweep::new(Axis::list("x", &[1.0]).unwrap()).measure(count).strobe(count);
-        let rows = sweep
-            .runner(&TableRk4::new(64), |_| Ok::<_, P>(Swing))
-            .start(|_, _| Ok::<_, P>(State::at_rest(1)))
-            .run();
+        let rows =
+            sweep.runner(&TableRk4::new(64), |_| Ok::<_, P>(Swing)).start(|_, _| State::at_rest(1)).run();
         assert!(matches!(rows, Err(SweepError::Parameter(P::TooMany { .. }))), "{rows:?}");
     }
     too_many("waterfall", Waterfall::new(1 << 32, 1 << 32));
@@ -80,7 +78,7 @@ fn a_grid_too_large_for_memory_is_run_in_chunks() {
     let run = |chunks| {
         sweep
             .runner(&TableRk4::new(8), |_| Ok::<_, P>(Swing))
-            .start(|_, _| Ok::<_, P>(State::at_rest(1)))
+            .start(|_, _| State::at_rest(1))
             .chunk(1, chunks)
     };
     assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { max: 268_435_456, .. }))));
@@ -346,7 +344,7 @@ fn models_without_coordinates_are_refused() {
     let sweep = Sweep::new(Axis::linear("x", 0.0, 1.0, 2).unwrap());
     let swept = sweep
         .runner(&TableRk4::new(8), |_| Ok::<_, P>(Nothing))
-        .start(|_, _| Ok::<_, P>(State::at_rest(0)))
+        .start(|_, _| State::at_rest(0))
         .run()
         .unwrap_err();
     assert!(matches!(&swept, SweepError::Parameter(error) if none(error)), "{swept}");

@@ -223,7 +223,7 @@ fn a_stop_on_one_side_alone() {
             .rattle();
         sweep
             .runner(&LaneRk4::new(256).lanes::<4>(), |_| Ok::<_, ParameterError>(ring.clone()))
-            .start(|_, _| Ok::<_, ParameterError>(start.clone()))
+            .start(|_, _| start.clone())
             .run()
             .unwrap()
     };

@@ -181,11 +181,7 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
     let points = Points::from(Axis::list("x", &[0.0]).unwrap());
     let sweep = Sweep::new(points).settle(80).measure(4);
     let family = |_: &Point<'_>| Ok::<_, ParameterError>(Balanced);
-    let rows = sweep
-        .runner(&TableRk4::new(400), family)
-        .start(|_, _| Ok::<_, ParameterError>(State::at_rest(4)))
-        .run()
-        .unwrap();
+    let rows = sweep.runner(&TableRk4::new(400), family).start(|_, _| State::at_rest(4)).run().unwrap();
     assert_eq!(rows.get(0).unwrap().period_multiple(), Some(1));
 }
 

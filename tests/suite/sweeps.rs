@@ -378,7 +378,7 @@ fn states_are_carried_along_a_line() {
             let start = state.clone();
             let alone = alone
                 .runner(&LaneRk4::new(1008).lanes::<8>(), pair)
-                .start(|_, _| Ok::<_, ParameterError>(start.clone()))
+                .start(|_, _| start.clone())
                 .run()
                 .unwrap();
             let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
@@ -495,13 +495,13 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
     assert!((0..3).all(|i| matches!(coarse.get(i), Err(PointError::Diverged { period: 2.. }))));
     let wrong = sweep(2)
         .runner(&LaneRk4::new(STEPS).lanes::<4>(), pair)
-        .start(|_, _| Ok::<_, ParameterError>(State::at_rest(2)))
+        .start(|_, _| State::at_rest(2))
         .run()
         .unwrap();
     assert!(matches!(wrong.get(0), Err(PointError::Parameter(ParameterError::Length { .. }))));
     let late = sweep(2)
         .runner(&LaneRk4::new(STEPS).lanes::<4>(), pair)
-        .start(|_, _| Ok::<_, ParameterError>(State::new(0.5, &[0.0], &[0.0])))
+        .start(|_, _| State::new(0.5, &[0.0], &[0.0]))
         .run()
         .unwrap();
     assert!(matches!(late.get(0), Err(PointError::Parameter(ParameterError::OutOfRange { .. }))));

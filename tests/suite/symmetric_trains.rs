@@ -10,8 +10,8 @@ use gear_dynamics::sweep::{Axis, LaneRk4, Located, Rows};
 use gear_dynamics::tori::{CircleShooting, QuasiPeriodic, Torus, TorusBalance, WaveVectors, WithShafts};
 use gear_dynamics::trains::{Coordinates, Planetary, Train, ring_parts};
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shape, Shooting, State,
-    Sweep, Taylor, Wave,
+    Balance, Dop853, Harmonics, Integrator, Model, Periodic, Settle, Shape, Shooting, State, Sweep, Taylor,
+    Wave,
 };
 
 fn wave(mean: f64, share: f64) -> Wave {
@@ -92,13 +92,13 @@ fn equal_planets_pass_every_method_in_relative_coordinates() {
     let sweep = Sweep::new(Axis::list("speed", &[100.0]).unwrap()).settle(40).measure(8);
     let located = sweep
         .runner(&Located(Dop853::new().rtol(1e-10).atol(1e-16)), |p| train.with("speed", p["speed"]))
-        .start(|_, _| Ok::<_, ParameterError>(start.clone()))
+        .start(|_, _| start.clone())
         .run()
         .unwrap();
     let steps = 512 * train.shape().cycles_in_a_period() as usize;
     let lanes = sweep
         .runner(&LaneRk4::new(steps).lanes::<4>(), |p| train.with("speed", p["speed"]))
-        .start(|_, _| Ok::<_, ParameterError>(start.clone()))
+        .start(|_, _| start.clone())
         .run()
         .unwrap();
     assert_eq!((row(&located), row(&lanes)), (Some(1), Some(1)));

@@ -11,8 +11,8 @@ use gear_dynamics::periodic::{BalanceError, FlowMethod, Lyapunov, ShootingOrbit,
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 use gear_dynamics::trains::{Coordinates, Train};
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shape, Shooting, State,
-    Statistics, Sweep, Taylor,
+    Balance, Dop853, Harmonics, Integrator, Model, Periodic, Settle, Shape, Shooting, State, Statistics,
+    Sweep, Taylor,
 };
 
 /// The checks of this file.
@@ -349,7 +349,7 @@ where
         .settle(100)
         .measure(8)
         .runner(engine, |p| train.with("speed", p["speed"]))
-        .start(|_, _| Ok::<_, ParameterError>(start.clone()))
+        .start(|_, _| start.clone())
         .run()
         .map_err(|error| format!("sweep: {error}"))?;
     let row = rows.iter().next().ok_or("no row")?;

@@ -50,13 +50,12 @@ use std::collections::VecDeque;
 ///
 /// ```compile_fail,E0271
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Point};
-/// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
+/// use gear_dynamics::{ParameterError, Sweep, model::from_fn};
 /// let rest = from_fn(1, |_, _, _, a| a[0] = 0.0)?.with_period(1.0)?;
 /// let points = Axis::list("x", &[1.0])?;
 /// let model = |_: &Point<'_>| Ok::<_, ParameterError>(rest);
-/// let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(1));
 /// let engine = LaneRk4::new(64); // with `TableRk4::new(64)` it compiles
-/// Sweep::new(points).runner(&engine, model).start(start).run()?;
+/// Sweep::new(points).runner(&engine, model).run()?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

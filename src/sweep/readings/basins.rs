@@ -14,7 +14,7 @@ use crate::sweep::rows::row::Row;
 ///     &LaneRk4::new(63 * 32),
 ///     |_| NfgPair::new(&NfgParams { speed: 110.0, ..NfgParams::table1() }),
 /// )
-/// .start(|p, _| Ok::<_, gear_dynamics::ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])))
+/// .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
 /// .run()?;
 /// let attractors = Attractors::find(&rows, 1e-6)?;
 /// assert_eq!(attractors.list().len(), 1); // one motion, wherever it starts
@@ -41,7 +41,7 @@ pub struct Attractors {
 ///     &TableRk4::new(64),
 ///     |_| Ok::<_, ParameterError>(swing),
 /// )
-/// .start(|p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[0.0])))
+/// .start(|p, _| State::new(0.0, &[p["q"]], &[0.0]))
 /// .run()?;
 /// let attractors = Attractors::find(&rows, 1e-6)?;
 /// let attractor = &attractors.list()[0];

@@ -122,7 +122,7 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Bifurcation, TableRk4};
-/// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
+/// use gear_dynamics::{State, Sweep, model::from_fn};
 /// // q'' + 3 q' + 2 q = f cos 2t
 /// let swing = |f: f64| {
 ///     let swing = from_fn(1, move |t, q, v, a| a[0] = f * (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
@@ -133,7 +133,7 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 /// let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
 ///     &engine,
 ///     |p| swing(p["f"]),
-/// ).start(|_, _| Ok::<_, ParameterError>(State::at_rest(1))))?;
+/// ).start(|_, _| State::at_rest(1)))?;
 /// let point = &diagram.up()[1];
 /// assert_eq!((point.index, point.parameter, point.period_multiple), (1, 4.0, Some(1)));
 /// // Closed form: q = f (3 sin 2t - cos 2t)/20.

@@ -3,7 +3,7 @@
 use crate::error::ParameterError;
 use crate::linear::static_state;
 use crate::model::channel::place_of;
-use crate::model::{Machine, Periodic, Shape, State};
+use crate::model::{Machine, Periodic, Shape};
 use crate::ode::probe::Probe;
 use crate::sweep::engines::sweep_engine::SweepEngine;
 use crate::sweep::engines::track::Plan;
@@ -12,6 +12,7 @@ use crate::sweep::rows::layout::Layout;
 use crate::sweep::rows::merge::RowsError;
 use crate::sweep::rows::row::Row;
 use crate::sweep::schedule::block::{Family, Start, Work};
+use crate::sweep::schedule::start::IntoStart;
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};
@@ -30,7 +31,8 @@ use std::sync::{Arc, Mutex};
 /// let sweep = Sweep::new(Axis::linear("speed", 100.0, 130.0, 400)?);
 /// let sweep = sweep.settle(1).measure(1).channels(&["q0"]);
 /// let engine = LaneRk4::new(63 * 16);
-/// let runner = || sweep.runner(&engine, |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }));
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let runner = || sweep.runner(&engine, |p| pair.with("speed", p["speed"]));
 /// let whole = runner().run()?;
 /// let halves = vec![runner().chunk(0, 2)?, runner().chunk(1, 2)?]; // for example on two computers
 /// assert_eq!(Rows::merge(halves)?, whole); // the same rows, bit by bit
@@ -104,14 +106,10 @@ impl Sweep {
 }
 
 impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
-    /// The start states: a function of a point and its model, at time 0. Default: the
-    /// [static state](static_state) of each model.
-    pub fn start<Y: Into<FamilyError>>(
-        self,
-        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync + 'a,
-    ) -> Self {
-        let start =
-            move |point: &Point<'_>, of: &M| start(point, of).map_err(|e| PointError::Model(e.into()));
+    /// The start states: a function of a point and its model, at time 0. It returns a state, or a result with
+    /// an error. Default: the [static state](static_state) of each model.
+    pub fn start<S: IntoStart>(self, start: impl Fn(&Point<'_>, &M) -> S + Sync + 'a) -> Self {
+        let start = move |point: &Point<'_>, of: &M| start(point, of).into_start().map_err(PointError::Model);
         Runner { start: Box::new(start), ..self }
     }
 
