@@ -67,8 +67,8 @@ pub trait Integrator {
 
     /// The states at the given times. The times must not decrease, and none may lie before the start.
     ///
-    /// At t + k T with the period T of the drives they are the *strobed* states, a Poincaré section at a fixed
-    /// phase of the drives:
+    /// At t + k T with the period T of the drives they are the *strobed* states, a Poincaré section at a
+    /// fixed phase of the drives:
     ///
     /// ```
     /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic};

@@ -5,11 +5,14 @@ use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+type OfProgress<'w> = Arc<dyn Fn(usize, usize) + Send + Sync + 'w>;
+type OfRows<'w> = Arc<dyn Fn(&Row<'_>) + Send + Sync + 'w>;
+
 /// Functions that receive the progress and the rows, and the flag that cancels the runs.
 #[derive(Clone, Default)]
 pub(crate) struct Watch<'w> {
-    pub(crate) progress: Option<Arc<dyn Fn(usize, usize) + Send + Sync + 'w>>,
-    pub(crate) rows: Option<Arc<dyn Fn(&Row<'_>) + Send + Sync + 'w>>,
+    pub(crate) progress: Option<OfProgress<'w>>,
+    pub(crate) rows: Option<OfRows<'w>>,
     pub(crate) cancel: Option<Arc<AtomicBool>>,
 }
 

@@ -62,8 +62,8 @@ impl Axis {
     }
 }
 
-/// The points of a sweep: the values of one [`Axis`], a grid of axes or a list. In a grid the last axis varies
-/// fastest.
+/// The points of a sweep: the values of one [`Axis`], a grid of axes or a list. In a grid the last axis
+/// varies fastest.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Points};

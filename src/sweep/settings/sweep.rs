@@ -42,8 +42,9 @@ pub enum WarmStart {
 impl Sweep {
     /// A sweep over these points: an [`Axis`](crate::sweep::Axis) or [`Points`].
     ///
-    /// Defaults: 60 settling periods, 40 measured periods, tolerance 1e-6 of a periodic motion, no early end of
-    /// settling, no channels, no rattle, no strobed states, no Lyapunov exponent, no warm start, no checks.
+    /// Defaults: 60 settling periods, 40 measured periods, tolerance 1e-6 of a periodic motion, no early end
+    /// of settling, no channels, no rattle, no strobed states, no Lyapunov exponent, no warm start, no
+    /// checks.
     pub fn new(points: impl Into<Points>) -> Self {
         Sweep {
             points: points.into(),
