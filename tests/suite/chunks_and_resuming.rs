@@ -405,7 +405,7 @@ fn progress_ends_at_the_end() {
             sweep
                 .runner(&LaneRk4::new(16).lanes::<4>(), family)
                 .start(rest)
-                .progress(&progress)
+                .progress(progress)
                 .chunk(i, n)
                 .unwrap();
             (
@@ -595,7 +595,7 @@ fn a_cancelled_run_is_resumed() {
             let progress = |done: usize, _: usize| stop.store(done >= share, Relaxed);
             let part = pool(1).install(|| {
                 let runner = || sweep.runner(&engine, swing).start(rest);
-                let watched = runner().progress(&progress).cancel(stop.clone());
+                let watched = runner().progress(progress).cancel(stop.clone());
                 let parts = [runner().chunk(0, 2).unwrap(), watched.chunk(1, 2).unwrap()];
                 Rows::merge(parts.to_vec()).unwrap()
             });
@@ -608,7 +608,7 @@ fn a_cancelled_run_is_resumed() {
                 last.fetch_max(done, Relaxed);
             };
             let read = stored(&part);
-            let resumed = sweep.runner(&engine, swing).start(rest).progress(&progress).resume(read).unwrap();
+            let resumed = sweep.runner(&engine, swing).start(rest).progress(progress).resume(read).unwrap();
             assert_eq!((&resumed, resumed.fingerprint()), (&whole, whole.fingerprint()));
         }
     }

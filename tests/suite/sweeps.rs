@@ -423,7 +423,7 @@ fn progress_counts_every_point() {
         assert!(done <= total && total == 30);
         last.fetch_max(done, Ordering::Relaxed);
     };
-    sweep(30).runner(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(rest).progress(&progress).run().unwrap();
+    sweep(30).runner(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(rest).progress(progress).run().unwrap();
     assert_eq!(last.into_inner(), 30);
 }
 
