@@ -28,7 +28,7 @@ impl<G: Shape + Send + Sync> Workload<G> {
     fn run(&self, engine: &impl SweepEngine<Machine<G>>) -> Rows {
         let family = |p: &Point<'_>| self.machine.with(self.constant, p[self.constant]);
         let start = |_: &Point<'_>, _: &Machine<G>| Ok::<_, ParameterError>(self.start.clone());
-        self.sweep.run(engine, family, start).expect("the workload runs")
+        self.sweep.runner(engine, family).start(start).run().expect("the workload runs")
     }
 
     /// Prints times and ratios of the engines; `tolerances`: relative and absolute.
@@ -102,7 +102,7 @@ fn least<const N: usize>(rounds: usize, mut jobs: [&mut dyn FnMut(); N]) -> [f64
 }
 
 fn axis(name: &str, from: f64, to: f64, count: usize) -> Points {
-    Points::on_axis(Axis::linear(name, from, to, count).expect("the range is in order"))
+    Points::from(Axis::linear(name, from, to, count).expect("the range is in order"))
 }
 
 /// The rattling pair over 64 speeds, 20 turns.
@@ -124,7 +124,7 @@ fn pair(count: usize) -> Workload<Rattling> {
 /// The ring of three gears over 64 speeds.
 fn ring_of_three() -> Workload<RingShape> {
     let machine = ring(3, 2.0);
-    let omega = machine.mesh_frequency();
+    let omega = machine.speed();
     Workload {
         name: "B3",
         constant: "mesh frequency",

@@ -22,14 +22,13 @@ fn ensemble(count: usize) -> Sweep {
 }
 
 fn ensemble_over(count: usize, periods: usize) -> Sweep {
-    let points = Points::on_axis(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
+    let points = Points::from(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
     Sweep::new(points).settle(0).measure(periods).channels(&["q0"]).rattle()
 }
 
 fn run(sweep: &Sweep, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
     let pair = Pair::new().machine();
-    let rows =
-        sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
+    let rows = sweep.runner(engine, |p| pair.with("wc", p["we"] / 63.0)).start(|_, _| Pair::start()).run();
     rows.expect("the workload runs")
 }
 
@@ -75,15 +74,13 @@ fn report<const W: usize>(set: InstructionSet) {
 fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEngine<Ring>) -> Rows {
     let torques = Axis::linear("torque", 40.0, 50.0, count).expect("the range is in order");
     let sample = ring(gears, 2.0);
-    Sweep::new(Points::on_axis(torques))
+    Sweep::new(torques)
         .settle(0)
         .measure(periods)
         .channels(&["deflection 0"])
-        .run(
-            engine,
-            |p| sample.with("motor torque", p["torque"]),
-            |_, ring| Ok::<_, ParameterError>(State::at_rest(ring.dof())),
-        )
+        .runner(engine, |p| sample.with("motor torque", p["torque"]))
+        .start(|_, ring| State::at_rest(ring.dof()))
+        .run()
         .expect("the ring runs")
 }
 
@@ -99,14 +96,17 @@ fn report_ring<const W: usize>(gears: usize) {
 /// Prints the ratio for a ring of 3 over 64 speeds: a drive table for every speed over lanes on one table.
 fn report_speeds() {
     let sample = ring(3, 2.0);
-    let omega = sample.mesh_frequency();
+    let omega = sample.speed();
     let speeds = Axis::linear("omega", 0.5 * omega, omega, 64).expect("the range is in order");
-    let sweep =
-        Sweep::new(Points::on_axis(speeds)).settle(10).measure(10).channels(&["deflection 0"]).rattle();
+    let sweep = Sweep::new(speeds).settle(10).measure(10).channels(&["deflection 0"]).rattle();
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let family = |p: &Point<'_>| sample.with("mesh frequency", p["omega"]);
-    let lanes = || drop(black_box(sweep.run(&LaneRk4::new(1000), family, start).expect("the rings run")));
-    let tables = || drop(black_box(sweep.run(&TableRk4::new(1000), family, start).expect("the rings run")));
+    let lanes = || {
+        drop(black_box(sweep.runner(&LaneRk4::new(1000), family).start(start).run().expect("the rings run")))
+    };
+    let tables = || {
+        drop(black_box(sweep.runner(&TableRk4::new(1000), family).start(start).run().expect("the rings run")))
+    };
     let [median, least, most] = one_thread(|| ratio(9, tables, lanes));
     println!("ratio sweeps ring of 3 tables lanes {median:.1} ({least:.1} .. {most:.1})");
 }

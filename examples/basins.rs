@@ -10,7 +10,7 @@ mod support;
 
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
-use gear_dynamics::{ParameterError, RattleState, State, Sweep};
+use gear_dynamics::{RattleState, State, Sweep};
 use gear_dynamics_plots::{Picture, category_map};
 use support::{Outcome, csv_file, gallery};
 
@@ -32,11 +32,13 @@ fn main() -> Outcome<()> {
     for omega in [0.66, 0.69, 0.72, 0.75] {
         let starts =
             Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;
-        let rows = Sweep::new(starts).settle(100).measure(20).strobe(16).run(
-            &LaneRk4::new(256),
-            |_| pair.with("speed", omega),
-            |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
-        )?;
+        let rows = Sweep::new(starts)
+            .settle(100)
+            .measure(20)
+            .strobe(16)
+            .runner(&LaneRk4::new(256), |_| pair.with("speed", omega))
+            .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
+            .run()?;
         let attractors = Attractors::find(&rows, 1e-4)?;
         println!("Ω = {omega}: {} motions", attractors.list().len());
         for (i, one) in attractors.list().iter().enumerate() {
@@ -67,11 +69,13 @@ fn main() -> Outcome<()> {
         Axis::linear("q", -4.0, 4.0, COARSE)?,
         Axis::linear("v", -4.0, 4.0, COARSE)?,
     ];
-    let rows = Sweep::new(Points::grid(axes)?).settle(100).measure(20).rattle().run(
-        &LaneRk4::new(256),
-        |p| pair.with("force", p["amplitude"]),
-        |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
-    )?;
+    let rows = Sweep::new(Points::grid(axes)?)
+        .settle(100)
+        .measure(20)
+        .rattle()
+        .runner(&LaneRk4::new(256), |p| pair.with("force", p["amplitude"]))
+        .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
+        .run()?;
     println!(
         "Ω = 0.69, {} runs, {} of them without lanes: shares of the rattle states",
         rows.iter().count(),

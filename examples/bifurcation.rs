@@ -11,7 +11,7 @@
 mod support;
 
 use gear_dynamics::models::nfg::NfgReading;
-use gear_dynamics::sweep::{Axis, Bifurcation, Located, Points, Row, Rows};
+use gear_dynamics::sweep::{Axis, Bifurcation, Located, Row, Rows};
 use gear_dynamics::{Dop853, Lyapunov, NfgPair, NfgParams, Sweep};
 use gear_dynamics_plots::{Mark, Panel, Picture, bifurcation};
 use support::{Outcome, coarse, csv_file, gallery};
@@ -28,18 +28,18 @@ fn main() -> Outcome<()> {
     let speeds = Axis::list("omega_1", &speeds())?;
     // Exponents for a picture: 40 turns, at a tolerance of 1e-7.
     let exponents = Lyapunov::new().align(3).periods(40).flow_tolerance(1e-7);
-    let sweep = Sweep::new(Points::on_axis(speeds)).settle(30).measure(40).lyapunov(exponents);
+    let sweep = Sweep::new(speeds).settle(30).measure(40).lyapunov(exponents);
     let engine = Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14]));
-    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
-        &engine,
-        |p| {
-            NfgPair::with_reading(
-                &NfgParams { speed: p["omega_1"], ..NfgParams::table1() },
-                NfgReading::published_on_base_radius(),
-            )
-        },
-        |_, pair| pair.static_start(),
-    ))?;
+    let diagram = Bifurcation::strobed("q0").run(
+        &sweep
+            .runner(&engine, |p| {
+                NfgPair::with_reading(
+                    &NfgParams { speed: p["omega_1"], ..NfgParams::table1() },
+                    NfgReading::published_on_base_radius(),
+                )
+            })
+            .start(|_, pair| pair.static_start()),
+    )?;
 
     let mut marked = csv_file(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;
     let mut grown =

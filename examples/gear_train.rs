@@ -12,7 +12,7 @@ mod published;
 mod support;
 
 use gear_dynamics::linear::{Campbell, Modes};
-use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Row};
+use gear_dynamics::sweep::{Axis, LaneRk4, Points, Row};
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, PotentialEnergy, TransmissionError};
 use gear_dynamics::trains::{Body, Members, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
 use gear_dynamics::{Model, ParameterError, Periodic, Sweep, Wave};
@@ -117,7 +117,7 @@ fn rattle_map(
         Axis::linear("drive torque", 0.1 * drive, 3.0 * drive, side)?,
     ];
     let engine = LaneRk4::for_model(&train.with("speed", speeds[0])?)?;
-    let sweep = Sweep::grid(axes)?
+    let sweep = Sweep::new(Points::grid(axes)?)
         .periodic_tolerance(5e-3)
         .settle(periods)
         .measure(periods / 2)
@@ -126,10 +126,10 @@ fn rattle_map(
     let bar = progress(name, side * side);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows = sweep.of_machine(&engine, train)?.monitor(&Monitor::new().progress(&advance)).run()?;
+    let rows = sweep.of_machine(&engine, train)?.progress(advance).run()?;
     bar.finish_and_clear();
     let loss =
-        |row: &Row<'_>| (0..rows.contacts()).map(|i| row.contacts()[i].loss_fraction()).fold(0.0, f64::max);
+        |row: &Row<'_>| row.contacts().iter().map(|contact| contact.loss_fraction()).fold(0.0, f64::max);
     let lost = rows.iter().filter(|row| loss(row) > 0.0).count();
     println!(
         "{name}: {} points in {:.1} s, {} errors; contact is lost in {:.1} % of them",

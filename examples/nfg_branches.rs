@@ -31,7 +31,7 @@ fn pair(speed: f64, reading: NfgReading) -> Result<NfgPair, gear_dynamics::Param
 /// One turn of the settled motion at a speed, as states at equal times.
 fn settled(pair: &NfgPair, nodes: usize) -> Outcome<Vec<State>> {
     let solver = Dop853::new().rtol(1e-9).atol(1e-14);
-    let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &pair.static_start()?)?;
+    let steady = Settle::new().tolerance(1e-7).start(&pair.static_start()?).run(&solver, pair)?;
     let start = State { t: 0.0, ..steady.state };
     let times = uniform_times(0.0, pair.period(), nodes)?;
     let turn = solver.sample(pair, &start, &times)?;

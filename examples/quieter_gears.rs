@@ -169,9 +169,8 @@ fn grid(pair: &Machine<RelievedPair>) -> Outcome<Rows> {
     ])?;
     let sweep = Sweep::new(points).settle(100).until_repeats(1e-7).measure(1).channels(&["q0"]).rattle();
     let model = |p: &Point<'_>| pair.with("tip relief", p["relief"])?.with("phase", p["phase"]);
-    let start =
-        |_: &Point<'_>, _: &Machine<RelievedPair>| Ok::<_, ParameterError>(State::new(0.0, &[70.0], &[0.0]));
-    Ok(sweep.run(&LaneRk4::new(256), model, start)?)
+    let start = State::new(0.0, &[70.0], &[0.0]);
+    Ok(sweep.runner(&LaneRk4::new(256), model).start(|_, _| start.clone()).run()?)
 }
 
 /// The peak-to-peak value of x of a row [μm].

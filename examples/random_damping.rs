@@ -15,7 +15,7 @@ use gear_dynamics::drives::{Held, HeldProcess};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::sweep::{Ensemble, MeanAfter};
-use gear_dynamics::{Dop853, Model, Ring, State};
+use gear_dynamics::{Dop853, Model, ParameterError, Ring, State};
 use gear_dynamics_plots::{Mark, Panel, Picture, band};
 use rand_distr::Uniform;
 use support::{Outcome, csv_file, gallery};
@@ -28,24 +28,22 @@ const SPANS: usize = 1000;
 /// period.
 const SCALE: f64 = 1000.0;
 
-fn process(set: &RingSet, member: u64) -> Result<HeldProcess, Box<dyn std::error::Error>> {
+fn process(set: &RingSet, member: u64) -> Result<HeldProcess, ParameterError> {
     let hold = std::f64::consts::TAU / set.omega();
-    Ok(HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.seed(2020).member(member))
+    Ok(HeldProcess::new(hold, Uniform::new(0.0, 1.0).expect("0 < 1"))?.seed(2020).member(member))
 }
 
 fn main() -> Outcome<()> {
     let folder = gallery("random_damping")?;
     let set = RingSet { motor_torque: 6.0, ..RingSet::set_a(3, 3000.0) };
     let ring = Ring::as_printed(&set.params()?)?;
-    let slots =
-        (0..3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect::<Result<Vec<_>, _>>()?;
-    let family = |member: u64| -> Result<(Held<Ring>, State), String> {
-        let noisy = Held::new(ring.clone()).per_slot(
-            &slots,
-            SCALE,
-            process(&set, member).map_err(|e| e.to_string())?,
-        );
-        Ok((noisy.map_err(|e| e.to_string())?, State::at_rest(ring.dof())))
+    let family = |member: u64| -> Result<(Held<Ring>, State), ParameterError> {
+        let (mut noisy, process) = (Held::new(ring.clone()), process(&set, member)?);
+        for mesh in 0..3 {
+            let slot = ring.slot(&format!("mesh damping {mesh}"))?;
+            noisy = noisy.add(&[(slot, SCALE)], process.clone())?;
+        }
+        Ok((noisy, State::at_rest(ring.dof())))
     };
     let (force, error) = ("mesh force 0", "transmission error 0");
     let ensemble = Ensemble::new(MEMBERS, END, SPANS)?.channels(&[force, error]).peaks(&[force]).rattle();

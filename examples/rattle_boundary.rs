@@ -19,7 +19,7 @@ mod support;
 
 use gear_dynamics::branches::{BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
 use gear_dynamics::models::nfg::NfgReading;
-use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Row, Rows};
+use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Row, Rows};
 use gear_dynamics::{
     Dop853, Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Settle, Shooting, State,
     Statistics, Sweep,
@@ -125,7 +125,7 @@ fn onset_in_time(pair: &NfgPair, guess: f64) -> Outcome<f64> {
     let solver = Dop853::new().rtol(1e-12).atol_each(&[1e-17, 1e-17]);
     let largest = |load: f64| -> Outcome<f64> {
         let pair = pair.with("load torque", load)?;
-        let settled = Settle::new().run(&solver, &pair, &pair.static_start()?)?.state;
+        let settled = Settle::new().start(&pair.static_start()?).run(&solver, &pair)?.state;
         let mut statistics = Statistics::new(&pair, &["q0"])?;
         solver.run(&pair, &settled, settled.t + pair.period(), &mut statistics)?;
         Ok(distance(&pair, statistics.summary("q0")?.max))
@@ -182,7 +182,7 @@ fn rattle_map(pair: &NfgPair, speeds: [f64; 2], loads: [f64; 2], side: usize) ->
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
     // 64 steps per mesh period.
     let engine = LaneRk4::new(63 * 64);
-    let rows = sweep.runner(&engine, model, start).monitor(&Monitor::new().progress(&advance)).run()?;
+    let rows = sweep.runner(&engine, model).start(start).progress(advance).run()?;
     bar.finish_and_clear();
     Ok(rows)
 }

@@ -10,7 +10,7 @@
 
 mod support;
 
-use gear_dynamics::sweep::{Axis, LaneRk4, Monitor, Point, Points, Row};
+use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Row};
 use gear_dynamics::{
     Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Rk4, State, Statistics, Sweep,
 };
@@ -62,8 +62,7 @@ fn main() -> Outcome<()> {
     let bar = progress("speed x load", SIDE * SIDE);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows =
-        sweep.runner(&LaneRk4::new(STEPS), pair, start).monitor(&Monitor::new().progress(&advance)).run()?;
+    let rows = sweep.runner(&LaneRk4::new(STEPS), pair).start(start).progress(advance).run()?;
     let seconds = began.elapsed().as_secs_f64();
     bar.finish_and_clear();
 

@@ -82,7 +82,7 @@ pub use num_complex;
 ///
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
 /// let solver = Dop853::new().rtol(1e-9).atol(1e-14);
-/// let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, None)?;
+/// let steady = Settle::new().tolerance(1e-7).run(&solver, &pair)?;
 ///
 /// let mut rattle = Rattle::new(&pair);
 /// let turn = solver.run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle)?;
@@ -120,7 +120,7 @@ pub use num_complex;
 ///   [`Restitution`](contact::Restitution).
 /// - **Random drives**: [`HeldProcess`](drives::HeldProcess), [`Held`](drives::Held). **Functions of time**:
 ///   [`Driven`](drives::Driven).
-/// - **Varying speed**: [`PhaseLaw`](drives::PhaseLaw), [`VaryingSpeed`](drives::VaryingSpeed),
+/// - **Varying speed**: [`SpeedLaw`](drives::SpeedLaw), [`VaryingSpeed`](drives::VaryingSpeed),
 ///   [`Waterfall`](analysis::Waterfall).
 /// - **Periodic orbits by harmonic balance**: [`Balance`], [`Harmonics`],
 ///   [`FourierOrbit`](periodic::FourierOrbit), [`Proof`](periodic::Proof).
@@ -138,8 +138,8 @@ pub use num_complex;
 ///   [`Broyden`](roots::Broyden).
 /// - **Results of a run** ([page](guide::results)): [`Statistics`], [`Rattle`],
 ///   [`Impacts`](analysis::Impacts), [`Spectrum`](analysis::Spectrum), [`Welch`](analysis::Welch),
-///   [`Strobe`](analysis::Strobe), [`Section`](analysis::Section), [`Settle`], and named channels by
-///   [`Probe`](analysis::Probe).
+///   [`Section`](analysis::Section), [`Settle`], and named channels by
+///   [`Probe`](ode::Probe).
 /// - **Tables of results as CSV and NPY**: [`ResultTable`](export::ResultTable), [`Csv`](export::Csv).
 /// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4) and
 ///   [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),

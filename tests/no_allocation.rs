@@ -95,9 +95,10 @@ fn steps_do_not_allocate() {
         .in_frame(Frame::Rigid);
     steps_allocate_nothing("ring, dop853", &Dop853::new(), &ring, &State::at_rest(13), 0.1);
     steps_allocate_nothing("ring, taylor", &Taylor::new(), &ring, &State::at_rest(13), 0.1);
-    let slots: Vec<usize> = (0..6).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
     let process = HeldProcess::new(1e-4, rand_distr::Uniform::new(0.0, 1.0).unwrap()).unwrap();
-    let noisy = Held::new(ring).per_slot(&slots, 500.0, process).unwrap();
+    let slot = |i: usize| ring.slot(&format!("mesh damping {i}")).unwrap();
+    let noisy = (0..6)
+        .fold(Held::new(ring.clone()), |noisy, i| noisy.add(&[(slot(i), 500.0)], process.clone()).unwrap());
     steps_allocate_nothing("noisy ring", &Dop853::new(), &noisy, &State::at_rest(13), 0.1);
     steps_allocate_nothing("noisy ring, taylor", &Taylor::new(), &noisy, &State::at_rest(13), 0.1);
 }
@@ -133,7 +134,8 @@ fn a_million_points_fit_into_200_megabytes() {
     };
     let chunk = |i, n| {
         sweep
-            .runner(&LaneRk4::new(63 * 2), family, |_, pair: &NfgPair| pair.static_start())
+            .runner(&LaneRk4::new(63 * 2), family)
+            .start(|_, pair: &NfgPair| pair.static_start())
             .chunk(i, n)
             .unwrap()
     };

@@ -2,16 +2,16 @@
 
 use crate::Outcome;
 use crate::pair::{bench_pair, tooth_stiffness, waves, with_brake, with_law};
-use gear_dynamics::analysis::Probe;
 use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
 use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
 use gear_dynamics::drives::{Held, HeldProcess};
 use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::linear::{Modes, static_state};
 use gear_dynamics::model::Scalar;
+use gear_dynamics::ode::Probe;
 use gear_dynamics::ode::{Step, uniform_times};
 use gear_dynamics::periodic::ShootingOrbit;
-use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4};
+use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4, Points};
 use gear_dynamics::trains::Train;
 use gear_dynamics::{
     Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor, Wave,
@@ -72,7 +72,7 @@ pub fn response(_: bool) -> Outcome<Picture> {
 /// Some mesh periods of the pair after it has settled, from the time 0.
 fn settled(speed: f64, periods: f64) -> Outcome<(Train, gear_dynamics::ode::Trajectory)> {
     let pair = bench_pair(speed)?;
-    let steady = Settle::new().tolerance(1e-8).run(&Taylor::new(), &pair, None)?.state;
+    let steady = Settle::new().tolerance(1e-8).run(&Taylor::new(), &pair)?.state;
     let start = State { t: 0.0, ..steady };
     let times = uniform_times(0.0, periods * pair.period(), (200.0 * periods) as usize)?;
     let run = Taylor::new().sample(&pair, &start, &times)?;
@@ -99,7 +99,7 @@ pub fn jumps(coarse: bool) -> Outcome<Picture> {
     let pair = bench_pair(270.0)?;
     let line = branch_of(&pair, [270.0, 400.0])?;
     let speeds = Axis::linear("speed", 280.0, 345.0, if coarse { 6 } else { 14 })?;
-    let sweep = Sweep::grid(vec![speeds])?.settle(60).measure(4).channels(&["deflection"]);
+    let sweep = Sweep::new(speeds).settle(60).measure(4).channels(&["deflection"]);
     let diagram =
         Bifurcation::extremes("deflection").run(&sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?)?;
     let swings = |points: &[gear_dynamics::sweep::DiagramPoint]| -> Vec<(f64, f64)> {
@@ -123,7 +123,7 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
     let pair = bench_pair(270.0)?;
     let axes =
         vec![Axis::linear("speed", 220.0, 600.0, columns)?, Axis::linear("drive", 150.0, 600.0, rows)?];
-    let sweep = Sweep::grid(axes)?.settle(60).measure(2).rattle();
+    let sweep = Sweep::new(Points::grid(axes)?).settle(60).measure(2).rattle();
     let runs = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
     let line = branch_of(&pair, [270.0, 600.0])?;
@@ -143,13 +143,13 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
 pub fn random(coarse: bool) -> Outcome<Picture> {
     let pair = with_brake(300.0)?;
     let solver = Dop853::new().rtol(1e-6).atol_each(&[1e-11, 1e-11, 1e-7, 1e-7]);
-    let steady = Settle::new().run(&solver, &pair, None)?.state;
+    let steady = Settle::new().run(&solver, &pair)?.state;
     let start = State::new(0.0, &steady.q, &steady.v);
     let process = HeldProcess::new(1e-3, rand_distr::Uniform::new_inclusive(-100.0, 100.0)?)?;
     let ensemble = Ensemble::new(if coarse { 20 } else { 400 }, 0.006, 1200)?.channels(&["mesh force"]);
     let bands = ensemble.run(&solver, |member| {
         let process = process.clone().member(member);
-        let held = Held::new(pair.clone()).per_slot(&[pair.slot("drive")?], 1.0, process)?;
+        let held = Held::new(pair.clone()).add(&[(pair.slot("drive")?, 1.0)], process)?;
         Ok::<_, ParameterError>((held, start.clone()))
     })?;
     let panel = band(&bands, "mesh force [N]", [0.05, 0.95])?;

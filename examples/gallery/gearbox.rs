@@ -45,7 +45,7 @@ fn gearbox() -> Outcome<Train> {
 
 pub fn orders(_: bool) -> Outcome<Picture> {
     let train = gearbox()?;
-    let state = Settle::new().tolerance(1e-5).run(&Taylor::new(), &train, None)?.state;
+    let state = Settle::new().tolerance(1e-5).run(&Taylor::new(), &train)?.state;
     let (count, end) = (2048, state.t + train.period());
     let run = Taylor::new().sample(&train, &state, &uniform_times(state.t, end, count)?)?;
     // Which sources have an order; the first that fits.
@@ -96,7 +96,7 @@ pub fn modes(_: bool) -> Outcome<Picture> {
     let members = Members {
         sun: (30, Body::new(1e-3).on(Bearing::new(0.4, 1e8))),
         planet: (30, Body::new(1e-3).on(Bearing::new(0.7, 1e8))),
-        ring: (90, Body::new(5e-2).on(Bearing::new(2.0, 1e8)).held(1e9, 0.0)),
+        ring: (90, Body::new(5e-2).on(Bearing::new(2.0, 1e8)).grounded(1e9, 0.0)),
         carrier: Body::new(3e-2).on(Bearing::new(5.0, 1e8)),
     };
     let set =

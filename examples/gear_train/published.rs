@@ -52,7 +52,7 @@ impl Set {
             let body = Body::new(of(i).inertia * square).on(Bearing::new(of(i).mass, of(i).bearing));
             body.restrained(if i == 1 { 0.0 } else { of(i).turn * square }, 0.0)
         };
-        let ring = (90, body(2).held(of(2).turn * radii[2] * radii[2], 0.0));
+        let ring = (90, body(2).grounded(of(2).turn * radii[2] * radii[2], 0.0));
         let members = Members { sun: (30, body(0)), planet: (30, body(1)), ring, carrier: body(3) };
         let mesh = || Wave::constant(self.mesh);
         let set = Planetary::new(planets, radii[0], members, [mesh()?, mesh()?])?.pressure_angle(angle);

@@ -7,7 +7,6 @@ pub(crate) mod section;
 pub(crate) mod settle;
 pub(crate) mod spectra;
 pub(crate) mod statistics;
-pub(crate) mod strobe;
 
 pub use crate::analysis::contacts::impact::{Impact, ImpactSummary};
 pub use crate::analysis::contacts::impacts::Impacts;
@@ -20,5 +19,3 @@ pub use crate::analysis::spectra::waterfall::{Waterfall, WaterfallLine};
 pub use crate::analysis::spectra::welch::Welch;
 pub use crate::analysis::spectra::window::Window;
 pub use crate::analysis::statistics::{Statistics, Summary};
-pub use crate::analysis::strobe::Strobe;
-pub use crate::ode::probe::Probe;

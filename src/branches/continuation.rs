@@ -139,7 +139,7 @@ impl Continuation {
     pub fn max_motion(self, max_motion: f64) -> Self {
         Continuation { max_motion, ..self }
     }
-    /// Channels whose statistics are kept for every point (see [`Probe`](crate::analysis::Probe)). Default:
+    /// Channels whose statistics are kept for every point (see [`Probe`](crate::ode::Probe)). Default:
     /// the deflection of the first contact, or `q0` without contacts.
     pub fn channels(self, channels: &[&str]) -> Self {
         Continuation { channels: Some(channels.iter().map(|name| (*name).to_owned()).collect()), ..self }

@@ -179,7 +179,7 @@ pub trait Model {
     }
 
     /// Channels of this model in addition to those that every model has (see
-    /// [`Probe`](crate::analysis::Probe)). Default: none.
+    /// [`Probe`](crate::ode::Probe)). Default: none.
     fn channels(&self) -> Vec<Channel> {
         self.base().map_or_else(Vec::new, |base| base.channels())
     }

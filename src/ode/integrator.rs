@@ -67,6 +67,18 @@ pub trait Integrator {
 
     /// The states at the given times. The times must not decrease, and none may lie before the start.
     ///
+    /// At t + k T with the period T of the drives they are the *strobed* states, a Poincaré section at a
+    /// fixed phase of the drives:
+    ///
+    /// ```
+    /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic};
+    /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
+    /// let turns = [1.0, 2.0, 3.0].map(|k| k * pair.period());
+    /// let strobed = Dop853::new().sample(&pair, &pair.static_start()?, &turns)?;
+    /// assert!((strobed.q(2)[0] - strobed.q(1)[0]).abs() < 1e-9); // nearly periodic after two turns
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Failed`], which contains the states up to the failure.
     fn sample<M: Model + ?Sized>(

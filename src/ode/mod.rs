@@ -21,6 +21,7 @@ pub use crate::ode::methods::dop853::Dop853;
 pub use crate::ode::methods::rk4::Rk4;
 pub use crate::ode::methods::rk45::Rk45;
 pub use crate::ode::outcome::{Finish, Stats};
+pub use crate::ode::probe::Probe;
 pub use crate::ode::step::{Crossing, Observer, Step, StepView};
 pub use crate::ode::taylor::settings::Taylor;
 pub use crate::ode::trajectory::{Failed, Trajectory, uniform_times};

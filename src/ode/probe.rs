@@ -21,7 +21,7 @@ const LIMIT: [f64; 2] = [4e-15, 1e-3];
 /// Coordinates, velocities, deflections and forces have the units of the model; their unit text is empty.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, analysis::Probe, excitation::Side};
+/// use gear_dynamics::{NfgPair, NfgParams, ode::Probe, excitation::Side};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let start = pair.static_start()?;
 /// let mut probe = Probe::new(&pair);

@@ -3,13 +3,13 @@
 pub(crate) mod engines;
 pub(crate) mod ensembles;
 pub(crate) mod lanes;
-pub(crate) mod monitor;
 pub(crate) mod readings;
 pub(crate) mod rows;
 pub(crate) mod schedule;
 pub(crate) mod settings;
 pub(crate) mod sweep_error;
 pub(crate) mod taylor;
+pub(crate) mod watch;
 
 pub use crate::sweep::engines::lane_rk4::LaneRk4;
 pub use crate::sweep::engines::lane_taylor::LaneTaylor;
@@ -23,13 +23,13 @@ pub use crate::sweep::ensembles::sobol::{RandomParameters, SobolDesign, SobolInd
 pub use crate::sweep::lanes::drive_table::TableError;
 pub use crate::sweep::lanes::instructions::InstructionSet;
 pub use crate::sweep::lanes::number::Lanes;
-pub use crate::sweep::monitor::Monitor;
 pub use crate::sweep::readings::basins::{Attractor, Attractors};
 pub use crate::sweep::readings::bifurcation::{Bifurcation, Diagram, DiagramPoint};
 pub use crate::sweep::rows::collection::Rows;
 pub use crate::sweep::rows::merge::RowsError;
 pub use crate::sweep::rows::row::Row;
 pub use crate::sweep::schedule::runner::Runner;
+pub use crate::sweep::schedule::start::IntoStart;
 pub use crate::sweep::settings::points::{Axis, Point, Points};
 pub use crate::sweep::settings::sweep::{Sweep, WarmStart};
 pub use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};

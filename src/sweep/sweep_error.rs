@@ -1,6 +1,7 @@
 //! Errors of a sweep: of the sweep as a whole and of one point.
 
 use crate::error::ParameterError;
+use crate::linear::LinearError;
 use crate::ode::IntegrateError;
 use crate::periodic::LyapunovError;
 use crate::sweep::lanes::drive_table::TableError;
@@ -55,13 +56,12 @@ pub enum SweepError {
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, ParameterError, Sweep};
-/// use gear_dynamics::sweep::{Axis, LaneRk4, PointError, Points};
-/// let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[-1.0])?));
-/// let rows = sweep.run(
+/// use gear_dynamics::sweep::{Axis, LaneRk4, PointError};
+/// let sweep = Sweep::new(Axis::list("speed", &[-1.0])?);
+/// let rows = sweep.runner(
 ///     &LaneRk4::new(63 * 16),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///     |_, pair| pair.static_start(),
-/// )?;
+/// ).run()?;
 /// let PointError::Model(error) = &rows.errors()[&0] else { panic!("there is no such pair") };
 /// let error = error.get().downcast_ref::<ParameterError>();
 /// assert!(matches!(error, Some(ParameterError::NotPositive { value: -1.0, .. })));
@@ -108,6 +108,9 @@ pub enum PointError {
     /// The family returned no model, or the start function no start. Contains its error.
     #[error("no model: {0}")]
     Model(FamilyError),
+    /// No start was given, and the model has no static state.
+    #[error("no static state to start from: {0}")]
+    NoStaticState(#[from] LinearError),
     /// A start or a channel that is not allowed for the model.
     #[error(transparent)]
     Parameter(ParameterError),

@@ -112,13 +112,13 @@ pub enum TrainError {
     /// The speed of a body does not follow from that of the reference body.
     #[error(
         "the speed of \"{body}\" does not follow from that of the reference body: connect it, or hold a body \
-         of its planetary set (Body::held)"
+         of its planetary set (Body::grounded)"
     )]
     SpeedUndetermined {
         /// The body.
         body: String,
     },
-    /// The reference body is held or at rest.
+    /// The reference body is grounded or at rest.
     #[error("the reference body \"{body}\" is at rest: give the speed of a body that turns")]
     ReferenceAtRest {
         /// The body.

@@ -98,7 +98,7 @@ fn coexisting_orbits_of_a_spur_pair() {
             let model = Spur { w: w.parse().unwrap() };
             let solver = Dop853::new().rtol(1e-11).atol(1e-13);
             let start = State::new(0.0, &[number("x0")], &[number("v0")]);
-            let steady = Settle::new().tolerance(1e-9).run(&solver, &model, &start).unwrap();
+            let steady = Settle::new().tolerance(1e-9).start(&start).run(&solver, &model).unwrap();
             assert_eq!(steady.period_multiple, 1);
             assert!(
                 (steady.state.q[0] - number("x0")).abs() < 1e-8
@@ -169,7 +169,8 @@ fn settling_finds_the_period_multiple() {
         Settle::new()
             .tolerance(1e-7)
             .max_periods(500)
-            .run(&solver, &Duffing { force }, &start)
+            .start(&start)
+            .run(&solver, &Duffing { force })
             .map(|s| s.period_multiple)
     };
     // Period at each amplitude of the force: 1 at 0.20, 2 at 0.28, 4 at 0.29, chaos at 0.50, 2 at 0.65.
@@ -182,7 +183,7 @@ fn settling_finds_the_period_multiple() {
     // Without excitation the motion decays to rest in a well, which has period 1.
     assert_eq!(multiple(0.0), Ok(1));
     assert!(matches!(
-        Settle::new().tolerance(0.0).run(&solver, &Duffing { force: 0.2 }, &start),
+        Settle::new().tolerance(0.0).start(&start).run(&solver, &Duffing { force: 0.2 }),
         Err(SettleError::Parameter(_))
     ));
 }
@@ -231,14 +232,16 @@ fn winding_into_an_orbit_is_no_subharmonic() {
         }
     }
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
-    let steady = Settle::new().run(&solver, &Swing, &State::at_rest(1)).unwrap();
+    let steady = Settle::new().start(&State::at_rest(1)).run(&solver, &Swing).unwrap();
     assert_eq!(steady.period_multiple, 1);
-    let points = Points::on_axis(Axis::list("settle", &[0.0]).unwrap());
+    let points = Points::from(Axis::list("settle", &[0.0]).unwrap());
     for settle in [60, 90, 120, 150] {
         let sweep = Sweep::new(points.clone()).settle(settle).measure(20).channels(&["q0"]);
         let start = |_: &Point<'_>, _: &Swing| -> Result<State, ParameterError> { Ok(State::at_rest(1)) };
         let rows = sweep
-            .run(&Located(solver.clone()), |_: &Point<'_>| Ok::<_, ParameterError>(Swing), start)
+            .runner(&Located(solver.clone()), |_: &Point<'_>| Ok::<_, ParameterError>(Swing))
+            .start(start)
+            .run()
             .unwrap();
         let multiple = rows.get(0).unwrap().period_multiple();
         assert!(multiple.is_none() || multiple == Some(1), "{settle}: {multiple:?}");

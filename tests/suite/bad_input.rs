@@ -160,11 +160,10 @@ fn empty_and_mismatched_lists() {
     let held = Held::new(NfgPair::new(&NfgParams::table1()).unwrap());
     let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
     assert_eq!(
-        held.clone().shared(&[99], 1.0, process.clone()).unwrap_err(),
+        held.clone().add(&[(99, 1.0)], process.clone()).unwrap_err(),
         P::NoSuchSlot { slot: 99, drives: 13 }
     );
-    let gains = held.per_slot_with_gains(&[1, 2], &[1.0], process).unwrap_err();
-    assert_eq!(gains, P::Length { name: "gains".into(), expected: 2, found: 1 });
+    assert!(matches!(held.add(&[(1, f64::NAN)], process), Err(P::NotFinite { .. })));
 }
 
 #[test]
@@ -537,8 +536,8 @@ proptest! {
             let pair = NfgPair::new(&NfgParams::table1()).unwrap();
             let slots = [(x[1].abs() as usize) % 20, 3];
             if let Ok(held) = Held::new(pair)
-                .per_slot(&slots, x[2], process.clone())
-                .and_then(|h| h.clearance(&[slots], x[3], process))
+                .add(&slots.map(|slot| (slot, x[2])), process.clone())
+                .and_then(|h| h.add(&[(slots[0], -x[3]), (slots[1], x[3])], process))
             {
                 prop_assert!(held.next_edge(t).is_none_or(|edge| edge > t));
                 let _ = Dop853::new().max_steps(40).end(&held, &State::at_rest(1), 10.0);
@@ -575,7 +574,7 @@ proptest! {
         let _ = Settle::new()
             .tolerance(x[0])
             .max_periods(1)
-            .run(&Dop853::new().max_steps(50), &pair, &State::new(x[1], &[x[2]], &[x[3]]));
+            .start(&State::new(x[1], &[x[2]], &[x[3]])).run(&Dop853::new().max_steps(50), &pair);
     }
 
     #[test]

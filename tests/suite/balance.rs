@@ -17,7 +17,8 @@ fn pair(speed: f64) -> NfgPair {
 /// The orbit of a settled run, projected on the given orders.
 fn projected(pair: &NfgPair, harmonics: &Harmonics) -> FourierOrbit {
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
-    let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &pair.static_start().unwrap()).unwrap();
+    let steady =
+        Settle::new().tolerance(1e-7).start(&pair.static_start().unwrap()).run(&solver, pair).unwrap();
     FourierOrbit::project(&solver, pair, &steady.state, harmonics).unwrap()
 }
 
@@ -175,7 +176,7 @@ fn jumping_forces_have_an_exact_jacobian() {
     // The polished orbit agrees with the equation. The multipliers of the series are undecided.
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
     let steady =
-        Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
+        Settle::new().tolerance(1e-8).start(&State::new(0.0, &[0.85], &[0.15])).run(&solver, &model).unwrap();
     let harmonics = Harmonics::up_to(60);
     let orbit = Balance::new(harmonics.clone())
         .solve(&model, &FourierOrbit::project(&solver, &model, &steady.state, &harmonics).unwrap())
@@ -433,7 +434,8 @@ fn subharmonic_orbit_over_two_periods() {
     let steady = Settle::new()
         .tolerance(1e-7)
         .max_periods(2000)
-        .run(&solver, &model, &State::new(0.0, &[1.15], &[0.05]))
+        .start(&State::new(0.0, &[1.15], &[0.05]))
+        .run(&solver, &model)
         .unwrap();
     assert_eq!(steady.period_multiple, 2);
     let harmonics = Harmonics::up_to(60).with_period_multiple(2).unwrap();
@@ -580,7 +582,7 @@ impl Periodic for Stepped {
 fn stiffness_steps_split_the_integrals() {
     let model = Stepped { stiffness: Wave::new(RectangularWave::from_contact_ratio(1.4, 0.8, 1.3).unwrap()) };
     let solver = Dop853::new().rtol(1e-11).atol(1e-13);
-    let steady = Settle::new().run(&solver, &model, &State::new(0.0, &[1.2], &[0.0])).unwrap();
+    let steady = Settle::new().start(&State::new(0.0, &[1.2], &[0.0])).run(&solver, &model).unwrap();
     let mut errors = Vec::new();
     for highest in [20, 80] {
         let balance = Balance::new(Harmonics::up_to(highest));
@@ -623,7 +625,7 @@ fn coarse_sampling_is_noted() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.08, stiffness: 0.0 };
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
     let steady =
-        Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
+        Settle::new().tolerance(1e-8).start(&State::new(0.0, &[0.85], &[0.15])).run(&solver, &model).unwrap();
     let balance = Balance::new(Harmonics::up_to(12));
     let exact = balance
         .solve(&model, &FourierOrbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap())
@@ -778,7 +780,7 @@ fn accuracy_out_of_reach_says_so() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.08, stiffness: 0.0 };
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
     let steady =
-        Settle::new().tolerance(1e-8).run(&solver, &model, &State::new(0.0, &[0.85], &[0.15])).unwrap();
+        Settle::new().tolerance(1e-8).start(&State::new(0.0, &[0.85], &[0.15])).run(&solver, &model).unwrap();
     let balance = Balance::new(Harmonics::up_to(12));
     let guess = FourierOrbit::project(&solver, &model, &steady.state, balance.harmonics()).unwrap();
     let BalanceError::Accuracy { wanted, reached, highest, last: best, cause: None } =

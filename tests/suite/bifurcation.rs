@@ -1,6 +1,7 @@
 //! Bifurcation diagrams and basins of a pair with a dead zone and two coexisting motions.
 
 use crate::api::*;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 /// x'' + 0.1 x' + g(x) = 0.25 + a cos(Ω t), g the dead zone of half width 1.
@@ -48,7 +49,7 @@ fn in_contact(_: &Point<'_>, _: &SpurPair) -> Result<State, ParameterError> {
 }
 
 fn over(omegas: &[f64]) -> Sweep {
-    Sweep::new(Points::on_axis(Axis::list("omega", omegas).unwrap()))
+    Sweep::new(Axis::list("omega", omegas).unwrap())
 }
 
 /// x at phase 0 of the motion that never leaves the flank: 1.25 + Re z with z = 0.1/(1 - Ω² + 0.1 i Ω). The
@@ -65,7 +66,7 @@ fn linear(omega: f64) -> (f64, bool) {
 fn a_fold_is_crossed_both_ways() {
     let omegas: Vec<f64> = (0..=13).map(|i| 0.46 + 0.03 * f64::from(i)).collect();
     let sweep = over(&omegas).settle(200).measure(16);
-    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap();
+    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine(), gentle).start(in_contact)).unwrap();
     let hysteresis = diagram.hysteresis(1e-3).unwrap();
     println!("{hysteresis:?}, undecided {:?}", diagram.undecided());
     for (up, down) in diagram.up().iter().zip(diagram.down()) {
@@ -102,7 +103,9 @@ fn a_fold_is_crossed_both_ways() {
             .settle(200)
             .measure(16)
             .strobe(16)
-            .run(&engine(), |_| pair(omega, 0.1), start)
+            .runner(&engine(), |_| pair(omega, 0.1))
+            .start(start)
+            .run()
             .unwrap();
         let attractors = Attractors::find(&rows, 1e-4).unwrap();
         attractors.list().iter().map(|one| one.states[0][0]).collect::<Vec<_>>()
@@ -136,7 +139,9 @@ fn two_motions_side_by_side() {
         .settle(60)
         .measure(16)
         .strobe(16)
-        .run(&engine, |_| pair(0.69, 0.25), start)
+        .runner(&engine, |_| pair(0.69, 0.25))
+        .start(start)
+        .run()
         .unwrap();
     let attractors = Attractors::find(&rows, 1e-4).unwrap();
     println!("{:?}", attractors.list());
@@ -163,8 +168,9 @@ fn two_motions_side_by_side() {
 #[test]
 fn a_diagram_says_where_it_cannot_decide() {
     let omegas = [0.60, 0.62, 0.64];
-    let run =
-        |sweep: Sweep| Bifurcation::strobed("q0").run(&sweep.runner(&engine(), gentle, in_contact)).unwrap();
+    let run = |sweep: Sweep| {
+        Bifurcation::strobed("q0").run(&sweep.runner(&engine(), gentle).start(in_contact)).unwrap()
+    };
     let hasty = run(over(&omegas).settle(1).measure(4));
     assert_eq!((hasty.hysteresis(1e-3).unwrap(), hasty.undecided()), (vec![], omegas.to_vec()));
     assert!(run(over(&omegas).settle(1).measure(4).periodic_tolerance(0.5)).undecided().is_empty());
@@ -186,12 +192,12 @@ fn points_that_fail_leave_the_rest_of_the_diagram() {
         if p["omega"] == 0.62 { Err("no pair".to_owned()) } else { gentle(p).map_err(|e| e.to_string()) }
     };
     let (bifurcation, sweep) = (Bifurcation::strobed("v0"), over(&[0.60, 0.62, 0.64]).settle(60).measure(4));
-    let diagram = bifurcation.run(&sweep.runner(&engine(), some, in_contact)).unwrap();
+    let diagram = bifurcation.run(&sweep.runner(&engine(), some).start(in_contact)).unwrap();
     assert_eq!(diagram.up().iter().map(|point| point.parameter).collect::<Vec<_>>(), [0.60, 0.64]);
     assert_eq!((diagram.hysteresis(1e-3).unwrap(), diagram.undecided()), (vec![], vec![0.62]));
 
     let none = |_: &Point<'_>| Err::<SpurPair, _>("no pair");
-    let diagram = bifurcation.run(&sweep.runner(&engine(), none, in_contact)).unwrap();
+    let diagram = bifurcation.run(&sweep.runner(&engine(), none).start(in_contact)).unwrap();
     assert_eq!((diagram.up().len(), diagram.undecided()), (0, vec![0.60, 0.62, 0.64]));
     assert_eq!(diagram.rows()[1].errors()[&2], PointError::Model("no pair".into()));
 }
@@ -204,7 +210,7 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
         in_contact(p, m)
     };
     let run = |diagram: Bifurcation, sweep: Sweep| {
-        diagram.run(&sweep.runner(&engine(), gentle, start)).unwrap_err()
+        diagram.run(&sweep.runner(&engine(), gentle).start(start)).unwrap_err()
     };
     let wrong = run(Bifurcation::strobed("deflection"), over(&[0.6, 0.7]));
     assert_eq!(
@@ -227,8 +233,9 @@ fn a_diagram_is_watched_and_stopped() {
     let omegas: Vec<f64> = (0..20).map(|i| 0.60 + 0.01 * f64::from(i)).collect();
     let (bifurcation, sweep, engine) =
         (Bifurcation::strobed("q0"), over(&omegas).settle(20).measure(4), engine());
-    let runner = || sweep.runner(&engine, gentle, in_contact);
-    let (most, rows, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
+    let runner = || sweep.runner(&engine, gentle).start(in_contact);
+    let (most, rows) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let stop = Arc::new(AtomicBool::new(false));
     let progress = |done: usize, total: usize| {
         assert!(total == 40 && done <= total);
         most.fetch_max(done, Relaxed);
@@ -236,16 +243,15 @@ fn a_diagram_is_watched_and_stopped() {
     let row = |_: &Row<'_>| {
         rows.fetch_add(1, Relaxed);
     };
-    let watch = Monitor::new().progress(&progress).rows(&row).cancel(&stop);
-    let whole = bifurcation.run(&runner().monitor(&watch)).unwrap();
+    let watched = runner().progress(progress).rows(row).cancel(stop.clone());
+    let whole = bifurcation.run(&watched).unwrap();
     assert_eq!(
         (most.load(Relaxed), rows.load(Relaxed), whole.up().len(), whole.down().len()),
         (40, 40, 20, 20)
     );
 
     let stopping = |_: &Row<'_>| stop.store(rows.fetch_add(1, Relaxed) > 42, Relaxed);
-    let watch = Monitor::new().rows(&stopping).cancel(&stop);
-    let part = bifurcation.run(&runner().monitor(&watch)).unwrap();
+    let part = bifurcation.run(&runner().rows(stopping).cancel(stop.clone())).unwrap();
     assert!((2..10).contains(&(part.up().len() + part.down().len())));
     assert!(!part.rows()[0].is_complete() && part.up().iter().zip(whole.up()).all(|(a, b)| a == b));
 }

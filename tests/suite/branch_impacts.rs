@@ -287,7 +287,7 @@ fn symmetric_stops() {
     let model = model.with("speed", 0.8).unwrap();
     let family = ByConstant::new(&model, "amplitude").unwrap();
     let strong = model.with("amplitude", 1.5).unwrap();
-    let settled = Settle::new().run(&Dop853::new(), &strong, &State::at_rest(1)).unwrap();
+    let settled = Settle::new().start(&State::at_rest(1)).run(&Dop853::new(), &strong).unwrap();
     // A segment for each impact.
     let start = State { t: 0.0, ..settled.state };
     let orbit = Shooting::new().solve(&strong, &[start]).unwrap();

@@ -11,7 +11,7 @@ fn branch(zeta: f64, load: f64, waves: [&[f64]; 2], continuation: Continuation) 
     let pair = SpurPair::of_numbers(zeta, load, waves[0], waves[1])?.parts()?.build("driver", 0.5)?;
     let settle = Settle::new().tolerance(1e-8).max_periods(600);
     let start = State::at_rest(pair.dof());
-    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &pair, &start)?;
+    let steady = settle.start(&start).run(&Dop853::new().rtol(1e-10).atol(1e-16), &pair)?;
     let family = ByConstant::new(&pair, "speed")?;
     let shooting = Shooting::new().period_multiple(steady.period_multiple);
     Ok(continuation.shooting(shooting).run(&family, &[steady.state])?)

@@ -61,7 +61,8 @@ impl Hill {
 
 fn settled(train: &Train) -> Result<State> {
     let settle = Settle::new().tolerance(1e-8).max_periods(600);
-    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), train, &State::at_rest(train.dof()))?;
+    let steady =
+        settle.start(&State::at_rest(train.dof())).run(&Dop853::new().rtol(1e-10).atol(1e-16), train)?;
     assert_eq!(steady.period_multiple, 1);
     Ok(steady.state)
 }

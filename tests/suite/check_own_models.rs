@@ -66,8 +66,8 @@ fn two_terms_are_the_series_of_order_two() {
     for t in [10.0, 500.0, 1234.0] {
         assert!((force(&with(60), t) - force(&exact, t)).abs() < 1e-18);
         let third = force(&with(3), t) - force(&with(2), t);
-        let x = exact.centre_frequency() * t;
-        let expected = 2.0 * exact.centre_frequency().powi(2) * 3.0 * (-0.2f64).powi(3) * (3.0 * x).sin();
+        let x = exact.speed() * t;
+        let expected = 2.0 * exact.speed().powi(2) * 3.0 * (-0.2f64).powi(3) * (3.0 * x).sin();
         assert!((third - expected).abs() < 1e-18);
     }
 }

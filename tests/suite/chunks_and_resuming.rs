@@ -3,6 +3,7 @@
 use crate::api::*;
 use crate::common::stored;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
@@ -27,7 +28,7 @@ struct Count {
     drives: AtomicUsize,
     accelerations: AtomicUsize,
     last: [usize; 2],
-    stop: AtomicBool,
+    stop: Arc<AtomicBool>,
 }
 
 impl<'c> Swing<'c> {
@@ -48,7 +49,7 @@ impl Count {
             drives: AtomicUsize::new(0),
             accelerations: AtomicUsize::new(0),
             last,
-            stop: AtomicBool::new(false),
+            stop: Arc::new(AtomicBool::new(false)),
         }
     }
     fn one(&self, which: usize) {
@@ -97,15 +98,11 @@ fn rest<M>(_: &Point<'_>, _: &M) -> Result<State, ParameterError> {
     Ok(State::at_rest(1))
 }
 fn along(count: usize) -> Sweep {
-    Sweep::new(Points::on_axis(Axis::linear("w", 1.0, 3.0, count).unwrap()))
-        .settle(2)
-        .measure(2)
-        .channels(&["q0"])
-        .strobe(1)
+    Sweep::new(Axis::linear("w", 1.0, 3.0, count).unwrap()).settle(2).measure(2).channels(&["q0"]).strobe(1)
 }
 fn chunks(sweep: &Sweep, count: usize) -> Vec<Rows> {
     (0..count)
-        .map(|i| sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).chunk(i, count).unwrap())
+        .map(|i| sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).chunk(i, count).unwrap())
         .collect()
 }
 fn pool(threads: usize) -> rayon::ThreadPool {
@@ -121,7 +118,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
             .unwrap();
     let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q0"]).warm_start(WarmStart::Up);
     for sweep in [along(10).check_every(4), lines.check_every(4)] {
-        let whole = sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, rest).unwrap();
+        let whole = sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap();
         let checked: Vec<usize> =
             whole.iter().filter(|row| row.checked().is_some()).map(|row| row.index()).collect();
         assert_eq!(
@@ -136,8 +133,9 @@ fn chunks_check_the_points_that_the_whole_checks() {
             }
         }
         let (one, other) = (sweep.clone().check_every(0), sweep.check_every(3));
-        let prints = [one, other]
-            .map(|sweep| sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, rest).unwrap().fingerprint());
+        let prints = [one, other].map(|sweep| {
+            sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap().fingerprint()
+        });
         assert!(prints[0] != prints[1] && !prints.contains(&whole.fingerprint()));
     }
 }
@@ -158,7 +156,9 @@ fn a_line_goes_on_after_a_point_that_fails() {
             .channels(&["q0"])
             .strobe(1)
             .warm_start(warm_start)
-            .run(engine, family, rest)
+            .runner(engine, family)
+            .start(rest)
+            .run()
             .unwrap()
     }
     fn check<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(
@@ -233,7 +233,7 @@ fn periods_and_constants_that_are_none() {
             }
             Ok::<_, ParameterError>(bare)
         };
-        let rows = along(8).run(engine, family, rest).unwrap();
+        let rows = along(8).runner(engine, family).start(rest).run().unwrap();
         assert_eq!(
             (rows.errors().keys().copied().collect::<Vec<_>>(), rows.iter().count()),
             (vec![0, 2, 7], 5)
@@ -271,11 +271,11 @@ fn periods_and_constants_that_are_none() {
 #[test]
 fn a_check_counts_only_beside_its_row() {
     // RK4 is stable up to w h = 2.83. At w = 40 a step of 1/8 is too long; a quarter of it is not.
-    let points = Points::on_axis(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
+    let points = Points::from(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
     let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q0"]).check_every(2);
     let kicked =
         |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
-    let rows = sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, kicked).unwrap();
+    let rows = sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(kicked).run().unwrap();
     assert!(matches!(rows.get(2), Err(PointError::Diverged { .. })));
     let [first, next, last] = [0, 1, 3].map(|i| rows.get(i).unwrap());
     // The estimate is a few per cent of the range, since 16 samples in a period may miss (π/16)²/2 of each
@@ -298,7 +298,7 @@ fn a_check_that_fails_is_told() {
         Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"])
     };
     let sweep = along(5).settle(100).check_every(2);
-    let rows = sweep.run(&LaneRk4::new(16).lanes::<4>(), family, rest).unwrap();
+    let rows = sweep.runner(&LaneRk4::new(16).lanes::<4>(), family).start(rest).run().unwrap();
     let row = rows.get(2).unwrap();
     assert!(matches!(row.checked(), Some(Err(PointError::Table(TableError::EdgeOffGrid { .. })))));
     assert!(row.is_sensitive() && row.step_error("q0").is_none());
@@ -316,19 +316,30 @@ fn a_check_that_fails_is_told() {
 #[test]
 fn rows_are_equal_whatever_ran_alone() {
     let sweep = along(145);
-    let run = |threads: usize| pool(threads).install(|| sweep.run(&LaneRk4::new(16), swing, rest)).unwrap();
+    let run = |threads: usize| {
+        pool(threads).install(|| sweep.runner(&LaneRk4::new(16), swing).start(rest).run()).unwrap()
+    };
     let (one, two) = (run(1), run(2));
     assert_ne!(one.alone(), two.alone());
     assert_eq!(one, two);
     // With warm starts every point of a line runs alone.
-    assert_eq!(along(9).warm_start(WarmStart::Up).run(&LaneRk4::new(16), swing, rest).unwrap().alone(), 9);
+    assert_eq!(
+        along(9)
+            .warm_start(WarmStart::Up)
+            .runner(&LaneRk4::new(16), swing)
+            .start(rest)
+            .run()
+            .unwrap()
+            .alone(),
+        9
+    );
 }
 
 /// More chunks than points, merged in any order.
 #[test]
 fn empty_parts_in_any_order() {
     let sweep = along(3);
-    let whole = sweep.run(&LaneRk4::new(16).lanes::<4>(), swing, rest).unwrap();
+    let whole = sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap();
     for turn in 0..7 {
         let mut parts = chunks(&sweep, 7);
         parts.rotate_left(turn);
@@ -342,16 +353,10 @@ fn empty_parts_in_any_order() {
 #[test]
 fn rows_of_another_sweep_are_refused() {
     let sweep = along(8);
-    let wider = Sweep::new(Points::on_axis(Axis::linear("w", 1.0, 3.5, 8).unwrap()))
-        .settle(2)
-        .measure(2)
-        .channels(&["q0"])
-        .strobe(1);
-    let renamed = Sweep::new(Points::on_axis(Axis::linear("v", 1.0, 3.0, 8).unwrap()))
-        .settle(2)
-        .measure(2)
-        .channels(&["q0"])
-        .strobe(1);
+    let wider =
+        Sweep::new(Axis::linear("w", 1.0, 3.5, 8).unwrap()).settle(2).measure(2).channels(&["q0"]).strobe(1);
+    let renamed =
+        Sweep::new(Axis::linear("v", 1.0, 3.0, 8).unwrap()).settle(2).measure(2).channels(&["q0"]).strobe(1);
     let of = |change: fn(Sweep) -> Sweep| change(sweep.clone());
     let others = [
         wider,
@@ -369,10 +374,11 @@ fn rows_of_another_sweep_are_refused() {
     ];
     let parts = chunks(&sweep, 2);
     for other in others {
-        let resumed = other.runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).resume(stored(&parts[0]));
+        let resumed =
+            other.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).resume(stored(&parts[0]));
         assert!(matches!(resumed, Err(RowsError { error: SweepError::Parts { row: 0 }, .. })), "{other:?}");
         if other.points().names() == ["w"] {
-            let second = other.runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).chunk(1, 2).unwrap();
+            let second = other.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).chunk(1, 2).unwrap();
             assert_eq!(
                 Rows::merge(vec![parts[0].clone(), second]).map_err(|refused| refused.error),
                 Err(SweepError::Parts { row: 4 })
@@ -397,8 +403,9 @@ fn progress_ends_at_the_end() {
                 totals.lock().unwrap().insert(total);
             };
             sweep
-                .runner(&LaneRk4::new(16).lanes::<4>(), family, rest)
-                .monitor(&Monitor::new().progress(&progress))
+                .runner(&LaneRk4::new(16).lanes::<4>(), family)
+                .start(rest)
+                .progress(progress)
                 .chunk(i, n)
                 .unwrap();
             (
@@ -425,22 +432,23 @@ fn progress_ends_at_the_end() {
 
 #[test]
 fn a_family_without_a_model_is_left_when_cancelled() {
-    let (asked, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let (asked, stop) = (AtomicUsize::new(0), Arc::new(AtomicBool::new(false)));
     let never = |_: &Point<'_>| {
         stop.store(asked.fetch_add(1, Relaxed) + 1 == 10, Relaxed);
         Err::<Machine<Swing<'_>>, _>("never")
     };
     let rows = along(1000)
-        .runner(&LaneRk4::new(16).lanes::<4>(), never, rest)
-        .monitor(&Monitor::new().cancel(&stop))
+        .runner(&LaneRk4::new(16).lanes::<4>(), never)
+        .start(rest)
+        .cancel(stop.clone())
         .run()
         .unwrap();
     assert_eq!((asked.into_inner(), rows.errors().len(), rows.is_complete()), (10, 10, false));
-    let whole = along(1000).runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).resume(rows).unwrap();
+    let whole = along(1000).runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).resume(rows).unwrap();
     assert_eq!((whole.errors().len(), whole.iter().count()), (10, 990));
 }
 
-/// A monitor of rows may take its time and use threads: it blocks no other thread and may start parallel
+/// A function that receives rows may take its time and use threads: it blocks no other thread and may start parallel
 /// work.
 #[test]
 fn two_threads_may_show_rows_at_once() {
@@ -460,15 +468,13 @@ fn two_threads_may_show_rows_at_once() {
         }
         inside.fetch_sub(1, Relaxed);
     };
-    let watch = Monitor::new().rows(&rows);
     let made = pool(2)
-        .install(|| along(64).runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).monitor(&watch).run())
+        .install(|| along(64).runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).rows(rows).run())
         .unwrap();
     assert!(together.into_inner() && made.iter().count() == 64);
     let busy = |_: &Row<'_>| assert_eq!(rayon::join(|| 1, || 2), (1, 2));
-    let watch = Monitor::new().rows(&busy);
     let made = pool(2)
-        .install(|| along(64).runner(&LaneRk4::new(16).lanes::<4>(), swing, rest).monitor(&watch).run())
+        .install(|| along(64).runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).rows(busy).run())
         .unwrap();
     assert_eq!(made.iter().count(), 64);
 }
@@ -487,9 +493,7 @@ fn a_cancel_is_seen_within_64_steps() {
             made
         };
         let rows = pool(1)
-            .install(|| {
-                along(8).runner(engine, family, rest).monitor(&Monitor::new().cancel(&count.stop)).run()
-            })
+            .install(|| along(8).runner(engine, family).start(rest).cancel(count.stop.clone()).run())
             .unwrap();
         assert_eq!((rows.iter().count(), rows.errors().len()), (0, 0));
         [count.drives.into_inner(), count.accelerations.into_inner()]
@@ -512,11 +516,16 @@ fn a_cancel_is_seen_within_64_steps() {
 #[test]
 fn tables_have_a_size() {
     let run = |steps: usize, every: usize| {
-        along(3).check_every(every).run(&LaneRk4::new(steps).lanes::<4>(), swing, rest).map(|_| ())
+        along(3)
+            .check_every(every)
+            .runner(&LaneRk4::new(steps).lanes::<4>(), swing)
+            .start(rest)
+            .run()
+            .map(|_| ())
     };
     for steps in [0, 500_000_000, usize::MAX] {
         assert_eq!(run(steps, 0), Err(SweepError::Table(TableError::Size { steps, drives: 1 })));
-        let scalar = along(3).run(&TableRk4::new(steps), swing, rest);
+        let scalar = along(3).runner(&TableRk4::new(steps), swing).start(rest).run();
         assert_eq!(scalar.map(|_| ()), Err(SweepError::Table(TableError::Size { steps, drives: 5 })));
     }
     assert_eq!(run(10_000_000, 1), Err(SweepError::Table(TableError::Size { steps: 40_000_000, drives: 1 })));
@@ -555,9 +564,9 @@ fn jumps_without_number() {
     }
     let run = |steps: usize, every: f64| {
         let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(swing(p)?, every));
-        let points = Points::on_axis(Axis::list("w", &[1.0]).unwrap());
+        let points = Points::from(Axis::list("w", &[1.0]).unwrap());
         let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
-        sweep.run(&TableRk4::new(steps), family, |_, _| Ok::<_, ParameterError>(State::at_rest(1))).unwrap()
+        sweep.runner(&TableRk4::new(steps), family).start(|_, _| State::at_rest(1)).run().unwrap()
     };
     // More than 10⁵ edges.
     let (often, once) = (run(1 << 18, 2.0 / f64::from(1 << 18)), run(1 << 18, 2.0));
@@ -580,15 +589,14 @@ fn a_cancelled_run_is_resumed() {
     let engine = LaneRk4::new(16).lanes::<4>();
     for sweep in [along(120), along(120).check_every(3), lines.clone(), lines.check_every(3)] {
         let count = sweep.points().len();
-        let whole = sweep.run(&engine, swing, rest).unwrap();
+        let whole = sweep.runner(&engine, swing).start(rest).run().unwrap();
         for share in [1, 50, 119] {
-            let stop = AtomicBool::new(false);
+            let stop = Arc::new(AtomicBool::new(false));
             let progress = |done: usize, _: usize| stop.store(done >= share, Relaxed);
             let part = pool(1).install(|| {
-                let watch = Monitor::new().progress(&progress).cancel(&stop);
-                let parts = [(0, Monitor::new()), (1, watch)].map(|(i, watch)| {
-                    sweep.runner(&engine, swing, rest).monitor(&watch).chunk(i, 2).unwrap()
-                });
+                let runner = || sweep.runner(&engine, swing).start(rest);
+                let watched = runner().progress(progress).cancel(stop.clone());
+                let parts = [runner().chunk(0, 2).unwrap(), watched.chunk(1, 2).unwrap()];
                 Rows::merge(parts.to_vec()).unwrap()
             });
             let (there, last) = (part.iter().count(), AtomicUsize::new(0));
@@ -600,16 +608,12 @@ fn a_cancelled_run_is_resumed() {
                 last.fetch_max(done, Relaxed);
             };
             let read = stored(&part);
-            let resumed = sweep
-                .runner(&engine, swing, rest)
-                .monitor(&Monitor::new().progress(&progress))
-                .resume(read)
-                .unwrap();
+            let resumed = sweep.runner(&engine, swing).start(rest).progress(progress).resume(read).unwrap();
             assert_eq!((&resumed, resumed.fingerprint()), (&whole, whole.fingerprint()));
         }
     }
     // If nothing is missing, nothing runs.
-    let whole = along(5).run(&engine, swing, rest).unwrap();
+    let whole = along(5).runner(&engine, swing).start(rest).run().unwrap();
     let never = |_: &Point<'_>, _: &Machine<Swing<'_>>| Err::<State, _>("never");
-    assert_eq!(along(5).runner(&engine, swing, never).resume(whole.clone()).unwrap(), whole);
+    assert_eq!(along(5).runner(&engine, swing).start(never).resume(whole.clone()).unwrap(), whole);
 }

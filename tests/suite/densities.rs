@@ -2,7 +2,7 @@
 
 use crate::api::*;
 use proptest::prelude::*;
-use rand_distr::{Distribution as _, StandardNormal};
+use rand_distr::StandardNormal;
 use std::f64::consts::{PI, TAU};
 
 const WINDOWS: [Window; 5] =
@@ -80,12 +80,8 @@ proptest! {
 #[test]
 fn white_noise() {
     let (sigma, spacing, count, n) = (3.0, 0.02, 1 << 16, 256);
-    let x: Vec<f64> = (0..count)
-        .map(|k| {
-            let normal: f64 = StandardNormal.sample(&mut CounterRng::new(7, 0, 0, k));
-            sigma * normal
-        })
-        .collect();
+    let normal = HeldProcess::new(1.0, StandardNormal).unwrap().seed(7);
+    let x: Vec<f64> = (0..count).map(|k| sigma * normal.held(0, k)).collect();
     for window in [Window::Hann, Window::Rectangular, Window::Blackman] {
         let density = Welch::new(n).window(window).density(&x, spacing).unwrap();
         let inner = &density.values()[4..n / 2 - 4];
@@ -96,7 +92,6 @@ fn white_noise() {
         // Single lines scatter by about √(segments) less than their mean.
         let worst = inner.iter().map(|s| (s / expected - 1.0).abs()).fold(0.0, f64::max);
         assert!(worst < 6.0 / (0.5 * density.segments() as f64).sqrt(), "{worst}");
-        assert!((density.per_radian()[9] * TAU - density.values()[9]).abs() < 1e-15);
         let levels = density.decibels(expected).unwrap();
         assert!((levels[40] - 10.0 * (density.values()[40] / expected).log10()).abs() < 1e-12);
     }
@@ -107,10 +102,11 @@ fn white_noise() {
 #[test]
 fn density_of_impulses() {
     let (impulse, spacing, count) = (0.3f64, 1e-3, 1 << 16);
+    let normal = HeldProcess::new(1.0, StandardNormal).unwrap().seed(11);
     let mut hits = 0u32;
     let x: Vec<f64> = (0..count)
         .map(|k| {
-            let z: f64 = StandardNormal.sample(&mut CounterRng::new(11, 0, 0, k));
+            let z = normal.held(0, k);
             // About one in ten samples, with either sign.
             if z.abs() < 1.6449 {
                 0.0

@@ -2,6 +2,7 @@
 
 use crate::api::*;
 use rand_distr::Uniform;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 /// x'' + c x' + x = 0. The damping c is a drive, and the energy is a channel.
@@ -29,7 +30,7 @@ fn member(hold: f64) -> impl Fn(u64) -> Result<(Held<Oscillator>, State), Parame
     let uniform = Uniform::new(0.0, 1.0).unwrap();
     move |member| {
         let process = HeldProcess::new(hold, uniform)?.seed(11).member(member);
-        Ok((Held::new(Oscillator).shared(&[0], 0.2, process)?, State::new(0.0, &[1.0], &[0.0])))
+        Ok((Held::new(Oscillator).add(&[(0, 0.2)], process)?, State::new(0.0, &[1.0], &[0.0])))
     }
 }
 
@@ -156,12 +157,10 @@ fn a_mistyped_channel_is_found_before_anything_runs() {
 fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let ensemble = Ensemble::new(300, 5.0, 1).unwrap().channels(&["q0"]);
-    let run = |watch: &Monitor<'_>| {
-        one.install(|| ensemble.clone().monitor(watch).run(&Rk4::new(0.25), member(0.5)))
-    };
-    let (shown, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let run = |ensemble: &Ensemble<'_>| one.install(|| ensemble.run(&Rk4::new(0.25), member(0.5)));
+    let (shown, stop) = (AtomicUsize::new(0), Arc::new(AtomicBool::new(false)));
     let count = |done: usize, total: usize| assert_eq!((1 + shown.fetch_add(1, Relaxed), 300), (done, total));
-    assert_eq!(run(&Monitor::new().progress(&count)).unwrap().members(), 300);
+    assert_eq!(run(&ensemble.clone().progress(count)).unwrap().members(), 300);
     assert_eq!(shown.load(Relaxed), 300);
 
     shown.store(0, Relaxed);
@@ -169,11 +168,11 @@ fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
         shown.fetch_add(1, Relaxed);
         stop.store(done >= 10, Relaxed);
     };
-    let watch = Monitor::new().progress(&until_ten).cancel(&stop);
-    let some = run(&watch).unwrap();
+    let watched = ensemble.progress(until_ten).cancel(stop.clone());
+    let some = run(&watched).unwrap();
     assert_eq!((some.members(), some.failed(), shown.load(Relaxed)), (10, 0, 10));
     assert_eq!(
-        run(&watch).unwrap_err(),
+        run(&watched).unwrap_err(),
         EnsembleError::Exhausted { exhausted: Exhausted::Cancelled, members: 300 }
     );
 }

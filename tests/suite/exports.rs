@@ -128,11 +128,11 @@ fn rows_of_a_sweep() {
         .measure(2)
         .channels(&["q0", "mesh force"])
         .rattle()
-        .run(
-            &LaneRk4::new(63 * 32).lanes::<4>(),
-            |p| pair.with("speed", p["speed"])?.with("load torque", p["load torque"]),
-            |_, pair| pair.static_start(),
-        )
+        .runner(&LaneRk4::new(63 * 32).lanes::<4>(), |p| {
+            pair.with("speed", p["speed"])?.with("load torque", p["load torque"])
+        })
+        .start(|_, pair| pair.static_start())
+        .run()
         .unwrap();
     let table = rows.table().unwrap();
     check(&table);
@@ -154,15 +154,13 @@ fn rows_of_a_sweep() {
         assert_eq!([find("change"), find("scatter")], [row.change(), row.scatter()]);
     }
     // A parameter with the name of a result.
-    let clash = Points::on_axis(Axis::list("scatter", &[100.0]).unwrap());
+    let clash = Points::from(Axis::list("scatter", &[100.0]).unwrap());
     let rows = Sweep::new(clash)
         .settle(0)
         .measure(1)
-        .run(
-            &LaneRk4::new(63 * 16).lanes::<4>(),
-            |_| pair.with("speed", 100.0),
-            |_, pair| pair.static_start(),
-        )
+        .runner(&LaneRk4::new(63 * 16).lanes::<4>(), |_| pair.with("speed", 100.0))
+        .start(|_, pair| pair.static_start())
+        .run()
         .unwrap();
     assert_eq!(rows.table(), Err(ParameterError::Twice { name: "scatter".into() }));
 }

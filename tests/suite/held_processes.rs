@@ -29,7 +29,7 @@ fn process(hold: f64, member: u64) -> HeldProcess {
 }
 
 fn member(hold: f64, member: u64) -> Held<Damped> {
-    Held::new(Damped).shared(&[0], 0.2, process(hold, member)).unwrap()
+    Held::new(Damped).add(&[(0, 0.2)], process(hold, member)).unwrap()
 }
 
 /// The mean energy at t = 40 of 1000 members is within three standard errors of the value from the exact
@@ -134,11 +134,16 @@ fn shared_and_per_mesh() {
     };
     let c = damping(&ring, 0.0);
     let p = process(1e-3, 0);
-    let together = Held::new(ring.clone()).shared(&slots, 500.0, p.clone()).unwrap();
+    let together = Held::new(ring.clone())
+        .add(&slots.iter().map(|slot| (*slot, 500.0)).collect::<Vec<_>>(), p.clone())
+        .unwrap();
     assert!(
         damping(&together, 2.5e-3).iter().zip(&c).all(|(d, c)| (d - c - 500.0 * p.held(0, 2)).abs() < 1e-9)
     );
-    let relative = Held::new(ring).per_slot_with_gains(&slots, &c, p.clone()).unwrap();
+    let relative = slots
+        .iter()
+        .zip(&c)
+        .fold(Held::new(ring), |relative, (slot, c)| relative.add(&[(*slot, *c)], p.clone()).unwrap());
     for (i, d) in damping(&relative, 0.5e-3).iter().enumerate() {
         assert!((d / (c[i] * (1.0 + p.held(i as u64, 0))) - 1.0).abs() < 1e-14);
     }
@@ -149,9 +154,11 @@ fn shared_and_per_mesh() {
 fn random_torque_and_clearance() {
     let ring = ring();
     let torque =
-        Held::new(ring.clone()).shared(&[ring.slot("motor torque").unwrap()], 4.0, process(5e-3, 0)).unwrap();
+        Held::new(ring.clone()).add(&[(ring.slot("motor torque").unwrap(), 4.0)], process(5e-3, 0)).unwrap();
     let gaps: Vec<[usize; 2]> = (0..4).map(|i| ring.clearance_slots(i).unwrap()).collect();
-    let clearance = Held::new(ring.clone()).clearance(&gaps, 1e-5, process(5e-3, 0)).unwrap();
+    let clearance = gaps.iter().fold(Held::new(ring.clone()), |held, [lower, upper]| {
+        held.add(&[(*lower, -1e-5), (*upper, 1e-5)], process(5e-3, 0)).unwrap()
+    });
     let mut u = vec![0.0; ring.drives()];
     clearance.drive(0.0, Side::After, &mut u);
     for (mesh, [lower, upper]) in gaps.iter().enumerate() {
@@ -179,7 +186,7 @@ fn random_torque_and_clearance() {
 #[test]
 fn far_out() {
     for hold in [1e-4, 0.1, 3.7] {
-        let held = Held::new(Damped).shared(&[0], 1.0, process(hold, 1)).unwrap();
+        let held = Held::new(Damped).add(&[(0, 1.0)], process(hold, 1)).unwrap();
         let p = process(hold, 1);
         for k in [1_000_000_000u64, 1_000_000_007, 1_234_567_891] {
             let t = k as f64 * hold;

@@ -176,12 +176,12 @@ fn lanes_and_balance_of_a_pair_with_inner_kinks() {
     parts.torque("drive", "driver", 0.4).torque("load", "driven", -0.4).accept(Warning::UnusualValue);
     let pair = parts.build("driver", 1.1).unwrap();
     let start = State::new(0.0, &[0.7 + 1.5 / 1.21], &[0.4]);
-    let sweep = Sweep::new(Points::on_axis(Axis::list("load", &[0.4, 0.42]).unwrap()));
+    let sweep = Sweep::new(Axis::list("load", &[0.4, 0.42]).unwrap());
     let sweep = sweep.settle(40).measure(2).channels(&["deflection"]).rattle();
     let family = |p: &Point<'_>| pair.with_all(&[("drive", p["load"]), ("load", -p["load"])]);
     let rest = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(start.clone());
-    let lanes = sweep.run(&LaneRk4::new(1000).lanes::<2>(), family, rest).unwrap();
-    let fine = sweep.run(&Located(Dop853::new().rtol(1e-10)), family, rest).unwrap();
+    let lanes = sweep.runner(&LaneRk4::new(1000).lanes::<2>(), family).start(rest).run().unwrap();
+    let fine = sweep.runner(&Located(Dop853::new().rtol(1e-10)), family).start(rest).run().unwrap();
     for (lanes, fine) in lanes.iter().zip(fine.iter()) {
         let [a, b] = [&lanes, &fine].map(|row| row.channel("deflection").unwrap());
         // Samples and kinks inside steps of 6e-3 give errors of some 1e-4.

@@ -51,18 +51,15 @@ fn counts_without_bound_are_refused_by_name() {
         too_many("series of the centre", InstantCentre::new(0.2).unwrap().rotation_series(count));
         // Runs are refused before they begin.
         let solver = Dop853::new();
-        let failed = Strobe::new(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
-        assert!(
-            matches!(failed.error, IntegrateError::Parameter(ParameterError::TooMany { .. })),
-            "{}",
-            failed.error
-        );
-        let unsettled =
-            Settle::new().max_period_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
+        let unsettled = Settle::new()
+            .max_period_multiple(count)
+            .start(&State::at_rest(1))
+            .run(&solver, &Swing)
+            .unwrap_err();
         assert!(matches!(unsettled, SettleError::Parameter(ParameterError::TooMany { .. })));
-        let sweep =
-            Sweep::new(Points::on_axis(Axis::list("x", &[1.0]).unwrap())).measure(count).strobe(count);
-        let rows = sweep.run(&TableRk4::new(64), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)));
+        let sweep = Sweep::new(Axis::list("x", &[1.0]).unwrap()).measure(count).strobe(count);
+        let rows =
+            sweep.runner(&TableRk4::new(64), |_| Ok::<_, P>(Swing)).start(|_, _| State::at_rest(1)).run();
         assert!(matches!(rows, Err(SweepError::Parameter(P::TooMany { .. }))), "{rows:?}");
     }
     too_many("waterfall", Waterfall::new(1 << 32, 1 << 32));
@@ -80,7 +77,8 @@ fn a_grid_too_large_for_memory_is_run_in_chunks() {
     let sweep = Sweep::new(Points::grid(vec![axis("a"), axis("b")]).unwrap()).settle(0).measure(1);
     let run = |chunks| {
         sweep
-            .runner(&TableRk4::new(8), |_| Ok::<_, P>(Swing), |_, _| Ok::<_, P>(State::at_rest(1)))
+            .runner(&TableRk4::new(8), |_| Ok::<_, P>(Swing))
+            .start(|_, _| State::at_rest(1))
             .chunk(1, chunks)
     };
     assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { max: 268_435_456, .. }))));
@@ -103,8 +101,8 @@ fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
         }
     }
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
-    let (start, speed) = (pair.static_start().unwrap(), pair.centre_frequency());
-    let run_up = VaryingSpeed::new(pair, PhaseLaw::constant(speed).unwrap());
+    let (start, speed) = (pair.static_start().unwrap(), pair.speed());
+    let run_up = VaryingSpeed::new(pair, SpeedLaw::constant(speed).unwrap());
     let run = |end, channel| {
         Waterfall::new(2, 256).unwrap().run(&NoRun, &run_up, &start, end, channel).unwrap_err().error
     };
@@ -217,17 +215,17 @@ fn laws_and_phases_that_overflow_are_refused() {
     let law = SmoothedBacklash::new(1e50, 1e-50).unwrap();
     assert!([0.0, 1e-100, 1e100].iter().all(|x| law.at(*x).is_finite() && law.slope(*x).is_finite()));
     for bad in [5e-324, 1e-200, 1e160, f64::MAX] {
-        assert!(PhaseLaw::constant(bad).is_err(), "{bad}");
+        assert!(SpeedLaw::constant(bad).is_err(), "{bad}");
         assert!(
-            PhaseLaw::fluctuation(bad, 0.9, 1.0).is_err() && PhaseLaw::fluctuation(1.0, 0.9, bad).is_err(),
+            SpeedLaw::fluctuation(bad, 0.9, 1.0).is_err() && SpeedLaw::fluctuation(1.0, 0.9, bad).is_err(),
             "{bad}"
         );
-        assert!(PhaseLaw::ramp(bad, 1.0, 1.0).is_err() && PhaseLaw::ramp(1.0, bad, 1.0).is_err(), "{bad}");
+        assert!(SpeedLaw::ramp(bad, 1.0, 1.0).is_err() && SpeedLaw::ramp(1.0, bad, 1.0).is_err(), "{bad}");
     }
-    assert!(PhaseLaw::ramp(1e49, 1e50, 1e300).is_err(), "the phase overflows");
-    assert!(PhaseLaw::ramp(1.0, 2.0, 5e-324).is_err(), "the acceleration overflows");
-    let law = PhaseLaw::fluctuation(1e50, 0.999, 1e-50).unwrap();
-    assert!([0.0, 1.0, 1e100].iter().all(|t| law.phase(*t).is_finite() && law.speed(*t).is_finite()));
+    assert!(SpeedLaw::ramp(1e49, 1e50, 1e300).is_err(), "the phase overflows");
+    assert!(SpeedLaw::ramp(1.0, 2.0, 5e-324).is_err(), "the acceleration overflows");
+    let law = SpeedLaw::fluctuation(1e50, 0.999, 1e-50).unwrap();
+    assert!([0.0, 1.0, 1e100].iter().all(|t| law.angle(*t).is_finite() && law.speed(*t).is_finite()));
 }
 
 #[test]
@@ -343,9 +341,11 @@ fn models_without_coordinates_are_refused() {
     assert!(matches!(&shot, ShootingError::Parameter(error) if none(error)), "{shot}");
     let grown = Lyapunov::new().run(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");
-    let sweep = Sweep::new(Points::on_axis(Axis::linear("x", 0.0, 1.0, 2).unwrap()));
+    let sweep = Sweep::new(Axis::linear("x", 0.0, 1.0, 2).unwrap());
     let swept = sweep
-        .run(&TableRk4::new(8), |_| Ok::<_, P>(Nothing), |_, _| Ok::<_, P>(State::at_rest(0)))
+        .runner(&TableRk4::new(8), |_| Ok::<_, P>(Nothing))
+        .start(|_, _| State::at_rest(0))
+        .run()
         .unwrap_err();
     assert!(matches!(&swept, SweepError::Parameter(error) if none(error)), "{swept}");
 }
@@ -354,16 +354,16 @@ fn models_without_coordinates_are_refused() {
 #[test]
 fn times_of_phases_at_any_scale() {
     let laws = [
-        PhaseLaw::table(&[0.0, 1e-30, 1.0], &[1e40, 1e-40, 1e40]).unwrap(),
-        PhaseLaw::table(&[0.0, 1e20, 2e20], &[1e-50, 1e50, 1.0]).unwrap(),
-        PhaseLaw::ramp(1e10, 1e-10, 1e-5).unwrap(),
-        PhaseLaw::fluctuation(2e12, 0.57, 1e-50).unwrap(),
-        PhaseLaw::fluctuation(1e-50, 0.999, 1e50).unwrap(),
-        PhaseLaw::fluctuation(3.0, 0.9, 1e3).unwrap(),
+        SpeedLaw::table(&[0.0, 1e-30, 1.0], &[1e40, 1e-40, 1e40]).unwrap(),
+        SpeedLaw::table(&[0.0, 1e20, 2e20], &[1e-50, 1e50, 1.0]).unwrap(),
+        SpeedLaw::ramp(1e10, 1e-10, 1e-5).unwrap(),
+        SpeedLaw::fluctuation(2e12, 0.57, 1e-50).unwrap(),
+        SpeedLaw::fluctuation(1e-50, 0.999, 1e50).unwrap(),
+        SpeedLaw::fluctuation(3.0, 0.9, 1e3).unwrap(),
     ];
     for law in &laws {
         for phase in [-1e60, -1.0, -1e-12, 0.0, 1e-300, 1e-12, 1.0, 40.0, 1e60] {
-            let again = law.phase(law.time(phase));
+            let again = law.angle(law.time(phase));
             assert!((again - phase).abs() <= 1e-9 * phase.abs().max(1e-9), "{law:?}: {phase:e}, {again:e}");
         }
     }
@@ -412,7 +412,7 @@ fn runs_end_within_a_bounded_time() {
             a[0] = -q[0] - v[0];
         }
     }
-    let solver = Dop853::new().rtol(f64::MAX).atol(1e50);
+    let solver = Dop853::new().rtol(0.5).atol(1e50);
     for end in [1e51, 1e308, f64::INFINITY, f64::NAN] {
         assert!(
             matches!(solver.end(&Idle, &State::at_rest(1), end), Err(IntegrateError::TimeSpan { .. })),
@@ -446,7 +446,7 @@ fn steps_that_overflow_inside_show_numbers() {
         }
         std::ops::ControlFlow::Continue(())
     };
-    let solver = Dop853::new().rtol(1e4).atol(1e160).max_steps(100);
+    let solver = Dop853::new().rtol(0.5).atol(1e160).max_steps(100);
     let end = solver.run(&Stiffening, &State::at_rest(1), 1e3, &mut look);
     assert!(matches!(end, Err(IntegrateError::NotFinite { .. })), "{end:?}");
     assert!(inside > 0 && largest > 1e20, "{inside} {largest:e}");

@@ -23,7 +23,7 @@ const CHANGES: [(&str, Change); 12] = [
 /// Runs four members of a family in lanes and each of them alone, and compares the rows to the bit.
 fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machine<G> + Sync) {
     let sweep = |shares: &[f64]| {
-        let points = Points::on_axis(Axis::list("share", shares).unwrap());
+        let points = Points::from(Axis::list("share", shares).unwrap());
         let sweep =
             Sweep::new(points).settle(1).measure(1).channels(&["q0", "deflection", "mesh force"]).rattle();
         let start = |_: &Point<'_>, model: &Machine<G>| -> Result<State, ParameterError> {
@@ -31,11 +31,11 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
             Ok(State::new(0.0, &vec![-1.5e-3; n], &vec![0.0; n]))
         };
         let rows = sweep
-            .run(
-                &LaneRk4::new(63 * 16).lanes::<4>(),
-                |p: &Point<'_>| Ok::<_, ParameterError>(family(p["share"])),
-                start,
-            )
+            .runner(&LaneRk4::new(63 * 16).lanes::<4>(), |p: &Point<'_>| {
+                Ok::<_, ParameterError>(family(p["share"]))
+            })
+            .start(start)
+            .run()
             .unwrap();
         assert!(rows.iter().count() == shares.len(), "{what}: {:?}", rows.errors().first_key_value());
         rows

@@ -6,6 +6,7 @@ use crate::benchmarks::{Pair, Rattling, ring};
 use crate::common::planets::ring_locked;
 use gear_dynamics::trains::{Planetary, Train};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 const TOLERANCE: f64 = 1e-10;
@@ -15,7 +16,7 @@ fn tolerant() -> Taylor {
 }
 
 fn axis(name: &str, from: f64, to: f64, count: usize) -> Points {
-    Points::on_axis(Axis::linear(name, from, to, count).unwrap())
+    Points::from(Axis::linear(name, from, to, count).unwrap())
 }
 
 /// The rows of a sweep over one constant of a machine.
@@ -27,7 +28,7 @@ fn rows<G: Shape + Send + Sync>(
 ) -> Rows {
     let name = sweep.points().names()[0].clone();
     let family = |p: &Point<'_>| machine.with(&name, p[&*name]);
-    sweep.run(engine, family, |_, _| Ok::<_, ParameterError>(start.clone())).unwrap()
+    sweep.runner(engine, family).start(|_, _| start.clone()).run().unwrap()
 }
 
 /// Compares all figures of two rows: those of channels within `within` of their size, and states at an instant, which
@@ -107,7 +108,7 @@ fn rows_of_the_pair_are_those_of_single_runs() {
 #[test]
 fn rows_of_a_ring_are_those_of_single_runs() {
     let ring = ring(3, 2.0);
-    let omega = ring.mesh_frequency();
+    let omega = ring.speed();
     let points = axis("mesh frequency", 0.5 * omega, omega, 5);
     rows_agree(&ring, &State::at_rest(ring.dof()), points, &["deflection 0", "mesh force 1"], [400, 3, 2], 2);
 }
@@ -157,19 +158,17 @@ fn the_same_bits_however_it_is_run() {
         assert_eq!(expected, rows.fingerprint(), "{threads} threads");
     }
     let family = |p: &Point<'_>| machine.with("wc", p["wc"]);
-    let runner = sweep.runner(&engine, family, |_, _| Ok::<_, ParameterError>(start.clone()));
+    let runner = sweep.runner(&engine, family).start(|_, _| start.clone());
     let parts = [2, 0, 1].map(|i| runner.chunk(i, 3).unwrap());
     assert_eq!(expected, Rows::merge(parts.into()).unwrap().fingerprint());
     // A run that is cancelled and resumed.
-    let (made, cancel) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let (made, cancel) = (AtomicUsize::new(0), Arc::new(AtomicBool::new(false)));
     let stop = |_: &Row<'_>| {
         if made.fetch_add(1, Ordering::Relaxed) == 4 {
             cancel.store(true, Ordering::Relaxed);
         }
     };
-    let monitor = Monitor::new().rows(&stop).cancel(&cancel);
-    let partial =
-        sweep.runner(&engine, family, |_, _| Ok::<_, ParameterError>(start.clone())).monitor(&monitor);
+    let partial = sweep.runner(&engine, family).start(|_, _| start.clone()).rows(stop).cancel(cancel.clone());
     let partial = partial.run().unwrap();
     assert!(partial.iter().count() < 11);
     assert_eq!(expected, runner.resume(partial).unwrap().fingerprint());
@@ -297,7 +296,7 @@ fn from_starts(
     let sweep = Sweep::new(points).settle(0).measure(periods).channels(&["q0"]).rattle().strobe(1);
     let start =
         |p: &Point<'_>, _: &Machine<Stops>| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
-    sweep.run(engine, |_| Ok::<_, ParameterError>(machine.clone()), start).unwrap()
+    sweep.runner(engine, |_| Ok::<_, ParameterError>(machine.clone())).start(start).run().unwrap()
 }
 
 /// A mass at rest and an edge that comes down, overlaps it by δ and leaves.
@@ -439,7 +438,7 @@ fn a_lane_that_fails_fails_alone() {
         Ok::<_, ParameterError>(State::new(0.0, &[q], &[p["v"]]))
     };
     let engine = LaneTaylor::new(Taylor::new());
-    let mixed = sweep.run(&engine, |_| Ok::<_, ParameterError>(quiet.clone()), begin).unwrap();
+    let mixed = sweep.runner(&engine, |_| Ok::<_, ParameterError>(quiet.clone())).start(begin).run().unwrap();
     assert_eq!(mixed.errors().keys().collect::<Vec<_>>(), [&3]);
     for i in (0..10).filter(|i| *i != 3) {
         agree("beside a failure", &mixed.get(i).unwrap(), &calm.get(i).unwrap(), &["q0"], 1, 0.0);
@@ -464,12 +463,12 @@ fn shapes_that_lanes_do_not_run_are_refused_by_name() {
     );
     for taylor in [Taylor::new().rtol(0.5), Taylor::new().order(3), Taylor::new().atol(0.0)] {
         let family = |p: &Point<'_>| pair.with("speed", p["speed"]);
-        let run = sweep.run(&LaneTaylor::new(taylor), family, |_, _| Ok::<_, ParameterError>(start.clone()));
+        let run = sweep.runner(&LaneTaylor::new(taylor), family).start(|_, _| start.clone()).run();
         assert!(matches!(run.unwrap_err(), SweepError::Parameter(_)));
     }
     let own = Sweep::new(axis("wc", 0.002, 0.003, 2)).settle(0).measure(1).channels(&["contact"]);
     let family = |p: &Point<'_>| super::lane_taylor::pair().with("wc", p["wc"]);
-    let run = own.run(&LaneTaylor::new(tolerant()), family, |_, _| Ok::<_, ParameterError>(Pair::start()));
+    let run = own.runner(&LaneTaylor::new(tolerant()), family).start(|_, _| Pair::start()).run();
     assert_eq!(run.unwrap_err(), SweepError::Channel { name: "contact".into() });
 }
 

@@ -108,12 +108,11 @@ fn the_face_gear_pair_of_parts_rattles_as_the_pair() {
 fn the_face_gear_pair_of_parts_sweeps_in_lanes() {
     let (train, pair) = pairs(&rich());
     let speeds = Axis::linear("speed", 60.0, 110.0, 10).unwrap();
-    let sweep =
-        Sweep::new(Points::on_axis(speeds)).settle(0).measure(1).channels(&["deflection", "mesh force"]);
+    let sweep = Sweep::new(speeds).settle(0).measure(1).channels(&["deflection", "mesh force"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start = |p: &Point<'_>, _: &Train| pair.with("speed", p["speed"])?.static_start();
-    let lanes = sweep.run(&LaneRk4::new(63 * 64).lanes::<8>(), model, start).unwrap();
-    let single = sweep.run(&TableRk4::new(63 * 64), model, start).unwrap();
+    let lanes = sweep.runner(&LaneRk4::new(63 * 64).lanes::<8>(), model).start(start).run().unwrap();
+    let single = sweep.runner(&TableRk4::new(63 * 64), model).start(start).run().unwrap();
     for (a, b) in lanes.iter().zip(single.iter()) {
         let [a, b] = [a, b].map(|row| row.channel("mesh force").unwrap());
         assert!(a.max > 0.0 && (a.max - b.max).abs() < 1e-9 * b.max, "{a:?} {b:?}");
@@ -435,7 +434,7 @@ fn a_constant_torque_accelerates_the_pinion_in_a_run_up() {
     // In the gap, without damping.
     let params = NfgParams { half_backlash: 1.0, damping_ratio: 0.0, ..NfgParams::table1() };
     let pair = NfgPair2::new(&params, 0.01).unwrap().with_torque(7.0).unwrap();
-    let law = PhaseLaw::ramp(40.0, 60.0, 4.0).unwrap(); // x'' = 5 rad/s²
+    let law = SpeedLaw::ramp(40.0, 60.0, 4.0).unwrap(); // x'' = 5 rad/s²
     let a = accelerations(&VaryingSpeed::new(pair, law), 1.0, &[0.0; 2], &[0.0; 2]);
     assert!((a[0] - (7.0 / 0.01 - 3.5 * 5.0)).abs() < 1e-9, "{a:?}");
 }

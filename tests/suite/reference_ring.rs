@@ -97,9 +97,10 @@ fn every_trajectory() {
             compare(&ring, case, name);
         } else {
             let process = HeldProcess::from_values(number(&held["hold_s"]), &list(&held["values"])).unwrap();
-            let slots: Vec<usize> =
-                (0..ring.gears()).map(|i| ring.slot(&format!("mesh damping {i}")).unwrap()).collect();
-            let noisy = Held::new(ring).shared(&slots, number(&held["scale_Ns_per_m"]), process).unwrap();
+            let scale = number(&held["scale_Ns_per_m"]);
+            let slot = |i: usize| (ring.slot(&format!("mesh damping {i}")).unwrap(), scale);
+            let slots: Vec<(usize, f64)> = (0..ring.gears()).map(slot).collect();
+            let noisy = Held::new(ring).add(&slots, process).unwrap();
             compare(&noisy, case, name);
         }
     }

@@ -239,12 +239,12 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
     let make = || {
         NfgPair::new(&NfgParams { half_backlash: 0.0, load_torque: 1.0, speed: 100.0, ..NfgParams::table1() })
     };
-    let sweep = Sweep::new(Points::on_axis(Axis::list("one", &[1.0]).unwrap())).settle(1).measure(1).rattle();
+    let sweep = Sweep::new(Axis::list("one", &[1.0]).unwrap()).settle(1).measure(1).rattle();
     let (family, start) = (|_: &Point<'_>| make(), |_: &Point<'_>, pair: &NfgPair| pair.static_start());
     let all = [
-        sweep.run(&LaneRk4::new(4032).lanes::<4>(), family, start).unwrap(),
-        sweep.run(&TableRk4::new(4032), family, start).unwrap(),
-        sweep.run(&Located(Dop853::new()), family, start).unwrap(),
+        sweep.runner(&LaneRk4::new(4032).lanes::<4>(), family).start(start).run().unwrap(),
+        sweep.runner(&TableRk4::new(4032), family).start(start).run().unwrap(),
+        sweep.runner(&Located(Dop853::new()), family).start(start).run().unwrap(),
     ];
     for rows in &all {
         let (state, contact) =

@@ -161,7 +161,7 @@ fn closure_and_frames() {
     let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap();
     let view = ring.relative(2.65e-5, 1e3).unwrap();
     let solver = Dop853::new().rtol(1e-12).atol(1e-15);
-    let e = |t: f64| ring.shape().meshes()[0].error().value(ring.mesh_frequency() * t, Side::After);
+    let e = |t: f64| ring.shape().meshes()[0].error().value(ring.speed() * t, Side::After);
     solver
         .run(&ring, &State::at_rest(7), 5e-3, &mut |step: &mut Step<'_>| {
             let (q, _) = view.of(&State::new(step.t1(), step.q1(), step.v1()));

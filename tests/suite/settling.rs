@@ -5,7 +5,7 @@ use crate::api::*;
 use std::f64::consts::TAU;
 
 fn one_point() -> Sweep {
-    Sweep::new(Points::on_axis(Axis::list("only", &[0.0]).unwrap()))
+    Sweep::new(Axis::list("only", &[0.0]).unwrap())
 }
 
 /// Period multiple and last return (`Row::change`) of one model, with tables and with located edges.
@@ -19,8 +19,8 @@ fn rows<M: Periodic + Clone + Sync>(model: &M, start: &State, settle: usize) -> 
     };
     let located = Located(Dop853::new().rtol(1e-10).atol(1e-12));
     [
-        of(sweep.run(&TableRk4::new(256), family, begin).unwrap()),
-        of(sweep.run(&located, family, begin).unwrap()),
+        of(sweep.runner(&TableRk4::new(256), family).start(begin).run().unwrap()),
+        of(sweep.runner(&located, family).start(begin).run().unwrap()),
     ]
 }
 
@@ -56,7 +56,7 @@ fn a_motion_strobed_at_its_crest_has_a_period() {
     }
     // There the velocity is zero up to rounding.
     let settled =
-        Settle::new().run(&Dop853::new().rtol(1e-10).atol(1e-12), &model, &State::at_rest(1)).unwrap();
+        Settle::new().start(&State::at_rest(1)).run(&Dop853::new().rtol(1e-10).atol(1e-12), &model).unwrap();
     assert!(settled.state.v[0].abs() < 1e-8 && settled.period_multiple == 1);
 }
 
@@ -86,7 +86,7 @@ impl Periodic for Turning {
 fn a_model_that_turns_settles_in_its_relative_motion() {
     let start = State::new(0.0, &[30.0, 29.9], &[80.0, 80.0]);
     let solver = Dop853::new().rtol(1e-12).atol(1e-12);
-    let steady = Settle::new().tolerance(1e-7).run(&solver, &Turning, &start).unwrap();
+    let steady = Settle::new().tolerance(1e-7).start(&start).run(&solver, &Turning).unwrap();
     assert_eq!(steady.period_multiple, 1);
     // The steady state contains the rigid motion.
     assert!((steady.state.q[0] - 30.0 - 80.0 * steady.state.t).abs() < 1.0);
@@ -118,7 +118,7 @@ fn what_drifts_apart_does_not_settle() {
             TAU
         }
     }
-    let steady = Settle::new().max_periods(40).run(&Dop853::new(), &Slipping, &State::at_rest(2));
+    let steady = Settle::new().max_periods(40).start(&State::at_rest(2)).run(&Dop853::new(), &Slipping);
     assert!(matches!(steady, Err(SettleError::Aperiodic { .. })), "{steady:?}");
     for (period, _) in rows(&Slipping, &State::at_rest(2), 20) {
         assert_eq!(period, None);
@@ -129,20 +129,16 @@ fn what_drifts_apart_does_not_settle() {
 /// examples/bifurcation.rs.
 #[test]
 fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
-    let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap()))
-        .settle(20)
-        .measure(6);
+    let sweep = Sweep::new(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap()).settle(20).measure(6);
     let rows = sweep
-        .run(
-            &Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])),
-            |p| {
-                NfgPair::with_reading(
-                    &NfgParams { speed: p["speed"], ..NfgParams::table1() },
-                    NfgReading::published_on_base_radius(),
-                )
-            },
-            |_, pair| pair.static_start(),
-        )
+        .runner(&Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])), |p| {
+            NfgPair::with_reading(
+                &NfgParams { speed: p["speed"], ..NfgParams::table1() },
+                NfgReading::published_on_base_radius(),
+            )
+        })
+        .start(|_, pair| pair.static_start())
+        .run()
         .unwrap();
     for row in rows.iter() {
         println!("{}: {:?}, {:e}", row.point()["speed"], row.period_multiple(), row.change());
@@ -179,14 +175,13 @@ impl Periodic for Balanced {
 
 #[test]
 fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
-    let steady = Settle::new().run(&Dop853::new(), &Balanced, &State::at_rest(4)).unwrap();
+    let steady = Settle::new().start(&State::at_rest(4)).run(&Dop853::new(), &Balanced).unwrap();
     assert_eq!(steady.period_multiple, 1);
     assert!(steady.state.q[3].abs() < 1e-13 && steady.state.q[0] > 1.4, "{:?}", steady.state);
-    let points = Points::on_axis(Axis::list("x", &[0.0]).unwrap());
+    let points = Points::from(Axis::list("x", &[0.0]).unwrap());
     let sweep = Sweep::new(points).settle(80).measure(4);
     let family = |_: &Point<'_>| Ok::<_, ParameterError>(Balanced);
-    let rows =
-        sweep.run(&TableRk4::new(400), family, |_, _| Ok::<_, ParameterError>(State::at_rest(4))).unwrap();
+    let rows = sweep.runner(&TableRk4::new(400), family).start(|_, _| State::at_rest(4)).run().unwrap();
     assert_eq!(rows.get(0).unwrap().period_multiple(), Some(1));
 }
 
@@ -194,7 +189,11 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
 #[test]
 fn returns_to_rounding_settle_at_any_tolerance() {
     let settle = |tolerance: f64| {
-        Settle::new().tolerance(tolerance).max_periods(400).run(&Dop853::new(), &Balanced, &State::at_rest(4))
+        Settle::new()
+            .tolerance(tolerance)
+            .max_periods(400)
+            .start(&State::at_rest(4))
+            .run(&Dop853::new(), &Balanced)
     };
     let coarse = settle(1e-9).unwrap();
     assert!(coarse.change > 1e-12 && coarse.change <= 1e-9, "{}", coarse.change);

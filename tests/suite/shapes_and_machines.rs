@@ -113,8 +113,8 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
     for error_harmonics in [vec![], vec![[0.0, 1e-5]]] {
         let params = NfgParams { damping_ratio: 0.0, error: 3e-5, error_harmonics, ..NfgParams::table1() };
         let bare = NfgPair::new(&params).unwrap();
-        let (speed, radius) = (bare.centre_frequency(), bare.mean_radius());
-        let law = PhaseLaw::fluctuation(speed, 0.02, 20.0 * speed).unwrap();
+        let (speed, radius) = (bare.speed(), bare.mean_radius());
+        let law = SpeedLaw::fluctuation(speed, 0.02, 20.0 * speed).unwrap();
         let pair = VaryingSpeed::new(bare.clone(), law.clone());
         let (mut u, mut a, mut steady) = (vec![0.0; pair.drives()], [0.0], [0.0]);
         let load = bare.prepared_constants()[2]; // B0
@@ -125,7 +125,7 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
             pair.drive(t, Side::After, &mut u);
             pair.accel(&u, &[0.0], &[0.0], &mut a);
             let motion = |t: f64| {
-                let x = law.phase(t);
+                let x = law.angle(t);
                 let turns = ((x + 0.5 * TAU) / TAU).floor();
                 let rigid = 2.0 * ((1.0 - eps) / (1.0 + eps) * (0.5 * x).tan()).atan() + TAU * turns;
                 let error: f64 = params.error
@@ -136,7 +136,7 @@ fn second_derivatives_hold_the_acceleration_of_the_angle() {
             let second = |h: f64| (motion(t + h) - 2.0 * motion(t) + motion(t - h)) / (h * h);
             let differences = (4.0 * second(h) - second(2.0 * h)) / 3.0 - load;
             assert!((a[0] - differences).abs() < 2e-6 * load + 1e-10, "{t}: {} {differences}", a[0]);
-            bare.shape().waves(law.phase(t), Side::After, &mut u[..6]);
+            bare.shape().waves(law.angle(t), Side::After, &mut u[..6]);
             (u[6], u[7]) = (law.speed(t), 0.0);
             bare.accel(&u, &[0.0], &[0.0], &mut steady);
             by_acceleration = by_acceleration.max((a[0] - steady[0]).abs());
@@ -163,10 +163,10 @@ fn rings_of_any_speed_share_lanes() {
     };
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let sweep = |speeds: &[f64]| {
-        let points = Points::on_axis(Axis::list("rpm", speeds).unwrap());
+        let points = Points::from(Axis::list("rpm", speeds).unwrap());
         let sweep =
             Sweep::new(points).settle(1).measure(2).channels(&["deflection 0", "mesh force 1"]).rattle();
-        sweep.run(&LaneRk4::new(200).lanes::<4>(), family, start).unwrap()
+        sweep.runner(&LaneRk4::new(200).lanes::<4>(), family).start(start).run().unwrap()
     };
     let speeds = [2000.0, 2500.0, 3000.0, 4000.0];
     let together = sweep(&speeds);
@@ -454,19 +454,16 @@ fn lanes_refuse_rigid_stops() {
     let family = |p: &Point<'_>| Machine::with_constants(Bouncer, &[("speed", TAU), ("weight", p["weight"])]);
     let start =
         |_: &Point<'_>, _: &Machine<Bouncer>| Ok::<_, ParameterError>(State::new(0.0, &[0.5], &[0.0]));
-    let sweep = Sweep::new(Points::on_axis(Axis::list("weight", &[1.0]).unwrap()))
-        .settle(0)
-        .measure(2)
-        .channels(&["q0"]);
+    let sweep = Sweep::new(Axis::list("weight", &[1.0]).unwrap()).settle(0).measure(2).channels(&["q0"]);
     let refused = PointError::from(IntegrateError::StopNotLocated { contact: 0 });
     for rows in [
-        sweep.run(&LaneRk4::new(64).lanes::<4>(), family, start),
-        sweep.run(&TableRk4::new(64), family, start),
+        sweep.runner(&LaneRk4::new(64).lanes::<4>(), family).start(start).run(),
+        sweep.runner(&TableRk4::new(64), family).start(start).run(),
     ] {
         assert_eq!(rows.unwrap().get(0).unwrap_err(), refused);
     }
     // From a height of 1/2 it falls for 1 s and is back at the top after 2 s.
-    let rows = sweep.run(&Located(Dop853::new()), family, start).unwrap();
+    let rows = sweep.runner(&Located(Dop853::new()), family).start(start).run().unwrap();
     assert!((rows.get(0).unwrap().channel("q0").unwrap().max - 0.5).abs() < 1e-9);
 }
 
@@ -680,16 +677,16 @@ fn laws_with_missing_edges_in_the_pair() {
     check(Linear, "linear");
 }
 
-/// Away from edges a model with a constant phase law has the drives of the model without it, to the bit.
+/// Away from edges a model with a constant speed law has the drives of the model without it, to the bit.
 #[test]
-fn a_phase_law_moves_no_wave_that_has_no_edge_there() {
+fn a_speed_law_moves_no_wave_that_has_no_edge_there() {
     let wave = Wave::new(RectangularWave::new(1.5e8, 2.5e8, 0.4).unwrap()).per_turn(63).unwrap();
     let mut params = RingSet { error: 5e-6, ..RingSet::set_a(4, 2000.0) }.params().unwrap();
     for mesh in &mut params.meshes {
         *mesh = Mesh::new(wave.clone(), mesh.error().clone(), *mesh.law());
     }
     let ring = Ring::new(&params).unwrap();
-    let varying = VaryingSpeed::new(ring.clone(), PhaseLaw::constant(ring.mesh_frequency()).unwrap());
+    let varying = VaryingSpeed::new(ring.clone(), SpeedLaw::constant(ring.speed()).unwrap());
     let (mut u, mut w) = (vec![0.0; ring.drives()], vec![0.0; ring.drives()]);
     for k in 0..50 {
         let t = 1.3e-4 * f64::from(k) + 1e-6;

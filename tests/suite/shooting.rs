@@ -207,8 +207,11 @@ fn check_face_gear_pair(wanted: &[f64]) {
             .unwrap();
         let params = NfgParams { speed, ..NfgParams::table1() };
         let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
-        let settled =
-            Settle::new().tolerance(1e-4).run(&Dop853::new(), &pair, &pair.static_start().unwrap()).unwrap();
+        let settled = Settle::new()
+            .tolerance(1e-4)
+            .start(&pair.static_start().unwrap())
+            .run(&Dop853::new(), &pair)
+            .unwrap();
         let cycle = Shooting::new().segments(63).solve(&pair, &[settled.state]).unwrap();
         let first = &cycle.states()[0];
         let ppv = number(&case["ppv"]);
@@ -325,7 +328,8 @@ fn least_period_multiple() {
     let settled = Settle::new()
         .tolerance(1e-7)
         .max_periods(2000)
-        .run(&Dop853::new(), &model, &State::new(0.0, &[2.26], &[0.84]))
+        .start(&State::new(0.0, &[2.26], &[0.84]))
+        .run(&Dop853::new(), &model)
         .unwrap();
     println!("settled to {} periods", settled.period_multiple);
     let cycle =

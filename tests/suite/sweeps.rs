@@ -3,6 +3,7 @@
 
 use crate::api::*;
 use crate::benchmarks::{Pair, Rattling};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 const STEPS: usize = 63 * 16;
@@ -16,14 +17,14 @@ fn rest(_: &Point<'_>, _: &LanePair) -> Result<State, ParameterError> {
     Ok(Pair::start())
 }
 fn frequencies(count: usize) -> Points {
-    Points::on_axis(Axis::linear("we", 0.15, 0.36, count).unwrap())
+    Points::from(Axis::linear("we", 0.15, 0.36, count).unwrap())
 }
 fn sweep(count: usize) -> Sweep {
     Sweep::new(frequencies(count)).settle(2).measure(3).channels(&["q0", "v0"]).rattle().strobe(2)
 }
 /// Fingerprint of the rows of a sweep.
 fn hash(sweep: &Sweep, engine: &impl SweepEngine<LanePair>) -> u64 {
-    sweep.run(engine, pair, rest).unwrap().fingerprint()
+    sweep.runner(engine, pair).start(rest).run().unwrap().fingerprint()
 }
 
 /// The bits of a row are a function of its point alone: any number of lanes, any instruction set, any number
@@ -46,18 +47,18 @@ fn the_same_bits_however_it_is_run() {
     }
     for chunks in [2, 3, 7] {
         let mut parts: Vec<Rows> = (0..chunks)
-            .map(|i| sweep.runner(&LaneRk4::new(STEPS), pair, rest).chunk(i, chunks).unwrap())
+            .map(|i| sweep.runner(&LaneRk4::new(STEPS), pair).start(rest).chunk(i, chunks).unwrap())
             .collect();
         parts.reverse();
         assert_eq!(expected, Rows::merge(parts).unwrap().fingerprint(), "{chunks} chunks");
     }
     // Single points: a run alone is made without lanes, over the same drive table.
-    let rows = sweep.run(&LaneRk4::new(STEPS), pair, rest).unwrap();
+    let rows = sweep.runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
     for i in [0, 17, 40] {
         let value = rows.points().point(i)["we"];
-        let alone = Sweep::new(Points::on_axis(Axis::list("we", &[value]).unwrap()));
+        let alone = Sweep::new(Axis::list("we", &[value]).unwrap());
         let alone = alone.settle(1).measure(2).channels(&["q0", "v0"]).rattle().strobe(2);
-        let alone = alone.run(&LaneRk4::new(STEPS), pair, rest).unwrap();
+        let alone = alone.runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
         let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
         assert_eq!(a.channel("q0"), b.channel("q0"));
         assert_eq!(a.contacts()[0], b.contacts()[0]);
@@ -72,7 +73,7 @@ fn the_same_bits_however_it_is_run() {
 /// CHANGELOG.md. The numbers of three rows were computed separately with the same Runge-Kutta steps.
 #[test]
 fn the_bits_are_pinned() {
-    let rows = sweep(20).run(&LaneRk4::new(STEPS), pair, rest).unwrap();
+    let rows = sweep(20).runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
     // Row; mean, minimum and maximum of q1; samples in the gap of 3 x 1008; impacts on the lower flank.
     for (index, mean, min, max, gap, impacts) in [
         (5, -6.400_346_737_857e-4, -7.114_396_815_434e-4, -6.182_017_275_670e-4, 18.0, 15),
@@ -97,7 +98,7 @@ fn at_rest(_: &Point<'_>, pair: &NfgPair) -> Result<State, ParameterError> {
     pair.static_start()
 }
 fn speeds(values: &[f64]) -> Points {
-    Points::on_axis(Axis::list("speed", values).unwrap())
+    Points::from(Axis::list("speed", values).unwrap())
 }
 
 /// What fixed steps can miss in one period of a motion.
@@ -145,8 +146,15 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
     let channels = ["q0", "deflection", "mesh force"];
     let sweep =
         Sweep::new(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&channels).rattle();
-    let located = sweep.run(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg, at_rest).unwrap();
-    let lanes = sweep.clone().check_every(1).run(&LaneRk4::new(63 * 64).lanes::<4>(), nfg, at_rest).unwrap();
+    let located =
+        sweep.runner(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg).start(at_rest).run().unwrap();
+    let lanes = sweep
+        .clone()
+        .check_every(1)
+        .runner(&LaneRk4::new(63 * 64).lanes::<4>(), nfg)
+        .start(at_rest)
+        .run()
+        .unwrap();
     for (a, b) in lanes.iter().zip(located.iter()) {
         assert_eq!(a.contacts()[0].rattle_state(), b.contacts()[0].rattle_state());
         let (x, y) = (a.contacts()[0], b.contacts()[0]);
@@ -185,8 +193,8 @@ fn the_scalar_engine_agrees_with_lanes() {
         .measure(2)
         .channels(&["q0", "deflection", "mesh force"])
         .rattle();
-    let lanes = sweep.run(&LaneRk4::new(2016).lanes::<4>(), nfg, at_rest).unwrap();
-    let scalar = sweep.run(&TableRk4::new(2016), nfg, at_rest).unwrap();
+    let lanes = sweep.runner(&LaneRk4::new(2016).lanes::<4>(), nfg).start(at_rest).run().unwrap();
+    let scalar = sweep.runner(&TableRk4::new(2016), nfg).start(at_rest).run().unwrap();
     for (a, b) in lanes.iter().zip(scalar.iter()) {
         for channel in ["q0", "deflection", "mesh force"] {
             let (a, b) = (a.channel(channel).unwrap(), b.channel(channel).unwrap());
@@ -209,12 +217,17 @@ fn chaos_is_flagged_and_periods_are_found() {
         .measure(40)
         .channels(&["q0", "deflection"])
         .rattle();
-    let rows = sweep.run(&LaneRk4::new(4032).lanes::<8>(), nfg, at_rest).unwrap();
+    let rows = sweep.runner(&LaneRk4::new(4032).lanes::<8>(), nfg).start(at_rest).run().unwrap();
     let of =
         |rows: &Rows| rows.iter().map(|row| (row.period_multiple(), row.is_sensitive())).collect::<Vec<_>>();
     assert_eq!(of(&rows), [(Some(1), false), (None, true), (None, true), (None, false), (Some(1), false)]);
     let fine = Sweep::new(speeds(&[180.0])).settle(60).measure(4).channels(&["q0", "deflection"]).rattle();
-    let fine = fine.periodic_tolerance(1e-4).run(&LaneRk4::new(4 * 4032).lanes::<4>(), nfg, at_rest).unwrap();
+    let fine = fine
+        .periodic_tolerance(1e-4)
+        .runner(&LaneRk4::new(4 * 4032).lanes::<4>(), nfg)
+        .start(at_rest)
+        .run()
+        .unwrap();
     assert_eq!(of(&fine), [(Some(1), false)]);
     let (coarse, fine) = (rows.get(3).unwrap(), fine.get(0).unwrap());
     assert_eq!(coarse.contacts()[0].rattle_state(), fine.contacts()[0].rattle_state());
@@ -229,13 +242,13 @@ fn chaos_is_flagged_and_periods_are_found() {
 fn lanes_are_refilled_as_they_finish() {
     let points = frequencies(23);
     let sweep = Sweep::new(points.clone()).settle(40).until_repeats(1e-9).measure(2).channels(&["q0"]);
-    let together = sweep.run(&LaneRk4::new(1008).lanes::<4>(), pair, rest).unwrap();
+    let together = sweep.runner(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap();
     let settled: Vec<usize> = together.iter().map(|row| row.settled_after()).collect();
     assert!(settled.iter().min() < settled.iter().max(), "{settled:?}");
-    assert_eq!(together, sweep.run(&LaneRk4::new(1008).lanes::<8>(), pair, rest).unwrap());
+    assert_eq!(together, sweep.runner(&LaneRk4::new(1008).lanes::<8>(), pair).start(rest).run().unwrap());
     equals_each_alone(&together, |points| {
         let sweep = Sweep::new(points).settle(40).until_repeats(1e-9).measure(2).channels(&["q0"]);
-        sweep.run(&LaneRk4::new(1008).lanes::<4>(), pair, rest).unwrap()
+        sweep.runner(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap()
     });
 }
 
@@ -302,12 +315,23 @@ fn rings_in_lanes_are_each_ring_alone() {
             Axis::linear("damping", 1000.0, 3000.0, 3).unwrap(),
         ];
         let sweep_all = sweep(Points::grid(grid.to_vec()).unwrap());
-        let together = sweep_all.run(&LaneRk4::new(200), family, start).unwrap();
+        let together = sweep_all.runner(&LaneRk4::new(200), family).start(start).run().unwrap();
         assert_eq!(together.alone(), 0);
-        assert_eq!(together, sweep_all.run(&LaneRk4::new(200).lanes::<4>(), family, start).unwrap());
-        assert_eq!(together, sweep_all.run(&LaneRk4::new(200).lanes::<8>(), family, start).unwrap());
-        assert_eq!(together, sweep_all.run(&LaneRk4::new(200).lanes::<24>(), family, start).unwrap());
-        equals_each_alone(&together, |points| sweep(points).run(&LaneRk4::new(200), family, start).unwrap());
+        assert_eq!(
+            together,
+            sweep_all.runner(&LaneRk4::new(200).lanes::<4>(), family).start(start).run().unwrap()
+        );
+        assert_eq!(
+            together,
+            sweep_all.runner(&LaneRk4::new(200).lanes::<8>(), family).start(start).run().unwrap()
+        );
+        assert_eq!(
+            together,
+            sweep_all.runner(&LaneRk4::new(200).lanes::<24>(), family).start(start).run().unwrap()
+        );
+        equals_each_alone(&together, |points| {
+            sweep(points).runner(&LaneRk4::new(200), family).start(start).run().unwrap()
+        });
         prints.push(format!("{:016x}", together.fingerprint()));
         for (index, expected) in [0, 26].into_iter().zip(numbers) {
             let row = together.get(index).unwrap();
@@ -334,21 +358,28 @@ fn rings_in_lanes_are_each_ring_alone() {
 fn states_are_carried_along_a_line() {
     let sweep = Sweep::new(frequencies(5)).settle(1).measure(1).channels(&["q0"]).strobe(1);
     for warm_start in [WarmStart::Up, WarmStart::Down] {
-        let rows =
-            sweep.clone().warm_start(warm_start).run(&LaneRk4::new(1008).lanes::<8>(), pair, rest).unwrap();
+        let rows = sweep
+            .clone()
+            .warm_start(warm_start)
+            .runner(&LaneRk4::new(1008).lanes::<8>(), pair)
+            .start(rest)
+            .run()
+            .unwrap();
         let mut state = Pair::start();
         let order: Vec<usize> =
             if warm_start == WarmStart::Up { (0..5).collect() } else { (0..5).rev().collect() };
         for i in order {
             let value = rows.points().point(i)["we"];
-            let alone = Sweep::new(Points::on_axis(Axis::list("we", &[value]).unwrap()))
+            let alone = Sweep::new(Axis::list("we", &[value]).unwrap())
                 .settle(1)
                 .measure(1)
                 .channels(&["q0"])
                 .strobe(1);
             let start = state.clone();
             let alone = alone
-                .run(&LaneRk4::new(1008).lanes::<8>(), pair, |_, _| Ok::<_, ParameterError>(start.clone()))
+                .runner(&LaneRk4::new(1008).lanes::<8>(), pair)
+                .start(|_, _| start.clone())
+                .run()
                 .unwrap();
             let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
             assert_eq!(a.channel("q0"), b.channel("q0"), "{warm_start:?} {i}");
@@ -360,21 +391,26 @@ fn states_are_carried_along_a_line() {
 
 #[test]
 fn a_cancelled_sweep_keeps_what_is_done() {
-    let (stop, seen) = (AtomicBool::new(false), AtomicUsize::new(0));
+    let (stop, seen) = (Arc::new(AtomicBool::new(false)), AtomicUsize::new(0));
     let rows = |_: &Row<'_>| {
         if seen.fetch_add(1, Ordering::Relaxed) == 9 {
             stop.store(true, Ordering::Relaxed);
         }
     };
-    let watch = Monitor::new().rows(&rows).cancel(&stop);
     let sweep = sweep(200);
-    let part = sweep.runner(&LaneRk4::new(STEPS).lanes::<4>(), pair, rest).monitor(&watch).run().unwrap();
+    let part = sweep
+        .runner(&LaneRk4::new(STEPS).lanes::<4>(), pair)
+        .start(rest)
+        .rows(rows)
+        .cancel(stop.clone())
+        .run()
+        .unwrap();
     assert!(
         !part.is_complete() && part.iter().count() >= 10 && part.iter().count() < 100,
         "{}",
         part.iter().count()
     );
-    let whole = sweep.run(&LaneRk4::new(STEPS), pair, rest).unwrap();
+    let whole = sweep.runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
     for row in part.iter() {
         assert_eq!(row.channel("q0"), whole.get(row.index()).unwrap().channel("q0"));
     }
@@ -387,11 +423,7 @@ fn progress_counts_every_point() {
         assert!(done <= total && total == 30);
         last.fetch_max(done, Ordering::Relaxed);
     };
-    sweep(30)
-        .runner(&LaneRk4::new(STEPS).lanes::<4>(), pair, rest)
-        .monitor(&Monitor::new().progress(&progress))
-        .run()
-        .unwrap();
+    sweep(30).runner(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(rest).progress(progress).run().unwrap();
     assert_eq!(last.into_inner(), 30);
 }
 
@@ -414,17 +446,18 @@ fn empty_and_reversed_ranges_and_nan_in_a_range() {
 #[test]
 fn zero_steps_per_period_and_zero_periods() {
     let sweep = sweep(3);
-    let steps = sweep.run(&LaneRk4::new(0).lanes::<4>(), pair, rest).unwrap_err();
+    let steps = sweep.runner(&LaneRk4::new(0).lanes::<4>(), pair).start(rest).run().unwrap_err();
     assert_eq!(steps, SweepError::Table(TableError::Size { steps: 0, drives: 2 }));
     assert!(matches!(
-        sweep.run(&TableRk4::new(0), pair, rest),
+        sweep.runner(&TableRk4::new(0), pair).start(rest).run(),
         Err(SweepError::Table(TableError::Size { steps: 0, .. }))
     ));
-    let nothing = sweep.clone().measure(0).run(&LaneRk4::new(8).lanes::<4>(), pair, rest);
+    let nothing = sweep.clone().measure(0).runner(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
     assert!(matches!(nothing, Err(SweepError::Parameter(ParameterError::TooFew { .. }))));
-    let never = sweep.clone().until_repeats(f64::NAN).run(&LaneRk4::new(8).lanes::<4>(), pair, rest);
+    let never =
+        sweep.clone().until_repeats(f64::NAN).runner(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
     assert!(matches!(never, Err(SweepError::Parameter(ParameterError::NotFinite { .. }))));
-    let chunk = sweep.runner(&LaneRk4::new(8).lanes::<4>(), pair, rest).chunk(3, 3);
+    let chunk = sweep.runner(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).chunk(3, 3);
     assert_eq!(chunk.unwrap_err(), SweepError::Chunk { chunk: 3, chunks: 3 });
 }
 
@@ -433,12 +466,15 @@ fn a_family_that_fails_at_some_points() {
     let odd = |p: &Point<'_>| {
         if !p.index().is_multiple_of(2) { Err("odd") } else { pair(p).map_err(|_| "no pair") }
     };
-    let rows = sweep(9).run(&LaneRk4::new(STEPS).lanes::<4>(), odd, rest).unwrap();
+    let rows = sweep(9).runner(&LaneRk4::new(STEPS).lanes::<4>(), odd).start(rest).run().unwrap();
     assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [1, 3, 5, 7]);
     assert_eq!(rows.get(3).unwrap_err(), PointError::Model("odd".into()));
     assert!(rows.is_complete() && rows.iter().count() == 5);
-    let none =
-        sweep(3).run(&LaneRk4::new(STEPS).lanes::<4>(), |_| Err::<LanePair, _>("never"), rest).unwrap();
+    let none = sweep(3)
+        .runner(&LaneRk4::new(STEPS).lanes::<4>(), |_| Err::<LanePair, _>("never"))
+        .start(rest)
+        .run()
+        .unwrap();
     assert_eq!((none.iter().count(), none.errors().len()), (0, 3));
 }
 
@@ -451,20 +487,22 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
             &[1e308 * (p.index() == 1) as u8 as f64],
         ))
     };
-    let rows = sweep(3).run(&LaneRk4::new(STEPS).lanes::<4>(), pair, far).unwrap();
+    let rows = sweep(3).runner(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(far).run().unwrap();
     assert!(matches!(rows.get(1), Err(PointError::Parameter(ParameterError::OutOfRange { .. }))));
     assert_eq!(rows.iter().count(), 2);
     // Steps far above the stability limit.
-    let coarse = sweep(3).settle(2000).run(&LaneRk4::new(3).lanes::<4>(), pair, rest).unwrap();
+    let coarse = sweep(3).settle(2000).runner(&LaneRk4::new(3).lanes::<4>(), pair).start(rest).run().unwrap();
     assert!((0..3).all(|i| matches!(coarse.get(i), Err(PointError::Diverged { period: 2.. }))));
     let wrong = sweep(2)
-        .run(&LaneRk4::new(STEPS).lanes::<4>(), pair, |_, _| Ok::<_, ParameterError>(State::at_rest(2)))
+        .runner(&LaneRk4::new(STEPS).lanes::<4>(), pair)
+        .start(|_, _| State::at_rest(2))
+        .run()
         .unwrap();
     assert!(matches!(wrong.get(0), Err(PointError::Parameter(ParameterError::Length { .. }))));
     let late = sweep(2)
-        .run(&LaneRk4::new(STEPS).lanes::<4>(), pair, |_, _| {
-            Ok::<_, ParameterError>(State::new(0.5, &[0.0], &[0.0]))
-        })
+        .runner(&LaneRk4::new(STEPS).lanes::<4>(), pair)
+        .start(|_, _| State::new(0.5, &[0.0], &[0.0]))
+        .run()
         .unwrap();
     assert!(matches!(late.get(0), Err(PointError::Parameter(ParameterError::OutOfRange { .. }))));
 }
@@ -476,9 +514,9 @@ fn models_that_cannot_share_lanes_run_alone() {
     let eccentric = |p: &Point<'_>| {
         NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: 100.0, ..NfgParams::table1() })
     };
-    let points = Points::on_axis(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
+    let points = Points::from(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
     let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
-    let rows = sweep.run(&LaneRk4::new(2016), eccentric, at_rest).unwrap();
+    let rows = sweep.runner(&LaneRk4::new(2016), eccentric).start(at_rest).run().unwrap();
     assert_eq!((rows.alone(), rows.iter().count()), (6, 6));
     let grid = Points::grid(vec![
         Axis::linear("speed", 100.0, 110.0, 5).unwrap(),
@@ -489,14 +527,14 @@ fn models_that_cannot_share_lanes_run_alone() {
         NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: p["speed"], ..NfgParams::table1() })
     };
     let sweep = Sweep::new(grid).settle(0).measure(1).channels(&["q0"]);
-    let rows = sweep.run(&LaneRk4::new(2016).lanes::<8>(), family, at_rest).unwrap();
+    let rows = sweep.runner(&LaneRk4::new(2016).lanes::<8>(), family).start(at_rest).run().unwrap();
     assert!(rows.alone() <= 2 && rows.iter().count() == 10);
     for row in rows.iter() {
         let alone = Sweep::new(Points::list(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap())
             .settle(0)
             .measure(1)
             .channels(&["q0"]);
-        let alone = alone.run(&LaneRk4::new(2016).lanes::<8>(), family, at_rest).unwrap();
+        let alone = alone.runner(&LaneRk4::new(2016).lanes::<8>(), family).start(at_rest).run().unwrap();
         assert_eq!(alone.iter().next().unwrap().channel("q0"), row.channel("q0"));
     }
 }
@@ -518,18 +556,18 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
         Ring::new(&params)
     };
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
-    let sweep = Sweep::new(Points::on_axis(Axis::list("torque", &[40.0, 48.0]).unwrap()))
+    let sweep = Sweep::new(Axis::list("torque", &[40.0, 48.0]).unwrap())
         .settle(1)
         .measure(1)
         .channels(&["deflection 0"]);
-    let on = sweep.run(&LaneRk4::new(4000).lanes::<4>(), wave, start).unwrap();
-    let located = sweep.run(&Located(Dop853::new().rtol(1e-9)), wave, start).unwrap();
+    let on = sweep.runner(&LaneRk4::new(4000).lanes::<4>(), wave).start(start).run().unwrap();
+    let located = sweep.runner(&Located(Dop853::new().rtol(1e-9)), wave).start(start).run().unwrap();
     for (a, b) in on.iter().zip(located.iter()) {
         let (a, b) = (a.channel("deflection 0").unwrap(), b.channel("deflection 0").unwrap());
         // The motion is not periodic yet: a mean over N samples is off by (x_N - x_0)/2N.
         assert!((a.mean - b.mean).abs() < b.peak_to_peak() / (2.0 * 4000.0), "{a:?} {b:?}");
     }
-    let off = sweep.run(&LaneRk4::new(4002).lanes::<4>(), wave, start).unwrap();
+    let off = sweep.runner(&LaneRk4::new(4002).lanes::<4>(), wave).start(start).run().unwrap();
     assert!(
         matches!(off.get(0), Err(PointError::Table(TableError::EdgeOffGrid { .. }))),
         "{:?}",
@@ -540,16 +578,16 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
 #[test]
 fn channels_that_tables_do_not_measure_and_names_there_are_not() {
     let named = |name: &str| Sweep::new(speeds(&[100.0])).settle(0).measure(1).channels(&[name]);
-    let own = named("base radius").run(&LaneRk4::new(504).lanes::<4>(), nfg, at_rest);
+    let own = named("base radius").runner(&LaneRk4::new(504).lanes::<4>(), nfg).start(at_rest).run();
     assert_eq!(own.unwrap_err(), SweepError::Channel { name: "base radius".into() });
-    assert!(named("base radius").run(&Located(Rk4::new(1.0)), nfg, at_rest).is_ok());
-    let unknown = named("nothing").run(&LaneRk4::new(504).lanes::<4>(), nfg, at_rest);
+    assert!(named("base radius").runner(&Located(Rk4::new(1.0)), nfg).start(at_rest).run().is_ok());
+    let unknown = named("nothing").runner(&LaneRk4::new(504).lanes::<4>(), nfg).start(at_rest).run();
     assert!(matches!(unknown, Err(SweepError::Parameter(ParameterError::NoSuchChannel { .. }))));
 }
 
 #[test]
 fn parts_that_do_not_fit_together() {
-    let part = |i| sweep(10).runner(&LaneRk4::new(STEPS).lanes::<4>(), pair, rest).chunk(i, 3).unwrap();
+    let part = |i| sweep(10).runner(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(rest).chunk(i, 3).unwrap();
     assert!(matches!(
         Rows::merge(vec![part(0), part(2)]),
         Err(RowsError { error: SweepError::Parts { row: 3 }, .. })
@@ -580,7 +618,9 @@ fn up_and_down(speeds: &[f64]) {
         sweep
             .clone()
             .warm_start(warm_start)
-            .run(&LaneRk4::new(4032).lanes::<8>(), reading_a, at_rest)
+            .runner(&LaneRk4::new(4032).lanes::<8>(), reading_a)
+            .start(at_rest)
+            .run()
             .unwrap()
     };
     let (up, down) = rayon::join(|| way(WarmStart::Up), || way(WarmStart::Down));
@@ -619,7 +659,7 @@ fn up_and_down_agree() {
 fn up_and_down_agree_with_located_edges() {
     let sweep = Sweep::new(speeds(&[163.5, 164.0])).settle(60).measure(4);
     let engine = Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]));
-    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine, reading_a, at_rest)).unwrap();
+    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine, reading_a).start(at_rest)).unwrap();
     for way in [diagram.up(), diagram.down()] {
         assert_eq!(way.iter().map(|mark| mark.period_multiple).collect::<Vec<_>>(), [Some(2), Some(1)]);
     }
@@ -637,7 +677,11 @@ fn up_and_down_agree_every_half_step() {
 /// `bifurcation_modelA`.
 fn located(scan: &[f64], measure: usize) -> Rows {
     let sweep = Sweep::new(speeds(scan)).settle(60).measure(measure).rattle();
-    sweep.run(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a, at_rest).unwrap()
+    sweep
+        .runner(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a)
+        .start(at_rest)
+        .run()
+        .unwrap()
 }
 
 #[test]

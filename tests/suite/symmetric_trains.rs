@@ -6,12 +6,12 @@ use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::linear::static_state;
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::periodic::{FlowMethod, Lyapunov, Variation};
-use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, Rows};
+use gear_dynamics::sweep::{Axis, LaneRk4, Located, Rows};
 use gear_dynamics::tori::{CircleShooting, QuasiPeriodic, Torus, TorusBalance, WaveVectors, WithShafts};
 use gear_dynamics::trains::{Coordinates, Planetary, Train, ring_parts};
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shape, Shooting, State,
-    Sweep, Taylor, Wave,
+    Balance, Dop853, Harmonics, Integrator, Model, Periodic, Settle, Shape, Shooting, State, Sweep, Taylor,
+    Wave,
 };
 
 fn wave(mean: f64, share: f64) -> Wave {
@@ -40,12 +40,15 @@ fn equal_planets_have_the_same_orbits_in_relative_coordinates() {
         let [inertial, relative] =
             [Coordinates::Inertial, Coordinates::Relative].map(|frame| set(planets, half_backlash, frame));
         let settle = Settle::new().tolerance(1e-9);
-        let steady =
-            settle.run(&Dop853::new().rtol(1e-11).atol(1e-16), &inertial, &State::at_rest(inertial.dof()));
+        let steady = settle
+            .clone()
+            .start(&State::at_rest(inertial.dof()))
+            .run(&Dop853::new().rtol(1e-11).atol(1e-16), &inertial);
         let expected = sizes(&inertial, &steady.unwrap().state, FlowMethod::Taylor);
         let rest = State::at_rest(relative.dof());
-        let by_taylor = settle.run(&Taylor::new().rtol(1e-11).atol(1e-16), &relative, &rest).unwrap();
-        let by_dop853 = settle.run(&Dop853::new().rtol(1e-11).atol(1e-16), &relative, &rest).unwrap();
+        let settle = settle.start(&rest);
+        let by_taylor = settle.run(&Taylor::new().rtol(1e-11).atol(1e-16), &relative).unwrap();
+        let by_dop853 = settle.run(&Dop853::new().rtol(1e-11).atol(1e-16), &relative).unwrap();
         assert_eq!((by_taylor.period_multiple, by_dop853.period_multiple), (1, 1));
         for guess in [&by_taylor.state, &by_dop853.state] {
             for method in [FlowMethod::Taylor, FlowMethod::Dop853] {
@@ -64,7 +67,7 @@ fn equal_planets_have_the_same_orbits_in_relative_coordinates() {
 fn equal_planets_pass_every_method_in_relative_coordinates() {
     let train = set(3, 2e-5, Coordinates::Relative);
     let steady =
-        Settle::new().run(&Taylor::new().rtol(1e-11).atol(1e-16), &train, &State::at_rest(train.dof()));
+        Settle::new().start(&State::at_rest(train.dof())).run(&Taylor::new().rtol(1e-11).atol(1e-16), &train);
     let start = State { t: 0.0, ..steady.unwrap().state };
     let orbit = Shooting::new().solve(&train, std::slice::from_ref(&start)).unwrap();
     let first = &orbit.states()[0];
@@ -86,21 +89,17 @@ fn equal_planets_pass_every_method_in_relative_coordinates() {
     assert!((polished.multipliers().largest() - orbit.multipliers().largest()).abs() < 1e-9);
 
     let row = |rows: &Rows| rows.iter().next().unwrap().period_multiple();
-    let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0]).unwrap())).settle(40).measure(8);
+    let sweep = Sweep::new(Axis::list("speed", &[100.0]).unwrap()).settle(40).measure(8);
     let located = sweep
-        .run(
-            &Located(Dop853::new().rtol(1e-10).atol(1e-16)),
-            |p| train.with("speed", p["speed"]),
-            |_, _| Ok::<_, ParameterError>(start.clone()),
-        )
+        .runner(&Located(Dop853::new().rtol(1e-10).atol(1e-16)), |p| train.with("speed", p["speed"]))
+        .start(|_, _| start.clone())
+        .run()
         .unwrap();
     let steps = 512 * train.shape().cycles_in_a_period() as usize;
     let lanes = sweep
-        .run(
-            &LaneRk4::new(steps).lanes::<4>(),
-            |p| train.with("speed", p["speed"]),
-            |_, _| Ok::<_, ParameterError>(start.clone()),
-        )
+        .runner(&LaneRk4::new(steps).lanes::<4>(), |p| train.with("speed", p["speed"]))
+        .start(|_, _| start.clone())
+        .run()
         .unwrap();
     assert_eq!((row(&located), row(&lanes)), (Some(1), Some(1)));
     assert_eq!(gear_dynamics::check::check_periodic(&train, &start), []);

@@ -358,14 +358,14 @@ fn varying_speed_and_held_processes() {
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
     let start = pair.static_start().unwrap();
     let slow = pair.speed();
-    let law = PhaseLaw::ramp(slow, 1.2 * slow, 150.0).unwrap();
+    let law = SpeedLaw::ramp(slow, 1.2 * slow, 150.0).unwrap();
     agree("ramp", &VaryingSpeed::new(pair.clone(), law), &start, 200.0, 1e-9);
-    let law = PhaseLaw::fluctuation(slow, 0.1, 0.05).unwrap();
+    let law = SpeedLaw::fluctuation(slow, 0.1, 0.05).unwrap();
     agree("fluctuation", &VaryingSpeed::new(pair, law), &start, 100.0, 1e-9);
     let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap();
     let (slot, dof) = (ring.slot("mesh damping 1").unwrap(), ring.dof());
     let process = HeldProcess::from_values(1e-4, &[0.0, 300.0, 100.0, 500.0]).unwrap();
-    let noisy = Held::new(ring).shared(&[slot], 1.0, process).unwrap();
+    let noisy = Held::new(ring).add(&[(slot, 1.0)], process).unwrap();
     agree("held", &noisy, &State::at_rest(dof), 3e-3, 1e-9);
 }
 

@@ -340,7 +340,7 @@ fn values_out_of_range_are_refused() {
         let body = || Body::new(1.0);
         for body in [
             body().drag(value),
-            body().held(value, 0.0),
+            body().grounded(value, 0.0),
             body().restrained(0.0, value),
             body().on(Bearing::new(1.0, value)),
             body().on(Bearing::new(1.0, 1.0).damping(value)),
@@ -403,7 +403,7 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
         refused(|parts| drop(parts.body("third", Body::new(1.0)).accept(Warning::Disconnected).clone()));
     assert_eq!(error, TrainError::SpeedUndetermined { body: "third".into() });
     let mut held = Parts::new();
-    held.body("pinion", Body::new(1.0).held(1e5, 0.0));
+    held.body("pinion", Body::new(1.0).grounded(1e5, 0.0));
     assert!(matches!(held.build("pinion", 1.0), Err(TrainError::ReferenceAtRest { .. })));
 
     let inertias = [1e-3, 1e-3, 1e-2, 1e-2];
@@ -597,12 +597,12 @@ fn planetary_maps_in_lanes_are_those_one_by_one() {
     parts.torque("drive", "sun", 30.0).torque("load", "carrier", -120.0).coordinates(Coordinates::Relative);
     let train = parts.build("sun", 100.0).unwrap();
     let speeds = Axis::linear("speed", 80.0, 200.0, 12).unwrap();
-    let sweep = Sweep::new(Points::on_axis(speeds)).settle(3).measure(3).channels(&["deflection 0"]);
+    let sweep = Sweep::new(speeds).settle(3).measure(3).channels(&["deflection 0"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start =
         |_: &Point<'_>, train: &Train| Ok::<_, gear_dynamics::ParameterError>(State::at_rest(train.dof()));
-    let lanes = sweep.run(&LaneRk4::new(64).lanes::<8>(), model, start).unwrap();
-    let single = sweep.run(&TableRk4::new(64), model, start).unwrap();
+    let lanes = sweep.runner(&LaneRk4::new(64).lanes::<8>(), model).start(start).run().unwrap();
+    let single = sweep.runner(&TableRk4::new(64), model).start(start).run().unwrap();
     assert_eq!(lanes.iter().count(), 12);
     for (a, b) in lanes.iter().zip(single.iter()) {
         let [a, b] = [a, b].map(|row| row.channel("deflection 0").unwrap());
@@ -997,7 +997,7 @@ fn further_refusals() {
     assert!(matches!(error, TrainError::NotRotating { .. }), "{error}");
     assert!(matches!(
         refused(|parts| {
-            parts.body("held", Body::new(1.0).held(0.0, 0.0));
+            parts.body("held", Body::new(1.0).grounded(0.0, 0.0));
             parts.mesh("second", "wheel", "held", MeshPart::external([40, 20], [0.06, 0.03], k()));
         }),
         TrainError::Locked { .. } | TrainError::Warning { .. }

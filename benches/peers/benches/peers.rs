@@ -15,7 +15,7 @@ use differential_equations::ode::{ODE, OrdinaryNumericalMethod, solve_ode};
 use differential_equations::prelude::{ControlFlag, Solout, Solution};
 use gear_dynamics::ode::{Finish, Step};
 use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, Rows, SweepEngine, TableRk4};
-use gear_dynamics::{Dop853, Integrator, Machine, ParameterError, Rk4, Sweep};
+use gear_dynamics::{Dop853, Integrator, Machine, Rk4, Sweep};
 use ode_solvers::{OutputType, System, Vector2, Vector3};
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -233,10 +233,9 @@ fn hand_written_rk4(pair: &Pair) -> End {
 /// Workload C: `count` mesh frequencies, 20 periods each, with statistics of every run.
 fn ensemble(count: usize, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
     let pair = Pair::new().machine();
-    let points = Points::on_axis(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
+    let points = Points::from(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
     let sweep = Sweep::new(points).settle(0).measure(20).channels(&["q0"]).rattle();
-    let rows =
-        sweep.run(engine, |p| pair.with("wc", p["we"] / 63.0), |_, _| Ok::<_, ParameterError>(Pair::start()));
+    let rows = sweep.runner(engine, |p| pair.with("wc", p["we"] / 63.0)).start(|_, _| Pair::start()).run();
     rows.expect("the workload runs")
 }
 

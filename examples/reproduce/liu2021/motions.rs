@@ -72,7 +72,7 @@ pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<FourierOrbit>> {
 /// A run in time from the static start, projected on the 15 unknowns.
 pub fn run(pair: &NfgPair) -> Outcome<FourierOrbit> {
     let settle = Settle::new().tolerance(1e-4).max_periods(8);
-    let late = match settle.run(&solver(), pair, &pair.static_start()?) {
+    let late = match settle.start(&pair.static_start()?).run(&solver(), pair) {
         Ok(steady) => steady.state,
         Err(error) => error.last().cloned().ok_or(error)?,
     };
@@ -116,7 +116,7 @@ pub fn shooting() -> Shooting {
 
 /// The motion to which a run from the previous motion settles, polished if it repeats.
 pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Point)> {
-    let speed = pair.centre_frequency();
+    let speed = pair.speed();
     let motion = |start: State, cycle: Option<ShootingOrbit>| Motion { start, cycle, speed };
     let start = match before {
         // The same phase; velocities are proportional to the speed.
@@ -124,7 +124,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         None => pair.static_start()?,
     };
     let (state, multiple) =
-        match Settle::new().tolerance(1e-5).max_periods(SETTLE).run(&solver(), pair, &start) {
+        match Settle::new().tolerance(1e-5).max_periods(SETTLE).start(&start).run(&solver(), pair) {
             Ok(steady) => (steady.state, steady.period_multiple),
             Err(SettleError::Aperiodic { last: state, closest, .. }) => (state, usize::from(closest < 1e-2)),
             Err(failed) => return Err(failed.into()),

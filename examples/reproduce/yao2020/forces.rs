@@ -1,6 +1,6 @@
 //! Figs. 11-13 of Yao 2020: the mesh force with constant and random mesh damping, torque and clearance.
 
-use super::ring::{History, SETS, damping_slots, history, ring, solver};
+use super::ring::{History, SETS, history, ring, solver, with_damping};
 use crate::reproduce::report::{Kind, Report};
 use crate::support::{Outcome, progress};
 use gear_dynamics::analysis::Summary;
@@ -71,17 +71,18 @@ impl Disturbance {
             Disturbance::Constant(more) => {
                 force(&ring(&RingSet { mesh_damping: set.mesh_damping + more, ..set.clone() })?)
             }
-            Disturbance::Damping(most) => {
-                let slots = damping_slots(&bare)?;
-                force(&Held::new(bare).per_slot(&slots, most, share)?)
-            }
+            Disturbance::Damping(most) => force(&with_damping(bare, most, &share)?),
             Disturbance::Torque(part) => {
                 let slot = bare.slot("motor torque")?;
-                force(&Held::new(bare).shared(&[slot], part * set.motor_torque, both)?)
+                force(&Held::new(bare).add(&[(slot, part * set.motor_torque)], both)?)
             }
             Disturbance::Clearance(part) => {
-                let slots = (0..3).map(|mesh| bare.clearance_slots(mesh)).collect::<Result<Vec<_>, _>>()?;
-                force(&Held::new(bare).clearance(&slots, part * set.half_backlash, both)?)
+                let (mut held, gain) = (Held::new(bare), part * set.half_backlash);
+                for mesh in 0..3 {
+                    let [lower, upper] = held.bare().clearance_slots(mesh)?;
+                    held = held.add(&[(lower, -gain), (upper, gain)], both.clone())?;
+                }
+                force(&held)
             }
         }
     }
@@ -147,8 +148,7 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     let bare = ring(&RingSet::set_e(3, 1000.0))?;
     let hold = bare.period(); // one mesh period
     let process = HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.seed(2020);
-    let slots = damping_slots(&bare)?;
-    let noisy = |gain: f64| Held::new(bare.clone()).per_slot(&slots, gain, process.clone());
+    let noisy = |gain: f64| with_damping(bare.clone(), gain, &process);
     let channels = ["mesh force 0"];
     let drawn = |label: &str, (times, values): History| {
         let panel = Panel::new(format!("set E, {label}"), "time t [s]", "mesh force W1 [N]")?;

@@ -4,6 +4,7 @@
 use crate::reproduce::report::{Kind, Report};
 use crate::support::{Outcome, coarse, progress};
 use gear_dynamics::analysis::{ContactStatistics, Spectrum, Summary, Window};
+use gear_dynamics::drives::{Held, HeldProcess};
 use gear_dynamics::linear::Modes;
 use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::ode::uniform_times;
@@ -20,9 +21,14 @@ pub fn ring(set: &RingSet) -> Outcome<Ring> {
     Ok(Ring::as_printed(&set.params()?)?.in_frame(Frame::Rigid))
 }
 
-/// The slots of the damping of each mesh.
-pub fn damping_slots(ring: &Ring) -> Result<Vec<usize>, ParameterError> {
-    (0..3).map(|mesh| ring.slot(&format!("mesh damping {mesh}"))).collect()
+/// The ring with gain × a held process added to the damping of each mesh.
+pub fn with_damping(ring: Ring, gain: f64, process: &HeldProcess) -> Result<Held<Ring>, ParameterError> {
+    let mut held = Held::new(ring);
+    for mesh in 0..3 {
+        let slot = held.bare().slot(&format!("mesh damping {mesh}"))?;
+        held = held.add(&[(slot, gain)], process.clone())?;
+    }
+    Ok(held)
 }
 
 /// Tolerances by component: angles of 1e-3 rad contain deflections of 1e-5 m.

@@ -53,14 +53,8 @@ pub fn pair(case: &mut Case) -> Run {
         return speaks_numbers(&own, &start);
     }
     let pair = NfgPair::with_reading(&params, reading)?;
-    let figures = [
-        pair.mean_radius(),
-        pair.natural_frequency(),
-        pair.half_width(),
-        pair.centre_frequency(),
-        pair.period(),
-    ];
-    all_finite("mean radius, natural frequency, half width, frequency of the centre, period", &figures)?;
+    let figures = [pair.mean_radius(), pair.natural_frequency(), pair.half_width(), pair.period()];
+    all_finite("mean radius, natural frequency, half width, period", &figures)?;
     holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
     let start = pair.static_start()?;
     all_finite("static start", &[start.t, start.q[0], start.v[0]])?;
@@ -76,7 +70,7 @@ pub fn pair2(case: &mut Case) -> Run {
         return speaks_numbers(&own, &start);
     }
     let pair = NfgPair2::with_reading(&params, case.number(0.01), reading)?.with_torque(case.number(10.0))?;
-    all_finite("radius, damping, period", &[pair.shape().pinion_radius(), pair.damping(), pair.period()])?;
+    all_finite("damping, period", &[pair.damping(), pair.period()])?;
     holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
     let start = pair.static_start()?;
     all_finite("static start", &[start.q[0], start.q[1], start.v[0], start.v[1]])?;
@@ -132,23 +126,10 @@ pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
             .collect();
         let name = case.pick(&["load torque", "damping ratio", "speed", "no such constant"]);
         slots.extend(held.bare().slot(name).ok());
-        let gain = case.number(1.0);
-        let way = case.below(4);
-        case.note(|| {
-            format!("way {way}, slots {slots:?}, gain {gain:e}, {process:?}, first {:?}", process.held(0, 0))
-        });
-        held = match way {
-            0 => held.shared(&slots, gain, process)?,
-            1 => held.per_slot(&slots, gain, process)?,
-            2 => {
-                let gains = case.list(slots.len(), 1.0);
-                held.per_slot_with_gains(&slots, &gains, process)?
-            }
-            _ => {
-                let pairs: Vec<[usize; 2]> = slots.windows(2).map(|pair| [pair[0], pair[1]]).collect();
-                held.clearance(&pairs, gain, process)?
-            }
-        };
+        let gains = case.list(slots.len(), 1.0);
+        let slots: Vec<(usize, f64)> = slots.into_iter().zip(gains).collect();
+        case.note(|| format!("slots {slots:?}, {process:?}, first {:?}", process.held(0, 0)));
+        held = held.add(&slots, process)?;
     }
     Ok((held, start))
 }

@@ -4,10 +4,10 @@ use super::{build, laws};
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models::{self, Erased};
 use crate::{any, solvers};
-use gear_dynamics::analysis::{Direction, Impacts, Probe, Section, Strobe, Summary, Waterfall};
+use gear_dynamics::analysis::{Direction, Impacts, Section, Summary, Waterfall};
 use gear_dynamics::check::{check_model, check_periodic};
 use gear_dynamics::drives::VaryingSpeed;
-use gear_dynamics::ode::{Step, Trajectory, uniform_times};
+use gear_dynamics::ode::{Probe, Step, Trajectory, uniform_times};
 use gear_dynamics::{Budget, Integrator, Model, Periodic, Rattle, Settle, Statistics};
 use std::ops::ControlFlow;
 
@@ -144,8 +144,8 @@ pub fn settling(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let solver = solvers::solver(case, model.period(), 2 * model.dof());
     if case.chance(0.5) {
-        let points =
-            Strobe::new(case.effort(5)).budget(Budget::new().steps(20_000)).run(&solver, &model, &start)?;
+        let times: Vec<f64> = (1..=case.effort(5)).map(|k| start.t + k as f64 * model.period()).collect();
+        let points = solver.sample(&model, &start, &times)?;
         for i in 0..points.len() {
             all_finite("strobed q", points.q(i))?;
         }
@@ -157,7 +157,7 @@ pub fn settling(case: &mut Case) -> Run {
         .max_period_multiple(case.count(4));
     let settle = settle.budget(Budget::new().steps(20_000));
     case.note(|| format!("{settle:?}"));
-    match settle.run(&solver, &model, &start) {
+    match settle.start(&start).run(&solver, &model) {
         Ok(steady) => {
             all_finite("steady q", &steady.state.q)?;
             finite("change", steady.change)
@@ -174,7 +174,7 @@ pub fn settling(case: &mut Case) -> Run {
     }
 }
 
-/// Held processes, runs with a phase law, and a waterfall.
+/// Held processes, runs with a speed law, and a waterfall.
 pub fn varying(case: &mut Case) -> Run {
     let (held, start) = build::held_pair(case)?;
     let period = held.bare().period();
@@ -184,8 +184,8 @@ pub fn varying(case: &mut Case) -> Run {
     all_finite("q under random drives", &state.q)?;
 
     let pair = models::own_pair(case)?;
-    let (speed, turn, start) = (pair.centre_frequency(), pair.period(), pair.static_start()?);
-    let law = laws::phase_law(case, speed, turn)?;
+    let (speed, turn, start) = (pair.speed(), pair.period(), pair.static_start()?);
+    let law = laws::speed_law(case, speed, turn)?;
     case.note(|| format!("{law:?}"));
     let varying = VaryingSpeed::new(pair, law);
     let end = span(case, 0.5 * turn);

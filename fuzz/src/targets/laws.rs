@@ -1,4 +1,4 @@
-//! Contact laws, phase laws, held processes.
+//! Contact laws, speed laws, held processes.
 
 use super::excitations::wave;
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
@@ -7,7 +7,7 @@ use gear_dynamics::contact::{
     AsymmetricBacklash, Cubic, Damped, Linear, MixedLaw, NoPullBacklash, Nonlinearity, Piece, PowerLaw,
     Restitution, SmoothedBacklash, VaryingBacklash,
 };
-use gear_dynamics::drives::{HeldProcess, PhaseLaw};
+use gear_dynamics::drives::{HeldProcess, SpeedLaw};
 use gear_dynamics::excitation::Side;
 
 /// Any law behind one type.
@@ -95,12 +95,12 @@ pub fn any(case: &mut Case) -> Run {
     Ok(())
 }
 
-/// Any phase law near a speed.
-pub fn phase_law(case: &mut Case, speed: f64, time: f64) -> Result<PhaseLaw, Stop> {
+/// Any speed law near a speed.
+pub fn speed_law(case: &mut Case, speed: f64, time: f64) -> Result<SpeedLaw, Stop> {
     Ok(match case.below(4) {
-        0 => PhaseLaw::constant(case.number(speed))?,
-        1 => PhaseLaw::ramp(case.number(speed), case.number(speed), case.number(time))?,
-        2 => PhaseLaw::fluctuation(case.number(speed), case.number(0.3), case.number(speed))?,
+        0 => SpeedLaw::constant(case.number(speed))?,
+        1 => SpeedLaw::ramp(case.number(speed), case.number(speed), case.number(time))?,
+        2 => SpeedLaw::fluctuation(case.number(speed), case.number(0.3), case.number(speed))?,
         _ => {
             let speeds: Vec<f64> = case
                 .list(5, speed)
@@ -111,7 +111,7 @@ pub fn phase_law(case: &mut Case, speed: f64, time: f64) -> Result<PhaseLaw, Sto
             while times.len() < speeds.len() {
                 times.push(times[times.len() - 1] + case.number(0.2 * time));
             }
-            PhaseLaw::table(&times, &speeds)?
+            SpeedLaw::table(&times, &speeds)?
         }
     })
 }
@@ -119,20 +119,20 @@ pub fn phase_law(case: &mut Case, speed: f64, time: f64) -> Result<PhaseLaw, Sto
 /// The phase increases, and `time` inverts `phase`.
 pub fn phases(case: &mut Case) -> Run {
     let (speed, time) = (case.number(10.0), case.number(4.0));
-    let law = phase_law(case, speed, time)?;
+    let law = speed_law(case, speed, time)?;
     case.note(|| format!("{law:?}"));
     for _ in 0..10 {
         let t = case.number(2.0) * case.signed();
         if !t.is_finite() || t.abs() > 1e6 {
             continue;
         }
-        let (phase, speed) = (law.phase(t), law.speed(t));
+        let (phase, speed) = (law.angle(t), law.speed(t));
         finite(format_args!("phase at {t:e}"), phase)?;
         finite(format_args!("speed at {t:e}"), speed)?;
         holds(speed > 0.0, || format!("speed({t:e}) is {speed:e}"))?;
         let back = law.time(phase);
         finite(format_args!("time of phase {phase:e}"), back)?;
-        let again = law.phase(back);
+        let again = law.angle(back);
         holds((again - phase).abs() <= 1e-6 * phase.abs().max(1e-6), || {
             format!("phase {phase:e} at {t:e}: time {back:e}, phase {again:e}")
         })?;
@@ -159,7 +159,6 @@ pub fn process(case: &mut Case, hold: f64, size: f64) -> Result<HeldProcess, Sto
 pub fn held(case: &mut Case) -> Run {
     let process = process(case, 0.1, 1.0)?;
     case.note(|| format!("{process:?}"));
-    finite("hold", process.hold())?;
     for _ in 0..10 {
         let (t, stream, k) = (case.number(1.0) * case.signed(), case.seed(), case.seed());
         finite(format_args!("held value {k}"), process.held(stream, k))?;

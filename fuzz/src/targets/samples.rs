@@ -59,7 +59,6 @@ pub fn densities(case: &mut Case) -> Run {
     let density = welch.density(&samples, spacing)?;
     all_finite("frequencies", density.frequencies())?;
     all_finite("densities", density.values())?;
-    all_finite("densities per radian", &density.per_radian())?;
     all_finite("width of a line", &[density.noise_bandwidth()])?;
     holds(density.amplitudes().iter().all(|a| *a >= 0.0), || "an amplitude is not a number".into())?;
     holds(density.decibels(case.number(1.0))?.iter().all(|level| !level.is_nan()), || {

@@ -138,17 +138,17 @@ fn erased(user: &User, force: f64) -> Result<Erased, ParameterError> {
 pub fn users(case: &mut Case) -> Run {
     let user = user(case);
     let count = 1 + case.below(4);
-    let points = Points::on_axis(axis(case, "force", 0.1, 1.0, count)?);
+    let points = Points::from(axis(case, "force", 0.1, 1.0, count)?);
     let sweep = sweep(case, points);
     case.note(|| format!("{sweep:?}"));
     let family = |p: &Point<'_>| erased(&user, p["force"]);
     let start = |_: &Point<'_>, model: &Erased| Ok::<_, ParameterError>(State::at_rest(model.dof()));
     let rows = if case.chance(0.5) {
         let engine = TableRk4::new(if case.hostile() { steps(case, 100) } else { 20 + case.below(200) });
-        sweep.run(&engine, family, start)?
+        sweep.runner(&engine, family).start(start).run()?
     } else {
         let engine: Located<Solver> = Located(solvers::solver(case, TAU / user.omega, 2 * user.dof));
-        sweep.run(&engine, family, start)?
+        sweep.runner(&engine, family).start(start).run()?
     };
     judge(case, rows)
 }
@@ -157,7 +157,7 @@ pub fn users(case: &mut Case) -> Run {
 pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, name: &str) -> Run {
     let count = 2 + case.below(4);
     let value = machine.constant(name).unwrap_or(1.0);
-    let points = Points::on_axis(axis(case, name, 0.5 * value, 2.0 * value, count)?);
+    let points = Points::from(axis(case, name, 0.5 * value, 2.0 * value, count)?);
     let sweep = Sweep::new(points)
         .settle(case.effort(2))
         .measure(case.effort(2))
@@ -167,7 +167,7 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
     let engine = LaneRk4::new(if case.hostile() { steps(case, 100) } else { 60 }).lanes::<4>();
     case.note(|| format!("{sweep:?}, {engine:?}"));
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(machine.dof()));
-    let rows = sweep.run(&engine, |p| machine.with(name, p[name]), start)?;
+    let rows = sweep.runner(&engine, |p| machine.with(name, p[name])).start(start).run()?;
     holds(rows.alone() <= 1, || format!("{} of {count} runs alone", rows.alone()))?;
     judge(case, rows)
 }
@@ -176,7 +176,7 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
 pub fn lanes(case: &mut Case) -> Run {
     let params = models::pair_params(case);
     let count = 1 + case.below(6);
-    let points = Points::on_axis(axis(case, "load", 20.0, 60.0, count)?);
+    let points = Points::from(axis(case, "load", 20.0, 60.0, count)?);
     let sweep = sweep(case, points);
     let steps = if case.hostile() { steps(case, 200) } else { 64 + case.below(400) };
     let set = case.pick(&InstructionSet::available());
@@ -187,10 +187,10 @@ pub fn lanes(case: &mut Case) -> Run {
     let (chunk, chunks) =
         if case.hostile() { (case.count(1), case.count(2)) } else { (0, 1 + case.below(2)) };
     let rows = if chunks == 1 {
-        sweep.run(&engine, family, start)?
+        sweep.runner(&engine, family).start(start).run()?
     } else {
-        let first = sweep.runner(&engine, family, start).chunk(chunk, chunks)?;
-        let second = sweep.runner(&engine, family, start).chunk(1, chunks)?;
+        let first = sweep.runner(&engine, family).start(start).chunk(chunk, chunks)?;
+        let second = sweep.runner(&engine, family).start(start).chunk(1, chunks)?;
         Rows::merge(vec![first, second])?
     };
     judge(case, rows)
@@ -200,14 +200,14 @@ pub fn lanes(case: &mut Case) -> Run {
 pub fn bifurcation(case: &mut Case) -> Run {
     let user = user(case);
     let count = 2 + case.below(4);
-    let points = Points::on_axis(axis(case, "force", 0.1, 1.0, count)?);
+    let points = Points::from(axis(case, "force", 0.1, 1.0, count)?);
     let sweep = sweep(case, points);
     let name = if case.hostile() { "contact force 9" } else { "q0" };
     let diagram = if case.chance(0.5) { Bifurcation::strobed(name) } else { Bifurcation::extremes(name) };
     case.note(|| format!("{sweep:?} {diagram:?}"));
     let engine = TableRk4::new(100);
     let start = |_: &Point<'_>, model: &Erased| Ok::<_, ParameterError>(State::at_rest(model.dof()));
-    let drawn = diagram.run(&sweep.runner(&engine, |p| erased(&user, p["force"]), start))?;
+    let drawn = diagram.run(&sweep.runner(&engine, |p| erased(&user, p["force"])).start(start))?;
     for point in drawn.up().iter().chain(drawn.down()) {
         finite("parameter", point.parameter)?;
         all_finite("drawn values", &point.values)?;

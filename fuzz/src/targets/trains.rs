@@ -27,7 +27,7 @@ fn body(case: &mut Case) -> Body {
         body = body.on(if case.chance(0.2) { bearing.along_y() } else { bearing });
     }
     match case.below(8) {
-        0 => body.held(number(case, 1e5), number(case, 1.0)),
+        0 => body.grounded(number(case, 1e5), number(case, 1.0)),
         1 => body.restrained(number(case, 1e5), number(case, 1.0)),
         2 => body.drag(number(case, 1.0)),
         3 => body.carried_by("b0", number(case, 1.0)),
@@ -90,7 +90,7 @@ pub fn train(case: &mut Case) -> Run {
             if bearings { body.on(Bearing::new(number(case, 1.0), number(case, 1e8))) } else { body }
         };
         let [sun, planet, ring, carrier] = [(); 4].map(|()| body());
-        let ring = ring.held(number(case, 1e6), 0.0);
+        let ring = ring.grounded(number(case, 1e6), 0.0);
         let members =
             Members { sun: (teeth[0], sun), planet: (teeth[1], planet), ring: (teeth[2], ring), carrier };
         let stiffness = [wave(case, 2e8)?, wave(case, 2e8)?];

@@ -12,11 +12,11 @@ use gear_dynamics::sweep::{Diagram, DiagramPoint};
 /// `axes`: texts with units of the parameter and the values.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, Bifurcation, LaneRk4, Points};
+/// use gear_dynamics::sweep::{Axis, Bifurcation, LaneRk4};
 /// use gear_dynamics::{Sweep, models::Oscillator};
 /// use gear_dynamics_plots::{Picture, bifurcation};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
-/// let sweep = Sweep::new(Points::on_axis(Axis::linear("speed", 0.5, 1.0, 3)?)).settle(20).measure(2);
+/// let sweep = Sweep::new(Axis::linear("speed", 0.5, 1.0, 3)?).settle(20).measure(2);
 /// let diagram = Bifurcation::strobed("q0").run(&sweep.of_machine(&LaneRk4::new(64), &swing)?)?;
 /// let svg = Picture::from(bifurcation(&diagram, ["Ω [1]", "q(2πk/Ω) [1]"])?).to_svg();
 /// assert!(svg.contains("upwards") && svg.contains("Ω [1]"));

@@ -14,12 +14,12 @@ use gear_dynamics::sweep::{Row, Rows};
 /// `axes`: texts with units of the first and the second parameter. `value`: text with unit of the quantity `of` a row.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, LaneRk4};
+/// use gear_dynamics::sweep::{Axis, LaneRk4, Points};
 /// use gear_dynamics::{Sweep, models::Oscillator};
 /// use gear_dynamics_plots::{Picture, map};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.1, 0.2, 2)?];
-/// let rows = Sweep::grid(axes)?.settle(20).measure(1).channels(&["q0"]).of_machine(&LaneRk4::new(64), &swing)?.run()?;
+/// let rows = Sweep::new(Points::grid(axes)?).settle(20).measure(1).channels(&["q0"]).of_machine(&LaneRk4::new(64), &swing)?.run()?;
 /// let swing = |row: &gear_dynamics::sweep::Row<'_>| row.channel("q0").map_or(f64::NAN, |q| q.peak_to_peak());
 /// let panel = map(&rows, ["speed Ω [1]", "force [1]"], "peak-to-peak of q [1]", swing)?;
 /// assert!(Picture::from(panel).to_svg().contains("peak-to-peak of q [1]"));
@@ -51,7 +51,7 @@ pub fn map(
 /// states what is shown if there are several.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, LaneRk4};
+/// use gear_dynamics::sweep::{Axis, LaneRk4, Points};
 /// use gear_dynamics::{Sweep, models::Oscillator};
 /// use gear_dynamics_plots::{Picture, rattle_map};
 /// let pair = Oscillator::new(&[
@@ -59,7 +59,7 @@ pub fn map(
 ///     ("half backlash", 1.0),
 /// ])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.01, 0.25, 2)?];
-/// let rows = Sweep::grid(axes)?.settle(40).measure(2).rattle().of_machine(&LaneRk4::new(64), &pair)?.run()?;
+/// let rows = Sweep::new(Points::grid(axes)?).settle(40).measure(2).rattle().of_machine(&LaneRk4::new(64), &pair)?.run()?;
 /// let svg = Picture::from(rattle_map(&rows, ["speed Ω [1]", "force [1]"], None)?).to_svg();
 /// assert!(svg.contains("no rattle"));
 /// let refused = rattle_map(&rows, ["speed Ω [1]", "force [1]"], 1).unwrap_err();
@@ -76,7 +76,7 @@ pub fn rattle_map(
     contact: impl Into<Option<usize>>,
 ) -> Result<Panel, PlotError> {
     let names = ["no rattle", "unilateral rattle", "bilateral rattle", "no contact"];
-    let count = rows.contacts();
+    let count = rows.iter().next().map_or(0, |row| row.contacts().len());
     let (shown, title) = match contact.into() {
         _ if count == 0 => return Err(PlotError::Empty { what: "contacts of the rows".into() }),
         Some(index) if index >= count => {
@@ -95,12 +95,12 @@ pub fn rattle_map(
 /// state. `None`: no result, drawn grey.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, LaneRk4};
+/// use gear_dynamics::sweep::{Axis, LaneRk4, Points};
 /// use gear_dynamics::{Sweep, models::Oscillator};
 /// use gear_dynamics_plots::{Picture, category_map};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.1, 0.2, 2)?];
-/// let rows = Sweep::grid(axes)?.settle(20).measure(1).of_machine(&LaneRk4::new(64), &swing)?.run()?;
+/// let rows = Sweep::new(Points::grid(axes)?).settle(20).measure(1).of_machine(&LaneRk4::new(64), &swing)?.run()?;
 /// let slow = |row: &gear_dynamics::sweep::Row<'_>| Some(usize::from(row.point()["speed"] > 0.6));
 /// let panel = category_map(&rows, ["speed Ω [1]", "force [1]"], &["slow", "fast"], slow)?;
 /// assert!(Picture::from(panel).to_svg().contains(">fast</text>"));
@@ -206,14 +206,16 @@ impl Panel {
     /// The same map with a logarithmic scale of its colours.
     ///
     /// # Errors
-    /// [`PlotError::NotPositive`] if a value is not positive.
+    /// [`PlotError::NotPositive`] if a value is not positive; [`PlotError::Empty`] for a panel without a scale of
+    /// colours.
     pub fn logarithmic_colours(mut self) -> Result<Self, PlotError> {
-        if let Some(bar) = &mut self.bar {
-            if bar.range[0] <= 0.0 {
-                return Err(PlotError::NotPositive { what: bar.name.clone(), value: bar.range[0] });
-            }
-            bar.logarithmic = true;
+        let Some(bar) = &mut self.bar else {
+            return Err(PlotError::Empty { what: "scale of colours".into() });
+        };
+        if bar.range[0] <= 0.0 {
+            return Err(PlotError::NotPositive { what: bar.name.clone(), value: bar.range[0] });
         }
+        bar.logarithmic = true;
         Ok(self)
     }
 }

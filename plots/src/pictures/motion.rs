@@ -5,15 +5,15 @@ use crate::draw::layers::{Curve, Layer, Mark, Swatch, THIN};
 use crate::error::PlotError;
 use crate::panel::{Panel, name_and_unit};
 use gear_dynamics::Model;
-use gear_dynamics::analysis::Probe;
 use gear_dynamics::contact::{Contact, Piece};
 use gear_dynamics::excitation::Side;
+use gear_dynamics::ode::Probe;
 use gear_dynamics::ode::Trajectory;
 
 /// A channel over the time, with the states of a contact shaded: the gap grey, the back (lower) flank in a pale
 /// colour. Of the deflection of this contact the edges of the gap are drawn, too.
 ///
-/// `channel`: the name of a [channel](gear_dynamics::analysis::Probe) of the model with its unit. `contact`: its
+/// `channel`: the name of a [channel](gear_dynamics::ode::Probe) of the model with its unit. `contact`: its
 /// number from 0, or `None`. The time axis is `t [s]`; [`Panel::x`] names another unit.
 ///
 /// ```

@@ -66,7 +66,7 @@ fn follow(case: &Case, start: &(State, usize), continuation: Continuation) -> Re
 pub fn settled(case: &Case) -> Option<(State, usize)> {
     let settle = Settle::new().tolerance(1e-8).max_periods(600);
     let rest = State::at_rest(case.train.dof());
-    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &case.train, &rest).ok()?;
+    let steady = settle.start(&rest).run(&Dop853::new().rtol(1e-10).atol(1e-16), &case.train).ok()?;
     Some((steady.state, steady.period_multiple))
 }
 

@@ -4,12 +4,13 @@ use crate::checks::branches::{Case, Drawn, pair, set, settled, stages};
 use crate::draw::Draw;
 use crate::models::pair::Pair;
 use crate::{Check, Outcome, agree};
-use gear_dynamics::analysis::{Probe, Summary};
+use gear_dynamics::analysis::Summary;
 use gear_dynamics::branches::{
     Branch, BranchEnd, BranchError, ByConstant, ByConstants, Continuation, PointKind, Sensitivity,
 };
 use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::Side;
+use gear_dynamics::ode::Probe;
 use gear_dynamics::periodic::{FlowMethod, Integrals, ShootingOrbit};
 use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train};
 use gear_dynamics::{

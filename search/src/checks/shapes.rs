@@ -210,7 +210,7 @@ fn lanes<G: Shape + Send + Sync>(
     // Mesh cycles are long at low speeds, the fastest mode of a gear is not.
     let per_cycle = if is_in_si { (128.0 * (400.0 / speed).max(1.0)) as usize } else { STEPS };
     let steps = cycles * per_cycle;
-    let points = || Axis::list("speed", &speeds).map(Points::on_axis).map_err(told);
+    let points = || Axis::list("speed", &speeds).map(Points::from).map_err(told);
     let lanes = LaneRk4::new(steps).lanes::<4>();
     let plain = InstructionSet::available().into_iter().next().ok_or("no instructions")?;
     let together = rows(machine, points()?, &lanes)?;
@@ -223,7 +223,7 @@ fn lanes<G: Shape + Send + Sync>(
     let table = rows(machine, points()?, &TableRk4::new(steps))?;
     for (i, speed) in speeds.iter().enumerate() {
         let Ok(row) = together.get(i) else { continue };
-        let alone = Points::on_axis(Axis::list("speed", &[*speed]).map_err(told)?);
+        let alone = Points::from(Axis::list("speed", &[*speed]).map_err(told)?);
         let alone = rows(machine, alone, &lanes)?;
         let alone = alone.get(0).map_err(told)?;
         if row.channel("q0") != alone.channel("q0") || !row.strobes().eq(alone.strobes()) {
@@ -256,5 +256,5 @@ where
 {
     let sweep = Sweep::new(points).settle(1).measure(1).channels(&["q0"]).rattle().strobe(1);
     let start = |_: &Point<'_>, model: &Machine<G>| Ok::<_, ParameterError>(State::at_rest(model.dof()));
-    sweep.run(engine, |p| machine.with("speed", p["speed"]), start).map_err(told)
+    sweep.runner(engine, |p| machine.with("speed", p["speed"])).start(start).run().map_err(told)
 }

@@ -11,8 +11,8 @@ use gear_dynamics::periodic::{BalanceError, FlowMethod, Lyapunov, ShootingOrbit,
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 use gear_dynamics::trains::{Coordinates, Train};
 use gear_dynamics::{
-    Balance, Dop853, Harmonics, Integrator, Model, ParameterError, Periodic, Settle, Shape, Shooting, State,
-    Statistics, Sweep, Taylor,
+    Balance, Dop853, Harmonics, Integrator, Model, Periodic, Settle, Shape, Shooting, State, Statistics,
+    Sweep, Taylor,
 };
 
 /// The checks of this file.
@@ -28,7 +28,10 @@ const SAME: f64 = 1e-9;
 /// A settled state and its period multiple.
 fn settled<I: Integrator>(by: &I, train: &Train) -> Result<(State, usize), SettleError> {
     let settle = Settle::new().tolerance(1e-8).max_periods(400);
-    settle.run(by, train, &State::at_rest(train.dof())).map(|steady| (steady.state, steady.period_multiple))
+    settle
+        .start(&State::at_rest(train.dof()))
+        .run(by, train)
+        .map(|steady| (steady.state, steady.period_multiple))
 }
 
 fn by_taylor() -> Taylor {
@@ -340,12 +343,14 @@ where
     E: SweepEngine<Train>,
 {
     let speed = train.constant("speed").map_err(|error| error.to_string())?;
-    let points = Points::on_axis(Axis::list("speed", &[speed]).map_err(|error| error.to_string())?);
+    let points = Points::from(Axis::list("speed", &[speed]).map_err(|error| error.to_string())?);
     let start = State { t: 0.0, ..start.clone() };
     let rows = Sweep::new(points)
         .settle(100)
         .measure(8)
-        .run(engine, |p| train.with("speed", p["speed"]), |_, _| Ok::<_, ParameterError>(start.clone()))
+        .runner(engine, |p| train.with("speed", p["speed"]))
+        .start(|_, _| start.clone())
+        .run()
         .map_err(|error| format!("sweep: {error}"))?;
     let row = rows.iter().next().ok_or("no row")?;
     Ok((row.period_multiple(), row.change()))

@@ -1,9 +1,8 @@
 //! Power densities.
 
-use crate::analysis::spectra::spectrum::orders;
+use crate::analysis::spectra::spectrum::{orders, sided};
 use crate::error::{ParameterError, check};
 use crate::export::ResultTable;
-use std::f64::consts::TAU;
 
 /// A one-sided power density S(f), in the square of the unit of the samples per hertz.
 ///
@@ -42,10 +41,6 @@ impl Density {
     pub fn values(&self) -> &[f64] {
         &self.values
     }
-    /// Densities S/2π over the angular frequency, in unit² s/rad.
-    pub fn per_radian(&self) -> Vec<f64> {
-        self.values.iter().map(|s| s / TAU).collect()
-    }
     /// Number of segments in the mean.
     pub fn segments(&self) -> usize {
         self.segments
@@ -58,8 +53,8 @@ impl Density {
     /// s = 2 otherwise. A sine of amplitude A on a line reads A, as in a
     /// [`Spectrum`](crate::analysis::Spectrum).
     pub fn amplitudes(&self) -> Vec<f64> {
-        let sided = |k: usize| if k == 0 || 2 * k == self.samples { 1.0 } else { 2.0 };
-        self.values.iter().enumerate().map(|(k, s)| (sided(k) * s * self.bandwidth).sqrt()).collect()
+        let n = self.samples;
+        self.values.iter().enumerate().map(|(k, s)| (sided(k, n) * s * self.bandwidth).sqrt()).collect()
     }
     /// Σ_k S_k Δf, in unit²: the power of all lines.
     pub fn mean_square(&self) -> f64 {

@@ -6,6 +6,11 @@ use crate::export::ResultTable;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 
+/// Number of lines of a two-sided spectrum of n samples that the line k of a one-sided one stands for.
+pub(crate) fn sided(k: usize, n: usize) -> f64 {
+    if k == 0 || 2 * k == n { 1.0 } else { 2.0 }
+}
+
 /// A one-sided amplitude spectrum. A sine of amplitude A on a line reads A with every window; a constant
 /// reads its absolute value at frequency 0.
 ///
@@ -50,8 +55,8 @@ impl Spectrum {
             samples.iter().zip(&w).map(|(x, w)| Complex64::new(x * w, 0.0)).collect();
         FftPlanner::new().plan_fft_forward(n).process(&mut line);
         line.truncate(n / 2 + 1);
-        let sided = |k: usize| if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
-        let amplitudes: Vec<f64> = line.iter().enumerate().map(|(k, x)| sided(k) * x.norm() / gain).collect();
+        let amplitudes: Vec<f64> =
+            line.iter().enumerate().map(|(k, x)| sided(k, n) * x.norm() / gain).collect();
         for (k, amplitude) in amplitudes.iter().enumerate() {
             check::representable(format!("amplitude of line {k}"), *amplitude, samples)?;
         }

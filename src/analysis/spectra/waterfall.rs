@@ -10,16 +10,16 @@ use crate::ode::probe::Probe;
 use crate::ode::{Budget, Failed, Integrator};
 use std::f64::consts::TAU;
 
-/// Amplitudes by order of the phase φ, window after window of a run with varying speed.
+/// Amplitudes by order of the angle φ, window after window of a run with varying speed.
 ///
-/// The channel is sampled at equal steps of the phase. An order then remains one line while its frequency
+/// The channel is sampled at equal steps of the angle. An order then remains one line while its frequency
 /// varies.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, Rk4, drives::{PhaseLaw, VaryingSpeed}, analysis::Waterfall};
+/// use gear_dynamics::{NfgPair, NfgParams, Rk4, drives::{SpeedLaw, VaryingSpeed}, analysis::Waterfall};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let (start, speed, turn) = (pair.static_start()?, pair.centre_frequency(), 2718.68);
-/// let run_up = VaryingSpeed::new(pair, PhaseLaw::ramp(speed, 1.05 * speed, 6.0 * turn)?);
+/// let (start, speed, turn) = (pair.static_start()?, pair.speed(), 2718.68);
+/// let run_up = VaryingSpeed::new(pair, SpeedLaw::ramp(speed, 1.05 * speed, 6.0 * turn)?);
 /// let lines = Waterfall::new(2, 256)?.run(&Rk4::new(1.0), &run_up, &start, 6.0 * turn, "deflection")?;
 /// assert_eq!(lines.len(), 3);
 /// assert!(lines[2].speed > lines[0].speed && lines[1].order(63.0) > 1e-7); // [m], of the mesh
@@ -65,7 +65,7 @@ impl WaterfallLine {
 }
 
 impl Waterfall {
-    /// Windows of `turns` turns of the phase with `samples` samples a turn. The orders are 0, 1/`turns`, ...,
+    /// Windows of `turns` turns of the angle with `samples` samples a turn. The orders are 0, 1/`turns`, ...,
     /// `samples`/2.
     ///
     /// # Errors
@@ -104,7 +104,7 @@ impl Waterfall {
         let window = self.turns * self.samples;
         // An unknown channel is reported before the run.
         Probe::new(model).index(channel)?;
-        let count = (law.phase(end) / step).floor() as usize / window * window;
+        let count = (law.angle(end) / step).floor() as usize / window * window;
         check::count(
             "numbers of the run, a state and a time for each sample",
             &[count, 2 * model.dof() + 1],

@@ -1,6 +1,7 @@
 //! Averages over segments of a signal.
 
 use crate::analysis::spectra::density::Density;
+use crate::analysis::spectra::spectrum::sided;
 use crate::analysis::spectra::window::Window;
 use crate::error::{ParameterError, check};
 use rustfft::FftPlanner;
@@ -83,9 +84,8 @@ impl Welch {
             sums.iter_mut().zip(&line).for_each(|(sum, z)| *sum += z.norm_sqr());
             segments += 1;
         }
-        let sided = |k: usize| if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
         let factor = spacing / (square * segments as f64);
-        let values: Vec<f64> = sums.iter().enumerate().map(|(k, sum)| sided(k) * sum * factor).collect();
+        let values: Vec<f64> = sums.iter().enumerate().map(|(k, sum)| sided(k, n) * sum * factor).collect();
         for (k, value) in values.iter().enumerate() {
             check::representable(format!("density of line {k}"), *value, samples)?;
         }

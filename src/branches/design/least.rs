@@ -54,7 +54,7 @@ pub struct Optimum {
 }
 
 impl Least {
-    /// The least `figure` of a channel (see [`Probe`](crate::analysis::Probe)).
+    /// The least `figure` of a channel (see [`Probe`](crate::ode::Probe)).
     ///
     /// Defaults: a tolerance of 1e-8, 200 evaluations, default [`Shooting`](crate::Shooting) and
     /// [`Budget`](crate::Budget).

@@ -61,7 +61,7 @@ pub(crate) fn constants_of<'m>(model: &'m (dyn Periodic + 'm)) -> Result<&'m dyn
 
 impl Sensitivity {
     /// The derivatives for an orbit of `model`, with the parameter of that orbit, and the channels of these
-    /// names (see [`Probe`](crate::analysis::Probe)).
+    /// names (see [`Probe`](crate::ode::Probe)).
     ///
     /// # Errors
     /// [`BranchError::NoConstants`] for a model without named constants; an unknown channel;

@@ -10,8 +10,8 @@ use crate::excitation::InstantCentre;
 /// ```
 /// use gear_dynamics::NfgParams;
 /// let params = NfgParams { speed: 140.0, ..NfgParams::table1() };
-/// assert_eq!(params.face_gear_teeth(), 63.0);
-/// assert!((params.mean_base_radius() - 0.080_167_526_71).abs() < 1e-11);
+/// assert_eq!(params.mesh_frequency(), 18.0 * 140.0); // rad/s
+/// assert!((params.beta() - 2.0 * 0.2 / 1.04).abs() < 1e-15);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -171,7 +171,7 @@ impl NfgParams {
 
     /// Number of teeth of the face gear Z2 = i_j Z1 `[1]`, equal to the mesh frequency over the frequency of
     /// the instantaneous centre.
-    pub fn face_gear_teeth(&self) -> f64 {
+    pub(crate) fn face_gear_teeth(&self) -> f64 {
         self.ratio * f64::from(self.pinion_teeth)
     }
     /// Pitch radius of the pinion r1 = m Z1/2 `[m]`.
@@ -183,7 +183,7 @@ impl NfgParams {
         2.0 * self.eccentric_ratio / (1.0 + self.eccentric_ratio * self.eccentric_ratio)
     }
     /// Mean base radius L = r1 i_j cos α (1 + ε²)/(1 - ε²) `[m]`.   Source: Liu 2021, Eq. (8).
-    pub fn mean_base_radius(&self) -> f64 {
+    pub(crate) fn mean_base_radius(&self) -> f64 {
         self.mean_pitch_radius() * libm::cos(self.pressure_angle)
     }
     /// Mean pitch radius r1 i_j (1 + ε²)/(1 - ε²) `[m]`, L without cos α. It fits the figures of Liu 2021
@@ -193,7 +193,7 @@ impl NfgParams {
         self.pinion_pitch_radius() * self.ratio * (1.0 + eps2) / (1.0 - eps2)
     }
     /// Frequency of the instantaneous centre ω_c = ω1/i_j [rad/s].
-    pub fn centre_frequency(&self) -> f64 {
+    pub(crate) fn centre_frequency(&self) -> f64 {
         self.speed / self.ratio
     }
     /// Mesh frequency ω_e = Z1 ω1 [rad/s].
@@ -225,7 +225,7 @@ pub enum Radius {
 /// The half width b̄ `[rad]` of the dead zone of q; b is half of the backlash. Default: b/r_b2(t).
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, analysis::Probe, excitation::Side};
+/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, ode::Probe, excitation::Side};
 /// use gear_dynamics::models::nfg::{HalfWidth, NfgReading};
 /// let params = NfgParams::table1();
 /// let edge = |half_width| -> Result<f64, ParameterError> {

@@ -32,7 +32,7 @@ use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
 /// `elastic part` f(q) `[rad]`, q less the gap.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, analysis::Probe, excitation::Side};
+/// use gear_dynamics::{NfgPair, NfgParams, ode::Probe, excitation::Side};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// assert!((pair.natural_frequency() - 12_362.613_066_76).abs() < 1e-7);
 /// assert!((pair.half_width() - 6.236_939_33e-4).abs() < 1e-12);
@@ -152,10 +152,6 @@ impl<N: Nonlinearity> NfgPair<N> {
     pub fn natural_frequency(&self) -> f64 {
         let constants = self.constants();
         self.shape().natural(constants[2], constants[3])
-    }
-    /// Frequency of the instantaneous centre over the natural frequency, ω_c/ω_n `[1]`.
-    pub fn centre_frequency(&self) -> f64 {
-        self.speed()
     }
 
     /// The state at rest on the drive flank at τ = 0: q = -b̄ - B0/F, q' = 0. The formula assumes a law of

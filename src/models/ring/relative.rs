@@ -57,7 +57,7 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
 
     /// The transmission errors e_i `[m]` and their rates e_i' [m/s] at t `[s]`.
     fn errors(&self, t: f64) -> Vec<(f64, f64)> {
-        let speed = self.ring.mesh_frequency();
+        let speed = self.ring.speed();
         let jets = self.ring.shape().meshes.iter().map(|mesh| mesh.error().jet(speed * t, Side::After));
         jets.map(|jet| (jet.value, speed * jet.rate)).collect()
     }

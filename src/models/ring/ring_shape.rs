@@ -159,17 +159,13 @@ impl<N: Nonlinearity> Ring<N> {
     pub fn frame(&self) -> Frame {
         self.shape().frame
     }
-    /// Mesh frequency ω [rad/s].
-    pub fn mesh_frequency(&self) -> f64 {
-        self.speed()
-    }
     /// Rigid motion r_j: the rate of each coordinate over that of θ_M in a rigid motion. r_M = 1,
     /// r_i = r_Li = R_1/R_i.
     pub fn rigid_motion(&self) -> &[f64] {
         &self.shape().rigid
     }
     /// Mesh dampings C_i [N s/m].
-    pub fn mesh_dampings(&self) -> &[f64] {
+    pub(crate) fn mesh_dampings(&self) -> &[f64] {
         &self.constants()[2..2 + self.gears()]
     }
     /// Torque imbalance Σ r_j T_j = T_M - Σ r_Li T_Li [N m]. It is zero if the ring runs at constant mean
@@ -183,8 +179,8 @@ impl<N: Nonlinearity> Ring<N> {
         self.torque_imbalance() * self.shape().per_inertia
     }
 
-    /// Drive slots of the lower and the upper edge `[m]` of a mesh, for
-    /// [`Held::clearance`](crate::drives::Held::clearance). The first mesh is 0.
+    /// Drive slots of the lower and the upper edge `[m]` of a mesh. [`Held::add`](crate::drives::Held::add)
+    /// varies the half backlash with the gains -g and g. The first mesh is 0.
     ///
     /// # Errors
     /// A mesh index of n or more.

@@ -44,7 +44,7 @@ impl<T> Adaptive<T> {
         let tolerances = Tolerances { rtol, atol: vec![atol], first: None, max: f64::INFINITY, beta };
         Adaptive { tolerances, limits: Limits::default(), method }
     }
-    /// Relative tolerance of every coordinate and velocity, positive; in 1e-16 ..= 0.1 for
+    /// Relative tolerance of every coordinate and velocity, above 0 and below 1; in 1e-16 ..= 0.1 for
     /// [`Taylor`](crate::Taylor). Default: 1e-9; 1e-12 for `Taylor`.
     pub fn rtol(mut self, rtol: f64) -> Self {
         self.tolerances.rtol = rtol;

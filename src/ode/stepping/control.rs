@@ -52,7 +52,7 @@ impl StepRule<'_> {
                 Ok(Vec::new())
             }
             StepRule::Adaptive(Tolerances { rtol, atol, first, max, beta, .. }) => {
-                check::above_zero("rtol", *rtol)?;
+                check::above_zero("rtol", *rtol).and_then(|rtol| check::share("rtol", rtol))?;
                 if *max != f64::INFINITY {
                     check::above_zero("max_step", *max)?;
                 }

@@ -29,15 +29,14 @@ use std::collections::VecDeque;
 /// ring of 16.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, SweepEngine};
+/// use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, SweepEngine};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
 /// fn fingerprint(engine: &impl SweepEngine<NfgPair>) -> Result<u64, Box<dyn std::error::Error>> {
-///     let speeds = Points::on_axis(Axis::linear("speed", 100.0, 130.0, 6)?);
-///     let rows = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]).run(
+///     let speeds = Axis::linear("speed", 100.0, 130.0, 6)?;
+///     let rows = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]).runner(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )?;
+///     ).run()?;
 ///     Ok(rows.fingerprint())
 /// }
 /// let sixteen = LaneRk4::new(63 * 16);
@@ -50,14 +49,13 @@ use std::collections::VecDeque;
 /// A model that is not a [`Machine`] does not compile:
 ///
 /// ```compile_fail,E0271
-/// use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points};
-/// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
+/// use gear_dynamics::sweep::{Axis, LaneRk4, Point};
+/// use gear_dynamics::{ParameterError, Sweep, model::from_fn};
 /// let rest = from_fn(1, |_, _, _, a| a[0] = 0.0)?.with_period(1.0)?;
-/// let points = Points::on_axis(Axis::list("x", &[1.0])?);
+/// let points = Axis::list("x", &[1.0])?;
 /// let model = |_: &Point<'_>| Ok::<_, ParameterError>(rest);
-/// let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(1));
 /// let engine = LaneRk4::new(64); // with `TableRk4::new(64)` it compiles
-/// Sweep::new(points).run(&engine, model, start)?;
+/// Sweep::new(points).runner(&engine, model).run()?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

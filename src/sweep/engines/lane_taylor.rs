@@ -31,15 +31,14 @@ use std::collections::VecDeque;
 /// error of its point: [`Located`](crate::sweep::Located) runs it.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, LaneTaylor, Located, Points, SweepEngine};
+/// use gear_dynamics::sweep::{Axis, LaneTaylor, Located, SweepEngine};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep, Taylor};
 /// fn range(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
-///     let speeds = Points::on_axis(Axis::linear("speed", 100.0, 130.0, 3)?);
-///     let rows = Sweep::new(speeds).settle(1).measure(1).channels(&["q0"]).run(
+///     let speeds = Axis::linear("speed", 100.0, 130.0, 3)?;
+///     let rows = Sweep::new(speeds).settle(1).measure(1).channels(&["q0"]).runner(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )?;
+///     ).run()?;
 ///     Ok(rows.get(2)?.channel("q0")?.peak_to_peak())
 /// }
 /// let taylor = Taylor::new().rtol(1e-9).atol(1e-14);

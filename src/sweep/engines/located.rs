@@ -16,13 +16,12 @@ use std::ops::ControlFlow;
 /// found inside the steps, and the tolerance of the integrator controls the error.
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};
-/// let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
-/// let rows = sweep.channels(&["q0"]).run(
+/// use gear_dynamics::{sweep::{Axis, Located}, Dop853, NfgPair, NfgParams, Sweep};
+/// let sweep = Sweep::new(Axis::list("speed", &[100.0])?).settle(2).measure(1);
+/// let rows = sweep.channels(&["q0"]).runner(
 ///     &Located(Dop853::new().rtol(1e-8).atol(1e-13)),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///     |_, pair| pair.static_start(),
-/// )?;
+/// ).run()?;
 /// assert_eq!(rows.get(0)?.period_multiple(), Some(1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

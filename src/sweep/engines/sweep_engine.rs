@@ -12,14 +12,13 @@ use crate::sweep::sweep_error::{PointError, SweepError};
 ///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Sweep};
-/// use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
+/// use gear_dynamics::sweep::{Axis, LaneRk4, Located, SweepEngine};
 /// fn mean(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
-///     let sweep = Sweep::new(Points::on_axis(Axis::list("speed", &[100.0])?)).settle(2).measure(1);
-///     let rows = sweep.channels(&["q0"]).run(
+///     let sweep = Sweep::new(Axis::list("speed", &[100.0])?).settle(2).measure(1);
+///     let rows = sweep.channels(&["q0"]).runner(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )?;
+///     ).run()?;
 ///     Ok(rows.get(0)?.channel("q0")?.mean)
 /// }
 /// let (lanes, located) =

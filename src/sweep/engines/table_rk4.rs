@@ -14,19 +14,20 @@ use std::collections::VecDeque;
 /// of all drives of the model. Edges are treated as by [`LaneRk4`](crate::sweep::LaneRk4).
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, Points, TableRk4};
-/// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
+/// use gear_dynamics::sweep::{Axis, TableRk4};
+/// use gear_dynamics::{State, Sweep, model::from_fn};
 /// // q'' + 3 q' + 2 q = f cos 2t
 /// let swing = |f: f64| {
 ///     let swing = from_fn(1, move |t, q, v, a| a[0] = f * (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 ///     swing.with_period(std::f64::consts::PI)
 /// };
-/// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
-/// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q0"]).run(
+/// let amplitudes = Axis::list("f", &[1.0, 4.0])?;
+/// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q0"]).runner(
 ///     &TableRk4::new(64),
 ///     |p| swing(p["f"]),
-///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
-/// )?;
+/// )
+/// .start(|_, _| State::at_rest(1))
+/// .run()?;
 /// // Closed form: q = f (3 sin 2t - cos 2t)/20, RMS = f √5/20.
 /// assert!((rows.get(1)?.channel("q0")?.rms - 5f64.sqrt() / 5.0).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -7,12 +7,12 @@ use crate::model::{Model, State};
 use crate::ode::probe::Probe;
 use crate::ode::{Exhausted, Integrator, Observer, Step, uniform_times};
 use crate::sweep::ensembles::bands::{Bands, FailedMember, MemberResults};
-use crate::sweep::monitor::Monitor;
 use crate::sweep::sweep_error::{FamilyError, PointError};
+use crate::sweep::watch::Watch;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::ops::ControlFlow;
-use std::sync::atomic::AtomicUsize;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use thiserror::Error;
 
 /// Runs many members of a random model and keeps the distributions of channels, peaks and impact counts. The
@@ -42,7 +42,7 @@ pub struct Ensemble<'w> {
     pub(crate) channels: Vec<String>,
     pub(crate) peaks: Vec<String>,
     rattle: bool,
-    monitor: Monitor<'w>,
+    watch: Watch<'w>,
 }
 
 /// Errors of an [`Ensemble`] as a whole.
@@ -115,7 +115,7 @@ impl<'w> Ensemble<'w> {
             channels: Vec::new(),
             peaks: Vec::new(),
             rattle: false,
-            monitor: Monitor::new(),
+            watch: Watch::default(),
         })
     }
     /// Requests the distribution of these channels at every time. Maximum: channels × spans = 2¹⁸.
@@ -131,17 +131,23 @@ impl<'w> Ensemble<'w> {
     pub fn rattle(self) -> Self {
         Ensemble { rattle: true, ..self }
     }
-    /// Reports the progress to a monitor after every member, but no rows. If the monitor cancels the runs,
-    /// the result holds the members that finished.
-    pub fn monitor(self, monitor: &Monitor<'w>) -> Self {
-        Ensemble { monitor: *monitor, ..self }
+    /// Function that is called after every member with two numbers: completed and all members.
+    pub fn progress(mut self, progress: impl Fn(usize, usize) + Send + Sync + 'w) -> Self {
+        self.watch.progress = Some(Arc::new(progress));
+        self
+    }
+    /// Flag that cancels the ensemble when it becomes `true`, checked after every step. The result holds the
+    /// members that finished.
+    pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
+        self.watch.cancel = Some(cancel);
+        self
     }
 
     /// Runs all members. `family` maps a member number to the model and its start state at time 0.
     ///
     /// # Errors
     /// [`EnsembleError`]. If at least one member succeeds, members that fail are counted in
-    /// [`Bands::failed`] instead. [`EnsembleError::Exhausted`] if the monitor cancels before any member
+    /// [`Bands::failed`] instead. [`EnsembleError::Exhausted`] if cancelled before any member
     /// finished.
     pub fn run<M, I, X>(
         &self,
@@ -153,7 +159,7 @@ impl<'w> Ensemble<'w> {
         I: Integrator + Sync,
         X: Into<FamilyError>,
     {
-        let monitor = &self.monitor;
+        let watch = &self.watch;
         let figures = check::count(
             "distributions, one for each channel and time",
             &[self.channels.len(), self.times.len() - 1],
@@ -161,25 +167,23 @@ impl<'w> Ensemble<'w> {
         )?;
         let mut failure = None;
         let model =
-            (0..self.members).take_while(|_| !monitor.is_cancelled()).find_map(|member| {
-                match family(member) {
-                    Ok((model, _)) => Some(model),
-                    Err(error) => {
-                        failure.get_or_insert_with(|| PointError::Model(error.into()));
-                        None
-                    }
+            (0..self.members).take_while(|_| !watch.is_cancelled()).find_map(|member| match family(member) {
+                Ok((model, _)) => Some(model),
+                Err(error) => {
+                    failure.get_or_insert_with(|| PointError::Model(error.into()));
+                    None
                 }
             });
         // A channel that the first model does not have is an error of the whole ensemble.
         if let Some(model) = &model {
             let probe = Probe::new(model);
             self.channels.iter().chain(&self.peaks).try_for_each(|name| probe.index(name).map(|_| ()))?;
-        } else if let Some(first) = failure.filter(|_| !monitor.is_cancelled()) {
+        } else if let Some(first) = failure.filter(|_| !watch.is_cancelled()) {
             return Err(EnsembleError::AllFailed { members: self.members, first });
         }
         let mut bands = Bands::new(&self.times, &self.channels, &self.peaks);
         let (mut next, shown) = (0, AtomicUsize::new(0));
-        while next < self.members && !monitor.is_cancelled() {
+        while next < self.members && !watch.is_cancelled() {
             // A batch has fewer members if there are more distributions. This bounds the memory of the
             // results that are not added yet.
             let waiting = ((1 << 20) / (figures as u64 + 1)).clamp(1, WAITING);
@@ -187,7 +191,7 @@ impl<'w> Ensemble<'w> {
             let run = |member| {
                 let seen = self.member(solver, &family, member).transpose();
                 if seen.is_some() {
-                    monitor.show(1 + shown.fetch_add(1, Ordering::Relaxed), self.members as usize);
+                    watch.show(1 + shown.fetch_add(1, Ordering::Relaxed), self.members as usize);
                 }
                 seen
             };
@@ -265,7 +269,7 @@ impl<'w> Ensemble<'w> {
             if let Some(rattle) = &mut rattle {
                 let _ = rattle.step(step);
             }
-            if self.monitor.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if self.watch.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let end = self.times[self.times.len() - 1];
         let finish = solver.run(&model, &start, end, &mut observe)?;

@@ -1,7 +1,7 @@
 //! Random parameters and their Sobol indices.
 
-use crate::drives::CounterRng;
 use crate::error::{ParameterError, check};
+use crate::numeric::split_mix::CounterRng;
 use crate::sweep::settings::points::Points;
 use rand_distr::Distribution as Draw;
 use std::sync::Arc;

@@ -7,15 +7,14 @@ use pulp::WithSimd;
 /// equal bit by bit.
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, InstructionSet, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 130.0, 8)?);
+/// use gear_dynamics::{sweep::{Axis, InstructionSet, LaneRk4}, NfgPair, NfgParams, Sweep};
+/// let speeds = Axis::linear("speed", 100.0, 130.0, 8)?;
 /// let sweep = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]);
 /// let bits = |set| {
-///     sweep.run(
+///     sweep.runner(
 ///         &LaneRk4::new(63 * 16).instructions(set),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )
+///     ).run()
 /// };
 /// let baseline = bits(InstructionSet::Baseline)?.fingerprint();
 /// for set in InstructionSet::available() {

@@ -10,11 +10,12 @@ use crate::sweep::rows::row::Row;
 /// ```
 /// use gear_dynamics::{sweep::{Attractors, Axis, LaneRk4, Points}, NfgPair, NfgParams, State, Sweep};
 /// let starts = Points::grid(vec![Axis::linear("q", -8e-4, -6e-4, 3)?, Axis::linear("v", -1e-5, 1e-5, 2)?])?;
-/// let rows = Sweep::new(starts).settle(20).measure(4).strobe(4).run(
+/// let rows = Sweep::new(starts).settle(20).measure(4).strobe(4).runner(
 ///     &LaneRk4::new(63 * 32),
 ///     |_| NfgPair::new(&NfgParams { speed: 110.0, ..NfgParams::table1() }),
-///     |p, _| Ok::<_, gear_dynamics::ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]])),
-/// )?;
+/// )
+/// .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
+/// .run()?;
 /// let attractors = Attractors::find(&rows, 1e-6)?;
 /// assert_eq!(attractors.list().len(), 1); // one motion, wherever it starts
 /// assert_eq!(attractors.label(5), Some(0));
@@ -30,17 +31,18 @@ pub struct Attractors {
 /// One motion on which runs ended.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Attractors, Axis, Points, TableRk4};
+/// use gear_dynamics::sweep::{Attractors, Axis, TableRk4};
 /// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
 /// // q'' + 3 q' + 2 q = cos 2t
 /// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 /// let swing = swing.with_period(std::f64::consts::PI)?;
-/// let starts = Points::on_axis(Axis::linear("q", -1.0, 1.0, 5)?);
-/// let rows = Sweep::new(starts).settle(20).measure(2).strobe(1).run(
+/// let starts = Axis::linear("q", -1.0, 1.0, 5)?;
+/// let rows = Sweep::new(starts).settle(20).measure(2).strobe(1).runner(
 ///     &TableRk4::new(64),
 ///     |_| Ok::<_, ParameterError>(swing),
-///     |p, _| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[0.0])),
-/// )?;
+/// )
+/// .start(|p, _| State::new(0.0, &[p["q"]], &[0.0]))
+/// .run()?;
 /// let attractors = Attractors::find(&rows, 1e-6)?;
 /// let attractor = &attractors.list()[0];
 /// assert_eq!((attractor.period_multiple, attractor.rows), (Some(1), 5));

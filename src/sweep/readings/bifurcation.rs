@@ -8,8 +8,9 @@ use crate::sweep::rows::row::Row;
 use crate::sweep::schedule::runner::Runner;
 use crate::sweep::settings::sweep::WarmStart;
 use crate::sweep::sweep_error::SweepError;
-use std::sync::atomic::AtomicUsize;
-use std::sync::atomic::Ordering;
+use crate::sweep::watch::Watch;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A bifurcation diagram: a sweep over one parameter along the axis (up) and back (down). Each run starts
 /// from the state in which the previous one ended.
@@ -18,13 +19,12 @@ use std::sync::atomic::Ordering;
 /// of the [`Sweep`](crate::Sweep).
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 120.0, 3)?);
+/// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4}, NfgPair, NfgParams, Sweep};
+/// let speeds = Axis::linear("speed", 100.0, 120.0, 3)?;
 /// let (sweep, engine) = (Sweep::new(speeds).settle(20).measure(4), LaneRk4::new(63 * 32));
 /// let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
 ///     &engine,
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///     |_, pair| pair.static_start(),
 /// ))?;
 /// assert_eq!(diagram.up().iter().map(|p| p.parameter).collect::<Vec<_>>(), [100.0, 110.0, 120.0]);
 /// assert!(diagram.hysteresis(1e-3)?.is_empty());
@@ -47,8 +47,8 @@ impl Bifurcation {
     }
 
     /// Runs a sweep up and down. The first run of each pass starts from the start state
-    /// of the runner. The progress of its [`Monitor`](crate::sweep::Monitor) counts both passes together;
-    /// the monitor gets the rows of both. After cancelling, the diagram holds the points done so far.
+    /// of the runner. [`progress`](Runner::progress) counts both passes together, [`rows`](Runner::rows) gets
+    /// the rows of both. After cancelling, the diagram holds the points done so far.
     ///
     /// # Errors
     /// As [`Runner::run`]; a sweep over more than one parameter; for strobed values a channel that is not a
@@ -57,10 +57,10 @@ impl Bifurcation {
         &self,
         runner: &Runner<'_, M, E>,
     ) -> Result<Diagram, SweepError> {
-        let (points, monitor) = (runner.sweep.points(), runner.monitor);
+        let (points, watch) = (runner.sweep.points(), &runner.watch);
         check::length("parameters of a bifurcation diagram", points.names().len(), 1)?;
         let model = (0..points.len())
-            .take_while(|_| !monitor.is_cancelled())
+            .take_while(|_| !watch.is_cancelled())
             .find_map(|i| (runner.family)(&points.point(i)).ok());
         let component = match model {
             Some(model) if self.strobed => component(&self.channel, model.dof())?,
@@ -76,7 +76,7 @@ impl Bifurcation {
         let way = |way: usize, warm_start: WarmStart| {
             let show = |now: usize, total: usize| {
                 let now = done[way].fetch_max(now, Ordering::Relaxed).max(now);
-                monitor.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
+                watch.show(now + done[1 - way].load(Ordering::Relaxed), 2 * total);
             };
             let sweep = sweep.clone().warm_start(warm_start);
             let way = Runner {
@@ -84,7 +84,7 @@ impl Bifurcation {
                 engine: runner.engine,
                 family: Box::new(|point| (runner.family)(point)),
                 start: Box::new(|point, model| (runner.start)(point, model)),
-                monitor: monitor.progress(&show),
+                watch: Watch { progress: Some(Arc::new(show)), ..watch.clone() },
             };
             way.run()
         };
@@ -121,20 +121,19 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 /// The values of a diagram at one value of the parameter, in one pass.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, Bifurcation, Points, TableRk4};
-/// use gear_dynamics::{ParameterError, State, Sweep, model::from_fn};
+/// use gear_dynamics::sweep::{Axis, Bifurcation, TableRk4};
+/// use gear_dynamics::{State, Sweep, model::from_fn};
 /// // q'' + 3 q' + 2 q = f cos 2t
 /// let swing = |f: f64| {
 ///     let swing = from_fn(1, move |t, q, v, a| a[0] = f * (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 ///     swing.with_period(std::f64::consts::PI)
 /// };
-/// let amplitudes = Points::on_axis(Axis::list("f", &[1.0, 4.0])?);
+/// let amplitudes = Axis::list("f", &[1.0, 4.0])?;
 /// let (sweep, engine) = (Sweep::new(amplitudes).settle(20).measure(2), TableRk4::new(64));
 /// let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
 ///     &engine,
 ///     |p| swing(p["f"]),
-///     |_, _| Ok::<_, ParameterError>(State::at_rest(1)),
-/// ))?;
+/// ).start(|_, _| State::at_rest(1)))?;
 /// let point = &diagram.up()[1];
 /// assert_eq!((point.index, point.parameter, point.period_multiple), (1, 4.0, Some(1)));
 /// // Closed form: q = f (3 sin 2t - cos 2t)/20.
@@ -156,13 +155,12 @@ pub struct DiagramPoint {
 /// The result of a [`Bifurcation`]: the passes up and down.
 ///
 /// ```
-/// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::on_axis(Axis::linear("speed", 100.0, 110.0, 2)?);
+/// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4}, NfgPair, NfgParams, Sweep};
+/// let speeds = Axis::linear("speed", 100.0, 110.0, 2)?;
 /// let (sweep, engine) = (Sweep::new(speeds).settle(3).measure(1), LaneRk4::new(63 * 32));
 /// let diagram = Bifurcation::extremes("deflection").run(&sweep.runner(
 ///     &engine,
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///     |_, pair| pair.static_start(),
 /// ))?;
 /// assert_eq!((diagram.down()[1].parameter, diagram.down()[1].values.len()), (110.0, 2));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -16,13 +16,12 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 /// cancelled before it ran.
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
-/// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).run(
+/// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, Sweep};
+/// let speeds = Axis::list("speed", &[100.0, 120.0])?;
+/// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).runner(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///     |_, pair| pair.static_start(),
-/// )?;
+/// ).run()?;
 /// let row = rows.get(1)?;
 /// assert!((row.channel("q0")?.mean + 6.9e-4).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -34,8 +33,8 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 ///
 /// ```
 /// # #[cfg(feature = "serde")] {
-/// # use gear_dynamics::{sweep::{Axis, LaneRk4, Points, Rows}, NfgPair, NfgParams, Sweep};
-/// # let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
+/// # use gear_dynamics::{sweep::{Axis, LaneRk4, Rows}, NfgPair, NfgParams, Sweep};
+/// # let speeds = Axis::list("speed", &[100.0, 120.0])?;
 /// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).run(
 /// #     &LaneRk4::new(63 * 32),
 /// #     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
@@ -185,11 +184,6 @@ impl Rows {
     /// The points of the whole sweep.
     pub fn points(&self) -> &Points {
         self.sweep.points()
-    }
-
-    /// Number of contacts of each row: 0 without [`rattle`](crate::Sweep::rattle).
-    pub fn contacts(&self) -> usize {
-        self.layout.contacts
     }
 
     /// Whether every point of these rows has a row or an error.

@@ -9,12 +9,11 @@ use crate::sweep::sweep_error::PointError;
 /// The results of one point of a sweep.
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
-/// let rows = Sweep::new(Points::on_axis(Axis::list("speed", &[180.0])?)).settle(4).measure(1).rattle().run(
+/// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, RattleState, Sweep};
+/// let rows = Sweep::new(Axis::list("speed", &[180.0])?).settle(4).measure(1).rattle().runner(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///     |_, pair| pair.static_start(),
-/// )?;
+/// ).run()?;
 /// let row = rows.iter().next().ok_or("no row")?;
 /// assert_eq!(row.contacts()[0].rattle_state(), RattleState::Bilateral);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -73,13 +72,9 @@ impl Row<'_> {
     }
     /// The largest Lyapunov exponent per period. It is positive in chaos and negative if small differences
     /// decay. `None` without [`lyapunov`](crate::Sweep::lyapunov), or if it could not be computed;
-    /// [`lyapunov_failure`](Row::lyapunov_failure) is the error.
+    /// [`Rows::exponent_errors`] has the error.
     pub fn lyapunov(&self) -> Option<f64> {
         self.exponents().first().copied().filter(|x| !x.is_nan())
-    }
-    /// The error of a requested exponent; `None` if there is no error.
-    pub fn lyapunov_failure(&self) -> Option<&PointError> {
-        self.rows.exponent_errors.get(&self.index).filter(|_| self.lyapunov().is_none())
     }
     /// Standard error of [`lyapunov`](Row::lyapunov) per period, as in
     /// [`Exponents::standard_error`](crate::periodic::Exponents::standard_error).

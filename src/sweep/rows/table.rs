@@ -21,13 +21,12 @@ impl Rows {
     /// Strobed states, checks and the texts of errors are not in the table.
     ///
     /// ```
-    /// use gear_dynamics::{sweep::{Axis, Located, Points}, Dop853, NfgPair, NfgParams, Sweep};
-    /// let speeds = Points::on_axis(Axis::list("speed", &[100.0, 120.0])?);
-    /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0", "elastic part"]).run(
+    /// use gear_dynamics::{sweep::{Axis, Located}, Dop853, NfgPair, NfgParams, Sweep};
+    /// let speeds = Axis::list("speed", &[100.0, 120.0])?;
+    /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0", "elastic part"]).runner(
     ///     &Located(Dop853::new()), // lanes and tables have no channels of the model's own
     ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-    ///     |_, pair| pair.static_start(),
-    /// )?;
+    /// ).run()?;
     /// let table = rows.table()?;
     /// assert_eq!(table.column("speed")?, [100.0, 120.0]);
     /// let unit = |name: &str| table.columns().iter().find(|c| c.name == name).map(|c| c.unit.as_str());

@@ -4,12 +4,12 @@ use crate::error::ParameterError;
 use crate::model::{Periodic, State};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::Plan;
-use crate::sweep::monitor::Monitor;
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::row::Row;
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::{Sweep, WarmStart};
 use crate::sweep::sweep_error::PointError;
+use crate::sweep::watch::Watch;
 use rayon::iter::ParallelIterator;
 use rayon::slice::ParallelSlice;
 use std::sync::Mutex;
@@ -34,9 +34,9 @@ pub(crate) struct Work<'s, M> {
     pub(crate) length: usize,
     pub(crate) family: &'s Family<'s, M>,
     pub(crate) start: &'s Start<'s, M>,
-    pub(crate) monitor: &'s Monitor<'s>,
+    pub(crate) watch: &'s Watch<'s>,
     pub(crate) rows: Mutex<&'s mut Rows>,
-    /// Rows without points, with names and layout, for the rows that the monitor receives.
+    /// Rows without points, with names and layout, for the rows that are watched.
     pub(crate) bare: Option<Rows>,
     /// Number of completed runs.
     pub(crate) done: AtomicUsize,
@@ -107,7 +107,7 @@ impl<M: Periodic> LineBlock<'_, '_, M> {
         };
         let model = (self.work.family)(&sweep.points.point(index))?;
         let (q, v) = end.split_at(layout.dof);
-        let go_on = || !self.work.monitor.is_cancelled();
+        let go_on = || !self.work.watch.is_cancelled();
         let exponents = lyapunov.run_while(&model, &State::new(0.0, q, v), model.period(), &go_on)?;
         if !go_on() {
             return Ok(None);
@@ -187,12 +187,12 @@ impl<M: Periodic> Source<M> for LineBlock<'_, '_, M> {
             rows.exponent_errors.extend(without.map(|error| (index, error)));
             row.ok()
         };
-        // The functions of the monitor may be slow: they must not block other threads.
+        // The functions that watch may be slow: they must not block other threads.
         drop(rows);
-        if let (Some(show), Some(rows), Some(data)) = (work.monitor.rows, &work.bare, &made) {
+        if let (Some(show), Some(rows), Some(data)) = (&work.watch.rows, &work.bare, &made) {
             show(&Row { rows, index, data });
         }
-        work.monitor.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
+        work.watch.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
     }
 
     fn with_model(&self, index: usize, read: &mut dyn FnMut(&dyn Periodic)) {
@@ -202,7 +202,7 @@ impl<M: Periodic> Source<M> for LineBlock<'_, '_, M> {
     }
 
     fn is_cancelled(&self) -> bool {
-        self.work.monitor.is_cancelled()
+        self.work.watch.is_cancelled()
     }
 
     fn alone(&mut self, points: usize) {

@@ -3,36 +3,45 @@
 use crate::error::ParameterError;
 use crate::linear::static_state;
 use crate::model::channel::place_of;
-use crate::model::{Machine, Periodic, Shape, State};
+use crate::model::{Machine, Periodic, Shape};
 use crate::ode::probe::Probe;
 use crate::sweep::engines::sweep_engine::SweepEngine;
 use crate::sweep::engines::track::Plan;
-use crate::sweep::monitor::Monitor;
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::rows::merge::RowsError;
+use crate::sweep::rows::row::Row;
 use crate::sweep::schedule::block::{Family, Start, Work};
+use crate::sweep::schedule::start::IntoStart;
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};
-use std::sync::Mutex;
-use std::sync::atomic::AtomicUsize;
+use crate::sweep::watch::Watch;
+use std::sync::atomic::{AtomicBool, AtomicUsize};
+use std::sync::{Arc, Mutex};
 
-/// A sweep with its engine, its family of models and their start states: runs the points, all or in chunks.
+/// A sweep with its engine and its family of models: runs the points, all or in chunks.
+///
+/// Each run starts in the [static state](static_state) of its model, or where [`start`](Runner::start) says.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, LaneRk4, Points, Rows};
+/// use gear_dynamics::sweep::{Axis, LaneRk4, Rows};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
-/// let sweep = Sweep::new(Points::on_axis(Axis::linear("speed", 100.0, 130.0, 8)?));
+/// use std::sync::{Arc, atomic::{AtomicBool, Ordering::Relaxed}};
+/// let sweep = Sweep::new(Axis::linear("speed", 100.0, 130.0, 400)?);
 /// let sweep = sweep.settle(1).measure(1).channels(&["q0"]);
 /// let engine = LaneRk4::new(63 * 16);
-/// let runner = sweep.runner(
-///     &engine,
-///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///     |_, pair| pair.static_start(),
-/// );
-/// let halves = vec![runner.chunk(0, 2)?, runner.chunk(1, 2)?]; // for example on two computers
-/// assert_eq!(Rows::merge(halves)?, runner.run()?); // the same rows, bit by bit
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let runner = || sweep.runner(&engine, |p| pair.with("speed", p["speed"]));
+/// let whole = runner().run()?;
+/// let halves = vec![runner().chunk(0, 2)?, runner().chunk(1, 2)?]; // for example on two computers
+/// assert_eq!(Rows::merge(halves)?, whole); // the same rows, bit by bit
+/// // Cancelled after 20 runs, then completed:
+/// let stop = Arc::new(AtomicBool::new(false));
+/// let count = |done: usize, _total: usize| stop.store(done >= 20, Relaxed);
+/// let part = runner().progress(count).cancel(stop.clone()).run()?;
+/// assert!((20..400).contains(&part.iter().count()));
+/// assert_eq!(runner().resume(part)?, whole);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Runner<'a, M, E> {
@@ -40,67 +49,43 @@ pub struct Runner<'a, M, E> {
     pub(crate) engine: &'a E,
     pub(crate) family: Box<Family<'a, M>>,
     pub(crate) start: Box<Start<'a, M>>,
-    pub(crate) monitor: Monitor<'a>,
+    pub(crate) watch: Watch<'a>,
 }
 
 impl Sweep {
-    /// Runs all points. `family` maps a point to its model; `start` maps a point and its model to the start
-    /// state at time 0. [`runner`](Sweep::runner) runs chunks, resumes, reports progress and cancels.
-    ///
-    /// # Errors
-    /// [`SweepError`] for an error of the sweep as a whole. The error of a single point is stored in
-    /// [`Rows::errors`].
-    pub fn run<M, E, X, Y>(
-        &self,
-        engine: &E,
-        family: impl Fn(&Point<'_>) -> Result<M, X> + Sync,
-        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync,
-    ) -> Result<Rows, SweepError>
-    where
-        M: Periodic,
-        E: SweepEngine<M>,
-        X: Into<FamilyError>,
-        Y: Into<FamilyError>,
-    {
-        self.runner(engine, family, start).run()
-    }
-
-    /// The runner of this sweep. `family` maps a point to its model; `start` maps a point and its model to
-    /// the start state at time 0.
-    pub fn runner<'a, M, E, X, Y>(
+    /// The runner of this sweep. `family` maps a point to its model.
+    pub fn runner<'a, M, E, X>(
         &'a self,
         engine: &'a E,
         family: impl Fn(&Point<'_>) -> Result<M, X> + Sync + 'a,
-        start: impl Fn(&Point<'_>, &M) -> Result<State, Y> + Sync + 'a,
     ) -> Runner<'a, M, E>
     where
         M: Periodic,
         E: SweepEngine<M>,
         X: Into<FamilyError>,
-        Y: Into<FamilyError>,
     {
         Runner {
             sweep: self,
             engine,
             family: Box::new(move |point| family(point).map_err(|e| PointError::Model(e.into()))),
-            start: Box::new(move |point, of| start(point, of).map_err(|e| PointError::Model(e.into()))),
-            monitor: Monitor::new(),
+            start: Box::new(|_, model| Ok(static_state(model, 0.0)?.state)),
+            watch: Watch::default(),
         }
     }
 
     /// The runner of this sweep over constants of one machine: the names of the points are constants, the
-    /// others are those of `machine`. Each run starts in its [static state](static_state).
+    /// others are those of `machine`.
     ///
     /// # Errors
     /// [`ParameterError::NoSuchConstant`], which lists the constants.
     ///
     /// ```
-    /// use gear_dynamics::sweep::{Axis, LaneRk4};
+    /// use gear_dynamics::sweep::{Axis, LaneRk4, Points};
     /// use gear_dynamics::trains::SpurPair;
     /// use gear_dynamics::Sweep;
     /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[])?.parts()?.build("driver", 0.4)?;
     /// let axes = vec![Axis::linear("speed", 0.4, 0.6, 5)?, Axis::list("mesh damping", &[0.1, 0.2])?];
-    /// let sweep = Sweep::grid(axes)?.channels(&["deflection"]);
+    /// let sweep = Sweep::new(Points::grid(axes)?).channels(&["deflection"]);
     /// let rows = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     /// let mean = rows.get(0)?.channel("deflection")?.mean; // without contact loss
     /// assert!((mean - 1.102).abs() < 1e-3 && rows.errors().is_empty());
@@ -113,18 +98,43 @@ impl Sweep {
     ) -> Result<Runner<'a, Machine<G>, E>, ParameterError> {
         let places = self.points.names().iter().map(|name| place_of(machine.names(), name));
         let places = places.collect::<Result<Vec<_>, _>>()?;
-        let family = move |point: &Point<'_>| {
+        Ok(self.runner(engine, move |point| {
             let values: Vec<_> = places.iter().copied().zip(point.values().iter().copied()).collect();
             machine.with_places(&values)
-        };
-        Ok(self.runner(engine, family, |_, machine| static_state(machine, 0.0).map(|rest| rest.state)))
+        }))
     }
 }
 
 impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
-    /// Reports progress and rows to a monitor, which may cancel the runs.
-    pub fn monitor(self, monitor: &Monitor<'a>) -> Self {
-        Runner { monitor: *monitor, ..self }
+    /// The start states: a function of a point and its model, at time 0. It returns a state, or a result with
+    /// an error. Default: the [static state](static_state) of each model.
+    pub fn start<S: IntoStart>(self, start: impl Fn(&Point<'_>, &M) -> S + Sync + 'a) -> Self {
+        let start = move |point: &Point<'_>, of: &M| start(point, of).into_start().map_err(PointError::Model);
+        Runner { start: Box::new(start), ..self }
+    }
+
+    /// Function that is called after every run with two numbers: completed runs and all runs. All runs are
+    /// the points of the chunk and their checks.
+    pub fn progress(mut self, progress: impl Fn(usize, usize) + Send + Sync + 'a) -> Self {
+        self.watch.progress = Some(Arc::new(progress));
+        self
+    }
+
+    /// Function that is called with every row as soon as its run is complete, in any order. It blocks only
+    /// the worker that produced the row.
+    pub fn rows(mut self, rows: impl Fn(&Row<'_>) + Send + Sync + 'a) -> Self {
+        self.watch.rows = Some(Arc::new(rows));
+        self
+    }
+
+    /// Flag that cancels the runs when it becomes `true`. Completed rows are kept: [`resume`](Runner::resume)
+    /// runs the other points.
+    ///
+    /// Fixed-step engines check the flag at least every max(64, n/24) steps, with n steps per period; drive
+    /// tables every 64 rows; [`Located`](crate::sweep::Located) after every step.
+    pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
+        self.watch.cancel = Some(cancel);
+        self
     }
 
     /// Runs all points.
@@ -221,8 +231,8 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
             length: sweep.line(),
             family: &*self.family,
             start: &*self.start,
-            monitor: &self.monitor,
-            bare: self.monitor.rows.map(|_| Rows::new(sweep, &plan.layout, 0..0)),
+            watch: &self.watch,
+            bare: self.watch.rows.as_ref().map(|_| Rows::new(sweep, &plan.layout, 0..0)),
             done: AtomicUsize::new(total - sweep.line() * (lines.len() + checks.len())),
             total,
             rows: Mutex::new(rows),
@@ -241,7 +251,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         let (length, missing) = (sweep.line(), sweep.missing(rows));
         let mut done = 0;
         for index in 0..sweep.points.len() {
-            if self.monitor.is_cancelled() {
+            if self.watch.is_cancelled() {
                 return None;
             }
             match (self.family)(&sweep.points.point(index)) {
@@ -251,7 +261,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
             }
             if (index + 1).is_multiple_of(length) && missing.binary_search(&(index / length)).is_ok() {
                 done += length;
-                self.monitor.show(done, total);
+                self.watch.show(done, total);
             }
         }
         None

@@ -62,7 +62,8 @@ impl Axis {
     }
 }
 
-/// The points of a sweep: a grid of axes or a list. In a grid the last axis varies fastest.
+/// The points of a sweep: the values of one [`Axis`], a grid of axes or a list. In a grid the last axis
+/// varies fastest.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Points};
@@ -82,6 +83,12 @@ pub(crate) enum PointsKind {
     Grid(Vec<Axis>),
     /// The rows of all points, concatenated.
     List(Vec<f64>),
+}
+
+impl From<Axis> for Points {
+    fn from(axis: Axis) -> Self {
+        Points { names: vec![axis.name.clone()], kind: PointsKind::Grid(vec![axis]) }
+    }
 }
 
 impl Points {
@@ -106,11 +113,6 @@ impl Points {
             names: different(axes.iter().map(|axis| axis.name.as_str()))?,
             kind: PointsKind::Grid(axes),
         })
-    }
-
-    /// The values of one axis as points.
-    pub fn on_axis(axis: Axis) -> Self {
-        Points { names: vec![axis.name.clone()], kind: PointsKind::Grid(vec![axis]) }
     }
 
     /// A list of points: named columns, one row for each point.
@@ -212,7 +214,7 @@ fn different<'n>(names: impl Iterator<Item = &'n str>) -> Result<Vec<String>, Pa
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Points};
-/// let points = Points::on_axis(Axis::list("load", &[10.0, 30.0])?);
+/// let points = Points::from(Axis::list("load", &[10.0, 30.0])?);
 /// let point = points.point(1);
 /// assert_eq!((point.index(), point["load"], point.get("speed")), (1, 30.0, None));
 /// # Ok::<(), gear_dynamics::ParameterError>(())

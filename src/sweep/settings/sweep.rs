@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::ode::Budget;
 use crate::periodic::Lyapunov;
-use crate::sweep::settings::points::{Axis, Points};
+use crate::sweep::settings::points::Points;
 
 /// The start of a run: the start of its own point, or the state in which the neighbouring point ended.
 ///
@@ -11,15 +11,14 @@ use crate::sweep::settings::points::{Axis, Points};
 /// the same peak-to-peak value, within 0.1 %, as a start of its own with one settling period:
 ///
 /// ```
-/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points, WarmStart}, NfgPair, NfgParams, Sweep};
-/// let speeds = Points::on_axis(Axis::linear("speed", 120.0, 120.4, 3)?);
+/// use gear_dynamics::{sweep::{Axis, LaneRk4, WarmStart}, NfgPair, NfgParams, Sweep};
+/// let speeds = Axis::linear("speed", 120.0, 120.4, 3)?;
 /// let ppv = |warm_start, settle| -> Result<f64, Box<dyn std::error::Error>> {
 ///     let sweep = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q0"]);
-///     let rows = sweep.warm_start(warm_start).run(
+///     let rows = sweep.warm_start(warm_start).runner(
 ///         &LaneRk4::new(63 * 16),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )?;
+///     ).run()?;
 ///     Ok(rows.get(2)?.channel("q0")?.peak_to_peak())
 /// };
 /// let settled = ppv(WarmStart::No, 1)?;
@@ -41,12 +40,14 @@ pub enum WarmStart {
 }
 
 impl Sweep {
-    /// A sweep over these points. Defaults: 60 settling periods, 40 measured periods, tolerance 1e-6 of a
-    /// periodic motion, no early end of settling, no channels, no rattle, no strobed states, no Lyapunov
-    /// exponent, no warm start, no checks.
-    pub fn new(points: Points) -> Self {
+    /// A sweep over these points: an [`Axis`](crate::sweep::Axis) or [`Points`].
+    ///
+    /// Defaults: 60 settling periods, 40 measured periods, tolerance 1e-6 of a periodic motion, no early end
+    /// of settling, no channels, no rattle, no strobed states, no Lyapunov exponent, no warm start, no
+    /// checks.
+    pub fn new(points: impl Into<Points>) -> Self {
         Sweep {
-            points,
+            points: points.into(),
             settle: 60,
             measure: 40,
             repeat: None,
@@ -58,14 +59,6 @@ impl Sweep {
             warm_start: WarmStart::No,
             check_every: 0,
         }
-    }
-
-    /// A sweep over every combination of the values of the axes, with the same defaults.
-    ///
-    /// # Errors
-    /// As [`Points::grid`].
-    pub fn grid(axes: Vec<Axis>) -> Result<Self, ParameterError> {
-        Ok(Sweep::new(Points::grid(axes)?))
     }
 
     /// Number of settling periods. Default: 60.
@@ -97,7 +90,7 @@ impl Sweep {
         Sweep { tolerance, ..self }
     }
 
-    /// Requests mean, RMS, extremes and deviation of these channels (see [`Probe`](crate::analysis::Probe)).
+    /// Requests mean, RMS, extremes and deviation of these channels (see [`Probe`](crate::ode::Probe)).
     /// Default: none.
     pub fn channels(self, names: &[&str]) -> Self {
         Sweep { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
@@ -157,7 +150,7 @@ impl Sweep {
         &self.points
     }
 
-    /// Number of points in a line: 1 without a warm start, else [`Points::on_axis`].
+    /// Number of points in a line: 1 without a warm start, else the values of the last axis.
     pub(crate) fn line(&self) -> usize {
         if self.warm_start == WarmStart::No { 1 } else { self.points.line() }
     }
@@ -193,11 +186,10 @@ impl Sweep {
 ///     .measure(1)
 ///     .channels(&["q0"])
 ///     .rattle()
-///     .run(
+///     .runner(
 ///         &LaneRk4::new(63 * 32),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
-///         |_, pair| pair.static_start(),
-///     )?;
+///     ).run()?;
 /// assert_eq!(map.iter().filter(|row| row.contacts()[0].rattle_state() == RattleState::Bilateral).count(), 7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

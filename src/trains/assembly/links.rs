@@ -24,7 +24,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             let waves = plan.waves(mesh, *phase)?;
             self.shape.fastest = self.shape.fastest.max(waves.order.unwrap_or(1));
             // The algebra reads stiffness and error by their places among the waves of the train.
-            let contact = Mesh::new(zero(), zero(), part.law.clone())
+            let contact = Mesh::new(zero(), zero(), mesh.law.clone())
                 .with_contact_damping(part.contact_damping)
                 .per_turn(waves.order.unwrap_or(1))?;
             let half = N::HALF_WIDTH.then_some(("half backlash", part.half_backlash));

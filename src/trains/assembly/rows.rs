@@ -86,7 +86,7 @@ impl<'p, N: Nonlinearity> Layout<'p, N> {
     /// The row of a mesh, and that of its friction.
     pub(crate) fn mesh(&self, gearing: &Gearing<N>) -> Result<[Row; 2], TrainError> {
         let Plan { topology, kinematics, planets, centres, .. } = self.plan;
-        let &Gearing { name, ends: [a, b], carrier, part: mesh } = gearing;
+        let &Gearing { name, ends: [a, b], carrier, part: mesh, .. } = gearing;
         let [from, to] = if mesh.kind == Kind::FirstInternal { [a, b] } else { [b, a] };
         let [p, q] = [from, to].map(|body| centres[body].unwrap_or_default());
         // The unit vector e along the centres: from the first to the second gear, or from the internal gear.

@@ -71,7 +71,7 @@ pub struct Body {
     /// Radius of the centre of a planet `[m]`; `None`: from its first mesh with a central gear.
     pub(crate) radius: Option<f64>,
     /// Whether it takes no part in the mean rotation.
-    pub(crate) held: bool,
+    pub(crate) grounded: bool,
     /// Whether it has no angle among the coordinates.
     pub(crate) locked: bool,
     /// Torsional stiffness and damping to the ground.
@@ -88,7 +88,7 @@ impl Body {
             centre: None,
             place: None,
             radius: None,
-            held: false,
+            grounded: false,
             locked: false,
             support: [0.0; 2],
             drag: 0.0,
@@ -115,12 +115,12 @@ impl Body {
     }
     /// The same body held by a torsional spring [N m/rad] and damper [N m s/rad] to the ground. It does not
     /// take part in the mean rotation.
-    pub fn held(self, stiffness: f64, damping: f64) -> Self {
-        Body { held: true, ..self.restrained(stiffness, damping) }
+    pub fn grounded(self, stiffness: f64, damping: f64) -> Self {
+        Body { grounded: true, ..self.restrained(stiffness, damping) }
     }
     /// The same body locked: it does not turn at all and has no angle among the coordinates.
     pub fn locked(self) -> Self {
-        Body { held: true, locked: true, ..self }
+        Body { grounded: true, locked: true, ..self }
     }
     /// The same body with a torsional spring [N m/rad] and damper [N m s/rad] on the deviation from its
     /// kinematic rotation.

@@ -240,7 +240,7 @@ impl<N> Parts<N> {
     }
     /// Declares that all values are dimensionless: constants and channels have the unit 1, and
     /// [`Warning::UnusualValue`] is accepted.
-    pub fn without_units(&mut self) -> &mut Self {
+    pub(crate) fn without_units(&mut self) -> &mut Self {
         self.without_units = true;
         self
     }

@@ -63,6 +63,13 @@ pub(crate) struct FrictionPart {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshPart<N = Backlash> {
+    pub(crate) law: N,
+    pub(crate) gears: MeshGears,
+}
+
+/// A mesh without its contact law.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MeshGears {
     pub(crate) kind: Kind,
     pub(crate) teeth: [u32; 2],
     pub(crate) radii: [f64; 2],
@@ -74,7 +81,6 @@ pub struct MeshPart<N = Backlash> {
     pub(crate) faults: [Option<Wave>; 2],
     /// Waves over the turns of noncircular gears, which multiply the base radii.
     pub(crate) radius_factors: [Option<Wave>; 2],
-    pub(crate) law: N,
     pub(crate) contact_damping: ContactDamping,
     pub(crate) damping: f64,
     pub(crate) half_backlash: f64,
@@ -88,11 +94,18 @@ pub struct MeshPart<N = Backlash> {
     pub(crate) half_thickness: [Option<f64>; 2],
 }
 
+impl MeshGears {
+    /// Whether both gears are round.
+    pub(crate) fn is_round(&self) -> bool {
+        self.radius_factors.iter().all(Option::is_none)
+    }
+}
+
 impl MeshPart {
     /// A mesh of two external gears with the given numbers of teeth, base radii `[m]` and mesh stiffness
     /// [N/m] over the mesh angle. Defaults: no error, damping and backlash; pressure angle 20°.
     pub fn external(teeth: [u32; 2], base_radii: [f64; 2], stiffness: Wave) -> Self {
-        MeshPart {
+        let gears = MeshGears {
             kind: Kind::External,
             teeth,
             radii: base_radii,
@@ -102,7 +115,6 @@ impl MeshPart {
             runout: [None, None],
             faults: [None, None],
             radius_factors: [None, None],
-            law: Backlash::none(),
             contact_damping: ContactDamping::Always,
             damping: 0.0,
             half_backlash: 0.0,
@@ -111,12 +123,14 @@ impl MeshPart {
             friction: None,
             pitch_point: 0.5 * PI,
             half_thickness: [None, None],
-        }
+        };
+        MeshPart { law: Backlash::none(), gears }
     }
     /// A mesh whose gear with more teeth is internal (the second one, if the numbers are equal).
     pub fn internal(teeth: [u32; 2], base_radii: [f64; 2], stiffness: Wave) -> Self {
-        let kind = if teeth[0] > teeth[1] { Kind::FirstInternal } else { Kind::SecondInternal };
-        MeshPart { kind, ..MeshPart::external(teeth, base_radii, stiffness) }
+        let mut mesh = MeshPart::external(teeth, base_radii, stiffness);
+        mesh.gears.kind = if teeth[0] > teeth[1] { Kind::FirstInternal } else { Kind::SecondInternal };
+        mesh
     }
     /// The mesh of a pair of involute gears with the given mesh stiffness over the mesh angle: tooth numbers,
     /// base radii, working pressure angle, and b = 1/2 backlash cos α_w along the line of action
@@ -135,19 +149,20 @@ impl MeshPart {
         let teeth = pair.gears().each_ref().map(|gear| gear.teeth());
         let radii = pair.gears().each_ref().map(|gear| gear.base_radius());
         let new = if pair.is_internal() { MeshPart::internal } else { MeshPart::external };
-        let mesh = new(teeth, radii, stiffness).pressure_angle(pair.working_pressure_angle());
-        let half_thickness = pair.gears().each_ref().map(|gear| {
+        let mut mesh = new(teeth, radii, stiffness).pressure_angle(pair.working_pressure_angle());
+        mesh.gears.pitch_point = pair.pitch_point();
+        mesh.gears.half_thickness = pair.gears().each_ref().map(|gear| {
             let radius = gear.base_radius() / libm::cos(pair.working_pressure_angle());
             Some(gear.tooth_thickness(radius).ok()? / (2.0 * radius))
         });
-        let mesh = MeshPart { pitch_point: pair.pitch_point(), half_thickness, ..mesh };
         // Along the line of action.
         mesh.half_backlash((0.5 * pair.backlash() * libm::cos(pair.working_pressure_angle())).max(0.0))
     }
     /// The same mesh with half a backlash b `[m]` along the line of action. It becomes the constant
     /// `<mesh> half backlash`.
-    pub fn half_backlash(self, half_backlash: f64) -> Self {
-        MeshPart { half_backlash, ..self }
+    pub fn half_backlash(mut self, half_backlash: f64) -> Self {
+        self.gears.half_backlash = half_backlash;
+        self
     }
 }
 
@@ -158,44 +173,23 @@ impl<N: Nonlinearity> MeshPart<N> {
     pub fn law<L: Nonlinearity>(self, law: L) -> MeshPart<L> {
         let upper = law.edges(0.0, Side::After).upper;
         let half_backlash = if L::HALF_WIDTH && upper.is_finite() { upper } else { 0.0 };
-        let MeshPart { kind, teeth, radii, pressure_angle, stiffness, error, runout, faults, .. } = self;
-        let MeshPart { radius_factors, contact_damping, damping, phase, .. } = self;
-        let MeshPart { stated_phase, friction, pitch_point, half_thickness, .. } = self;
-        MeshPart {
-            kind,
-            teeth,
-            radii,
-            pressure_angle,
-            stiffness,
-            error,
-            runout,
-            faults,
-            radius_factors,
-            law,
-            contact_damping,
-            damping,
-            half_backlash,
-            phase,
-            stated_phase,
-            friction,
-            pitch_point,
-            half_thickness,
-        }
+        MeshPart { law, gears: MeshGears { half_backlash, ..self.gears } }
     }
     /// The same mesh with a static transmission error e `[m]` over the mesh angle.
-    pub fn error(self, error: Wave) -> Self {
-        MeshPart { error, ..self }
+    pub fn error(mut self, error: Wave) -> Self {
+        self.gears.error = error;
+        self
     }
     /// The same mesh with an error `[m]` over the turn of one of its gears, added to the static transmission
     /// error: eccentricity, runout, pitch errors.
     pub fn error_of_turn(mut self, gear: OfMesh, error: Wave) -> Self {
-        self.runout[gear as usize] = Some(error);
+        self.gears.runout[gear as usize] = Some(error);
         self
     }
     /// The same mesh with a factor over the turn of one of its gears that multiplies the stiffness: a cracked
     /// or spalled tooth.
     pub fn stiffness_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
-        self.faults[gear as usize] = Some(factor);
+        self.gears.faults[gear as usize] = Some(factor);
         self
     }
     /// Makes a gear of the mesh noncircular: its base radius is r g. r is stated with the tooth numbers, and g
@@ -221,38 +215,40 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn radius_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
-        self.radius_factors[gear as usize] = Some(factor);
+        self.gears.radius_factors[gear as usize] = Some(factor);
         self
-    }
-    /// Whether both gears are round.
-    pub(crate) fn is_round(&self) -> bool {
-        self.radius_factors.iter().all(Option::is_none)
     }
     /// The same mesh with a working pressure angle `[rad]`. Default: 20°. It matters for bodies on bearings,
     /// for planets and for friction.
-    pub fn pressure_angle(self, pressure_angle: f64) -> Self {
-        MeshPart { pressure_angle, ..self }
+    pub fn pressure_angle(mut self, pressure_angle: f64) -> Self {
+        self.gears.pressure_angle = pressure_angle;
+        self
     }
     /// The same mesh with a damping c [N s/m]; it becomes the constant `<mesh> damping`.
-    pub fn damping(self, damping: f64) -> Self {
-        MeshPart { damping, ..self }
+    pub fn damping(mut self, damping: f64) -> Self {
+        self.gears.damping = damping;
+        self
     }
     /// The same mesh with damping that acts always or only in contact. Default: always.
-    pub fn contact_damping(self, contact_damping: ContactDamping) -> Self {
-        MeshPart { contact_damping, ..self }
+    pub fn contact_damping(mut self, contact_damping: ContactDamping) -> Self {
+        self.gears.contact_damping = contact_damping;
+        self
     }
     /// The same mesh ahead by a part of its mesh cycle. The mesh of a planet is shifted by the position of
     /// the planet in addition. Default: 0, which [`Warning::PhaseUnstated`] asks to state where the phases of
     /// several meshes matter.
     ///
     /// [`Warning::PhaseUnstated`]: crate::trains::Warning::PhaseUnstated
-    pub fn phase(self, cycles: f64) -> Self {
-        MeshPart { phase: Phase::Ahead(cycles), ..self }
+    pub fn phase(mut self, cycles: f64) -> Self {
+        self.gears.phase = Phase::Ahead(cycles);
+        self
     }
     /// The same mesh with the phase 0, unless it states another one.
-    pub(crate) fn phase_or_zero(self) -> Self {
-        let phase = if self.phase == Phase::Unstated { Phase::Ahead(0.0) } else { self.phase };
-        MeshPart { phase, ..self }
+    pub(crate) fn phase_or_zero(mut self) -> Self {
+        if self.gears.phase == Phase::Unstated {
+            self.gears.phase = Phase::Ahead(0.0);
+        }
+        self
     }
     /// The same mesh with the phase that follows from the teeth of a gear which it shares with another mesh:
     /// an idler, two wheels on one pinion, the ring mesh of a planet. The three bodies need places
@@ -281,29 +277,32 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// assert!(parts.build("driver", 100.0).is_ok());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn phase_from_teeth(self) -> Self {
-        MeshPart { phase: Phase::FromTeeth, ..self }
+    pub fn phase_from_teeth(mut self) -> Self {
+        self.gears.phase = Phase::FromTeeth;
+        self
     }
     /// `build` fails unless tooth counts and places give this phase, in mesh cycles ahead of the wave.
-    pub fn stated_phase(self, cycles: f64) -> Self {
-        MeshPart { stated_phase: Some(cycles), ..self }
+    pub fn stated_phase(mut self, cycles: f64) -> Self {
+        self.gears.stated_phase = Some(cycles);
+        self
     }
     /// The same mesh with tooth friction: the force μ s W perpendicular to the line of action. The sign s is
     /// -1 in the half cycle before the pitch point (approach) and 1 in the half cycle after it (recess). The
     /// pitch point is that of [`of_pair`](MeshPart::of_pair), otherwise at the mesh angle π/2. μ becomes the
     /// constant `<mesh> friction`.
-    pub fn friction(self, coefficient: f64) -> Self {
+    pub fn friction(mut self, coefficient: f64) -> Self {
         // `RectangularWave::sign` reverses from -1 to 1 at 3π/2.
         let sign = Wave::new(RectangularWave::sign());
-        let shifted = sign.clone().with_phase(1.5 * PI - self.pitch_point);
-        MeshPart { friction: Some(FrictionPart { coefficient, sign: shifted.unwrap_or(sign) }), ..self }
+        let shifted = sign.clone().with_phase(1.5 * PI - self.gears.pitch_point);
+        self.gears.friction = Some(FrictionPart { coefficient, sign: shifted.unwrap_or(sign) });
+        self
     }
     /// Numbers of teeth.
     pub fn teeth(&self) -> [u32; 2] {
-        self.teeth
+        self.gears.teeth
     }
     /// The bare stiffness wave [N/m].
     pub fn stiffness(&self) -> &Wave {
-        &self.stiffness
+        &self.gears.stiffness
     }
 }

@@ -40,7 +40,7 @@ impl<N: Nonlinearity> Topology<'_, N> {
         };
         for mesh in &self.meshes {
             let (name, part) = (mesh.name, mesh.part);
-            let edges = part.law.edges(0.0, Side::After);
+            let edges = mesh.law.edges(0.0, Side::After);
             let half = if N::HALF_WIDTH { part.half_backlash } else { edges.upper };
             let stiffness = part.stiffness.value(0.0, Side::After);
             check(format!("the stiffness of \"{name}\" at φ = 0 [N/m]"), stiffness, MESH_STIFFNESS)?;
@@ -58,7 +58,7 @@ impl<N: Nonlinearity> Topology<'_, N> {
     fn supported(&self) -> Result<(), TrainError> {
         for (body, (name, part)) in self.bodies.iter().enumerate() {
             let mut shafts = self.shafts.iter();
-            let at_rest = part.held && !part.locked && part.support[0] == 0.0;
+            let at_rest = part.grounded && !part.locked && part.support[0] == 0.0;
             if at_rest && shafts.all(|(_, ends)| !ends.contains(&body)) {
                 let message = format!(
                     "nothing holds \"{name}\", which is at rest in the mean: give it a stiffness or lock it"
@@ -80,7 +80,7 @@ impl<N: Nonlinearity> Topology<'_, N> {
     /// no phase: one may, the others are behind it. The meshes of planets of one carrier with the same gear
     /// count as one, since their places give the phases between them.
     pub(crate) fn states_phases(&self) -> Result<(), TrainError> {
-        let varying: Vec<_> = self.meshes.iter().filter(|mesh| follows_teeth(mesh.part)).collect();
+        let varying: Vec<_> = self.meshes.iter().filter(|mesh| follows_teeth(mesh)).collect();
         let groups = groups(self.bodies.len(), varying.iter().map(|mesh| mesh.ends));
         let unstated =
             |mesh: &&&Gearing<N>| mesh.part.phase == Phase::Unstated && mesh.part.stated_phase.is_none();

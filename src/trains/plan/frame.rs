@@ -24,7 +24,7 @@ const BALANCED: f64 = 1e-6;
 impl<N: Nonlinearity> Topology<'_, N> {
     /// What holds the rotation, if anything does.
     fn holder(&self) -> Option<&'static str> {
-        let turning = || self.bodies.iter().map(|(_, body)| body).filter(|body| !body.held);
+        let turning = || self.bodies.iter().map(|(_, body)| body).filter(|body| !body.grounded);
         let over_speed = |torque: &TorquePart| matches!(torque.course, Course::OfSpeed(_));
         let holders = [
             (self.torques.iter().any(|(torque, _)| over_speed(torque)), "a torque over the speed"),
@@ -88,7 +88,7 @@ impl<N: Nonlinearity> Topology<'_, N> {
     ///
     /// # Errors
     /// [`Warning::Drifts`].
-    pub(crate) fn held(&self) -> Result<(), TrainError> {
+    pub(crate) fn grounded(&self) -> Result<(), TrainError> {
         if self.holder().is_some() {
             return Ok(());
         }

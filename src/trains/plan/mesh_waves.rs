@@ -28,7 +28,7 @@ impl<N: Nonlinearity> Plan<'_, N> {
         self.teeth_turn_evenly(mesh)?;
         let teeth = self.kinematics.of_teeth(mesh).map(Fraction::abs);
         let order = self.orders.order(teeth);
-        if part.law.moves() {
+        if mesh.law.moves() {
             if phase != 0.0 {
                 return Err(TrainError::MovingEdges { mesh: name.into() });
             }
@@ -63,7 +63,7 @@ impl<N: Nonlinearity> Plan<'_, N> {
     fn teeth_turn_evenly(&self, mesh: &Gearing<N>) -> Result<(), TrainError> {
         let even = |gear: usize| self.rotations[mesh.ends[gear]].is_none();
         let round = |gear: usize| mesh.part.radius_factors[gear].is_none();
-        if !follows_teeth(mesh.part) || [0, 1].into_iter().any(|gear| round(gear) && even(gear)) {
+        if !follows_teeth(mesh) || [0, 1].into_iter().any(|gear| round(gear) && even(gear)) {
             return Ok(());
         }
         let body = self.topology.name(mesh.ends[usize::from(even(0))]);

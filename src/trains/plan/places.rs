@@ -1,7 +1,7 @@
 //! Centres of the bodies, and whether planets fit their places.
 
 use crate::error::check;
-use crate::trains::parts::mesh_part::{Kind, MeshPart};
+use crate::trains::parts::mesh_part::{Kind, MeshGears};
 use crate::trains::plan::topology::Topology;
 use crate::trains::plan::turning::kinematics::Kinematics;
 use crate::trains::train_error::TrainError;
@@ -95,7 +95,7 @@ pub(crate) fn planets<N>(topology: &Topology<N>, kinematics: &Kinematics) -> Res
 }
 
 /// Centre distance (r_1 ± r_2)/cos α `[m]` of a mesh.
-pub(crate) fn centre_distance<N>(mesh: &MeshPart<N>) -> f64 {
+pub(crate) fn centre_distance(mesh: &MeshGears) -> f64 {
     let [r1, r2] = mesh.radii;
     let across = if mesh.kind == Kind::External { r1 + r2 } else { (r1 - r2).abs() };
     across / libm::cos(mesh.pressure_angle)

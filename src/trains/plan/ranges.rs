@@ -5,7 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::{Side, Wave};
 use crate::trains::parts::characteristic::Characteristic;
 use crate::trains::parts::collection::{Course, Parts};
-use crate::trains::parts::mesh_part::Phase;
+use crate::trains::parts::mesh_part::{MeshPart, Phase};
 use crate::trains::plan::places::SAME;
 use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
@@ -67,7 +67,7 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
             Course::Constant | Course::OfAngle(_) => {}
         }
     }
-    for (name, _, mesh) in &parts.meshes {
+    for (name, _, MeshPart { gears: mesh, .. }) in &parts.meshes {
         for teeth in mesh.teeth {
             if !(1..=1_000_000).contains(&teeth) {
                 return Err(TrainError::ToothNumber { mesh: name.clone(), teeth });

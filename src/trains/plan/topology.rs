@@ -2,7 +2,7 @@
 
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts, ShaftPart, TorquePart};
-use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::parts::mesh_part::{MeshGears, MeshPart};
 use crate::trains::train_error::{TrainError, Warning};
 use std::collections::{BTreeMap, HashSet};
 
@@ -31,7 +31,8 @@ pub(crate) struct Gearing<'p, N> {
     pub(crate) ends: [usize; 2],
     /// The carrier of its planet or planets.
     pub(crate) carrier: Option<usize>,
-    pub(crate) part: &'p MeshPart<N>,
+    pub(crate) part: &'p MeshGears,
+    pub(crate) law: &'p N,
 }
 
 impl<'p, N> Topology<'p, N> {
@@ -79,7 +80,7 @@ impl<'p, N> Topology<'p, N> {
                 }
                 [first, second] => first.or(second),
             };
-            Ok(Gearing { name, ends, carrier, part })
+            Ok(Gearing { name, ends, carrier, part: &part.gears, law: &part.law })
         };
         let meshes = parts.meshes.iter().map(gearing).collect::<Result<_, _>>()?;
         let shaft = |shaft: &'p ShaftPart<N>| Ok((shaft, pair(&shaft.name, &shaft.ends)?));

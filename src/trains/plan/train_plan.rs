@@ -37,7 +37,7 @@ impl<'p, N: Nonlinearity> Plan<'p, N> {
         let orders = Orders::of(&topology, &kinematics);
         let rotations = rotations(&topology, &kinematics, &orders)?;
         if rotations.iter().any(Option::is_some) {
-            topology.held()?;
+            topology.grounded()?;
         }
         let centres = centres(&topology, &planets);
         topology.states_phases()?;

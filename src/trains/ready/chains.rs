@@ -84,7 +84,7 @@ pub fn two_stage(inertias: [f64; 4], stiffness: f64, damping: f64, [first, secon
 /// ```
 pub fn geared_rotor(inertias: [f64; 2], bearings: [Bearing; 2], mesh: MeshPart) -> Parts {
     let mut parts = Parts::new();
-    let distance = mesh.radii[0] + mesh.radii[1];
+    let distance = mesh.gears.radii.iter().sum();
     let centres = [[0.0, 0.0], [distance, 0.0]];
     for (i, name) in ["driver", "driven"].into_iter().enumerate() {
         parts.body(name, Body::new(inertias[i]).on(bearings[i].along_y()).at(centres[i]));

@@ -8,7 +8,7 @@ use crate::trains::parts::mesh_part::{MeshPart, Phase};
 use std::f64::consts::TAU;
 
 /// The gears of a planetary set, each with its number of teeth, and the carrier, which has the masses of
-/// planets without bearings. A member may be on a bearing, locked, held or restrained.
+/// planets without bearings. A member may be on a bearing, locked, grounded or restrained.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, Members};
@@ -41,7 +41,7 @@ pub struct Members {
 /// ```
 /// use gear_dynamics::trains::{Body, Members, Planetary};
 /// use gear_dynamics::{Model, Wave};
-/// let ring = (90, Body::new(5e-2).held(1e9, 0.0)); // by a spring to the ground
+/// let ring = (90, Body::new(5e-2).grounded(1e9, 0.0)); // by a spring to the ground
 /// let (sun, planet) = ((30, Body::new(1e-3)), (30, Body::new(1e-3)));
 /// let members = Members { sun, planet, ring, carrier: Body::new(3e-2) };
 /// let set = Planetary::new(3, 0.03, members, [Wave::constant(2e8)?, Wave::constant(2.5e8)?])?;
@@ -147,7 +147,8 @@ impl Planetary {
             let inner = MeshPart::external([sun.0, planet.0], [rs, rp], self.stiffness[0].clone());
             parts.mesh(&format!("sun {p}"), "sun", &name, finish(inner, 0).phase_or_zero());
             let outer = MeshPart::internal([planet.0, ring.0], [rp, rr], self.stiffness[1].clone());
-            let outer = MeshPart { phase: self.ring_phase, ..finish(outer, 1) };
+            let mut outer = finish(outer, 1);
+            outer.gears.phase = self.ring_phase;
             parts.mesh(&format!("ring {p}"), &name, "ring", outer);
         }
         parts

@@ -1,15 +1,16 @@
 //! The types of this crate in all parts of the library.
 
 use downstream::{Four, Heun, Kick, Knock, MeshedPair, SoftStop};
-use gear_dynamics::analysis::{Probe, Strobe, Summary};
+use gear_dynamics::analysis::Summary;
 use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
     AsymmetricBacklash, ByDeflection, Damped, MixedLaw, Nonlinearity, PowerLaw, VaryingBacklash,
 };
-use gear_dynamics::drives::{Driven, Held, HeldProcess, PhaseLaw, VaryingSpeed};
+use gear_dynamics::drives::{Driven, Held, HeldProcess, SpeedLaw, VaryingSpeed};
 use gear_dynamics::excitation::{Fourier, RectangularWave, Scaled, Side};
 use gear_dynamics::model::Drives;
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
+use gear_dynamics::ode::Probe;
 use gear_dynamics::periodic::{FourierOrbit, Stability};
 use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Located, Point, Points, TableRk4};
 use gear_dynamics::{
@@ -78,7 +79,7 @@ fn the_pair_takes_any_law() {
 #[test]
 fn the_pair_has_one_orbit() {
     let pair = rattling();
-    let steady = Settle::new().tolerance(1e-9).run(&accurate(), &pair, &loaded()).unwrap();
+    let steady = Settle::new().tolerance(1e-9).start(&loaded()).run(&accurate(), &pair).unwrap();
     let mut rattle = Rattle::new(&pair);
     accurate().run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle).unwrap();
     assert_eq!((steady.period_multiple, rattle.contacts()[0].rattle_state()), (1, RattleState::Unilateral));
@@ -109,10 +110,10 @@ fn the_pair_is_swept() {
     let sweep = Sweep::new(Points::grid(axes).unwrap()).settle(40).measure(2).channels(&names).rattle();
     let family = |p: &Point<'_>| pair.with("mesh frequency", p["mesh frequency"])?.with("load", p["load"]);
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(loaded());
-    let lanes = sweep.run(&LaneRk4::new(256).lanes::<8>(), family, start).unwrap();
-    let two = sweep.run(&LaneRk4::new(256).lanes::<2>(), family, start).unwrap();
-    let table = sweep.run(&TableRk4::new(256), family, start).unwrap();
-    let located = sweep.run(&Located(accurate()), family, start).unwrap();
+    let lanes = sweep.runner(&LaneRk4::new(256).lanes::<8>(), family).start(start).run().unwrap();
+    let two = sweep.runner(&LaneRk4::new(256).lanes::<2>(), family).start(start).run().unwrap();
+    let table = sweep.runner(&TableRk4::new(256), family).start(start).run().unwrap();
+    let located = sweep.runner(&Located(accurate()), family).start(start).run().unwrap();
     assert_eq!((lanes.alone(), lanes.errors().len()), (0, 0));
     assert_eq!(lanes.fingerprint(), two.fingerprint());
     for ((row, one), truth) in lanes.iter().zip(table.iter()).zip(located.iter()) {
@@ -123,7 +124,7 @@ fn the_pair_is_swept() {
     }
 }
 
-/// A random load, a load as a function of time, a constant phase law, exact derivatives by constants, errors
+/// A random load, a load as a function of time, a constant speed law, exact derivatives by constants, errors
 /// by name.
 #[test]
 fn the_pair_is_wrapped() {
@@ -132,9 +133,7 @@ fn the_pair_is_wrapped() {
     let ensemble = Ensemble::new(8, 20.0 * pair.period(), 20).unwrap().channels(&["dynamic factor"]).rattle();
     let process = HeldProcess::from_values(1e-4, &[-100.0, 100.0]).unwrap();
     let member = |member: u64| {
-        Held::new(rattling())
-            .per_slot(&[load], 1.0, process.clone().member(member))
-            .map(|held| (held, loaded()))
+        Held::new(rattling()).add(&[(load, 1.0)], process.clone().member(member)).map(|held| (held, loaded()))
     };
     let bands = ensemble.run(&accurate(), member).unwrap();
     assert_eq!(bands.at("dynamic factor", 20).unwrap().count(), 8);
@@ -147,7 +146,7 @@ fn the_pair_is_wrapped() {
     let after = accurate().end(&pair.with("load", 1000.0).unwrap(), &before, end).unwrap();
     approx::assert_relative_eq!(until.q[0], after.q[0], max_relative = 1e-6);
 
-    let steady = VaryingSpeed::new(pair.clone(), PhaseLaw::constant(1.6e4).unwrap());
+    let steady = VaryingSpeed::new(pair.clone(), SpeedLaw::constant(1.6e4).unwrap());
     let (a, b) =
         (accurate().end(&steady, &loaded(), end).unwrap(), accurate().end(&pair, &loaded(), end).unwrap());
     approx::assert_relative_eq!(a.q[0], b.q[0], max_relative = 1e-6);
@@ -197,7 +196,7 @@ fn channels() {
 fn settling_rattle_and_sections() {
     fn steady<I: Integrator>(solver: &I) -> (usize, RattleState, u64) {
         let model = knock(1.0);
-        let steady = Settle::new().tolerance(1e-6).run(solver, &model, &start()).unwrap();
+        let steady = Settle::new().tolerance(1e-6).start(&start()).run(solver, &model).unwrap();
         let mut rattle = Rattle::new(&model);
         solver.run(&model, &steady.state, steady.state.t + 4.0 * model.period(), &mut rattle).unwrap();
         (steady.period_multiple, rattle.contacts()[0].rattle_state(), rattle.contacts()[0].impact_count())
@@ -205,7 +204,7 @@ fn settling_rattle_and_sections() {
     let ours = steady(&Dop853::new());
     assert_eq!(ours, steady(&Heun(0.002)));
     assert_eq!(ours.1, RattleState::Unilateral);
-    assert_eq!(Strobe::new(5).run(&Heun(0.01), &knock(1.0), &start()).unwrap().len(), 5);
+    assert_eq!(Heun(0.01).sample(&knock(1.0), &start(), &[0.5, 1.0]).unwrap().len(), 2);
 }
 
 /// The algebra on four runs at once gives the bits of four single runs.

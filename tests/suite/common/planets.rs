@@ -17,7 +17,7 @@ pub fn ring_locked(teeth: [u32; 3], inertias: [f64; 4]) -> Members {
 /// The same members with a ring that a spring holds.
 pub fn ring_held(teeth: [u32; 3], inertias: [f64; 4], stiffness: f64) -> Members {
     let members = turning(teeth, inertias);
-    Members { ring: (members.ring.0, members.ring.1.held(stiffness, 0.0)), ..members }
+    Members { ring: (members.ring.0, members.ring.1.grounded(stiffness, 0.0)), ..members }
 }
 
 /// The members on bearings.

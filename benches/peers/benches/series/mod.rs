@@ -99,7 +99,7 @@ fn orbits() {
     let pair =
         NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).expect("the speed is positive");
     let start = pair.static_start().expect("the load is in range");
-    let settled = Settle::new().run(&Dop853::new(), &pair, &start).expect("the motion settles");
+    let settled = Settle::new().start(&start).run(&Dop853::new(), &pair).expect("the motion settles");
     let multiple = settled.period_multiple;
     let shoot = |method: FlowMethod| {
         let shooting = Shooting::new().period_multiple(multiple).segments(16).flow_method(method);

@@ -15,7 +15,7 @@ use crate::periodic::{BalanceEquations, ContactHistory, FourierOrbit};
 const FEWEST_SAMPLES: usize = 64;
 
 /// Measures the orbit at which the equations were evaluated last. `channels`: indices in the order of
-/// [`Probe`](crate::analysis::Probe).
+/// [`Probe`](crate::ode::Probe).
 ///
 /// Mean and RMS are sums over uniform samples: exact for coordinates, velocities and deflections, of second
 /// order in the distance of the samples for forces with kinks.

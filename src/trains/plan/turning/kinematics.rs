@@ -21,7 +21,7 @@ impl Kinematics {
     pub(crate) fn of<N>(topology: &Topology<N>) -> Result<Self, TrainError> {
         let relations = relations(topology);
         let mut speeds: Vec<Option<Fraction>> =
-            topology.bodies.iter().map(|(_, body)| body.held.then_some(Fraction::ZERO)).collect();
+            topology.bodies.iter().map(|(_, body)| body.grounded.then_some(Fraction::ZERO)).collect();
         let name = |body: usize| topology.name(body);
         if speeds[topology.reference].is_some() {
             return Err(TrainError::ReferenceAtRest { body: name(topology.reference) });

@@ -3,8 +3,7 @@
 use crate::contact::Nonlinearity;
 use crate::excitation::Wave;
 use crate::trains::parts::collection::Course;
-use crate::trains::parts::mesh_part::MeshPart;
-use crate::trains::plan::topology::Topology;
+use crate::trains::plan::topology::{Gearing, Topology};
 use crate::trains::plan::turning::fraction::Fraction;
 use crate::trains::plan::turning::kinematics::Kinematics;
 use crate::trains::train_error::TrainError;
@@ -26,7 +25,7 @@ impl Orders {
             }
         };
         for mesh in &topology.meshes {
-            if follows_teeth(mesh.part) {
+            if follows_teeth(mesh) {
                 add(kinematics.of_teeth(mesh));
             }
             for gear in [0, 1] {
@@ -72,6 +71,7 @@ pub(crate) fn varies(wave: &Wave) -> bool {
 }
 
 /// Whether any wave of a mesh is one over its teeth.
-pub(crate) fn follows_teeth<N: Nonlinearity>(mesh: &MeshPart<N>) -> bool {
-    varies(&mesh.stiffness) || varies(&mesh.error) || mesh.law.moves() || mesh.friction.is_some()
+pub(crate) fn follows_teeth<N: Nonlinearity>(mesh: &Gearing<N>) -> bool {
+    let part = mesh.part;
+    varies(&part.stiffness) || varies(&part.error) || mesh.law.moves() || part.friction.is_some()
 }

@@ -9,32 +9,32 @@ use crate::numeric::bracket::{Bracket, rounding};
 use crate::scalar::Scalar;
 use crate::series::Series;
 
-/// A phase law: the angle φ(t) of the waves `[rad]` with φ(0) = 0 and the speed φ'(t) > 0, over the time of
-/// the model.
+/// A law of the speed: the angle φ(t) of the waves `[rad]` with φ(0) = 0 and the speed φ'(t) > 0, over the
+/// time of the model.
 ///
 /// ```
-/// use gear_dynamics::drives::PhaseLaw;
-/// let run_up = PhaseLaw::ramp(10.0, 30.0, 4.0)?; // [rad/s] over 4 s, then constant
-/// assert_eq!((run_up.speed(2.0), run_up.phase(4.0), run_up.phase(5.0)), (20.0, 80.0, 110.0));
+/// use gear_dynamics::drives::SpeedLaw;
+/// let run_up = SpeedLaw::ramp(10.0, 30.0, 4.0)?; // [rad/s] over 4 s, then constant
+/// assert_eq!((run_up.speed(2.0), run_up.angle(4.0), run_up.angle(5.0)), (20.0, 80.0, 110.0));
 /// assert!((run_up.time(35.0) - 2.242_640_687).abs() < 1e-8);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct PhaseLaw {
-    /// Time, speed and phase of each knot. The speed is linear between knots and constant outside.
+pub struct SpeedLaw {
+    /// Time, speed and angle of each knot. The speed is linear between knots and constant outside.
     knots: Vec<[f64; 3]>,
     /// Amplitude of an added sinusoidal fluctuation, relative to the mean speed, and its angular frequency.
     swing: f64,
     frequency: f64,
 }
 
-impl PhaseLaw {
+impl SpeedLaw {
     /// Constant speed ω: φ = ωt.
     ///
     /// # Errors
     /// A speed outside 1e-50 .. 1e50.
     pub fn constant(speed: f64) -> Result<Self, ParameterError> {
-        PhaseLaw::table(&[0.0], &[speed])
+        SpeedLaw::table(&[0.0], &[speed])
     }
 
     /// A run-up or coast-down: the speed changes linearly within `duration` and is constant afterwards.
@@ -43,7 +43,7 @@ impl PhaseLaw {
     /// A speed or a duration outside 1e-50 .. 1e50.
     pub fn ramp(from: f64, to: f64, duration: f64) -> Result<Self, ParameterError> {
         check::scale("duration of the ramp", duration)?;
-        PhaseLaw::table(&[0.0, duration], &[from, to])
+        SpeedLaw::table(&[0.0, duration], &[from, to])
     }
 
     /// A sinusoidal fluctuation: φ' = ω (1 + a cos ft), φ = ω (t + a sin(ft)/f), with the mean speed ω, the
@@ -54,7 +54,7 @@ impl PhaseLaw {
     pub fn fluctuation(speed: f64, amplitude: f64, frequency: f64) -> Result<Self, ParameterError> {
         let swing = check::fraction("amplitude of the fluctuation", amplitude)?;
         let frequency = check::scale("frequency of the fluctuation", frequency)?;
-        Ok(PhaseLaw { swing, frequency, ..PhaseLaw::constant(speed)? })
+        Ok(SpeedLaw { swing, frequency, ..SpeedLaw::constant(speed)? })
     }
 
     /// Given speeds at increasing times, the first of which is 0. The speed is linear between them and
@@ -64,34 +64,34 @@ impl PhaseLaw {
     /// Lists of different lengths; empty lists; a first time other than 0; times that do not increase by
     /// 1e-50 .. 1e50; a speed outside 1e-50 .. 1e50.
     pub fn table(times: &[f64], speeds: &[f64]) -> Result<Self, ParameterError> {
-        check::length("speeds of the phase law", speeds.len(), times.len())?;
+        check::length("speeds of the speed law", speeds.len(), times.len())?;
         if times.is_empty() {
-            return Err(ParameterError::Empty { name: "times of the phase law".into(), min: 1 });
+            return Err(ParameterError::Empty { name: "times of the speed law".into(), min: 1 });
         }
-        check::quantities("times of the phase law", times)?;
+        check::quantities("times of the speed law", times)?;
         let mut knots: Vec<[f64; 3]> = Vec::with_capacity(times.len());
         for (i, (&t, &speed)) in times.iter().zip(speeds).enumerate() {
-            let speed = check::scale(format!("speeds[{i}] of the phase law"), speed)?;
+            let speed = check::scale(format!("speeds[{i}] of the speed law"), speed)?;
             match knots.last() {
                 None if t != 0.0 => {
                     return Err(ParameterError::OutOfRange {
-                        name: "times[0] of the phase law".into(),
+                        name: "times[0] of the speed law".into(),
                         value: t,
                         allowed: "0",
                     });
                 }
                 None => knots.push([0.0, speed, 0.0]),
-                Some(&[before, last, phase]) => {
+                Some(&[before, last, angle]) => {
                     let after =
-                        check::scale(format!("interval before times[{i}] of the phase law"), t - before)?;
-                    knots.push([t, speed, phase + 0.5 * after * (last + speed)]);
+                        check::scale(format!("interval before times[{i}] of the speed law"), t - before)?;
+                    knots.push([t, speed, angle + 0.5 * after * (last + speed)]);
                 }
             }
         }
-        Ok(PhaseLaw { knots, swing: 0.0, frequency: 1.0 })
+        Ok(SpeedLaw { knots, swing: 0.0, frequency: 1.0 })
     }
 
-    /// The last knot (time, speed, phase) at or before `t` and the acceleration after it, without the
+    /// The last knot (time, speed, angle) at or before `t` and the acceleration after it, without the
     /// fluctuation.
     fn piece(&self, t: f64) -> ([f64; 3], f64) {
         self.piece_before(self.knots.partition_point(|knot| knot[0] <= t))
@@ -110,9 +110,9 @@ impl PhaseLaw {
 
     /// φ, φ' and φ'' after the instant at which `t` begins, as series over time.
     fn expanded(&self, t: Series) -> [Series; 3] {
-        let ([t0, speed, phase], slope) = self.piece(t.at(0.0));
-        let (dt, [phase, speed, slope]) = (t - t0.into(), [phase, speed, slope].map(Series::from));
-        let even = [phase + dt * (speed + dt * slope * 0.5), speed + dt * slope, slope];
+        let ([t0, speed, angle], slope) = self.piece(t.at(0.0));
+        let (dt, [angle, speed, slope]) = (t - t0.into(), [angle, speed, slope].map(Series::from));
+        let even = [angle + dt * (speed + dt * slope * 0.5), speed + dt * slope, slope];
         if self.swing == 0.0 {
             return even;
         }
@@ -125,11 +125,11 @@ impl PhaseLaw {
         ]
     }
 
-    /// Phase φ(t) `[rad]`.
-    pub fn phase(&self, t: f64) -> f64 {
-        let ([t0, speed, phase], slope) = self.piece(t);
+    /// Angle φ(t) `[rad]`.
+    pub fn angle(&self, t: f64) -> f64 {
+        let ([t0, speed, angle], slope) = self.piece(t);
         let dt = t - t0;
-        phase
+        angle
             + dt * (speed + 0.5 * slope * dt)
             + speed * self.swing * libm::sin(self.frequency * t) / self.frequency
     }
@@ -149,17 +149,17 @@ impl PhaseLaw {
             Side::After => at(self.knots.partition_point(|knot| knot[0] <= t)),
         }
     }
-    /// The time t at which φ(t) = `phase` `[rad]`.
+    /// The time t at which φ(t) = `angle` `[rad]`.
     ///
     /// Between two knots δ = ω dt + α dt²/2 is solved for dt = 2 δ/(ω + √(ω² + 2 α δ)). With a fluctuation
     /// the equation is solved by Newton's method with bisection as a safeguard.
-    pub fn time(&self, phase: f64) -> f64 {
+    pub fn time(&self, angle: f64) -> f64 {
         if self.swing > 0.0 {
-            return self.time_in_fluctuation(phase);
+            return self.time_in_fluctuation(angle);
         }
         let ([t0, speed, reached], slope) =
-            self.piece_before(self.knots.partition_point(|knot| knot[2] <= phase));
-        let ahead = phase - reached;
+            self.piece_before(self.knots.partition_point(|knot| knot[2] <= angle));
+        let ahead = angle - reached;
         // In this form of the root no digits cancel.
         t0 + 2.0 * ahead / (speed + (speed * speed + 2.0 * slope * ahead).max(0.0).sqrt())
     }
@@ -167,14 +167,14 @@ impl PhaseLaw {
     /// Solves x + a sin x = y for x = ft, with y = fφ/ω. For y > 0 the root lies between max(y - a, y/(1 +
     /// a)) and y + a. A Newton step x ← x - (x + a sin x - y)/(1 + a cos x) that leaves these bounds is
     /// replaced by their mean.
-    fn time_in_fluctuation(&self, phase: f64) -> f64 {
-        let target = self.frequency * phase.abs() / self.knots[0][1];
+    fn time_in_fluctuation(&self, angle: f64) -> f64 {
+        let target = self.frequency * angle.abs() / self.knots[0][1];
         let lo = (target - self.swing).max(target / (1.0 + self.swing));
         let x = Bracket { lo, hi: target + self.swing }.solve(lo, true, rounding, |x| {
             let (sine, cosine) = libm::sincos(x);
             (x + self.swing * sine - target, 1.0 + self.swing * cosine)
         });
-        (x / self.frequency).copysign(phase)
+        (x / self.frequency).copysign(angle)
     }
     /// The time of the first knot after `t`.
     fn next_knot(&self, t: f64) -> Option<f64> {
@@ -182,68 +182,68 @@ impl PhaseLaw {
     }
 }
 
-/// A [`Machine`] whose angle follows a [`PhaseLaw`] instead of turning at constant speed.
+/// A [`Machine`] whose angle follows a [`SpeedLaw`] instead of turning at constant speed.
 ///
 /// Its waves are evaluated at the angle φ(t). φ' and φ'' are those of the law, so that second derivatives of
 /// excitations are exact: d²e/dt² = e'' φ'² + e' φ''.
 ///
 /// ```
-/// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, drives::{PhaseLaw, VaryingSpeed}};
+/// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, drives::{SpeedLaw, VaryingSpeed}};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let (start, speed) = (pair.static_start()?, pair.centre_frequency());
-/// let run_up = VaryingSpeed::new(pair, PhaseLaw::ramp(speed, 1.2 * speed, 20_000.0)?);
+/// let (start, speed) = (pair.static_start()?, pair.speed());
+/// let run_up = VaryingSpeed::new(pair, SpeedLaw::ramp(speed, 1.2 * speed, 20_000.0)?);
 /// let end = Dop853::new().rtol(1e-8).atol(1e-14).end(&run_up, &start, 1000.0)?;
 /// assert!((-1.2e-3..-4e-4).contains(&end.q[0])); // on the drive flank
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub type VaryingSpeed<G> = Wrapped<Machine<G>, PhaseLaw>;
+pub type VaryingSpeed<G> = Wrapped<Machine<G>, SpeedLaw>;
 
 impl<G: Shape> VaryingSpeed<G> {
-    /// A machine whose angle follows a phase law.
-    pub fn new(model: Machine<G>, law: PhaseLaw) -> Self {
+    /// A machine whose angle follows a speed law.
+    pub fn new(model: Machine<G>, law: SpeedLaw) -> Self {
         Wrapped::by_rule(model, law)
     }
 }
 
 /// Distance from an edge `[rad]`, max(1e-9, 16 ε |φ|) with ε = 2.2e-16. An angle within this distance lies
 /// on the edge, and the values before and after the edge are evaluated at this distance. The second term is
-/// the rounding of a large phase.
-fn aside(phase: f64) -> f64 {
-    (16.0 * f64::EPSILON * phase.abs()).max(1e-9)
+/// the rounding of a large angle.
+fn aside(angle: f64) -> f64 {
+    (16.0 * f64::EPSILON * angle.abs()).max(1e-9)
 }
 
 /// The angle, or the angle on the given side of an edge on which it lies within rounding.
-fn beside_edges<G: Shape>(model: &Machine<G>, phase: f64, side: Side) -> f64 {
-    let near = aside(phase);
-    match model.shape().next_edge(phase - near).filter(|edge| *edge <= phase + near) {
+fn beside_edges<G: Shape>(model: &Machine<G>, angle: f64, side: Side) -> f64 {
+    let near = aside(angle);
+    match model.shape().next_edge(angle - near).filter(|edge| *edge <= angle + near) {
         Some(edge) if side == Side::Before => edge - near,
         Some(edge) => edge + near,
-        None => phase,
+        None => angle,
     }
 }
 
-impl<G: Shape> DriveRule<Machine<G>> for PhaseLaw {
+impl<G: Shape> DriveRule<Machine<G>> for SpeedLaw {
     fn drive(&self, model: &Machine<G>, t: f64, side: Side, u: &mut [f64]) {
-        let phase = beside_edges(model, self.phase(t), side);
-        model.drive_at(phase, side, self.speed(t), self.acceleration(t, side), u);
+        let angle = beside_edges(model, self.angle(t), side);
+        model.drive_at(angle, side, self.speed(t), self.acceleration(t, side), u);
     }
     fn changes(&self, model: &Machine<G>, drive: usize) -> bool {
         let waves = model.size().waves;
         drive == waves || drive == waves + 1 // φ' and φ''
     }
     fn series(&self, model: &Machine<G>, t: f64, coefficients: usize, u: &mut [Series]) {
-        let [phase, speed, acceleration] = self.expanded(Series::variable(t, 1.0, coefficients));
-        let moved = beside_edges(model, phase.at(0.0), Side::After);
-        model.drive_at(phase.moved_to(moved), Side::After, speed, acceleration, u);
-        let ahead = (moved - phase.at(0.0)) / speed.at(0.0);
+        let [angle, speed, acceleration] = self.expanded(Series::variable(t, 1.0, coefficients));
+        let moved = beside_edges(model, angle.at(0.0), Side::After);
+        model.drive_at(angle.moved_to(moved), Side::After, speed, acceleration, u);
+        let ahead = (moved - angle.at(0.0)) / speed.at(0.0);
         if ahead != 0.0 {
             // Beside an edge the waves are those of a slightly later instant.
             u[..model.size().waves].iter_mut().for_each(|wave| *wave = wave.later(-ahead));
         }
     }
     fn next_edge(&self, model: &Machine<G>, t: f64) -> Option<f64> {
-        let phase = self.phase(t);
-        let edge = model.shape().next_edge(phase + 2.0 * aside(phase)).map(|edge| self.time(edge));
+        let angle = self.angle(t);
+        let edge = model.shape().next_edge(angle + 2.0 * aside(angle)).map(|edge| self.time(edge));
         earlier(edge.filter(|edge| *edge > t), self.next_knot(t))
     }
 }

@@ -1,4 +1,4 @@
-//! Phase laws: models at varying speed, drive edges at the right phase, sharp orders in a waterfall.
+//! Speed laws: models at varying speed, drive edges at the right phase, sharp orders in a waterfall.
 
 use crate::api::*;
 use std::f64::consts::TAU;
@@ -11,7 +11,7 @@ fn pair() -> NfgPair {
 fn constant_speed_is_the_bare_model() {
     let (bare, start) = (pair(), pair().static_start().unwrap());
     let solver = Dop853::new().rtol(1e-11).atol(1e-17);
-    let varying = VaryingSpeed::new(bare.clone(), PhaseLaw::constant(bare.centre_frequency()).unwrap());
+    let varying = VaryingSpeed::new(bare.clone(), SpeedLaw::constant(bare.speed()).unwrap());
     let (a, b) = (solver.end(&bare, &start, 1000.0).unwrap(), solver.end(&varying, &start, 1000.0).unwrap());
     assert!((a.q[0] - b.q[0]).abs() < 1e-12, "{a:?} {b:?}");
 }
@@ -29,12 +29,12 @@ fn edges_keep_their_phase() {
     }
     params.mesh_damping.fill(1000.0);
     let ring = Ring::new(&params).unwrap();
-    let law = PhaseLaw::ramp(params.omega, 2.0 * params.omega, 10.0 * period).unwrap();
+    let law = SpeedLaw::ramp(params.omega, 2.0 * params.omega, 10.0 * period).unwrap();
     let run_up = VaryingSpeed::new(ring, law.clone());
     let (mut t, mut u) = (0.0, vec![0.0; run_up.drives()]);
     for k in 0..12 {
         t = run_up.next_edge(t).unwrap();
-        let turn = law.phase(t) / std::f64::consts::TAU;
+        let turn = law.angle(t) / std::f64::consts::TAU;
         assert!((turn.fract() - if k % 2 == 0 { 0.2 } else { 0.8 }).abs() < 1e-8, "{k}: {turn}");
         run_up.drive(t, Side::Before, &mut u);
         let before = u[0];
@@ -59,18 +59,18 @@ fn mesh_error() -> Wave {
 #[test]
 fn phase_speed_and_time_belong_together() {
     let laws = [
-        PhaseLaw::constant(3.0).unwrap(),
-        PhaseLaw::ramp(5.0, 1.0, 2.0).unwrap(),
-        PhaseLaw::fluctuation(4.0, 0.3, 7.0).unwrap(),
-        PhaseLaw::table(&[0.0, 1.0, 1.5, 4.0], &[1.0, 3.0, 2.0, 6.0]).unwrap(),
+        SpeedLaw::constant(3.0).unwrap(),
+        SpeedLaw::ramp(5.0, 1.0, 2.0).unwrap(),
+        SpeedLaw::fluctuation(4.0, 0.3, 7.0).unwrap(),
+        SpeedLaw::table(&[0.0, 1.0, 1.5, 4.0], &[1.0, 3.0, 2.0, 6.0]).unwrap(),
     ];
     for law in &laws {
-        assert_eq!(law.phase(0.0), 0.0);
+        assert_eq!(law.angle(0.0), 0.0);
         for k in 1..60 {
             let t = 0.1 * f64::from(k) + 0.013;
-            let differences = (law.phase(t + 1e-6) - law.phase(t - 1e-6)) / 2e-6;
+            let differences = (law.angle(t + 1e-6) - law.angle(t - 1e-6)) / 2e-6;
             assert!((law.speed(t) - differences).abs() < 1e-6, "{law:?} at {t}");
-            assert!((law.time(law.phase(t)) - t).abs() < 1e-12 * t.max(1.0), "{law:?} at {t}");
+            assert!((law.time(law.angle(t)) - t).abs() < 1e-12 * t.max(1.0), "{law:?} at {t}");
         }
     }
 }
@@ -80,7 +80,7 @@ fn phase_speed_and_time_belong_together() {
 fn mesh_order(from: f64, to: f64, turns: f64) -> Vec<[f64; 3]> {
     let pair = NfgPair::new(&NfgParams { speed: from, ..NfgParams::table1() }).unwrap();
     let (start, end) = (pair.static_start().unwrap(), turns * pair.period());
-    let law = PhaseLaw::ramp(pair.centre_frequency(), pair.centre_frequency() * to / from, end).unwrap();
+    let law = SpeedLaw::ramp(pair.speed(), pair.speed() * to / from, end).unwrap();
     let solver = Dop853::new().rtol(1e-8).atol(1e-14);
     let lines = Waterfall::new(2, 512)
         .unwrap()
@@ -122,15 +122,15 @@ fn orders_stay_sharp_on_a_run_up_and_on_a_coast_down() {
 }
 
 #[test]
-fn bad_phase_laws() {
-    assert!(matches!(PhaseLaw::constant(0.0), Err(ParameterError::NotPositive { .. })));
-    assert!(matches!(PhaseLaw::ramp(1.0, f64::NAN, 1.0), Err(ParameterError::NotFinite { .. })));
-    assert!(matches!(PhaseLaw::ramp(1.0, 2.0, 0.0), Err(ParameterError::NotPositive { .. })));
-    assert!(matches!(PhaseLaw::fluctuation(1.0, 1.0, 1.0), Err(ParameterError::OutOfRange { .. })));
-    assert!(matches!(PhaseLaw::table(&[], &[]), Err(ParameterError::Empty { .. })));
-    assert!(matches!(PhaseLaw::table(&[0.0, 0.0], &[1.0, 1.0]), Err(ParameterError::NotPositive { .. })));
-    assert!(matches!(PhaseLaw::table(&[1.0], &[1.0]), Err(ParameterError::OutOfRange { .. })));
-    assert!(matches!(PhaseLaw::table(&[0.0], &[1.0, 2.0]), Err(ParameterError::Length { .. })));
+fn bad_speed_laws() {
+    assert!(matches!(SpeedLaw::constant(0.0), Err(ParameterError::NotPositive { .. })));
+    assert!(matches!(SpeedLaw::ramp(1.0, f64::NAN, 1.0), Err(ParameterError::NotFinite { .. })));
+    assert!(matches!(SpeedLaw::ramp(1.0, 2.0, 0.0), Err(ParameterError::NotPositive { .. })));
+    assert!(matches!(SpeedLaw::fluctuation(1.0, 1.0, 1.0), Err(ParameterError::OutOfRange { .. })));
+    assert!(matches!(SpeedLaw::table(&[], &[]), Err(ParameterError::Empty { .. })));
+    assert!(matches!(SpeedLaw::table(&[0.0, 0.0], &[1.0, 1.0]), Err(ParameterError::NotPositive { .. })));
+    assert!(matches!(SpeedLaw::table(&[1.0], &[1.0]), Err(ParameterError::OutOfRange { .. })));
+    assert!(matches!(SpeedLaw::table(&[0.0], &[1.0, 2.0]), Err(ParameterError::Length { .. })));
     assert!(Waterfall::new(0, 8).is_err() && Waterfall::new(1, 2).is_err());
 }
 
@@ -148,7 +148,7 @@ fn jumping_drives_far_along_the_phase() {
     let ring = Ring::new(&params).unwrap().in_frame(Frame::Rigid);
     let (speed, solver) = (TAU / ring.period(), Dop853::new());
     let run = |phase: f64| {
-        let model = VaryingSpeed::new(ring.clone(), PhaseLaw::constant(speed).unwrap());
+        let model = VaryingSpeed::new(ring.clone(), SpeedLaw::constant(speed).unwrap());
         let start = State { t: phase / speed, ..State::at_rest(9) };
         let end = start.t + 5.1 * ring.period();
         solver.run(&model, &start, end, &mut |_: &mut Step<'_>| std::ops::ControlFlow::Continue(())).unwrap()
