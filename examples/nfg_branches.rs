@@ -13,7 +13,7 @@
 
 mod support;
 
-use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByFunction, Continuation, TruncatedForces};
+use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByFunction, Continuation};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::ode::uniform_times;
@@ -71,11 +71,11 @@ fn main() -> Outcome<()> {
 
     let published = |speed| pair(speed, NfgReading::published());
     let family = ByFunction::new("speed", "rad/s", published);
-    let balance = Balance::new(Harmonics::bands(63, 1, 2)?);
+    let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
     let begun = Instant::now();
     let flank = balance.linearised(&published(100.0)?, Piece::Lower)?;
     let continuation = Continuation::new(100.0, 250.0).max_points(if coarse() { 90 } else { 2000 });
-    let p = continuation.balance(balance).run(&TruncatedForces(&family), &flank)?;
+    let p = continuation.balance(balance).run(&family, &flank)?;
     report("P", &p, begun, (&mut folds, &mut points))?;
 
     let on_base = |speed| pair(speed, NfgReading::published_on_base_radius());

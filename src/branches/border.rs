@@ -129,16 +129,14 @@ impl Model for OnFlank<'_> {
         Some(self.model)
     }
     fn offers(&self) -> Offers<'_> {
-        Offers { jacobian: self.model.offers().jacobian, ..Offers::default() }
+        let Offers { jacobian, terms, .. } = self.model.offers();
+        Offers { jacobian, terms: terms.and(Some(self)), ..Offers::default() }
     }
     fn contacts(&self) -> usize {
         0
     }
     fn jacobian(&self, _: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         self.model.jacobian(offered(self.model, Some(&self.pieces)), u, q, v, out);
-    }
-    fn terms(&self) -> Option<&dyn Terms> {
-        self.model.terms().and(Some(self))
     }
 }
 
@@ -153,7 +151,7 @@ impl Terms for OnFlank<'_> {
         room: &mut TermsRoom,
         out: &mut [f64],
     ) {
-        if let Some(known) = self.model.terms() {
+        if let Some(known) = self.model.offers().terms {
             known.terms(Some(&self.pieces), u, q, v, sizes, room, out);
         }
     }

@@ -24,7 +24,7 @@ pub trait Family {
     /// # Errors
     /// A value for which there is no model.
     fn at(&self, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError>;
-    /// Index of the parameter among the [named constants](Model::named_constants) of every model of the
+    /// Index of the parameter among the [named constants](crate::model::Offers::constants) of every model of the
     /// family. The derivative of an orbit with respect to it is then exact; otherwise it is computed by
     /// differences. Default: `None`.
     fn constant(&self) -> Option<usize> {
@@ -69,7 +69,7 @@ impl<'m> ByConstant<'m> {
     /// none.
     pub fn new(model: &'m dyn Model, name: &str) -> Result<Self, ParameterError> {
         let none = || ParameterError::NoSuchConstant { name: name.into(), known: "none".into() };
-        let constants = model.named_constants().ok_or_else(none)?;
+        let constants = model.offers().constants.ok_or_else(none)?;
         Ok(ByConstant { constants, place: constants.place(name)? })
     }
     /// Value of the constant in the model itself.

@@ -32,7 +32,6 @@ pub use crate::branches::design::search::Search;
 pub use crate::branches::family::{ByConstant, ByFunction, Family};
 pub use crate::branches::following::Following;
 pub use crate::branches::line::{BranchNote, Line};
-pub use crate::branches::orbits::by_balance::balance_family::TruncatedForces;
 pub use crate::branches::points::branch_point::BranchPoint;
 pub use crate::branches::points::kind::{Event, PointKind};
 pub use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;

@@ -90,7 +90,7 @@ impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
     /// are larger.
     pub(crate) fn terms_at(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
         let mut terms = vec![0.0; self.model.dof()];
-        if let Some(known) = self.model.terms() {
+        if let Some(known) = self.model.offers().terms {
             known.terms(None, &self.u, q, v, &[q, v].concat(), &mut TermsRoom::default(), &mut terms);
         }
         terms.iter().zip(&self.terms).map(|(own, terms)| own.max(*terms)).collect()

@@ -13,7 +13,7 @@ use crate::rounded::Rounded;
 /// // q'' = 0.1 - 0.1 q' - 0.8 (q - 1) at q = 1.5 and q' = 0: terms 0.1, 0.8 * 1.5 and 0.8.
 /// let model: &dyn Model = &pair;
 /// let mut room = gear_dynamics::model::recording::TermsRoom::default();
-/// model.terms().ok_or("terms")?.terms(None, &u, &[1.5], &[0.0], &[1.5, 0.0], &mut room, &mut terms);
+/// model.offers().terms.ok_or("terms")?.terms(None, &u, &[1.5], &[0.0], &[1.5, 0.0], &mut room, &mut terms);
 /// assert!((terms[0] - 2.1).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -46,7 +46,7 @@ pub trait Terms {
 /// pair.drive(0.0, gear_dynamics::excitation::Side::After, &mut u);
 /// let model: &dyn Model = &pair;
 /// for (q, expected) in [(1.5, 2.6), (2.0, 3.1)] {
-///     let known = model.terms().ok_or("terms")?;
+///     let known = model.offers().terms.ok_or("terms")?;
 ///     known.terms(None, &u, &[q], &[0.0], &[q, 0.0], &mut room, &mut terms);
 ///     assert!((terms[0] - expected).abs() < 1e-12); // 0.1 + q + 1 of q'' = 0.1 - (q - 1)
 /// }

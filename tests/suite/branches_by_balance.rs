@@ -6,7 +6,7 @@ use crate::common::family::oscillator;
 use crate::common::stored;
 use crate::data::read;
 use gear_dynamics::branches::{
-    Branch, BranchEnd, BranchError, ByConstant, ByFunction, Continuation, PointKind, Switch, TruncatedForces,
+    Branch, BranchEnd, BranchError, ByConstant, ByFunction, Continuation, PointKind, Switch,
 };
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::models::ring::RingSet;
@@ -288,9 +288,10 @@ fn reading_p(from: f64, to: f64, integrals: Integrals) -> Branch<FourierOrbit> {
         |speed| NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published());
     let family = ByFunction::new("speed", "rad/s", at);
     let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(integrals);
+    let balance = balance.truncated_forces(true);
     let start = balance.linearised(&at(from).unwrap(), Piece::Lower).unwrap();
     let continuation = Continuation::new(from, to).max_points(if to < 200.0 { 120 } else { 2000 });
-    continuation.balance(balance).run(&TruncatedForces(&family), &start).unwrap()
+    continuation.balance(balance).run(&family, &start).unwrap()
 }
 
 /// Reading A of the face gear pair by shooting: the orbit with bilateral rattle and 252 crossings, settled at

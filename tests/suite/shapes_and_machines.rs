@@ -784,6 +784,7 @@ fn a_wrapper_has_the_drives_contacts_and_channels_of_its_base() {
     };
     assert_eq!(values(&bare), values(&pair));
     // The algebra is the wrapper's own.
-    assert_eq!(bare.offers(), Offers::default());
-    assert!(bare.expand().is_none() && bare.named_constants().is_none() && bare.terms().is_none());
+    let Offers { pieces, jacobian, stops, kinks, constants, expansion, terms, laws } = bare.offers();
+    assert!(!pieces && !jacobian && stops.is_empty() && kinks == 0);
+    assert!(constants.is_none() && expansion.is_none() && terms.is_none() && laws.is_none());
 }

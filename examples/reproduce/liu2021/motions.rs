@@ -52,21 +52,19 @@ pub fn word(stability: Option<Stability>) -> &'static str {
 
 /// The harmonic balance of Liu 2021: 15 unknowns, 1024 samples.
 pub fn paper() -> Result<Balance, BalanceError> {
-    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples: 1024 }))
+    let sampled = Integrals::Sampled { samples: 1024 };
+    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(sampled).truncated_forces(true))
 }
 
 /// The orbit by Newton's method from the linear flank. Beyond the fold, where this fails, Newton and then
 /// Broyden as in Liu 2021 start from a run in time.
 pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<FourierOrbit>> {
     let newton = paper()?;
-    if let Ok(orbit) = newton.solve_truncating_forces(pair, &newton.linearised(pair, Piece::Lower)?) {
+    if let Ok(orbit) = newton.solve(pair, &newton.linearised(pair, Piece::Lower)?) {
         return Ok(Some(orbit));
     }
     let run = run(pair)?;
-    Ok(newton
-        .solve_truncating_forces(pair, &run)
-        .or_else(|_| broyden()?.solve_truncating_forces(pair, &run))
-        .ok())
+    Ok(newton.solve(pair, &run).or_else(|_| broyden()?.solve(pair, &run)).ok())
 }
 
 /// A run in time from the static start, projected on the 15 unknowns.

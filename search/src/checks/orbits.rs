@@ -138,7 +138,7 @@ fn compare_derivatives(
     if value == 0.0 {
         return Ok(Outcome::Skipped("the constant is 0"));
     }
-    let named = train.named_constants().ok_or("no constants")?;
+    let named = train.offers().constants.ok_or("no constants")?;
     let name = named.names()[place].name.clone();
     draw.note(|| format!("{name} = {value}"));
     let channel = if train.contacts() > 1 { "deflection 0" } else { "deflection" };

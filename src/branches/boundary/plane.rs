@@ -29,7 +29,7 @@ pub trait Plane {
     /// # Errors
     /// Values for which there is no model.
     fn at(&self, values: [f64; 2]) -> Result<Box<dyn Periodic + '_>, ParameterError>;
-    /// Indices of the parameters among the [named constants](Model::named_constants) of every model, for
+    /// Indices of the parameters among the [named constants](crate::model::Offers::constants) of every model, for
     /// exact derivatives. Default: `None`.
     fn constants(&self) -> Option<[usize; 2]> {
         None
@@ -59,7 +59,7 @@ impl<'m> ByConstants<'m> {
     /// constant twice.
     pub fn new(model: &'m dyn Model, names: [&str; 2]) -> Result<Self, ParameterError> {
         let none = || ParameterError::NoSuchConstant { name: names[0].into(), known: "none".into() };
-        let constants = model.named_constants().ok_or_else(none)?;
+        let constants = model.offers().constants.ok_or_else(none)?;
         if names[0] == names[1] {
             return Err(ParameterError::Twice { name: names[0].into() });
         }

@@ -56,7 +56,7 @@ struct Figures {
 /// # Errors
 /// A model without named constants.
 pub(crate) fn constants_of<'m>(model: &'m (dyn Periodic + 'm)) -> Result<&'m dyn Constants, BranchError> {
-    model.named_constants().ok_or(BranchError::NoConstants)
+    model.offers().constants.ok_or(BranchError::NoConstants)
 }
 
 impl Sensitivity {

@@ -14,7 +14,6 @@ use crate::branches::line::{Line, LinePoint};
 /// | | `&`[`FourierOrbit`](crate::periodic::FourierOrbit) | the orbit of the balance near it |
 /// | | [`Switch`](crate::branches::Switch) | the branch that crosses at a located point |
 /// | | [`Beyond`](crate::branches::Beyond) | the branch that comes back from infinity |
-/// | [`TruncatedForces`](crate::branches::TruncatedForces) | `&`[`FourierOrbit`](crate::periodic::FourierOrbit), [`Switch`](crate::branches::Switch) | the same, with truncated contact forces |
 /// | [`Plane`](crate::branches::Plane) | `&`[`BranchPoint`](crate::branches::BranchPoint) | the boundary of the located point over two parameters |
 ///
 /// ```

@@ -7,7 +7,6 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::following::Following;
-use crate::branches::orbits::by_balance::balance_family::Balanced;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
@@ -87,7 +86,7 @@ impl<F: Family> Start<F> for Switch<'_> {
     }
 }
 
-impl<F: Balanced> Start<F> for Switch<'_, FourierOrbit> {
+impl<F: Family> Start<F> for Switch<'_, FourierOrbit> {
     type Point = BranchPoint<FourierOrbit>;
 
     fn begin<'f>(
@@ -111,7 +110,7 @@ impl<F: Balanced> Start<F> for Switch<'_, FourierOrbit> {
             return Err(ParameterError::OutOfRange { name, value: periods as f64, allowed }.into());
         }
         let orbit = point.orbit.on(balance.harmonics());
-        let engine = settings.balance_engine(family.balanced(), &balance, point.parameter, &orbit)?;
+        let engine = settings.balance_engine(family, &balance, point.parameter, &orbit)?;
         let x = engine.curve.unknowns(&orbit);
         settings.cross(engine, x, point.parameter, way).map(Following::new)
     }

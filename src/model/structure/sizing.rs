@@ -34,7 +34,7 @@ impl<'m, M: Model + ?Sized> Sizing<'m, M> {
         let n = model.dof();
         Sizing {
             model,
-            slopes: model.terms().is_none().then(|| Slopes::new(model, vec![0.0; 2 * n], 0.0)),
+            slopes: model.offers().terms.is_none().then(|| Slopes::new(model, vec![0.0; 2 * n], 0.0)),
             u: vec![0.0; model.drives()],
             a: vec![0.0; n],
             terms: vec![0.0; n],
@@ -56,8 +56,9 @@ impl<'m, M: Model + ?Sized> Sizing<'m, M> {
             accelerate(self.model, pieces, &self.u, q, v, &mut self.a);
         }
         self.sizes.iter_mut().zip(q.iter().chain(v)).for_each(|(size, y)| *size = y.abs());
+        let known = self.model.offers().terms;
         for _ in 0..PASSES {
-            match self.model.terms() {
+            match known {
                 Some(known) => {
                     known.terms(pieces, &self.u, q, v, &self.sizes, &mut self.room, &mut self.terms);
                 }

@@ -1,42 +1,43 @@
 //! The equations of a balance along a parameter: one model at a time.
 
 use crate::branches::curve::equations::CurveError;
-use crate::branches::orbits::by_balance::balance_family::BalanceFamily;
+use crate::branches::family::Family;
+use crate::branches::orbits::by_balance::along_constant::AlongConstant;
 use crate::model::Periodic;
 use crate::periodic::balance::equations::rebinding::Unbound;
 use crate::periodic::{Balance, BalanceEquations, FourierOrbit};
 use std::rc::Rc;
 
+/// Any model of a family.
+pub(crate) type Any<'f> = dyn Periodic + 'f;
+
 /// The model of one parameter and the arrays of its equations.
-pub(crate) struct BalanceRoom<'f, M: Periodic + ?Sized> {
-    family: Rc<dyn BalanceFamily<M> + 'f>,
-    balance: Balance,
+pub(crate) struct BalanceRoom<'f> {
+    pub(super) family: &'f dyn Family,
+    pub(super) balance: Balance,
     /// The orbit whose sizes are the scales of all unknowns.
     near: Rc<FourierOrbit>,
-    held: Option<Held<M>>,
+    held: Option<Held<'f>>,
 }
 
 /// The model of a parameter.
-pub(crate) struct At<'m, M: ?Sized> {
-    pub(crate) model: &'m M,
-    /// See [`BalanceFamily::slope`].
-    pub(crate) slope: Option<(&'m M, f64)>,
+pub(crate) struct At<'m, 'f> {
+    pub(crate) model: &'m Any<'f>,
+    /// The derivative of the model with respect to the parameter, as a model, and the relative change of the
+    /// speed of the phase. `None` if it is not known exactly.
+    pub(crate) slope: Option<(&'m Any<'f>, f64)>,
 }
 
-struct Held<M: ?Sized> {
+struct Held<'f> {
     p: f64,
-    model: Rc<M>,
-    /// See [`BalanceFamily::slope`].
-    slope: Option<(Rc<M>, f64)>,
-    arrays: Unbound<M>,
+    model: Rc<Any<'f>>,
+    /// See [`At::slope`].
+    slope: Option<(Rc<Any<'f>>, f64)>,
+    arrays: Unbound<Any<'f>>,
 }
 
-impl<'f, M: Periodic + ?Sized> BalanceRoom<'f, M> {
-    pub(crate) fn new(
-        family: Rc<dyn BalanceFamily<M> + 'f>,
-        balance: &Balance,
-        near: Rc<FourierOrbit>,
-    ) -> Self {
+impl<'f> BalanceRoom<'f> {
+    pub(crate) fn new(family: &'f dyn Family, balance: &Balance, near: Rc<FourierOrbit>) -> Self {
         BalanceRoom { family, balance: balance.clone(), near, held: None }
     }
 
@@ -45,7 +46,7 @@ impl<'f, M: Periodic + ?Sized> BalanceRoom<'f, M> {
     pub(crate) fn at<R>(
         &mut self,
         p: f64,
-        work: impl for<'m> FnOnce(&mut BalanceEquations<'m, M>, At<'m, M>) -> R,
+        work: impl for<'m> FnOnce(&mut BalanceEquations<'m, Any<'f>>, At<'m, 'f>) -> R,
     ) -> Result<R, CurveError> {
         let held = match self.held.take() {
             Some(held) if held.p == p => held,
@@ -63,30 +64,40 @@ impl<'f, M: Periodic + ?Sized> BalanceRoom<'f, M> {
     /// Calls `work` with the equations at the parameter of the last call.
     pub(crate) fn here<R>(
         &mut self,
-        work: impl FnOnce(&mut BalanceEquations<'_, M>) -> R,
+        work: impl FnOnce(&mut BalanceEquations<'_, Any<'f>>) -> R,
     ) -> Result<R, CurveError> {
         let p = self.held.as_ref().map_or(f64::NAN, |held| held.p);
         self.at(p, |equations, _| work(equations))
     }
 
-    fn move_to(&mut self, p: f64, held: Option<Held<M>>) -> Result<Held<M>, CurveError> {
-        let model = match self.family.at(p) {
-            Ok(model) => model,
+    fn move_to(&mut self, p: f64, held: Option<Held<'f>>) -> Result<Held<'f>, CurveError> {
+        let model: Rc<Any<'f>> = match self.family.at(p) {
+            Ok(model) => model.into(),
             Err(error) => {
                 self.held = held;
                 return Err(CurveError::Model { parameter: p, error });
             }
         };
-        let constants = self.family.family().constant().is_some();
-        let bound = held.and_then(|held| held.arrays.rebind(&model, constants));
+        let constants = self.family.constant().is_some();
+        let bound = held.and_then(|held| held.arrays.rebind(&*model, constants));
         let equations = match bound {
             Some(equations) => equations,
             None => self
-                .family
-                .equations(&self.balance, &model, &self.near)
+                .balance
+                .equations(&*model, &self.near)
                 .map_err(|error| CurveError::Balance { parameter: p, error: Box::new(error) })?,
         };
         let arrays = equations.unbind();
-        Ok(Held { p, slope: self.family.slope(&model), model, arrays })
+        Ok(Held { p, slope: self.slope(&model), model, arrays })
+    }
+
+    fn slope(&self, model: &Rc<Any<'f>>) -> Option<(Rc<Any<'f>>, f64)> {
+        let constant = self.family.constant()?;
+        if self.balance.truncated_forces || !model.offers().jacobian {
+            return None;
+        }
+        let slope = AlongConstant::new(model, constant)?;
+        let speed = slope.speed();
+        Some((Rc::new(slope), speed))
     }
 }

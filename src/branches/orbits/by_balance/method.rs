@@ -8,7 +8,7 @@ use crate::branches::orbits::by_balance::series_measure::measure_series;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::{OrbitMethod, Orbits};
 use crate::branches::stability_method::StabilityMethod;
-use crate::model::{Channel, Periodic, State};
+use crate::model::{Channel, State};
 use crate::periodic::{FourierOrbit, Multipliers};
 use crate::roots::Residual;
 use nalgebra::DVector;
@@ -16,12 +16,12 @@ use nalgebra::DVector;
 /// Coefficients up to this share of the range of motion count as zero.
 const ZERO_COEFFICIENT: f64 = 1e-6;
 
-impl<M: Periodic + ?Sized> Orbits for BalanceCurve<'_, M> {
+impl Orbits for BalanceCurve<'_> {
     type Orbit = FourierOrbit;
 
     fn multipliers(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
         // Those of the equation say nothing on the doublings of a balance with truncated forces.
-        let wanted = self.family.is_of_equation() && self.stability == StabilityMethod::Multipliers;
+        let wanted = self.is_of_equation && self.stability == StabilityMethod::Multipliers;
         wanted.then(|| self.multipliers_along(point)).flatten()
     }
 
@@ -67,9 +67,9 @@ impl<M: Periodic + ?Sized> Orbits for BalanceCurve<'_, M> {
     }
 }
 
-impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
+impl OrbitMethod for BalanceCurve<'_> {
     fn family(&self) -> &dyn Family {
-        self.family.family()
+        self.family
     }
 
     fn unknowns(&self, orbit: &FourierOrbit) -> DVector<f64> {

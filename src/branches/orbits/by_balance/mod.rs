@@ -2,7 +2,6 @@
 
 pub(crate) mod along_constant;
 pub(crate) mod balance_curve;
-pub(crate) mod balance_family;
 pub(crate) mod balance_room;
 pub(crate) mod balance_slope;
 pub(crate) mod method;

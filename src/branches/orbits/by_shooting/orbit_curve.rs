@@ -336,7 +336,7 @@ impl Curve for OrbitCurve<'_> {
 
     fn linearise(&mut self, x: &DVector<f64>, p: f64) -> Result<Linear<Passage>, CurveError> {
         let model = self.model(p)?;
-        let slope = self.family.constant().zip(model.named_constants());
+        let slope = self.family.constant().zip(model.offers().constants);
         let forced: Vec<DriveSlope> =
             slope.map(|(i, constants)| constants.drive_slope(i).times(self.unit)).into_iter().collect();
         let exact = !forced.is_empty();
