@@ -13,7 +13,7 @@
 
 mod support;
 
-use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByFunction, Continuation};
+use gear_dynamics::branches::{Branch, BranchPoint, Continuation, Family};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::ode::uniform_times;
@@ -70,7 +70,7 @@ fn main() -> Outcome<()> {
     let mut points = csv_file(folder.join("points.csv"), header)?;
 
     let published = |speed| pair(speed, NfgReading::published());
-    let family = ByFunction::new("speed", "rad/s", published);
+    let family = Family::of([("speed", "rad/s")], |[p]| published(p));
     let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
     let begun = Instant::now();
     let flank = balance.linearised(&published(100.0)?, Piece::Lower)?;
@@ -80,14 +80,14 @@ fn main() -> Outcome<()> {
 
     let on_base = |speed| pair(speed, NfgReading::published_on_base_radius());
     let slow = on_base(100.0)?;
-    let family = ByConstant::new(&slow, "speed")?;
+    let family = Family::over(&slow, ["speed"])?;
     let begun = Instant::now();
     let to = if coarse() { 120.0 } else { 138.0 };
     let none = Continuation::new(100.0, to).run(&family, &[slow.static_start()?])?;
     report("equation, from rest", &none, begun, (&mut folds, &mut points))?;
 
     let fast = on_base(180.0)?;
-    let family = ByConstant::new(&fast, "speed")?;
+    let family = Family::over(&fast, ["speed"])?;
     let turn = settled(&fast, 63)?;
     let begun = Instant::now();
     let down =

@@ -3,7 +3,7 @@
 use crate::Outcome;
 use crate::pair::{bench_pair, tooth_stiffness, waves, with_brake, with_law};
 use gear_dynamics::analysis::Probe;
-use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
+use gear_dynamics::branches::{Branch, BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
 use gear_dynamics::drives::{Held, HeldProcess};
 use gear_dynamics::excitation::{Angle, Side};
@@ -39,7 +39,7 @@ pub fn excitation(_: bool) -> Outcome<Picture> {
 /// The branch of the pair over its speed.
 fn branch_of<N: Nonlinearity>(pair: &Train<N>, [from, to]: [f64; 2]) -> Outcome<Branch<ShootingOrbit>> {
     let start = static_state(pair, 0.0)?.state;
-    Ok(Continuation::new(from, to).max_step(0.005).run(&ByConstant::new(pair, "speed")?, &[start])?)
+    Ok(Continuation::new(from, to).max_step(0.005).run(&Family::over(pair, ["speed"])?, &[start])?)
 }
 
 const SPEED: &str = "speed of the driver [rad/s]";
@@ -127,7 +127,7 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
     let runs = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
     let line = branch_of(&pair, [270.0, 600.0])?;
-    let plane = ByConstants::new(&pair, ["speed", "drive"])?;
+    let plane = Family::over(&pair, ["speed", "drive"])?;
     let grazings = line.of_kind(PointKind::Grazing).into_iter().map(|point| (point, "onset of contact loss"));
     let folds = line.of_kind(PointKind::Fold).into_iter().map(|point| (point, "fold"));
     for (point, name) in grazings.chain(folds) {

@@ -199,7 +199,7 @@ const BORDER_ACCURACY: f64 = 1e-15;
 /// largest state is `large`. `unit`: unit of the parameter. `None` if the model is not linear at large
 /// motions.
 pub(crate) fn border(
-    family: &dyn Family,
+    family: &Family<'_>,
     p: f64,
     unit: f64,
     multiple: usize,
@@ -207,7 +207,7 @@ pub(crate) fn border(
     budget: &Budget,
 ) -> Option<f64> {
     {
-        let model = family.at(p).ok()?;
+        let model = family.at([p]).ok()?;
         let (contacts, offers) = (model.contacts(), model.offers());
         let is_symmetric =
             contacts_at_rest(&*model).iter().all(|c| c.lower.is_finite() == c.upper.is_finite());
@@ -216,7 +216,7 @@ pub(crate) fn border(
         }
         without_gaps(&*model, multiple, Some(large), budget)?;
     }
-    let test = |p: f64| Some(fold(&without_gaps(&*family.at(p).ok()?, multiple, None, budget)?));
+    let test = |p: f64| Some(fold(&without_gaps(&*family.at([p]).ok()?, multiple, None, budget)?));
     let at = test(p)?;
     for distance in DISTANCES {
         let h = distance * unit / motion;

@@ -2,8 +2,8 @@
 
 use crate::common::family::oscillator;
 use gear_dynamics::branches::{
-    BranchError, BranchPoint, ByConstant, ByConstants, Continuation, CurveError, DesignError, Figure, Fit,
-    Least, PointKind, Sensitivity,
+    BranchError, BranchPoint, Continuation, CurveError, DesignError, Family, Figure, Fit, Least, PointKind,
+    Sensitivity,
 };
 use gear_dynamics::model::{Periodic, State};
 use gear_dynamics::models::Oscillator;
@@ -43,9 +43,9 @@ fn check(model: &Oscillator, start: &State, channel: &str, worst: f64) {
         };
         assert_eq!(multiplier[k][0], multiplier[k][1], "no contact grazes");
         let ours = [
-            slopes.mean(channel).unwrap()[k],
-            slopes.rms(channel).unwrap()[k],
-            slopes.peak_to_peak(channel).unwrap()[k],
+            slopes.slopes(Figure::Mean, channel).unwrap()[k],
+            slopes.slopes(Figure::Rms, channel).unwrap()[k],
+            slopes.slopes(Figure::PeakToPeak, channel).unwrap()[k],
             multiplier[k][0],
         ];
         for (which, ours) in ours.into_iter().enumerate() {
@@ -96,7 +96,7 @@ fn figures_of_a_duffing_oscillator() {
 #[test]
 fn a_fold_and_a_grazing() {
     let model = pair();
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let start = State::new(0.0, &[1.1], &[0.0]);
     let branch = Continuation::new(0.6, 0.95).run(&family, std::slice::from_ref(&start)).unwrap();
     for kind in [PointKind::Fold, PointKind::Grazing] {
@@ -119,7 +119,7 @@ fn a_fold_and_a_grazing() {
 fn located_points_of_a_pair() {
     let model =
         oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let range = Continuation::new(2.5, 0.4).bounds(0.35, 2.6);
     let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
     for (kind, point) in branch.located() {
@@ -147,7 +147,7 @@ fn located_points_of_a_pair() {
 fn multipliers_at_a_grazing_have_one_sided_derivatives() {
     let model =
         oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let range = Continuation::new(2.5, 0.4).bounds(0.35, 2.6);
     let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
     // The multipliers of this grazing are real; those of complex pairs have an absolute value that depends on the
@@ -181,7 +181,7 @@ fn moved_point(model: &Oscillator, name: &str, value: f64, point: &BranchPoint) 
     if value == from {
         return point.parameter;
     }
-    let plane = ByConstants::new(model, ["speed", name]).unwrap();
+    let plane = Family::over(model, ["speed", name]).unwrap();
     let line = Continuation::new(from, value).first_step(1.0).max_step(1.0).run(&plane, point).unwrap();
     let [parameter, reached] = line.points().last().unwrap().parameters;
     assert_eq!(reached, value);
@@ -194,7 +194,7 @@ fn the_face_gear_pair() {
     let pair = NfgPair::new(&NfgParams { speed: 110.0, ..NfgParams::table1() }).unwrap();
     let orbit = Shooting::new().solve(&pair, &[pair.static_start().unwrap()]).unwrap();
     let slopes = Sensitivity::of(&pair, &orbit, &["deflection"]).unwrap();
-    let ours = slopes.peak_to_peak("deflection").unwrap();
+    let ours = slopes.slopes(Figure::PeakToPeak, "deflection").unwrap();
     for (k, constant) in pair.names().iter().enumerate() {
         let value = pair.constant(&constant.name).unwrap();
         let unit = if value == 0.0 { continue } else { value.abs() };
@@ -302,7 +302,7 @@ fn derivatives_by_constants_without_a_size() {
         let model = oscillator(&[&given[..], &[("cubic stiffness", cubic)]].concat());
         let orbit = Shooting::new().solve(&model, &guess).unwrap();
         let slopes = Sensitivity::of(&model, &orbit, &["deflection"]).unwrap();
-        slopes.mean("deflection").unwrap()
+        slopes.slopes(Figure::Mean, "deflection").unwrap()
             [model.names().iter().position(|c| c.name == "cubic stiffness").unwrap()]
     };
     let mean = |cubic: f64| {

@@ -11,7 +11,7 @@ fn damped_mathieu() {
     let theirs = &file["extra"]["mathieu_z0.05_k0.2_Om2.0"];
     let model = Mathieu { omega: 2.0, zeta: 0.05, depth: 0.2 };
     let cycle = Shooting::new().solve(&model, &[State::at_rest(1)]).unwrap();
-    let (multipliers, estimate) = (cycle.multipliers().values(), cycle.multipliers().error());
+    let (multipliers, estimate) = (cycle.multipliers().values(), cycle.multipliers().value_error());
     for ours in multipliers {
         let nearest = |z: &serde_json::Value| {
             (ours - Complex64::new(z[0].as_f64().unwrap(), z[1].as_f64().unwrap())).norm()

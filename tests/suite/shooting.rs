@@ -61,7 +61,7 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
             "{system} {}: state {state:.1e}, multipliers {multipliers:.1e} (estimate {:.1e}), \
              corrections {}, {} segments",
             point["Omega"],
-            cycle.multipliers().error(),
+            cycle.multipliers().value_error(),
             powers(cycle.corrections()),
             cycle.states().len()
         );
@@ -227,7 +227,7 @@ fn check_face_gear_pair(wanted: &[f64]) {
             powers(cycle.corrections()),
             cycle.multipliers().values()[0],
             cycle.multipliers().values()[1],
-            cycle.multipliers().error(),
+            cycle.multipliers().value_error(),
         );
         assert!(off < 1e-9);
         assert!((q.peak_to_peak() / ppv - 1.0).abs() < 1e-9);

@@ -1,7 +1,7 @@
 //! Trains with equal members, whose differences rest at 0 in relative coordinates, and symmetries that break.
 
 use crate::common::planets::ring_locked;
-use gear_dynamics::branches::{ByConstant, Continuation, PointKind, Switch};
+use gear_dynamics::branches::{Continuation, Family, PointKind, Switch};
 use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::linear::static_state;
 use gear_dynamics::models::ring::RingSet;
@@ -180,7 +180,7 @@ fn nearest(speeds: &[f64], border: f64) -> f64 {
 #[test]
 fn multipliers_of_three_planets_pass_together() {
     let (train, start) = lightly_damped(3);
-    let family = ByConstant::new(&train, "speed").unwrap();
+    let family = Family::over(&train, ["speed"]).unwrap();
     let branch = Continuation::new(1400.0, 2000.0).run(&family, &[start]).unwrap();
     let doublings = branch.of_kind(PointKind::PeriodDoubling);
     let near: Vec<f64> = doublings.iter().map(|point| point.parameter).collect();
@@ -259,7 +259,7 @@ fn a_ring_without_load_rests() {
 fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     let (train, start) = lightly_damped(2);
     let borders = borders();
-    let family = ByConstant::new(&train, "speed").unwrap();
+    let family = Family::over(&train, ["speed"]).unwrap();
     let continuation = Continuation::new(1400.0, 2000.0);
     let branch = continuation.run(&family, &[start]).unwrap();
     let doublings = branch.of_kind(PointKind::PeriodDoubling);

@@ -849,8 +849,7 @@ fn static_states_find_the_loaded_flank() {
 #[test]
 fn modes_without_stiffness_unstable_and_one_way() {
     let train = pair().build("pinion", 100.0).unwrap();
-    let rest = [0.0; 2];
-    let free = Modes::about(&train, 0.0, Some(&[Piece::Gap]), &rest, &rest).unwrap();
+    let free = Modes::about(&train, &State::at_rest(2), Some(&[Piece::Gap])).unwrap();
     assert_eq!((free.rigid(), free.eigenvalues().len()), (2, 0));
     /// q_0'' = -q_0 - 5 q_1, q_1'' = s q_1: coupled one way.
     struct OneWay(f64);

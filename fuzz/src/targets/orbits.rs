@@ -22,7 +22,7 @@ fn budget() -> Budget {
 fn multipliers(all: &Multipliers) -> Run {
     all.values().iter().try_for_each(|value| all_finite("multiplier", &[value.re, value.im]))?;
     all_finite("largest multiplier", &[all.largest()])?;
-    holds(!all.error().is_nan(), || "the error of the multipliers is NaN".into())?;
+    holds(!all.value_error().is_nan(), || "the error of the multipliers is NaN".into())?;
     holds(all.growth(1.0).iter().all(|growth| !growth.is_nan()), || format!("growth {:?}", all.growth(1.0)))?;
     let _ = all.stability().to_string();
     Ok(())

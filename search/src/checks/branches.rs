@@ -5,7 +5,7 @@ use crate::models::pair::Pair;
 use crate::models::symmetric::Symmetric;
 use crate::models::two_stage::TwoStage;
 use crate::{Check, Outcome};
-use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, ByConstant, Continuation, PointKind};
+use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::num_complex::Complex64;
 use gear_dynamics::trains::{Coordinates, Train};
 use gear_dynamics::{Dop853, Model, Settle, Shooting, State};
@@ -57,7 +57,7 @@ pub fn stages(draw: &mut Draw) -> Result<Case, String> {
 
 /// The branch from a settled orbit.
 fn follow(case: &Case, start: &(State, usize), continuation: Continuation) -> Result<Branch, String> {
-    let family = ByConstant::new(&case.train, "speed").map_err(|error| error.to_string())?;
+    let family = Family::over(&case.train, ["speed"]).map_err(|error| error.to_string())?;
     let continuation = continuation.shooting(Shooting::new().period_multiple(start.1));
     continuation.run(&family, std::slice::from_ref(&start.0)).map_err(|error| error.to_string())
 }

@@ -6,7 +6,7 @@ use crate::models::pair::Pair;
 use crate::{Check, Outcome, agree};
 use gear_dynamics::analysis::{Probe, Summary};
 use gear_dynamics::branches::{
-    Branch, BranchEnd, BranchError, ByConstant, ByConstants, Continuation, PointKind, Sensitivity,
+    Branch, BranchEnd, BranchError, Continuation, Family, Figure, PointKind, Sensitivity,
 };
 use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::Side;
@@ -143,7 +143,7 @@ fn compare_derivatives(
     draw.note(|| format!("{name} = {value}"));
     let channel = if train.contacts() > 1 { "deflection 0" } else { "deflection" };
     let exact = Sensitivity::of(train, &orbit, &[channel]).map_err(told)?;
-    let slopes = [exact.mean(channel), exact.rms(channel), exact.peak_to_peak(channel)];
+    let slopes = [Figure::Mean, Figure::Rms, Figure::PeakToPeak].map(|figure| exact.slopes(figure, channel));
     let at = |h: f64| -> Result<([f64; 3], u64), String> {
         let moved = train.with(&name, value * (1.0 + h)).map_err(told)?;
         let orbit = Shooting::new().period_multiple(multiple).solve(&moved, orbit.states()).map_err(told)?;
@@ -290,7 +290,7 @@ fn cuts(draw: &mut Draw) -> Outcome {
 fn branch_of(pair: &Pair) -> Result<Option<(Branch, usize)>, String> {
     let case = Case { text: String::new(), train: pair.at(0.5).map_err(told)?, speeds: [0.5, 2.4] };
     let Some((state, multiple)) = settled(&case) else { return Ok(None) };
-    let family = ByConstant::new(&case.train, "speed").map_err(told)?;
+    let family = Family::over(&case.train, ["speed"]).map_err(told)?;
     let continuation = Continuation::new(0.5, 2.4).shooting(Shooting::new().period_multiple(multiple));
     Ok(Some((continuation.run(&family, &[state]).map_err(told)?, multiple)))
 }
@@ -307,7 +307,7 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     }
     let point = followed[draw.below(followed.len())];
     let train = pair.at(0.5).map_err(told)?;
-    let plane = ByConstants::new(&train, ["speed", "mesh damping"]).map_err(told)?;
+    let plane = Family::over(&train, ["speed", "mesh damping"]).map_err(told)?;
     let damping = 2.0 * pair.zeta;
     let line = Continuation::new(damping, 1.05 * damping).shooting(Shooting::new().period_multiple(multiple));
     let line = match line.run(&plane, point) {
@@ -348,7 +348,7 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     if nearest > 1e-7 * p {
         // The point may have left the branch from 0.5 by an isola: it lies on the branch through orbits beside it.
         let train = Pair { zeta: 0.5 * c, ..pair.clone() }.at(p).map_err(told)?;
-        let family = ByConstant::new(&train, "speed").map_err(told)?;
+        let family = Family::over(&train, ["speed"]).map_err(told)?;
         for start in [p * (1.0 - 1e-5), p * (1.0 + 1e-5)] {
             let beside = Continuation::new(start, 1.01 * p).bounds(0.99 * p, 1.01 * p).both_ways();
             let beside = beside.max_points(200).shooting(Shooting::new().period_multiple(multiple));

@@ -6,7 +6,7 @@ use crate::draw::Draw;
 use crate::models::symmetric::Symmetric;
 use crate::{Check, Outcome, agree};
 use gear_dynamics::analysis::{SettleError, Summary};
-use gear_dynamics::branches::{BranchEnd, ByConstant, Continuation, Sensitivity};
+use gear_dynamics::branches::{BranchEnd, Continuation, Family, Figure, Sensitivity};
 use gear_dynamics::periodic::{BalanceError, FlowMethod, Lyapunov, ShootingOrbit, Variation};
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 use gear_dynamics::trains::{Coordinates, Train};
@@ -252,7 +252,7 @@ impl Figures {
         let said = |what: &str, error: &dyn std::fmt::Display| format!("{what}: {error}");
         let sensitivity =
             Sensitivity::of(train, orbit, &["deflection 0"]).map_err(|e| said("sensitivity", &e))?;
-        let slopes = sensitivity.mean("deflection 0").map_err(|e| said("sensitivity", &e))?;
+        let slopes = sensitivity.slopes(Figure::Mean, "deflection 0").map_err(|e| said("sensitivity", &e))?;
         let slopes = slopes.iter().zip(train.constants()).map(|(slope, constant)| slope * constant).collect();
         // The linearised start has all contacts on one flank.
         let one_flank = mean.iter().all(|mean| *mean > 0.0);
@@ -265,7 +265,7 @@ impl Figures {
                 let steps = steps * train.shape().cycles_in_a_period() as usize;
                 by_rows(train, start, &LaneRk4::new(steps).lanes::<4>())?
             }];
-        let family = ByConstant::new(train, "speed").map_err(|e| said("family", &e))?;
+        let family = Family::over(train, ["speed"]).map_err(|e| said("family", &e))?;
         let continuation = Continuation::new(speed, 1.03 * speed).max_points(200);
         let continuation = continuation.shooting(Shooting::new().period_multiple(multiple));
         let branch = continuation.run(&family, orbit.states()).map_err(|e| said("branch", &e))?;

@@ -50,16 +50,17 @@ impl fmt::Display for Turn {
 }
 
 /// The curve p(λ) along which a located point of a branch moves when a second parameter λ changes: what a
-/// [`Continuation`](crate::branches::Continuation) follows in a [`Plane`](crate::branches::Plane).
+/// [`Continuation`](crate::branches::Continuation) follows in a [`Family`](crate::branches::Family) of two
+/// parameters.
 ///
 /// ```
-/// use gear_dynamics::branches::{ByConstant, ByConstants, Continuation, PointKind};
+/// use gear_dynamics::branches::{Continuation, Family, PointKind};
 /// use gear_dynamics::{State, trains::SpurPair};
 /// // Constant stiffness and an inertia force: teeth separate where A W² = F √((1 - W²)² + (2 ζ W)²).
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.05])?.parts()?.build("driver", 0.7)?;
-/// let family = ByConstant::new(&pair, "speed")?;
+/// let family = Family::over(&pair, ["speed"])?;
 /// let branch = Continuation::new(0.7, 0.85).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
-/// let plane = ByConstants::new(&pair, ["speed", "mesh damping"])?;
+/// let plane = Family::over(&pair, ["speed", "mesh damping"])?;
 /// let line = Continuation::new(0.1, 0.12).run(&plane, branch.of_kind(PointKind::Grazing)[0])?;
 /// let [w, c] = line.points().last().ok_or("a point")?.parameters;
 /// assert!((0.05 * w * w - 0.1 * ((1.0 - w * w).powi(2) + (c * w).powi(2)).sqrt()).abs() < 1e-10);

@@ -1,9 +1,10 @@
 //! Fits of constants to a measured response.
 
 use crate::branches::design::least::Optimum;
-use crate::branches::design::objective::{DesignError, Figure};
+use crate::branches::design::objective::DesignError;
 use crate::branches::design::reach::reach;
 use crate::branches::design::search::{Search, Space};
+use crate::branches::sensitivity::figure::Figure;
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
@@ -130,8 +131,7 @@ impl Fit {
                 let off = self.objective.figure.value(&*model, &orbit, &self.objective.channel)? - m;
                 let sensitivity =
                     Sensitivity::within(&*model, &orbit, &[&self.objective.channel], meter.clone())?;
-                let all =
-                    space.gradient(&self.objective.figure.slopes(&sensitivity, &self.objective.channel)?);
+                let all = space.gradient(sensitivity.slopes(self.objective.figure, &self.objective.channel)?);
                 sum += off * off / size;
                 slope.iter_mut().zip(all).for_each(|(slope, by)| *slope += 2.0 * off * by / size);
                 found.push(orbit);

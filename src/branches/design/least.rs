@@ -1,8 +1,9 @@
 //! The least figure of an orbit over constants of its model.
 
-use crate::branches::design::objective::{DesignError, Figure};
+use crate::branches::design::objective::DesignError;
 use crate::branches::design::reach::reach;
 use crate::branches::design::search::{Search, Space};
+use crate::branches::sensitivity::figure::Figure;
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::model::{Periodic, State};
 use crate::periodic::ShootingOrbit;
@@ -81,13 +82,13 @@ impl Least {
             let value = self.objective.figure.value(&*model, &orbit, &self.objective.channel)?;
             let sensitivity =
                 Sensitivity::within(&*model, &orbit, &[&self.objective.channel], meter.clone())?;
-            let all = self.objective.figure.slopes(&sensitivity, &self.objective.channel)?;
+            let all = sensitivity.slopes(self.objective.figure, &self.objective.channel)?;
             let mut best = best.borrow_mut();
             if best.as_ref().is_none_or(|(least, _)| value < *least) {
                 *best = Some((value, orbit.clone()));
             }
             *last = (values, orbit);
-            Ok((value, space.gradient(&all)))
+            Ok((value, space.gradient(all)))
         };
         let found = self.minimise(&space, &start, &evaluate)?;
         let orbit = best.into_inner().map_or_else(|| last.into_inner().1, |(_, orbit)| orbit);

@@ -16,27 +16,27 @@ use std::rc::Rc;
 /// Largest last correction of a point, if the corrections do not converge quadratically `[1]`.
 const TOLERANCE: f64 = 1e-10;
 
-impl<F: Family> Start<F> for &FourierOrbit {
+impl Start for &FourierOrbit {
     type Point = BranchPoint<FourierOrbit>;
 
     fn begin<'f>(
         self,
         settings: &'f Continuation,
-        family: &'f F,
+        family: &'f Family<'f>,
     ) -> Result<Following<'f, Self::Point>, BranchError> {
         let balance = settings.balance_of(self)?;
-        let orbit = balance.solve(&*family.at(settings.from)?, self)?;
+        let orbit = balance.solve(&*family.at([settings.from])?, self)?;
         settings.follow_balance(family, &balance, settings.from, &orbit, settings.heading())
     }
 }
 
-impl<F: Family> Resume<F> for BranchPoint<FourierOrbit> {
+impl Resume for BranchPoint<FourierOrbit> {
     fn resume<'f>(
         &self,
         _: &Branch<FourierOrbit>,
         heading: f64,
         settings: &'f Continuation,
-        family: &'f F,
+        family: &'f Family<'f>,
     ) -> Result<Following<'f, Self>, BranchError> {
         let balance = settings.balance_of(&self.orbit)?;
         settings.follow_balance(family, &balance, self.parameter, &self.orbit, heading)
@@ -47,7 +47,7 @@ impl Continuation {
     /// A branch from an orbit. `heading`: sign of the first change of the parameter.
     fn follow_balance<'f>(
         &'f self,
-        family: &'f dyn Family,
+        family: &'f Family<'f>,
         balance: &Balance,
         p: f64,
         orbit: &FourierOrbit,
@@ -61,7 +61,7 @@ impl Continuation {
 
     pub(crate) fn balance_engine<'f>(
         &'f self,
-        family: &'f dyn Family,
+        family: &'f Family<'f>,
         balance: &Balance,
         p: f64,
         orbit: &FourierOrbit,

@@ -34,9 +34,9 @@ use nalgebra::{DMatrix, DVector};
 /// the other branch is found; [`ParameterError::OutOfRange`] for harmonics over another number of periods.
 ///
 /// ```
-/// use gear_dynamics::{State, branches::{ByConstant, Continuation, PointKind, Switch}, trains::SpurPair};
+/// use gear_dynamics::{State, branches::{Continuation, Family, PointKind, Switch}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.025, 0.5, &[-0.5], &[])?.parts()?.build("driver", 2.4)?;
-/// let family = ByConstant::new(&pair, "speed")?;
+/// let family = Family::over(&pair, ["speed"])?;
 /// let range = Continuation::new(2.4, 1.7).max_points(40);
 /// let branch = range.run(&family, State::new(0.0, &[1.5], &[0.0]))?;
 /// let range = range.max_points(3);
@@ -71,10 +71,14 @@ impl<'p, O> Switch<'p, O> {
     }
 }
 
-impl<F: Family> Start<F> for Switch<'_> {
+impl Start for Switch<'_> {
     type Point = BranchPoint;
 
-    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+    fn begin<'f>(
+        self,
+        settings: &'f Continuation,
+        family: &'f Family<'f>,
+    ) -> Result<Following<'f>, BranchError> {
         let Switch { point, way } = self;
         let orbit = if self.times()? == 2 { doubled(&point.orbit) } else { point.orbit.clone() };
         let engine = settings.shooting_engine(family, point.parameter, &orbit)?;
@@ -86,13 +90,13 @@ impl<F: Family> Start<F> for Switch<'_> {
     }
 }
 
-impl<F: Family> Start<F> for Switch<'_, FourierOrbit> {
+impl Start for Switch<'_, FourierOrbit> {
     type Point = BranchPoint<FourierOrbit>;
 
     fn begin<'f>(
         self,
         settings: &'f Continuation,
-        family: &'f F,
+        family: &'f Family<'f>,
     ) -> Result<Following<'f, Self::Point>, BranchError> {
         let Switch { point, way } = self;
         let (times, balance) = (self.times()?, settings.balance_of(&point.orbit)?);

@@ -43,7 +43,7 @@ impl Balance {
     /// are those of the equation along the series, and changes of them are not located.
     ///
     /// ```
-    /// use gear_dynamics::branches::{ByFunction, Continuation, PointKind};
+    /// use gear_dynamics::branches::{Continuation, Family, PointKind};
     /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece, models::nfg::NfgReading};
     /// let params = |speed| NfgParams { speed, ..NfgParams::table1() };
     /// let at = |speed| NfgPair::with_reading(&params(speed), NfgReading::published());
@@ -51,7 +51,7 @@ impl Balance {
     /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
     /// let guess = balance.linearised(&at(179.0)?, Piece::Lower)?;
     /// let range = Continuation::new(179.0, 190.0).max_points(20).balance(balance);
-    /// let branch = range.run(&ByFunction::new("speed", "rad/s", at), &guess)?;
+    /// let branch = range.run(&Family::of([("speed", "rad/s")], |[p]| at(p)), &guess)?;
     /// assert!((branch.of_kind(PointKind::Fold)[0].parameter - 179.9259).abs() < 1e-3);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

@@ -24,7 +24,7 @@ use std::rc::Rc;
 ///
 /// Unknowns: those of the [`BalanceEquations`], with the scales of the first orbit on the whole branch.
 pub(crate) struct BalanceCurve<'f> {
-    pub(super) family: &'f dyn Family,
+    pub(super) family: &'f Family<'f>,
     pub(super) room: RefCell<BalanceRoom<'f>>,
     /// Equations at a neighbouring parameter, for differences.
     beside: BalanceRoom<'f>,
@@ -65,7 +65,7 @@ const AT_REST: f64 = 1e-9;
 impl<'f> BalanceCurve<'f> {
     /// The curve through an orbit of the model with the parameter `p`. `unit`: unit of the parameter.
     pub(crate) fn new(
-        family: &'f dyn Family,
+        family: &'f Family<'f>,
         balance: &Balance,
         (p, unit): (f64, f64),
         orbit: &FourierOrbit,
@@ -258,7 +258,6 @@ fn weights(equations: &BalanceEquations<'_, Any<'_>>) -> DVector<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::branches::family::ByConstant;
     use crate::branches::orbits::orbit_method::OrbitMethod;
     use crate::model::Periodic;
     use crate::models::nfg::{NfgPair, NfgParams};
@@ -276,11 +275,11 @@ mod tests {
         let orbit = FourierOrbit::new(&harmonics, pair.period(), &[[&series[..], &rest].concat()])?;
         let budget = Budget::new();
         for constant in pair.names() {
-            let family = ByConstant::new(&pair, &constant.name)?;
+            let family = Family::over(&pair, [&constant.name])?;
             for integrals in
                 [Integrals::Closed, Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 4096 }]
             {
-                let p = family.value();
+                let p = pair.constant(&constant.name)?;
                 let balance = Balance::new(harmonics.clone()).integrals(integrals);
                 let meter = Rc::new(budget.begin());
                 let of = (p, p.abs());

@@ -13,7 +13,7 @@ pub(crate) type Any<'f> = dyn Periodic + 'f;
 
 /// The model of one parameter and the arrays of its equations.
 pub(crate) struct BalanceRoom<'f> {
-    pub(super) family: &'f dyn Family,
+    pub(super) family: &'f Family<'f>,
     pub(super) balance: Balance,
     /// The orbit whose sizes are the scales of all unknowns.
     near: Rc<FourierOrbit>,
@@ -37,7 +37,7 @@ struct Held<'f> {
 }
 
 impl<'f> BalanceRoom<'f> {
-    pub(crate) fn new(family: &'f dyn Family, balance: &Balance, near: Rc<FourierOrbit>) -> Self {
+    pub(crate) fn new(family: &'f Family<'f>, balance: &Balance, near: Rc<FourierOrbit>) -> Self {
         BalanceRoom { family, balance: balance.clone(), near, held: None }
     }
 
@@ -71,14 +71,14 @@ impl<'f> BalanceRoom<'f> {
     }
 
     fn move_to(&mut self, p: f64, held: Option<Held<'f>>) -> Result<Held<'f>, CurveError> {
-        let model: Rc<Any<'f>> = match self.family.at(p) {
+        let model: Rc<Any<'f>> = match self.family.at([p]) {
             Ok(model) => model.into(),
             Err(error) => {
                 self.held = held;
                 return Err(CurveError::Model { parameter: p, error });
             }
         };
-        let constants = self.family.constant().is_some();
+        let constants = self.family.constants.is_some();
         let bound = held.and_then(|held| held.arrays.rebind(&*model, constants));
         let equations = match bound {
             Some(equations) => equations,
@@ -92,7 +92,7 @@ impl<'f> BalanceRoom<'f> {
     }
 
     fn slope(&self, model: &Rc<Any<'f>>) -> Option<(Rc<Any<'f>>, f64)> {
-        let constant = self.family.constant()?;
+        let [constant] = self.family.constants?;
         if self.balance.truncated_forces || !model.offers().jacobian {
             return None;
         }

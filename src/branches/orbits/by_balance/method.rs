@@ -68,7 +68,7 @@ impl Orbits for BalanceCurve<'_> {
 }
 
 impl OrbitMethod for BalanceCurve<'_> {
-    fn family(&self) -> &dyn Family {
+    fn family(&self) -> &Family<'_> {
         self.family
     }
 
