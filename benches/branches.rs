@@ -31,7 +31,7 @@ fn report(name: &str, model: &Oscillator, continuation: &Continuation, others: &
             println!("    {other}: {theirs} ms, {:.1} times as long", theirs / milliseconds);
         }
     }
-    let by_shooting = || continuation.run(&family, &[State::new(0.0, &[start], &[0.0])]).expect("an orbit");
+    let by_shooting = || continuation.run(&family, &State::new(0.0, &[start], &[0.0])).expect("an orbit");
     let branch: Branch = by_shooting();
     let milliseconds = least(5, || drop(by_shooting()));
     println!("  shooting: {} points in {milliseconds:.2} ms\n", branch.points().len());

@@ -41,7 +41,7 @@ use crate::periodic::{Balance, FourierOrbit, Shooting};
 ///     let duffing = from_fn(1, move |t, q, v, a| a[0] = force(t) - 0.05 * v[0] - q[0] - 0.1 * q[0].powi(3))?;
 ///     duffing.with_period(std::f64::consts::TAU / omega)
 /// });
-/// let branch = Continuation::new(1.0, 1.6).run(&family, State::at_rest(1))?;
+/// let branch = Continuation::new(1.0, 1.6).run(&family, &State::at_rest(1))?;
 /// let folds: Vec<f64> = branch.of_kind(PointKind::Fold).iter().map(|point| point.parameter).collect();
 /// assert!((folds[0] - 1.269_601_955_5).abs() < 1e-9 && (folds[1] - 1.115_700_251_8).abs() < 1e-9);
 /// # Ok::<(), gear_dynamics::branches::BranchError>(())

@@ -139,7 +139,7 @@ fn a_closed_boundary_ends_at_its_start() {
         pair().with("speed", 0.7)?.with("inertia force", force)
     };
     let family = Family::of([("p", "1")], move |[p]| at([p, 0.0]));
-    let branch = Continuation::new(0.4, 0.6).run(&family, &[State::new(0.0, &[1.1], &[0.0])]).unwrap();
+    let branch = Continuation::new(0.4, 0.6).run(&family, &State::new(0.0, &[1.1], &[0.0])).unwrap();
     let plane = Family::of([("p", "1"), ("λ", "1")], at);
     assert_eq!(plane.parameters()[1].name, "λ");
     let range = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0).bounds_across(-1.0, 1.0).max_step(0.1);
@@ -186,7 +186,7 @@ fn symmetry_breaking_over_two_parameters() {
     let breaking = |force: f64, from: f64, to: f64| {
         let model = model.with("force", force).unwrap();
         let at = model.with("speed", from).unwrap();
-        let start = Shooting::new().solve(&at, &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
+        let start = Shooting::new().solve(&at, &State::new(0.0, &[2.8], &[0.0])).unwrap();
         let family = Family::over(&model, ["speed"]).unwrap();
         let branch = Continuation::new(from, to).run(&family, start.states()).unwrap();
         branch.of_kind(PointKind::SymmetryBreaking)[0].clone()

@@ -123,7 +123,7 @@ fn branches_with_impacts_end_at_the_grazing() {
 fn the_grazing_of_a_stop_passes_its_resonances() {
     let model = stop(0.6, 0.05);
     let family = Family::over(&model, ["amplitude"]).unwrap();
-    let branch = Continuation::new(0.05, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let branch = Continuation::new(0.05, 1.0).run(&family, &State::at_rest(1)).unwrap();
     let plane = Family::over(&model, ["amplitude", "speed"]).unwrap();
     let range = Continuation::new(0.6, 2.2).bounds_across(0.0, 5.0);
     let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
@@ -227,7 +227,7 @@ fn a_fold_before_a_stop_is_located() {
     let up_to = |stop: f64| {
         let model = model.with("stop", stop).unwrap();
         let family = Family::over(&model, ["speed"]).unwrap();
-        Continuation::new(0.5, 1.1).run(&family, &[State::at_rest(1)]).unwrap()
+        Continuation::new(0.5, 1.1).run(&family, &State::at_rest(1)).unwrap()
     };
     let whole = up_to(40.0);
     let fold = whole.of_kind(PointKind::Fold)[0];
@@ -245,7 +245,7 @@ fn a_fold_before_a_stop_is_located() {
 fn a_grazing_ends_where_another_maximum_reaches_the_stop() {
     let model = oscillator(&[("speed", 0.45), ("amplitude", 0.05), ("second", 1.5), ("shift", 0.3)]);
     let family = Family::over(&model, ["amplitude"]).unwrap();
-    let branch = Continuation::new(0.05, 3.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let branch = Continuation::new(0.05, 3.0).run(&family, &State::at_rest(1)).unwrap();
     println!("{branch}");
     let plane = Family::over(&model, ["amplitude", "shift"]).unwrap();
     let range = Continuation::new(0.3, 7.0).both_ways().bounds(-7.0, 7.0);
@@ -270,7 +270,7 @@ fn a_grazing_ends_where_another_maximum_reaches_the_stop() {
 fn symmetric_stops() {
     let model = oscillator(&[("speed", 1.2), ("amplitude", 0.05), ("lower stop", 1.0)]);
     let family = Family::over(&model, ["amplitude"]).unwrap();
-    let branch = Continuation::new(0.05, 2.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let branch = Continuation::new(0.05, 2.0).run(&family, &State::at_rest(1)).unwrap();
     println!("{branch}");
     assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
     assert!((branch.of_kind(PointKind::Grazing)[0].parameter - grazing(1.2)).abs() < 1e-11);
@@ -303,7 +303,7 @@ fn symmetric_stops() {
 fn onset_of_impacts_by_its_derivatives() {
     let model = stop(0.8, 0.05);
     let family = Family::over(&model, ["amplitude"]).unwrap();
-    let branch = Continuation::new(0.05, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let branch = Continuation::new(0.05, 1.0).run(&family, &State::at_rest(1)).unwrap();
     let slopes = Sensitivity::of_point(&model, "amplitude", branch.of_kind(PointKind::Grazing)[0]).unwrap();
     let place = |name: &str| NAMES.iter().position(|other| *other == name).unwrap();
     let (w, onset) = (0.8f64, grazing(0.8));
@@ -326,7 +326,7 @@ fn branches_end_at_the_end_of_the_models() {
         }
         stop(0.7, 0.1).with("damping", damping)
     });
-    let branch = Continuation::new(0.1, 0.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let branch = Continuation::new(0.1, 0.0).run(&family, &State::at_rest(1)).unwrap();
     println!("{branch}");
     let last = branch.points().last().unwrap();
     assert_eq!((branch.end(), last.parameter), (&BranchEnd::Bound, 0.0));

@@ -25,7 +25,7 @@ fn figures<M: Periodic>(model: &M, orbit: &ShootingOrbit, channel: &str) -> [f64
 
 /// All derivatives of one orbit against differences, in units of figure over constant.
 fn check(model: &Oscillator, start: &State, channel: &str, worst: f64) {
-    let orbit = Shooting::new().solve(model, std::slice::from_ref(start)).unwrap();
+    let orbit = Shooting::new().solve(model, start).unwrap();
     let slopes = Sensitivity::of(model, &orbit, &[channel]).unwrap();
     let multiplier = Sensitivity::of_largest_multiplier(model, &orbit).unwrap();
     let reference = figures(model, &orbit, channel);
@@ -37,7 +37,7 @@ fn check(model: &Oscillator, start: &State, channel: &str, worst: f64) {
         let figure = |which: usize| {
             move |c: f64| {
                 let moved = model.with(&constant.name, c).unwrap();
-                let orbit = Shooting::new().solve(&moved, std::slice::from_ref(start)).unwrap();
+                let orbit = Shooting::new().solve(&moved, start).unwrap();
                 figures(&moved, &orbit, channel)[which]
             }
         };
@@ -73,7 +73,7 @@ fn pair() -> Oscillator {
 #[test]
 fn figures_of_a_pair_that_loses_contact() {
     let start = State::new(0.0, &[1.0], &[0.25]);
-    let orbit = Shooting::new().solve(&pair(), std::slice::from_ref(&start)).unwrap();
+    let orbit = Shooting::new().solve(&pair(), &start).unwrap();
     assert!(orbit.crossings() > 0);
     check(&pair(), &start, "deflection", 1e-7);
     check(&pair(), &start, "mesh force", 1e-7);
@@ -98,7 +98,7 @@ fn a_fold_and_a_grazing() {
     let model = pair();
     let family = Family::over(&model, ["speed"]).unwrap();
     let start = State::new(0.0, &[1.1], &[0.0]);
-    let branch = Continuation::new(0.6, 0.95).run(&family, std::slice::from_ref(&start)).unwrap();
+    let branch = Continuation::new(0.6, 0.95).run(&family, &start).unwrap();
     for kind in [PointKind::Fold, PointKind::Grazing] {
         let point = branch.of_kind(kind)[0];
         let slopes = Sensitivity::of_point(&model, "speed", point).unwrap();
@@ -121,7 +121,7 @@ fn located_points_of_a_pair() {
         oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let family = Family::over(&model, ["speed"]).unwrap();
     let range = Continuation::new(2.5, 0.4).bounds(0.35, 2.6);
-    let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
+    let branch = range.run(&family, &State::new(0.0, &[1.0], &[0.0])).unwrap();
     for (kind, point) in branch.located() {
         let slopes = Sensitivity::of_point(&model, "speed", point).unwrap();
         for name in ["damping", "mean force", "force", "mesh stiffness"] {
@@ -149,7 +149,7 @@ fn multipliers_at_a_grazing_have_one_sided_derivatives() {
         oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let family = Family::over(&model, ["speed"]).unwrap();
     let range = Continuation::new(2.5, 0.4).bounds(0.35, 2.6);
-    let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
+    let branch = range.run(&family, &State::new(0.0, &[1.0], &[0.0])).unwrap();
     // The multipliers of this grazing are real; those of complex pairs have an absolute value that depends on the
     // damping and the period only.
     let [.., point, _] = branch.of_kind(PointKind::Grazing)[..] else { panic!("four grazings") };
@@ -221,9 +221,9 @@ fn constants_are_fitted_to_a_response() {
         0.3,
     );
     let speeds: Vec<f64> = (0..5).map(|i| 0.7 + 0.1 * f64::from(i)).collect();
-    let measured = fit.response(&truth, &speeds, &[State::at_rest(1)]).unwrap();
+    let measured = fit.response(&truth, &speeds, &State::at_rest(1)).unwrap();
     let pairs: Vec<(f64, f64)> = speeds.into_iter().zip(measured).collect();
-    let found = fit.run(&start, &pairs, &[State::at_rest(1)]).unwrap();
+    let found = fit.run(&start, &pairs, &State::at_rest(1)).unwrap();
     println!("{:?} {} after {} evaluations", found.constants, found.value, found.evaluations);
     assert!((found.constants[0].1 - 0.05).abs() < 1e-6 && (found.constants[1].1 - 0.1).abs() < 1e-6);
 }

@@ -89,7 +89,7 @@ fn dead_zone_under_a_strong_force() {
 #[test]
 fn chain_with_cubic_springs() {
     let family = Family::of([("speed", "1")], |[omega]| Ok(CubicChain { omega }));
-    let branch = Continuation::new(0.9, 1.4).bounds(0.6, 1.5).run(&family, &[State::at_rest(2)]).unwrap();
+    let branch = Continuation::new(0.9, 1.4).bounds(0.6, 1.5).run(&family, &State::at_rest(2)).unwrap();
     compare(&branch, &reference("nlvib02_2dof_cubic"), 1e-10);
 }
 
@@ -299,7 +299,7 @@ fn both_ways() {
     ]);
     let family = Family::over(&model, ["speed"]).unwrap();
     let range = Continuation::new(1.0, 1.6).bounds(0.5, 1.6).both_ways();
-    let branch = range.run(&family, &[State::at_rest(1)]).unwrap();
+    let branch = range.run(&family, &State::at_rest(1)).unwrap();
     let ends = [&branch.points()[0], &branch.points()[branch.points().len() - 1]];
     assert_eq!(ends.map(|point| point.parameter), [0.5, 1.6]);
     assert_eq!((branch.first_end(), branch.end()), (Some(&BranchEnd::Bound), &BranchEnd::Bound));
@@ -332,9 +332,8 @@ fn symmetry_breaking() {
     ]);
     let family = Family::over(&model, ["speed"]).unwrap();
     let range = Continuation::new(2.2, 1.0).bounds(0.9, 2.4);
-    let start = Shooting::new()
-        .solve(&model.with("speed", 2.2).unwrap(), &[State::new(0.0, &[2.8], &[0.0])])
-        .unwrap();
+    let start =
+        Shooting::new().solve(&model.with("speed", 2.2).unwrap(), &State::new(0.0, &[2.8], &[0.0])).unwrap();
     let branch = range.run(&family, start.states()).unwrap();
     println!("{branch}");
     let point = branch.of_kind(PointKind::SymmetryBreaking)[0];
@@ -437,7 +436,7 @@ fn refusals_and_ends() {
         Continuation::new(0.18, 0.2).run(&plane, &fold),
         Err(BranchError::Kind { kind: None, .. })
     ));
-    let orbit = Shooting::new().solve(&CubicChain { omega: 1.0 }, &[State::at_rest(2)]).unwrap();
+    let orbit = Shooting::new().solve(&CubicChain { omega: 1.0 }, &State::at_rest(2)).unwrap();
     let none = Sensitivity::of(&CubicChain { omega: 1.0 }, &orbit, &["q0"]);
     assert!(matches!(none, Err(BranchError::NoConstants)));
 }
@@ -506,7 +505,7 @@ fn stability_is_a_choice_of_its_own() {
         oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
     let family = Family::over(&model, ["speed"]).unwrap();
     let range = Continuation::new(2.5, 0.45);
-    let follow = |range: Continuation| range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
+    let follow = |range: Continuation| range.run(&family, &State::new(0.0, &[1.0], &[0.0])).unwrap();
     let with = follow(range.clone());
     let without = follow(range.stability(gear_dynamics::branches::StabilityMethod::Skipped));
     for kind in [PointKind::Fold, PointKind::Grazing] {
@@ -537,7 +536,7 @@ fn a_speed_towards_zero_ends_within_its_budget() {
     let start = State::new(0.0, &[1.1], &[0.0]);
     for to in [0.0, 1e-6] {
         let range = Continuation::new(0.6, to).budget(Budget::new().steps(20_000));
-        let branch = range.run(&family, start.clone()).unwrap();
+        let branch = range.run(&family, &start).unwrap();
         println!("{branch}");
         let limit = BranchEnd::Exhausted(Exhausted::Steps { limit: 20_000 });
         assert!(branch.end() == &limit || matches!(branch.end(), BranchEnd::Model { .. }), "{branch}");

@@ -103,7 +103,7 @@ fn many_orders_give_the_points_of_shooting() {
     let balance = Balance::new(Harmonics::up_to(60));
     let branch =
         continuation.clone().balance(balance.clone()).run(&family, &guess(&model, [1.2, 0.1, 0.1])).unwrap();
-    let shot = continuation.run(&family, &[State::new(0.0, &[1.25], &[0.0])]).unwrap();
+    let shot = continuation.run(&family, &State::new(0.0, &[1.25], &[0.0])).unwrap();
     println!("{branch}\n{shot}");
     fn located<O>(branch: &Branch<O>) -> Vec<(PointKind, f64, f64)> {
         branch.located().map(|(what, point)| (what.kind(), point.parameter, point.peak_to_peak())).collect()
@@ -234,12 +234,12 @@ fn settings_that_a_start_does_not_read_are_refused() {
     let with_balance = range.clone().balance(Balance::new(Harmonics::up_to(5)));
     let (across, shooting) = (range.clone().bounds_across(0.1, 2.0), range.shooting(Shooting::new()));
     let (state, series) = (State::new(0.0, &[1.1], &[0.0]), guess(&model, [1.1, 0.0, 0.0]));
-    assert_eq!(unread(with_balance.run(&family, state.clone()).err()), ("balance", by[0]));
-    assert_eq!(unread(across.run(&family, state.clone()).err()), ("bounds_across", by[0]));
+    assert_eq!(unread(with_balance.run(&family, &state).err()), ("balance", by[0]));
+    assert_eq!(unread(across.run(&family, &state).err()), ("bounds_across", by[0]));
     assert_eq!(unread(shooting.run(&family, &series).err()), ("shooting", by[1]));
     assert_eq!(unread(across.run(&family, &series).err()), ("bounds_across", by[1]));
     // Lines that are resumed.
-    let branch = shooting.clone().max_points(2).run(&family, state).unwrap();
+    let branch = shooting.clone().max_points(2).run(&family, &state).unwrap();
     assert_eq!(unread(with_balance.resume(&family, &branch).err()), ("balance", by[0]));
     let branch = with_balance.clone().max_points(2).run(&family, &series).unwrap();
     assert_eq!(unread(shooting.resume(&family, &branch).err()), ("shooting", by[1]));

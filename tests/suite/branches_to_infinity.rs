@@ -81,7 +81,7 @@ fn largest(branch: &Branch) -> f64 {
 fn a_branch_ends_at_the_border_of_the_linear_system() -> Result<()> {
     let (train, hill) = pair()?;
     let (family, start) = (Family::over(&train, ["speed"])?, settled(&train)?);
-    let branch = Continuation::new(0.5, 2.4).run(&family, std::slice::from_ref(&start))?;
+    let branch = Continuation::new(0.5, 2.4).run(&family, &start)?;
     let BranchEnd::Unbounded { motion, border: Some(border) } = *branch.end() else {
         panic!("{branch}");
     };

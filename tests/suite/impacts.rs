@@ -534,7 +534,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
         // The orbit without impacts is proportional to A. It grazes when its maximum reaches the stop.
         let top = |amplitude: f64| {
             let model = Oscillator::new(c, omega, amplitude);
-            let cycle = shooting.solve(&model, &[State::at_rest(1)]).unwrap();
+            let cycle = shooting.solve(&model, &State::at_rest(1)).unwrap();
             assert_eq!(cycle.crossings(), 0);
             let mut statistics = Statistics::new(&model, &["q0"]).unwrap();
             cycle.observe(&model, &mut statistics).unwrap();
@@ -848,7 +848,7 @@ fn branches_of_an_oscillator_with_a_stop() {
             println!("{kind} {found} {exact} {:.1e}", found - exact);
             assert!((found - exact).abs() < 1e-10);
         }
-        let rest = Continuation::new(0.1, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
+        let rest = Continuation::new(0.1, 1.0).run(&family, &State::at_rest(1)).unwrap();
         println!("{rest}");
         let exact = number("A_graze").unwrap();
         let graze = rest.of_kind(PointKind::Grazing)[0].parameter;

@@ -339,7 +339,7 @@ fn models_without_coordinates_are_refused() {
         }
     }
     let none = |error: &P| matches!(error, P::TooFew { name, value: 0, .. } if name == "degrees of freedom");
-    let shot = Shooting::new().solve(&Nothing, &[State::at_rest(0)]).unwrap_err();
+    let shot = Shooting::new().solve(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&shot, ShootingError::Parameter(error) if none(error)), "{shot}");
     let grown = Lyapunov::new().run(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");

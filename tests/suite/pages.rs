@@ -226,7 +226,7 @@ fn errors_with_a_last_iterate_return_it() {
 #[test]
 fn the_readme_prints_what_it_says() -> Result<(), Box<dyn std::error::Error>> {
     let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?.parts()?.build("driver", 1.0)?;
-    let branch = Continuation::new(0.4, 1.4).run(&Family::over(&pair, ["speed"])?, &[])?.to_string();
+    let branch = Continuation::new(0.4, 1.4).run(&Family::over(&pair, ["speed"])?, None)?.to_string();
     let page = read_to_string(root().join("README.md"))?;
     assert!(page.contains(branch.trim_end()), "README.md does not show:\n{branch}");
     Ok(())

@@ -30,7 +30,7 @@ fn set(planets: u32, half_backlash: f64, coordinates: Coordinates) -> Train {
 
 /// |μ| of all multipliers, in decreasing order.
 fn sizes(train: &Train, guess: &State, method: FlowMethod) -> Vec<f64> {
-    let orbit = Shooting::new().flow_method(method).solve(train, std::slice::from_ref(guess)).unwrap();
+    let orbit = Shooting::new().flow_method(method).solve(train, guess).unwrap();
     orbit.multipliers().values().iter().map(|m| m.norm()).collect()
 }
 
@@ -66,7 +66,7 @@ fn equal_planets_pass_every_method_in_relative_coordinates() {
     let steady =
         Settle::new().run(&Taylor::new().rtol(1e-11).atol(1e-16), &train, &State::at_rest(train.dof()));
     let start = State { t: 0.0, ..steady.unwrap().state };
-    let orbit = Shooting::new().solve(&train, std::slice::from_ref(&start)).unwrap();
+    let orbit = Shooting::new().solve(&train, &start).unwrap();
     let first = &orbit.states()[0];
     let through = Variation::new().run(&train, first, first.t + train.period()).unwrap();
     let range = orbit.range();

@@ -129,7 +129,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         };
     let state = State { t: 0.0, ..state };
     if multiple > 0
-        && let Ok(cycle) = shooting().period_multiple(multiple).solve(pair, std::slice::from_ref(&state))
+        && let Ok(cycle) = shooting().period_multiple(multiple).solve(pair, &state)
         && cycle.stability() == Stability::Stable
     {
         let point = on_cycle(pair, &cycle)?;

@@ -60,8 +60,7 @@ pub fn branch(case: &mut Case) -> Run {
     let settings = continuation(case, range);
     let start = State::new(0.0, &[case.number(1.0)], &[case.number(0.1)]);
     case.note(|| format!("{name}: {settings:?}, start {start:?}"));
-    let branch =
-        settings.run(&family, if case.chance(0.7) { &[][..] } else { std::slice::from_ref(&start) })?;
+    let branch = settings.run(&family, (!case.chance(0.7)).then_some(&start))?;
     points(&branch)?;
     if matches!(branch.end(), BranchEnd::Unbounded { .. }) {
         let beyond = case.accept(settings.run(&family, Beyond(&branch)));

@@ -59,7 +59,7 @@ pub fn stages(draw: &mut Draw) -> Result<Case, String> {
 fn follow(case: &Case, start: &(State, usize), continuation: Continuation) -> Result<Branch, String> {
     let family = Family::over(&case.train, ["speed"]).map_err(|error| error.to_string())?;
     let continuation = continuation.shooting(Shooting::new().period_multiple(start.1));
-    continuation.run(&family, std::slice::from_ref(&start.0)).map_err(|error| error.to_string())
+    continuation.run(&family, &start.0).map_err(|error| error.to_string())
 }
 
 /// A settled orbit at the first speed, and its period multiple.

@@ -99,7 +99,7 @@ fn run(draw: &mut Draw, case: &Case, start: &(State, usize)) -> Result<Outcome, 
     let family = Family::over(&case.train, ["speed"]).map_err(|error| error.to_string())?;
     let [from, to] = case.speeds;
     let continuation = Continuation::new(from, to).shooting(Shooting::new().period_multiple(start.1));
-    let branch = continuation.run(&family, std::slice::from_ref(&start.0));
+    let branch = continuation.run(&family, &start.0);
     let branch = branch.map_err(|error| error.to_string())?;
     draw.note(|| format!("{branch}"));
     let BranchEnd::Unbounded { border, motion } = *branch.end() else {

@@ -46,7 +46,7 @@ fn outcome(result: Result<Outcome, String>, text: &str) -> Outcome {
 }
 
 fn shot(train: &Train, guess: &State, multiple: usize) -> Result<ShootingOrbit, String> {
-    Shooting::new().period_multiple(multiple).solve(train, std::slice::from_ref(guess)).map_err(told)
+    Shooting::new().period_multiple(multiple).solve(train, guess).map_err(told)
 }
 
 /// Largest distance of two states, as a share of ranges of motion.
@@ -87,7 +87,7 @@ fn closing(draw: &mut Draw, of: Drawn) -> Outcome {
     let Some((start, multiple)) = settled(&case) else { return Outcome::Skipped("does not settle") };
     let compare = || {
         let shooting = Shooting::new().period_multiple(multiple).flow_method(FlowMethod::Taylor);
-        let orbit = shooting.solve(&case.train, std::slice::from_ref(&start)).map_err(told)?;
+        let orbit = shooting.solve(&case.train, &start).map_err(told)?;
         let (first, period) = (&orbit.states()[0], orbit.period());
         let method = Dop853::new().rtol(1e-12).atol(1e-18);
         let end = method.end(&case.train, first, first.t + period).map_err(told)?;

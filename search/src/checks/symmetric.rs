@@ -37,7 +37,7 @@ fn by_taylor() -> Taylor {
 
 fn orbit(train: &Train, guess: &State, multiple: usize) -> Result<ShootingOrbit, String> {
     let shooting = Shooting::new().period_multiple(multiple).flow_method(FlowMethod::Taylor);
-    shooting.solve(train, std::slice::from_ref(guess)).map_err(|error| error.to_string())
+    shooting.solve(train, guess).map_err(|error| error.to_string())
 }
 
 /// The largest distance of a multiplier of either list to the other list, over max(1, |μ|).
@@ -150,7 +150,7 @@ fn solvers(draw: &mut Draw) -> Outcome {
         Err(error) => return fails("shooting", error),
     };
     let again = Shooting::new().period_multiple(multiple).flow_method(FlowMethod::Dop853);
-    match again.solve(&train, std::slice::from_ref(&start)) {
+    match again.solve(&train, &start) {
         Err(error) => return fails("shooting by DOP853", error.to_string()),
         Ok(orbit) => {
             let apart = apart(&orbit, &reference);

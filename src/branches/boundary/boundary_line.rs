@@ -59,7 +59,7 @@ impl fmt::Display for Turn {
 /// // Constant stiffness and an inertia force: teeth separate where A W² = F √((1 - W²)² + (2 ζ W)²).
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.05])?.parts()?.build("driver", 0.7)?;
 /// let family = Family::over(&pair, ["speed"])?;
-/// let branch = Continuation::new(0.7, 0.85).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
+/// let branch = Continuation::new(0.7, 0.85).run(&family, &State::new(0.0, &[1.1], &[0.0]))?;
 /// let plane = Family::over(&pair, ["speed", "mesh damping"])?;
 /// let line = Continuation::new(0.1, 0.12).run(&plane, branch.of_kind(PointKind::Grazing)[0])?;
 /// let [w, c] = line.points().last().ok_or("a point")?.parameters;

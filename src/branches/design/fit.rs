@@ -56,11 +56,11 @@ impl Fit {
     ///
     /// # Errors
     /// [`DesignError`].
-    pub fn response(
+    pub fn response<'g>(
         &self,
         model: &dyn Periodic,
         parameters: &[f64],
-        guess: &[State],
+        guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<f64>, DesignError> {
         let constants = constants_of(model)?;
         let place = constants.place(&self.objective.parameter)?;
@@ -73,11 +73,11 @@ impl Fit {
     }
 
     /// The orbits of a model at all parameters.
-    fn orbits(
+    fn orbits<'g>(
         &self,
         model: &dyn Periodic,
         parameters: &[f64],
-        guess: &[State],
+        guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<ShootingOrbit>, DesignError> {
         let constants = constants_of(model)?;
         let place = constants.place(&self.objective.parameter)?;
@@ -100,11 +100,11 @@ impl Fit {
     ///
     /// # Errors
     /// [`DesignError`]; if the optimiser does not converge, the error holds the best constants.
-    pub fn run(
+    pub fn run<'g>(
         &self,
         model: &dyn Periodic,
         measured: &[(f64, f64)],
-        guess: &[State],
+        guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Optimum, DesignError> {
         let constants = constants_of(model)?;
         let place = constants.place(&self.objective.parameter)?;

@@ -19,7 +19,7 @@ use std::rc::Rc;
 /// use gear_dynamics::{State, branches::{Figure, Least}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
 /// let least = Least::new("deflection", Figure::PeakToPeak).over("mesh damping", 0.02, 0.3);
-/// let best = least.run(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let best = least.run(&pair, &State::new(0.0, &[1.1], &[0.0]))?;
 /// assert!((best.constants[0].1 - 0.3).abs() < 1e-9); // the largest damping moves the teeth least
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -38,7 +38,7 @@ pub struct Minimised {
 /// # use gear_dynamics::{State, branches::{Figure, Least}, trains::SpurPair};
 /// # let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
 /// # let least = Least::new("deflection", Figure::Max).over("mesh damping", 0.02, 0.3);
-/// let best = least.run(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let best = least.run(&pair, &State::new(0.0, &[1.1], &[0.0]))?;
 /// assert!(best.value > 0.0 && best.evaluations < 20);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -62,11 +62,16 @@ impl Least {
     pub fn new(channel: &str, figure: Figure) -> Self {
         Search::of(Minimised { channel: channel.into(), figure }, 0.0)
     }
-    /// Searches from the constants of `model` and the orbit near a guess.
+    /// Searches from the constants of `model` and the orbit near a guess (see
+    /// [`Shooting::solve`](crate::Shooting::solve)).
     ///
     /// # Errors
     /// [`DesignError`]; if the optimiser does not converge, the error holds the best constants.
-    pub fn run(&self, model: &dyn Periodic, guess: &[State]) -> Result<Optimum, DesignError> {
+    pub fn run<'g>(
+        &self,
+        model: &dyn Periodic,
+        guess: impl IntoIterator<Item = &'g State>,
+    ) -> Result<Optimum, DesignError> {
         let constants = constants_of(model)?;
         let (space, start) = Space::new(constants, &self.over)?;
         let (shooting, meter) = (&self.shooting, Rc::new(self.budget.begin()));

@@ -28,7 +28,7 @@ use std::rc::Rc;
 /// ```
 /// use gear_dynamics::{Shooting, State, branches::{Figure, Sensitivity}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
-/// let orbit = Shooting::new().solve(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let orbit = Shooting::new().solve(&pair, &State::new(0.0, &[1.1], &[0.0]))?;
 /// let sensitivity = Sensitivity::of(&pair, &orbit, &["deflection"])?;
 /// let slopes = sensitivity.slopes(Figure::Mean, "deflection")?;
 /// // Teeth stay in contact: the mean deflection is half the backlash plus a static deflection.

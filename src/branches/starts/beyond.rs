@@ -31,7 +31,7 @@ const LARGE: f64 = 0.02;
 /// let family = Family::over(&pair, ["speed"])?;
 /// let settled = Settle::new().run(&Dop853::new(), &pair, &State::at_rest(pair.dof()))?;
 /// let range = Continuation::new(0.5, 2.4);
-/// let branch = range.run(&family, settled.state)?;
+/// let branch = range.run(&family, &settled.state)?;
 /// let first = range.begin(&family, Beyond(&branch))?.next().ok_or("a point")?;
 /// assert!(first.peak_to_peak() > 5000.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -15,7 +15,8 @@ use crate::model::State;
 use crate::periodic::ShootingOrbit;
 use std::rc::Rc;
 
-impl Start for &[State] {
+/// From one state, several, or `None`, the static state.
+impl<'g, G: IntoIterator<Item = &'g State>> Start for G {
     type Point = BranchPoint;
 
     fn begin<'f>(
@@ -25,42 +26,6 @@ impl Start for &[State] {
     ) -> Result<Following<'f>, BranchError> {
         let orbit = settings.shooting_of_branch()?.solve(&*family.at([settings.from])?, self)?;
         settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
-    }
-}
-
-impl<const N: usize> Start for &[State; N] {
-    type Point = BranchPoint;
-
-    fn begin<'f>(
-        self,
-        settings: &'f Continuation,
-        family: &'f Family<'f>,
-    ) -> Result<Following<'f>, BranchError> {
-        self.as_slice().begin(settings, family)
-    }
-}
-
-impl Start for &Vec<State> {
-    type Point = BranchPoint;
-
-    fn begin<'f>(
-        self,
-        settings: &'f Continuation,
-        family: &'f Family<'f>,
-    ) -> Result<Following<'f>, BranchError> {
-        self.as_slice().begin(settings, family)
-    }
-}
-
-impl Start for State {
-    type Point = BranchPoint;
-
-    fn begin<'f>(
-        self,
-        settings: &'f Continuation,
-        family: &'f Family<'f>,
-    ) -> Result<Following<'f>, BranchError> {
-        [self].begin(settings, family)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::branches::line::{Line, LinePoint};
 ///
 /// | parameters | start | what is followed |
 /// |---|---|---|
-/// | one | [`State`](crate::State); `&[State]` at increasing times within one period; `&[]`, the static state | the orbit of the shooting near it |
+/// | one | `&`[`State`](crate::State), or several states at increasing times within one period; `None`: the static state | the orbit of the shooting near it |
 /// | | `&`[`ShootingOrbit`](crate::periodic::ShootingOrbit) | this orbit |
 /// | | `&`[`FourierOrbit`](crate::periodic::FourierOrbit) | the orbit of the balance near it |
 /// | | [`Switch`](crate::branches::Switch) | the branch that crosses at a located point |
@@ -22,15 +22,15 @@ use crate::branches::line::{Line, LinePoint};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
 /// let family = Family::over(&pair, ["speed"])?;
 /// let guess = State::new(0.0, &[1.1], &[0.0]);
-/// let orbit = Shooting::new().solve(&pair, &[guess.clone()])?;
+/// let orbit = Shooting::new().solve(&pair, &guess)?;
 /// let range = Continuation::new(0.6, 0.65);
-/// let (a, b) = (range.run(&family, guess)?, range.run(&family, &orbit)?);
+/// let (a, b) = (range.run(&family, &guess)?, range.run(&family, &orbit)?);
 /// assert_eq!(a.points()[0].orbit.states().len(), b.points()[0].orbit.states().len());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no start of a continuation over {N} parameters",
-    note = "over one parameter: a State, &[State], &ShootingOrbit, &FourierOrbit, Switch or Beyond",
+    note = "over one parameter: None, a &State, &[State], &ShootingOrbit, &FourierOrbit, Switch or Beyond",
     note = "over two parameters: a &BranchPoint that was located"
 )]
 pub trait Start<const N: usize = 1> {

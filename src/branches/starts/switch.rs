@@ -38,7 +38,7 @@ use nalgebra::{DMatrix, DVector};
 /// let pair = SpurPair::of_numbers(0.025, 0.5, &[-0.5], &[])?.parts()?.build("driver", 2.4)?;
 /// let family = Family::over(&pair, ["speed"])?;
 /// let range = Continuation::new(2.4, 1.7).max_points(40);
-/// let branch = range.run(&family, State::new(0.0, &[1.5], &[0.0]))?;
+/// let branch = range.run(&family, &State::new(0.0, &[1.5], &[0.0]))?;
 /// let range = range.max_points(3);
 /// let doubled = range.run(&family, Switch::at(branch.of_kind(PointKind::PeriodDoubling)[0]))?;
 /// assert_eq!(doubled.points()[0].orbit.period_multiple(), 2);

@@ -83,7 +83,7 @@ fn the_pair_has_one_orbit() {
     accurate().run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle).unwrap();
     assert_eq!((steady.period_multiple, rattle.contacts()[0].rattle_state()), (1, RattleState::Unilateral));
 
-    let cycle = Shooting::new().solve(&pair, std::slice::from_ref(&steady.state)).unwrap();
+    let cycle = Shooting::new().solve(&pair, &steady.state).unwrap();
     let at = cycle.at(&pair, steady.state.t).unwrap();
     assert!((at.q[0] - steady.state.q[0]).abs() < 1e-8 * 3e-5, "{} {}", at.q[0], steady.state.q[0]);
     assert_eq!(cycle.multipliers().stability(), Stability::Stable);

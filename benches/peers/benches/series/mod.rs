@@ -103,7 +103,7 @@ fn orbits() {
     let multiple = settled.period_multiple;
     let shoot = |method: FlowMethod| {
         let shooting = Shooting::new().period_multiple(multiple).segments(16).flow_method(method);
-        usize::from(shooting.solve(&pair, std::slice::from_ref(&settled.state)).is_ok())
+        usize::from(shooting.solve(&pair, &settled.state).is_ok())
     };
     let exponents = |method: FlowMethod| {
         let lyapunov = Lyapunov::new().settle(0).periods(1000).flow_method(method);
