@@ -79,7 +79,7 @@ impl Shape for RelievedPair {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 1 + 2 * ORDERS, contacts: 1, constants: 4 + 2 * ORDERS }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         NAMES.map(|(name, unit)| Channel::new(name, unit)).into()
     }
     /// Relief and phase become the coefficients of cos h φ and sin h φ in the error.

@@ -6,7 +6,7 @@ use crate::branches::points::test_functions::fold;
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::linear::static_state;
-use crate::model::recording::{Terms, TermsRoom};
+use crate::model::recording::{Terms, TermsScratch};
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::structure::slopes::{accelerate, offered};
 use crate::model::{Jacobian, Model, Offers, Periodic, State};
@@ -148,11 +148,11 @@ impl Terms for OnFlank<'_> {
         q: &[f64],
         v: &[f64],
         sizes: &[f64],
-        room: &mut TermsRoom,
+        scratch: &mut TermsScratch,
         out: &mut [f64],
     ) {
         if let Some(known) = self.model.offers().terms {
-            known.terms(Some(&self.pieces), u, q, v, sizes, room, out);
+            known.terms(Some(&self.pieces), u, q, v, sizes, scratch, out);
         }
     }
 }

@@ -34,6 +34,6 @@ pub mod recording {
     pub use crate::model::expansion::every_piece::EveryPiece;
     pub use crate::model::expansion::expand::{Expand, Recorded};
     pub use crate::model::laws::Laws;
-    pub use crate::model::terms::{Terms, TermsRoom};
+    pub use crate::model::terms::{Terms, TermsScratch};
     pub use crate::tape::node::Node;
 }

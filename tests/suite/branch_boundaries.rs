@@ -21,8 +21,8 @@ fn over_speed(model: &Oscillator) -> Branch {
 
 fn print(line: &BoundaryLine) {
     println!("{} points, {}", line.points().len(), line.end());
-    for (turn, point) in line.turns() {
-        println!("   {turn} at {:?}", point.parameters);
+    for point in line.turns() {
+        println!("   {:?} at {:?}", point.turn, point.parameters);
     }
     for point in line.points().iter().step_by(10) {
         println!("   {:?} {:?}", point.parameters, point.multipliers.values()[0]);
@@ -46,7 +46,7 @@ fn onset_of_contact_loss_in_closed_form() {
         assert!((force - exact).abs() < 1e-10, "{speed} {force} {exact}");
     }
     // The largest mean force at which teeth separate belongs to the resonance.
-    let top = line.turns().map(|(_, point)| point.parameters[1]).fold(0.0, f64::max);
+    let top = line.turns().map(|point| point.parameters[1]).fold(0.0, f64::max);
     assert!((top - 0.05 / (1.0 - (1.0 - 0.005f64).powi(2)).sqrt()).abs() < 1e-10, "{top}");
 }
 
@@ -70,9 +70,9 @@ fn cusp(stride: usize) {
     let fold = branch.of_kind(PointKind::Fold)[0];
     let line = Continuation::new(0.1, 0.3).both_ways().bounds(0.02, 1.0).run(&plane, fold).unwrap();
     print(&line);
-    let cusps: Vec<_> = line.turns().filter(|(turn, _)| *turn == Turn::Cusp).collect();
+    let cusps: Vec<_> = line.turns().filter(|point| point.turn == Some(Turn::Cusp)).collect();
     assert_eq!(cusps.len(), 1);
-    let highest = cusps[0].1.parameters[1];
+    let highest = cusps[0].parameters[1];
     for point in line.points().iter().step_by(stride) {
         let [speed, force] = point.parameters;
         let folds = over_speed(&model.with("mean force", force).unwrap());

@@ -25,7 +25,7 @@ impl Shape for Stop {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 2, contacts: 1, constants: NAMES.len() }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         NAMES.map(|name| Channel::new(name, "1")).into()
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

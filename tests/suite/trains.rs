@@ -1088,7 +1088,7 @@ fn torques_are_changed_one_by_one_or_together() {
     let doubled = train.with_all(&[("drive", 60.0), ("brake", -120.0)]).unwrap();
     assert!((force(&doubled) / force(&train) - 2.0).abs() < 1e-12);
     let one = train.with("drive", 60.0).unwrap();
-    assert_eq!(one.with("brake", -120.0).unwrap().constants(), doubled.constants());
+    assert_eq!(one.with("brake", -120.0).unwrap().values(), doubled.values());
 }
 
 /// The kinds of modes do not depend on the coordinates.

@@ -120,7 +120,7 @@ fn derivatives(draw: &mut Draw, of: Drawn) -> Outcome {
         Err(outcome) => return outcome,
     };
     let Some((start, multiple)) = settled(&case) else { return Outcome::Skipped("does not settle") };
-    let constants = case.train.constants().len();
+    let constants = case.train.values().len();
     let place = draw.below(constants);
     outcome(compare_derivatives(draw, &case, &start, multiple, place), &case.text)
 }
@@ -134,7 +134,7 @@ fn compare_derivatives(
 ) -> Result<Outcome, String> {
     let train = &case.train;
     let orbit = shot(train, start, multiple)?;
-    let value = train.constants()[place];
+    let value = train.values()[place];
     if value == 0.0 {
         return Ok(Outcome::Skipped("the constant is 0"));
     }

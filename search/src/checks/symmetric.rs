@@ -253,7 +253,7 @@ impl Figures {
         let sensitivity =
             Sensitivity::of(train, orbit, &["deflection 0"]).map_err(|e| said("sensitivity", &e))?;
         let slopes = sensitivity.slopes(Figure::Mean, "deflection 0").map_err(|e| said("sensitivity", &e))?;
-        let slopes = slopes.iter().zip(train.constants()).map(|(slope, constant)| slope * constant).collect();
+        let slopes = slopes.iter().zip(train.values()).map(|(slope, constant)| slope * constant).collect();
         // The linearised start has all contacts on one flank.
         let one_flank = mean.iter().all(|mean| *mean > 0.0);
         let balance = if multiple == 1 && one_flank { by_balance(train)? } else { None };

@@ -97,8 +97,10 @@ impl LinePoint for BoundaryPoint {
             let [low, high] = line.range(k);
             writeln!(f, "  {parameter} = {low} .. {high}")?;
         }
-        for (turn, point) in line.turns() {
-            writeln!(f, "  {:>18.12} {:>18.12}  {turn}", point.parameters[0], point.parameters[1])?;
+        for point in line.turns() {
+            let ([p, other], turn) =
+                (point.parameters, point.turn.map_or(String::new(), |turn| turn.to_string()));
+            writeln!(f, "  {p:>18.12} {other:>18.12}  {turn}")?;
         }
         Ok(())
     }
@@ -114,8 +116,8 @@ impl BoundaryLine {
         &self.head.what
     }
     /// The turning points.
-    pub fn turns(&self) -> impl Iterator<Item = (Turn, &BoundaryPoint)> {
-        self.points.iter().filter_map(|point| point.turn.map(|turn| (turn, point)))
+    pub fn turns(&self) -> impl Iterator<Item = &BoundaryPoint> {
+        self.points.iter().filter(|point| point.turn.is_some())
     }
 
     /// One row per point: p, λ, `arclength`, `turn` (0 none, 1 extremum of λ, 2 cusp) and `largest

@@ -97,7 +97,7 @@ impl Sensitivity {
     }
 
     /// Names and units of the constants, in the order of all derivatives.
-    pub fn constants(&self) -> &[Channel] {
+    pub fn names(&self) -> &[Channel] {
         &self.constants
     }
     /// Index of a constant in the derivatives.

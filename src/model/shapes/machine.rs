@@ -178,7 +178,7 @@ impl<G: Shape> Machine<G> {
         &self.fixed.names
     }
     /// Values of the constants, in the same order as [`names`](Machine::names).
-    pub fn constants(&self) -> &[f64] {
+    pub fn values(&self) -> &[f64] {
         &self.constants
     }
     /// Constants as the algebra reads them, from [`Shape::prepare`]; the first one is φ'.
@@ -243,7 +243,7 @@ impl<G: Shape> Machine<G> {
 
 impl<G: Shape> Fixed<G> {
     fn new(shape: G) -> Arc<Self> {
-        let (names, waves) = (shape.constants(), FourierWaves::of(&shape));
+        let (names, waves) = (shape.names(), FourierWaves::of(&shape));
         Arc::new(Fixed { shape, names, waves, sampled: OnceLock::new() })
     }
 }

@@ -4,7 +4,7 @@ use crate::contact::Piece;
 use crate::excitation::Side;
 use crate::model::equations::Model;
 use crate::model::structure::slopes::{Slopes, accelerate};
-use crate::model::terms::TermsRoom;
+use crate::model::terms::TermsScratch;
 
 /// Sizes of coordinates and velocities at a state, each the sum of the terms of which it is made over a step
 /// of length h:
@@ -24,7 +24,7 @@ pub(crate) struct Sizing<'m, M: ?Sized> {
     u: Vec<f64>,
     a: Vec<f64>,
     terms: Vec<f64>,
-    room: TermsRoom,
+    scratch: TermsScratch,
     /// Q_i, then V_i.
     sizes: Vec<f64>,
 }
@@ -38,7 +38,7 @@ impl<'m, M: Model + ?Sized> Sizing<'m, M> {
             u: vec![0.0; model.drives()],
             a: vec![0.0; n],
             terms: vec![0.0; n],
-            room: TermsRoom::default(),
+            scratch: TermsScratch::default(),
             sizes: vec![0.0; 2 * n],
         }
     }
@@ -60,7 +60,7 @@ impl<'m, M: Model + ?Sized> Sizing<'m, M> {
         for _ in 0..PASSES {
             match known {
                 Some(known) => {
-                    known.terms(pieces, &self.u, q, v, &self.sizes, &mut self.room, &mut self.terms);
+                    known.terms(pieces, &self.u, q, v, &self.sizes, &mut self.scratch, &mut self.terms);
                 }
                 None => self.terms_by_slopes(),
             }

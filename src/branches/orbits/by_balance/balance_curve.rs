@@ -3,8 +3,8 @@
 use crate::branches::curve::equations::{Curve, CurveError, Linear, PARAMETER_STEP};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
-use crate::branches::orbits::by_balance::balance_room::{Any, At, BalanceRoom};
 use crate::branches::orbits::by_balance::balance_slope::BalanceSlope;
+use crate::branches::orbits::by_balance::equations_over::{Any, At, EquationsOver};
 use crate::branches::stability_method::StabilityMethod;
 use crate::model::Channel;
 use crate::model::structure::rigid::rigid_modes;
@@ -25,9 +25,9 @@ use std::rc::Rc;
 /// Unknowns: those of the [`BalanceEquations`], with the scales of the first orbit on the whole branch.
 pub(crate) struct BalanceCurve<'f> {
     pub(super) family: &'f Family<'f>,
-    pub(super) room: RefCell<BalanceRoom<'f>>,
+    pub(super) equations: RefCell<EquationsOver<'f>>,
     /// Equations at a neighbouring parameter, for differences.
-    beside: BalanceRoom<'f>,
+    beside: EquationsOver<'f>,
     slope: BalanceSlope<Any<'f>>,
     matrix: Matrix,
     /// Scales of the coordinates, the number of unknowns of one, and the number of rigid motions.
@@ -72,10 +72,10 @@ impl<'f> BalanceCurve<'f> {
         meter: Rc<Meter<'f>>,
     ) -> Result<Self, CurveError> {
         let near = Rc::new(orbit.clone());
-        let mut room = BalanceRoom::new(family, balance, near.clone());
-        let beside = BalanceRoom::new(family, balance, near);
+        let mut equations = EquationsOver::new(family, balance, near.clone());
+        let beside = EquationsOver::new(family, balance, near);
         let (matrix, scales, rigid, modes, integrals, width) =
-            room.at(p, |equations, At { model, .. }| {
+            equations.at(p, |equations, At { model, .. }| {
                 let layout = &equations.work.layout;
                 let modes = if layout.dof == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
                 let width = layout.harmonics.unknowns();
@@ -90,11 +90,11 @@ impl<'f> BalanceCurve<'f> {
             })?;
         let n = scales.len();
         let sampled = matches!(integrals, Integrals::Sampled { .. });
-        let has_contacts = room.at(p, |_, at| at.model.contacts() > 0)?;
+        let has_contacts = equations.at(p, |_, at| at.model.contacts() > 0)?;
         let swing = |j: usize| orbit.peak_to_peak(j);
         Ok(BalanceCurve {
             family,
-            room: RefCell::new(room),
+            equations: RefCell::new(equations),
             beside,
             slope: BalanceSlope::new(),
             matrix,
@@ -122,7 +122,7 @@ impl<'f> BalanceCurve<'f> {
         point: &CurvePoint<Series>,
         work: impl for<'m> FnOnce(&mut BalanceEquations<'m, Any<'f>>, &'m Any<'f>) -> R,
     ) -> Result<R, CurveError> {
-        self.room.borrow_mut().at(point.p, |equations, at| {
+        self.equations.borrow_mut().at(point.p, |equations, at| {
             equations.evaluate(point.x.as_slice(), false);
             work(equations, at.model)
         })
@@ -150,7 +150,7 @@ impl<'f> BalanceCurve<'f> {
     pub(super) fn places(&self, channels: &[Channel], p: f64) -> Result<Vec<usize>, CurveError> {
         let mut known = self.channels.borrow_mut();
         if known.0 != channels {
-            let places = self.room.borrow_mut().at(p, |_, at| {
+            let places = self.equations.borrow_mut().at(p, |_, at| {
                 let probe = Probe::new(at.model);
                 channels.iter().map(|channel| probe.index(&channel.name)).collect::<Result<Vec<_>, _>>()
             })?;
@@ -199,7 +199,7 @@ impl Curve for BalanceCurve<'_> {
         let n = x.len();
         let (mut residual, mut by_x) = (DVector::zeros(n), DMatrix::zeros(n, n));
         let (matrix, slope) = (&mut self.matrix, &mut self.slope);
-        let (exact, jumps, weights) = self.room.get_mut().at(p, |equations, at| {
+        let (exact, jumps, weights) = self.equations.get_mut().at(p, |equations, at| {
             equations.residual(x.as_slice(), residual.as_mut_slice());
             equations.jacobian(x.as_slice(), matrix);
             match matrix.single() {
@@ -290,7 +290,7 @@ mod tests {
                 let h = 1e-5 * p.abs();
                 let (low, high) = (curve.linearise(&x, p - h)?, curve.linearise(&x, p + h)?);
                 // The weights of the equations change with the speed.
-                let mut at = |p: f64| curve.room.get_mut().at(p, |equations, _| weights(equations));
+                let mut at = |p: f64| curve.equations.get_mut().at(p, |equations, _| weights(equations));
                 let [here, below, above] = [at(p)?, at(p - h)?, at(p + h)?];
                 let plain = |linear: &Linear<Series>, weights: &DVector<f64>| {
                     linear.residual.component_div(weights).component_mul(&here)

@@ -73,8 +73,8 @@ impl OrbitMethod for BalanceCurve<'_> {
     }
 
     fn unknowns(&self, orbit: &FourierOrbit) -> DVector<f64> {
-        let found = self.room.borrow_mut().here(|equations| equations.unknowns(orbit));
-        DVector::from_vec(found.unwrap_or_default()) // the room holds the model of the first orbit
+        let found = self.equations.borrow_mut().here(|equations| equations.unknowns(orbit));
+        DVector::from_vec(found.unwrap_or_default()) // the equations have the model of the first orbit
     }
 
     /// The multipliers are those of the equation along a truncated series: 1 is passed near a fold of the
@@ -85,7 +85,7 @@ impl OrbitMethod for BalanceCurve<'_> {
 
     /// Whether the even orders vanish.
     fn is_symmetric(&self, point: &CurvePoint<Series>) -> bool {
-        let vanish = self.room.borrow_mut().here(|equations| {
+        let vanish = self.equations.borrow_mut().here(|equations| {
             let harmonics = &equations.work.layout.harmonics;
             point.x.as_slice().chunks_exact(self.width).zip(&self.scales).zip(&self.ranges).all(
                 |((part, scale), range)| {

@@ -12,12 +12,12 @@ use std::rc::Rc;
 pub(crate) type Any<'f> = dyn Periodic + 'f;
 
 /// The model of one parameter and the arrays of its equations.
-pub(crate) struct BalanceRoom<'f> {
+pub(crate) struct EquationsOver<'f> {
     pub(super) family: &'f Family<'f>,
     pub(super) balance: Balance,
     /// The orbit whose sizes are the scales of all unknowns.
     near: Rc<FourierOrbit>,
-    held: Option<Held<'f>>,
+    current: Option<Current<'f>>,
 }
 
 /// The model of a parameter.
@@ -28,7 +28,7 @@ pub(crate) struct At<'m, 'f> {
     pub(crate) slope: Option<(&'m Any<'f>, f64)>,
 }
 
-struct Held<'f> {
+struct Current<'f> {
     p: f64,
     model: Rc<Any<'f>>,
     /// See [`At::slope`].
@@ -36,9 +36,9 @@ struct Held<'f> {
     arrays: Unbound<Any<'f>>,
 }
 
-impl<'f> BalanceRoom<'f> {
+impl<'f> EquationsOver<'f> {
     pub(crate) fn new(family: &'f Family<'f>, balance: &Balance, near: Rc<FourierOrbit>) -> Self {
-        BalanceRoom { family, balance: balance.clone(), near, held: None }
+        EquationsOver { family, balance: balance.clone(), near, current: None }
     }
 
     /// Calls `work` with the equations at the parameter `p`. They are bound to the model of `p`, or set up
@@ -48,16 +48,16 @@ impl<'f> BalanceRoom<'f> {
         p: f64,
         work: impl for<'m> FnOnce(&mut BalanceEquations<'m, Any<'f>>, At<'m, 'f>) -> R,
     ) -> Result<R, CurveError> {
-        let held = match self.held.take() {
-            Some(held) if held.p == p => held,
+        let current = match self.current.take() {
+            Some(current) if current.p == p => current,
             other => self.move_to(p, other)?,
         };
-        let Held { model, slope, arrays, .. } = held;
+        let Current { model, slope, arrays, .. } = current;
         let mut equations = arrays.bind(&*model);
         let at = At { model: &*model, slope: slope.as_ref().map(|(slope, speed)| (&**slope, *speed)) };
         let result = work(&mut equations, at);
         let arrays = equations.unbind();
-        self.held = Some(Held { p, model, slope, arrays });
+        self.current = Some(Current { p, model, slope, arrays });
         Ok(result)
     }
 
@@ -66,20 +66,20 @@ impl<'f> BalanceRoom<'f> {
         &mut self,
         work: impl FnOnce(&mut BalanceEquations<'_, Any<'f>>) -> R,
     ) -> Result<R, CurveError> {
-        let p = self.held.as_ref().map_or(f64::NAN, |held| held.p);
+        let p = self.current.as_ref().map_or(f64::NAN, |current| current.p);
         self.at(p, |equations, _| work(equations))
     }
 
-    fn move_to(&mut self, p: f64, held: Option<Held<'f>>) -> Result<Held<'f>, CurveError> {
+    fn move_to(&mut self, p: f64, current: Option<Current<'f>>) -> Result<Current<'f>, CurveError> {
         let model: Rc<Any<'f>> = match self.family.at([p]) {
             Ok(model) => model.into(),
             Err(error) => {
-                self.held = held;
+                self.current = current;
                 return Err(CurveError::Model { parameter: p, error });
             }
         };
         let constants = self.family.constants.is_some();
-        let bound = held.and_then(|held| held.arrays.rebind(&*model, constants));
+        let bound = current.and_then(|current| current.arrays.rebind(&*model, constants));
         let equations = match bound {
             Some(equations) => equations,
             None => self
@@ -88,7 +88,7 @@ impl<'f> BalanceRoom<'f> {
                 .map_err(|error| CurveError::Balance { parameter: p, error: Box::new(error) })?,
         };
         let arrays = equations.unbind();
-        Ok(Held { p, slope: self.slope(&model), model, arrays })
+        Ok(Current { p, slope: self.slope(&model), model, arrays })
     }
 
     fn slope(&self, model: &Rc<Any<'f>>) -> Option<(Rc<Any<'f>>, f64)> {
