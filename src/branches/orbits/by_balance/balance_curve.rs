@@ -28,7 +28,7 @@ pub(crate) struct BalanceCurve<'f> {
     pub(super) equations: RefCell<EquationsOver<'f>>,
     /// Equations at a neighbouring parameter, for differences.
     beside: EquationsOver<'f>,
-    slope: BalanceSlope<Any<'f>>,
+    slope: BalanceSlope<'f>,
     matrix: Matrix,
     /// Scales of the coordinates, the number of unknowns of one, and the number of rigid motions.
     pub(super) scales: Vec<f64>,

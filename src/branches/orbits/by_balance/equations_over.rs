@@ -13,8 +13,8 @@ pub(crate) type Any<'f> = dyn Periodic + 'f;
 
 /// The model of one parameter and the arrays of its equations.
 pub(crate) struct EquationsOver<'f> {
-    pub(super) family: &'f Family<'f>,
-    pub(super) balance: Balance,
+    family: &'f Family<'f>,
+    balance: Balance,
     /// The orbit whose sizes are the scales of all unknowns.
     near: Rc<FourierOrbit>,
     current: Option<Current<'f>>,
