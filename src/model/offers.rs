@@ -16,7 +16,7 @@ use std::fmt;
 /// ```
 /// use gear_dynamics::{model::Offers, Model, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams::table1())?; // a machine offers all but rigid stops
-/// assert_eq!(pair.offers().constants.ok_or("constants")?.values()[0], 100.0);
+/// assert_eq!(pair.offers().constants.ok_or("constants")?.values()[0], 160.0); // the speed
 /// assert!(pair.offers().pieces && pair.offers().stops.is_empty());
 /// let floor = Offers { stops: &[[true, false]], ..Offers::default() };
 /// assert!(!floor.pieces && floor.stops[0] == [true, false]);
