@@ -24,8 +24,7 @@ fn pair(speed: f64) -> NfgPair {
 fn settled(pair: &NfgPair) -> (Dop853, State) {
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
     let start = pair.static_start().expect("a load");
-    let steady =
-        Settle::new().tolerance(1e-7).start(&start).run(&solver, pair).expect("periodic at this speed");
+    let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &start).expect("periodic at this speed");
     (solver, steady.state)
 }
 
@@ -66,10 +65,11 @@ fn fifteen_unknowns(c: &mut Criterion) {
         NfgPair::with_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published())
             .expect("valid");
     let balance = Balance::new(Harmonics::bands(63, 1, 2).expect("valid"))
-        .integrals(Integrals::Sampled { samples: 1024 });
+        .integrals(Integrals::Sampled { samples: 1024 })
+        .truncated_forces(true);
     let flank = balance.linearised(&pair, Piece::Lower).expect("regular");
     c.bench_function("pair, 15 unknowns: solve", |b| {
-        b.iter(|| balance.solve_truncating_forces(&pair, black_box(&flank)).expect("converges"))
+        b.iter(|| balance.solve(&pair, black_box(&flank)).expect("converges"))
     });
 }
 

@@ -6,14 +6,14 @@
 //!
 //! By harmonic balance with the orders 0 .. 10 and exact switching, and by shooting.
 
-use gear_dynamics::branches::{Branch, ByConstant, Continuation};
+use gear_dynamics::branches::{Branch, Continuation, Family};
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::periodic::FourierOrbit;
 use gear_dynamics::{Balance, Harmonics, Periodic, State};
 use std::time::Instant;
 
 fn report(name: &str, model: &Oscillator, continuation: &Continuation, others: &[(&str, f64)], start: f64) {
-    let family = ByConstant::new(model, "speed").expect("a constant");
+    let family = Family::over(model, ["speed"]).expect("a constant");
     let with_balance = continuation.clone().balance(Balance::new(Harmonics::up_to(10)));
     let guess =
         FourierOrbit::new(&Harmonics::up_to(1), model.period(), &[vec![start, 0.1, 0.1]]).expect("finite");
@@ -31,7 +31,7 @@ fn report(name: &str, model: &Oscillator, continuation: &Continuation, others: &
             println!("    {other}: {theirs} ms, {:.1} times as long", theirs / milliseconds);
         }
     }
-    let by_shooting = || continuation.run(&family, &[State::new(0.0, &[start], &[0.0])]).expect("an orbit");
+    let by_shooting = || continuation.run(&family, &State::new(0.0, &[start], &[0.0])).expect("an orbit");
     let branch: Branch = by_shooting();
     let milliseconds = least(5, || drop(by_shooting()));
     println!("  shooting: {} points in {milliseconds:.2} ms\n", branch.points().len());

@@ -11,7 +11,7 @@ fn polish(c: &mut Criterion) {
     let params = NfgParams { speed: 180.0, ..NfgParams::table1() };
     let Ok(pair) = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()) else { return };
     let Ok(start) = pair.static_start() else { return };
-    let Ok(settled) = Settle::new().tolerance(1e-6).start(&start).run(&Dop853::new(), &pair) else { return };
+    let Ok(settled) = Settle::new().tolerance(1e-6).run(&Dop853::new(), &pair, &start) else { return };
     let Ok(cycle) = Shooting::new().segments(63).solve(&pair, &[settled.state]) else { return };
     let push =
         |i: usize, part: usize| 1e-3 * cycle.range()[part] * if i.is_multiple_of(2) { 1.0 } else { -0.7 };

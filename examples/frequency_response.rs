@@ -11,9 +11,7 @@
 
 mod support;
 
-use gear_dynamics::branches::{
-    Branch, BranchEnd, BranchPoint, ByConstant, Continuation, Family, PointKind, Switch,
-};
+use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, Continuation, Family, PointKind, Switch};
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::{ParameterError, State};
 use gear_dynamics_plots::{Picture, branch};
@@ -82,7 +80,7 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
 
 /// The orbits of twice the period from a period doubling to the next crossing with the simple orbits. Beyond
 /// it the branch repeats the same orbits, half a period apart.
-fn doubled(continuation: &Continuation, family: &impl Family, point: &BranchPoint) -> Outcome<Branch> {
+fn doubled(continuation: &Continuation, family: &Family<'_>, point: &BranchPoint) -> Outcome<Branch> {
     let mut following = continuation.begin(family, Switch::at(point))?;
     let crosses = |point: &BranchPoint| point.kind() == Some(PointKind::Branch);
     let _ = following.by_ref().find(crosses);
@@ -118,7 +116,7 @@ fn main() -> Outcome<()> {
     let mut panels = Vec::new();
     println!("           speed  peak-to-peak  kind");
     for Problem { name, title, model, start, speeds, bounds: [low, high] } in problems()? {
-        let family = ByConstant::new(&model, "speed")?;
+        let family = Family::over(&model, ["speed"])?;
         let channel = if name == "duffing" { "q0" } else { "deflection" };
         let continuation =
             Continuation::new(speeds[0], speeds[1]).bounds(low, high).max_step(0.01).channels(&[channel]);

@@ -13,7 +13,7 @@
 
 mod support;
 
-use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByFunction, Continuation, TruncatedForces};
+use gear_dynamics::branches::{Branch, BranchPoint, Continuation, Family};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::ode::uniform_times;
@@ -31,7 +31,7 @@ fn pair(speed: f64, reading: NfgReading) -> Result<NfgPair, gear_dynamics::Param
 /// One turn of the settled motion at a speed, as states at equal times.
 fn settled(pair: &NfgPair, nodes: usize) -> Outcome<Vec<State>> {
     let solver = Dop853::new().rtol(1e-9).atol(1e-14);
-    let steady = Settle::new().tolerance(1e-7).start(&pair.static_start()?).run(&solver, pair)?;
+    let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &pair.static_start()?)?;
     let start = State { t: 0.0, ..steady.state };
     let times = uniform_times(0.0, pair.period(), nodes)?;
     let turn = solver.sample(pair, &start, &times)?;
@@ -70,24 +70,24 @@ fn main() -> Outcome<()> {
     let mut points = csv_file(folder.join("points.csv"), header)?;
 
     let published = |speed| pair(speed, NfgReading::published());
-    let family = ByFunction::new("speed", "rad/s", published);
-    let balance = Balance::new(Harmonics::bands(63, 1, 2)?);
+    let family = Family::of([("speed", "rad/s")], |[p]| published(p));
+    let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
     let begun = Instant::now();
     let flank = balance.linearised(&published(100.0)?, Piece::Lower)?;
     let continuation = Continuation::new(100.0, 250.0).max_points(if coarse() { 90 } else { 2000 });
-    let p = continuation.balance(balance).run(&TruncatedForces(&family), &flank)?;
+    let p = continuation.balance(balance).run(&family, &flank)?;
     report("P", &p, begun, (&mut folds, &mut points))?;
 
     let on_base = |speed| pair(speed, NfgReading::published_on_base_radius());
     let slow = on_base(100.0)?;
-    let family = ByConstant::new(&slow, "speed")?;
+    let family = Family::over(&slow, ["speed"])?;
     let begun = Instant::now();
     let to = if coarse() { 120.0 } else { 138.0 };
     let none = Continuation::new(100.0, to).run(&family, &[slow.static_start()?])?;
     report("equation, from rest", &none, begun, (&mut folds, &mut points))?;
 
     let fast = on_base(180.0)?;
-    let family = ByConstant::new(&fast, "speed")?;
+    let family = Family::over(&fast, ["speed"])?;
     let turn = settled(&fast, 63)?;
     let begun = Instant::now();
     let down =

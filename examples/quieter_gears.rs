@@ -79,7 +79,7 @@ impl Shape for RelievedPair {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 1 + 2 * ORDERS, contacts: 1, constants: 4 + 2 * ORDERS }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         NAMES.map(|(name, unit)| Channel::new(name, unit)).into()
     }
     /// Relief and phase become the coefficients of cos h φ and sin h φ in the error.
@@ -180,7 +180,7 @@ fn swing(row: &Row<'_>) -> f64 {
 
 /// x over one mesh cycle of the orbit, over φ/2π, and its peak-to-peak value.
 fn cycle(pair: &Machine<RelievedPair>) -> Outcome<(Vec<(f64, f64)>, f64)> {
-    let orbit = Shooting::new().solve(pair, &[State::new(0.0, &[70.0], &[0.0])])?;
+    let orbit = Shooting::new().solve(pair, &State::new(0.0, &[70.0], &[0.0]))?;
     let mut statistics = Statistics::new(pair, &["q0"])?;
     orbit.observe(pair, &mut statistics)?;
     let at = |k: u32| -> Outcome<(f64, f64)> {
@@ -201,7 +201,7 @@ fn main() -> Outcome<()> {
     let least = Least::new("q0", Figure::PeakToPeak)
         .over("tip relief", RELIEF[0], RELIEF[1])
         .over("phase", PHASE[0], PHASE[1]);
-    let best = least.run(&start, &[State::new(0.0, &[70.0], &[0.0])])?;
+    let best = least.run(&start, &State::new(0.0, &[70.0], &[0.0]))?;
     let by_gradient = began.elapsed().as_secs_f64();
     let [relief, phase] = [best.constants[0].1, best.constants[1].1];
 

@@ -17,7 +17,7 @@
 
 mod support;
 
-use gear_dynamics::branches::{BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
+use gear_dynamics::branches::{BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Row, Rows};
 use gear_dynamics::{
@@ -54,9 +54,9 @@ fn shooting() -> Shooting {
 
 /// The first contact loss along a continuation over a constant from the value of `pair` to `to`.
 fn first_loss(pair: &NfgPair, constant: &str, to: f64) -> Outcome<BranchPoint> {
-    let family = ByConstant::new(pair, constant)?;
+    let family = Family::over(pair, [constant])?;
     let continuation =
-        Continuation::new(family.value(), to).first_step(0.1).max_step(0.3).shooting(shooting());
+        Continuation::new(pair.constant(constant)?, to).first_step(0.1).max_step(0.3).shooting(shooting());
     let mut following = continuation.begin(&family, &[pair.static_start()?])?;
     let loss = |point: &BranchPoint| point.located.is_some_and(|what| what.changes_rattle());
     following.find(loss).ok_or_else(|| format!("no contact loss: {}", following.line()).into())
@@ -65,7 +65,7 @@ fn first_loss(pair: &NfgPair, constant: &str, to: f64) -> Outcome<BranchPoint> {
 /// The onset at the next speed on the same piece of the boundary. `None`: another tooth separates at a higher
 /// load.
 fn along(pair: &NfgPair, onset: &Onset, speed: f64) -> Outcome<Option<Onset>> {
-    let plane = ByConstants::new(pair, ["load torque", "speed"])?;
+    let plane = Family::over(pair, ["load torque", "speed"])?;
     let range = Continuation::new(onset.speed, speed).first_step(2.0).max_step(2.0).max_points(4);
     let line = range.bounds_across(1.0, 200.0).shooting(shooting()).run(&plane, &onset.point)?;
     let Some(last) = line.points().last().filter(|last| (last.parameters[1] - speed).abs() < 1e-9) else {
@@ -125,7 +125,7 @@ fn onset_in_time(pair: &NfgPair, guess: f64) -> Outcome<f64> {
     let solver = Dop853::new().rtol(1e-12).atol_each(&[1e-17, 1e-17]);
     let largest = |load: f64| -> Outcome<f64> {
         let pair = pair.with("load torque", load)?;
-        let settled = Settle::new().start(&pair.static_start()?).run(&solver, &pair)?.state;
+        let settled = Settle::new().run(&solver, &pair, &pair.static_start()?)?.state;
         let mut statistics = Statistics::new(&pair, &["q0"])?;
         solver.run(&pair, &settled, settled.t + pair.period(), &mut statistics)?;
         Ok(distance(&pair, statistics.summary("q0")?.max))
@@ -151,7 +151,7 @@ fn end_of_regular_rattle(pair: &NfgPair) -> Outcome<Vec<(f64, f64)>> {
     let fast = pair.with("speed", 175.0)?;
     let settled = Dop853::new().end(&fast, &fast.static_start()?, 30.0 * fast.period())?;
     let shooting = shooting().segments(8);
-    let family = ByConstant::new(&fast, "speed")?;
+    let family = Family::over(&fast, ["speed"])?;
     let range = Continuation::new(175.0, 155.0).shooting(shooting.clone());
     let mut following = range.begin(&family, &[State { t: 0.0, ..settled }])?;
     let Some(doubling) = following.find(|point| point.kind() == Some(PointKind::PeriodDoubling)) else {
@@ -161,7 +161,7 @@ fn end_of_regular_rattle(pair: &NfgPair) -> Outcome<Vec<(f64, f64)>> {
     if coarse() {
         return Ok(Vec::new());
     }
-    let plane = ByConstants::new(pair, ["speed", "load torque"])?;
+    let plane = Family::over(pair, ["speed", "load torque"])?;
     let range = Continuation::new(30.0, 40.0).both_ways().bounds(10.0, 60.0).bounds_across(100.0, 170.0);
     let line =
         range.first_step(0.1).max_step(0.3).max_points(24).shooting(shooting).run(&plane, &doubling)?;

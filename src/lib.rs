@@ -82,7 +82,7 @@ pub use num_complex;
 ///
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
 /// let solver = Dop853::new().rtol(1e-9).atol(1e-14);
-/// let steady = Settle::new().tolerance(1e-7).run(&solver, &pair)?;
+/// let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, None)?;
 ///
 /// let mut rattle = Rattle::new(&pair);
 /// let turn = solver.run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle)?;

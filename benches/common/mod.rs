@@ -139,7 +139,7 @@ impl Shape for Rattling {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 2, contacts: 1, constants: 1 }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         vec![Channel::new("wc", "1")]
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

@@ -2,7 +2,7 @@
 
 use crate::Outcome;
 use crate::pair::{bench_pair, tooth_stiffness, waves, with_brake, with_law};
-use gear_dynamics::branches::{Branch, BranchPoint, ByConstant, ByConstants, Continuation, PointKind};
+use gear_dynamics::branches::{Branch, BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
 use gear_dynamics::drives::{Held, HeldProcess};
 use gear_dynamics::excitation::{Angle, Side};
@@ -39,7 +39,7 @@ pub fn excitation(_: bool) -> Outcome<Picture> {
 /// The branch of the pair over its speed.
 fn branch_of<N: Nonlinearity>(pair: &Train<N>, [from, to]: [f64; 2]) -> Outcome<Branch<ShootingOrbit>> {
     let start = static_state(pair, 0.0)?.state;
-    Ok(Continuation::new(from, to).max_step(0.005).run(&ByConstant::new(pair, "speed")?, &[start])?)
+    Ok(Continuation::new(from, to).max_step(0.005).run(&Family::over(pair, ["speed"])?, &[start])?)
 }
 
 const SPEED: &str = "speed of the driver [rad/s]";
@@ -72,7 +72,7 @@ pub fn response(_: bool) -> Outcome<Picture> {
 /// Some mesh periods of the pair after it has settled, from the time 0.
 fn settled(speed: f64, periods: f64) -> Outcome<(Train, gear_dynamics::ode::Trajectory)> {
     let pair = bench_pair(speed)?;
-    let steady = Settle::new().tolerance(1e-8).run(&Taylor::new(), &pair)?.state;
+    let steady = Settle::new().tolerance(1e-8).run(&Taylor::new(), &pair, None)?.state;
     let start = State { t: 0.0, ..steady };
     let times = uniform_times(0.0, periods * pair.period(), (200.0 * periods) as usize)?;
     let run = Taylor::new().sample(&pair, &start, &times)?;
@@ -127,7 +127,7 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
     let runs = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
     let line = branch_of(&pair, [270.0, 600.0])?;
-    let plane = ByConstants::new(&pair, ["speed", "drive"])?;
+    let plane = Family::over(&pair, ["speed", "drive"])?;
     let grazings = line.of_kind(PointKind::Grazing).into_iter().map(|point| (point, "onset of contact loss"));
     let folds = line.of_kind(PointKind::Fold).into_iter().map(|point| (point, "fold"));
     for (point, name) in grazings.chain(folds) {
@@ -143,7 +143,7 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
 pub fn random(coarse: bool) -> Outcome<Picture> {
     let pair = with_brake(300.0)?;
     let solver = Dop853::new().rtol(1e-6).atol_each(&[1e-11, 1e-11, 1e-7, 1e-7]);
-    let steady = Settle::new().run(&solver, &pair)?.state;
+    let steady = Settle::new().run(&solver, &pair, None)?.state;
     let start = State::new(0.0, &steady.q, &steady.v);
     let process = HeldProcess::new(1e-3, rand_distr::Uniform::new_inclusive(-100.0, 100.0)?)?;
     let ensemble = Ensemble::new(if coarse { 20 } else { 400 }, 0.006, 1200)?.channels(&["mesh force"]);

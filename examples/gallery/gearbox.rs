@@ -45,7 +45,7 @@ fn gearbox() -> Outcome<Train> {
 
 pub fn orders(_: bool) -> Outcome<Picture> {
     let train = gearbox()?;
-    let state = Settle::new().tolerance(1e-5).run(&Taylor::new(), &train)?.state;
+    let state = Settle::new().tolerance(1e-5).run(&Taylor::new(), &train, None)?.state;
     let (count, end) = (2048, state.t + train.period());
     let run = Taylor::new().sample(&train, &state, &uniform_times(state.t, end, count)?)?;
     // Which sources have an order; the first that fits.

@@ -19,11 +19,11 @@
 //! are read in grey and by the colour-blind. Empty data and numbers that are not finite are errors that name them.
 //!
 //! ```
-//! use gear_dynamics::branches::{BranchPoint, ByConstant, Continuation};
+//! use gear_dynamics::branches::{BranchPoint, Continuation, Family};
 //! use gear_dynamics::trains::SpurPair;
 //! use gear_dynamics_plots::{Picture, branch};
 //! let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?.parts()?.build("driver", 1.0)?;
-//! let line = Continuation::new(0.8, 1.0).run(&ByConstant::new(&pair, "speed")?, &[])?;
+//! let line = Continuation::new(0.8, 1.0).run(&Family::over(&pair, ["speed"])?, None)?;
 //! let panel = branch(&[&line], ["mesh frequency [1]", "peak-to-peak deflection [1]"], BranchPoint::peak_to_peak)?;
 //! let picture = Picture::from(panel.title("spur pair"));
 //! assert!(picture.to_svg().contains(">fold</text>"));

@@ -21,7 +21,7 @@ use thiserror::Error;
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let steady = Settle::new().tolerance(1e-7).run(&Dop853::new(), &pair)?; // from the static state
+/// let steady = Settle::new().tolerance(1e-7).run(&Dop853::new(), &pair, None)?; // from the static state
 /// assert_eq!(steady.period_multiple, 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -30,7 +30,6 @@ pub struct Settle {
     tolerance: f64,
     max_periods: usize,
     max_period_multiple: usize,
-    start: Option<State>,
     budget: Budget,
 }
 
@@ -41,16 +40,10 @@ impl Default for Settle {
 }
 
 impl Settle {
-    /// Settling with the defaults: tolerance 1e-9, at most 200 periods, orbits of at most 8 periods, from the
-    /// static state, default [`Budget`].
+    /// Settling with the defaults: tolerance 1e-9, at most 200 periods, orbits of at most 8 periods, default
+    /// [`Budget`].
     pub fn new() -> Self {
-        Settle {
-            tolerance: 1e-9,
-            max_periods: 200,
-            max_period_multiple: 8,
-            start: None,
-            budget: Budget::new(),
-        }
+        Settle { tolerance: 1e-9, max_periods: 200, max_period_multiple: 8, budget: Budget::new() }
     }
     /// Largest difference of a repeated state, as a share of the range of each coordinate and velocity, above
     /// 0 and below 1. Default: 1e-9.
@@ -65,16 +58,13 @@ impl Settle {
     pub fn max_period_multiple(self, max_period_multiple: usize) -> Self {
         Settle { max_period_multiple, ..self }
     }
-    /// The start. Default: the [static state](static_state) of the model at t = 0.
-    pub fn start(self, start: &State) -> Self {
-        Settle { start: Some(start.clone()), ..self }
-    }
     /// Limit on steps and time of one call of [`run`](Settle::run), for all periods together.
     pub fn budget(self, budget: Budget) -> Self {
         Settle { budget, ..self }
     }
 
-    /// Integrates from the start until the state repeats.
+    /// Integrates from `start` until the state repeats; from the [static state](static_state) at t = 0 if
+    /// `start` is `None`.
     ///
     /// # Errors
     /// [`SettleError::NoStaticState`] if no start is given and the model has no static state.
@@ -82,12 +72,13 @@ impl Settle {
     /// quasi-periodicity or slow decay). [`SettleError::Integrate`] if the integration fails,
     /// [`SettleError::Exhausted`] if the budget is spent. [`SettleError::Parameter`] if a setting is outside
     /// its range or the period of the model outside 1e-50 .. 1e50.
-    pub fn run<I: Integrator, M: Periodic + ?Sized>(
+    pub fn run<'s, I: Integrator, M: Periodic + ?Sized>(
         &self,
         integrator: &I,
         model: &M,
+        start: impl Into<Option<&'s State>>,
     ) -> Result<Steady, SettleError> {
-        let start = match &self.start {
+        let start = match start.into() {
             Some(start) => start.clone(),
             None => static_state(&model, 0.0)?.state,
         };
@@ -172,7 +163,7 @@ const LONGEST: usize = 1 << 16;
 /// // q'' + q' + q = cos t, with the steady state q = sin t
 /// let forced = from_fn(1, |t, q, v, a| a[0] = t.cos() - v[0] - q[0])?;
 /// let forced = forced.with_period(std::f64::consts::TAU)?;
-/// let steady = Settle::new().tolerance(1e-7).start(&State::at_rest(1)).run(&Dop853::new(), &forced)?;
+/// let steady = Settle::new().tolerance(1e-7).run(&Dop853::new(), &forced, &State::at_rest(1))?;
 /// assert_eq!(steady.period_multiple, 1);
 /// assert!(steady.state.q[0].abs() < 1e-5 && (steady.state.v[0] - 1.0).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -195,7 +186,7 @@ pub struct Steady {
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle, analysis::SettleError};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let start = pair.static_start()?;
-/// let unsettled = Settle::new().max_periods(1).start(&start).run(&Dop853::new(), &pair).unwrap_err();
+/// let unsettled = Settle::new().max_periods(1).run(&Dop853::new(), &pair, &start).unwrap_err();
 /// assert!(matches!(unsettled, SettleError::Aperiodic { periods: 1, .. }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

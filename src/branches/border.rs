@@ -6,7 +6,7 @@ use crate::branches::points::test_functions::fold;
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::linear::static_state;
-use crate::model::recording::{Terms, TermsRoom};
+use crate::model::recording::{Terms, TermsScratch};
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::structure::slopes::{accelerate, offered};
 use crate::model::{Jacobian, Model, Offers, Periodic, State};
@@ -129,16 +129,14 @@ impl Model for OnFlank<'_> {
         Some(self.model)
     }
     fn offers(&self) -> Offers<'_> {
-        Offers { jacobian: self.model.offers().jacobian, ..Offers::default() }
+        let Offers { jacobian, terms, .. } = self.model.offers();
+        Offers { jacobian, terms: terms.and(Some(self)), ..Offers::default() }
     }
     fn contacts(&self) -> usize {
         0
     }
     fn jacobian(&self, _: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         self.model.jacobian(offered(self.model, Some(&self.pieces)), u, q, v, out);
-    }
-    fn terms(&self) -> Option<&dyn Terms> {
-        self.model.terms().and(Some(self))
     }
 }
 
@@ -150,11 +148,11 @@ impl Terms for OnFlank<'_> {
         q: &[f64],
         v: &[f64],
         sizes: &[f64],
-        room: &mut TermsRoom,
+        scratch: &mut TermsScratch,
         out: &mut [f64],
     ) {
-        if let Some(known) = self.model.terms() {
-            known.terms(Some(&self.pieces), u, q, v, sizes, room, out);
+        if let Some(known) = self.model.offers().terms {
+            known.terms(Some(&self.pieces), u, q, v, sizes, scratch, out);
         }
     }
 }
@@ -201,7 +199,7 @@ const BORDER_ACCURACY: f64 = 1e-15;
 /// largest state is `large`. `unit`: unit of the parameter. `None` if the model is not linear at large
 /// motions.
 pub(crate) fn border(
-    family: &dyn Family,
+    family: &Family<'_>,
     p: f64,
     unit: f64,
     multiple: usize,
@@ -209,7 +207,7 @@ pub(crate) fn border(
     budget: &Budget,
 ) -> Option<f64> {
     {
-        let model = family.at(p).ok()?;
+        let model = family.at([p]).ok()?;
         let (contacts, offers) = (model.contacts(), model.offers());
         let is_symmetric =
             contacts_at_rest(&*model).iter().all(|c| c.lower.is_finite() == c.upper.is_finite());
@@ -218,7 +216,7 @@ pub(crate) fn border(
         }
         without_gaps(&*model, multiple, Some(large), budget)?;
     }
-    let test = |p: f64| Some(fold(&without_gaps(&*family.at(p).ok()?, multiple, None, budget)?));
+    let test = |p: f64| Some(fold(&without_gaps(&*family.at([p]).ok()?, multiple, None, budget)?));
     let at = test(p)?;
     for distance in DISTANCES {
         let h = distance * unit / motion;

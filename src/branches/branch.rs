@@ -12,10 +12,10 @@ use std::fmt;
 /// A curve of periodic orbits over a parameter: its points in order, the located ones among them.
 ///
 /// ```
-/// use gear_dynamics::{State, branches::{BranchEnd, ByConstant, Continuation}, trains::SpurPair};
+/// use gear_dynamics::{State, branches::{BranchEnd, Continuation, Family}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
-/// let family = ByConstant::new(&pair, "speed")?;
-/// let branch = Continuation::new(0.6, 0.65).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
+/// let family = Family::over(&pair, ["speed"])?;
+/// let branch = Continuation::new(0.6, 0.65).run(&family, &State::new(0.0, &[1.1], &[0.0]))?;
 /// assert_eq!(branch.end(), &BranchEnd::Bound);
 /// assert_eq!(branch.located().count(), 0);
 /// let text = branch.to_string(); // a table: the first point and the located ones

@@ -11,9 +11,9 @@ use thiserror::Error;
 /// [`BranchEnd`](crate::branches::BranchEnd).
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, branches::{BranchError, ByConstant, Continuation}};
+/// use gear_dynamics::{NfgPair, NfgParams, ParameterError, branches::{BranchError, Continuation, Family}};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let family = ByConstant::new(&pair, "speed")?;
+/// let family = Family::over(&pair, ["speed"])?;
 /// let error = Continuation::new(100.0, 100.0).run(&family, &[pair.static_start()?]).unwrap_err();
 /// assert!(matches!(error, BranchError::Parameter(ParameterError::Bounds { value: 100.0, .. })));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -89,9 +89,9 @@ impl BranchError {
     /// order h. `None` if no iteration began.
     ///
     /// ```
-    /// use gear_dynamics::{NfgPair, NfgParams, Shooting, branches::{ByConstant, Continuation}};
+    /// use gear_dynamics::{NfgPair, NfgParams, Shooting, branches::{Continuation, Family}};
     /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
-    /// let family = ByConstant::new(&pair, "speed")?;
+    /// let family = Family::over(&pair, ["speed"])?;
     /// let range = Continuation::new(180.0, 190.0).shooting(Shooting::new().segments(4).max_iterations(1));
     /// let error = range.run(&family, &[pair.static_start()?]).unwrap_err();
     /// assert_eq!(error.last().map(|states| states.len()), Some(4));

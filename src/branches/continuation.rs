@@ -33,15 +33,15 @@ use crate::periodic::{Balance, FourierOrbit, Shooting};
 /// ([`ParameterError::Unread`]).
 ///
 /// ```
-/// use gear_dynamics::branches::{ByFunction, Continuation, PointKind};
+/// use gear_dynamics::branches::{Continuation, Family, PointKind};
 /// use gear_dynamics::{State, model::from_fn};
 /// // q'' + 0.05 q' + q + 0.1 q³ = 0.18 cos Ω t, example 1 of NLvib
-/// let family = ByFunction::new("speed", "1", |omega: f64| {
+/// let family = Family::of([("speed", "1")], |[omega]| {
 ///     let force = move |t: f64| 0.18 * (omega * t).cos();
 ///     let duffing = from_fn(1, move |t, q, v, a| a[0] = force(t) - 0.05 * v[0] - q[0] - 0.1 * q[0].powi(3))?;
 ///     duffing.with_period(std::f64::consts::TAU / omega)
 /// });
-/// let branch = Continuation::new(1.0, 1.6).run(&family, State::at_rest(1))?;
+/// let branch = Continuation::new(1.0, 1.6).run(&family, &State::at_rest(1))?;
 /// let folds: Vec<f64> = branch.of_kind(PointKind::Fold).iter().map(|point| point.parameter).collect();
 /// assert!((folds[0] - 1.269_601_955_5).abs() < 1e-9 && (folds[1] - 1.115_700_251_8).abs() < 1e-9);
 /// # Ok::<(), gear_dynamics::branches::BranchError>(())
@@ -165,10 +165,10 @@ impl Continuation {
     /// samples of the integrals is that of the first point.
     ///
     /// ```
-    /// use gear_dynamics::branches::{ByConstant, Continuation};
+    /// use gear_dynamics::branches::{Continuation, Family};
     /// use gear_dynamics::{Balance, Harmonics, contact::Piece, trains::SpurPair};
     /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
-    /// let family = ByConstant::new(&pair, "speed")?;
+    /// let family = Family::over(&pair, ["speed"])?;
     /// let balance = Balance::new(Harmonics::up_to(12));
     /// let guess = balance.linearised(&pair, Piece::Upper)?;
     /// let branch = Continuation::new(0.6, 0.7).channels(&["q0"]).balance(balance).run(&family, &guess)?;

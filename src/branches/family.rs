@@ -1,134 +1,135 @@
-//! Families of models over one parameter.
+//! Families of models over one or several parameters.
 
 use crate::error::{ParameterError, check};
 use crate::model::equations::Constants;
 use crate::model::{Channel, Model, Periodic};
+use std::fmt;
+use std::rc::Rc;
 
-/// A family of models over one parameter p, along which orbits are continued.
+/// A family of models over N parameters: one for a branch p, two for a boundary (p, λ).
 ///
-/// [`ByConstant`] varies a named constant of a model; [`ByFunction`] makes the models by a closure.
+/// [`over`](Family::over) varies named constants of a model; [`of`](Family::of) makes the models by a closure.
 ///
 /// ```
-/// use gear_dynamics::{NfgPair, NfgParams, branches::{ByConstant, Family}};
+/// use gear_dynamics::{NfgPair, NfgParams, Periodic, branches::Family};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let family = ByConstant::new(&pair, "speed")?;
-/// assert_eq!(family.parameter().to_string(), "speed [rad/s]");
-/// assert_eq!(family.at(200.0)?.period(), 0.5 * family.at(100.0)?.period());
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-pub trait Family {
-    /// Name and unit of the parameter.
-    fn parameter(&self) -> Channel;
-    /// The model with the parameter `value`.
-    ///
-    /// # Errors
-    /// A value for which there is no model.
-    fn at(&self, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError>;
-    /// Index of the parameter among the [named constants](Model::named_constants) of every model of the
-    /// family. The derivative of an orbit with respect to it is then exact; otherwise it is computed by
-    /// differences. Default: `None`.
-    fn constant(&self) -> Option<usize> {
-        None
-    }
-}
-
-impl<F: Family + ?Sized> Family for &F {
-    fn parameter(&self) -> Channel {
-        (**self).parameter()
-    }
-    fn at(&self, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        (**self).at(value)
-    }
-    fn constant(&self) -> Option<usize> {
-        (**self).constant()
-    }
-}
-
-/// The family of a model over one of its named constants.
-///
-/// ```
-/// use gear_dynamics::{NfgPair, NfgParams, branches::{ByConstant, Family}};
-/// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let family = ByConstant::new(&pair, "load torque")?;
-/// assert_eq!(family.constant(), Some(1));
-/// let error = family.at(f64::NAN).err().ok_or("an error")?;
-/// assert!(error.to_string().starts_with("load torque"), "{error}");
+/// let family = Family::over(&pair, ["speed"])?;
+/// assert_eq!(family.parameters()[0].to_string(), "speed [rad/s]");
+/// assert_eq!(family.at([200.0])?.period(), 0.5 * pair.period());
+/// let plane = Family::over(&pair, ["speed", "load torque"])?;
+/// assert_eq!(plane.at([200.0, 20.0])?.period(), 0.5 * pair.period());
+/// let error = Family::over(&pair, ["speed", "lod"]).err().ok_or("an error")?;
+/// assert!(error.to_string().starts_with("no constant \"lod\""));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy)]
-pub struct ByConstant<'m> {
-    constants: &'m dyn Constants,
-    place: usize,
+#[derive(Clone)]
+pub struct Family<'m, const N: usize = 1> {
+    pub(crate) parameters: [Channel; N],
+    /// Indices of the parameters among the named constants of every model, if the derivatives of orbits with
+    /// respect to them are exact.
+    pub(crate) constants: Option<[usize; N]>,
+    pub(crate) models: Rc<dyn Models<N> + 'm>,
 }
 
-impl<'m> ByConstant<'m> {
-    /// The family of `model` over the constant of this name.
+/// The models of a family.
+pub(crate) trait Models<const N: usize> {
+    fn at(&self, values: [f64; N]) -> Result<Box<dyn Periodic + '_>, ParameterError>;
+}
+
+impl<'m, const N: usize> Family<'m, N> {
+    /// The family of `model` over the constants of these names.
     ///
     /// # Errors
     /// [`ParameterError::NoSuchConstant`], which lists the constants; a model without named constants has
-    /// none.
-    pub fn new(model: &'m dyn Model, name: &str) -> Result<Self, ParameterError> {
-        let none = || ParameterError::NoSuchConstant { name: name.into(), known: "none".into() };
-        let constants = model.named_constants().ok_or_else(none)?;
-        Ok(ByConstant { constants, place: constants.place(name)? })
+    /// none. [`ParameterError::Twice`] for the same constant twice.
+    pub fn over(model: &'m dyn Model, names: [&str; N]) -> Result<Self, ParameterError> {
+        let mut places = [0; N];
+        let mut constants: Option<&dyn Constants> = None;
+        for (k, name) in names.into_iter().enumerate() {
+            let none = || ParameterError::NoSuchConstant { name: name.into(), known: "none".into() };
+            let known = model.offers().constants.ok_or_else(none)?;
+            places[k] = known.place(name)?;
+            if places[..k].contains(&places[k]) {
+                return Err(ParameterError::Twice { name: name.into() });
+            }
+            constants = Some(known);
+        }
+        let none = || ParameterError::Empty { name: "parameters of the family".into(), min: 1 };
+        let constants = constants.ok_or_else(none)?;
+        let parameters = places.map(|place| constants.names()[place].clone());
+        Ok(Family { parameters, constants: Some(places), models: Rc::new(OfConstants { constants, places }) })
     }
-    /// Value of the constant in the model itself.
-    pub fn value(&self) -> f64 {
-        self.constants.values()[self.place]
+
+    /// The family of the models that `make` returns for the values of the parameters, with names and units of
+    /// these.
+    ///
+    /// Derivatives with respect to the parameters are computed by differences. They affect the number of
+    /// corrections, not the points that are found.
+    ///
+    /// ```
+    /// use gear_dynamics::{Model, NfgPair, NfgParams, branches::Family};
+    /// let family = Family::of([("speed", "rad/s")], |[speed]| {
+    ///     NfgPair::new(&NfgParams { speed, ..NfgParams::table1() })
+    /// });
+    /// assert_eq!(family.at([100.0])?.dof(), 1);
+    /// assert!(family.at([f64::NAN]).err().ok_or("an error")?.to_string().starts_with("speed"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of<M: Periodic + 'static>(
+        parameters: [(&str, &str); N],
+        make: impl Fn([f64; N]) -> Result<M, ParameterError> + 'm,
+    ) -> Self {
+        let parameters = parameters.map(|(name, unit)| Channel::new(name, unit));
+        Family { parameters, constants: None, models: Rc::new(OfFunction(make)) }
+    }
+
+    /// Names and units of the parameters.
+    pub fn parameters(&self) -> &[Channel; N] {
+        &self.parameters
+    }
+
+    /// The model with these values of the parameters.
+    ///
+    /// # Errors
+    /// Values for which there is no model.
+    pub fn at(&self, values: [f64; N]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
+        for (parameter, value) in self.parameters.iter().zip(values) {
+            check::finite(parameter.name.as_str(), value)?;
+        }
+        self.models.at(values)
     }
 }
 
-impl Family for ByConstant<'_> {
-    fn parameter(&self) -> Channel {
-        self.constants.names()[self.place].clone()
-    }
-    fn at(&self, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        self.constants.with_values(&[(self.place, value)])
-    }
-    fn constant(&self) -> Option<usize> {
-        Some(self.place)
+impl<const N: usize> fmt::Debug for Family<'_, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = self.parameters.each_ref().map(Channel::to_string);
+        f.debug_struct("Family").field("parameters", &names).finish_non_exhaustive()
     }
 }
 
-/// The family of the models that a closure makes.
-///
-/// Derivatives with respect to the parameter are computed by differences. They affect the number of
-/// corrections, not the points that are found.
-///
-/// ```
-/// use gear_dynamics::{NfgPair, NfgParams, branches::{ByFunction, Family}};
-/// let family = ByFunction::new("speed", "rad/s", |speed| {
-///     NfgPair::new(&NfgParams { speed, ..NfgParams::table1() })
-/// });
-/// assert_eq!(family.at(100.0)?.dof(), 1);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Debug)]
-pub struct ByFunction<F> {
-    parameter: Channel,
-    make: F,
+/// A model with other values of some constants.
+struct OfConstants<'m, const N: usize> {
+    constants: &'m dyn Constants,
+    places: [usize; N],
 }
 
-impl<F> ByFunction<F> {
-    /// The family of the models `make(p)`. `name`, `unit`: those of the parameter p.
-    pub fn new(name: &str, unit: &str, make: F) -> Self {
-        ByFunction { parameter: Channel::new(name, unit), make }
+impl<const N: usize> Models<N> for OfConstants<'_, N> {
+    fn at(&self, values: [f64; N]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
+        let mut places = [(0, 0.0); N];
+        places.iter_mut().zip(self.places.into_iter().zip(values)).for_each(|(to, value)| *to = value);
+        self.constants.with_values(&places)
     }
 }
 
-impl<M, F: Fn(f64) -> Result<M, ParameterError>> ByFunction<F> {
-    /// The model with the parameter `value`.
-    pub(crate) fn make_at(&self, value: f64) -> Result<M, ParameterError> {
-        check::finite(self.parameter.name.as_str(), value)?;
-        (self.make)(value)
-    }
-}
+/// The models of a closure.
+struct OfFunction<F>(F);
 
-impl<M: Periodic + 'static, F: Fn(f64) -> Result<M, ParameterError>> Family for ByFunction<F> {
-    fn parameter(&self) -> Channel {
-        self.parameter.clone()
-    }
-    fn at(&self, value: f64) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        Ok(Box::new(self.make_at(value)?))
+impl<M, F, const N: usize> Models<N> for OfFunction<F>
+where
+    M: Periodic + 'static,
+    F: Fn([f64; N]) -> Result<M, ParameterError>,
+{
+    fn at(&self, values: [f64; N]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
+        Ok(Box::new((self.0)(values)?))
     }
 }

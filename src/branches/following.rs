@@ -7,11 +7,11 @@ use crate::branches::points::branch_point::BranchPoint;
 /// [`Continuation::begin`](crate::branches::Continuation::begin).
 ///
 /// ```
-/// use gear_dynamics::{State, branches::{ByConstant, Continuation}, trains::SpurPair};
+/// use gear_dynamics::{State, branches::{Continuation, Family}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
-/// let family = ByConstant::new(&pair, "speed")?;
+/// let family = Family::over(&pair, ["speed"])?;
 /// let continuation = Continuation::new(0.6, 0.7);
-/// let mut following = continuation.begin(&family, State::new(0.0, &[1.1], &[0.0]))?;
+/// let mut following = continuation.begin(&family, &State::new(0.0, &[1.1], &[0.0]))?;
 /// following.by_ref().take_while(|point| point.parameter < 0.62).for_each(drop);
 /// let first = following.into_line(); // stopped
 /// let rest = continuation.resume(&family, &first)?;

@@ -25,10 +25,10 @@ pub trait LinePoint: Sized {
 /// orbits over a parameter or a [`BoundaryLine`](crate::branches::BoundaryLine) over two.
 ///
 /// ```
-/// use gear_dynamics::{State, branches::{BranchEnd, ByConstant, Continuation}, trains::SpurPair};
+/// use gear_dynamics::{State, branches::{BranchEnd, Continuation, Family}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
-/// let family = ByConstant::new(&pair, "speed")?;
-/// let line = Continuation::new(0.6, 0.65).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
+/// let family = Family::over(&pair, ["speed"])?;
+/// let line = Continuation::new(0.6, 0.65).run(&family, &State::new(0.0, &[1.1], &[0.0]))?;
 /// assert_eq!((line.points()[0].parameter, line.end()), (0.6, &BranchEnd::Bound));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

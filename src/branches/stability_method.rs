@@ -3,10 +3,10 @@
 /// How the stability of the points of a branch is computed.
 ///
 /// ```
-/// use gear_dynamics::branches::{ByConstant, Continuation, PointKind, StabilityMethod};
+/// use gear_dynamics::branches::{Continuation, Family, PointKind, StabilityMethod};
 /// use gear_dynamics::{Balance, Harmonics, contact::Piece, periodic::Stability, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
-/// let family = ByConstant::new(&pair, "speed")?;
+/// let family = Family::over(&pair, ["speed"])?;
 /// let balance = Balance::new(Harmonics::up_to(12));
 /// let guess = balance.linearised(&pair, Piece::Upper)?;
 /// let range = Continuation::new(0.6, 1.0).stability(StabilityMethod::Skipped);

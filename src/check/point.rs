@@ -4,7 +4,7 @@ use crate::check::inconsistency::Inconsistency;
 use crate::check::tolerances::{FINE, ROUGH, ROUNDING, differ};
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
-use crate::model::terms::TermsRoom;
+use crate::model::terms::TermsScratch;
 use crate::model::{Jacobian, Model, State};
 use crate::ode::probe::Probe;
 
@@ -90,8 +90,8 @@ impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
     /// are larger.
     pub(crate) fn terms_at(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
         let mut terms = vec![0.0; self.model.dof()];
-        if let Some(known) = self.model.terms() {
-            known.terms(None, &self.u, q, v, &[q, v].concat(), &mut TermsRoom::default(), &mut terms);
+        if let Some(known) = self.model.offers().terms {
+            known.terms(None, &self.u, q, v, &[q, v].concat(), &mut TermsScratch::default(), &mut terms);
         }
         terms.iter().zip(&self.terms).map(|(own, terms)| own.max(*terms)).collect()
     }

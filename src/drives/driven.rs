@@ -108,7 +108,7 @@ impl<M: Model> DriveRule<M> for TimeDrives {
         self.functions.iter().any(|(slot, _)| *slot == drive)
     }
     fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
-        if let Some(expanded) = model.expand() {
+        if let Some(expanded) = model.offers().expansion {
             expanded.drive_series(t, coefficients, u);
         }
         for (slot, _) in &self.functions {

@@ -70,7 +70,7 @@ impl<M: Model> DriveRule<M> for HeldDrives {
         self.fills.iter().any(|fill| fill.slot == drive)
     }
     fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
-        if let Some(expanded) = model.expand() {
+        if let Some(expanded) = model.offers().expansion {
             expanded.drive_series(t, coefficients, u);
         }
         for fill in &self.fills {

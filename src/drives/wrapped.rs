@@ -4,7 +4,6 @@ use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::equations::redrive_each;
 use crate::model::expansion::expand::{Expand, Recorded};
-use crate::model::terms::Terms;
 use crate::model::{Jacobian, Model, Offers};
 use crate::series::Series;
 use crate::tape::recording::Recording;
@@ -92,8 +91,10 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn base(&self) -> Option<&dyn Model> {
         Some(&self.model)
     }
+    /// Constants act through drives, which the rule changes.
     fn offers(&self) -> Offers<'_> {
-        self.model.offers()
+        let own = self.model.offers();
+        Offers { constants: None, expansion: own.expansion.and(Some(self)), ..own }
     }
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.rule.drive(&self.model, t, side, u);
@@ -118,17 +119,11 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         self.model.jacobian(pieces, u, q, v, out);
     }
-    fn expand(&self) -> Option<&dyn Expand> {
-        self.model.expand().and(Some(self))
-    }
-    fn terms(&self) -> Option<&dyn Terms> {
-        self.model.terms()
-    }
 }
 
 impl<M: Model, R: DriveRule<M>> Expand for Wrapped<M, R> {
     fn record(&self, moving: &dyn Fn(usize) -> bool) -> Recorded {
-        match self.model.expand() {
+        match self.model.offers().expansion {
             Some(expanded) => {
                 expanded.record(&|drive| moving(drive) || self.rule.changes(&self.model, drive))
             }

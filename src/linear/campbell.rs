@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::linear::modes::{LinearError, Modes};
-use crate::model::{Machine, Shape};
+use crate::model::Model;
 
 /// A speed at which a harmonic of an order meets a natural frequency.
 ///
@@ -52,13 +52,15 @@ pub struct Campbell {
 }
 
 impl Campbell {
-    /// The diagram of a machine whose first constant is its speed, for increasing speeds, and excitation
-    /// orders as multiples of that speed.
+    /// The diagram of a model whose first [constant](crate::model::Offers::constants) is its speed, for
+    /// increasing speeds, and excitation orders as multiples of that speed.
     ///
     /// # Errors
-    /// Speeds out of range or not increasing; errors of [`Modes::mean_in_contact`].
-    pub fn of<G: Shape>(machine: &Machine<G>, speeds: &[f64], orders: &[f64]) -> Result<Self, LinearError> {
-        let name = machine.names().first().map_or_else(String::new, |channel| channel.name.clone());
+    /// A model without constants; speeds out of range or not increasing; errors of
+    /// [`Modes::mean_in_contact`].
+    pub fn of(model: &dyn Model, speeds: &[f64], orders: &[f64]) -> Result<Self, LinearError> {
+        let none = || ParameterError::NoSuchConstant { name: "speed".into(), known: "none".into() };
+        let constants = model.offers().constants.ok_or_else(none)?;
         crate::error::check::quantities("orders", orders)?;
         let mut frequencies: Vec<Vec<f64>> = Vec::new();
         for (i, &speed) in speeds.iter().enumerate() {
@@ -68,7 +70,7 @@ impl Campbell {
                     ParameterError::OutOfRange { name, value: speed, allowed: "increasing order" }.into()
                 );
             }
-            let modes = Modes::mean_in_contact(&machine.with(&name, speed)?)?;
+            let modes = Modes::mean_in_contact(&*constants.with_values(&[(0, speed)])?)?;
             frequencies.push(modes.eigenvalues().iter().map(|value| value.norm()).collect());
         }
         let mut resonances = Vec::new();

@@ -5,7 +5,7 @@ use crate::error::ParameterError;
 use crate::excitation::Side;
 use crate::linear::symmetric::inertias;
 use crate::model::structure::slopes::Slopes;
-use crate::model::{Model, Periodic};
+use crate::model::{Model, Periodic, State};
 use crate::numeric::gauss::FIVE;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -16,9 +16,9 @@ use thiserror::Error;
 ///
 /// ```
 /// use gear_dynamics::linear::{LinearError, Modes};
-/// use gear_dynamics::{NfgPair, NfgParams, contact::Piece};
+/// use gear_dynamics::{NfgPair, NfgParams, State, contact::Piece};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let error = Modes::about(&pair, 0.0, Some(&[Piece::Upper; 2]), &[0.0], &[0.0]).unwrap_err();
+/// let error = Modes::about(&pair, &State::at_rest(1), Some(&[Piece::Upper; 2])).unwrap_err();
 /// assert_eq!(error.to_string(), "pieces has 2 entries: 1 are needed");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -127,8 +127,8 @@ impl Modes {
     /// # Errors
     /// A model whose Jacobian is not finite; eigenvalues that do not converge.
     pub fn in_contact(model: &dyn Model, t: f64) -> Result<Self, LinearError> {
-        let rest = vec![0.0; model.dof()];
-        Modes::about(model, t, Some(&vec![Piece::Upper; model.contacts()]), &rest, &rest)
+        let rest = State { t, ..State::at_rest(model.dof()) };
+        Modes::about(model, &rest, Some(&vec![Piece::Upper; model.contacts()]))
     }
 
     /// Modes with all teeth on their upper (drive) flanks and the mean of the Jacobian over a period: of the
@@ -164,30 +164,22 @@ impl Modes {
         Modes::of(&mean[0], &mean[1], 0.0)
     }
 
-    /// Modes at time t about a state. `pieces`: that of each contact; `None`: those on which the state
-    /// stands.
+    /// Modes about a state. `pieces`: that of each contact; `None`: those on which the state stands.
     ///
     /// # Errors
-    /// As [`in_contact`](Modes::in_contact); pieces, coordinates or velocities of the wrong number.
-    pub fn about(
-        model: &dyn Model,
-        t: f64,
-        pieces: Option<&[Piece]>,
-        q: &[f64],
-        v: &[f64],
-    ) -> Result<Self, LinearError> {
+    /// As [`in_contact`](Modes::in_contact); a wrong number of pieces; a state that does not fit the model.
+    pub fn about(model: &dyn Model, state: &State, pieces: Option<&[Piece]>) -> Result<Self, LinearError> {
         let n = model.dof();
-        crate::error::check::length("coordinates", q.len(), n)?;
-        crate::error::check::length("velocities", v.len(), n)?;
-        crate::error::check::finite("time", t)?;
+        state.check(n)?;
+        let State { t, q, v } = state;
         if let Some(pieces) = pieces {
             crate::error::check::length("pieces", pieces.len(), model.contacts())?;
         }
         let mut u = vec![0.0; model.drives()];
-        model.drive(t, Side::After, &mut u);
+        model.drive(*t, Side::After, &mut u);
         let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
         slopes.at(pieces, &u, q, v);
-        Modes::of(&slopes.jacobian.q, &slopes.jacobian.v, t)
+        Modes::of(&slopes.jacobian.q, &slopes.jacobian.v, *t)
     }
 
     /// Modes of ∂a/∂q and ∂a/∂v.
@@ -252,9 +244,9 @@ impl Modes {
 /// Natural frequency and damping ratio of a mode, by its eigenvalue λ.
 ///
 /// ```
-/// use gear_dynamics::{linear::Modes, model::from_fn};
+/// use gear_dynamics::{State, linear::Modes, model::from_fn};
 /// let swing = from_fn(1, |_, q, v, a| a[0] = -0.6 * v[0] - 9.0 * q[0])?; // 2 ζ ω = 0.6, ω = 3
-/// let mode = Modes::about(&swing, 0.0, None, &[0.0], &[0.0])?.damped()[0];
+/// let mode = Modes::about(&swing, &State::at_rest(1), None)?.damped()[0];
 /// assert!((mode.hertz - 3.0 / std::f64::consts::TAU).abs() < 1e-9 && (mode.ratio - 0.1).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

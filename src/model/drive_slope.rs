@@ -6,7 +6,7 @@
 /// use gear_dynamics::{Model, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let model: &dyn Model = &pair;
-/// let slope = model.named_constants().ok_or("constants")?.drive_slope(0); // the speed
+/// let slope = model.offers().constants.ok_or("constants")?.drive_slope(0); // the speed
 /// assert!((slope.speed - 0.01).abs() < 1e-16); // φ' is the speed: (∂φ'/∂c)/φ' = 1/100
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -5,10 +5,8 @@ use crate::error::ParameterError;
 use crate::excitation::Side;
 use crate::model::channel::{Channel, place_of};
 use crate::model::drive_slope::DriveSlope;
-use crate::model::expansion::expand::Expand;
 use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
-use crate::model::terms::Terms;
 
 /// A model q'' = a(u(t), q, q'), divided into drives u, algebra a and contacts.
 ///
@@ -45,9 +43,8 @@ pub trait Model {
     /// [`channels`](Model::channels) and [`observe`](Model::observe), as far as the wrapper does not
     /// implement them. Three things remain to be decided:
     ///
-    /// - The algebra is the wrapper's own. Of `offers`, `accel_on_pieces`, `jacobian`, `terms`, `expand` and
-    ///   `named_constants` it has what it implements, since an answer of the base holds for other
-    ///   accelerations.
+    /// - The algebra is the wrapper's own. Of `offers`, `accel_on_pieces` and `jacobian` it has what it
+    ///   implements, since an answer of the base holds for other accelerations.
     /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive`, `redrive_nodes` and
     ///   `next_edge`.
     /// - A wrapper with further coordinates or fewer contacts also implements what reads them: `contact`,
@@ -141,8 +138,9 @@ pub trait Model {
         }
     }
 
-    /// Declares rigid stops and which of the two following methods the model implements. The answer must
-    /// always be the same. Default: none.
+    /// Declares what the model has besides its accelerations: which of the two following methods it
+    /// implements, rigid stops, named constants, a Taylor series and others. The answer must always be the
+    /// same. Default: none.
     fn offers(&self) -> Offers<'_> {
         Offers::default()
     }
@@ -159,23 +157,6 @@ pub trait Model {
         let _ = (pieces, u, q, v);
         out.q.fill(f64::NAN);
         out.v.fill(f64::NAN);
-    }
-
-    /// Returns the model as one that can be expanded into Taylor series, for [`Taylor`](crate::Taylor).
-    /// Default: `None`. A [`Machine`](crate::Machine) returns itself.
-    fn expand(&self) -> Option<&dyn Expand> {
-        None
-    }
-    /// Returns the model as one with named constants, for exact derivatives with respect to them. Default:
-    /// `None`. A [`Machine`](crate::Machine) returns itself.
-    fn named_constants(&self) -> Option<&dyn Constants> {
-        None
-    }
-    /// Returns the model as one that knows the terms of its accelerations, and with them its rounding errors.
-    /// Without it they are estimated from slopes, in which terms may have cancelled. Default: `None`. A
-    /// [`Machine`](crate::Machine) returns itself.
-    fn terms(&self) -> Option<&dyn Terms> {
-        None
     }
 
     /// Channels of this model in addition to those that every model has (see
@@ -232,15 +213,6 @@ impl<M: Model + ?Sized> Model for &M {
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         (**self).contact(u, q, v, out);
     }
-    fn expand(&self) -> Option<&dyn Expand> {
-        (**self).expand()
-    }
-    fn named_constants(&self) -> Option<&dyn Constants> {
-        (**self).named_constants()
-    }
-    fn terms(&self) -> Option<&dyn Terms> {
-        (**self).terms()
-    }
     fn offers(&self) -> Offers<'_> {
         (**self).offers()
     }
@@ -287,7 +259,7 @@ pub trait Periodic: Model {
 /// use gear_dynamics::{Model, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let model: &dyn Model = &pair;
-/// let constants = model.named_constants().ok_or("constants")?;
+/// let constants = model.offers().constants.ok_or("constants")?;
 /// let load = constants.place("load torque")?;
 /// assert_eq!(constants.values()[load], pair.constant("load torque")?);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -37,7 +37,7 @@ where
 /// // q'' + 0.1 q' + q = cos 2t
 /// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 0.1 * v[0] - q[0])?;
 /// let swing = swing.with_period(std::f64::consts::PI)?;
-/// let cycle = Shooting::new().solve(&swing, &[State::at_rest(1)])?;
+/// let cycle = Shooting::new().solve(&swing, &State::at_rest(1))?;
 /// assert!((cycle.states()[0].q[0] + 3.0 / 9.04).abs() < 1e-10); // (1 - Ω²)/((1 - Ω²)² + (0.1 Ω)²)
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -6,6 +6,7 @@ pub(crate) mod equations;
 pub(crate) mod expansion;
 pub(crate) mod formula;
 pub(crate) mod jacobian;
+pub(crate) mod laws;
 pub(crate) mod offers;
 pub(crate) mod shapes;
 pub(crate) mod state;
@@ -25,13 +26,14 @@ pub use crate::scalar::{Scalar, keep_rolled};
 pub use crate::series::Series;
 
 /// What a machine knows about its algebra beyond its values: a tape of it, named constants, the terms of its
-/// equations. A model of your own needs none of it, unless [`Taylor`](crate::Taylor) shall run it without a
+/// equations, the values of its contact laws. A model of your own needs none of it, unless [`Taylor`](crate::Taylor) shall run it without a
 /// [`Shape`].
 pub mod recording {
     pub use crate::model::drive_slope::DriveSlope;
     pub use crate::model::equations::Constants;
     pub use crate::model::expansion::every_piece::EveryPiece;
     pub use crate::model::expansion::expand::{Expand, Recorded};
-    pub use crate::model::terms::{Terms, TermsRoom};
+    pub use crate::model::laws::Laws;
+    pub use crate::model::terms::{Terms, TermsScratch};
     pub use crate::tape::node::Node;
 }

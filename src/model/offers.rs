@@ -1,5 +1,11 @@
 //! What a model offers besides its accelerations.
 
+use crate::model::equations::Constants;
+use crate::model::expansion::expand::Expand;
+use crate::model::laws::Laws;
+use crate::model::terms::Terms;
+use std::fmt;
+
 /// The optional parts that a model implements. Default: none.
 ///
 /// Solvers call [`accel_on_pieces`](crate::Model::accel_on_pieces), [`jacobian`](crate::Model::jacobian) and
@@ -9,13 +15,14 @@
 ///
 /// ```
 /// use gear_dynamics::{model::Offers, Model, NfgPair, NfgParams};
-/// let pair = NfgPair::new(&NfgParams::table1())?; // a machine offers pieces and Jacobian
-/// assert_eq!(pair.offers(), Offers { pieces: true, jacobian: true, ..Offers::default() });
+/// let pair = NfgPair::new(&NfgParams::table1())?; // a machine offers all but rigid stops
+/// assert_eq!(pair.offers().constants.ok_or("constants")?.values()[0], 160.0); // the speed
+/// assert!(pair.offers().pieces && pair.offers().stops.is_empty());
 /// let floor = Offers { stops: &[[true, false]], ..Offers::default() };
 /// assert!(!floor.pieces && floor.stops[0] == [true, false]);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Default)]
 pub struct Offers<'m> {
     /// The accelerations on fixed pieces: [`Model::accel_on_pieces`](crate::Model::accel_on_pieces). Without
     /// them solvers locate edges by repeating steps.
@@ -30,6 +37,31 @@ pub struct Offers<'m> {
     /// value of the kink; their rate and force are not read. Solvers locate them like edges, and analysis
     /// leaves them out.
     pub kinks: usize,
+    /// The model as one with named constants, for exact derivatives with respect to them.
+    pub constants: Option<&'m dyn Constants>,
+    /// The model as one that can be expanded into Taylor series, for [`Taylor`](crate::Taylor).
+    pub expansion: Option<&'m dyn Expand>,
+    /// The model as one that knows the terms of its accelerations, and with them its rounding errors. Without
+    /// it they are estimated from slopes, in which terms may have cancelled.
+    pub terms: Option<&'m dyn Terms>,
+    /// The model as one that evaluates its contact laws apart from its accelerations, for
+    /// [`Balance::truncated_forces`](crate::Balance::truncated_forces).
+    pub laws: Option<&'m dyn Laws>,
+}
+
+impl fmt::Debug for Offers<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Offers")
+            .field("pieces", &self.pieces)
+            .field("jacobian", &self.jacobian)
+            .field("stops", &self.stops)
+            .field("kinks", &self.kinks)
+            .field("constants", &self.constants.is_some())
+            .field("expansion", &self.expansion.is_some())
+            .field("terms", &self.terms.is_some())
+            .field("laws", &self.laws.is_some())
+            .finish()
+    }
 }
 
 impl Offers<'_> {

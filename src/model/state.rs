@@ -1,5 +1,7 @@
 //! States.
 
+use std::iter::{Once, once};
+
 use crate::error::{ParameterError, check};
 
 /// The state of a model: coordinates and velocities at a time.
@@ -42,5 +44,15 @@ impl State {
         check::quantity("start.t", self.t)?;
         check::quantities("start.q", &self.q)?;
         check::quantities("start.v", &self.v)
+    }
+}
+
+/// A state is a list of one state where a start may be one state, several or none.
+impl<'s> IntoIterator for &'s State {
+    type Item = &'s State;
+    type IntoIter = Once<&'s State>;
+
+    fn into_iter(self) -> Once<&'s State> {
+        once(self)
     }
 }

@@ -77,7 +77,7 @@ impl Shape for OscillatorShape {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 1, contacts: usize::from(self.law.is_some()), constants: NAMES.len() }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         NAMES.map(|name| Channel::new(name, "1")).into()
     }
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {

@@ -185,8 +185,8 @@ impl Multipliers {
     pub fn largest(&self) -> f64 {
         self.values.first().map_or(0.0, |m| m.norm())
     }
-    /// Estimated error of each multiplier.
-    pub fn error(&self) -> f64 {
+    /// Estimated error of each value.
+    pub fn value_error(&self) -> f64 {
         self.error
     }
     /// The same multipliers with another error.

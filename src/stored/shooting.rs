@@ -22,7 +22,7 @@ impl Serialize for Multipliers {
         let parts = |z: &Complex64| [AnyNumber(z.re), AnyNumber(z.im)];
         StoredMultipliers {
             values: self.values().iter().map(parts).collect(),
-            error: AnyNumber(self.error()),
+            error: AnyNumber(self.value_error()),
         }
         .serialize(serializer)
     }

@@ -112,7 +112,7 @@ impl<M: Periodic> DriveRule<M> for ShaftDrives {
         earlier(model.next_edge(t), added.map(|after| t + after))
     }
     fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
-        if let Some(expanded) = model.expand() {
+        if let Some(expanded) = model.offers().expansion {
             expanded.drive_series(t, coefficients, u);
         }
         for Added { slot, angle, wave } in &self.added {

@@ -98,7 +98,7 @@ fn coexisting_orbits_of_a_spur_pair() {
             let model = Spur { w: w.parse().unwrap() };
             let solver = Dop853::new().rtol(1e-11).atol(1e-13);
             let start = State::new(0.0, &[number("x0")], &[number("v0")]);
-            let steady = Settle::new().tolerance(1e-9).start(&start).run(&solver, &model).unwrap();
+            let steady = Settle::new().tolerance(1e-9).run(&solver, &model, &start).unwrap();
             assert_eq!(steady.period_multiple, 1);
             assert!(
                 (steady.state.q[0] - number("x0")).abs() < 1e-8
@@ -169,8 +169,7 @@ fn settling_finds_the_period_multiple() {
         Settle::new()
             .tolerance(1e-7)
             .max_periods(500)
-            .start(&start)
-            .run(&solver, &Duffing { force })
+            .run(&solver, &Duffing { force }, &start)
             .map(|s| s.period_multiple)
     };
     // Period at each amplitude of the force: 1 at 0.20, 2 at 0.28, 4 at 0.29, chaos at 0.50, 2 at 0.65.
@@ -183,7 +182,7 @@ fn settling_finds_the_period_multiple() {
     // Without excitation the motion decays to rest in a well, which has period 1.
     assert_eq!(multiple(0.0), Ok(1));
     assert!(matches!(
-        Settle::new().tolerance(0.0).start(&start).run(&solver, &Duffing { force: 0.2 }),
+        Settle::new().tolerance(0.0).run(&solver, &Duffing { force: 0.2 }, &start),
         Err(SettleError::Parameter(_))
     ));
 }
@@ -232,7 +231,7 @@ fn winding_into_an_orbit_is_no_subharmonic() {
         }
     }
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
-    let steady = Settle::new().start(&State::at_rest(1)).run(&solver, &Swing).unwrap();
+    let steady = Settle::new().run(&solver, &Swing, &State::at_rest(1)).unwrap();
     assert_eq!(steady.period_multiple, 1);
     let points = Points::from(Axis::list("settle", &[0.0]).unwrap());
     for settle in [60, 90, 120, 150] {

@@ -574,7 +574,7 @@ proptest! {
         let _ = Settle::new()
             .tolerance(x[0])
             .max_periods(1)
-            .start(&State::new(x[1], &[x[2]], &[x[3]])).run(&Dop853::new().max_steps(50), &pair);
+            .run(&Dop853::new().max_steps(50), &pair, &State::new(x[1], &[x[2]], &[x[3]]));
     }
 
     #[test]

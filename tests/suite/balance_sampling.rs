@@ -204,8 +204,9 @@ fn truncated_forces_are_judged_too() -> Result<(), BalanceError> {
         NfgPair::with_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published())?;
     let with = |samples| -> Result<Option<f64>, BalanceError> {
         let balance = Balance::new(Harmonics::bands(63, 1, 2)?).integrals(Integrals::Sampled { samples });
-        let orbit = balance.solve_truncating_forces(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
-        let proof = balance.prove_truncating_forces(&pair, &orbit)?;
+        let balance = balance.truncated_forces(true);
+        let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
+        let proof = balance.prove(&pair, &orbit)?;
         println!(
             "{samples}: {:?}, aliasing {:.1e}, truncation {:.1e}",
             coarse(&orbit),

@@ -21,7 +21,7 @@ impl Shape for Spur {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 1, contacts: 0, constants: 2 }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         vec![Channel::new("omega", "1"), Channel::new("amplitude", "1")]
     }
     #[inline(always)]

@@ -3,8 +3,7 @@
 use crate::common::family::oscillator;
 use crate::common::stored;
 use gear_dynamics::branches::{
-    BoundaryLine, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, ByFunctionOfTwo,
-    Continuation, Plane, PointKind, StabilityMethod, Turn,
+    BoundaryLine, Branch, BranchEnd, BranchError, Continuation, Family, PointKind, StabilityMethod, Turn,
 };
 use gear_dynamics::model::State;
 use gear_dynamics::models::Oscillator;
@@ -15,15 +14,15 @@ fn pair() -> Oscillator {
 }
 
 fn over_speed(model: &Oscillator) -> Branch {
-    let family = ByConstant::new(model, "speed").unwrap();
+    let family = Family::over(model, ["speed"]).unwrap();
     let start = State::new(0.0, &[1.0 + model.constant("mean force").unwrap()], &[0.0]);
     Continuation::new(0.5, 1.1).bounds(0.2, 2.0).run(&family, &[start]).unwrap()
 }
 
 fn print(line: &BoundaryLine) {
     println!("{} points, {}", line.points().len(), line.end());
-    for (turn, point) in line.turns() {
-        println!("   {turn} at {:?}", point.parameters);
+    for point in line.turns() {
+        println!("   {:?} at {:?}", point.turn, point.parameters);
     }
     for point in line.points().iter().step_by(10) {
         println!("   {:?} {:?}", point.parameters, point.multipliers.values()[0]);
@@ -34,7 +33,7 @@ fn print(line: &BoundaryLine) {
 #[test]
 fn onset_of_contact_loss_in_closed_form() {
     let (model, branch) = (pair(), over_speed(&pair()));
-    let plane = ByConstants::new(&model, ["speed", "mean force"]).unwrap();
+    let plane = Family::over(&model, ["speed", "mean force"]).unwrap();
     let onset = branch.of_kind(PointKind::Grazing)[0];
     let range = Continuation::new(0.1, 0.3).both_ways().bounds(0.01, 0.6).bounds_across(0.2, 3.0);
     let line = range.run(&plane, onset).unwrap();
@@ -47,7 +46,7 @@ fn onset_of_contact_loss_in_closed_form() {
         assert!((force - exact).abs() < 1e-10, "{speed} {force} {exact}");
     }
     // The largest mean force at which teeth separate belongs to the resonance.
-    let top = line.turns().map(|(_, point)| point.parameters[1]).fold(0.0, f64::max);
+    let top = line.turns().map(|point| point.parameters[1]).fold(0.0, f64::max);
     assert!((top - 0.05 / (1.0 - (1.0 - 0.005f64).powi(2)).sqrt()).abs() < 1e-10, "{top}");
 }
 
@@ -67,13 +66,13 @@ fn folds_that_meet_in_a_cusp_at_more_points() {
 /// Every `stride`-th point is compared.
 fn cusp(stride: usize) {
     let (model, branch) = (pair(), over_speed(&pair()));
-    let plane = ByConstants::new(&model, ["speed", "mean force"]).unwrap();
+    let plane = Family::over(&model, ["speed", "mean force"]).unwrap();
     let fold = branch.of_kind(PointKind::Fold)[0];
     let line = Continuation::new(0.1, 0.3).both_ways().bounds(0.02, 1.0).run(&plane, fold).unwrap();
     print(&line);
-    let cusps: Vec<_> = line.turns().filter(|(turn, _)| *turn == Turn::Cusp).collect();
+    let cusps: Vec<_> = line.turns().filter(|point| point.turn == Some(Turn::Cusp)).collect();
     assert_eq!(cusps.len(), 1);
-    let highest = cusps[0].1.parameters[1];
+    let highest = cusps[0].parameters[1];
     for point in line.points().iter().step_by(stride) {
         let [speed, force] = point.parameters;
         let folds = over_speed(&model.with("mean force", force).unwrap());
@@ -101,7 +100,7 @@ fn cusp(stride: usize) {
 #[test]
 fn a_boundary_is_stored_and_resumed() {
     let (model, branch) = (pair(), over_speed(&pair()));
-    let plane = ByConstants::new(&model, ["speed", "mean force"]).unwrap();
+    let plane = Family::over(&model, ["speed", "mean force"]).unwrap();
     let onset = branch.of_kind(PointKind::Grazing)[0];
     let range = Continuation::new(0.1, 0.3);
     let whole = range.run(&plane, onset).unwrap();
@@ -139,9 +138,9 @@ fn a_closed_boundary_ends_at_its_start() {
         let force = onset * (p * p + other * other) / (R * R);
         pair().with("speed", 0.7)?.with("inertia force", force)
     };
-    let family = ByFunction::new("p", "1", move |p| at([p, 0.0]));
-    let branch = Continuation::new(0.4, 0.6).run(&family, &[State::new(0.0, &[1.1], &[0.0])]).unwrap();
-    let plane = ByFunctionOfTwo::new([("p", "1"), ("λ", "1")], at);
+    let family = Family::of([("p", "1")], move |[p]| at([p, 0.0]));
+    let branch = Continuation::new(0.4, 0.6).run(&family, &State::new(0.0, &[1.1], &[0.0])).unwrap();
+    let plane = Family::of([("p", "1"), ("λ", "1")], at);
     assert_eq!(plane.parameters()[1].name, "λ");
     let range = Continuation::new(0.0, 1.0).bounds(-1.0, 1.0).bounds_across(-1.0, 1.0).max_step(0.1);
     let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
@@ -187,13 +186,13 @@ fn symmetry_breaking_over_two_parameters() {
     let breaking = |force: f64, from: f64, to: f64| {
         let model = model.with("force", force).unwrap();
         let at = model.with("speed", from).unwrap();
-        let start = Shooting::new().solve(&at, &[State::new(0.0, &[2.8], &[0.0])]).unwrap();
-        let family = ByConstant::new(&model, "speed").unwrap();
+        let start = Shooting::new().solve(&at, &State::new(0.0, &[2.8], &[0.0])).unwrap();
+        let family = Family::over(&model, ["speed"]).unwrap();
         let branch = Continuation::new(from, to).run(&family, start.states()).unwrap();
         branch.of_kind(PointKind::SymmetryBreaking)[0].clone()
     };
     let first = breaking(10.0, 2.2, 1.4);
-    let plane = ByConstants::new(&model, ["speed", "force"]).unwrap();
+    let plane = Family::over(&model, ["speed", "force"]).unwrap();
     let line = Continuation::new(10.0, 14.0).run(&plane, &first).unwrap();
     println!("{line}");
     assert_eq!((line.end(), line.notes().len()), (&BranchEnd::Bound, 0));

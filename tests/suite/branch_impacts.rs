@@ -3,9 +3,7 @@
 use crate::api::*;
 use crate::data::read;
 use crate::impacts::Oscillator;
-use gear_dynamics::branches::{
-    Branch, BranchEnd, ByConstant, ByConstants, ByFunction, Continuation, PointKind, Sensitivity,
-};
+use gear_dynamics::branches::{Branch, BranchEnd, Continuation, Family, PointKind, Sensitivity};
 use gear_dynamics::contact::PieceChoice;
 use gear_dynamics::excitation::{Angle, Fourier};
 use gear_dynamics::model::{Drives, Size};
@@ -27,7 +25,7 @@ impl Shape for Stop {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 2, contacts: 1, constants: NAMES.len() }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         NAMES.map(|name| Channel::new(name, "1")).into()
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
@@ -89,7 +87,7 @@ fn grazing(speed: f64) -> f64 {
 /// The branch of orbits with one impact, from the amplitude 1 downwards. `v`: velocity after the impact there.
 fn impacting(speed: f64, v: f64) -> Branch {
     let model = stop(speed, 1.0);
-    let family = ByConstant::new(&model, "amplitude").unwrap();
+    let family = Family::over(&model, ["amplitude"]).unwrap();
     let start = Oscillator::new(DAMPING, speed, 1.0).guess(1, v);
     Continuation::new(1.0, 0.1).bounds(0.05, 1.1).run(&family, &[start]).unwrap()
 }
@@ -124,9 +122,9 @@ fn branches_with_impacts_end_at_the_grazing() {
 #[test]
 fn the_grazing_of_a_stop_passes_its_resonances() {
     let model = stop(0.6, 0.05);
-    let family = ByConstant::new(&model, "amplitude").unwrap();
-    let branch = Continuation::new(0.05, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
-    let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
+    let family = Family::over(&model, ["amplitude"]).unwrap();
+    let branch = Continuation::new(0.05, 1.0).run(&family, &State::at_rest(1)).unwrap();
+    let plane = Family::over(&model, ["amplitude", "speed"]).unwrap();
     let range = Continuation::new(0.6, 2.2).bounds_across(0.0, 5.0);
     let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
     println!("{line}");
@@ -144,7 +142,7 @@ fn the_grazing_of_a_stop_passes_its_resonances() {
 fn folds_with_impacts_lie_between_resonant_grazings() {
     let branch = impacting(1.2, -1.618_119_618_100_248_4);
     let model = stop(1.2, 1.0);
-    let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
+    let plane = Family::over(&model, ["amplitude", "speed"]).unwrap();
     for end in [0.9, 2.6] {
         let range = Continuation::new(1.2, end).max_step(0.1).bounds_across(0.0, 5.0);
         let line = range.run(&plane, branch.of_kind(PointKind::Fold)[0]).unwrap();
@@ -181,7 +179,7 @@ fn branches_with_impacts_on_more_segments() {
 
 fn impacts_on_segments(segments: i32) {
     let model = stop(1.2, 1.0);
-    let family = ByConstant::new(&model, "amplitude").unwrap();
+    let family = Family::over(&model, ["amplitude"]).unwrap();
     let start = Oscillator::new(DAMPING, 1.2, 1.0).guess(1, -1.618_119_618_100_248_4);
     let orbit = Shooting::new().solve(&model, &[start]).unwrap();
     let times: Vec<f64> = (0..segments)
@@ -206,12 +204,12 @@ fn stops_in_other_units() {
             ("stop", radius),
             ("lower stop", 1e6 * radius),
         ]);
-        let family = ByConstant::new(&model, "amplitude").unwrap();
+        let family = Family::over(&model, ["amplitude"]).unwrap();
         let start = Oscillator::new(DAMPING, 1.2, 1.0).guess(1, -1.618_119_618_100_248_4);
         let branch = Continuation::new(1.0, 0.1).bounds(0.05, 1.1).run(&family, &[start]).unwrap();
         println!("{branch}");
         assert!((branch.of_kind(PointKind::Grazing)[0].parameter - grazing(1.2)).abs() < 1e-11);
-        let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
+        let plane = Family::over(&model, ["amplitude", "speed"]).unwrap();
         let range = Continuation::new(1.2, 0.9).max_step(0.1).bounds_across(0.0, 5.0);
         let line = range.run(&plane, branch.of_kind(PointKind::Fold)[0]).unwrap();
         println!("{line}");
@@ -228,8 +226,8 @@ fn a_fold_before_a_stop_is_located() {
     let model = oscillator(&given);
     let up_to = |stop: f64| {
         let model = model.with("stop", stop).unwrap();
-        let family = ByConstant::new(&model, "speed").unwrap();
-        Continuation::new(0.5, 1.1).run(&family, &[State::at_rest(1)]).unwrap()
+        let family = Family::over(&model, ["speed"]).unwrap();
+        Continuation::new(0.5, 1.1).run(&family, &State::at_rest(1)).unwrap()
     };
     let whole = up_to(40.0);
     let fold = whole.of_kind(PointKind::Fold)[0];
@@ -246,10 +244,10 @@ fn a_fold_before_a_stop_is_located() {
 #[test]
 fn a_grazing_ends_where_another_maximum_reaches_the_stop() {
     let model = oscillator(&[("speed", 0.45), ("amplitude", 0.05), ("second", 1.5), ("shift", 0.3)]);
-    let family = ByConstant::new(&model, "amplitude").unwrap();
-    let branch = Continuation::new(0.05, 3.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let family = Family::over(&model, ["amplitude"]).unwrap();
+    let branch = Continuation::new(0.05, 3.0).run(&family, &State::at_rest(1)).unwrap();
     println!("{branch}");
-    let plane = ByConstants::new(&model, ["amplitude", "shift"]).unwrap();
+    let plane = Family::over(&model, ["amplitude", "shift"]).unwrap();
     let range = Continuation::new(0.3, 7.0).both_ways().bounds(-7.0, 7.0);
     let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
     println!("{line}");
@@ -271,12 +269,12 @@ fn a_grazing_ends_where_another_maximum_reaches_the_stop() {
 #[test]
 fn symmetric_stops() {
     let model = oscillator(&[("speed", 1.2), ("amplitude", 0.05), ("lower stop", 1.0)]);
-    let family = ByConstant::new(&model, "amplitude").unwrap();
-    let branch = Continuation::new(0.05, 2.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let family = Family::over(&model, ["amplitude"]).unwrap();
+    let branch = Continuation::new(0.05, 2.0).run(&family, &State::at_rest(1)).unwrap();
     println!("{branch}");
     assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
     assert!((branch.of_kind(PointKind::Grazing)[0].parameter - grazing(1.2)).abs() < 1e-11);
-    let plane = ByConstants::new(&model, ["amplitude", "speed"]).unwrap();
+    let plane = Family::over(&model, ["amplitude", "speed"]).unwrap();
     let range = Continuation::new(1.2, 2.0).bounds_across(0.0, 5.0);
     let line = range.run(&plane, branch.of_kind(PointKind::Grazing)[0]).unwrap();
     println!("{line}");
@@ -285,9 +283,9 @@ fn symmetric_stops() {
         line.points().iter().all(|point| (point.parameters[0] - grazing(point.parameters[1])).abs() < 1e-11)
     );
     let model = model.with("speed", 0.8).unwrap();
-    let family = ByConstant::new(&model, "amplitude").unwrap();
+    let family = Family::over(&model, ["amplitude"]).unwrap();
     let strong = model.with("amplitude", 1.5).unwrap();
-    let settled = Settle::new().start(&State::at_rest(1)).run(&Dop853::new(), &strong).unwrap();
+    let settled = Settle::new().run(&Dop853::new(), &strong, &State::at_rest(1)).unwrap();
     // A segment for each impact.
     let start = State { t: 0.0, ..settled.state };
     let orbit = Shooting::new().solve(&strong, &[start]).unwrap();
@@ -304,8 +302,8 @@ fn symmetric_stops() {
 #[test]
 fn onset_of_impacts_by_its_derivatives() {
     let model = stop(0.8, 0.05);
-    let family = ByConstant::new(&model, "amplitude").unwrap();
-    let branch = Continuation::new(0.05, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let family = Family::over(&model, ["amplitude"]).unwrap();
+    let branch = Continuation::new(0.05, 1.0).run(&family, &State::at_rest(1)).unwrap();
     let slopes = Sensitivity::of_point(&model, "amplitude", branch.of_kind(PointKind::Grazing)[0]).unwrap();
     let place = |name: &str| NAMES.iter().position(|other| *other == name).unwrap();
     let (w, onset) = (0.8f64, grazing(0.8));
@@ -321,14 +319,14 @@ fn onset_of_impacts_by_its_derivatives() {
 /// A continuation to the end of the range of a constant, beyond which there is no model, ends there.
 #[test]
 fn branches_end_at_the_end_of_the_models() {
-    let family = ByFunction::new("damping", "1", |damping: f64| {
+    let family = Family::of([("damping", "1")], |[damping]| {
         if damping < 0.0 {
             let (name, allowed) = ("damping".into(), "at least 0");
             return Err(ParameterError::OutOfRange { name, value: damping, allowed });
         }
         stop(0.7, 0.1).with("damping", damping)
     });
-    let branch = Continuation::new(0.1, 0.0).run(&family, &[State::at_rest(1)]).unwrap();
+    let branch = Continuation::new(0.1, 0.0).run(&family, &State::at_rest(1)).unwrap();
     println!("{branch}");
     let last = branch.points().last().unwrap();
     assert_eq!((branch.end(), last.parameter), (&BranchEnd::Bound, 0.0));

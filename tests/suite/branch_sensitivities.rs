@@ -2,8 +2,8 @@
 
 use crate::common::family::oscillator;
 use gear_dynamics::branches::{
-    BranchError, BranchPoint, ByConstant, ByConstants, Continuation, CurveError, DesignError, Figure, Fit,
-    Least, PointKind, Sensitivity,
+    BranchError, BranchPoint, Continuation, CurveError, DesignError, Family, Figure, Fit, Least, PointKind,
+    Sensitivity,
 };
 use gear_dynamics::model::{Periodic, State};
 use gear_dynamics::models::Oscillator;
@@ -25,7 +25,7 @@ fn figures<M: Periodic>(model: &M, orbit: &ShootingOrbit, channel: &str) -> [f64
 
 /// All derivatives of one orbit against differences, in units of figure over constant.
 fn check(model: &Oscillator, start: &State, channel: &str, worst: f64) {
-    let orbit = Shooting::new().solve(model, std::slice::from_ref(start)).unwrap();
+    let orbit = Shooting::new().solve(model, start).unwrap();
     let slopes = Sensitivity::of(model, &orbit, &[channel]).unwrap();
     let multiplier = Sensitivity::of_largest_multiplier(model, &orbit).unwrap();
     let reference = figures(model, &orbit, channel);
@@ -37,15 +37,15 @@ fn check(model: &Oscillator, start: &State, channel: &str, worst: f64) {
         let figure = |which: usize| {
             move |c: f64| {
                 let moved = model.with(&constant.name, c).unwrap();
-                let orbit = Shooting::new().solve(&moved, std::slice::from_ref(start)).unwrap();
+                let orbit = Shooting::new().solve(&moved, start).unwrap();
                 figures(&moved, &orbit, channel)[which]
             }
         };
         assert_eq!(multiplier[k][0], multiplier[k][1], "no contact grazes");
         let ours = [
-            slopes.mean(channel).unwrap()[k],
-            slopes.rms(channel).unwrap()[k],
-            slopes.peak_to_peak(channel).unwrap()[k],
+            slopes.slopes(Figure::Mean, channel).unwrap()[k],
+            slopes.slopes(Figure::Rms, channel).unwrap()[k],
+            slopes.slopes(Figure::PeakToPeak, channel).unwrap()[k],
             multiplier[k][0],
         ];
         for (which, ours) in ours.into_iter().enumerate() {
@@ -73,7 +73,7 @@ fn pair() -> Oscillator {
 #[test]
 fn figures_of_a_pair_that_loses_contact() {
     let start = State::new(0.0, &[1.0], &[0.25]);
-    let orbit = Shooting::new().solve(&pair(), std::slice::from_ref(&start)).unwrap();
+    let orbit = Shooting::new().solve(&pair(), &start).unwrap();
     assert!(orbit.crossings() > 0);
     check(&pair(), &start, "deflection", 1e-7);
     check(&pair(), &start, "mesh force", 1e-7);
@@ -96,9 +96,9 @@ fn figures_of_a_duffing_oscillator() {
 #[test]
 fn a_fold_and_a_grazing() {
     let model = pair();
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let start = State::new(0.0, &[1.1], &[0.0]);
-    let branch = Continuation::new(0.6, 0.95).run(&family, std::slice::from_ref(&start)).unwrap();
+    let branch = Continuation::new(0.6, 0.95).run(&family, &start).unwrap();
     for kind in [PointKind::Fold, PointKind::Grazing] {
         let point = branch.of_kind(kind)[0];
         let slopes = Sensitivity::of_point(&model, "speed", point).unwrap();
@@ -119,9 +119,9 @@ fn a_fold_and_a_grazing() {
 fn located_points_of_a_pair() {
     let model =
         oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let range = Continuation::new(2.5, 0.4).bounds(0.35, 2.6);
-    let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
+    let branch = range.run(&family, &State::new(0.0, &[1.0], &[0.0])).unwrap();
     for (kind, point) in branch.located() {
         let slopes = Sensitivity::of_point(&model, "speed", point).unwrap();
         for name in ["damping", "mean force", "force", "mesh stiffness"] {
@@ -147,9 +147,9 @@ fn located_points_of_a_pair() {
 fn multipliers_at_a_grazing_have_one_sided_derivatives() {
     let model =
         oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let range = Continuation::new(2.5, 0.4).bounds(0.35, 2.6);
-    let branch = range.run(&family, &[State::new(0.0, &[1.0], &[0.0])]).unwrap();
+    let branch = range.run(&family, &State::new(0.0, &[1.0], &[0.0])).unwrap();
     // The multipliers of this grazing are real; those of complex pairs have an absolute value that depends on the
     // damping and the period only.
     let [.., point, _] = branch.of_kind(PointKind::Grazing)[..] else { panic!("four grazings") };
@@ -181,7 +181,7 @@ fn moved_point(model: &Oscillator, name: &str, value: f64, point: &BranchPoint) 
     if value == from {
         return point.parameter;
     }
-    let plane = ByConstants::new(model, ["speed", name]).unwrap();
+    let plane = Family::over(model, ["speed", name]).unwrap();
     let line = Continuation::new(from, value).first_step(1.0).max_step(1.0).run(&plane, point).unwrap();
     let [parameter, reached] = line.points().last().unwrap().parameters;
     assert_eq!(reached, value);
@@ -194,7 +194,7 @@ fn the_face_gear_pair() {
     let pair = NfgPair::new(&NfgParams { speed: 110.0, ..NfgParams::table1() }).unwrap();
     let orbit = Shooting::new().solve(&pair, &[pair.static_start().unwrap()]).unwrap();
     let slopes = Sensitivity::of(&pair, &orbit, &["deflection"]).unwrap();
-    let ours = slopes.peak_to_peak("deflection").unwrap();
+    let ours = slopes.slopes(Figure::PeakToPeak, "deflection").unwrap();
     for (k, constant) in pair.names().iter().enumerate() {
         let value = pair.constant(&constant.name).unwrap();
         let unit = if value == 0.0 { continue } else { value.abs() };
@@ -221,9 +221,9 @@ fn constants_are_fitted_to_a_response() {
         0.3,
     );
     let speeds: Vec<f64> = (0..5).map(|i| 0.7 + 0.1 * f64::from(i)).collect();
-    let measured = fit.response(&truth, &speeds, &[State::at_rest(1)]).unwrap();
+    let measured = fit.response(&truth, &speeds, &State::at_rest(1)).unwrap();
     let pairs: Vec<(f64, f64)> = speeds.into_iter().zip(measured).collect();
-    let found = fit.run(&start, &pairs, &[State::at_rest(1)]).unwrap();
+    let found = fit.run(&start, &pairs, &State::at_rest(1)).unwrap();
     println!("{:?} {} after {} evaluations", found.constants, found.value, found.evaluations);
     assert!((found.constants[0].1 - 0.05).abs() < 1e-6 && (found.constants[1].1 - 0.1).abs() < 1e-6);
 }
@@ -302,7 +302,7 @@ fn derivatives_by_constants_without_a_size() {
         let model = oscillator(&[&given[..], &[("cubic stiffness", cubic)]].concat());
         let orbit = Shooting::new().solve(&model, &guess).unwrap();
         let slopes = Sensitivity::of(&model, &orbit, &["deflection"]).unwrap();
-        slopes.mean("deflection").unwrap()
+        slopes.slopes(Figure::Mean, "deflection").unwrap()
             [model.names().iter().position(|c| c.name == "cubic stiffness").unwrap()]
     };
     let mean = |cubic: f64| {

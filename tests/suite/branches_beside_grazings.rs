@@ -1,6 +1,6 @@
 //! Bifurcations beside grazings of a branch.
 
-use gear_dynamics::branches::{Branch, ByConstant, Continuation, PointKind};
+use gear_dynamics::branches::{Branch, Continuation, Family, PointKind};
 use gear_dynamics::trains::SpurPair;
 use gear_dynamics::{Dop853, Model, Settle, Shooting, State};
 
@@ -11,8 +11,8 @@ fn branch(zeta: f64, load: f64, waves: [&[f64]; 2], continuation: Continuation) 
     let pair = SpurPair::of_numbers(zeta, load, waves[0], waves[1])?.parts()?.build("driver", 0.5)?;
     let settle = Settle::new().tolerance(1e-8).max_periods(600);
     let start = State::at_rest(pair.dof());
-    let steady = settle.start(&start).run(&Dop853::new().rtol(1e-10).atol(1e-16), &pair)?;
-    let family = ByConstant::new(&pair, "speed")?;
+    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &pair, &start)?;
+    let family = Family::over(&pair, ["speed"])?;
     let shooting = Shooting::new().period_multiple(steady.period_multiple);
     Ok(continuation.shooting(shooting).run(&family, &[steady.state])?)
 }

@@ -5,9 +5,7 @@ use crate::api::*;
 use crate::common::family::oscillator;
 use crate::common::stored;
 use crate::data::read;
-use gear_dynamics::branches::{
-    Branch, BranchEnd, BranchError, ByConstant, ByFunction, Continuation, PointKind, Switch, TruncatedForces,
-};
+use gear_dynamics::branches::{Branch, BranchEnd, BranchError, Continuation, Family, PointKind, Switch};
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::models::ring::RingSet;
 use std::f64::consts::TAU;
@@ -62,7 +60,7 @@ fn compare(branch: &Branch<FourierOrbit>, case: &str) {
 #[test]
 fn folds_of_duffing() {
     let model = duffing();
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     for (highest, case) in
         [(1, "duffing_H1_N64"), (5, "duffing_H5_N64"), (7, "duffing_H7_N29"), (10, "duffing_H10_N128")]
     {
@@ -82,7 +80,7 @@ fn folds_of_duffing() {
 #[test]
 fn folds_of_the_spur_pair() {
     let model = spur_pair();
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     for (highest, case) in [(5, "dz_KS90_H5_exact"), (10, "dz_KS90_H10_exact"), (20, "dz_KS90_H20_exact")] {
         let balance = Balance::new(Harmonics::up_to(highest));
         for integrals in [Integrals::Exact, Integrals::Kinks] {
@@ -100,12 +98,12 @@ fn folds_of_the_spur_pair() {
 fn many_orders_give_the_points_of_shooting() {
     let model =
         oscillator(&[("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25), ("damping", 0.1)]);
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let continuation = Continuation::new(2.5, 0.5);
     let balance = Balance::new(Harmonics::up_to(60));
     let branch =
         continuation.clone().balance(balance.clone()).run(&family, &guess(&model, [1.2, 0.1, 0.1])).unwrap();
-    let shot = continuation.run(&family, &[State::new(0.0, &[1.25], &[0.0])]).unwrap();
+    let shot = continuation.run(&family, &State::new(0.0, &[1.25], &[0.0])).unwrap();
     println!("{branch}\n{shot}");
     fn located<O>(branch: &Branch<O>) -> Vec<(PointKind, f64, f64)> {
         branch.located().map(|(what, point)| (what.kind(), point.parameter, point.peak_to_peak())).collect()
@@ -125,7 +123,7 @@ fn many_orders_give_the_points_of_shooting() {
 #[test]
 fn closures_give_the_same_folds() {
     let model = duffing();
-    let family = ByFunction::new("speed", "1", |speed| duffing().with("speed", speed));
+    let family = Family::of([("speed", "1")], |[speed]| duffing().with("speed", speed));
     let balance = Balance::new(Harmonics::up_to(10));
     let start = guess(&model, [0.0, 0.2, 0.0]);
     compare(
@@ -139,7 +137,7 @@ fn closures_give_the_same_folds() {
 #[test]
 fn force_of_the_one_term_balance() {
     let model = duffing().with("speed", 1.3).unwrap().with("force", 0.01).unwrap();
-    let family = ByConstant::new(&model, "force").unwrap();
+    let family = Family::over(&model, ["force"]).unwrap();
     let balance = Balance::new(Harmonics::list(&[1]).unwrap());
     let start =
         FourierOrbit::new(&Harmonics::list(&[1]).unwrap(), model.period(), &[vec![0.0, 0.0]]).unwrap();
@@ -157,7 +155,7 @@ fn force_of_the_one_term_balance() {
 #[test]
 fn stopped_stored_and_resumed() {
     let model = duffing();
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let balance = Balance::new(Harmonics::up_to(5));
     let continuation = Continuation::new(0.5, 1.6).balance(balance.clone());
     let start = guess(&model, [0.0, 0.2, 0.0]);
@@ -179,7 +177,7 @@ fn stopped_stored_and_resumed() {
 fn error_of_a_ring() {
     let set = RingSet { error: 1e-6, ..RingSet::set_a(3, 5000.0) };
     let make = |error| Ring::as_printed(&RingSet { error, ..set.clone() }.params()?);
-    let family = ByFunction::new("error", "m", make);
+    let family = Family::of([("error", "m")], |[p]| make(p));
     let ring = make(1e-6).unwrap();
     let moving =
         Ring::as_printed(&set.params().unwrap()).unwrap().in_frame(gear_dynamics::models::ring::Frame::Rigid);
@@ -203,7 +201,7 @@ fn error_of_a_ring() {
 #[test]
 fn starts_without_an_orbit_are_refused() {
     let model = spur_pair();
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let balance = Balance::new(Harmonics::up_to(5));
     let continuation = Continuation::new(0.5, 1.1).balance(balance);
     let error = continuation.run(&family, &guess(&model, [0.0, 0.0, 0.0])).unwrap_err();
@@ -227,7 +225,7 @@ fn starts_without_an_orbit_are_refused() {
 #[test]
 fn settings_that_a_start_does_not_read_are_refused() {
     let model = spur_pair();
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let (range, by) = (Continuation::new(0.5, 1.1), ["a branch by shooting", "a branch by balance"]);
     let unread = |error: Option<BranchError>| match error {
         Some(BranchError::Parameter(ParameterError::Unread { name, by })) => (name, by),
@@ -236,12 +234,12 @@ fn settings_that_a_start_does_not_read_are_refused() {
     let with_balance = range.clone().balance(Balance::new(Harmonics::up_to(5)));
     let (across, shooting) = (range.clone().bounds_across(0.1, 2.0), range.shooting(Shooting::new()));
     let (state, series) = (State::new(0.0, &[1.1], &[0.0]), guess(&model, [1.1, 0.0, 0.0]));
-    assert_eq!(unread(with_balance.run(&family, state.clone()).err()), ("balance", by[0]));
-    assert_eq!(unread(across.run(&family, state.clone()).err()), ("bounds_across", by[0]));
+    assert_eq!(unread(with_balance.run(&family, &state).err()), ("balance", by[0]));
+    assert_eq!(unread(across.run(&family, &state).err()), ("bounds_across", by[0]));
     assert_eq!(unread(shooting.run(&family, &series).err()), ("shooting", by[1]));
     assert_eq!(unread(across.run(&family, &series).err()), ("bounds_across", by[1]));
     // Lines that are resumed.
-    let branch = shooting.clone().max_points(2).run(&family, state).unwrap();
+    let branch = shooting.clone().max_points(2).run(&family, &state).unwrap();
     assert_eq!(unread(with_balance.resume(&family, &branch).err()), ("balance", by[0]));
     let branch = with_balance.clone().max_points(2).run(&family, &series).unwrap();
     assert_eq!(unread(shooting.resume(&family, &branch).err()), ("shooting", by[1]));
@@ -251,7 +249,7 @@ fn settings_that_a_start_does_not_read_are_refused() {
 #[test]
 fn an_error_of_a_branch_has_the_states_of_its_balance() {
     let model = spur_pair();
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let balance = Balance::new(Harmonics::up_to(5));
     let spent = Continuation::new(0.5, 1.1).balance(balance.budget(Budget::new().steps(1)));
     let error = spent.run(&family, &guess(&model, [1.3, 0.4, 0.0])).unwrap_err();
@@ -286,11 +284,12 @@ fn folds_of_reading_p() {
 fn reading_p(from: f64, to: f64, integrals: Integrals) -> Branch<FourierOrbit> {
     let at =
         |speed| NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published());
-    let family = ByFunction::new("speed", "rad/s", at);
+    let family = Family::of([("speed", "rad/s")], |[p]| at(p));
     let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(integrals);
+    let balance = balance.truncated_forces(true);
     let start = balance.linearised(&at(from).unwrap(), Piece::Lower).unwrap();
     let continuation = Continuation::new(from, to).max_points(if to < 200.0 { 120 } else { 2000 });
-    continuation.balance(balance).run(&TruncatedForces(&family), &start).unwrap()
+    continuation.balance(balance).run(&family, &start).unwrap()
 }
 
 /// Reading A of the face gear pair by shooting: the orbit with bilateral rattle and 252 crossings, settled at
@@ -305,13 +304,12 @@ fn bilateral_branch_by_shooting() {
     )
     .unwrap();
     let solver = Dop853::new().rtol(1e-9).atol(1e-14);
-    let steady =
-        Settle::new().tolerance(1e-7).start(&pair.static_start().unwrap()).run(&solver, &pair).unwrap();
+    let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
     let start = State { t: 0.0, ..steady.state };
     let times = uniform_times(0.0, pair.period(), 63).unwrap();
     let turn = solver.sample(&pair, &start, &times).unwrap();
     let nodes: Vec<State> = (0..63).map(|i| State::new(times[i], turn.q(i), turn.v(i))).collect();
-    let family = ByConstant::new(&pair, "speed").unwrap();
+    let family = Family::over(&pair, ["speed"]).unwrap();
     // 252 crossings of edges: beside grazings the corrections of the unstable orbits end near 1e-7.
     let continuation = Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(250);
     let continuation = continuation.shooting(Shooting::new().tolerance(1e-6));
@@ -333,7 +331,7 @@ fn doubled_orbits_of_a_balance() {
         ("cubic stiffness", 0.3),
     ];
     let model = oscillator(&given).with("speed", 3.0).unwrap();
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let balance = Balance::new(Harmonics::up_to(16)).integrals(Integrals::Exact);
     let range = Continuation::new(3.0, 2.0).max_step(0.02);
     let single =
@@ -370,7 +368,7 @@ fn broken_symmetry_of_a_balance() {
         ("speed", 2.2),
     ];
     let model = oscillator(&[&given[..], &[("half backlash", 99.0)]].concat());
-    let family = ByConstant::new(&model, "speed").unwrap();
+    let family = Family::over(&model, ["speed"]).unwrap();
     let balance = Balance::new(Harmonics::up_to(24));
     let range = Continuation::new(2.2, 1.6).max_step(0.02).balance(balance);
     let branch = range.run(&family, &guess(&model, [0.0, 2.8, 0.0])).unwrap();

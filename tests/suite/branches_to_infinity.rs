@@ -2,7 +2,7 @@
 
 use crate::common::family::oscillator;
 use gear_dynamics::branches::{
-    Beyond, Branch, BranchEnd, BranchError, BranchPoint, ByConstant, ByConstants, Continuation, PointKind,
+    Beyond, Branch, BranchEnd, BranchError, BranchPoint, Continuation, Family, PointKind,
 };
 use gear_dynamics::contact::Piece;
 use gear_dynamics::trains::{SpurPair, Train};
@@ -61,8 +61,7 @@ impl Hill {
 
 fn settled(train: &Train) -> Result<State> {
     let settle = Settle::new().tolerance(1e-8).max_periods(600);
-    let steady =
-        settle.start(&State::at_rest(train.dof())).run(&Dop853::new().rtol(1e-10).atol(1e-16), train)?;
+    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), train, &State::at_rest(train.dof()))?;
     assert_eq!(steady.period_multiple, 1);
     Ok(steady.state)
 }
@@ -81,8 +80,8 @@ fn largest(branch: &Branch) -> f64 {
 #[test]
 fn a_branch_ends_at_the_border_of_the_linear_system() -> Result<()> {
     let (train, hill) = pair()?;
-    let (family, start) = (ByConstant::new(&train, "speed")?, settled(&train)?);
-    let branch = Continuation::new(0.5, 2.4).run(&family, std::slice::from_ref(&start))?;
+    let (family, start) = (Family::over(&train, ["speed"])?, settled(&train)?);
+    let branch = Continuation::new(0.5, 2.4).run(&family, &start)?;
     let BranchEnd::Unbounded { motion, border: Some(border) } = *branch.end() else {
         panic!("{branch}");
     };
@@ -103,7 +102,7 @@ fn a_branch_ends_at_the_border_of_the_linear_system() -> Result<()> {
 #[test]
 fn a_resumed_branch_ends_where_the_whole_one_ends() -> Result<()> {
     let (train, _) = pair()?;
-    let family = ByConstant::new(&train, "speed")?;
+    let family = Family::over(&train, ["speed"])?;
     let range = Continuation::new(0.5, 2.4);
     let mut following = range.begin(&family, &[settled(&train)?])?;
     // Stopped at a motion that is large already.
@@ -126,7 +125,7 @@ fn a_resumed_branch_ends_where_the_whole_one_ends() -> Result<()> {
 fn a_motion_that_grows_with_the_load_does_not_end_a_branch() -> Result<()> {
     let constants = [("speed", 0.6), ("damping", 0.1), ("mesh stiffness", 1.0), ("stiffness variation", 0.2)];
     let pair = oscillator(&[&constants[..], &[("mean force", 1e-5), ("half backlash", 1e-6)]].concat());
-    let family = ByConstant::new(&pair, "mean force")?;
+    let family = Family::over(&pair, ["mean force"])?;
     let guess = [State::new(0.0, &[1.1e-5], &[0.0])];
     let branch = Continuation::new(1e-5, 1.0).max_motion(50.0).run(&family, &guess)?;
     assert_eq!(branch.end(), &BranchEnd::Bound, "{branch}");
@@ -136,7 +135,7 @@ fn a_motion_that_grows_with_the_load_does_not_end_a_branch() -> Result<()> {
 #[test]
 fn a_branch_comes_back_from_infinity() -> Result<()> {
     let (train, hill) = pair()?;
-    let family = ByConstant::new(&train, "speed")?;
+    let family = Family::over(&train, ["speed"])?;
     let branch = Continuation::new(0.5, 2.4).run(&family, &[settled(&train)?])?;
     let continuation = Continuation::new(0.5, 2.4).max_points(60);
     let BranchEnd::Unbounded { border: Some(border), .. } = *branch.end() else {
@@ -163,7 +162,7 @@ fn a_branch_comes_back_from_infinity() -> Result<()> {
 #[test]
 fn a_branch_by_balance_ends_alike() -> Result<()> {
     let (train, hill) = pair()?;
-    let family = ByConstant::new(&train, "speed")?;
+    let family = Family::over(&train, ["speed"])?;
     let balance = Balance::new(Harmonics::up_to(24));
     let at = Continuation::new(0.8, 1.4).bounds(0.55, 1.4);
     let guess = balance.linearised(&train.with("speed", 0.8)?, Piece::Upper)?;
@@ -182,9 +181,9 @@ fn a_line_of_folds_ends_alike() -> Result<()> {
     let error = [-0.293_776_607_099_700_5, 0.032_412_285_849_265_64];
     let pair = SpurPair::of_numbers(hill.zeta, 0.029_876_038_345_986_632, &hill.waves, &error)?;
     let train = pair.parts()?.build("driver", 0.5)?;
-    let family = ByConstant::new(&train, "speed")?;
+    let family = Family::over(&train, ["speed"])?;
     let branch = Continuation::new(0.5, 2.4).run(&family, &[settled(&train)?])?;
-    let plane = ByConstants::new(&train, ["speed", "mesh damping"])?;
+    let plane = Family::over(&train, ["speed", "mesh damping"])?;
     let mut ends = 0;
     for fold in branch.of_kind(PointKind::Fold) {
         assert_eq!(fold.kind(), Some(PointKind::Fold));

@@ -250,7 +250,7 @@ fn declared_and_implemented_parts_are_compared() {
             a[0] = -1.0;
         }
         fn offers(&self) -> Offers<'_> {
-            ALL
+            all()
         }
         fn contacts(&self) -> usize {
             1
@@ -286,23 +286,28 @@ fn declared_and_implemented_parts_are_compared() {
             v[0] *= -0.8;
         }
     }
-    const ALL: Offers<'_> = Offers { pieces: true, jacobian: true, stops: &[[true, false]], kinks: 0 };
+    fn all() -> Offers<'static> {
+        Offers { pieces: true, jacobian: true, stops: &[[true, false]], ..Offers::default() }
+    }
     let state = State::new(0.0, &[1.0], &[0.0]);
     let found = |model: &dyn Model| -> Vec<String> {
         check_model(model, &state).iter().map(|found| found.to_string()).collect()
     };
-    assert_eq!(found(&Ball(ALL)), [""; 0]);
+    assert_eq!(found(&Ball(all())), [""; 0]);
     let missing = |method| format!("offers: it declares {method}, but the model does not implement {method}");
     assert_eq!(found(&Bare), ["accel_on_pieces", "jacobian", "impact"].map(missing));
-    let hidden =
-        [Offers { pieces: false, ..ALL }, Offers { jacobian: false, ..ALL }, Offers { stops: &[], ..ALL }];
+    let hidden = [
+        Offers { pieces: false, ..all() },
+        Offers { jacobian: false, ..all() },
+        Offers { stops: &[], ..all() },
+    ];
     for (offers, method) in hidden.into_iter().zip(["accel_on_pieces", "jacobian", "impact"]) {
         let said = found(&Ball(offers));
         let expected = format!("offers: the model implements {method}, but does not declare it");
         assert!(said.len() == 1 && said[0].starts_with(&expected), "{said:?}");
     }
     assert_eq!(
-        found(&Ball(Offers { stops: &[[true, false]; 3], ..ALL })),
+        found(&Ball(Offers { stops: &[[true, false]; 3], ..all() })),
         ["offers: it declares stops of 3 contacts, but the model has 1"]
     );
     // A solver says at once that a declared part is missing.

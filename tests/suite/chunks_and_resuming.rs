@@ -64,7 +64,7 @@ impl Shape for Swing<'_> {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 1, contacts: 0, constants: 3 }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         ["speed", "pull", "frequency"].map(|name| Channel::new(name, "1")).into()
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {

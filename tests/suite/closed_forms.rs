@@ -159,7 +159,7 @@ impl Shape for Stiffness {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 1, contacts: 0, constants: 2 }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("damping", "1")]
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

@@ -10,8 +10,8 @@ fn damped_mathieu() {
     let file = crate::data::read("periodic_orbits.json");
     let theirs = &file["extra"]["mathieu_z0.05_k0.2_Om2.0"];
     let model = Mathieu { omega: 2.0, zeta: 0.05, depth: 0.2 };
-    let cycle = Shooting::new().solve(&model, &[State::at_rest(1)]).unwrap();
-    let (multipliers, estimate) = (cycle.multipliers().values(), cycle.multipliers().error());
+    let cycle = Shooting::new().solve(&model, &State::at_rest(1)).unwrap();
+    let (multipliers, estimate) = (cycle.multipliers().values(), cycle.multipliers().value_error());
     for ours in multipliers {
         let nearest = |z: &serde_json::Value| {
             (ours - Complex64::new(z[0].as_f64().unwrap(), z[1].as_f64().unwrap())).norm()
@@ -43,7 +43,7 @@ fn damped_oscillator() {
             TAU / 0.7
         }
     }
-    let cycle = Shooting::new().solve(&Forced, &[State::new(0.0, &[5.0], &[-1.0])]).unwrap();
+    let cycle = Shooting::new().solve(&Forced, &State::new(0.0, &[5.0], &[-1.0])).unwrap();
     let exact = (Complex64::new(-0.1, 0.99f64.sqrt()) * Forced.period()).exp();
     for ours in cycle.multipliers().values() {
         assert!((ours - exact).norm().min((ours - exact.conj()).norm()) < 1e-10, "{ours} {exact}");
@@ -125,7 +125,7 @@ fn meissner() {
     }
     // With damping the orbit is stable.
     let damped = Shooting::new()
-        .solve(&Meissner { delta: lo + 1e-3, epsilon: 0.2, zeta: 1e-3 }, &[State::at_rest(1)])
+        .solve(&Meissner { delta: lo + 1e-3, epsilon: 0.2, zeta: 1e-3 }, &State::at_rest(1))
         .unwrap();
     assert_eq!(damped.stability(), Stability::Stable);
 }

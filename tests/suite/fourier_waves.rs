@@ -16,7 +16,7 @@ impl Shape for Jets {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 3 * self.0.len() + 1, contacts: 0, constants: 1 }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1")]
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

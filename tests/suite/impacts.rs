@@ -534,7 +534,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
         // The orbit without impacts is proportional to A. It grazes when its maximum reaches the stop.
         let top = |amplitude: f64| {
             let model = Oscillator::new(c, omega, amplitude);
-            let cycle = shooting.solve(&model, &[State::at_rest(1)]).unwrap();
+            let cycle = shooting.solve(&model, &State::at_rest(1)).unwrap();
             assert_eq!(cycle.crossings(), 0);
             let mut statistics = Statistics::new(&model, &["q0"]).unwrap();
             cycle.observe(&model, &mut statistics).unwrap();
@@ -832,12 +832,12 @@ fn a_stop_that_does_not_turn_its_contact_round_is_found() {
 /// orbits without an impact, where their branch ends.
 #[test]
 fn branches_of_an_oscillator_with_a_stop() {
-    use gear_dynamics::branches::{BranchEnd, ByFunction, Continuation, PointKind};
+    use gear_dynamics::branches::{BranchEnd, Continuation, Family, PointKind};
     let data = read("impacts.json");
     for case in data["impact_oscillator"]["values"].as_array().unwrap() {
         let number = |key: &str| case[key].as_f64();
         let (c, w) = (number("c").unwrap(), number("w").unwrap());
-        let family = ByFunction::new("amplitude", "1", |amplitude| Ok(Oscillator::new(c, w, amplitude)));
+        let family = Family::of([("amplitude", "1")], |[amplitude]| Ok(Oscillator::new(c, w, amplitude)));
         let start = Oscillator::new(c, w, 1.0).guess(1, number("v_at_A_1").unwrap());
         let branch =
             Continuation::new(1.0, 0.1).bounds(0.05, 1.1).max_points(120).run(&family, &[start]).unwrap();
@@ -848,7 +848,7 @@ fn branches_of_an_oscillator_with_a_stop() {
             println!("{kind} {found} {exact} {:.1e}", found - exact);
             assert!((found - exact).abs() < 1e-10);
         }
-        let rest = Continuation::new(0.1, 1.0).run(&family, &[State::at_rest(1)]).unwrap();
+        let rest = Continuation::new(0.1, 1.0).run(&family, &State::at_rest(1)).unwrap();
         println!("{rest}");
         let exact = number("A_graze").unwrap();
         let graze = rest.of_kind(PointKind::Grazing)[0].parameter;

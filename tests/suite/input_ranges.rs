@@ -51,11 +51,8 @@ fn counts_without_bound_are_refused_by_name() {
         too_many("series of the centre", InstantCentre::new(0.2).unwrap().rotation_series(count));
         // Runs are refused before they begin.
         let solver = Dop853::new();
-        let unsettled = Settle::new()
-            .max_period_multiple(count)
-            .start(&State::at_rest(1))
-            .run(&solver, &Swing)
-            .unwrap_err();
+        let unsettled =
+            Settle::new().max_period_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
         assert!(matches!(unsettled, SettleError::Parameter(ParameterError::TooMany { .. })));
         let sweep = Sweep::new(Axis::list("x", &[1.0]).unwrap()).measure(count).strobe(count);
         let rows =
@@ -337,7 +334,7 @@ fn models_without_coordinates_are_refused() {
         }
     }
     let none = |error: &P| matches!(error, P::TooFew { name, value: 0, .. } if name == "degrees of freedom");
-    let shot = Shooting::new().solve(&Nothing, &[State::at_rest(0)]).unwrap_err();
+    let shot = Shooting::new().solve(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&shot, ShootingError::Parameter(error) if none(error)), "{shot}");
     let grown = Lyapunov::new().run(&Nothing, &State::at_rest(0)).unwrap_err();
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");

@@ -132,7 +132,7 @@ fn limit_cycle_of_van_der_pol() {
 #[test]
 fn circle_from_an_orbit_at_a_neimark_sacker_point() {
     let model = van_der_pol(0.2, 0.8, 0.6);
-    let orbit = Shooting::new().solve(&model, &[State::at_rest(1)]).unwrap();
+    let orbit = Shooting::new().solve(&model, &State::at_rest(1)).unwrap();
     assert!(orbit.multipliers().largest() > 1.0);
     let (guess, rho) = ClosedCurve::about(&orbit, 0.2, 41).unwrap();
     let circle = CircleShooting::new().between(1e-7).solve_free(&model, &guess, rho).unwrap();

@@ -227,7 +227,7 @@ impl Shape for Stops {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 2 * self.all.len(), contacts: self.all.len(), constants: 2 }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("pull", "1")]
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

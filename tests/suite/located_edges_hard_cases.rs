@@ -91,7 +91,7 @@ impl Model for Stops {
         a[0] = self.held(|i| Stops::of(&self.all[i], u, q[0], v[0]).piece(), u, q[0], v[0]);
     }
     fn offers(&self) -> Offers<'_> {
-        Offers { pieces: true, ..Offers::default() }
+        Offers { pieces: true, expansion: Some(self), ..Offers::default() }
     }
     fn contacts(&self) -> usize {
         self.all.len()
@@ -103,9 +103,6 @@ impl Model for Stops {
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         a[0] = self.held(|i| pieces[i], u, q[0], v[0]);
-    }
-    fn expand(&self) -> Option<&dyn Expand> {
-        Some(self)
     }
 }
 

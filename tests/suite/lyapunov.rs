@@ -35,7 +35,7 @@ fn overdamped_oscillator() {
 #[test]
 fn of_a_periodic_orbit() {
     let model = DeadZone { omega: 0.85, zeta: 0.05, mean: 0.1, amplitude: 0.0, stiffness: -0.2 };
-    let cycle = Shooting::new().solve(&model, &[State::new(0.0, &[1.17], &[0.02])]).unwrap();
+    let cycle = Shooting::new().solve(&model, &State::new(0.0, &[1.17], &[0.02])).unwrap();
     let growth = cycle.multipliers().growth(cycle.period());
     let exponents =
         Lyapunov::new().settle(0).align(50).periods(1000).run(&model, &cycle.states()[0]).unwrap();
@@ -45,7 +45,7 @@ fn of_a_periodic_orbit() {
         assert!((ours - exact).abs() < 1e-4, "{ours} {exact}");
     }
     let duffing = Duffing { omega: 1.25 };
-    let cycle = Shooting::new().solve(&duffing, &[State::new(0.0, &[-0.98292], &[3.00552])]).unwrap();
+    let cycle = Shooting::new().solve(&duffing, &State::new(0.0, &[-0.98292], &[3.00552])).unwrap();
     assert_eq!(cycle.stability(), Stability::Unstable);
     let growth = cycle.multipliers().growth(cycle.period());
     let exponents = Lyapunov::new()

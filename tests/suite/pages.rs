@@ -1,7 +1,7 @@
 //! The pages against the tree. Links and pictures: a forge follows the definitions at the end of a page, rustdoc those of
 //! docs/links.md, which stand before each page in src/lib.rs.
 
-use gear_dynamics::branches::{ByConstant, Continuation};
+use gear_dynamics::branches::{Continuation, Family};
 use gear_dynamics::trains::SpurPair;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{read_dir, read_to_string};
@@ -226,7 +226,7 @@ fn errors_with_a_last_iterate_return_it() {
 #[test]
 fn the_readme_prints_what_it_says() -> Result<(), Box<dyn std::error::Error>> {
     let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?.parts()?.build("driver", 1.0)?;
-    let branch = Continuation::new(0.4, 1.4).run(&ByConstant::new(&pair, "speed")?, &[])?.to_string();
+    let branch = Continuation::new(0.4, 1.4).run(&Family::over(&pair, ["speed"])?, None)?.to_string();
     let page = read_to_string(root().join("README.md"))?;
     assert!(page.contains(branch.trim_end()), "README.md does not show:\n{branch}");
     Ok(())

@@ -56,8 +56,7 @@ fn orbit(pair: &NfgPair) -> Measured {
 }
 
 fn orbit_by<I: Integrator>(solver: &I, pair: &NfgPair) -> Measured {
-    let steady =
-        Settle::new().tolerance(1e-9).start(&pair.static_start().unwrap()).run(solver, pair).unwrap();
+    let steady = Settle::new().tolerance(1e-9).run(solver, pair, &pair.static_start().unwrap()).unwrap();
     let span = steady.period_multiple as f64 * pair.period();
     let end = steady.state.t + span;
     let mut rattle = Rattle::new(pair);

@@ -102,7 +102,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
         fn size(&self) -> Size {
             Size { dof: 1, waves: 1, constants: 1, ..Size::default() }
         }
-        fn constants(&self) -> Vec<Channel> {
+        fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
         }
         fn accel<S: Scalar, L: PieceChoice<S>>(

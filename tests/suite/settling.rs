@@ -56,7 +56,7 @@ fn a_motion_strobed_at_its_crest_has_a_period() {
     }
     // There the velocity is zero up to rounding.
     let settled =
-        Settle::new().start(&State::at_rest(1)).run(&Dop853::new().rtol(1e-10).atol(1e-12), &model).unwrap();
+        Settle::new().run(&Dop853::new().rtol(1e-10).atol(1e-12), &model, &State::at_rest(1)).unwrap();
     assert!(settled.state.v[0].abs() < 1e-8 && settled.period_multiple == 1);
 }
 
@@ -86,7 +86,7 @@ impl Periodic for Turning {
 fn a_model_that_turns_settles_in_its_relative_motion() {
     let start = State::new(0.0, &[30.0, 29.9], &[80.0, 80.0]);
     let solver = Dop853::new().rtol(1e-12).atol(1e-12);
-    let steady = Settle::new().tolerance(1e-7).start(&start).run(&solver, &Turning).unwrap();
+    let steady = Settle::new().tolerance(1e-7).run(&solver, &Turning, &start).unwrap();
     assert_eq!(steady.period_multiple, 1);
     // The steady state contains the rigid motion.
     assert!((steady.state.q[0] - 30.0 - 80.0 * steady.state.t).abs() < 1.0);
@@ -118,7 +118,7 @@ fn what_drifts_apart_does_not_settle() {
             TAU
         }
     }
-    let steady = Settle::new().max_periods(40).start(&State::at_rest(2)).run(&Dop853::new(), &Slipping);
+    let steady = Settle::new().max_periods(40).run(&Dop853::new(), &Slipping, &State::at_rest(2));
     assert!(matches!(steady, Err(SettleError::Aperiodic { .. })), "{steady:?}");
     for (period, _) in rows(&Slipping, &State::at_rest(2), 20) {
         assert_eq!(period, None);
@@ -175,7 +175,7 @@ impl Periodic for Balanced {
 
 #[test]
 fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
-    let steady = Settle::new().start(&State::at_rest(4)).run(&Dop853::new(), &Balanced).unwrap();
+    let steady = Settle::new().run(&Dop853::new(), &Balanced, &State::at_rest(4)).unwrap();
     assert_eq!(steady.period_multiple, 1);
     assert!(steady.state.q[3].abs() < 1e-13 && steady.state.q[0] > 1.4, "{:?}", steady.state);
     let points = Points::from(Axis::list("x", &[0.0]).unwrap());
@@ -189,11 +189,7 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
 #[test]
 fn returns_to_rounding_settle_at_any_tolerance() {
     let settle = |tolerance: f64| {
-        Settle::new()
-            .tolerance(tolerance)
-            .max_periods(400)
-            .start(&State::at_rest(4))
-            .run(&Dop853::new(), &Balanced)
+        Settle::new().tolerance(tolerance).max_periods(400).run(&Dop853::new(), &Balanced, &State::at_rest(4))
     };
     let coarse = settle(1e-9).unwrap();
     assert!(coarse.change > 1e-12 && coarse.change <= 1e-9, "{}", coarse.change);

@@ -39,7 +39,7 @@ fn names_that_do_not_exist_are_refused() {
     // The speed stands among the drives, but an addition to it would not change the angle.
     assert!(matches!(ring.slot("mesh frequency").unwrap_err(), ParameterError::NotADrive { .. }));
     for (i, channel) in ring.names().iter().enumerate().skip(1) {
-        assert_eq!(u[ring.slot(&channel.name).unwrap()], ring.constants()[i], "{channel}");
+        assert_eq!(u[ring.slot(&channel.name).unwrap()], ring.values()[i], "{channel}");
     }
 }
 
@@ -75,7 +75,7 @@ fn derivatives_by_constants() {
         let (u, a) = at(model);
         let size = a.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
         let mut moved = 0;
-        for (channel, &value) in model.names().iter().zip(model.constants()) {
+        for (channel, &value) in model.names().iter().zip(model.values()) {
             let h = 1e-5 * value.abs().max(1e-3);
             let exact = model.slope(&channel.name, &u, q, v).unwrap();
             let [above, below] =
@@ -276,7 +276,7 @@ fn functions_of_time_by_a_wrapper() {
         fn size(&self) -> Size {
             Size { dof: 1, constants: 2, ..Size::default() }
         }
-        fn constants(&self) -> Vec<Channel> {
+        fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1"), Channel::new("torque", "1")]
         }
         fn accel<S: Scalar, L: PieceChoice<S>>(
@@ -327,7 +327,7 @@ impl Shape for Flawed {
     fn size(&self) -> Size {
         self.size
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         self.names.iter().map(|name| Channel::new(*name, "1")).collect()
     }
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
@@ -420,7 +420,7 @@ fn lanes_refuse_rigid_stops() {
         fn size(&self) -> Size {
             Size { dof: 1, waves: 0, contacts: 1, constants: 2 }
         }
-        fn constants(&self) -> Vec<Channel> {
+        fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1"), Channel::new("weight", "1")]
         }
         fn accel<S: Scalar, L: PieceChoice<S>>(
@@ -481,7 +481,7 @@ fn contacts_that_are_forgotten_are_refused() {
         fn size(&self) -> Size {
             Size { dof: 1, waves: 0, contacts: self.contacts, constants: 1 }
         }
-        fn constants(&self) -> Vec<Channel> {
+        fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
         }
         fn accel<S: Scalar, L: PieceChoice<S>>(
@@ -527,7 +527,7 @@ fn every_wave_has_its_own_size() {
         fn size(&self) -> Size {
             Size { dof: 1, waves: 2, contacts: 0, constants: 1 }
         }
-        fn constants(&self) -> Vec<Channel> {
+        fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
         }
         fn accel<S: Scalar, L: PieceChoice<S>>(
@@ -564,7 +564,7 @@ fn no_edge_is_lost_by_rounding() {
         fn size(&self) -> Size {
             Size { dof: 1, waves: 1, contacts: 0, constants: 1 }
         }
-        fn constants(&self) -> Vec<Channel> {
+        fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
         }
         fn accel<S: Scalar, L: PieceChoice<S>>(
@@ -723,7 +723,7 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
         fn size(&self) -> Size {
             Size { dof: 1, waves: 0, contacts: 0, constants: 2 }
         }
-        fn constants(&self) -> Vec<Channel> {
+        fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1"), Channel::new("mass", "kg")]
         }
         fn accel<S: Scalar, L: PieceChoice<S>>(
@@ -781,6 +781,7 @@ fn a_wrapper_has_the_drives_contacts_and_channels_of_its_base() {
     };
     assert_eq!(values(&bare), values(&pair));
     // The algebra is the wrapper's own.
-    assert_eq!(bare.offers(), Offers::default());
-    assert!(bare.expand().is_none() && bare.named_constants().is_none() && bare.terms().is_none());
+    let Offers { pieces, jacobian, stops, kinks, constants, expansion, terms, laws } = bare.offers();
+    assert!(!pieces && !jacobian && stops.is_empty() && kinks == 0);
+    assert!(constants.is_none() && expansion.is_none() && terms.is_none() && laws.is_none());
 }

@@ -1,7 +1,7 @@
 //! Trains with equal members, whose differences rest at 0 in relative coordinates, and symmetries that break.
 
 use crate::common::planets::ring_locked;
-use gear_dynamics::branches::{ByConstant, Continuation, PointKind, Switch};
+use gear_dynamics::branches::{Continuation, Family, PointKind, Switch};
 use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::linear::static_state;
 use gear_dynamics::models::ring::RingSet;
@@ -30,7 +30,7 @@ fn set(planets: u32, half_backlash: f64, coordinates: Coordinates) -> Train {
 
 /// |μ| of all multipliers, in decreasing order.
 fn sizes(train: &Train, guess: &State, method: FlowMethod) -> Vec<f64> {
-    let orbit = Shooting::new().flow_method(method).solve(train, std::slice::from_ref(guess)).unwrap();
+    let orbit = Shooting::new().flow_method(method).solve(train, guess).unwrap();
     orbit.multipliers().values().iter().map(|m| m.norm()).collect()
 }
 
@@ -40,15 +40,16 @@ fn equal_planets_have_the_same_orbits_in_relative_coordinates() {
         let [inertial, relative] =
             [Coordinates::Inertial, Coordinates::Relative].map(|frame| set(planets, half_backlash, frame));
         let settle = Settle::new().tolerance(1e-9);
-        let steady = settle
-            .clone()
-            .start(&State::at_rest(inertial.dof()))
-            .run(&Dop853::new().rtol(1e-11).atol(1e-16), &inertial);
+        let steady = settle.clone().run(
+            &Dop853::new().rtol(1e-11).atol(1e-16),
+            &inertial,
+            &State::at_rest(inertial.dof()),
+        );
         let expected = sizes(&inertial, &steady.unwrap().state, FlowMethod::Taylor);
         let rest = State::at_rest(relative.dof());
         let settle = settle.start(&rest);
-        let by_taylor = settle.run(&Taylor::new().rtol(1e-11).atol(1e-16), &relative).unwrap();
-        let by_dop853 = settle.run(&Dop853::new().rtol(1e-11).atol(1e-16), &relative).unwrap();
+        let by_taylor = settle.run(&Taylor::new().rtol(1e-11).atol(1e-16), &relative, None).unwrap();
+        let by_dop853 = settle.run(&Dop853::new().rtol(1e-11).atol(1e-16), &relative, None).unwrap();
         assert_eq!((by_taylor.period_multiple, by_dop853.period_multiple), (1, 1));
         for guess in [&by_taylor.state, &by_dop853.state] {
             for method in [FlowMethod::Taylor, FlowMethod::Dop853] {
@@ -67,9 +68,9 @@ fn equal_planets_have_the_same_orbits_in_relative_coordinates() {
 fn equal_planets_pass_every_method_in_relative_coordinates() {
     let train = set(3, 2e-5, Coordinates::Relative);
     let steady =
-        Settle::new().start(&State::at_rest(train.dof())).run(&Taylor::new().rtol(1e-11).atol(1e-16), &train);
+        Settle::new().run(&Taylor::new().rtol(1e-11).atol(1e-16), &train, &State::at_rest(train.dof()));
     let start = State { t: 0.0, ..steady.unwrap().state };
-    let orbit = Shooting::new().solve(&train, std::slice::from_ref(&start)).unwrap();
+    let orbit = Shooting::new().solve(&train, &start).unwrap();
     let first = &orbit.states()[0];
     let through = Variation::new().run(&train, first, first.t + train.period()).unwrap();
     let range = orbit.range();
@@ -179,7 +180,7 @@ fn nearest(speeds: &[f64], border: f64) -> f64 {
 #[test]
 fn multipliers_of_three_planets_pass_together() {
     let (train, start) = lightly_damped(3);
-    let family = ByConstant::new(&train, "speed").unwrap();
+    let family = Family::over(&train, ["speed"]).unwrap();
     let branch = Continuation::new(1400.0, 2000.0).run(&family, &[start]).unwrap();
     let doublings = branch.of_kind(PointKind::PeriodDoubling);
     let near: Vec<f64> = doublings.iter().map(|point| point.parameter).collect();
@@ -258,7 +259,7 @@ fn a_ring_without_load_rests() {
 fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     let (train, start) = lightly_damped(2);
     let borders = borders();
-    let family = ByConstant::new(&train, "speed").unwrap();
+    let family = Family::over(&train, ["speed"]).unwrap();
     let continuation = Continuation::new(1400.0, 2000.0);
     let branch = continuation.run(&family, &[start]).unwrap();
     let doublings = branch.of_kind(PointKind::PeriodDoubling);

@@ -18,7 +18,7 @@ impl<A: Algebra + PartialEq> Shape for Bare<A> {
     fn size(&self) -> Size {
         Size { dof: self.0, constants: 1, ..Size::default() }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1")]
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, _: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
@@ -207,7 +207,7 @@ impl Shape for Bounce {
     fn size(&self) -> Size {
         Size { dof: 1 + self.1, contacts: 1, constants: 1, ..Size::default() }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1")]
     }
     fn contact<S: Scalar, L: PieceChoice<S>>(
@@ -377,7 +377,7 @@ impl<N: Nonlinearity> Shape for Spur<N> {
     fn size(&self) -> Size {
         Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: 1 + self.0.law().kinks(), constants: 2 }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("load", "1")]
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

@@ -302,7 +302,7 @@ fn searches_that_fail_keep_the_last_iterate() {
 
     // An overdamped orbit has real multipliers.
     let over = PeriodicallyForced { amplitude: 1.0, omega: 1.0, law: |q: f64, v: f64| -q - 3.0 * v };
-    let orbit = Shooting::new().solve(&over, &[State::at_rest(1)]).unwrap();
+    let orbit = Shooting::new().solve(&over, &State::at_rest(1)).unwrap();
     let error = ClosedCurve::about(&orbit, 0.1, 11).unwrap_err();
     assert!(matches!(error, CircleError::NoPair { largest } if largest < 1.0));
     assert!(matches!(ClosedCurve::about(&orbit, 0.0, 11), Err(CircleError::Parameter(_))));

@@ -295,9 +295,9 @@ fn one_budget_ends_flows_shooting_settling_and_balance() {
     for budget in spent {
         let flow = Variation::new().budget(budget.clone()).run(&pair, &start, pair.period());
         assert!(matches!(flow, Err(IntegrateError::Exhausted { .. })));
-        let shot = Shooting::new().budget(budget.clone()).solve(&pair, std::slice::from_ref(&start));
+        let shot = Shooting::new().budget(budget.clone()).solve(&pair, &start);
         assert!(matches!(shot, Err(ShootingError::Exhausted { .. })));
-        let settled = Settle::new().budget(budget.clone()).start(&start).run(&Dop853::new(), &pair);
+        let settled = Settle::new().budget(budget.clone()).run(&Dop853::new(), &pair, &start);
         assert!(matches!(settled, Err(SettleError::Exhausted { .. })));
         let balance = Balance::new(Harmonics::up_to(70));
         let guess = balance.linearised(&pair, Piece::Lower).unwrap();

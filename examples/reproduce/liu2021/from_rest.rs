@@ -40,7 +40,7 @@ struct Run {
 /// Settles from the static start and measures one period, or `MEASURE` turns if the motion does not repeat.
 fn measure(pair: &NfgPair) -> Outcome<Run> {
     let settled =
-        Settle::new().tolerance(1e-8).max_periods(SETTLE).start(&pair.static_start()?).run(&solver(), pair);
+        Settle::new().tolerance(1e-8).max_periods(SETTLE).run(&solver(), pair, &pair.static_start()?);
     let (on_orbit, multiple) = match settled {
         Ok(steady) => (steady.state, steady.period_multiple),
         Err(SettleError::Aperiodic { last: state, .. }) => (state, 0),

@@ -52,27 +52,25 @@ pub fn word(stability: Option<Stability>) -> &'static str {
 
 /// The harmonic balance of Liu 2021: 15 unknowns, 1024 samples.
 pub fn paper() -> Result<Balance, BalanceError> {
-    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples: 1024 }))
+    let sampled = Integrals::Sampled { samples: 1024 };
+    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(sampled).truncated_forces(true))
 }
 
 /// The orbit by Newton's method from the linear flank. Beyond the fold, where this fails, Newton and then
 /// Broyden as in Liu 2021 start from a run in time.
 pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<FourierOrbit>> {
     let newton = paper()?;
-    if let Ok(orbit) = newton.solve_truncating_forces(pair, &newton.linearised(pair, Piece::Lower)?) {
+    if let Ok(orbit) = newton.solve(pair, &newton.linearised(pair, Piece::Lower)?) {
         return Ok(Some(orbit));
     }
     let run = run(pair)?;
-    Ok(newton
-        .solve_truncating_forces(pair, &run)
-        .or_else(|_| broyden()?.solve_truncating_forces(pair, &run))
-        .ok())
+    Ok(newton.solve(pair, &run).or_else(|_| broyden()?.solve(pair, &run)).ok())
 }
 
 /// A run in time from the static start, projected on the 15 unknowns.
 pub fn run(pair: &NfgPair) -> Outcome<FourierOrbit> {
     let settle = Settle::new().tolerance(1e-4).max_periods(8);
-    let late = match settle.start(&pair.static_start()?).run(&solver(), pair) {
+    let late = match settle.run(&solver(), pair, &pair.static_start()?) {
         Ok(steady) => steady.state,
         Err(error) => error.last().cloned().ok_or(error)?,
     };
@@ -124,14 +122,14 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         None => pair.static_start()?,
     };
     let (state, multiple) =
-        match Settle::new().tolerance(1e-5).max_periods(SETTLE).start(&start).run(&solver(), pair) {
+        match Settle::new().tolerance(1e-5).max_periods(SETTLE).run(&solver(), pair, &start) {
             Ok(steady) => (steady.state, steady.period_multiple),
             Err(SettleError::Aperiodic { last: state, closest, .. }) => (state, usize::from(closest < 1e-2)),
             Err(failed) => return Err(failed.into()),
         };
     let state = State { t: 0.0, ..state };
     if multiple > 0
-        && let Ok(cycle) = shooting().period_multiple(multiple).solve(pair, std::slice::from_ref(&state))
+        && let Ok(cycle) = shooting().period_multiple(multiple).solve(pair, &state)
         && cycle.stability() == Stability::Stable
     {
         let point = on_cycle(pair, &cycle)?;

@@ -28,7 +28,7 @@ fn solver() -> Dop853 {
 
 /// The reference orbit on 4000 orders, and its crossings in a turn.
 fn truth(pair: &NfgPair) -> Outcome<(FourierOrbit, u64)> {
-    let steady = Settle::new().tolerance(1e-6).start(&pair.static_start()?).run(&solver(), pair)?;
+    let steady = Settle::new().tolerance(1e-6).run(&solver(), pair, &pair.static_start()?)?;
     let cycle = Shooting::new()
         .period_multiple(steady.period_multiple)
         .solve(pair, &[State { t: 0.0, ..steady.state }])?;
@@ -83,7 +83,7 @@ fn ways_of_integrating(report: &mut Report, speed: f64, highest: usize) -> Outco
         &NfgParams { speed, ..NfgParams::table1() },
         NfgReading::published_on_base_radius(),
     )?;
-    let steady = Settle::new().tolerance(1e-7).start(&pair.static_start()?).run(&solver(), &pair)?;
+    let steady = Settle::new().tolerance(1e-7).run(&solver(), &pair, &pair.static_start()?)?;
     let guess = FourierOrbit::project(&solver(), &pair, &steady.state, &Harmonics::up_to(highest))?;
     let look = |integrals| -> Outcome<(DVector<f64>, DMatrix<f64>)> {
         let mut equations =

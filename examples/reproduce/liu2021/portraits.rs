@@ -117,13 +117,11 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
 fn broyden_orbit(pair: &NfgPair) -> Outcome<(FourierOrbit, String)> {
     let flank = paper()?.linearised(pair, Piece::Lower)?;
     let newton = paper()?
-        .solve_truncating_forces(pair, &flank)
+        .solve(pair, &flank)
         .map_or("Newton fails".into(), |orbit| format!("Newton {}", orbit.iterations()));
-    let (from, orbit) = match broyden()?.solve_truncating_forces(pair, &at_rest(pair)?) {
+    let (from, orbit) = match broyden()?.solve(pair, &at_rest(pair)?) {
         Ok(orbit) => ("rest", orbit),
-        Err(BalanceError::NotConverged { .. }) => {
-            ("a run", broyden()?.solve_truncating_forces(pair, &run(pair)?)?)
-        }
+        Err(BalanceError::NotConverged { .. }) => ("a run", broyden()?.solve(pair, &run(pair)?)?),
         Err(error) => return Err(error.into()),
     };
     let way = format!("Broyden {} from {from}, {newton}", orbit.iterations());

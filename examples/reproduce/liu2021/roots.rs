@@ -37,10 +37,7 @@ pub fn roots(report: &mut Report, speed: f64) -> Outcome<()> {
         starts.push(orbit_of(drawn.collect())?);
     }
     let solved = |start: &FourierOrbit| {
-        [&newton, &broyden]
-            .into_iter()
-            .filter_map(|way| way.solve_truncating_forces(&pair, start).ok())
-            .collect()
+        [&newton, &broyden].into_iter().filter_map(|way| way.solve(&pair, start).ok()).collect()
     };
     let (mut roots, mut count): (Vec<(Point, FourierOrbit)>, usize) = (Vec::new(), 0);
     // New roots give further starts, until no root is new.
@@ -100,8 +97,9 @@ pub fn load_limits(report: &mut Report) -> Outcome<()> {
         .par_iter()
         .map(|&samples| {
             let limits = || -> Outcome<(f64, f64, &str)> {
-                let balance =
-                    Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(Integrals::Sampled { samples });
+                let balance = Balance::new(Harmonics::bands(MESH, 1, 2)?)
+                    .truncated_forces(true)
+                    .integrals(Integrals::Sampled { samples });
                 let at = |i: u32| {
                     pair(&NfgParams {
                         speed: 125.0,
@@ -114,7 +112,7 @@ pub fn load_limits(report: &mut Report) -> Outcome<()> {
                 for i in 0.. {
                     let pair = at(i)?;
                     let load = pair.constant("load torque")?;
-                    let Ok(next) = balance.solve_truncating_forces(&pair, &orbit) else {
+                    let Ok(next) = balance.solve(&pair, &orbit) else {
                         return Ok((lost.unwrap_or(f64::NAN), load + STEP, "ends"));
                     };
                     match next.contacts(&pair)?[0].statistics.rattle_state() {

@@ -140,7 +140,7 @@ pub fn carry(
     to: f64,
     halvings: usize,
 ) -> Outcome<Option<FourierOrbit>> {
-    if let Ok(orbit) = paper()?.solve_truncating_forces(&sweep.pair(0, to)?, orbit) {
+    if let Ok(orbit) = paper()?.solve(&sweep.pair(0, to)?, orbit) {
         return Ok(Some(orbit));
     }
     if halvings == 0 {

@@ -45,7 +45,7 @@ fn table2_lines(rpm: f64, belt: f64, load_torque: f64) -> Outcome<Lines> {
     let params = NfgParams { speed: rpm * TAU / 60.0 / belt, load_torque, ..NfgParams::table1() };
     let pair = pair(&params)?;
     let balance = paper()?;
-    let p = balance.solve_truncating_forces(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
+    let p = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
     let orbit_of = |pair: &NfgPair| -> Outcome<(FourierOrbit, [f64; 2])> {
         let cycle = shooting().max_iterations(30).solve(pair, &[pair.static_start()?])?;
         let start = &cycle.states()[0];

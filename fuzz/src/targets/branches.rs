@@ -1,9 +1,7 @@
 //! Branches of spur pairs over their constants, onto other branches, back from infinity, and boundaries.
 
 use crate::case::{Case, Run, all_finite, holds};
-use gear_dynamics::branches::{
-    Beyond, Branch, BranchEnd, BranchPoint, ByConstant, ByConstants, Continuation, Switch,
-};
+use gear_dynamics::branches::{Beyond, Branch, BranchEnd, BranchPoint, Continuation, Family, Switch};
 use gear_dynamics::trains::SpurPair;
 use gear_dynamics::{Budget, Shooting, State};
 
@@ -57,13 +55,12 @@ pub fn branch(case: &mut Case) -> Run {
     let pair = SpurPair::of_numbers(numbers[0], numbers[1], &waves[0], &waves[1])?;
     let train = pair.parts()?.build("driver", case.number(0.8))?;
     let name = if case.chance(0.8) { NAMES[0] } else { any_name(case) };
-    let family = ByConstant::new(&train, name)?;
-    let range = [family.value(), case.number(1.0)];
+    let family = Family::over(&train, [name])?;
+    let range = [train.constant(name)?, case.number(1.0)];
     let settings = continuation(case, range);
     let start = State::new(0.0, &[case.number(1.0)], &[case.number(0.1)]);
     case.note(|| format!("{name}: {settings:?}, start {start:?}"));
-    let branch =
-        settings.run(&family, if case.chance(0.7) { &[][..] } else { std::slice::from_ref(&start) })?;
+    let branch = settings.run(&family, (!case.chance(0.7)).then_some(&start))?;
     points(&branch)?;
     if matches!(branch.end(), BranchEnd::Unbounded { .. }) {
         let beyond = case.accept(settings.run(&family, Beyond(&branch)));
@@ -78,7 +75,7 @@ pub fn branch(case: &mut Case) -> Run {
         let switched = case.accept(settings.run(&family, Switch::at(point)));
         switched.iter().try_for_each(points)?;
     }
-    let plane = ByConstants::new(&train, [name, any_name(case)])?;
+    let plane = Family::over(&train, [name, any_name(case)])?;
     let [from, to] = [case.number(0.1), case.number(0.3)];
     let settings = continuation(case, [from, to]).max_points(case.effort(4));
     let line = case.accept(settings.run(&plane, point));

@@ -157,7 +157,7 @@ pub fn settling(case: &mut Case) -> Run {
         .max_period_multiple(case.count(4));
     let settle = settle.budget(Budget::new().steps(20_000));
     case.note(|| format!("{settle:?}"));
-    match settle.start(&start).run(&solver, &model) {
+    match settle.run(&solver, &model, &start) {
         Ok(steady) => {
             all_finite("steady q", &steady.state.q)?;
             finite("change", steady.change)

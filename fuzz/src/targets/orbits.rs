@@ -22,7 +22,7 @@ fn budget() -> Budget {
 fn multipliers(all: &Multipliers) -> Run {
     all.values().iter().try_for_each(|value| all_finite("multiplier", &[value.re, value.im]))?;
     all_finite("largest multiplier", &[all.largest()])?;
-    holds(!all.error().is_nan(), || "the error of the multipliers is NaN".into())?;
+    holds(!all.value_error().is_nan(), || "the error of the multipliers is NaN".into())?;
     holds(all.growth(1.0).iter().all(|growth| !growth.is_nan()), || format!("growth {:?}", all.growth(1.0)))?;
     let _ = all.stability().to_string();
     Ok(())
@@ -250,9 +250,10 @@ pub fn truncated(case: &mut Case) -> Run {
     let pair = NfgPair::new(&models::pair_params(case))?;
     let samples = case.count(400).min(1 << 16);
     let balance = Balance::new(harmonics(case)?).integrals(Integrals::Sampled { samples }).budget(budget());
+    let balance = balance.truncated_forces(true);
     case.note(|| format!("{balance:?}"));
     let guess = balance.linearised(&Erased::new(pair.clone(), pair.period()), Piece::Lower)?;
-    let orbit = balance.solve_truncating_forces(&pair, &guess)?;
+    let orbit = balance.solve(&pair, &guess)?;
     finite("residual", orbit.residual())?;
     let period = TAU / orbit.frequency();
     finite("period", period)

@@ -65,7 +65,7 @@ impl Shape for Own {
         }
         size
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         let mut names = NAMES.map(|name| Channel::new(name, "1")).to_vec();
         match self.slip {
             Slip::Names(0) => names.clear(),

@@ -23,11 +23,11 @@ const KINDS: [(PointKind, &str); 6] = [
 /// [`BranchPoint::peak_to_peak`].
 ///
 /// ```
-/// use gear_dynamics::branches::{BranchPoint, ByConstant, Continuation};
+/// use gear_dynamics::branches::{BranchPoint, Continuation, Family};
 /// use gear_dynamics::trains::SpurPair;
 /// use gear_dynamics_plots::{Picture, branch};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?.parts()?.build("driver", 0.8)?;
-/// let line = Continuation::new(0.8, 1.0).run(&ByConstant::new(&pair, "speed")?, &[])?;
+/// let line = Continuation::new(0.8, 1.0).run(&Family::over(&pair, ["speed"])?, None)?;
 /// let panel = branch(&[&line], ["speed Ω [1]", "peak-to-peak value [1]"], BranchPoint::peak_to_peak)?;
 /// let svg = Picture::from(panel).to_svg();
 /// assert!(svg.contains(">stable</text>") && svg.contains(">grazing</text>"));

@@ -183,12 +183,12 @@ impl Panel {
     /// turned.
     ///
     /// ```
-    /// use gear_dynamics::branches::{ByConstant, ByConstants, Continuation, PointKind};
+    /// use gear_dynamics::branches::{Continuation, Family, PointKind};
     /// use gear_dynamics::trains::SpurPair;
     /// use gear_dynamics_plots::{Picture, Panel};
     /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?.parts()?.build("driver", 0.8)?;
-    /// let branch = Continuation::new(0.8, 0.9).run(&ByConstant::new(&pair, "speed")?, &[])?;
-    /// let plane = ByConstants::new(&pair, ["speed", "mesh damping"])?;
+    /// let branch = Continuation::new(0.8, 0.9).run(&Family::over(&pair, ["speed"])?, None)?;
+    /// let plane = Family::over(&pair, ["speed", "mesh damping"])?;
     /// let line = Continuation::new(0.1, 0.12).run(&plane, branch.of_kind(PointKind::Grazing)[0])?;
     /// let panel = Panel::new("", "speed Ω [1]", "damping [1]")?.boundary("onset of contact loss", &line)?;
     /// assert!(Picture::from(panel).to_svg().contains("onset of contact loss"));

@@ -5,7 +5,7 @@ use crate::models::pair::Pair;
 use crate::models::symmetric::Symmetric;
 use crate::models::two_stage::TwoStage;
 use crate::{Check, Outcome};
-use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, ByConstant, Continuation, PointKind};
+use gear_dynamics::branches::{Branch, BranchEnd, BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::num_complex::Complex64;
 use gear_dynamics::trains::{Coordinates, Train};
 use gear_dynamics::{Dop853, Model, Settle, Shooting, State};
@@ -57,16 +57,16 @@ pub fn stages(draw: &mut Draw) -> Result<Case, String> {
 
 /// The branch from a settled orbit.
 fn follow(case: &Case, start: &(State, usize), continuation: Continuation) -> Result<Branch, String> {
-    let family = ByConstant::new(&case.train, "speed").map_err(|error| error.to_string())?;
+    let family = Family::over(&case.train, ["speed"]).map_err(|error| error.to_string())?;
     let continuation = continuation.shooting(Shooting::new().period_multiple(start.1));
-    continuation.run(&family, std::slice::from_ref(&start.0)).map_err(|error| error.to_string())
+    continuation.run(&family, &start.0).map_err(|error| error.to_string())
 }
 
 /// A settled orbit at the first speed, and its period multiple.
 pub fn settled(case: &Case) -> Option<(State, usize)> {
     let settle = Settle::new().tolerance(1e-8).max_periods(600);
     let rest = State::at_rest(case.train.dof());
-    let steady = settle.start(&rest).run(&Dop853::new().rtol(1e-10).atol(1e-16), &case.train).ok()?;
+    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &case.train, &rest).ok()?;
     Some((steady.state, steady.period_multiple))
 }
 

@@ -4,10 +4,7 @@ use crate::checks::branches::{Case, Drawn, pair, set, settled, stages};
 use crate::draw::Draw;
 use crate::models::pair::Pair;
 use crate::{Check, Outcome, agree};
-use gear_dynamics::branches::{
-    Beyond, Branch, BranchEnd, BranchError, ByConstant, ByConstants, ByFunction, Continuation, Family,
-    PointKind,
-};
+use gear_dynamics::branches::{Beyond, Branch, BranchEnd, BranchError, Continuation, Family, PointKind};
 use gear_dynamics::nalgebra::DMatrix;
 use gear_dynamics::{Dop853, Integrator, Model, Periodic, Shooting, State};
 
@@ -45,8 +42,8 @@ impl Model for Large<'_> {
 }
 
 /// det(Mᵐ - 1) over m periods, in units of the frequency of the period.
-fn determinant(family: &dyn Family, p: f64, multiple: usize) -> Option<f64> {
-    let model = family.at(p).ok()?;
+fn determinant(family: &Family<'_>, p: f64, multiple: usize) -> Option<f64> {
+    let model = family.at([p]).ok()?;
     let (n, period) = (model.dof(), model.period());
     let unit = |i: usize| if i < n { 1.0 } else { std::f64::consts::TAU / period };
     let mut matrix = DMatrix::zeros(2 * n, 2 * n);
@@ -65,7 +62,7 @@ fn determinant(family: &dyn Family, p: f64, multiple: usize) -> Option<f64> {
 }
 
 /// The root of the determinant near a border, by secants.
-fn independent(family: &dyn Family, border: f64, multiple: usize) -> Option<f64> {
+fn independent(family: &Family<'_>, border: f64, multiple: usize) -> Option<f64> {
     let (mut a, mut b) = (border * (1.0 + 1e-5), border * (1.0 - 1e-5));
     let mut at_a = determinant(family, a, multiple)?;
     for _ in 0..20 {
@@ -99,10 +96,10 @@ fn infinity(draw: &mut Draw, drawn: Drawn) -> Outcome {
 }
 
 fn run(draw: &mut Draw, case: &Case, start: &(State, usize)) -> Result<Outcome, String> {
-    let family = ByConstant::new(&case.train, "speed").map_err(|error| error.to_string())?;
+    let family = Family::over(&case.train, ["speed"]).map_err(|error| error.to_string())?;
     let [from, to] = case.speeds;
     let continuation = Continuation::new(from, to).shooting(Shooting::new().period_multiple(start.1));
-    let branch = continuation.run(&family, std::slice::from_ref(&start.0));
+    let branch = continuation.run(&family, &start.0);
     let branch = branch.map_err(|error| error.to_string())?;
     draw.note(|| format!("{branch}"));
     let BranchEnd::Unbounded { border, motion } = *branch.end() else {
@@ -150,11 +147,11 @@ fn run_lines(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let (speeds, train) = ([0.5, 2.4], pair.at(0.5).map_err(|error| text(&error))?);
     let case = Case { text: String::new(), train, speeds };
     let Some((state, multiple)) = settled(&case) else { return Ok(Outcome::Skipped("does not settle")) };
-    let family = ByConstant::new(&case.train, "speed").map_err(|error| text(&error))?;
+    let family = Family::over(&case.train, ["speed"]).map_err(|error| text(&error))?;
     let shooting = Shooting::new().period_multiple(multiple);
     let branch = Continuation::new(0.5, 2.4).shooting(shooting.clone()).run(&family, &[state]);
     let branch = branch.map_err(|error| text(&error))?;
-    let plane = ByConstants::new(&case.train, ["speed", "mesh damping"]).map_err(|error| text(&error))?;
+    let plane = Family::over(&case.train, ["speed", "mesh damping"]).map_err(|error| text(&error))?;
     let damping = 2.0 * pair.zeta;
     let mut ends = 0;
     for point in branch.of_kind(PointKind::Fold).into_iter().take(2) {
@@ -173,7 +170,7 @@ fn run_lines(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
             Ok(train) => Ok(train),
             Err(_) => case.train.with("speed", f64::NAN),
         };
-        let family = ByFunction::new("speed", "1", at);
+        let family = Family::of([("speed", "1")], |[p]| at(p));
         let expected = independent(&family, border, multiple).ok_or("no determinant")?;
         if (border - expected).abs() > CLOSE * border.abs() {
             return Err(format!("the border {border:?} is {expected:?}"));

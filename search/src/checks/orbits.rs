@@ -6,7 +6,7 @@ use crate::models::pair::Pair;
 use crate::{Check, Outcome, agree};
 use gear_dynamics::analysis::Summary;
 use gear_dynamics::branches::{
-    Branch, BranchEnd, BranchError, ByConstant, ByConstants, Continuation, PointKind, Sensitivity,
+    Branch, BranchEnd, BranchError, Continuation, Family, Figure, PointKind, Sensitivity,
 };
 use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::Side;
@@ -47,7 +47,7 @@ fn outcome(result: Result<Outcome, String>, text: &str) -> Outcome {
 }
 
 fn shot(train: &Train, guess: &State, multiple: usize) -> Result<ShootingOrbit, String> {
-    Shooting::new().period_multiple(multiple).solve(train, std::slice::from_ref(guess)).map_err(told)
+    Shooting::new().period_multiple(multiple).solve(train, guess).map_err(told)
 }
 
 /// Largest distance of two states, as a share of ranges of motion.
@@ -88,7 +88,7 @@ fn closing(draw: &mut Draw, of: Drawn) -> Outcome {
     let Some((start, multiple)) = settled(&case) else { return Outcome::Skipped("does not settle") };
     let compare = || {
         let shooting = Shooting::new().period_multiple(multiple).flow_method(FlowMethod::Taylor);
-        let orbit = shooting.solve(&case.train, std::slice::from_ref(&start)).map_err(told)?;
+        let orbit = shooting.solve(&case.train, &start).map_err(told)?;
         let (first, period) = (&orbit.states()[0], orbit.period());
         let method = Dop853::new().rtol(1e-12).atol(1e-18);
         let end = method.end(&case.train, first, first.t + period).map_err(told)?;
@@ -121,7 +121,7 @@ fn derivatives(draw: &mut Draw, of: Drawn) -> Outcome {
         Err(outcome) => return outcome,
     };
     let Some((start, multiple)) = settled(&case) else { return Outcome::Skipped("does not settle") };
-    let constants = case.train.constants().len();
+    let constants = case.train.values().len();
     let place = draw.below(constants);
     outcome(compare_derivatives(draw, &case, &start, multiple, place), &case.text)
 }
@@ -135,16 +135,16 @@ fn compare_derivatives(
 ) -> Result<Outcome, String> {
     let train = &case.train;
     let orbit = shot(train, start, multiple)?;
-    let value = train.constants()[place];
+    let value = train.values()[place];
     if value == 0.0 {
         return Ok(Outcome::Skipped("the constant is 0"));
     }
-    let named = train.named_constants().ok_or("no constants")?;
+    let named = train.offers().constants.ok_or("no constants")?;
     let name = named.names()[place].name.clone();
     draw.note(|| format!("{name} = {value}"));
     let channel = if train.contacts() > 1 { "deflection 0" } else { "deflection" };
     let exact = Sensitivity::of(train, &orbit, &[channel]).map_err(told)?;
-    let slopes = [exact.mean(channel), exact.rms(channel), exact.peak_to_peak(channel)];
+    let slopes = [Figure::Mean, Figure::Rms, Figure::PeakToPeak].map(|figure| exact.slopes(figure, channel));
     let at = |h: f64| -> Result<([f64; 3], u64), String> {
         let moved = train.with(&name, value * (1.0 + h)).map_err(told)?;
         let orbit = Shooting::new().period_multiple(multiple).solve(&moved, orbit.states()).map_err(told)?;
@@ -291,7 +291,7 @@ fn cuts(draw: &mut Draw) -> Outcome {
 fn branch_of(pair: &Pair) -> Result<Option<(Branch, usize)>, String> {
     let case = Case { text: String::new(), train: pair.at(0.5).map_err(told)?, speeds: [0.5, 2.4] };
     let Some((state, multiple)) = settled(&case) else { return Ok(None) };
-    let family = ByConstant::new(&case.train, "speed").map_err(told)?;
+    let family = Family::over(&case.train, ["speed"]).map_err(told)?;
     let continuation = Continuation::new(0.5, 2.4).shooting(Shooting::new().period_multiple(multiple));
     Ok(Some((continuation.run(&family, &[state]).map_err(told)?, multiple)))
 }
@@ -308,7 +308,7 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     }
     let point = followed[draw.below(followed.len())];
     let train = pair.at(0.5).map_err(told)?;
-    let plane = ByConstants::new(&train, ["speed", "mesh damping"]).map_err(told)?;
+    let plane = Family::over(&train, ["speed", "mesh damping"]).map_err(told)?;
     let damping = 2.0 * pair.zeta;
     let line = Continuation::new(damping, 1.05 * damping).shooting(Shooting::new().period_multiple(multiple));
     let line = match line.run(&plane, point) {
@@ -349,7 +349,7 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     if nearest > 1e-7 * p {
         // The point may have left the branch from 0.5 by an isola: it lies on the branch through orbits beside it.
         let train = Pair { zeta: 0.5 * c, ..pair.clone() }.at(p).map_err(told)?;
-        let family = ByConstant::new(&train, "speed").map_err(told)?;
+        let family = Family::over(&train, ["speed"]).map_err(told)?;
         for start in [p * (1.0 - 1e-5), p * (1.0 + 1e-5)] {
             let beside = Continuation::new(start, 1.01 * p).bounds(0.99 * p, 1.01 * p).both_ways();
             let beside = beside.max_points(200).shooting(Shooting::new().period_multiple(multiple));

@@ -6,7 +6,7 @@ use crate::draw::Draw;
 use crate::models::symmetric::Symmetric;
 use crate::{Check, Outcome, agree};
 use gear_dynamics::analysis::{SettleError, Summary};
-use gear_dynamics::branches::{BranchEnd, ByConstant, Continuation, Sensitivity};
+use gear_dynamics::branches::{BranchEnd, Continuation, Family, Figure, Sensitivity};
 use gear_dynamics::periodic::{BalanceError, FlowMethod, Lyapunov, ShootingOrbit, Variation};
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
 use gear_dynamics::trains::{Coordinates, Train};
@@ -28,10 +28,7 @@ const SAME: f64 = 1e-9;
 /// A settled state and its period multiple.
 fn settled<I: Integrator>(by: &I, train: &Train) -> Result<(State, usize), SettleError> {
     let settle = Settle::new().tolerance(1e-8).max_periods(400);
-    settle
-        .start(&State::at_rest(train.dof()))
-        .run(by, train)
-        .map(|steady| (steady.state, steady.period_multiple))
+    settle.run(by, train, &State::at_rest(train.dof())).map(|steady| (steady.state, steady.period_multiple))
 }
 
 fn by_taylor() -> Taylor {
@@ -40,7 +37,7 @@ fn by_taylor() -> Taylor {
 
 fn orbit(train: &Train, guess: &State, multiple: usize) -> Result<ShootingOrbit, String> {
     let shooting = Shooting::new().period_multiple(multiple).flow_method(FlowMethod::Taylor);
-    shooting.solve(train, std::slice::from_ref(guess)).map_err(|error| error.to_string())
+    shooting.solve(train, guess).map_err(|error| error.to_string())
 }
 
 /// The largest distance of a multiplier of either list to the other list, over max(1, |μ|).
@@ -153,7 +150,7 @@ fn solvers(draw: &mut Draw) -> Outcome {
         Err(error) => return fails("shooting", error),
     };
     let again = Shooting::new().period_multiple(multiple).flow_method(FlowMethod::Dop853);
-    match again.solve(&train, std::slice::from_ref(&start)) {
+    match again.solve(&train, &start) {
         Err(error) => return fails("shooting by DOP853", error.to_string()),
         Ok(orbit) => {
             let apart = apart(&orbit, &reference);
@@ -255,8 +252,8 @@ impl Figures {
         let said = |what: &str, error: &dyn std::fmt::Display| format!("{what}: {error}");
         let sensitivity =
             Sensitivity::of(train, orbit, &["deflection 0"]).map_err(|e| said("sensitivity", &e))?;
-        let slopes = sensitivity.mean("deflection 0").map_err(|e| said("sensitivity", &e))?;
-        let slopes = slopes.iter().zip(train.constants()).map(|(slope, constant)| slope * constant).collect();
+        let slopes = sensitivity.slopes(Figure::Mean, "deflection 0").map_err(|e| said("sensitivity", &e))?;
+        let slopes = slopes.iter().zip(train.values()).map(|(slope, constant)| slope * constant).collect();
         // The linearised start has all contacts on one flank.
         let one_flank = mean.iter().all(|mean| *mean > 0.0);
         let balance = if multiple == 1 && one_flank { by_balance(train)? } else { None };
@@ -268,7 +265,7 @@ impl Figures {
                 let steps = steps * train.shape().cycles_in_a_period() as usize;
                 by_rows(train, start, &LaneRk4::new(steps).lanes::<4>())?
             }];
-        let family = ByConstant::new(train, "speed").map_err(|e| said("family", &e))?;
+        let family = Family::over(train, ["speed"]).map_err(|e| said("family", &e))?;
         let continuation = Continuation::new(speed, 1.03 * speed).max_points(200);
         let continuation = continuation.shooting(Shooting::new().period_multiple(multiple));
         let branch = continuation.run(&family, orbit.states()).map_err(|e| said("branch", &e))?;

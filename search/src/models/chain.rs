@@ -70,7 +70,7 @@ impl<N: Nonlinearity + std::fmt::Debug> Chain<N> {
     /// Its law and its constants.
     pub fn describe(machine: &Machine<Self>) -> String {
         let shape = machine.shape();
-        format!("{} masses, {:?}, {:?}", shape.masses, shape.law, machine.constants())
+        format!("{} masses, {:?}, {:?}", shape.masses, shape.law, machine.values())
     }
 }
 
@@ -80,7 +80,7 @@ impl<N: Nonlinearity> Shape for Chain<N> {
         let n = self.masses;
         Size { dof: n, waves: 1 + 3 * n, contacts: n, constants: NAMES.len() }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         NAMES.map(|name| Channel::new(name, "1")).into()
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

@@ -1,6 +1,6 @@
 //! The equations of a bifurcation or an onset over two parameters.
 
-use crate::branches::boundary::plane::Slice;
+use crate::branches::boundary::slice::Slice;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, Slopes};
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum, Rigid};
@@ -112,7 +112,7 @@ impl BoundaryCurve<'_> {
     fn parameters(&self, x: &DVector<f64>, p: f64, other: f64) -> Result<Slopes, CurveError> {
         let failed = |error| CurveError::Model { parameter: other, error };
         let model = self.slice.model([p, other]).map_err(failed)?;
-        let exact = self.slice.plane.constants().zip(model.named_constants());
+        let exact = self.slice.plane.constants.zip(model.offers().constants);
         let units = [self.unit, self.other_unit];
         let forced = exact.map(|(places, constants)| {
             [0, 1].map(|k| constants.drive_slope(places[k]).times(units[k])).to_vec()

@@ -50,16 +50,17 @@ impl fmt::Display for Turn {
 }
 
 /// The curve p(λ) along which a located point of a branch moves when a second parameter λ changes: what a
-/// [`Continuation`](crate::branches::Continuation) follows in a [`Plane`](crate::branches::Plane).
+/// [`Continuation`](crate::branches::Continuation) follows in a [`Family`](crate::branches::Family) of two
+/// parameters.
 ///
 /// ```
-/// use gear_dynamics::branches::{ByConstant, ByConstants, Continuation, PointKind};
+/// use gear_dynamics::branches::{Continuation, Family, PointKind};
 /// use gear_dynamics::{State, trains::SpurPair};
 /// // Constant stiffness and an inertia force: teeth separate where A W² = F √((1 - W²)² + (2 ζ W)²).
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.05])?.parts()?.build("driver", 0.7)?;
-/// let family = ByConstant::new(&pair, "speed")?;
-/// let branch = Continuation::new(0.7, 0.85).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
-/// let plane = ByConstants::new(&pair, ["speed", "mesh damping"])?;
+/// let family = Family::over(&pair, ["speed"])?;
+/// let branch = Continuation::new(0.7, 0.85).run(&family, &State::new(0.0, &[1.1], &[0.0]))?;
+/// let plane = Family::over(&pair, ["speed", "mesh damping"])?;
 /// let line = Continuation::new(0.1, 0.12).run(&plane, branch.of_kind(PointKind::Grazing)[0])?;
 /// let [w, c] = line.points().last().ok_or("a point")?.parameters;
 /// assert!((0.05 * w * w - 0.1 * ((1.0 - w * w).powi(2) + (c * w).powi(2)).sqrt()).abs() < 1e-10);
@@ -96,8 +97,10 @@ impl LinePoint for BoundaryPoint {
             let [low, high] = line.range(k);
             writeln!(f, "  {parameter} = {low} .. {high}")?;
         }
-        for (turn, point) in line.turns() {
-            writeln!(f, "  {:>18.12} {:>18.12}  {turn}", point.parameters[0], point.parameters[1])?;
+        for point in line.turns() {
+            let ([p, other], turn) =
+                (point.parameters, point.turn.map_or(String::new(), |turn| turn.to_string()));
+            writeln!(f, "  {p:>18.12} {other:>18.12}  {turn}")?;
         }
         Ok(())
     }
@@ -113,8 +116,8 @@ impl BoundaryLine {
         &self.head.what
     }
     /// The turning points.
-    pub fn turns(&self) -> impl Iterator<Item = (Turn, &BoundaryPoint)> {
-        self.points.iter().filter_map(|point| point.turn.map(|turn| (turn, point)))
+    pub fn turns(&self) -> impl Iterator<Item = &BoundaryPoint> {
+        self.points.iter().filter(|point| point.turn.is_some())
     }
 
     /// One row per point: p, λ, `arclength`, `turn` (0 none, 1 extremum of λ, 2 cusp) and `largest

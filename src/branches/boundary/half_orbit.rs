@@ -29,7 +29,7 @@ pub(crate) fn whole(half: ShootingOrbit, multipliers: &Multipliers) -> (Shooting
     });
     let states = states.iter().cloned().chain(later).collect();
     let monodromy = &half.parts.monodromy * &half.parts.monodromy;
-    let error = 2.0 * multipliers.largest().max(1.0) * multipliers.error();
+    let error = 2.0 * multipliers.largest().max(1.0) * multipliers.value_error();
     let scaled = DMatrix::from_fn(monodromy.nrows(), monodromy.ncols(), |i, j| {
         monodromy[(i, j)] * half.parts.scale[j] / half.parts.scale[i]
     });

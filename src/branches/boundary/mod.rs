@@ -4,5 +4,5 @@ pub(crate) mod boundary_curve;
 pub(crate) mod boundary_line;
 pub(crate) mod grazed_stops;
 pub(crate) mod half_orbit;
-pub(crate) mod plane;
+pub(crate) mod slice;
 pub(crate) mod steps;

@@ -130,7 +130,7 @@ impl Followed for BoundaryCurve<'_> {
         let curve = &stepper.engine.curve;
         let (multiple, state) = curve.first_state(next)?;
         border(
-            &*curve.slice,
+            &curve.slice.family(),
             next.x[next.x.len() - 1],
             curve.unit,
             multiple,

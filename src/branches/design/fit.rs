@@ -1,9 +1,10 @@
 //! Fits of constants to a measured response.
 
 use crate::branches::design::least::Optimum;
-use crate::branches::design::objective::{DesignError, Figure};
+use crate::branches::design::objective::DesignError;
 use crate::branches::design::reach::reach;
 use crate::branches::design::search::{Search, Space};
+use crate::branches::sensitivity::figure::Figure;
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
@@ -55,11 +56,11 @@ impl Fit {
     ///
     /// # Errors
     /// [`DesignError`].
-    pub fn response(
+    pub fn response<'g>(
         &self,
         model: &dyn Periodic,
         parameters: &[f64],
-        guess: &[State],
+        guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<f64>, DesignError> {
         let constants = constants_of(model)?;
         let place = constants.place(&self.objective.parameter)?;
@@ -72,11 +73,11 @@ impl Fit {
     }
 
     /// The orbits of a model at all parameters.
-    fn orbits(
+    fn orbits<'g>(
         &self,
         model: &dyn Periodic,
         parameters: &[f64],
-        guess: &[State],
+        guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<ShootingOrbit>, DesignError> {
         let constants = constants_of(model)?;
         let place = constants.place(&self.objective.parameter)?;
@@ -99,11 +100,11 @@ impl Fit {
     ///
     /// # Errors
     /// [`DesignError`]; if the optimiser does not converge, the error holds the best constants.
-    pub fn run(
+    pub fn run<'g>(
         &self,
         model: &dyn Periodic,
         measured: &[(f64, f64)],
-        guess: &[State],
+        guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Optimum, DesignError> {
         let constants = constants_of(model)?;
         let place = constants.place(&self.objective.parameter)?;
@@ -130,8 +131,7 @@ impl Fit {
                 let off = self.objective.figure.value(&*model, &orbit, &self.objective.channel)? - m;
                 let sensitivity =
                     Sensitivity::within(&*model, &orbit, &[&self.objective.channel], meter.clone())?;
-                let all =
-                    space.gradient(&self.objective.figure.slopes(&sensitivity, &self.objective.channel)?);
+                let all = space.gradient(sensitivity.slopes(self.objective.figure, &self.objective.channel)?);
                 sum += off * off / size;
                 slope.iter_mut().zip(all).for_each(|(slope, by)| *slope += 2.0 * off * by / size);
                 found.push(orbit);

@@ -1,8 +1,9 @@
 //! The least figure of an orbit over constants of its model.
 
-use crate::branches::design::objective::{DesignError, Figure};
+use crate::branches::design::objective::DesignError;
 use crate::branches::design::reach::reach;
 use crate::branches::design::search::{Search, Space};
+use crate::branches::sensitivity::figure::Figure;
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::model::{Periodic, State};
 use crate::periodic::ShootingOrbit;
@@ -18,7 +19,7 @@ use std::rc::Rc;
 /// use gear_dynamics::{State, branches::{Figure, Least}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
 /// let least = Least::new("deflection", Figure::PeakToPeak).over("mesh damping", 0.02, 0.3);
-/// let best = least.run(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let best = least.run(&pair, &State::new(0.0, &[1.1], &[0.0]))?;
 /// assert!((best.constants[0].1 - 0.3).abs() < 1e-9); // the largest damping moves the teeth least
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -37,7 +38,7 @@ pub struct Minimised {
 /// # use gear_dynamics::{State, branches::{Figure, Least}, trains::SpurPair};
 /// # let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
 /// # let least = Least::new("deflection", Figure::Max).over("mesh damping", 0.02, 0.3);
-/// let best = least.run(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let best = least.run(&pair, &State::new(0.0, &[1.1], &[0.0]))?;
 /// assert!(best.value > 0.0 && best.evaluations < 20);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -61,11 +62,16 @@ impl Least {
     pub fn new(channel: &str, figure: Figure) -> Self {
         Search::of(Minimised { channel: channel.into(), figure }, 0.0)
     }
-    /// Searches from the constants of `model` and the orbit near a guess.
+    /// Searches from the constants of `model` and the orbit near a guess (see
+    /// [`Shooting::solve`](crate::Shooting::solve)).
     ///
     /// # Errors
     /// [`DesignError`]; if the optimiser does not converge, the error holds the best constants.
-    pub fn run(&self, model: &dyn Periodic, guess: &[State]) -> Result<Optimum, DesignError> {
+    pub fn run<'g>(
+        &self,
+        model: &dyn Periodic,
+        guess: impl IntoIterator<Item = &'g State>,
+    ) -> Result<Optimum, DesignError> {
         let constants = constants_of(model)?;
         let (space, start) = Space::new(constants, &self.over)?;
         let (shooting, meter) = (&self.shooting, Rc::new(self.budget.begin()));
@@ -81,13 +87,13 @@ impl Least {
             let value = self.objective.figure.value(&*model, &orbit, &self.objective.channel)?;
             let sensitivity =
                 Sensitivity::within(&*model, &orbit, &[&self.objective.channel], meter.clone())?;
-            let all = self.objective.figure.slopes(&sensitivity, &self.objective.channel)?;
+            let all = sensitivity.slopes(self.objective.figure, &self.objective.channel)?;
             let mut best = best.borrow_mut();
             if best.as_ref().is_none_or(|(least, _)| value < *least) {
                 *best = Some((value, orbit.clone()));
             }
             *last = (values, orbit);
-            Ok((value, space.gradient(&all)))
+            Ok((value, space.gradient(all)))
         };
         let found = self.minimise(&space, &start, &evaluate)?;
         let orbit = best.into_inner().map_or_else(|| last.into_inner().1, |(_, orbit)| orbit);

@@ -1,62 +1,16 @@
-//! The figure of an orbit that a design changes.
+//! The figure of an orbit that a design changes, and what may fail.
 
-use crate::analysis::{Statistics, Summary};
+use crate::analysis::Statistics;
 use crate::branches::branch_error::BranchError;
 use crate::branches::curve::equations::CurveError;
-use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
+use crate::branches::sensitivity::figure::Figure;
 use crate::error::ParameterError;
 use crate::model::Periodic;
 use crate::ode::{Exhausted, IntegrateError};
 use crate::periodic::{ShootingError, ShootingOrbit};
 use thiserror::Error;
 
-/// A figure of a channel over a period.
-///
-/// ```
-/// use gear_dynamics::{analysis::Summary, branches::Figure};
-/// let summary = Summary::from_samples(&[1.0, 3.0])?;
-/// assert_eq!(Figure::PeakToPeak.of(&summary), 2.0);
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Figure {
-    /// Mean.
-    Mean,
-    /// Root mean square.
-    Rms,
-    /// Maximum less minimum.
-    PeakToPeak,
-    /// Maximum.
-    Max,
-    /// Minimum.
-    Min,
-}
-
 impl Figure {
-    /// The figure in a summary.
-    pub fn of(self, summary: &Summary) -> f64 {
-        match self {
-            Figure::Mean => summary.mean,
-            Figure::Rms => summary.rms,
-            Figure::PeakToPeak => summary.peak_to_peak(),
-            Figure::Max => summary.max,
-            Figure::Min => summary.min,
-        }
-    }
-
-    /// Its derivatives with respect to all constants.
-    pub(crate) fn slopes(self, of: &Sensitivity, channel: &str) -> Result<Vec<f64>, ParameterError> {
-        let slopes = match self {
-            Figure::Mean => of.mean(channel),
-            Figure::Rms => of.rms(channel),
-            Figure::PeakToPeak => of.peak_to_peak(channel),
-            Figure::Max => of.max(channel),
-            Figure::Min => of.min(channel),
-        };
-        slopes.map(<[f64]>::to_vec)
-    }
-
     /// The figure of an orbit of `model`.
     pub(crate) fn value(
         self,

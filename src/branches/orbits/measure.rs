@@ -56,7 +56,7 @@ pub(crate) fn measure(
     let summaries = names.iter().filter_map(|name| statistics.summary(name).ok()).collect();
     let rattle = rattle.contacts().iter().map(|contact| contact.rattle_state()).collect();
     let (ranges, units) = (motion.ranges(), motion.units(curve.flow_tolerance()));
-    let symmetries = symmetries.held(&units);
+    let symmetries = symmetries.kept(&units);
     Ok(Measured { summaries, rattle, trace: tracer.trace, ranges, units, symmetries })
 }
 

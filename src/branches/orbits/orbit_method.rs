@@ -56,7 +56,7 @@ pub(crate) trait Orbits: Curve {
 /// A method by which the orbits of a branch are computed: shooting or balance.
 pub(crate) trait OrbitMethod: Orbits {
     /// The family of models.
-    fn family(&self) -> &dyn Family;
+    fn family(&self) -> &Family<'_>;
     /// The unknowns of an orbit.
     fn unknowns(&self, orbit: &Self::Orbit) -> DVector<f64>;
     /// Whether a multiplier passes 1 at every fold, to rounding. Default: yes.

@@ -30,13 +30,13 @@ impl Symmetries {
     }
 
     /// Whether the orbit has each of the symmetries. `units`: units of coordinates and velocities.
-    pub(crate) fn held(&self, units: &[f64]) -> Vec<bool> {
+    pub(crate) fn kept(&self, units: &[f64]) -> Vec<bool> {
         let dof = self.y.len() / 2;
-        let held = |((_, sign), later): (&(f64, f64), &Vec<f64>)| {
+        let kept = |((_, sign), later): (&(f64, f64), &Vec<f64>)| {
             later.len() == dof
                 && (0..dof).all(|i| (sign * later[i] - self.first[i]).abs() <= SYMMETRIC * units[dof + i])
         };
-        self.places.iter().zip(&self.later).map(held).collect()
+        self.places.iter().zip(&self.later).map(kept).collect()
     }
 }
 

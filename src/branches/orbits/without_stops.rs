@@ -1,9 +1,6 @@
 //! A model without some of its rigid stops.
 
 use crate::contact::Piece;
-use crate::model::equations::Constants;
-use crate::model::expansion::expand::Expand;
-use crate::model::terms::Terms;
 use crate::model::{Jacobian, Model, Offers, Periodic};
 
 /// A model without the impacts on some of its rigid stops.
@@ -41,15 +38,6 @@ impl Model for WithoutStops<'_> {
     }
     fn offers(&self) -> Offers<'_> {
         Offers { stops: &self.stops, ..self.model.offers() }
-    }
-    fn expand(&self) -> Option<&dyn Expand> {
-        self.model.expand()
-    }
-    fn named_constants(&self) -> Option<&dyn Constants> {
-        self.model.named_constants()
-    }
-    fn terms(&self) -> Option<&dyn Terms> {
-        self.model.terms()
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.model.accel_on_pieces(pieces, u, q, v, a);

@@ -8,10 +8,10 @@ use crate::periodic::{Multipliers, ShootingOrbit, Stability};
 /// [`ShootingOrbit`] or [`FourierOrbit`](crate::periodic::FourierOrbit).
 ///
 /// ```
-/// use gear_dynamics::{RattleState, State, branches::{ByConstant, Continuation}, trains::SpurPair};
+/// use gear_dynamics::{RattleState, State, branches::{Continuation, Family}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.6)?;
-/// let family = ByConstant::new(&pair, "speed")?;
-/// let branch = Continuation::new(0.6, 0.65).run(&family, State::new(0.0, &[1.1], &[0.0]))?;
+/// let family = Family::over(&pair, ["speed"])?;
+/// let branch = Continuation::new(0.6, 0.65).run(&family, &State::new(0.0, &[1.1], &[0.0]))?;
 /// let point = branch.points().last().ok_or("a point")?;
 /// assert_eq!((point.parameter, point.rattle[0]), (0.65, RattleState::None));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -19,13 +19,13 @@ fn is_real(m: &Complex64, error: f64) -> bool {
 
 /// The real multipliers.
 fn real(multipliers: &Multipliers) -> impl Iterator<Item = f64> {
-    let error = multipliers.error();
+    let error = multipliers.value_error();
     multipliers.values().iter().filter(move |m| is_real(m, error)).map(|m| m.re)
 }
 
 /// The complex multipliers.
 fn complex(multipliers: &Multipliers) -> impl Iterator<Item = &Complex64> {
-    let error = multipliers.error();
+    let error = multipliers.value_error();
     multipliers.values().iter().filter(move |m| !is_real(m, error))
 }
 
@@ -91,7 +91,7 @@ const ON_CIRCLE: f64 = 1e-6;
 
 /// Whether a complex pair lies on the unit circle, where [`torus`] vanishes.
 pub(crate) fn is_torus(multipliers: &Multipliers) -> bool {
-    let near = ON_CIRCLE.max(2.0 * multipliers.error());
+    let near = ON_CIRCLE.max(2.0 * multipliers.value_error());
     complex(multipliers).any(|m| (m.norm() - 1.0).abs() < near)
 }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod along;
 pub(crate) mod derivatives;
+pub(crate) mod figure;
 pub(crate) mod point_slopes;
 pub(crate) mod quantity;
 pub(crate) mod sensitivity_of_orbit;

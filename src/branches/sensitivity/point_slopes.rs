@@ -12,7 +12,7 @@ use crate::branches::sensitivity::along::{along_direction, smooth};
 use crate::branches::sensitivity::derivatives::{Neighbours, gather};
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
-use crate::branches::sensitivity::totals::{Alone, Totals};
+use crate::branches::sensitivity::totals::Totals;
 use crate::contact::Piece;
 use crate::model::Periodic;
 use crate::model::equations::Constants;
@@ -48,8 +48,7 @@ impl Sensitivity {
         let at = without_grazed_stop(family.with_values(&[(place, point.parameter)])?, point);
         let constants = constants_of(&*at)?;
         let budget = Budget::new();
-        let alone = Alone(&*at);
-        let totals = Totals::new(&alone, constants, &point.orbit, Rc::new(budget.begin()))?;
+        let totals = Totals::new(&*at, constants, &point.orbit, Rc::new(budget.begin()))?;
         let along: Vec<f64> = match &point.located {
             Some(Event::Bifurcation(PointKind::Fold)) => {
                 let w = left_null(&totals.by_x).ok_or(CurveError::Singular)?;

@@ -3,8 +3,9 @@
 use crate::branches::branch_error::BranchError;
 use crate::branches::sensitivity::along::along_direction;
 use crate::branches::sensitivity::derivatives::{Derivatives, Neighbours, gather};
+use crate::branches::sensitivity::figure::Figure;
 use crate::branches::sensitivity::quantity::Quantity;
-use crate::branches::sensitivity::totals::{Alone, Totals};
+use crate::branches::sensitivity::totals::Totals;
 use crate::error::{ParameterError, check};
 use crate::model::equations::Constants;
 use crate::model::{Channel, Periodic};
@@ -25,12 +26,13 @@ use std::rc::Rc;
 /// rounding decides which side is computed.   Source: Leine & Nijmeijer, Sect. 7.4.
 ///
 /// ```
-/// use gear_dynamics::{Shooting, State, branches::Sensitivity, trains::SpurPair};
+/// use gear_dynamics::{Shooting, State, branches::{Figure, Sensitivity}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
-/// let orbit = Shooting::new().solve(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
-/// let slopes = Sensitivity::of(&pair, &orbit, &["deflection"])?;
+/// let orbit = Shooting::new().solve(&pair, &State::new(0.0, &[1.1], &[0.0]))?;
+/// let sensitivity = Sensitivity::of(&pair, &orbit, &["deflection"])?;
+/// let slopes = sensitivity.slopes(Figure::Mean, "deflection")?;
 /// // Teeth stay in contact: the mean deflection is half the backlash plus a static deflection.
-/// assert!((slopes.mean("deflection")?[slopes.place("mesh half backlash")?] - 1.0).abs() < 1e-9);
+/// assert!((slopes[sensitivity.place("mesh half backlash")?] - 1.0).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -56,7 +58,7 @@ struct Figures {
 /// # Errors
 /// A model without named constants.
 pub(crate) fn constants_of<'m>(model: &'m (dyn Periodic + 'm)) -> Result<&'m dyn Constants, BranchError> {
-    model.named_constants().ok_or(BranchError::NoConstants)
+    model.offers().constants.ok_or(BranchError::NoConstants)
 }
 
 impl Sensitivity {
@@ -83,8 +85,7 @@ impl Sensitivity {
         let probe = Probe::new(model);
         let wanted = channels.iter().map(|name| probe.index(name).map(Quantity::Channel));
         let wanted = wanted.collect::<Result<Vec<_>, ParameterError>>()?;
-        let alone = Alone(model);
-        let totals = Totals::new(&alone, constants, orbit, meter)?;
+        let totals = Totals::new(model, constants, orbit, meter)?;
         let slopes = totals.solve()?;
         let neighbours = Neighbours::new(constants, &totals.units, model.period())?;
         let gathered = gather(&totals, model, &neighbours, &slopes, &wanted, None)?;
@@ -96,7 +97,7 @@ impl Sensitivity {
     }
 
     /// Names and units of the constants, in the order of all derivatives.
-    pub fn constants(&self) -> &[Channel] {
+    pub fn names(&self) -> &[Channel] {
         &self.constants
     }
     /// Index of a constant in the derivatives.
@@ -106,43 +107,19 @@ impl Sensitivity {
     pub fn place(&self, name: &str) -> Result<usize, ParameterError> {
         crate::model::channel::place_of(&self.constants, name)
     }
-    fn figures(&self, channel: &str) -> Result<&Figures, ParameterError> {
-        Ok(&self.figures[check::channel_index(&self.channels, channel)?])
-    }
-    /// Derivatives of the mean of a channel over a period.
+    /// Derivatives of a figure of a channel over a period.
     ///
     /// # Errors
     /// A channel that was not chosen.
-    pub fn mean(&self, channel: &str) -> Result<&[f64], ParameterError> {
-        Ok(&self.figures(channel)?.mean)
-    }
-    /// Derivatives of the RMS of a channel.
-    ///
-    /// # Errors
-    /// A channel that was not chosen.
-    pub fn rms(&self, channel: &str) -> Result<&[f64], ParameterError> {
-        Ok(&self.figures(channel)?.rms)
-    }
-    /// Derivatives of the maximum of a channel.
-    ///
-    /// # Errors
-    /// A channel that was not chosen.
-    pub fn max(&self, channel: &str) -> Result<&[f64], ParameterError> {
-        Ok(&self.figures(channel)?.max)
-    }
-    /// Derivatives of the minimum of a channel.
-    ///
-    /// # Errors
-    /// A channel that was not chosen.
-    pub fn min(&self, channel: &str) -> Result<&[f64], ParameterError> {
-        Ok(&self.figures(channel)?.min)
-    }
-    /// Derivatives of the peak-to-peak value of a channel.
-    ///
-    /// # Errors
-    /// A channel that was not chosen.
-    pub fn peak_to_peak(&self, channel: &str) -> Result<&[f64], ParameterError> {
-        Ok(&self.figures(channel)?.peak_to_peak)
+    pub fn slopes(&self, figure: Figure, channel: &str) -> Result<&[f64], ParameterError> {
+        let figures = &self.figures[check::channel_index(&self.channels, channel)?];
+        Ok(match figure {
+            Figure::Mean => &figures.mean,
+            Figure::Rms => &figures.rms,
+            Figure::PeakToPeak => &figures.peak_to_peak,
+            Figure::Max => &figures.max,
+            Figure::Min => &figures.min,
+        })
     }
     /// Derivatives of the state at the first node, at a fixed phase: coordinates and velocities along the
     /// rows, constants along the columns.
@@ -166,8 +143,7 @@ impl Sensitivity {
     ) -> Result<Vec<[f64; 2]>, BranchError> {
         let constants = constants_of(model)?;
         let budget = Budget::new();
-        let alone = Alone(model);
-        let totals = Totals::new(&alone, constants, orbit, Rc::new(budget.begin()))?;
+        let totals = Totals::new(model, constants, orbit, Rc::new(budget.begin()))?;
         let slopes = totals.solve()?;
         let mut all = Vec::with_capacity(totals.units.len());
         for (k, unit) in totals.units.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use crate::branches::curve::bordered::Bordered;
 use crate::branches::curve::equations::CurveError;
-use crate::branches::family::Family;
+use crate::branches::family::{Family, Models};
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, Slopes};
 use crate::error::ParameterError;
 use crate::model::drive_slope::DriveSlope;
@@ -13,14 +13,17 @@ use crate::periodic::{Shooting, ShootingOrbit};
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
 
-/// The family of one model.
-pub(crate) struct Alone<'m>(pub(crate) &'m dyn Periodic);
+/// One model at any parameter.
+struct Alone<'m>(&'m dyn Periodic);
 
-impl Family for Alone<'_> {
-    fn parameter(&self) -> Channel {
-        Channel::new("none", "1")
+impl<'m> Alone<'m> {
+    fn family(model: &'m dyn Periodic) -> Family<'m> {
+        Family { parameters: [Channel::new("none", "1")], constants: None, models: Rc::new(Alone(model)) }
     }
-    fn at(&self, _: f64) -> Result<Box<dyn Periodic + '_>, ParameterError> {
+}
+
+impl Models<1> for Alone<'_> {
+    fn at(&self, _: [f64; 1]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
         Ok(Box::new(self.0))
     }
 }
@@ -47,19 +50,19 @@ const LARGEST_RESIDUAL: f64 = 1e-6;
 impl<'f> Totals<'f> {
     /// Evaluates ∂G/∂x and ∂G/∂c at an orbit.
     pub(crate) fn new(
-        alone: &'f Alone<'f>,
+        model: &'f dyn Periodic,
         constants: &dyn Constants,
         orbit: &ShootingOrbit,
         meter: Rc<Meter<'f>>,
     ) -> Result<Self, CurveError> {
-        let curve = OrbitCurve::new(Rc::new(alone), (0.0, 1.0), orbit, &Shooting::new(), meter)?;
+        let curve = OrbitCurve::new(Alone::family(model), (0.0, 1.0), orbit, &Shooting::new(), meter)?;
         let x = curve.unknowns_of(orbit);
         let unit = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
         let units: Vec<f64> = constants.values().iter().map(|value| unit(*value)).collect();
         let slopes = |units: &[f64]| -> Vec<DriveSlope> {
             units.iter().enumerate().map(|(i, unit)| constants.drive_slope(i).times(*unit)).collect()
         };
-        let by_c = curve.slopes(alone.0, &x, &slopes(&units))?.by_c;
+        let by_c = curve.slopes(model, &x, &slopes(&units))?.by_c;
         // A change by the unit of a constant moves the end of a segment by WEAK to 1 of the size of the
         // motion: the value of a constant may be 0 or small in its unit.
         let bounded = |(i, unit): (usize, &f64)| match by_c.column(i).amax() {
@@ -69,7 +72,7 @@ impl<'f> Totals<'f> {
         };
         let units: Vec<f64> = units.iter().enumerate().map(bounded).collect();
         let forced = slopes(&units);
-        let Slopes { residual, by_x, by_c, passage } = curve.slopes(alone.0, &x, &forced)?;
+        let Slopes { residual, by_x, by_c, passage } = curve.slopes(model, &x, &forced)?;
         let residual = residual.amax();
         if residual.is_nan() || residual > LARGEST_RESIDUAL {
             return Err(CurveError::NoSolution { residual });

@@ -24,14 +24,14 @@ const LARGE: f64 = 0.02;
 /// from the border. The continuation leads away from it; its bounds must contain the start.
 ///
 /// ```
-/// use gear_dynamics::branches::{Beyond, ByConstant, Continuation};
+/// use gear_dynamics::branches::{Beyond, Continuation, Family};
 /// use gear_dynamics::{Dop853, Model, Settle, State, trains::SpurPair};
 /// let parts = SpurPair::of_numbers(0.025, 0.52, &[-0.18, 0.24], &[0.0, -0.075])?.parts()?;
 /// let pair = parts.build("driver", 0.5)?;
-/// let family = ByConstant::new(&pair, "speed")?;
-/// let settled = Settle::new().start(&State::at_rest(pair.dof())).run(&Dop853::new(), &pair)?;
+/// let family = Family::over(&pair, ["speed"])?;
+/// let settled = Settle::new().run(&Dop853::new(), &pair, &State::at_rest(pair.dof()))?;
 /// let range = Continuation::new(0.5, 2.4);
-/// let branch = range.run(&family, settled.state)?;
+/// let branch = range.run(&family, &settled.state)?;
 /// let first = range.begin(&family, Beyond(&branch))?.next().ok_or("a point")?;
 /// assert!(first.peak_to_peak() > 5000.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -43,10 +43,14 @@ const LARGE: f64 = 0.02;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beyond<'b>(pub &'b Branch);
 
-impl<F: Family> Start<F> for Beyond<'_> {
+impl Start for Beyond<'_> {
     type Point = BranchPoint;
 
-    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+    fn begin<'f>(
+        self,
+        settings: &'f Continuation,
+        family: &'f Family<'f>,
+    ) -> Result<Following<'f>, BranchError> {
         let Beyond(branch) = self;
         let BranchEnd::Unbounded { border: Some(border), .. } = branch.end else {
             return Err(BranchError::NoBorder { end: branch.end.to_string() });
@@ -64,7 +68,7 @@ impl<F: Family> Start<F> for Beyond<'_> {
         let mut failure = None;
         for p in [2.0 * border - last.parameter, last.parameter] {
             // There may be no model beyond the border, or none within the bounds.
-            let (Ok(model), Ok(())) = (family.at(p), settings.check_start(p)) else { continue };
+            let (Ok(model), Ok(())) = (family.at([p]), settings.check_start(p)) else { continue };
             // On another branch the phases of the nodes are the same, their times are not.
             let times = model.period() * last.orbit.period_multiple() as f64 / last.orbit.period();
             let guess: Vec<State> =

@@ -5,10 +5,11 @@ use crate::branches::boundary::boundary_curve::{Boundary, BoundaryCurve};
 use crate::branches::boundary::boundary_line::{BoundaryHead, BoundaryLine, BoundaryPoint};
 use crate::branches::boundary::grazed_stops::{grazed_stops, softest_impact};
 use crate::branches::boundary::half_orbit::first_half;
-use crate::branches::boundary::plane::{Plane, Slice};
+use crate::branches::boundary::slice::Slice;
 use crate::branches::branch_error::BranchError;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
+use crate::branches::family::Family;
 use crate::branches::following::Following;
 use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
 use crate::branches::orbits::measure::{Measured, measure};
@@ -18,20 +19,19 @@ use crate::branches::starts::start::{Resume, Start};
 use crate::branches::steps::stepper::Stepper;
 use crate::contact::Piece;
 use crate::periodic::ShootingOrbit;
-use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 /// Unit of p where p is near 0, as a share of the length of its bounds.
 const UNIT_NEAR_ZERO: f64 = 0.1;
 
 /// The boundary of a located point.
-impl<F: Plane> Start<F> for &BranchPoint {
+impl Start<2> for &BranchPoint {
     type Point = BoundaryPoint;
 
     fn begin<'f>(
         self,
         settings: &'f Continuation,
-        plane: &'f F,
+        plane: &'f Family<'f, 2>,
     ) -> Result<Following<'f, BoundaryPoint>, BranchError> {
         let what = self.located.as_ref().ok_or(BranchError::Kind { kind: None, wanted: HAVE_BOUNDARY })?;
         let start = ([self.parameter, settings.from], settings.across(self.parameter)?);
@@ -39,13 +39,13 @@ impl<F: Plane> Start<F> for &BranchPoint {
     }
 }
 
-impl<F: Plane> Resume<F> for BoundaryPoint {
+impl Resume<2> for BoundaryPoint {
     fn resume<'f>(
         &self,
         line: &BoundaryLine,
         heading: f64,
         settings: &'f Continuation,
-        plane: &'f F,
+        plane: &'f Family<'f, 2>,
     ) -> Result<Following<'f, Self>, BranchError> {
         let BoundaryHead { what, across, .. } = &line.head;
         let start = (self.parameters, *across);
@@ -57,7 +57,7 @@ impl Continuation {
     /// The boundary through an orbit. `heading`: sign of the first change of λ.
     fn boundary_from<'f>(
         &'f self,
-        plane: &'f dyn Plane,
+        plane: &'f Family<'f, 2>,
         what: &Event,
         ([p, other], across): ([f64; 2], [f64; 2]),
         orbit: &ShootingOrbit,
@@ -66,12 +66,12 @@ impl Continuation {
         let shooting = self.shooting_of_boundary()?;
         let least_unit =
             if self.is_bounded_across() { UNIT_NEAR_ZERO * (across[1] - across[0]) } else { 0.0 };
-        let slice = Rc::new(Slice { plane, other: Cell::new(other), left_out: RefCell::new(Rc::new([])) });
+        let slice = Rc::new(Slice::new(plane, other));
         let meter = Rc::new(self.budget.begin());
         let unit = p.abs().max(least_unit);
         let half = (what.kind() == PointKind::SymmetryBreaking).then(|| first_half(orbit));
         let orbit = half.as_ref().unwrap_or(orbit);
-        let mut orbits = OrbitCurve::new(slice.clone(), (p, unit), orbit, &shooting, meter)?;
+        let mut orbits = OrbitCurve::new(slice.family(), (p, unit), orbit, &shooting, meter)?;
         if half.is_some() {
             orbits = orbits.over_half();
         }
@@ -115,7 +115,7 @@ impl Continuation {
             Engine { curve, unit: other_unit, tolerance, max_corrections: 12, at_crossing: false };
         let n = x.len();
         let first = engine.start_towards(x.insert_row(n, p), other, heading)?;
-        let head = BoundaryHead { parameters: plane.parameters(), what: *what, across };
+        let head = BoundaryHead { parameters: plane.parameters.clone(), what: *what, across };
         Ok(Stepper::new(self, engine, (first, measured), head, (reference, rigid), Some(across))?)
     }
 }

@@ -4,51 +4,50 @@ use crate::branches::branch::Branch;
 use crate::branches::branch_error::BranchError;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
+use crate::branches::family::Family;
 use crate::branches::following::Following;
 use crate::branches::orbits::by_balance::balance_curve::BalanceCurve;
-use crate::branches::orbits::by_balance::balance_family::{BalanceFamily, Balanced};
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::starts::start::{Resume, Start};
-use crate::model::Periodic;
 use crate::periodic::{Balance, FourierOrbit};
 use std::rc::Rc;
 
 /// Largest last correction of a point, if the corrections do not converge quadratically `[1]`.
 const TOLERANCE: f64 = 1e-10;
 
-impl<F: Balanced> Start<F> for &FourierOrbit {
+impl Start for &FourierOrbit {
     type Point = BranchPoint<FourierOrbit>;
 
     fn begin<'f>(
         self,
         settings: &'f Continuation,
-        family: &'f F,
+        family: &'f Family<'f>,
     ) -> Result<Following<'f, Self::Point>, BranchError> {
-        let (family, balance) = (family.balanced(), settings.balance_of(self)?);
-        let orbit = family.solve(&balance, &*family.at(settings.from)?, self)?;
+        let balance = settings.balance_of(self)?;
+        let orbit = balance.solve(&*family.at([settings.from])?, self)?;
         settings.follow_balance(family, &balance, settings.from, &orbit, settings.heading())
     }
 }
 
-impl<F: Balanced> Resume<F> for BranchPoint<FourierOrbit> {
+impl Resume for BranchPoint<FourierOrbit> {
     fn resume<'f>(
         &self,
         _: &Branch<FourierOrbit>,
         heading: f64,
         settings: &'f Continuation,
-        family: &'f F,
+        family: &'f Family<'f>,
     ) -> Result<Following<'f, Self>, BranchError> {
         let balance = settings.balance_of(&self.orbit)?;
-        settings.follow_balance(family.balanced(), &balance, self.parameter, &self.orbit, heading)
+        settings.follow_balance(family, &balance, self.parameter, &self.orbit, heading)
     }
 }
 
 impl Continuation {
     /// A branch from an orbit. `heading`: sign of the first change of the parameter.
-    fn follow_balance<'f, M: Periodic + ?Sized + 'f>(
+    fn follow_balance<'f>(
         &'f self,
-        family: Rc<dyn BalanceFamily<M> + 'f>,
+        family: &'f Family<'f>,
         balance: &Balance,
         p: f64,
         orbit: &FourierOrbit,
@@ -60,13 +59,13 @@ impl Continuation {
         self.follow(engine, point).map(Following::new)
     }
 
-    pub(crate) fn balance_engine<'f, M: Periodic + ?Sized + 'f>(
+    pub(crate) fn balance_engine<'f>(
         &'f self,
-        family: Rc<dyn BalanceFamily<M> + 'f>,
+        family: &'f Family<'f>,
         balance: &Balance,
         p: f64,
         orbit: &FourierOrbit,
-    ) -> Result<Engine<BalanceCurve<'f, M>>, BranchError> {
+    ) -> Result<Engine<BalanceCurve<'f>>, BranchError> {
         let (meter, unit) = (Rc::new(self.budget.begin()), self.unit());
         let curve = BalanceCurve::new(family, balance, (p, unit), orbit, meter)?;
         let curve = curve.with_stability(self.stability_or_default());

@@ -15,55 +15,40 @@ use crate::model::State;
 use crate::periodic::ShootingOrbit;
 use std::rc::Rc;
 
-impl<F: Family> Start<F> for &[State] {
+/// From one state, several, or `None`, the static state.
+impl<'g, G: IntoIterator<Item = &'g State>> Start for G {
     type Point = BranchPoint;
 
-    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
-        let orbit = settings.shooting_of_branch()?.solve(&*family.at(settings.from)?, self)?;
+    fn begin<'f>(
+        self,
+        settings: &'f Continuation,
+        family: &'f Family<'f>,
+    ) -> Result<Following<'f>, BranchError> {
+        let orbit = settings.shooting_of_branch()?.solve(&*family.at([settings.from])?, self)?;
         settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
     }
 }
 
-impl<F: Family, const N: usize> Start<F> for &[State; N] {
+impl Start for &ShootingOrbit {
     type Point = BranchPoint;
 
-    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
-        self.as_slice().begin(settings, family)
-    }
-}
-
-impl<F: Family> Start<F> for &Vec<State> {
-    type Point = BranchPoint;
-
-    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
-        self.as_slice().begin(settings, family)
-    }
-}
-
-impl<F: Family> Start<F> for State {
-    type Point = BranchPoint;
-
-    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
-        [self].begin(settings, family)
-    }
-}
-
-impl<F: Family> Start<F> for &ShootingOrbit {
-    type Point = BranchPoint;
-
-    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
-        let orbit = settings.shooting_of_branch()?.solve_from(&*family.at(settings.from)?, self)?;
+    fn begin<'f>(
+        self,
+        settings: &'f Continuation,
+        family: &'f Family<'f>,
+    ) -> Result<Following<'f>, BranchError> {
+        let orbit = settings.shooting_of_branch()?.solve_from(&*family.at([settings.from])?, self)?;
         settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
     }
 }
 
-impl<F: Family> Resume<F> for BranchPoint {
+impl Resume for BranchPoint {
     fn resume<'f>(
         &self,
         _: &Branch,
         heading: f64,
         settings: &'f Continuation,
-        family: &'f F,
+        family: &'f Family<'f>,
     ) -> Result<Following<'f>, BranchError> {
         let mut line = settings.track(family, self.parameter, &self.orbit, heading)?;
         line.starts_anywhere()?;
@@ -75,7 +60,7 @@ impl Continuation {
     /// A branch from an orbit. `heading`: sign of the first change of the parameter.
     pub(crate) fn track<'f>(
         &'f self,
-        family: &'f dyn Family,
+        family: &'f Family<'f>,
         p: f64,
         orbit: &ShootingOrbit,
         heading: f64,
@@ -88,13 +73,13 @@ impl Continuation {
 
     pub(crate) fn shooting_engine<'f>(
         &'f self,
-        family: &'f dyn Family,
+        family: &'f Family<'f>,
         p: f64,
         orbit: &ShootingOrbit,
     ) -> Result<Engine<OrbitCurve<'f>>, BranchError> {
         let (meter, shooting) = (Rc::new(self.budget.begin()), self.shooting_of_branch()?);
         let unit = self.unit();
-        let curve = OrbitCurve::new(Rc::new(family), (p, unit), orbit, &shooting, meter)?;
+        let curve = OrbitCurve::new(family.clone(), (p, unit), orbit, &shooting, meter)?;
         let curve = curve.with_stability(self.stability_or_default());
         let tolerance = shooting.correction_tolerance();
         Ok(Engine { curve, unit, tolerance, max_corrections: 10, at_crossing: false })

@@ -3,18 +3,23 @@
 use crate::branches::branch_end::BranchEnd;
 use crate::branches::branch_error::BranchError;
 use crate::branches::continuation::Continuation;
+use crate::branches::family::Family;
 use crate::branches::following::Following;
 use crate::branches::line::Line;
 use crate::branches::starts::start::{Resume, Start};
 
 impl Continuation {
-    /// Follows a line from a [`Start`] to its end: in a [`Family`](crate::branches::Family) a branch of
-    /// orbits, in a [`Plane`](crate::branches::Plane) the boundary of a located point.
+    /// Follows a line from a [`Start`] to its end: over one parameter a branch of orbits, over two the
+    /// boundary of a located point.
     ///
     /// # Errors
     /// [`BranchError`]: settings out of range, a setting that the start does not read, or no orbit near the
     /// start. What fails later ends the line, see [`Line::end`].
-    pub fn run<F, S: Start<F>>(&self, family: &F, start: S) -> Result<Line<S::Point>, BranchError> {
+    pub fn run<const N: usize, S: Start<N>>(
+        &self,
+        family: &Family<'_, N>,
+        start: S,
+    ) -> Result<Line<S::Point>, BranchError> {
         let both_ways = self.both_ways && start.goes_both_ways();
         let forward = self.begin(family, start)?.finish();
         if !both_ways || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
@@ -32,9 +37,9 @@ impl Continuation {
     ///
     /// # Errors
     /// As [`run`](Continuation::run).
-    pub fn begin<'f, F, S: Start<F>>(
+    pub fn begin<'f, const N: usize, S: Start<N>>(
         &'f self,
-        family: &'f F,
+        family: &'f Family<'f, N>,
         start: S,
     ) -> Result<Following<'f, S::Point>, BranchError> {
         self.check()?;
@@ -46,9 +51,9 @@ impl Continuation {
     ///
     /// # Errors
     /// As [`run`](Continuation::run); also for a line without points.
-    pub fn resume<'f, F, P: Resume<F>>(
+    pub fn resume<'f, const N: usize, P: Resume<N>>(
         &'f self,
-        family: &'f F,
+        family: &'f Family<'f, N>,
         line: &Line<P>,
     ) -> Result<Following<'f, P>, BranchError> {
         self.check()?;

@@ -7,7 +7,6 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::following::Following;
-use crate::branches::orbits::by_balance::balance_family::Balanced;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::PointKind;
@@ -35,11 +34,11 @@ use nalgebra::{DMatrix, DVector};
 /// the other branch is found; [`ParameterError::OutOfRange`] for harmonics over another number of periods.
 ///
 /// ```
-/// use gear_dynamics::{State, branches::{ByConstant, Continuation, PointKind, Switch}, trains::SpurPair};
+/// use gear_dynamics::{State, branches::{Continuation, Family, PointKind, Switch}, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.025, 0.5, &[-0.5], &[])?.parts()?.build("driver", 2.4)?;
-/// let family = ByConstant::new(&pair, "speed")?;
+/// let family = Family::over(&pair, ["speed"])?;
 /// let range = Continuation::new(2.4, 1.7).max_points(40);
-/// let branch = range.run(&family, State::new(0.0, &[1.5], &[0.0]))?;
+/// let branch = range.run(&family, &State::new(0.0, &[1.5], &[0.0]))?;
 /// let range = range.max_points(3);
 /// let doubled = range.run(&family, Switch::at(branch.of_kind(PointKind::PeriodDoubling)[0]))?;
 /// assert_eq!(doubled.points()[0].orbit.period_multiple(), 2);
@@ -72,10 +71,14 @@ impl<'p, O> Switch<'p, O> {
     }
 }
 
-impl<F: Family> Start<F> for Switch<'_> {
+impl Start for Switch<'_> {
     type Point = BranchPoint;
 
-    fn begin<'f>(self, settings: &'f Continuation, family: &'f F) -> Result<Following<'f>, BranchError> {
+    fn begin<'f>(
+        self,
+        settings: &'f Continuation,
+        family: &'f Family<'f>,
+    ) -> Result<Following<'f>, BranchError> {
         let Switch { point, way } = self;
         let orbit = if self.times()? == 2 { doubled(&point.orbit) } else { point.orbit.clone() };
         let engine = settings.shooting_engine(family, point.parameter, &orbit)?;
@@ -87,13 +90,13 @@ impl<F: Family> Start<F> for Switch<'_> {
     }
 }
 
-impl<F: Balanced> Start<F> for Switch<'_, FourierOrbit> {
+impl Start for Switch<'_, FourierOrbit> {
     type Point = BranchPoint<FourierOrbit>;
 
     fn begin<'f>(
         self,
         settings: &'f Continuation,
-        family: &'f F,
+        family: &'f Family<'f>,
     ) -> Result<Following<'f, Self::Point>, BranchError> {
         let Switch { point, way } = self;
         let (times, balance) = (self.times()?, settings.balance_of(&point.orbit)?);
@@ -111,7 +114,7 @@ impl<F: Balanced> Start<F> for Switch<'_, FourierOrbit> {
             return Err(ParameterError::OutOfRange { name, value: periods as f64, allowed }.into());
         }
         let orbit = point.orbit.on(balance.harmonics());
-        let engine = settings.balance_engine(family.balanced(), &balance, point.parameter, &orbit)?;
+        let engine = settings.balance_engine(family, &balance, point.parameter, &orbit)?;
         let x = engine.curve.unknowns(&orbit);
         settings.cross(engine, x, point.parameter, way).map(Following::new)
     }

@@ -31,7 +31,7 @@ impl Continuation {
         mut engine: Engine<C>,
         mut point: CurvePoint<C::Solution>,
     ) -> Result<Stepper<'f, C>, BranchError> {
-        let model = engine.curve.family().at(point.p)?;
+        let model = engine.curve.family().at([point.p])?;
         let channels = chosen_channels(self.channels.as_deref(), &*model)?;
         let rigid = model.offers().rigid_edges(model.contacts());
         let measured = engine.curve.measure(&point, &channels)?;
@@ -39,7 +39,8 @@ impl Continuation {
         drop(model);
         engine.curve.accept(&point, &measured);
         engine.rescale(&mut point);
-        let head = BranchHead { parameter: engine.curve.family().parameter(), channels };
+        let [parameter] = engine.curve.family().parameters.clone();
+        let head = BranchHead { parameter, channels };
         Ok(Stepper::new(self, engine, (point, measured), head, (reference, rigid), None)?)
     }
 }
@@ -56,7 +57,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
 
     /// Compares the size of motions without the first orbit, which may be a large one.
     pub(crate) fn starts_anywhere(&mut self) -> Result<(), BranchError> {
-        let model = self.engine.curve.family().at(self.last.point.p)?;
+        let model = self.engine.curve.family().at([self.last.point.p])?;
         self.reference = Reference::of_any_orbit(&*model, &self.last.measured);
         Ok(())
     }
@@ -72,7 +73,7 @@ impl<C: OrbitMethod> Followed for C {
     }
 
     fn model(&self, point: &CurvePoint<C::Solution>) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        self.family().at(point.p)
+        self.family().at([point.p])
     }
 
     fn columns(

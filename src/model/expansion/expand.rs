@@ -11,13 +11,13 @@ use crate::tape::recording::Recording;
 ///
 /// [`Machine`](crate::Machine) implements it for every [`Shape`](crate::Shape), and
 /// [`Wrapped`](crate::drives::Wrapped) for its rules. [`Taylor`](crate::Taylor) asks for it through
-/// [`Model::expand`](crate::Model::expand).
+/// [`Offers::expansion`](crate::model::Offers::expansion).
 ///
 /// ```
 /// use gear_dynamics::model::Series;
 /// use gear_dynamics::{Model, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let expanded = pair.expand().expect("a machine can be expanded");
+/// let expanded = pair.offers().expansion.expect("a machine can be expanded");
 /// let mut u = vec![Series::from(0.0); pair.drives()];
 /// expanded.drive_series(0.0, 8, &mut u);
 /// assert_eq!(u[0].coefficients().len(), 8);
@@ -43,7 +43,7 @@ pub trait Expand {
 /// ```
 /// use gear_dynamics::{Model, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let recorded = pair.expand().expect("a machine can be expanded").record(&|_| false);
+/// let recorded = pair.offers().expansion.expect("a machine can be expanded").record(&|_| false);
 /// assert_eq!(recorded.dof(), 1);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```

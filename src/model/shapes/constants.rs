@@ -13,7 +13,7 @@ use crate::model::shapes::shape::Shape;
 /// Machines are equal if their shapes and their constants are equal.
 impl<G: Shape> PartialEq for Machine<G> {
     fn eq(&self, other: &Self) -> bool {
-        self.constants() == other.constants() && self.shares_lanes_with(other)
+        self.values() == other.values() && self.shares_lanes_with(other)
     }
 }
 
@@ -31,7 +31,7 @@ impl<G: Shape> Machine<G> {
         let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
         match reached[..] {
             // The speed (i = 0) is excluded: adding to its drive would not change the angle of the waves.
-            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.constants()[place] => {
+            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.values()[place] => {
                 Ok(self.slot_of(i))
             }
             _ => Err(ParameterError::NotADrive { name: name.into() }),
@@ -45,7 +45,7 @@ impl<G: Shape> Machine<G> {
     /// The constants as dual numbers with the slope 1 at index `place` and 0 elsewhere.
     pub(crate) fn along(&self, place: usize) -> Vec<Dual> {
         let slope = |i: usize| [if i == place { 1.0 } else { 0.0 }];
-        self.constants().iter().enumerate().map(|(i, &value)| Dual { value, slope: slope(i) }).collect()
+        self.values().iter().enumerate().map(|(i, &value)| Dual { value, slope: slope(i) }).collect()
     }
 
     /// ∂a/∂c for a constant c, at a fixed angle of the waves. It is exact, by dual numbers through
@@ -69,7 +69,7 @@ impl<G: Shape> Constants for Machine<G> {
         self.names()
     }
     fn values(&self) -> &[f64] {
-        self.constants()
+        self.values()
     }
     fn with_values(&self, values: &[(usize, f64)]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
         Ok(Box::new(self.with_places(values)?))

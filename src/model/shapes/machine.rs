@@ -4,14 +4,12 @@ use crate::contact::{ByDeflection, Contact, FixedPieces, Piece};
 use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side};
 use crate::model::channel::{Channel, place_of};
-use crate::model::equations::{Constants, Model, Periodic, redrive_each};
-use crate::model::expansion::expand::Expand;
+use crate::model::equations::{Model, Periodic, redrive_each};
 use crate::model::expansion::fourier_waves::FourierWaves;
 use crate::model::jacobian::Jacobian;
 use crate::model::offers::Offers;
 use crate::model::shapes::dual_jacobian::dual_jacobian;
 use crate::model::shapes::shape::{Drives, Shape, Size};
-use crate::model::terms::Terms;
 use crate::scalar::Scalar;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -180,7 +178,7 @@ impl<G: Shape> Machine<G> {
         &self.fixed.names
     }
     /// Values of the constants, in the same order as [`names`](Machine::names).
-    pub fn constants(&self) -> &[f64] {
+    pub fn values(&self) -> &[f64] {
         &self.constants
     }
     /// Constants as the algebra reads them, from [`Shape::prepare`]; the first one is φ'.
@@ -245,7 +243,7 @@ impl<G: Shape> Machine<G> {
 
 impl<G: Shape> Fixed<G> {
     fn new(shape: G) -> Arc<Self> {
-        let (names, waves) = (shape.constants(), FourierWaves::of(&shape));
+        let (names, waves) = (shape.names(), FourierWaves::of(&shape));
         Arc::new(Fixed { shape, names, waves, sampled: OnceLock::new() })
     }
 }
@@ -317,7 +315,16 @@ impl<G: Shape> Model for Machine<G> {
     }
     #[inline]
     fn offers(&self) -> Offers<'_> {
-        Offers { pieces: true, jacobian: true, stops: self.shape().stops(), kinks: self.shape().kinks() }
+        Offers {
+            pieces: true,
+            jacobian: true,
+            stops: self.shape().stops(),
+            kinks: self.shape().kinks(),
+            constants: Some(self),
+            expansion: Some(self),
+            terms: Some(self),
+            laws: Some(self),
+        }
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
@@ -325,15 +332,6 @@ impl<G: Shape> Model for Machine<G> {
     }
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         dual_jacobian(self.shape(), pieces, u, q, v, out);
-    }
-    fn expand(&self) -> Option<&dyn Expand> {
-        Some(self)
-    }
-    fn named_constants(&self) -> Option<&dyn Constants> {
-        Some(self)
-    }
-    fn terms(&self) -> Option<&dyn Terms> {
-        Some(self)
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
         self.shape().impact(contact, on, Drives::new(self.size().waves, u), q, v);

@@ -3,6 +3,7 @@
 pub(crate) mod checks;
 pub(crate) mod constants;
 pub(crate) mod dual_jacobian;
+pub(crate) mod laws;
 pub(crate) mod machine;
 pub(crate) mod shape;
 pub(crate) mod terms;

@@ -120,7 +120,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// and drive tables follow from it. `self` is the part of a model that all runs in the same lanes share.
 ///
 /// The drives u are functions of one angle φ ([`waves`](Shape::waves)), its speed φ' and acceleration φ'',
-/// and [`constants`](Shape::constants) with names and units. A number that varies from run to run must be a
+/// and [`names`](Shape::names) and units of constants. A number that varies from run to run must be a
 /// constant. A number in a field of `self` that varies makes the shapes unequal, and models of unequal
 /// shapes do not share lanes. A shape therefore derives `PartialEq`.
 ///
@@ -139,7 +139,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///
 /// impl Shape for OwnPair {
 ///     fn size(&self) -> Size { Size { dof: 1, waves: 1, contacts: 1, constants: 4 } }
-///     fn constants(&self) -> Vec<Channel> {
+///     fn names(&self) -> Vec<Channel> {
 ///         ["speed", "load", "damping ratio", "half backlash"].map(|name| Channel::new(name, "1")).into()
 ///     }
 ///     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
@@ -186,7 +186,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// struct Careless { damping: f64 }
 /// impl Shape for Careless {
 ///     fn size(&self) -> Size { Size { dof: 1, constants: 1, ..Size::default() } }
-///     fn constants(&self) -> Vec<Channel> { vec![Channel::new("speed", "rad/s")] }
+///     fn names(&self) -> Vec<Channel> { vec![Channel::new("speed", "rad/s")] }
 ///     fn accel<S: Scalar, L: PieceChoice<S>>(
 ///         &self, _: &L, _: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S],
 ///     ) {
@@ -200,7 +200,7 @@ pub trait Shape: PartialEq {
     fn size(&self) -> Size;
     /// Names and units of the constants. The first one is the speed φ' of the angle, unless
     /// [`prepare`](Shape::prepare) computes φ' from other constants.
-    fn constants(&self) -> Vec<Channel>;
+    fn names(&self) -> Vec<Channel>;
     /// Writes q'' to `a`. Contact forces must be computed by `law`.
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]);
 

@@ -3,7 +3,7 @@
 use crate::contact::{ByDeflection, FixedPieces, Piece, PieceChoice};
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
-use crate::model::terms::{Terms, TermsRoom};
+use crate::model::terms::{Terms, TermsScratch};
 use crate::rounded::Rounded;
 
 impl<G: Shape> Terms for Machine<G> {
@@ -14,12 +14,12 @@ impl<G: Shape> Terms for Machine<G> {
         q: &[f64],
         v: &[f64],
         sizes: &[f64],
-        room: &mut TermsRoom,
+        scratch: &mut TermsScratch,
         out: &mut [f64],
     ) {
         match pieces {
-            None => terms_of(self.shape(), &ByDeflection, u, [q, v], sizes, room, out),
-            Some(pieces) => terms_of(self.shape(), &FixedPieces(pieces), u, [q, v], sizes, room, out),
+            None => terms_of(self.shape(), &ByDeflection, u, [q, v], sizes, scratch, out),
+            Some(pieces) => terms_of(self.shape(), &FixedPieces(pieces), u, [q, v], sizes, scratch, out),
         }
     }
 }
@@ -30,11 +30,11 @@ fn terms_of<G: Shape, L: PieceChoice<Rounded>>(
     u: &[f64],
     [q, v]: [&[f64]; 2],
     sizes: &[f64],
-    room: &mut TermsRoom,
+    scratch: &mut TermsScratch,
     out: &mut [f64],
 ) {
     let Size { dof: n, waves, .. } = shape.size();
-    let TermsRoom { u: of_u, y, a } = room;
+    let TermsScratch { u: of_u, y, a } = scratch;
     of_u.clear();
     of_u.extend(u.iter().map(|&u| Rounded::from(u)));
     y.clear();

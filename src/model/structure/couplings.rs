@@ -36,10 +36,10 @@ pub(crate) struct Couplings {
 }
 
 /// Number of instants at which the Jacobian is evaluated.
-const LOOKS: usize = 16;
+const INSTANTS: usize = 16;
 
 impl Couplings {
-    /// Finds the couplings from Jacobians at `LOOKS` instants, in states of three sizes. `has_fixed_pieces`:
+    /// Finds the couplings from Jacobians at `INSTANTS` instants, in states of three sizes. `has_fixed_pieces`:
     /// the Jacobians are evaluated with all contacts in the gap, on the lower and on the upper flank;
     /// otherwise by deflection.
     pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, has_fixed_pieces: bool) -> Self {
@@ -56,11 +56,11 @@ impl Couplings {
             [Piece::Gap, Piece::Lower, Piece::Upper].map(|p| vec![p; model.contacts()]).to_vec();
         let ways: Vec<Option<&[Piece]>> =
             if has_fixed_pieces { fixed.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
-        for look in 0..LOOKS {
-            model.drive(model.period() * weyl(look, 0), Side::After, &mut u);
-            let size = [0.1, 1.0, 3.0][look % 3];
+        for instant in 0..INSTANTS {
+            model.drive(model.period() * weyl(instant, 0), Side::After, &mut u);
+            let size = [0.1, 1.0, 3.0][instant % 3];
             for (i, (x, scale)) in state.iter_mut().zip(&slopes.scale).enumerate() {
-                *x = size * scale * (2.0 * weyl(look, 1 + 2 * (i % n) + i / n) - 1.0);
+                *x = size * scale * (2.0 * weyl(instant, 1 + 2 * (i % n) + i / n) - 1.0);
             }
             let (q, v) = state.split_at(n);
             for &pieces in &ways {
@@ -118,10 +118,10 @@ impl Couplings {
         }
         let (mut u, mut state) = (vec![0.0; model.drives()], vec![0.0; 2 * n]);
         let mut pieces = vec![Piece::Gap; model.contacts()];
-        for (look, piece) in [Piece::Gap, Piece::Lower, Piece::Upper].into_iter().enumerate() {
-            model.drive(model.period() * weyl(look, 0), Side::After, &mut u);
+        for (instant, piece) in [Piece::Gap, Piece::Lower, Piece::Upper].into_iter().enumerate() {
+            model.drive(model.period() * weyl(instant, 0), Side::After, &mut u);
             for (i, (x, scale)) in state.iter_mut().zip(&slopes.scale).enumerate() {
-                *x = scale * (2.0 * weyl(look, 1 + 2 * (i % n) + i / n) - 1.0);
+                *x = scale * (2.0 * weyl(instant, 1 + 2 * (i % n) + i / n) - 1.0);
             }
             let (q, v) = state.split_at(n);
             pieces.fill(piece);
@@ -138,7 +138,7 @@ impl Couplings {
                 let here = [jacobian.q[(c.i, c.j)], jacobian.v[(c.i, c.j)]];
                 for (slope, now) in [&mut c.q, &mut c.v].into_iter().zip(here) {
                     match slope {
-                        Slope::Constant(a) if look == 0 => *a = now,
+                        Slope::Constant(a) if instant == 0 => *a = now,
                         Slope::Constant(a) if (now - *a).abs() > tolerance * a.abs() => return false,
                         _ => {}
                     }
@@ -172,8 +172,8 @@ pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(
     if !model.offers().pieces {
         return false;
     }
-    for look in 0..looks {
-        let random = |direction: usize| weyl(look, direction);
+    for instant in 0..looks {
+        let random = |direction: usize| weyl(instant, direction);
         model.drive(model.period() * random(0), Side::After, &mut u);
         let pieces: Vec<Piece> = (0..contacts)
             .map(|c| [Piece::Lower, Piece::Gap, Piece::Upper][(random(c + 1) * 2.999) as usize])

@@ -39,9 +39,9 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     // Jacobians, each divided by its largest entry.
     let mut jacobians = Vec::new();
     let mut free = Free::whole(n);
-    for (look, size) in SIZES.iter().enumerate() {
-        model.drive(span * golden((look + 1) as f64), Side::After, &mut u);
-        let part = |i: usize| size * (golden((7 * look + 3 * i + 2) as f64) - 0.5);
+    for (instant, size) in SIZES.iter().enumerate() {
+        model.drive(span * golden((instant + 1) as f64), Side::After, &mut u);
+        let part = |i: usize| size * (golden((7 * instant + 3 * i + 2) as f64) - 0.5);
         let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (part(i), part(n + i))).unzip();
         jacobians.push(directions_of_stops(model, &u, &q));
         slopes.scale.fill(*size);
@@ -68,7 +68,7 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
         }
         // Differences have errors of their own: the directions then follow from all Jacobians at once.
         if exact {
-            if look == 0 && n >= LARGE {
+            if instant == 0 && n >= LARGE {
                 free.narrow(&jacobians);
             }
             free.resisted(&std::mem::take(&mut jacobians), EXACT);

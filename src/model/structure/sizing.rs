@@ -4,7 +4,7 @@ use crate::contact::Piece;
 use crate::excitation::Side;
 use crate::model::equations::Model;
 use crate::model::structure::slopes::{Slopes, accelerate};
-use crate::model::terms::TermsRoom;
+use crate::model::terms::TermsScratch;
 
 /// Sizes of coordinates and velocities at a state, each the sum of the terms of which it is made over a step
 /// of length h:
@@ -24,7 +24,7 @@ pub(crate) struct Sizing<'m, M: ?Sized> {
     u: Vec<f64>,
     a: Vec<f64>,
     terms: Vec<f64>,
-    room: TermsRoom,
+    scratch: TermsScratch,
     /// Q_i, then V_i.
     sizes: Vec<f64>,
 }
@@ -34,11 +34,11 @@ impl<'m, M: Model + ?Sized> Sizing<'m, M> {
         let n = model.dof();
         Sizing {
             model,
-            slopes: model.terms().is_none().then(|| Slopes::new(model, vec![0.0; 2 * n], 0.0)),
+            slopes: model.offers().terms.is_none().then(|| Slopes::new(model, vec![0.0; 2 * n], 0.0)),
             u: vec![0.0; model.drives()],
             a: vec![0.0; n],
             terms: vec![0.0; n],
-            room: TermsRoom::default(),
+            scratch: TermsScratch::default(),
             sizes: vec![0.0; 2 * n],
         }
     }
@@ -56,10 +56,11 @@ impl<'m, M: Model + ?Sized> Sizing<'m, M> {
             accelerate(self.model, pieces, &self.u, q, v, &mut self.a);
         }
         self.sizes.iter_mut().zip(q.iter().chain(v)).for_each(|(size, y)| *size = y.abs());
+        let known = self.model.offers().terms;
         for _ in 0..PASSES {
-            match self.model.terms() {
+            match known {
                 Some(known) => {
-                    known.terms(pieces, &self.u, q, v, &self.sizes, &mut self.room, &mut self.terms);
+                    known.terms(pieces, &self.u, q, v, &self.sizes, &mut self.scratch, &mut self.terms);
                 }
                 None => self.terms_by_slopes(),
             }

@@ -158,7 +158,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
             constants: if N::HALF_WIDTH { 6 } else { 5 },
         }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         let constants = [
             ("speed", "rad/s"),
             ("load torque", "N m"),

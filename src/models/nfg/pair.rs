@@ -150,8 +150,8 @@ impl<N: Nonlinearity> NfgPair<N> {
     }
     /// Natural frequency ω_n = L √(k0 (1 + β²/2)/I2) [rad/s]; τ = ω_n t.   Source: Liu 2021, Eq. (10).
     pub fn natural_frequency(&self) -> f64 {
-        let constants = self.constants();
-        self.shape().natural(constants[2], constants[3])
+        let values = self.values();
+        self.shape().natural(values[2], values[3])
     }
 
     /// The state at rest on the drive flank at τ = 0: q = -b̄ - B0/F, q' = 0. The formula assumes a law of

@@ -180,7 +180,7 @@ impl<N: Nonlinearity> NfgPair2<N> {
 
     /// Mesh damping c_m [N s/m].
     pub fn damping(&self) -> f64 {
-        self.constants()[2]
+        self.values()[2]
     }
 
     /// The state on the drive flank at t = 0: q1 = 0, q1' = 0, x = b + T2/(r_b2 k_m), with q2' such that
@@ -239,7 +239,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
             constants: if N::HALF_WIDTH { 7 } else { 6 },
         }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         let constants = [
             ("speed", "rad/s"),
             ("load torque", "N m"),

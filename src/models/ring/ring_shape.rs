@@ -132,7 +132,7 @@ impl<N: Nonlinearity> Ring<N> {
     {
         params.check()?;
         let shape = RingShape::new(params, Frame::Inertial);
-        let names = shape.constants();
+        let names = shape.names();
         let loads = params.gears.iter().map(|gear| gear.load.torque);
         let values = [params.omega, params.motor.torque]
             .into_iter()
@@ -166,12 +166,12 @@ impl<N: Nonlinearity> Ring<N> {
     }
     /// Mesh dampings C_i [N s/m].
     pub(crate) fn mesh_dampings(&self) -> &[f64] {
-        &self.constants()[2..2 + self.gears()]
+        &self.values()[2..2 + self.gears()]
     }
     /// Torque imbalance Σ r_j T_j = T_M - Σ r_Li T_Li [N m]. It is zero if the ring runs at constant mean
     /// speed.
     pub fn torque_imbalance(&self) -> f64 {
-        let (motor, loads) = (self.constants()[1], &self.constants()[2 + self.gears()..]);
+        let (motor, loads) = (self.values()[1], &self.values()[2 + self.gears()..]);
         motor - loads.iter().enumerate().map(|(i, load)| self.shape().rigid[2 + 2 * i] * load).sum::<f64>()
     }
     /// Rigid acceleration α = Σ r_j T_j/Σ r_j² J_j [rad/s²], by the torque imbalance.
@@ -268,7 +268,7 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         let n = self.meshes.len();
         Size { dof: 2 * n + 1, waves: STRIDE * n, contacts: n + self.places.kinks(), constants: 2 + 2 * n }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         let each = |name: &'static str, unit: &'static str| {
             (0..self.meshes.len()).map(move |i| Channel::new(format!("{name} {i}"), unit))
         };

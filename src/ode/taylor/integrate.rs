@@ -130,8 +130,8 @@ impl Integrator for Taylor {
 
 /// The model as one that can be expanded.
 fn expanded(model: &dyn Model) -> Result<&dyn Expand, IntegrateError> {
-    let what = "a model that cannot be expanded (`Model::expand`), for example one in plain numbers";
-    model.expand().ok_or_else(|| no_series(what))
+    let what = "a model that cannot be expanded (`Offers::expansion`), for example one in plain numbers";
+    model.offers().expansion.ok_or_else(|| no_series(what))
 }
 
 fn no_series(what: &'static str) -> IntegrateError {

@@ -39,8 +39,8 @@ pub enum BalanceError {
         "integration by {integrals:?} is not available for this model or this call: Closed and Kinks need \
          fixed pieces (Model::accel_on_pieces) and no drive edges; Closed also needs accelerations that are \
          linear on the pieces, contacts that add up and drives with at most some 6000 harmonics; linearised \
-         orbits need fixed pieces; truncated forces need Sampled, Closed or Kinks; Integrals::Exact chooses an \
-         available way"
+         orbits need fixed pieces; truncated forces need a Shape (Offers::laws) and Sampled, Closed or Kinks; \
+         Integrals::Exact chooses an available way"
     )]
     NotAvailable {
         /// The way that was set.

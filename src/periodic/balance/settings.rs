@@ -11,6 +11,7 @@ impl Balance {
         Balance {
             harmonics,
             integrals: Integrals::Exact,
+            truncated_forces: false,
             roots: Roots::Newton(Newton::new()),
             budget: Budget::new(),
         }
@@ -25,6 +26,37 @@ impl Balance {
     /// Way of integration. Default: [`Integrals::Exact`].
     pub fn integrals(self, integrals: Integrals) -> Self {
         Balance { integrals, ..self }
+    }
+
+    /// Whether the value of each contact law is truncated to the kept orders before it is multiplied by the
+    /// stiffness.   Source: Liu 2021. Default: no. Such a balance is not one of the equation.
+    ///
+    /// With [`Integrals::Sampled`] the values are sampled, as in Liu 2021; with [`Integrals::Exact`],
+    /// [`Integrals::Closed`] or [`Integrals::Kinks`] their crossings are exact: the sums over the samples are
+    /// corrected around every crossing. Panels, drive edges and models that do not evaluate their laws
+    /// ([`Offers::laws`](crate::model::Offers::laws)) are refused. The Jacobian leaves out the motion of
+    /// crossings at which the value of a law jumps, for example of damping that acts in contact only.
+    ///
+    /// A [`Proof`](crate::periodic::Proof) compares with truncated forces, too: `truncation` is the distance
+    /// from the limit of this balance for many orders, `shooting` the distance from the orbit of the
+    /// equation. Along a branch folds, branch points and grazings are located; the multipliers of the points
+    /// are those of the equation along the series, and changes of them are not located.
+    ///
+    /// ```
+    /// use gear_dynamics::branches::{Continuation, Family, PointKind};
+    /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece, models::nfg::NfgReading};
+    /// let params = |speed| NfgParams { speed, ..NfgParams::table1() };
+    /// let at = |speed| NfgPair::with_reading(&params(speed), NfgReading::published());
+    /// // The 15 unknowns of Liu 2021.
+    /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
+    /// let guess = balance.linearised(&at(179.0)?, Piece::Lower)?;
+    /// let range = Continuation::new(179.0, 190.0).max_points(20).balance(balance);
+    /// let branch = range.run(&Family::of([("speed", "rad/s")], |[p]| at(p)), &guess)?;
+    /// assert!((branch.of_kind(PointKind::Fold)[0].parameter - 179.9259).abs() < 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn truncated_forces(self, truncated_forces: bool) -> Self {
+        Balance { truncated_forces, ..self }
     }
 
     /// Solves by Newton's method with these settings. This is the default method.
@@ -49,7 +81,8 @@ impl Balance {
             Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
             roots => roots,
         };
-        Balance { harmonics, roots, integrals: self.integrals, budget: self.budget.clone() }
+        let (integrals, truncated_forces) = (self.integrals, self.truncated_forces);
+        Balance { harmonics, roots, integrals, truncated_forces, budget: self.budget.clone() }
     }
 }
 
@@ -89,6 +122,7 @@ impl Balance {
 pub struct Balance {
     pub(crate) harmonics: Harmonics,
     pub(crate) integrals: Integrals,
+    pub(crate) truncated_forces: bool,
     pub(crate) roots: Roots,
     pub(crate) budget: Budget,
 }

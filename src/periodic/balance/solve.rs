@@ -1,12 +1,11 @@
 //! Solution of a harmonic balance.
 
 use crate::contact::Piece;
-use crate::model::{Machine, Periodic, Shape};
+use crate::model::Periodic;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::quality::notes::notes;
 use crate::periodic::balance::settings::{Balance, Roots};
 use crate::periodic::metered::{Failure, Metered};
@@ -32,6 +31,21 @@ impl Balance {
     /// [`equations`](Balance::equations) with the rest of a budget. `finer`: factor on the number of samples,
     /// or on the number of panels.
     pub(crate) fn set_up<'m, M: Periodic + ?Sized>(
+        &self,
+        model: &'m M,
+        near: &FourierOrbit,
+        finer: usize,
+        meter: &Meter<'_>,
+    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
+        let equations = self.with_whole_forces(model, near, finer, meter)?;
+        if !self.truncated_forces {
+            return Ok(equations);
+        }
+        equations.with_truncated_forces().ok_or(BalanceError::NotAvailable { integrals: self.integrals })
+    }
+
+    /// The equations without truncation of the contact forces.
+    fn with_whole_forces<'m, M: Periodic + ?Sized>(
         &self,
         model: &'m M,
         near: &FourierOrbit,
@@ -73,7 +87,7 @@ impl Balance {
             model.dof(),
         );
         let meter = self.budget.begin();
-        let mut equations = self.set_up(model, &rest, 1, &meter)?.on_fixed_pieces(pieces);
+        let mut equations = self.with_whole_forces(model, &rest, 1, &meter)?.on_fixed_pieces(pieces);
         let x = equations.unknowns(&rest);
         let root = Newton::new().solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
         self.finish(&equations, root, &meter, pieces.iter().position(|&p| p == Piece::Gap))
@@ -94,60 +108,7 @@ impl Balance {
         guess: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_equations(self.set_up(model, guess, 1, meter)?, guess, meter, |orbit| {
-            self.set_up(model, orbit, FINER, meter)
-        })
-    }
-
-    /// [`solve`](Balance::solve) with contact forces truncated as in Liu 2021: the value of each contact law
-    /// is truncated to the kept orders before it is multiplied by the stiffness.
-    ///
-    /// With [`Integrals::Sampled`] the values are sampled, as in Liu 2021; with [`Integrals::Exact`],
-    /// [`Integrals::Closed`] or [`Integrals::Kinks`] their crossings are exact. Panels are not available.
-    ///
-    /// # Errors
-    /// [`BalanceError`]; the errors of the root finder contain the last iterate.
-    pub fn solve_truncating_forces<G: Shape>(
-        &self,
-        model: &Machine<G>,
-        guess: &FourierOrbit,
-    ) -> Result<FourierOrbit, BalanceError> {
-        self.find_truncating(model, guess, &self.budget.begin())
-    }
-
-    /// [`solve_truncating_forces`](Balance::solve_truncating_forces) with the rest of a budget.
-    pub(crate) fn find_truncating<G: Shape>(
-        &self,
-        model: &Machine<G>,
-        guess: &FourierOrbit,
-        meter: &Meter<'_>,
-    ) -> Result<FourierOrbit, BalanceError> {
-        self.solve_equations(self.truncating_equations(model, guess, meter)?, guess, meter, |orbit| {
-            Ok(self.set_up(model, orbit, FINER, meter)?.truncating_forces())
-        })
-    }
-
-    /// The equations with truncated forces.
-    pub(crate) fn truncating_equations<'m, G: Shape>(
-        &self,
-        model: &'m Machine<G>,
-        near: &FourierOrbit,
-        meter: &Meter<'_>,
-    ) -> Result<BalanceEquations<'m, Machine<G>>, BalanceError> {
-        let equations = self.set_up(model, near, 1, meter)?;
-        if equations.integrals() == Integrals::Panels {
-            return Err(BalanceError::NotAvailable { integrals: self.integrals });
-        }
-        Ok(equations.truncating_forces())
-    }
-
-    fn solve_equations<'m, M: Periodic + ?Sized>(
-        &self,
-        mut equations: BalanceEquations<'m, M>,
-        guess: &FourierOrbit,
-        meter: &Meter<'_>,
-        finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
-    ) -> Result<FourierOrbit, BalanceError> {
+        let mut equations = self.set_up(model, guess, 1, meter)?;
         let x = equations.unknowns(guess);
         if let Some(contact) = equations.floating_contact(&x) {
             return Err(BalanceError::StartInGap { contact });
@@ -158,7 +119,7 @@ impl Balance {
             Roots::Broyden(broyden) => broyden.solve(&mut metered, &x),
         };
         let mut orbit = self.finish(&equations, root, meter, None)?;
-        orbit.notes.extend(notes(&mut equations, &orbit, finer));
+        orbit.notes.extend(notes(&mut equations, &orbit, |orbit| self.set_up(model, orbit, FINER, meter)));
         Ok(orbit)
     }
 
@@ -180,7 +141,8 @@ impl Balance {
         if model.contacts() > 0 && !model.offers().pieces {
             return Err(BalanceError::NotAvailable { integrals: self.integrals });
         }
-        let mut equations = self.equations(model, near)?.on_fixed_pieces(&vec![flank; model.contacts()]);
+        let equations = self.with_whole_forces(model, near, 1, &self.budget.begin())?;
+        let mut equations = equations.on_fixed_pieces(&vec![flank; model.contacts()]);
         let mut matrix = equations.matrix();
         let x = equations.unknowns(near);
         equations.jacobian(&x, &mut matrix);

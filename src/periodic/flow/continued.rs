@@ -1,10 +1,7 @@
 //! Contacts fixed on their pieces, also for models without `accel_on_pieces`.
 
 use crate::contact::{Contact, Piece};
-use crate::model::equations::Constants;
-use crate::model::expansion::expand::Expand;
 use crate::model::structure::slopes::{accelerate, offered};
-use crate::model::terms::Terms;
 use crate::model::{Jacobian, Model, Offers};
 use std::cell::RefCell;
 
@@ -193,16 +190,10 @@ impl<M: Model + ?Sized> Model for Continued<'_, M> {
         Some(&self.model)
     }
     fn offers(&self) -> Offers<'_> {
-        Offers { pieces: true, ..self.model.offers() }
-    }
-    fn expand(&self) -> Option<&dyn Expand> {
-        if self.own { self.model.expand() } else { None }
-    }
-    fn named_constants(&self) -> Option<&dyn Constants> {
-        if self.own { self.model.named_constants() } else { None }
-    }
-    fn terms(&self) -> Option<&dyn Terms> {
-        if self.own { self.model.terms() } else { None }
+        let base = self.model.offers();
+        let Offers { jacobian, stops, kinks, .. } = base;
+        let others = if self.own { base } else { Offers { jacobian, stops, kinks, ..Offers::default() } };
+        Offers { pieces: true, ..others }
     }
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {

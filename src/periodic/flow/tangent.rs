@@ -109,7 +109,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
         v: &[f64],
         out: &mut [f64],
     ) {
-        match self.model.named_constants() {
+        match self.model.offers().constants {
             Some(constants) => constants.accel_along(&by.drives, pieces, u, q, v, out),
             None => out.fill(0.0),
         }
@@ -160,14 +160,12 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
         Some(&self.model)
     }
     fn offers(&self) -> Offers<'_> {
-        Offers { jacobian: false, ..self.model.offers() }
+        let Offers { pieces, stops, kinks, .. } = self.model.offers();
+        Offers { pieces, stops, kinks, expansion: Some(self), ..Offers::default() }
     }
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
         self.model.contact(u, &q[..self.n], &v[..self.n], out);
-    }
-    fn expand(&self) -> Option<&dyn Expand> {
-        Some(self)
     }
     /// The impact of the motion alone; [`Saltation`](crate::periodic::flow::saltation::Saltation) computes
     /// the jump of the differences.
@@ -182,18 +180,18 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
 
 impl<M: Model + ?Sized> Expand for Tangent<'_, M> {
     fn record(&self, moving: &dyn Fn(usize) -> bool) -> Recorded {
-        match self.model.expand() {
+        match self.model.offers().expansion {
             Some(expanded) => Recorded(tangent(&expanded.record(moving).0, self.columns, self.forced)),
             None => Recorded(Recording::new(self.dof(), self.drives()).finish(Vec::new(), Vec::new())),
         }
     }
     fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
-        if let Some(expanded) = self.model.expand() {
+        if let Some(expanded) = self.model.offers().expansion {
             expanded.drive_series(t, coefficients, u);
         }
     }
     fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
-        if let Some(expanded) = self.model.expand() {
+        if let Some(expanded) = self.model.offers().expansion {
             expanded.redrive_series(t, coefficients, needed, u);
         }
     }

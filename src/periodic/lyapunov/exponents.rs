@@ -1,6 +1,7 @@
 //! Lyapunov exponents: result and errors.
 
 use crate::error::ParameterError;
+use crate::linear::LinearError;
 use crate::model::State;
 use crate::ode::{Exhausted, IntegrateError};
 use crate::periodic::flow::flow_method::FlowMethod;
@@ -100,6 +101,9 @@ pub enum LyapunovError {
     /// A setting or the start is not valid.
     #[error("Lyapunov exponents: {0}")]
     Parameter(#[from] ParameterError),
+    /// No start was given, and the model has no static state.
+    #[error("Lyapunov exponents: no start, and no static state: {0}")]
+    NoStaticState(#[from] LinearError),
     /// The integration failed.
     #[error("the integration failed after {} measured periods: {error}", last.measured())]
     Integrate {
@@ -134,10 +138,10 @@ pub enum LyapunovError {
 }
 
 impl LyapunovError {
-    /// The exponents over the periods measured before the failure; `None` for a wrong setting.
+    /// The exponents over the periods measured before the failure; `None` for a wrong setting or start.
     pub fn last(&self) -> Option<&Exponents> {
         match self {
-            LyapunovError::Parameter(_) => None,
+            LyapunovError::Parameter(_) | LyapunovError::NoStaticState(_) => None,
             LyapunovError::Integrate { last, .. }
             | LyapunovError::Exhausted { last, .. }
             | LyapunovError::Vanished { last, .. } => Some(last),

@@ -2,6 +2,7 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
+use crate::linear::static_state;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
@@ -119,13 +120,21 @@ impl Lyapunov {
         self.check_settings()
     }
 
-    /// Computes the exponents along the motion from `start`.
+    /// Computes the exponents along the motion from `start`; `None`: from the
+    /// [static state](crate::linear::static_state) at t = 0.
     ///
     /// # Errors
     /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the periods measured
     /// so far.
-    pub fn run(&self, model: &dyn Periodic, start: &State) -> Result<Exponents, LyapunovError> {
-        self.run_over(model, start, model.period())
+    pub fn run<'s>(
+        &self,
+        model: &dyn Periodic,
+        start: impl Into<Option<&'s State>>,
+    ) -> Result<Exponents, LyapunovError> {
+        match start.into() {
+            Some(start) => self.run_over(model, start, model.period()),
+            None => self.run_over(model, &static_state(model, 0.0)?.state, model.period()),
+        }
     }
 
     /// [`run`](Lyapunov::run) for a model that is not periodic: `span` replaces the period.

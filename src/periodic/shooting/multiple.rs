@@ -34,7 +34,7 @@ use crate::roots::newton::is_monotone;
 /// // q'' + 0.1 q' + q = cos 2t
 /// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 0.1 * v[0] - q[0])?;
 /// let swing = swing.with_period(std::f64::consts::PI)?;
-/// let cycle = Shooting::new().solve(&swing, &[State::at_rest(1)])?;
+/// let cycle = Shooting::new().solve(&swing, &State::at_rest(1))?;
 /// assert!((cycle.states()[0].q[0] + 3.0 / 9.04).abs() < 1e-10); // (1 - Ω²)/((1 - Ω²)² + (0.1 Ω)²)
 /// # Ok::<(), gear_dynamics::periodic::ShootingError>(())
 /// ```
@@ -125,14 +125,19 @@ impl Shooting {
         Shooting { budget, ..self }
     }
 
-    /// Finds an orbit from a guess: states at increasing times within one period of the orbit, or one state.
-    /// Without any, the guess is the [static state](crate::linear::static_state) at t = 0.
+    /// Finds an orbit from a guess: a state, or several at increasing times within one period of the orbit.
+    /// `None`: from the [static state](crate::linear::static_state) at t = 0.
     ///
     /// # Errors
     /// [`ShootingError`]; after the first integration it holds the last iterate and the corrections
     /// so far.
-    pub fn solve(&self, model: &dyn Periodic, guess: &[State]) -> Result<ShootingOrbit, ShootingError> {
-        self.find(model, guess, &self.budget.begin())
+    pub fn solve<'g>(
+        &self,
+        model: &dyn Periodic,
+        guess: impl IntoIterator<Item = &'g State>,
+    ) -> Result<ShootingOrbit, ShootingError> {
+        let guess: Vec<State> = guess.into_iter().cloned().collect();
+        self.find(model, &guess, &self.budget.begin())
     }
 
     /// Finds the orbit near a known motion: the orbit of a neighbouring model, or a Fourier series. Its

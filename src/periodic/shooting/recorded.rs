@@ -20,7 +20,7 @@ use std::ops::ControlFlow;
 /// ```
 /// use gear_dynamics::{Harmonics, Shooting, State, Statistics, trains::SpurPair};
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[], &[0.02])?.parts()?.build("driver", 0.7)?;
-/// let orbit = Shooting::new().solve(&pair, &[State::new(0.0, &[1.1], &[0.0])])?;
+/// let orbit = Shooting::new().solve(&pair, &State::new(0.0, &[1.1], &[0.0]))?;
 /// let recorded = orbit.record(&pair)?;
 /// let mut statistics = Statistics::new(&pair, &["deflection"])?;
 /// recorded.replay(&mut statistics);

@@ -178,7 +178,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let constants = 1 + dof + torques + 2 * contacts + self.elements.frictions.len();
         Size { dof, waves, contacts: contacts + self.places.kinks(), constants }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         self.constants.clone()
     }
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {

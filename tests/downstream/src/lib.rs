@@ -18,7 +18,7 @@ impl<N: Nonlinearity> Shape for MeshedPair<N> {
     fn size(&self) -> Size {
         Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: 1, constants: 4 }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         [("mesh frequency", "rad/s"), ("load", "N"), ("damping", "N s/m"), ("mass", "kg")]
             .map(|(name, unit)| Channel::new(name, unit))
             .into()
@@ -112,7 +112,7 @@ impl Shape for Knock {
     fn size(&self) -> Size {
         Size { dof: 2, waves: 1, contacts: 1, constants: 2 }
     }
-    fn constants(&self) -> Vec<Channel> {
+    fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("stiffness", "1")]
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

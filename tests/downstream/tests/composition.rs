@@ -79,12 +79,12 @@ fn the_pair_takes_any_law() {
 #[test]
 fn the_pair_has_one_orbit() {
     let pair = rattling();
-    let steady = Settle::new().tolerance(1e-9).start(&loaded()).run(&accurate(), &pair).unwrap();
+    let steady = Settle::new().tolerance(1e-9).run(&accurate(), &pair, &loaded()).unwrap();
     let mut rattle = Rattle::new(&pair);
     accurate().run(&pair, &steady.state, steady.state.t + pair.period(), &mut rattle).unwrap();
     assert_eq!((steady.period_multiple, rattle.contacts()[0].rattle_state()), (1, RattleState::Unilateral));
 
-    let cycle = Shooting::new().solve(&pair, std::slice::from_ref(&steady.state)).unwrap();
+    let cycle = Shooting::new().solve(&pair, &steady.state).unwrap();
     let at = cycle.at(&pair, steady.state.t).unwrap();
     assert!((at.q[0] - steady.state.q[0]).abs() < 1e-8 * 3e-5, "{} {}", at.q[0], steady.state.q[0]);
     assert_eq!(cycle.multipliers().stability(), Stability::Stable);
@@ -196,7 +196,7 @@ fn channels() {
 fn settling_rattle_and_sections() {
     fn steady<I: Integrator>(solver: &I) -> (usize, RattleState, u64) {
         let model = knock(1.0);
-        let steady = Settle::new().tolerance(1e-6).start(&start()).run(solver, &model).unwrap();
+        let steady = Settle::new().tolerance(1e-6).run(solver, &model, &start()).unwrap();
         let mut rattle = Rattle::new(&model);
         solver.run(&model, &steady.state, steady.state.t + 4.0 * model.period(), &mut rattle).unwrap();
         (steady.period_multiple, rattle.contacts()[0].rattle_state(), rattle.contacts()[0].impact_count())

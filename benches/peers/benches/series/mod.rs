@@ -99,11 +99,11 @@ fn orbits() {
     let pair =
         NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).expect("the speed is positive");
     let start = pair.static_start().expect("the load is in range");
-    let settled = Settle::new().start(&start).run(&Dop853::new(), &pair).expect("the motion settles");
+    let settled = Settle::new().run(&Dop853::new(), &pair, &start).expect("the motion settles");
     let multiple = settled.period_multiple;
     let shoot = |method: FlowMethod| {
         let shooting = Shooting::new().period_multiple(multiple).segments(16).flow_method(method);
-        usize::from(shooting.solve(&pair, std::slice::from_ref(&settled.state)).is_ok())
+        usize::from(shooting.solve(&pair, &settled.state).is_ok())
     };
     let exponents = |method: FlowMethod| {
         let lyapunov = Lyapunov::new().settle(0).periods(1000).flow_method(method);

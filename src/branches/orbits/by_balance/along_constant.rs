@@ -25,7 +25,7 @@ struct Scratch {
 impl<'f> AlongConstant<'f> {
     /// `None` if the model has no named constants.
     pub(crate) fn new(model: &Rc<dyn Periodic + 'f>, constant: usize) -> Option<Self> {
-        let (slope, n) = (model.named_constants()?.drive_slope(constant), model.dof());
+        let (slope, n) = (model.offers().constants?.drive_slope(constant), model.dof());
         let scratch =
             Scratch { jacobian: Jacobian::new(n), y: vec![0.0; 2 * n], a: [vec![0.0; n], vec![0.0; n]] };
         Some(AlongConstant { model: model.clone(), slope, scratch: RefCell::new(scratch) })
@@ -38,7 +38,7 @@ impl<'f> AlongConstant<'f> {
 
     /// Σ_k ∂a/∂u_k ∂u_k/∂c.
     fn by_drives(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        if let Some(constants) = self.model.named_constants() {
+        if let Some(constants) = self.model.offers().constants {
             constants.accel_along(&self.slope.drives, pieces, u, q, v, a);
         }
     }

@@ -2,12 +2,12 @@
 
 use crate::branches::curve::equations::{Curve, CurveError, Linear, PARAMETER_STEP};
 use crate::branches::curve::point::CurvePoint;
-use crate::branches::orbits::by_balance::balance_family::BalanceFamily;
-use crate::branches::orbits::by_balance::balance_room::{At, BalanceRoom};
+use crate::branches::family::Family;
 use crate::branches::orbits::by_balance::balance_slope::BalanceSlope;
+use crate::branches::orbits::by_balance::equations_over::{Any, At, EquationsOver};
 use crate::branches::stability_method::StabilityMethod;
+use crate::model::Channel;
 use crate::model::structure::rigid::rigid_modes;
-use crate::model::{Channel, Periodic};
 use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
 use crate::periodic::balance::amplitudes::sizes;
@@ -23,12 +23,12 @@ use std::rc::Rc;
 /// T(p).
 ///
 /// Unknowns: those of the [`BalanceEquations`], with the scales of the first orbit on the whole branch.
-pub(crate) struct BalanceCurve<'f, M: Periodic + ?Sized> {
-    pub(super) family: Rc<dyn BalanceFamily<M> + 'f>,
-    pub(super) room: RefCell<BalanceRoom<'f, M>>,
+pub(crate) struct BalanceCurve<'f> {
+    pub(super) family: &'f Family<'f>,
+    pub(super) equations: RefCell<EquationsOver<'f>>,
     /// Equations at a neighbouring parameter, for differences.
-    beside: BalanceRoom<'f, M>,
-    slope: BalanceSlope<M>,
+    beside: EquationsOver<'f>,
+    slope: BalanceSlope<'f>,
     matrix: Matrix,
     /// Scales of the coordinates, the number of unknowns of one, and the number of rigid motions.
     pub(super) scales: Vec<f64>,
@@ -41,6 +41,8 @@ pub(crate) struct BalanceCurve<'f, M: Periodic + ?Sized> {
     difference: f64,
     /// Whether the equations have a continuous derivative.
     is_smooth: bool,
+    /// Whether the balance is one of the equation: its error is small with many orders.
+    pub(super) is_of_equation: bool,
     channels: RefCell<(Vec<Channel>, Vec<usize>)>,
     pub(super) stability: StabilityMethod,
     pub(super) meter: Rc<Meter<'f>>,
@@ -60,20 +62,20 @@ const LAST: f64 = 1e-8;
 /// Ranges below this share of the size of a coordinate are rounding: the size is the unit then.
 const AT_REST: f64 = 1e-9;
 
-impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
+impl<'f> BalanceCurve<'f> {
     /// The curve through an orbit of the model with the parameter `p`. `unit`: unit of the parameter.
     pub(crate) fn new(
-        family: Rc<dyn BalanceFamily<M> + 'f>,
+        family: &'f Family<'f>,
         balance: &Balance,
         (p, unit): (f64, f64),
         orbit: &FourierOrbit,
         meter: Rc<Meter<'f>>,
     ) -> Result<Self, CurveError> {
         let near = Rc::new(orbit.clone());
-        let mut room = BalanceRoom::new(family.clone(), balance, near.clone());
-        let beside = BalanceRoom::new(family.clone(), balance, near);
+        let mut equations = EquationsOver::new(family, balance, near.clone());
+        let beside = EquationsOver::new(family, balance, near);
         let (matrix, scales, rigid, modes, integrals, width) =
-            room.at(p, |equations, At { model, .. }| {
+            equations.at(p, |equations, At { model, .. }| {
                 let layout = &equations.work.layout;
                 let modes = if layout.dof == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
                 let width = layout.harmonics.unknowns();
@@ -88,11 +90,11 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
             })?;
         let n = scales.len();
         let sampled = matches!(integrals, Integrals::Sampled { .. });
-        let has_contacts = room.at(p, |_, at| at.model.contacts() > 0)?;
+        let has_contacts = equations.at(p, |_, at| at.model.contacts() > 0)?;
         let swing = |j: usize| orbit.peak_to_peak(j);
         Ok(BalanceCurve {
             family,
-            room: RefCell::new(room),
+            equations: RefCell::new(equations),
             beside,
             slope: BalanceSlope::new(),
             matrix,
@@ -103,6 +105,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
             scales,
             difference: PARAMETER_STEP * unit.max(p.abs()),
             is_smooth: !(sampled && has_contacts),
+            is_of_equation: !balance.truncated_forces,
             stability: StabilityMethod::Multipliers,
             channels: RefCell::default(),
             meter,
@@ -117,9 +120,9 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
     pub(super) fn evaluated<R>(
         &self,
         point: &CurvePoint<Series>,
-        work: impl for<'m> FnOnce(&mut BalanceEquations<'m, M>, &'m M) -> R,
+        work: impl for<'m> FnOnce(&mut BalanceEquations<'m, Any<'f>>, &'m Any<'f>) -> R,
     ) -> Result<R, CurveError> {
-        self.room.borrow_mut().at(point.p, |equations, at| {
+        self.equations.borrow_mut().at(point.p, |equations, at| {
             equations.evaluate(point.x.as_slice(), false);
             work(equations, at.model)
         })
@@ -147,7 +150,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
     pub(super) fn places(&self, channels: &[Channel], p: f64) -> Result<Vec<usize>, CurveError> {
         let mut known = self.channels.borrow_mut();
         if known.0 != channels {
-            let places = self.room.borrow_mut().at(p, |_, at| {
+            let places = self.equations.borrow_mut().at(p, |_, at| {
                 let probe = Probe::new(at.model);
                 channels.iter().map(|channel| probe.index(&channel.name)).collect::<Result<Vec<_>, _>>()
             })?;
@@ -188,7 +191,7 @@ impl<'f, M: Periodic + ?Sized> BalanceCurve<'f, M> {
     }
 }
 
-impl<M: Periodic + ?Sized> Curve for BalanceCurve<'_, M> {
+impl Curve for BalanceCurve<'_> {
     type Solution = Series;
 
     fn linearise(&mut self, x: &DVector<f64>, p: f64) -> Result<Linear<Series>, CurveError> {
@@ -196,7 +199,7 @@ impl<M: Periodic + ?Sized> Curve for BalanceCurve<'_, M> {
         let n = x.len();
         let (mut residual, mut by_x) = (DVector::zeros(n), DMatrix::zeros(n, n));
         let (matrix, slope) = (&mut self.matrix, &mut self.slope);
-        let (exact, jumps, weights) = self.room.get_mut().at(p, |equations, at| {
+        let (exact, jumps, weights) = self.equations.get_mut().at(p, |equations, at| {
             equations.residual(x.as_slice(), residual.as_mut_slice());
             equations.jacobian(x.as_slice(), matrix);
             match matrix.single() {
@@ -235,7 +238,7 @@ impl<M: Periodic + ?Sized> Curve for BalanceCurve<'_, M> {
 }
 
 /// Weights of the equations: 1/max(s, (k ω)²) at order k, with the largest stiffness s.
-fn weights<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> DVector<f64> {
+fn weights(equations: &BalanceEquations<'_, Any<'_>>) -> DVector<f64> {
     let (layout, stiffest) = (&equations.work.layout, equations.work.couplings.stiffest);
     let width = layout.harmonics.unknowns();
     let mut weights = DVector::from_element(layout.size(), 1.0);
@@ -255,9 +258,8 @@ fn weights<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> DVector
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::branches::family::ByConstant;
-    use crate::branches::orbits::by_balance::balance_family::Plain;
     use crate::branches::orbits::orbit_method::OrbitMethod;
+    use crate::model::Periodic;
     use crate::models::nfg::{NfgPair, NfgParams};
     use crate::ode::budget::Budget;
     use crate::periodic::balance::series::harmonics::Harmonics;
@@ -273,22 +275,22 @@ mod tests {
         let orbit = FourierOrbit::new(&harmonics, pair.period(), &[[&series[..], &rest].concat()])?;
         let budget = Budget::new();
         for constant in pair.names() {
-            let family = ByConstant::new(&pair, &constant.name)?;
+            let family = Family::over(&pair, [&constant.name])?;
             for integrals in
                 [Integrals::Closed, Integrals::Kinks, Integrals::Panels, Integrals::Sampled { samples: 4096 }]
             {
-                let p = family.value();
+                let p = pair.constant(&constant.name)?;
                 let balance = Balance::new(harmonics.clone()).integrals(integrals);
                 let meter = Rc::new(budget.begin());
                 let of = (p, p.abs());
-                let mut curve = BalanceCurve::new(Rc::new(Plain(&family)), &balance, of, &orbit, meter)?;
+                let mut curve = BalanceCurve::new(&family, &balance, of, &orbit, meter)?;
                 let x = curve.unknowns(&orbit);
                 let exact = curve.linearise(&x, p)?.by_p;
                 assert!(!curve.slope.is_unavailable(), "{constant} {integrals:?}");
                 let h = 1e-5 * p.abs();
                 let (low, high) = (curve.linearise(&x, p - h)?, curve.linearise(&x, p + h)?);
                 // The weights of the equations change with the speed.
-                let mut at = |p: f64| curve.room.get_mut().at(p, |equations, _| weights(equations));
+                let mut at = |p: f64| curve.equations.get_mut().at(p, |equations, _| weights(equations));
                 let [here, below, above] = [at(p)?, at(p - h)?, at(p + h)?];
                 let plain = |linear: &Linear<Series>, weights: &DVector<f64>| {
                     linear.residual.component_div(weights).component_mul(&here)

@@ -1,6 +1,6 @@
 //! The derivative of the residual of a balance with respect to a named constant.
 
-use crate::model::Periodic;
+use crate::branches::orbits::by_balance::equations_over::Any;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::periodic::BalanceEquations;
@@ -13,24 +13,24 @@ use nalgebra::DVector;
 ///
 /// ∂a/∂c is a [model](crate::branches::orbits::by_balance::along_constant::AlongConstant), whose
 /// accelerations are integrated in the same way as those of the model itself.
-pub(crate) struct BalanceSlope<M: ?Sized> {
-    arrays: Option<Arrays<M>>,
+pub(crate) struct BalanceSlope<'f> {
+    arrays: Option<Arrays<'f>>,
     /// The way of integration does not follow the derivative.
     unavailable: bool,
 }
 
-struct Arrays<M: ?Sized> {
+struct Arrays<'f> {
     couplings: Couplings,
     spectra: Spectra,
     /// Integration that holds results of the derivative; `None`: that of the equations serves.
-    own: Option<Box<dyn Integration<M>>>,
+    own: Option<Box<dyn Integration<Any<'f>>>>,
     slopes: Option<Slopes<'static, ()>>,
 }
 
 /// Relative difference of two constant slopes that is rounding of differences.
 const SAME_SLOPE: f64 = 1e-9;
 
-impl<M: Periodic + ?Sized> BalanceSlope<M> {
+impl<'f> BalanceSlope<'f> {
     pub(crate) fn new() -> Self {
         BalanceSlope { arrays: None, unavailable: false }
     }
@@ -44,8 +44,8 @@ impl<M: Periodic + ?Sized> BalanceSlope<M> {
     /// ∂R/∂c at the unknowns at which the equations were evaluated last. `None` if it is not available.
     pub(crate) fn at<'m>(
         &mut self,
-        equations: &mut BalanceEquations<'m, M>,
-        (slope, speed): (&'m M, f64),
+        equations: &mut BalanceEquations<'m, Any<'f>>,
+        (slope, speed): (&'m Any<'f>, f64),
     ) -> Option<DVector<f64>> {
         if self.unavailable {
             return None;
@@ -66,9 +66,9 @@ impl<M: Periodic + ?Sized> BalanceSlope<M> {
     }
 }
 
-impl<M: Periodic + ?Sized> Arrays<M> {
+impl<'f> Arrays<'f> {
     /// Integrates the accelerations of `slope`. `false` if the way of integration does not follow it.
-    fn integrate<'m>(&mut self, equations: &mut BalanceEquations<'m, M>, slope: &'m M) -> bool {
+    fn integrate<'m>(&mut self, equations: &mut BalanceEquations<'m, Any<'f>>, slope: &'m Any<'f>) -> bool {
         let model = std::mem::replace(&mut equations.grid.model, slope);
         let integrates = self.integrate_on_grid(equations, slope);
         equations.grid.model = model;
@@ -76,7 +76,11 @@ impl<M: Periodic + ?Sized> Arrays<M> {
     }
 
     /// [`integrate`](Arrays::integrate) with a grid that is bound to `slope`.
-    fn integrate_on_grid<'m>(&mut self, equations: &mut BalanceEquations<'m, M>, slope: &'m M) -> bool {
+    fn integrate_on_grid<'m>(
+        &mut self,
+        equations: &mut BalanceEquations<'m, Any<'f>>,
+        slope: &'m Any<'f>,
+    ) -> bool {
         let BalanceEquations { grid, slopes: bound, work } = equations;
         let Workspace { crossings, coefficients, integration, .. } = work;
         if let Some(own) = &mut self.own {
@@ -97,11 +101,7 @@ impl<M: Periodic + ?Sized> Arrays<M> {
     }
 }
 
-fn residual<M: Periodic + ?Sized>(
-    equations: &BalanceEquations<'_, M>,
-    spectra: &Spectra,
-    speed: f64,
-) -> DVector<f64> {
+fn residual(equations: &BalanceEquations<'_, Any<'_>>, spectra: &Spectra, speed: f64) -> DVector<f64> {
     let layout = &equations.work.layout;
     let (harmonics, width) = (&layout.harmonics, layout.harmonics.unknowns());
     let mut by_c = DVector::zeros(layout.size());

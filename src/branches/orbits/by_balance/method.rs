@@ -8,7 +8,7 @@ use crate::branches::orbits::by_balance::series_measure::measure_series;
 use crate::branches::orbits::measure::Measured;
 use crate::branches::orbits::orbit_method::{OrbitMethod, Orbits};
 use crate::branches::stability_method::StabilityMethod;
-use crate::model::{Channel, Periodic, State};
+use crate::model::{Channel, State};
 use crate::periodic::{FourierOrbit, Multipliers};
 use crate::roots::Residual;
 use nalgebra::DVector;
@@ -16,12 +16,12 @@ use nalgebra::DVector;
 /// Coefficients up to this share of the range of motion count as zero.
 const ZERO_COEFFICIENT: f64 = 1e-6;
 
-impl<M: Periodic + ?Sized> Orbits for BalanceCurve<'_, M> {
+impl Orbits for BalanceCurve<'_> {
     type Orbit = FourierOrbit;
 
     fn multipliers(&self, point: &CurvePoint<Series>) -> Option<Multipliers> {
         // Those of the equation say nothing on the doublings of a balance with truncated forces.
-        let wanted = self.family.is_of_equation() && self.stability == StabilityMethod::Multipliers;
+        let wanted = self.is_of_equation && self.stability == StabilityMethod::Multipliers;
         wanted.then(|| self.multipliers_along(point)).flatten()
     }
 
@@ -67,14 +67,14 @@ impl<M: Periodic + ?Sized> Orbits for BalanceCurve<'_, M> {
     }
 }
 
-impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
-    fn family(&self) -> &dyn Family {
-        self.family.family()
+impl OrbitMethod for BalanceCurve<'_> {
+    fn family(&self) -> &Family<'_> {
+        self.family
     }
 
     fn unknowns(&self, orbit: &FourierOrbit) -> DVector<f64> {
-        let found = self.room.borrow_mut().here(|equations| equations.unknowns(orbit));
-        DVector::from_vec(found.unwrap_or_default()) // the room holds the model of the first orbit
+        let found = self.equations.borrow_mut().here(|equations| equations.unknowns(orbit));
+        DVector::from_vec(found.unwrap_or_default()) // the equations have the model of the first orbit
     }
 
     /// The multipliers are those of the equation along a truncated series: 1 is passed near a fold of the
@@ -85,7 +85,7 @@ impl<M: Periodic + ?Sized> OrbitMethod for BalanceCurve<'_, M> {
 
     /// Whether the even orders vanish.
     fn is_symmetric(&self, point: &CurvePoint<Series>) -> bool {
-        let vanish = self.room.borrow_mut().here(|equations| {
+        let vanish = self.equations.borrow_mut().here(|equations| {
             let harmonics = &equations.work.layout.harmonics;
             point.x.as_slice().chunks_exact(self.width).zip(&self.scales).zip(&self.ranges).all(
                 |((part, scale), range)| {

@@ -105,8 +105,8 @@ impl Orbits for OrbitCurve<'_> {
 }
 
 impl OrbitMethod for OrbitCurve<'_> {
-    fn family(&self) -> &dyn Family {
-        &*self.family
+    fn family(&self) -> &Family<'_> {
+        &self.family
     }
 
     fn is_symmetric(&self, point: &CurvePoint<Passage>) -> bool {

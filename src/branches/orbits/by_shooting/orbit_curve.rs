@@ -25,7 +25,7 @@ use std::rc::Rc;
 /// Symmetric orbits may be followed over half their period, with x_N = -x_0: all other orbits are then
 /// excluded.
 pub(crate) struct OrbitCurve<'f> {
-    pub(super) family: Rc<dyn Family + 'f>,
+    pub(super) family: Family<'f>,
     pub(super) multiple: usize,
     /// Whether the orbits are followed over half their period.
     half: bool,
@@ -97,13 +97,13 @@ impl Passage {
 impl<'f> OrbitCurve<'f> {
     /// The curve through an orbit of the model with the parameter `p`. `unit`: unit of the parameter.
     pub(crate) fn new(
-        family: Rc<dyn Family + 'f>,
+        family: Family<'f>,
         (p, unit): (f64, f64),
         orbit: &ShootingOrbit,
         shooting: &Shooting,
         meter: Rc<Meter<'f>>,
     ) -> Result<Self, CurveError> {
-        let model = family.at(p).map_err(|error| CurveError::Model { parameter: p, error })?;
+        let model = family.at([p]).map_err(|error| CurveError::Model { parameter: p, error })?;
         check::length("coordinates and velocities of the orbit", orbit.parts.scale.len(), 2 * model.dof())
             .map_err(|error| CurveError::Model { parameter: p, error })?;
         let period = orbit.period();
@@ -202,7 +202,7 @@ impl<'f> OrbitCurve<'f> {
     }
 
     pub(crate) fn model(&self, p: f64) -> Result<Box<dyn Periodic + '_>, CurveError> {
-        self.family.at(p).map_err(|error| CurveError::Model { parameter: p, error })
+        self.family.at([p]).map_err(|error| CurveError::Model { parameter: p, error })
     }
 
     pub(crate) fn states(&self, x: &DVector<f64>, period: f64) -> Vec<State> {
@@ -336,9 +336,9 @@ impl Curve for OrbitCurve<'_> {
 
     fn linearise(&mut self, x: &DVector<f64>, p: f64) -> Result<Linear<Passage>, CurveError> {
         let model = self.model(p)?;
-        let slope = self.family.constant().zip(model.named_constants());
+        let slope = self.family.constants.zip(model.offers().constants);
         let forced: Vec<DriveSlope> =
-            slope.map(|(i, constants)| constants.drive_slope(i).times(self.unit)).into_iter().collect();
+            slope.map(|([i], constants)| constants.drive_slope(i).times(self.unit)).into_iter().collect();
         let exact = !forced.is_empty();
         let at = self.round(&*model, x, forced, self.flow_tolerance)?;
         let (residual, by_x) = self.assemble(x, &at);
@@ -350,7 +350,7 @@ impl Curve for OrbitCurve<'_> {
             }
         } else {
             for (i, slope) in
-                self.differences(x, p, self.difference, &|p| self.family.at(p))?.iter().enumerate()
+                self.differences(x, p, self.difference, &|p| self.family.at([p]))?.iter().enumerate()
             {
                 by_p.rows_mut(i * m, m).copy_from(slope);
             }

@@ -2,9 +2,9 @@
 
 use crate::contact::Piece;
 use crate::error::{ParameterError, check};
+use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
-use crate::model::{Machine, Model, Periodic, Shape};
 use crate::ode::budget::Meter;
 use crate::periodic::balance::admission::{free_motions, refuse_stops};
 use crate::periodic::balance::amplitudes::sizes_apart;
@@ -259,25 +259,23 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     }
 }
 
-impl<G: Shape> BalanceEquations<'_, Machine<G>> {
-    /// The same equations with truncated contact forces: the value of each contact law is truncated to the
-    /// kept orders before it is multiplied by the stiffness.   Source: Liu 2021.
-    ///
-    /// With [`Integrals::Closed`] or [`Integrals::Kinks`] the crossings are exact: the sums over the samples
-    /// are corrected around every crossing. The Jacobian leaves out the motion of crossings at which the
-    /// value of a law jumps, for example of damping that acts in contact only. With other integrals the values are
-    /// sampled.
-    pub fn truncating_forces(mut self) -> Self {
+impl<M: Periodic + ?Sized> BalanceEquations<'_, M> {
+    /// The same equations with truncated contact forces, see
+    /// [`Balance::truncated_forces`](crate::Balance::truncated_forces). `None` if the integrals are panels,
+    /// or the model does not evaluate its laws.
+    pub(crate) fn with_truncated_forces(mut self) -> Option<Self> {
+        if self.integrals() == Integrals::Panels || self.grid.model.offers().laws.is_none() {
+            return None;
+        }
         let (n, m, contacts) = (self.work.layout.dof, self.grid.samples(), self.grid.model.contacts());
         let drives = self.grid.model.drives();
         let exact = matches!(self.integrals(), Integrals::Closed | Integrals::Kinks);
         self.work.integration =
             Box::new(Truncated::new(n, drives, contacts, &self.work.layout.harmonics, m, exact));
-        self.work.evaluated.clear();
         self.work.couplings = self.work.couplings.without_slopes();
         self.work.spectra = Spectra::new(n, 0, &self.work.layout.harmonics);
         self.work.layout.make_dense();
-        self
+        Some(self)
     }
 }
 

@@ -5,7 +5,6 @@ pub(crate) mod closed;
 pub(crate) mod integration_trait;
 pub(crate) mod jumps;
 pub(crate) mod kinks;
-pub(crate) mod law_values;
 pub(crate) mod panels;
 pub(crate) mod sampled;
 pub(crate) mod truncated;

@@ -6,14 +6,15 @@
 
 use crate::contact::Piece;
 use crate::dual::Dual;
+use crate::model::Periodic;
+use crate::model::recording::Laws;
+use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
-use crate::model::{Drives, Machine, Model, Periodic, Shape};
 use crate::periodic::balance::crossings::instants::Crossings;
 use crate::periodic::balance::crossings::stencil::Stencil;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
 use crate::periodic::balance::integration::jumps::BothSides;
-use crate::periodic::balance::integration::law_values::{Given, Recorded};
 use crate::periodic::balance::series::assembly::JacobianLayout;
 use crate::periodic::balance::series::grid::Grid;
 use crate::periodic::balance::series::harmonics::Harmonics;
@@ -23,7 +24,6 @@ use crate::periodic::balance::series::transform::{spread, unpack, write};
 use crate::roots::Matrix;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
-use std::cell::Cell;
 
 /// Number of directions that one evaluation with dual numbers differentiates along. The directions are the
 /// coordinates, the velocities and the truncated values.
@@ -47,10 +47,10 @@ pub(crate) struct Truncated {
     /// q, v, a and f_c at one sample.
     values: Vec<f64>,
     /// Values of the contact laws in the last evaluation, before truncation.
-    seen: Vec<Cell<f64>>,
+    seen: Vec<f64>,
     /// Drives, q, v, f_c and a at one sample.
     duals: Vec<DualNumber>,
-    seen_duals: Vec<Cell<DualNumber>>,
+    seen_duals: Vec<DualNumber>,
     /// Pieces before and after a crossing, for exact crossings; `None`: uniform samples alone.
     sides: Option<BothSides>,
 }
@@ -98,53 +98,56 @@ impl Truncated {
             buffer: vec![Complex64::ZERO; samples],
             part: vec![0.0; harmonics.unknowns()],
             values: vec![0.0; 3 * dof + contacts],
-            seen: vec![Cell::new(0.0); contacts],
+            seen: vec![0.0; contacts],
             duals: vec![zero; drives + 3 * dof + contacts],
-            seen_duals: vec![Cell::new(zero); contacts],
+            seen_duals: vec![zero; contacts],
             sides: exact.then(|| BothSides::new(dof, contacts)),
         }
     }
 
-    /// Calls `add(self, sample, None, 1)` for every sample. With exact crossings also `add(self, sample,
-    /// pieces, weight)` for the samples around every crossing, on the pieces before and after it.
-    fn on_all<G, F>(&mut self, grid: &Grid<'_, Machine<G>>, crossings: &Crossings, add: F)
+    /// Calls `add(self, laws, sample, None, 1)` for every sample, with the laws of the model. With exact
+    /// crossings also `add(self, laws, sample, pieces, weight)` for the samples around every crossing, on the
+    /// pieces before and after it.
+    fn on_all<M, F>(&mut self, grid: &Grid<'_, M>, crossings: &Crossings, add: F)
     where
-        Machine<G>: Periodic,
-        F: Fn(&mut Self, usize, Option<&[Piece]>, f64),
+        M: Periodic + ?Sized,
+        F: Fn(&mut Self, &dyn Laws, usize, Option<&[Piece]>, f64),
     {
-        (0..grid.samples()).for_each(|s| add(self, s, None, 1.0));
+        let Some(laws) = grid.model.offers().laws else { return };
+        (0..grid.samples()).for_each(|s| add(self, laws, s, None, 1.0));
         let Some(mut sides) = self.sides.take() else { return };
         let stencil = Stencil::get();
         for crossing in crossings.list() {
             sides.stand_on(crossing, crossings);
             for (i, w) in stencil.weights(crossing.phi).into_iter().enumerate() {
                 let s = Stencil::index(crossing.cell, i, grid.samples());
-                add(self, s, Some(&sides.pieces[0]), -w);
-                add(self, s, Some(&sides.pieces[1]), w);
+                add(self, laws, s, Some(&sides.pieces[0]), -w);
+                add(self, laws, s, Some(&sides.pieces[1]), w);
             }
         }
         self.sides = Some(sides);
     }
 
     /// Adds `weight` times the values of the laws to their samples.
-    fn add_forces<G: Shape>(
+    fn add_forces<M: Periodic + ?Sized>(
         &mut self,
-        grid: &Grid<'_, Machine<G>>,
+        grid: &Grid<'_, M>,
+        laws: &dyn Laws,
         s: usize,
         pieces: Option<&[Piece]>,
         weight: f64,
     ) {
         let (q, v, a, _) = split(&mut self.values, self.places.dof);
         grid.state(s, q, v);
-        let u = Drives::new(grid.model.size().waves, grid.drives(s));
-        grid.model.shape().accel(&Recorded { seen: &self.seen, pieces }, u, q, v, a);
-        self.forces.iter_mut().zip(&self.seen).for_each(|(f, seen)| f[s] += weight * seen.get());
+        laws.accel_by_laws(None, pieces, grid.drives(s), q, v, a, &mut self.seen);
+        self.forces.iter_mut().zip(&self.seen).for_each(|(f, seen)| f[s] += weight * seen);
     }
 
     /// Adds `weight` times the accelerations with the truncated values to their samples.
-    fn add_accelerations<G: Shape>(
+    fn add_accelerations<M: Periodic + ?Sized>(
         &mut self,
-        grid: &Grid<'_, Machine<G>>,
+        grid: &Grid<'_, M>,
+        laws: &dyn Laws,
         s: usize,
         pieces: Option<&[Piece]>,
         weight: f64,
@@ -152,21 +155,20 @@ impl Truncated {
         let (q, v, a, given) = split(&mut self.values, self.places.dof);
         grid.state(s, q, v);
         given.iter_mut().zip(&self.forces).for_each(|(g, f)| *g = f[s]);
-        let u = Drives::new(grid.model.size().waves, grid.drives(s));
-        let laws = Recorded { seen: &self.seen, pieces };
-        grid.model.shape().accel(&Given { forces: given, laws }, u, q, v, a);
+        laws.accel_by_laws(Some(given), pieces, grid.drives(s), q, v, a, &mut self.seen);
         self.accelerations.accelerations.iter_mut().zip(a).for_each(|(values, a)| values[s] += weight * *a);
     }
 
     /// Adds `weight` times the derivatives to their samples.
-    fn add_slopes<G: Shape>(
+    fn add_slopes<M: Periodic + ?Sized>(
         &mut self,
-        grid: &Grid<'_, Machine<G>>,
+        grid: &Grid<'_, M>,
+        laws: &dyn Laws,
         s: usize,
         pieces: Option<&[Piece]>,
         weight: f64,
     ) {
-        let (places, drives, waves) = (self.places, grid.model.drives(), grid.model.size().waves);
+        let (places, drives) = (self.places, grid.model.drives());
         let Places { dof: n, contacts: c } = places;
         let (q, v, _, forces) = split(&mut self.values, n);
         grid.state(s, q, v);
@@ -184,8 +186,7 @@ impl Truncated {
             let directions = first..(first + DIRECTIONS).min(2 * n + c);
             directions.clone().for_each(|j| variables[j] = Dual::along(variables[j].value, j - first));
             let (y, forces) = variables.split_at(2 * n);
-            let given = Given { forces, laws: Recorded { seen: &self.seen_duals, pieces } };
-            grid.model.shape().accel(&given, Drives::new(waves, u), &y[..n], &y[n..], a);
+            laws.slopes_by_laws(forces, pieces, u, &y[..n], &y[n..], a, &mut self.seen_duals);
             for j in directions {
                 variables[j] = variables[j].value.into();
                 for (i, a) in a.iter().enumerate() {
@@ -193,7 +194,7 @@ impl Truncated {
                 }
                 if j < 2 * n {
                     for (law, seen) in self.seen_duals.iter().enumerate() {
-                        self.samples[places.of_law(law, j)][s] += weight * seen.get().slope[j - first];
+                        self.samples[places.of_law(law, j)][s] += weight * seen.slope[j - first];
                     }
                 }
             }
@@ -228,7 +229,7 @@ impl Truncated {
     }
 }
 
-impl<G: Shape> Integration<Machine<G>> for Truncated {
+impl<M: Periodic + ?Sized> Integration<M> for Truncated {
     fn integrals(&self, samples: usize) -> Integrals {
         if self.sides.is_some() { Integrals::Kinks } else { Integrals::Sampled { samples } }
     }
@@ -241,25 +242,29 @@ impl<G: Shape> Integration<Machine<G>> for Truncated {
     fn check(&self) -> Check {
         if self.sides.is_some() { Check::Finer } else { Check::BetweenSamples }
     }
-    fn accelerations(&mut self, motion: &mut Motion<'_, '_, Machine<G>>, out: &mut Spectra) {
+    fn adapt(&mut self, grid: &Grid<'_, M>, _: &Couplings, _: &mut Slopes<'_, M>) -> bool {
+        grid.model.offers().laws.is_some()
+    }
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
         let grid = &mut *motion.grid;
         self.forces.iter_mut().for_each(|list| list.fill(0.0));
-        self.on_all(grid, motion.crossings, |this, s, pieces, w| this.add_forces(grid, s, pieces, w));
+        self.on_all(grid, motion.crossings, |this, laws, s, pieces, w| {
+            this.add_forces(grid, laws, s, pieces, w);
+        });
         self.truncate(grid);
         self.accelerations.accelerations.iter_mut().for_each(|list| list.fill(0.0));
-        self.on_all(grid, motion.crossings, |this, s, pieces, w| this.add_accelerations(grid, s, pieces, w));
+        self.on_all(grid, motion.crossings, |this, laws, s, pieces, w| {
+            this.add_accelerations(grid, laws, s, pieces, w);
+        });
         self.accelerations.transform_accelerations(grid, out);
     }
 
-    fn slopes(
-        &mut self,
-        motion: &mut Motion<'_, '_, Machine<G>>,
-        _: &mut Slopes<'_, Machine<G>>,
-        _: &mut Spectra,
-    ) {
+    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, _: &mut Slopes<'_, M>, _: &mut Spectra) {
         let grid = &mut *motion.grid;
         self.samples.iter_mut().for_each(|list| list.fill(0.0));
-        self.on_all(grid, motion.crossings, |this, s, pieces, w| this.add_slopes(grid, s, pieces, w));
+        self.on_all(grid, motion.crossings, |this, laws, s, pieces, w| {
+            this.add_slopes(grid, laws, s, pieces, w);
+        });
         self.transform(grid);
     }
 

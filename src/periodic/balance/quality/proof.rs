@@ -1,7 +1,7 @@
 //! Proof of an orbit: estimates of its errors.
 
 use crate::error::ParameterError;
-use crate::model::{Machine, Periodic, Shape};
+use crate::model::Periodic;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
@@ -66,35 +66,22 @@ impl Balance {
         meter: &Meter<'_>,
     ) -> Result<Proof, BalanceError> {
         let finer = self.on(self.harmonics().extended()).find(model, orbit, meter)?;
-        let pulsed = !pulses(model, orbit, self.harmonics(), meter).is_empty();
+        // Truncated forces are compared with those of twice the samples.
+        let pulsed = !self.truncated_forces && !pulses(model, orbit, self.harmonics(), meter).is_empty();
         let better = match self.integrals {
             _ if pulsed => self.clone().integrals(Integrals::Panels).set_up(model, orbit, 1, meter)?,
-            Integrals::Sampled { .. } if model.contacts() > 0 => {
+            Integrals::Sampled { .. } if model.contacts() > 0 && !self.truncated_forces => {
                 Balance::new(self.harmonics().clone()).set_up(model, orbit, 1, meter)?
             }
             _ => self.set_up(model, orbit, FINER, meter)?,
         };
-        proof(model, orbit, finer, correction(better, orbit), meter)
-    }
-
-    /// [`prove`](Balance::prove) for an orbit of
-    /// [`solve_truncating_forces`](Balance::solve_truncating_forces).
-    ///
-    /// The balances with 1.3 H orders and with twice the samples truncate the forces too. `truncation` is
-    /// then the distance from the limit of this balance for many orders, and `shooting` the distance from the
-    /// orbit of the equation.
-    ///
-    /// # Errors
-    /// [`BalanceError`] if the balance with 1.3 H orders finds no orbit from this one.
-    pub fn prove_truncating_forces<G: Shape>(
-        &self,
-        model: &Machine<G>,
-        orbit: &FourierOrbit,
-    ) -> Result<Proof, BalanceError> {
-        let meter = self.budget.begin();
-        let finer = self.on(self.harmonics().extended()).find_truncating(model, orbit, &meter)?;
-        let aliasing = correction(self.set_up(model, orbit, FINER, &meter)?.truncating_forces(), orbit);
-        proof(&model, orbit, finer, aliasing, &meter)
+        let aliasing = correction(better, orbit);
+        let polished = Shooting::new().find_near(model, orbit, meter).ok();
+        if let Some(exhausted) = meter.exhausted() {
+            return Err(BalanceError::Exhausted { exhausted, last: Box::new(finer) });
+        }
+        let shooting = polished.as_ref().map_or(f64::INFINITY, ShootingOrbit::first_correction);
+        Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
     }
 
     /// Adds orders, up to order `highest`, until the three errors of the [`Proof`] are at most `accuracy`
@@ -149,19 +136,4 @@ impl Balance {
             orbit = proof.finer;
         }
     }
-}
-
-fn proof(
-    model: &dyn Periodic,
-    orbit: &FourierOrbit,
-    finer: FourierOrbit,
-    aliasing: f64,
-    meter: &Meter<'_>,
-) -> Result<Proof, BalanceError> {
-    let polished = Shooting::new().find_near(model, orbit, meter).ok();
-    if let Some(exhausted) = meter.exhausted() {
-        return Err(BalanceError::Exhausted { exhausted, last: Box::new(finer) });
-    }
-    let shooting = polished.as_ref().map_or(f64::INFINITY, ShootingOrbit::first_correction);
-    Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
 }

@@ -1,0 +1,84 @@
+//! Values of the contact laws of a machine: recorded, or replaced by given ones.
+
+use crate::contact::{ByDeflection, Deflection, FixedPieces, Nonlinearity, Piece, PieceChoice, Place};
+use crate::dual::Dual;
+use crate::model::laws::Laws;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::{Drives, Shape};
+use crate::scalar::Scalar;
+use std::cell::Cell;
+
+impl<G: Shape> Laws for Machine<G> {
+    fn accel_by_laws(
+        &self,
+        given: Option<&[f64]>,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        a: &mut [f64],
+        laws: &mut [f64],
+    ) {
+        let laws = Recorded { seen: Cell::from_mut(laws).as_slice_of_cells(), pieces };
+        let u = Drives::new(self.size().waves, u);
+        match given {
+            None => self.shape().accel(&laws, u, q, v, a),
+            Some(forces) => self.shape().accel(&Given { forces, laws }, u, q, v, a),
+        }
+    }
+    fn slopes_by_laws(
+        &self,
+        forces: &[Dual<4>],
+        pieces: Option<&[Piece]>,
+        u: &[Dual<4>],
+        q: &[Dual<4>],
+        v: &[Dual<4>],
+        a: &mut [Dual<4>],
+        laws: &mut [Dual<4>],
+    ) {
+        let laws = Recorded { seen: Cell::from_mut(laws).as_slice_of_cells(), pieces };
+        self.shape().accel(&Given { forces, laws }, Drives::new(self.size().waves, u), q, v, a);
+    }
+}
+
+/// Evaluation that records the value of every law: by deflection, or on fixed pieces.
+#[derive(Clone, Copy)]
+struct Recorded<'a, S> {
+    seen: &'a [Cell<S>],
+    pieces: Option<&'a [Piece]>,
+}
+
+impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
+    fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<S>) -> S {
+        let place = place.into();
+        let force = match self.pieces {
+            None => law.force(at),
+            Some(pieces) => FixedPieces(pieces).force(place, law, at),
+        };
+        self.seen[place.contact].set(force);
+        force
+    }
+    fn touch(&self, i: usize, at: Deflection<S>) -> S {
+        match self.pieces {
+            None => ByDeflection.touch(i, at),
+            Some(pieces) => FixedPieces(pieces).touch(i, at),
+        }
+    }
+}
+
+/// Evaluation that returns given values, and records those of the laws.
+struct Given<'a, S> {
+    forces: &'a [S],
+    laws: Recorded<'a, S>,
+}
+
+impl<S: Scalar> PieceChoice<S> for Given<'_, S> {
+    fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<S>) -> S {
+        let place = place.into();
+        self.laws.force(place, law, at);
+        self.forces[place.contact]
+    }
+    fn touch(&self, i: usize, at: Deflection<S>) -> S {
+        self.laws.touch(i, at)
+    }
+}
