@@ -125,8 +125,8 @@ pub fn jumps(coarse: bool) -> Outcome<Picture> {
         points.iter().map(|point| (point.parameter, swing(&point.values))).collect()
     };
     let panel = branch(&[&line], [SPEED, SWING], BranchPoint::peak_to_peak)?
-        .series("sweep up", Mark::Rings, swings(diagram.up()))?
-        .series("sweep down", Mark::Dots, swings(diagram.down()))?;
+        .series("sweep up", Mark::Dots, swings(diagram.up()))?
+        .series("sweep down", Mark::Rings, swings(diagram.down()))?;
     // From each fold to the other stable motion at its speed.
     let jump = |panel: Panel, fold: &BranchPoint<ShootingOrbit>| {
         let (at, from) = (fold.parameter, fold.peak_to_peak());
@@ -147,19 +147,19 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
         vec![Axis::linear("speed", 220.0, 600.0, columns)?, Axis::linear("drive", 150.0, 600.0, rows)?];
     let sweep = Sweep::grid(axes)?.settle(60).measure(2).rattle();
     let runs = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
-    let panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
-    let mut panel = panel.mark_rows("sensitive run", &runs, |row| row.is_sensitive())?;
-    let line = branch_of(&pair, [270.0, 600.0])?;
+    let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
+    let line = branch_of(&pair, [270.0, 605.0])?;
     let plane = ByConstants::new(&pair, ["speed", "drive"])?;
-    let onset = "onset of contact loss (grazing)";
-    let grazings = line.of_kind(PointKind::Grazing).into_iter().map(|point| (point, onset));
-    let folds = line.of_kind(PointKind::Fold).into_iter().map(|point| (point, "fold"));
-    for (point, name) in folds.chain(grazings) {
-        for to in [150.0, 600.0] {
-            panel = panel.boundary(name, &Continuation::new(300.0, to).run(&plane, point)?)?;
+    // Grazings lie above folds.
+    for (kind, name) in [(PointKind::Grazing, "onset of contact loss (grazing)"), (PointKind::Fold, "fold")] {
+        for point in line.of_kind(kind) {
+            for to in [145.0, 605.0] {
+                panel = panel.boundary(name, &Continuation::new(300.0, to).run(&plane, point)?)?;
+                panel = if kind == PointKind::Fold { panel.below() } else { panel };
+            }
         }
     }
-    let panel = panel.x_range(220.0, 600.0)?.y_range(150.0, 600.0)?;
+    let panel = panel.mark_rows("sensitive run", &runs, |row| row.is_sensitive())?;
     Ok(Picture::from(panel.title("rattle state, b = 40 μm, each run from its static state"))
         .panel_size(640.0, 400.0))
 }
@@ -181,11 +181,10 @@ pub fn random(coarse: bool) -> Outcome<Picture> {
     let mut seen = Statistics::new(&pair, &["mesh force"])?;
     solver.run(&pair, &start, 0.006, &mut seen)?;
     let (constant, peaks) = (seen.summary("mesh force")?.max, bands.peak("mesh force")?.mean());
-    let names =
-        [format!("{constant:.0} N, peak at constant torque"), format!("{peaks:.0} N, mean of the peaks")];
+    let names = [format!("steady peak {constant:.0}"), format!("mean peak {peaks:.0}")];
     let panel = panel.name_y(&[(constant, &names[0]), (peaks, &names[1])])?;
     let title = "torque 300 N m ± 100 N m, uniform, held for 1 ms";
-    Ok(Picture::from(panel.title(title)).panel_size(720.0, 320.0))
+    Ok(Picture::from(panel.title(title)).panel_size(640.0, 320.0))
 }
 
 /// A preload -p, flanks of the slope r up to the depth s, then a stop of slope 1.
@@ -232,7 +231,9 @@ pub fn law(_: bool) -> Outcome<Picture> {
     let laws = Panel::new("contact law", "deflection d [m]", "force over stiffness f(d) [m]")?
         .series("linear flanks", Mark::Line, kinks.map(ideal))?
         .series("preload 2 μm, stop at 4 μm", Mark::Joined, kinks.map(force))?
-        .name_x(&[(-4e-5, "−b"), (4e-5, "b")])?;
+        .name_x(&[(-4e-5, "−b"), (4e-5, "b")])?
+        .x_range(-4.8e-5, 4.8e-5)?
+        .y_range(-9e-6, 9e-6)?;
     let linear = branch_of(&bench_pair(270.0)?, [270.0, 400.0])?;
     let other = branch_of(&with_law(sprung, 270.0)?, [270.0, 400.0])?;
     let mut lines = branch(&[&linear, &other], [SPEED, SWING], BranchPoint::peak_to_peak)?.title("response");
@@ -269,22 +270,19 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
     let rk45 = work(&|r| run(&Rk45::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let dop853 = work(&|r| run(&Dop853::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let taylor = work(&|r| run(&Taylor::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
-    let panel =
-        Panel::new("50 mesh periods at 380 rad/s", "evaluations [1]", "error of the deflection d [m]")?;
+    let title = "50 mesh periods at 380 rad/s; Rk4: 32 to 512 steps a period, others: rtol 10⁻⁴ to 10⁻¹¹";
+    let panel = Panel::new(title, "evaluations [1]", "error of the deflection d [m]")?;
     let mut panel = panel.logarithmic_x()?.logarithmic_y()?.name_y(&[(floor, "reference error")])?;
-    let ends = |first: &str, last: &str| [first.to_owned(), last.to_owned()];
-    let (step, rtol) = (ends("32 steps a period", "512 steps"), ends("rtol 10⁻⁴", "10⁻¹¹"));
     // The first four have the colours and marks of docs/integrators.svg.
-    for (name, points, [first, last]) in [
-        ("Rk4", rk4, &step),
-        ("Rk45", rk45, &rtol),
-        ("Dop853", dop853, &rtol),
-        ("Taylor", taylor, &rtol),
-        ("Rk4, edges not located", plain, &step),
+    for (name, points) in [
+        ("Rk4", rk4),
+        ("Rk45", rk45),
+        ("Dop853", dop853),
+        ("Taylor", taylor),
+        ("Rk4, edges not located", plain),
     ] {
-        let [from, to] = [points[0], points[points.len() - 1]];
-        panel = panel.series(name, Mark::Joined, points)?;
-        panel = panel.note(from, first)?.note(to, &format!("{name}, {last}"))?;
+        let end = points[points.len() - 1];
+        panel = panel.series(name, Mark::Joined, points)?.note(end, name)?;
     }
     Ok(Picture::from(panel).panel_size(640.0, 420.0))
 }

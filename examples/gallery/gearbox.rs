@@ -82,7 +82,7 @@ pub fn orders(_: bool) -> Outcome<Picture> {
 
 pub fn campbell(coarse: bool) -> Outcome<Picture> {
     let steps = if coarse { 11 } else { 61 };
-    let speeds: Vec<f64> = (0..steps).map(|i| 1.0 + 399.0 * f64::from(i) / f64::from(steps - 1)).collect();
+    let speeds: Vec<f64> = (0..steps).map(|i| 0.01 + 399.99 * f64::from(i) / f64::from(steps - 1)).collect();
     let diagram = Campbell::of(&gearbox()?, &speeds, &[10.0, 20.0, 25.0, 50.0])?;
     let names = [
         (10.0, "10: second mesh"),
@@ -92,7 +92,7 @@ pub fn campbell(coarse: bool) -> Outcome<Picture> {
     ];
     let panel = gear_dynamics_plots::campbell(&diagram, "speed of the motor [rad/s]", &names)?;
     let panel = panel.title("two-stage gearbox: natural frequencies and mesh orders").y_range(0.0, 1600.0)?;
-    let panel = panel.name_x(&[(150.0, "150 rad/s: chapter 9")])?;
+    let panel = panel.name_x(&[(150.0, "operating speed")])?;
     Ok(Picture::from(panel).panel_size(640.0, 400.0))
 }
 

@@ -18,8 +18,8 @@ const MARKER: f64 = 4.0;
 /// What it costs to cover a marker or another text, and to leave the panel, in points of covered line.
 const COVERS: f64 = 60.0;
 const LEAVES: f64 = 1e4;
-/// What each place costs more than the one before it.
-const LATER: f64 = 1.5;
+/// What the last place costs more than the first one.
+const LATER: f64 = 12.0;
 
 impl Taken {
     pub(crate) fn line(&mut self, points: &[[f64; 2]]) {
@@ -38,7 +38,8 @@ impl Taken {
         inner: [f64; 4],
     ) -> Option<([f64; 2], Anchor)> {
         let cost = |place: &([f64; 2], Anchor)| self.cost(rectangle(text, *place), inner);
-        let costs = places.iter().map(cost).enumerate().map(|(i, cost)| cost + LATER * i as f64);
+        let later = |i: usize| LATER * i as f64 / places.len() as f64;
+        let costs = places.iter().map(cost).enumerate().map(|(i, cost)| cost + later(i));
         let best = costs.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| places[i])?;
         self.boxes.push(rectangle(text, best));
         Some(best)

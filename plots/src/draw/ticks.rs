@@ -71,13 +71,13 @@ fn minus(text: String, zero: bool) -> String {
 }
 
 /// Ticks at powers of ten, with minor ticks at their multiples. Labels stand at all of these or at 1, 2 and 5 if `count` of
-/// them suffice. Numbers from 0.001 to a million are written out.
+/// them suffice. Numbers from 0.0001 to a million are written out.
 pub(crate) fn logarithmic([low, high]: [f64; 2], count: f64) -> Vec<Tick> {
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-    let every = (f64::from(last - first) / count.max(1.0)).ceil().max(1.0) as i32;
     let decades = (high / low).log10();
+    let every = (decades / count.max(1.0)).ceil().max(1.0) as i32;
     let (all, few) = (9.0 * decades <= 1.2 * count, 3.0 * decades <= 1.2 * count);
-    let plain = low >= 1e-3 && high < 1e6;
+    let plain = low >= 1e-4 && high < 1e6;
     let mut ticks = Vec::new();
     for power in first..=last {
         for digit in 1..10 {

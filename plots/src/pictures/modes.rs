@@ -87,10 +87,16 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
                 let next = pins.iter().skip(1).chain(&pins[..1]);
                 let sides = pins.iter().zip(next).map(|(a, b)| [0, 1].map(|k| 0.5 * (a[k] + b[k])));
                 let sides: Vec<_> = sides.collect();
-                [1.25, 0.8].iter().flat_map(|share| sides.iter().map(move |s| s.map(|x| share * x))).collect()
+                [1.25, 0.75, 1.45, 1.1, 0.6]
+                    .iter()
+                    .flat_map(|share| sides.iter().map(move |s| s.map(|x| share * x)))
+                    .collect()
             }
             false if body.radius == 0.0 => around(1.7, 2, FRAC_PI_2).collect(),
-            false => [0.55, 0.35, 0.75].iter().flat_map(|share| around(*share, 12, -FRAC_PI_2)).collect(),
+            false => [0.55, 0.4, 0.7, 0.25, 0.0, 0.85, 1.4]
+                .iter()
+                .flat_map(|share| around(*share, 24, -FRAC_PI_2))
+                .collect(),
         };
         let places = offs.into_iter().map(|off| [x + off[0], y + off[1]]).collect();
         moving.push(Layer::Note { places, text: body.name.clone() });
