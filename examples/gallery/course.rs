@@ -159,7 +159,7 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
             }
         }
     }
-    let panel = panel.mark_rows("sensitive run", &runs, |row| row.is_sensitive())?;
+    let panel = panel.mark_rows("sensitive run", &runs, |row| row.is_sensitive())?.below();
     Ok(Picture::from(panel.title("rattle state, b = 40 μm, each run from its static state"))
         .panel_size(640.0, 400.0))
 }

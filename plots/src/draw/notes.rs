@@ -19,7 +19,7 @@ const MARKER: f64 = 4.0;
 const COVERS: f64 = 60.0;
 const LEAVES: f64 = 1e4;
 /// What the last place costs more than the first one.
-const LATER: f64 = 12.0;
+const LATER: f64 = 4.0;
 
 impl Taken {
     pub(crate) fn line(&mut self, points: &[[f64; 2]]) {

@@ -60,7 +60,7 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
         Swatch::Line { ink: Ink::Series(0), style: 0, width: 1.6, cased: false },
     );
     let places = places(drawing, mean);
-    let (mut rest, mut moving) = (Vec::new(), Vec::new());
+    let (mut rest, mut moving, mut names) = (Vec::new(), Vec::new(), Vec::new());
     for (i, ((body, moved), [x, y])) in drawing.bodies.iter().zip(&motion).zip(&places).enumerate() {
         // A body without teeth is a small hub.
         let radius = if body.radius > 0.0 { body.radius } else { 0.2 * mean };
@@ -76,7 +76,7 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
         rest.push(Layer::Outline { lines: lines(0.0, [*x, *y]), fill, stroke });
         let stroke = Some((Ink::Series(0), 1.6));
         moving.push(Layer::Outline { lines: lines(turn, [x + dx, y + dy]), fill: None, stroke });
-        // Names stand inside a gear, outside a ring, above or below a hub, beside a side of a carrier.
+        // Names stand inside a gear or above or below it, outside a ring, above or below a hub, beside a side of a carrier.
         let around = |share: f64, count: usize, first: f64| {
             let at = move |k: usize| first + TAU * k as f64 / count as f64;
             (0..count).map(at).map(move |a| [share * radius * a.cos(), share * radius * a.sin()])
@@ -93,13 +93,14 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
                     .collect()
             }
             false if body.radius == 0.0 => around(1.7, 2, FRAC_PI_2).collect(),
-            false => [0.55, 0.4, 0.7, 0.25, 0.0, 0.85, 1.4]
+            false => [0.55, 0.4, 0.7, 0.25, 0.85]
                 .iter()
                 .flat_map(|share| around(*share, 24, -FRAC_PI_2))
+                .chain([0.0, 0.25, -0.25].iter().flat_map(|turn| around(1.3, 2, -FRAC_PI_2 + turn)))
                 .collect(),
         };
         let places = offs.into_iter().map(|off| [x + off[0], y + off[1]]).collect();
-        moving.push(Layer::Note { places, text: body.name.clone() });
+        names.push(Layer::Note { places, text: body.name.clone() });
     }
     // All modes of a train have one range: room for the largest displacement around the train at rest.
     let reach = |at: usize| {
@@ -109,7 +110,8 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
         Some([low - 1.1 * SHARE * mean, high + 1.1 * SHARE * mean])
     };
     (panel.x.range, panel.y.range) = (reach(0), reach(1));
-    panel.layers.extend(rest.into_iter().chain(moving));
+    // Gears that others carry find their places first.
+    panel.layers.extend(rest.into_iter().chain(moving).chain(names.into_iter().rev()));
     Ok(panel)
 }
 
