@@ -100,7 +100,7 @@ mod tests {
         taken.line(&[at, [200.0, 50.0]]);
         let left = taken.place("peak", &beside(at), inner);
         assert_eq!(left, Some(beside(at)[1])); // the line lies on the right
-        assert_eq!(taken.place("peak", &beside(at), inner), Some(beside(at)[2]));
+        assert_eq!(taken.place("peak", &beside(at), inner), Some(beside(at)[4])); // off the first text, too
         let corner = taken.place("peak", &beside([195.0, 4.0]), inner);
         assert_eq!(corner, Some(beside([195.0, 4.0])[7]));
         assert_eq!(taken.place("peak", &[], inner), None);
