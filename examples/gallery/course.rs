@@ -14,7 +14,7 @@ use gear_dynamics::periodic::ShootingOrbit;
 use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4, Points};
 use gear_dynamics::trains::Train;
 use gear_dynamics::{
-    Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Sweep, Taylor, Wave,
+    Dop853, Integrator, ParameterError, Periodic, Rk4, Rk45, Settle, State, Statistics, Sweep, Taylor, Wave,
 };
 use gear_dynamics_plots::{
     Mark, Panel, Picture, band, branch, history, phase_portrait, rattle_map, stiffness,
@@ -24,16 +24,18 @@ use std::ops::ControlFlow;
 
 pub fn excitation(_: bool) -> Outcome<Picture> {
     let ([k, e], uncut) = (waves()?, Wave::new(tooth_stiffness()?));
-    let lines = [("cut after 3 harmonics: the model", &k), ("of the teeth", &uncut)];
-    let first = stiffness(&lines, "mesh stiffness k [N/m]", 1.0)?.title("mesh stiffness").below();
-    let first = first.y_range(0.0, 4e8)?.name_y(&[(k.mean(), "mean")])?;
+    let lines = [("model: cut after 3 harmonics", &k), ("of the teeth", &uncut)];
+    let first = stiffness(&lines, "mesh stiffness k(φ) [N/m]", 1.0)?.title("mesh stiffness").below();
+    let first = first.y_range(0.0, 4e8)?.name_y(&[(k.mean(), &format!("mean {:.0}", 1e-6 * k.mean()))])?;
     let first = first.note((0.25, 1e8), "two pairs of teeth")?.note((0.8, 1e8), "one pair")?;
-    let second = stiffness(&[("", &e)], "transmission error e [m]", 1.0)?;
+    let second = stiffness(&[("", &e)], "transmission error e(φ) [m]", 1.0)?;
     let amplitude = (0..1000).map(|i| e.value(TAU * f64::from(i) / 1000.0, Side::After)).fold(0.0, f64::max);
     let names = [-1.0, 1.0]
         .map(|sign| (sign * amplitude, format!("{:+.1} μm", sign * 1e6 * amplitude).replace('-', "−")));
     let second = second.name_y(&names.each_ref().map(|(at, name)| (*at, name.as_str())))?;
-    Ok(Picture::new([first, second.title("static transmission error, grade 6")]).columns(2))
+    Ok(Picture::new([first, second.title("static transmission error, limit of grade 6")])
+        .columns(2)
+        .panel_size(415.0, 300.0))
 }
 
 /// The branch of the pair over its speed.
@@ -43,9 +45,9 @@ fn branch_of<N: Nonlinearity>(pair: &Train<N>, [from, to]: [f64; 2]) -> Outcome<
 }
 
 const SPEED: &str = "speed of the driver [rad/s]";
-const SWING: &str = "peak-to-peak deflection [m]";
+const SWING: &str = "peak-to-peak value of d [m]";
 
-/// Peak-to-peak deflection over the speed.
+/// Peak-to-peak value of the deflection over the speed.
 fn curve(line: &Branch<ShootingOrbit>) -> Vec<(f64, f64)> {
     line.points().iter().map(|point| (point.parameter, point.peak_to_peak())).collect()
 }
@@ -64,7 +66,7 @@ pub fn response(_: bool) -> Outcome<Picture> {
             panel.series("linear, without gap", Mark::Line, curve(&linear))?.below().logarithmic_y()?;
         Ok(panel.name_y(&[(2.0 * deformation, "2F/k")])?.name_x(&orders)?)
     };
-    let whole = panel()?.title("response of the pair, 300 N m");
+    let whole = panel()?.x_range(115.0, 605.0)?.title("response of the pair, 300 N m");
     let part = panel()?.x_range(172.0, 212.0)?.y_range(2e-5, 6e-5)?.title("the same near order 100");
     Ok(Picture::new([whole, part]).panel_size(640.0, 340.0))
 }
@@ -81,9 +83,10 @@ fn settled(speed: f64, periods: f64) -> Outcome<(Train, gear_dynamics::ode::Traj
 
 pub fn contact_loss(_: bool) -> Outcome<Picture> {
     let (pair, run) = settled(380.0, 5.0)?;
-    let deflection = history(&pair, &run, "deflection [m]", 0)?.title("deflection d at 380 rad/s, 300 N m");
-    let force = history(&pair, &run, "mesh force [N]", 0)?.title("mesh force W");
-    Ok(Picture::new([deflection, force]).panel_size(560.0, 230.0))
+    let deflection = history(&pair, &run, "deflection [m]", 0)?.y("deflection d [m]")?;
+    let force = history(&pair, &run, "mesh force [N]", 0)?.y("mesh force W [N]")?.title("mesh force");
+    let deflection = deflection.title("deflection at 380 rad/s, 300 N m, b = 40 μm");
+    Ok(Picture::new([deflection, force]).panel_size(560.0, 260.0))
 }
 
 pub fn orbit(_: bool) -> Outcome<Picture> {
@@ -91,8 +94,19 @@ pub fn orbit(_: bool) -> Outcome<Picture> {
     let axes = ["deflection d [m]", "rate of deflection d' [m/s]"];
     let contact = Probe::new(&pair).read_contacts(0.0, Side::After, run.q(0), run.v(0))[0];
     let section = [(contact.deflection, contact.rate)];
-    let panel = phase_portrait(&pair, &run, axes, 0)?.series("once a mesh period", Mark::Dots, section)?;
+    let panel =
+        phase_portrait(&pair, &run, axes, 0)?.series("Poincaré section, φ = 0", Mark::Dots, section)?;
     Ok(panel.title("one mesh period at 380 rad/s, 300 N m").into())
+}
+
+/// Peak-to-peak values of a branch at a speed, by straight lines between its points.
+fn there(line: &Branch<ShootingOrbit>, speed: f64) -> Vec<f64> {
+    let crossed = |two: &[(f64, f64)]| {
+        let [(a, from), (b, to)] = [two[0], two[1]];
+        let share = (speed - a) / (b - a);
+        (0.0..=1.0).contains(&share).then_some(from + share * (to - from))
+    };
+    curve(line).windows(2).filter_map(crossed).collect()
 }
 
 pub fn jumps(coarse: bool) -> Outcome<Picture> {
@@ -112,7 +126,15 @@ pub fn jumps(coarse: bool) -> Outcome<Picture> {
     };
     let panel = branch(&[&line], [SPEED, SWING], BranchPoint::peak_to_peak)?
         .series("sweep up", Mark::Dots, swings(diagram.up()))?
-        .series("sweep down", Mark::Dots, swings(diagram.down()))?;
+        .series("sweep down", Mark::Rings, swings(diagram.down()))?;
+    // From each fold to the other stable motion at its speed.
+    let jump = |panel: Panel, fold: &BranchPoint<ShootingOrbit>| {
+        let (at, from) = (fold.parameter, fold.peak_to_peak());
+        let off = |to: &f64| (to - from).abs();
+        let to = there(&line, at).into_iter().max_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(from);
+        panel.series("jump", Mark::Directed, [(at, from), (at, to)])
+    };
+    let panel = line.of_kind(PointKind::Fold).into_iter().try_fold(panel, jump)?;
     let panel =
         panel.title("spur pair of 50 teeth, b = 40 μm, 300 N m: folds and sweeps").x_range(270.0, 400.0)?;
     Ok(Picture::from(panel).panel_size(640.0, 400.0))
@@ -126,17 +148,19 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
     let sweep = Sweep::new(Points::grid(axes)?).settle(60).measure(2).rattle();
     let runs = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
-    let line = branch_of(&pair, [270.0, 600.0])?;
+    let line = branch_of(&pair, [270.0, 605.0])?;
     let plane = Family::over(&pair, ["speed", "drive"])?;
-    let grazings = line.of_kind(PointKind::Grazing).into_iter().map(|point| (point, "onset of contact loss"));
-    let folds = line.of_kind(PointKind::Fold).into_iter().map(|point| (point, "fold"));
-    for (point, name) in grazings.chain(folds) {
-        for to in [150.0, 600.0] {
-            panel = panel.boundary(name, &Continuation::new(300.0, to).run(&plane, point)?)?;
+    // Grazings lie above folds.
+    for (kind, name) in [(PointKind::Grazing, "onset of contact loss (grazing)"), (PointKind::Fold, "fold")] {
+        for point in line.of_kind(kind) {
+            for to in [145.0, 605.0] {
+                panel = panel.boundary(name, &Continuation::new(300.0, to).run(&plane, point)?)?;
+                panel = if kind == PointKind::Fold { panel.below() } else { panel };
+            }
         }
     }
-    let panel = panel.x_range(220.0, 600.0)?.y_range(150.0, 600.0)?;
-    Ok(Picture::from(panel.title("rattle of the pair, each run from its static state"))
+    let panel = panel.mark_rows("sensitive run", &runs, |row| row.is_sensitive())?.below();
+    Ok(Picture::from(panel.title("rattle state, b = 40 μm, each run from its static state"))
         .panel_size(640.0, 400.0))
 }
 
@@ -146,15 +170,21 @@ pub fn random(coarse: bool) -> Outcome<Picture> {
     let steady = Settle::new().run(&solver, &pair, None)?.state;
     let start = State::new(0.0, &steady.q, &steady.v);
     let process = HeldProcess::new(1e-3, rand_distr::Uniform::new_inclusive(-100.0, 100.0)?)?;
-    let ensemble = Ensemble::new(if coarse { 20 } else { 400 }, 0.006, 1200)?.channels(&["mesh force"]);
+    let ensemble = Ensemble::new(if coarse { 20 } else { 400 }, 0.006, 1200)?;
+    let ensemble = ensemble.channels(&["mesh force"]).peaks(&["mesh force"]);
     let bands = ensemble.run(&solver, |member| {
         let process = process.clone().member(member);
         let held = Held::new(pair.clone()).add(&[(pair.slot("drive")?, 1.0)], process)?;
         Ok::<_, ParameterError>((held, start.clone()))
     })?;
-    let panel = band(&bands, "mesh force [N]", [0.05, 0.95])?;
+    let panel = band(&bands, "mesh force [N]", [0.05, 0.95])?.y("mesh force W [N]")?;
+    let mut seen = Statistics::new(&pair, &["mesh force"])?;
+    solver.run(&pair, &start, 0.006, &mut seen)?;
+    let (constant, peaks) = (seen.summary("mesh force")?.max, bands.peak("mesh force")?.mean());
+    let names = [format!("steady peak {constant:.0}"), format!("mean peak {peaks:.0}")];
+    let panel = panel.name_y(&[(constant, &names[0]), (peaks, &names[1])])?;
     let title = "torque 300 N m ± 100 N m, uniform, held for 1 ms";
-    Ok(Picture::from(panel.title(title)).panel_size(560.0, 300.0))
+    Ok(Picture::from(panel.title(title)).panel_size(640.0, 320.0))
 }
 
 /// A preload -p, flanks of the slope r up to the depth s, then a stop of slope 1.
@@ -197,21 +227,22 @@ pub fn law(_: bool) -> Outcome<Picture> {
     let force =
         |x: f64| (1e-6 * x, sprung.force(Deflection { x: 1e-6 * x, rate: 0.0, lower: -4e-5, upper: 4e-5 }));
     let ideal = |x: f64| (1e-6 * x, 1e-6 * ((x - 40.0).max(0.0) - (-x - 40.0).max(0.0)));
-    let along = || (-1000..=1000).map(|i| f64::from(i) / 20.0);
-    let laws = Panel::new("contact law", "deflection d [m]", "force over stiffness f [m]")?
-        .series("linear flanks", Mark::Line, along().map(ideal))?
-        .series("preload 2 μm, stop at 4 μm", Mark::Line, along().map(force))?;
-    let folds = |line: &Branch<ShootingOrbit>| -> Vec<(f64, f64)> {
-        let folds = line.of_kind(PointKind::Fold);
-        folds.iter().map(|fold| (fold.parameter, fold.peak_to_peak())).collect()
-    };
+    let kinks = [-50.0, -44.0, -40.0, 40.0, 44.0, 50.0];
+    let laws = Panel::new("contact law", "deflection d [m]", "force over stiffness f(d) [m]")?
+        .series("linear flanks", Mark::Line, kinks.map(ideal))?
+        .series("preload 2 μm, stop at 4 μm", Mark::Joined, kinks.map(force))?
+        .name_x(&[(-4e-5, "−b"), (4e-5, "b")])?
+        .x_range(-4.8e-5, 4.8e-5)?
+        .y_range(-9e-6, 9e-6)?;
     let linear = branch_of(&bench_pair(270.0)?, [270.0, 400.0])?;
     let other = branch_of(&with_law(sprung, 270.0)?, [270.0, 400.0])?;
-    let lines = Panel::new("response", SPEED, SWING)?
-        .series("linear flanks", Mark::Line, curve(&linear))?
-        .series("preload 2 μm, stop at 4 μm", Mark::Line, curve(&other))?
-        .series("folds", Mark::Dots, folds(&linear).into_iter().chain(folds(&other)))?;
-    Ok(Picture::new([laws, lines]).columns(2))
+    let mut lines = branch(&[&linear, &other], [SPEED, SWING], BranchPoint::peak_to_peak)?.title("response");
+    for (line, name) in [(&linear, "linear"), (&other, "preload, stop")] {
+        let most = there(line, 370.0).into_iter().fold(0.0, f64::max);
+        lines = lines.note((370.0, most), name)?;
+    }
+    let lines = lines.x_range(270.0, 400.0)?;
+    Ok(Picture::new([laws, lines]).columns(2).panel_size(415.0, 320.0))
 }
 
 pub fn solvers(_: bool) -> Outcome<Picture> {
@@ -239,23 +270,19 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
     let rk45 = work(&|r| run(&Rk45::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let dop853 = work(&|r| run(&Dop853::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let taylor = work(&|r| run(&Taylor::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
-    let panel =
-        Panel::new("50 mesh periods with contact loss", "evaluations [1]", "error of the deflection [m]")?;
-    let mut panel = panel.logarithmic_x()?.logarithmic_y()?.name_y(&[(floor, "reference")])?;
-    let ends = |first: &str, last: &str| [first.to_owned(), last.to_owned()];
-    let (step, rtol) = (ends("32 steps a period", "512 steps"), ends("rtol 1e-4", "1e-11"));
-    let near = ends("", "1e-11"); // beside the first point of Taylor
+    let title = "50 mesh periods at 380 rad/s; Rk4: 32 to 512 steps a period, others: rtol 10⁻⁴ to 10⁻¹¹";
+    let panel = Panel::new(title, "evaluations [1]", "error of the deflection d [m]")?;
+    let mut panel = panel.logarithmic_x()?.logarithmic_y()?.name_y(&[(floor, "reference error")])?;
     // The first four have the colours and marks of docs/integrators.svg.
-    for (name, points, [first, last]) in [
-        ("Rk4", rk4, &step),
-        ("Rk45", rk45, &near),
-        ("Dop853", dop853, &rtol),
-        ("Taylor", taylor, &rtol),
-        ("Rk4, edges not located", plain, &step),
+    for (name, points) in [
+        ("Rk4", rk4),
+        ("Rk45", rk45),
+        ("Dop853", dop853),
+        ("Taylor", taylor),
+        ("Rk4, edges not located", plain),
     ] {
-        let [from, to] = [points[0], points[points.len() - 1]];
-        panel = panel.series(name, Mark::Joined, points)?;
-        panel = panel.note(from, first)?.note(to, &format!("{name}, {last}"))?;
+        let end = points[points.len() - 1];
+        panel = panel.series(name, Mark::Joined, points)?.note(end, name)?;
     }
     Ok(Picture::from(panel).panel_size(640.0, 420.0))
 }

@@ -63,31 +63,36 @@ pub fn orders(_: bool) -> Outcome<Picture> {
         let lines = orders.iter().map(|order| (2.0 * order).round() / 2.0).zip(spectrum.amplitudes());
         let lines: Vec<(f64, f64)> = lines.map(|(order, amplitude)| (order, *amplitude)).collect();
         let shown = |line: &&(f64, f64)| line.0 > 0.0 && line.0 <= 62.0 && line.1 >= LEAST;
-        let mut panel = Panel::new(title, "order of the motor [1]", "amplitude of the force [N]")?;
+        let mut panel = Panel::new(title, "order of the motor [1]", "amplitude of W [N]")?;
         for (i, (name, _)) in sources.iter().enumerate() {
             let own = |line: &&(f64, f64)| sources.iter().position(|(_, is)| is(line.0)) == Some(i);
             let own: Vec<_> = lines.iter().filter(shown).filter(own).copied().collect();
             panel = panel.series(name, Mark::Dots, own.clone())?.series(name, Mark::Bars, own)?;
         }
         let panel = panel.logarithmic_y()?.x_range(-0.5, 62.0)?;
-        Ok(panel.y_range(LEAST, 500.0)?.name_x(&[(10.0, "10"), (25.0, "25"), (50.0, "50")])?)
+        let names = [(10.0, "second mesh"), (25.0, "first mesh"), (50.0, "both meshes")];
+        Ok(panel.y_range(0.5 * LEAST, 1000.0)?.name_x(&names)?)
     };
     let panels = [
-        panel("force of the first mesh, 25/50 teeth", "mesh force 0")?,
-        panel("force of the second mesh, 20/60 teeth", "mesh force 1")?,
+        panel("force W of the first mesh, 25/50 teeth, 150 rad/s, 50 N m", "mesh force 0")?,
+        panel("force W of the second mesh, 20/60 teeth", "mesh force 1")?,
     ];
-    Ok(Picture::new(panels).panel_size(640.0, 270.0))
+    Ok(Picture::new(panels).panel_size(640.0, 300.0))
 }
 
 pub fn campbell(coarse: bool) -> Outcome<Picture> {
     let steps = if coarse { 11 } else { 61 };
-    let speeds: Vec<f64> = (0..steps).map(|i| 20.0 + 380.0 * f64::from(i) / f64::from(steps - 1)).collect();
+    let speeds: Vec<f64> = (0..steps).map(|i| 0.01 + 399.99 * f64::from(i) / f64::from(steps - 1)).collect();
     let diagram = Campbell::of(&gearbox()?, &speeds, &[10.0, 20.0, 25.0, 50.0])?;
-    let names =
-        [(10.0, "10: mesh 2"), (20.0, "20: 2 × mesh 2"), (25.0, "25: mesh 1"), (50.0, "50: 2 × mesh 1")];
+    let names = [
+        (10.0, "10: second mesh"),
+        (20.0, "20: 2 × second"),
+        (25.0, "25: first mesh"),
+        (50.0, "50: 2 × first, 5 × second"),
+    ];
     let panel = gear_dynamics_plots::campbell(&diagram, "speed of the motor [rad/s]", &names)?;
     let panel = panel.title("two-stage gearbox: natural frequencies and mesh orders").y_range(0.0, 1600.0)?;
-    let panel = panel.name_x(&[(150.0, "150 rad/s")])?;
+    let panel = panel.name_x(&[(150.0, "operating speed")])?;
     Ok(Picture::from(panel).panel_size(640.0, 400.0))
 }
 

@@ -3,7 +3,6 @@
 use crate::draw::colours::Ink;
 use crate::draw::layers::{Bar, Curve, Entry, Layer, Mark, Swatch, THIN};
 use crate::error::{PlotError, finite};
-use crate::svg::writer::Anchor;
 
 /// An axis: name, unit, and what of it is shown.
 #[derive(Clone, Debug, Default)]
@@ -129,7 +128,7 @@ impl Panel {
         self.layers.splice(..0, last);
         self
     }
-    /// The same panel with a text to the right of a point, to the left where the right border is too near.
+    /// The same panel with a text beside a point, on the side where it covers least.
     ///
     /// # Errors
     /// [`PlotError::NotFinite`]; [`PlotError::NotPositive`] on a logarithmic axis.
@@ -141,7 +140,7 @@ impl Panel {
                 return Err(PlotError::NotPositive { what: text, value });
             }
         }
-        self.layers.push(Layer::Note { at, text, anchor: Anchor::Start, ink: Ink::Text });
+        self.layers.push(Layer::Note { places: vec![at], text });
         Ok(self)
     }
     /// The number of a series: that of its label, or the next one.
@@ -174,13 +173,12 @@ impl Panel {
         self.entry(
             label,
             match mark {
-                Mark::Line | Mark::Dashed | Mark::Directed | Mark::Bars => {
-                    Swatch::Line { ink, style, width, cased }
-                }
+                Mark::Line | Mark::Dashed | Mark::Bars => Swatch::Line { ink, style, width, cased },
+                Mark::Directed => Swatch::Directed { ink },
                 Mark::Dots => Swatch::Dot { ink: if cased { Ink::Text } else { ink }, style },
                 Mark::Rings => Swatch::Ring { ink, style },
                 Mark::Joined => Swatch::Joined { ink, style },
-                Mark::Specks => Swatch::Speck { ink },
+                Mark::Specks => Swatch::Speck { ink: if cased { Ink::Text } else { ink }, cased },
                 Mark::Area => Swatch::Field { ink, opacity: 0.28 },
             },
         );
@@ -196,7 +194,7 @@ impl Panel {
     /// The same panel with a logarithmic x axis.
     ///
     /// # Errors
-    /// [`PlotError::NotPositive`] if a number of a series is not positive.
+    /// [`PlotError::NotPositive`] if a number of a series or the range is not positive.
     pub fn logarithmic_x(mut self) -> Result<Self, PlotError> {
         self.x.logarithmic = true;
         self.positive(0)
@@ -204,7 +202,7 @@ impl Panel {
     /// The same panel with a logarithmic y axis.
     ///
     /// # Errors
-    /// [`PlotError::NotPositive`] if a number of a series is not positive.
+    /// [`PlotError::NotPositive`] if a number of a series or the range is not positive.
     pub fn logarithmic_y(mut self) -> Result<Self, PlotError> {
         self.y.logarithmic = true;
         self.positive(1)
@@ -216,6 +214,7 @@ impl Panel {
         });
         let wrong = curves.flat_map(|c| &c.points).map(|p| p[at]).find(|value| *value <= 0.0);
         let axis = if at == 0 { &self.x } else { &self.y };
+        let wrong = wrong.or(axis.range.map(|[low, _]| low).filter(|low| *low <= 0.0));
         match wrong {
             Some(value) => Err(PlotError::NotPositive { what: axis.name.clone(), value }),
             None => Ok(self),

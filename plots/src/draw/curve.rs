@@ -90,22 +90,27 @@ fn heads(points: &[[f64; 2]]) -> String {
         passed = after;
         for share in [1.0 / 6.0, 0.5, 5.0 / 6.0] {
             if (before..after).contains(&(share * whole)) {
-                let [x, y] = two[0];
-                let turn = (two[1][1] - y).atan2(two[1][0] - x);
-                let corner = |angle: f64, size: f64| {
-                    [x + size * (turn + angle).cos(), y + size * (turn + angle).sin()]
-                };
-                d += &path(&[corner(0.0, 6.5), corner(2.5, 5.5), corner(-2.5, 5.5)], true);
+                let [dx, dy] = [two[1][0] - two[0][0], two[1][1] - two[0][1]];
+                let (turn, part) = (dy.atan2(dx), (share * whole - before) / (after - before));
+                let [x, y] = [two[0][0] + part * dx, two[0][1] + part * dy];
+                d += &head([x, y], turn);
             }
         }
     }
     d
 }
 
+/// The head of an arrow at a point, towards an angle.
+pub(crate) fn head([x, y]: [f64; 2], turn: f64) -> String {
+    let corner = |angle: f64, size: f64| [x + size * (turn + angle).cos(), y + size * (turn + angle).sin()];
+    path(&[corner(0.0, 6.5), corner(2.5, 5.5), corner(-2.5, 5.5)], true)
+}
+
 /// Draws a curve through points of the picture. `foot`: where bars start. `cased`: over a map.
 pub(crate) fn draw(svg: &mut Svg, theme: Theme, curve: &Curve, points: &[[f64; 2]], foot: f64, cased: bool) {
     let colour = theme.colour(curve.ink);
-    let stroke = |width: f64| Stroke { colour: &colour, width, dash: dash(curve.style) };
+    let dash = if curve.mark == Mark::Directed { "" } else { dash(curve.style) };
+    let stroke = |width: f64| Stroke { colour: &colour, width, dash };
     match curve.mark {
         Mark::Line | Mark::Dashed | Mark::Directed => {
             let d = path(&simplified(&thinned(points)), false);
@@ -141,7 +146,12 @@ pub(crate) fn draw(svg: &mut Svg, theme: Theme, curve: &Curve, points: &[[f64; 2
                     let _ = write!(d, "M{} {}h0", number(*x), number(*y));
                 }
             }
-            svg.specks(&d, &colour, curve.width);
+            if cased {
+                svg.specks(&d, "#ffffff", curve.width + 1.6);
+                svg.specks(&d, "#000000", curve.width);
+            } else {
+                svg.specks(&d, &colour, curve.width);
+            }
         }
         Mark::Bars => {
             let mut d = String::new();

@@ -185,7 +185,7 @@ fn extent(panel: &Panel, at: usize) -> [f64; 2] {
             Layer::Outline { lines, .. } => {
                 lines.iter().flatten().filter(|p| seen(p)).for_each(|p| add(p[at]))
             }
-            Layer::Note { at: place, .. } => add(place[at]),
+            Layer::Note { places, .. } => places.iter().take(1).for_each(|place| add(place[at])),
             Layer::Shade { spans, .. } if at == 0 => spans.iter().flatten().for_each(|x| add(*x)),
             Layer::Shade { .. } | Layer::Exit { .. } | Layer::Height { .. } => {}
         }

@@ -113,8 +113,13 @@ fn apart(labels: &mut [(f64, String, Ink)], low: f64, high: f64) {
     }
 }
 
-/// The last point of a line within the unit square.   Source: Liang and Barsky 1984.
-fn exit([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Option<[f64; 2]> {
+/// The last point of a line within the unit square.
+fn exit(a: [f64; 2], b: [f64; 2]) -> Option<[f64; 2]> {
+    inside(a, b).map(|[_, last]| [0, 1].map(|k| a[k] + last * (b[k] - a[k])))
+}
+
+/// The shares of a line between which it lies within the unit square.   Source: Liang and Barsky 1984.
+pub(crate) fn inside([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Option<[f64; 2]> {
     let (mut first, mut last) = (0.0f64, 1.0f64);
     for (a, d) in [(ax, bx - ax), (ay, by - ay)] {
         if d == 0.0 {
@@ -127,5 +132,5 @@ fn exit([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Option<[f64; 2]> {
         first = first.max(one.min(other));
         last = last.min(one.max(other));
     }
-    (first <= last).then_some([ax + last * (bx - ax), ay + last * (by - ay)])
+    (first <= last).then_some([first, last])
 }

@@ -1,7 +1,6 @@
 //! What a panel contains.
 
 use crate::draw::colours::Ink;
-use crate::svg::writer::Anchor;
 
 /// How a series of points is drawn.
 ///
@@ -20,7 +19,7 @@ pub enum Mark {
     Line,
     /// A thin dashed curve.
     Dashed,
-    /// A curve with arrow heads in the order of its points.
+    /// A solid curve with arrow heads in the order of its points.
     Directed,
     /// Dots with a rim.
     Dots,
@@ -52,12 +51,10 @@ pub(crate) enum Layer {
         fill: Option<(Ink, f64)>,
         stroke: Option<(Ink, f64)>,
     },
-    /// A text inside the panel.
+    /// A text inside the panel: beside a place, or on one of several.
     Note {
-        at: [f64; 2],
+        places: Vec<[f64; 2]>,
         text: String,
-        anchor: Anchor,
-        ink: Ink,
     },
     /// A name where a straight line leaves the panel.
     Exit {
@@ -74,10 +71,9 @@ pub(crate) enum Layer {
 }
 
 impl Layer {
-    /// What nothing covers: texts, and located points, which are no series of the user.
+    /// What nothing covers: located points, which are no series of the user.
     pub(crate) fn is_raised(&self) -> bool {
         match self {
-            Layer::Note { .. } => true,
             Layer::Curve(curve) => {
                 matches!(curve.mark, Mark::Dots | Mark::Rings) && !matches!(curve.ink, Ink::Series(_))
             }
@@ -119,10 +115,11 @@ pub(crate) struct Entry {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Swatch {
     Line { ink: Ink, style: usize, width: f64, cased: bool },
+    Directed { ink: Ink },
     Dot { ink: Ink, style: usize },
     Ring { ink: Ink, style: usize },
     Joined { ink: Ink, style: usize },
-    Speck { ink: Ink },
+    Speck { ink: Ink, cased: bool },
     Field { ink: Ink, opacity: f64 },
 }
 
@@ -141,7 +138,7 @@ pub(crate) fn share(value: f64, [low, high]: [f64; 2], logarithmic: bool) -> f64
 }
 
 /// The dashes of the series, by number.
-pub(crate) const DASHES: [&str; 6] = ["", "6 3", "1.6 2.4", "9 3 1.6 3", "3 2", "12 4"];
+pub(crate) const DASHES: [&str; 6] = ["", "6 3", "9 3 1.6 3", "1.6 2.4", "3 2", "12 4"];
 /// The dash of [`Mark::Dashed`].
 pub(crate) const THIN_DASH: &str = "4.5 3";
 /// Style numbers from which on the thin dash is drawn.

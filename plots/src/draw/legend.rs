@@ -1,7 +1,7 @@
 //! Legends: rows of entries above the panel, where they cover nothing.
 
 use crate::draw::colours::{Ink, Theme};
-use crate::draw::curve::{RING, marker};
+use crate::draw::curve::{RING, head, marker};
 use crate::draw::layers::{Entry, Swatch, dash};
 use crate::svg::text::width;
 use crate::svg::writer::{Anchor, Stroke, Svg, path};
@@ -67,6 +67,12 @@ fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
                 svg.stroke(&d, stroke);
             }
         }
+        Swatch::Directed { ink } => {
+            let colour = theme.colour(ink);
+            let stroke = Stroke { colour: &colour, width: 1.5, dash: "" };
+            svg.stroke(&path(&[[x, y], [x + SWATCH, y]], false), stroke);
+            svg.fill(&head(centre, 0.0), &colour, 1.0);
+        }
         Swatch::Joined { ink, style } => {
             let colour = theme.colour(ink);
             let stroke = Stroke { colour: &colour, width: 1.2, dash: "" };
@@ -79,7 +85,9 @@ fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
             let colour = theme.colour(ink);
             svg.stroke(&marker(centre, style, RING), Stroke { colour: &colour, width: 1.3, dash: "" });
         }
-        Swatch::Speck { ink } => svg.fill(&marker(centre, 0, 2.0), &theme.colour(ink), 1.0),
+        Swatch::Speck { ink, cased } => {
+            svg.fill(&marker(centre, 0, if cased { 1.4 } else { 2.0 }), &theme.colour(ink), 1.0);
+        }
         Swatch::Field { ink, opacity } => {
             let [left, right] = [x, x + SWATCH];
             let d = path(&[[left, y - 5.0], [right, y - 5.0], [right, y + 5.0], [left, y + 5.0]], true);

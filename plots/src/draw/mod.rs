@@ -6,5 +6,6 @@ pub(crate) mod frame;
 pub(crate) mod labels;
 pub(crate) mod layers;
 pub(crate) mod legend;
+pub(crate) mod notes;
 pub(crate) mod paint;
 pub(crate) mod ticks;

@@ -3,10 +3,10 @@
 use crate::draw::colours::{Ink, Theme};
 use crate::draw::curve;
 use crate::draw::frame::{BAR, Frame, LABEL, Margins, Shown, TICK, TITLE, TITLE_LINE, count};
-use crate::draw::layers::{Layer, Raster, THIN, dash};
+use crate::draw::layers::{Layer, Mark, Raster, THIN, dash};
 use crate::draw::legend;
+use crate::draw::notes::{self, Taken};
 use crate::svg::png::data_address;
-use crate::svg::text::width;
 use crate::svg::writer::{Anchor, Stroke, Svg, path};
 
 /// Draws a panel in a rectangle of the picture.
@@ -34,6 +34,7 @@ pub(crate) fn draw(
             rest.filter(|layer| layer.is_raised() == raised)
                 .for_each(|layer| painter.layer(svg, layer, cased));
         }
+        painter.notes(svg);
     });
     painter.axes(svg);
     painter.around(svg, corner, size);
@@ -91,24 +92,66 @@ impl Painter<'_, '_> {
                     svg.stroke(&d, Stroke { colour: &self.colour(*ink), width: *width, dash: "" });
                 }
             }
-            Layer::Note { at, text, anchor, ink } => {
-                let [mut x, y] = self.place(*at);
-                let mut anchor = *anchor;
-                if anchor == Anchor::Start {
-                    x += 6.0;
-                    if x + width(text, TICK) > self.inner[0] + self.inner[2] {
-                        (x, anchor) = (x - 12.0, Anchor::End);
-                    }
-                }
-                svg.halo(&self.colour(Ink::Paper), |svg| {
-                    svg.text([x, y + 3.5], text, TICK, anchor, &self.colour(*ink), false);
-                });
-            }
             Layer::Exit { from, to, ink, .. } => {
                 self.line(svg, &[self.place(*from), self.place(*to)], *ink, 1.0, dash(THIN));
             }
-            Layer::Height { .. } => {}
+            Layer::Note { .. } | Layer::Height { .. } => {}
         }
+    }
+
+    /// Texts inside the panel, above all else.
+    fn notes(&self, svg: &mut Svg) {
+        let mut taken = self.taken();
+        for layer in &self.frame.panel.layers {
+            let Layer::Note { places, text } = layer else { continue };
+            let places: Vec<_> = match &places[..] {
+                [one] => notes::beside(self.place(*one)).to_vec(),
+                all => {
+                    all.iter().map(|p| self.place(*p)).map(|[x, y]| ([x, y + 3.5], Anchor::Middle)).collect()
+                }
+            };
+            if let Some((at, anchor)) = taken.place(text, &places, self.inner) {
+                svg.halo(&self.colour(Ink::Paper), |svg| {
+                    svg.text(at, text, TICK, anchor, &self.colour(Ink::Text), false);
+                });
+            }
+        }
+    }
+
+    /// Lines and markers that texts should not cover.
+    fn taken(&self) -> Taken {
+        let mut taken = Taken::default();
+        for layer in &self.frame.panel.layers {
+            match layer {
+                Layer::Curve(curve) => {
+                    let points: Vec<_> = curve.points.iter().map(|p| self.place(*p)).collect();
+                    match curve.mark {
+                        Mark::Dots | Mark::Rings | Mark::Specks => {}
+                        _ => taken.line(&points),
+                    }
+                    if matches!(curve.mark, Mark::Dots | Mark::Rings | Mark::Joined) {
+                        points.into_iter().for_each(|point| taken.marker(point));
+                    }
+                }
+                Layer::Outline { lines, .. } => {
+                    for line in lines {
+                        taken.line(&line.iter().map(|p| self.place(*p)).collect::<Vec<_>>());
+                    }
+                }
+                _ => {}
+            }
+        }
+        let [x0, y0, w, h] = self.inner;
+        let [x, y] = &self.frame.axes;
+        for (value, _) in &self.frame.panel.x.named {
+            let at = x0 + w * x.share(*value);
+            taken.line(&[[at, y0], [at, y0 + h]]);
+        }
+        for (value, _) in &self.frame.panel.y.named {
+            let at = y0 + h * (1.0 - y.share(*value));
+            taken.line(&[[x0, at], [x0 + w, at]]);
+        }
+        taken
     }
 
     fn raster(&self, svg: &mut Svg, raster: &Raster) {

@@ -70,13 +70,14 @@ fn minus(text: String, zero: bool) -> String {
     if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "−") }
 }
 
-/// Ticks at powers of ten, with minor ticks at their multiples; within two decades at 1, 2 and 5. Numbers from 0.001 to a
-/// million are written out.
+/// Ticks at powers of ten, with minor ticks at their multiples. Labels stand at all of these or at 1, 2 and 5 if `count` of
+/// them suffice. Numbers from 0.0001 to a million are written out.
 pub(crate) fn logarithmic([low, high]: [f64; 2], count: f64) -> Vec<Tick> {
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-    let every = (f64::from(last - first) / count.max(1.0)).ceil().max(1.0) as i32;
-    let few = high / low < 50.0;
-    let plain = low >= 1e-3 && high < 1e6;
+    let decades = (high / low).log10();
+    let every = (decades / count.max(1.0)).ceil().max(1.0) as i32;
+    let (all, few) = (9.0 * decades <= 1.2 * count, 3.0 * decades <= 1.2 * count);
+    let plain = low >= 1e-4 && high < 1e6;
     let mut ticks = Vec::new();
     for power in first..=last {
         for digit in 1..10 {
@@ -86,8 +87,8 @@ pub(crate) fn logarithmic([low, high]: [f64; 2], count: f64) -> Vec<Tick> {
             }
             let is_named = match digit {
                 1 => power.rem_euclid(every) == 0,
-                2 | 5 => few,
-                _ => false,
+                2 | 5 => all || few,
+                _ => all,
             };
             let label = is_named.then(|| match digit {
                 _ if plain => format!("{}", (value * 1e4).round() / 1e4),

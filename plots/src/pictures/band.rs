@@ -33,7 +33,7 @@ pub fn band(bands: &Bands, channel: &str, quantiles: [f64; 2]) -> Result<Panel, 
     let mut outline = curve(bands.band(&name, quantiles[0])?);
     outline.extend(curve(bands.band(&name, quantiles[1])?).into_iter().rev());
     let percent = quantiles.map(|p| format!("{} %", (1e4 * p).round() / 100.0));
-    let label = format!("{} to {}", percent[0], percent[1]);
+    let label = format!("{} to {} of the members", percent[0], percent[1]);
     panel.curve(
         &label,
         Curve { mark: Mark::Area, ink: Ink::Series(0), style: 0, width: 0.0, points: outline },

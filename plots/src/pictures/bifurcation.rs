@@ -30,7 +30,7 @@ pub fn bifurcation(diagram: &Diagram, axes: [&str; 2]) -> Result<Panel, PlotErro
     let dots = |marks: &[DiagramPoint]| -> Vec<[f64; 2]> {
         marks.iter().flat_map(|mark| mark.values.iter().map(|value| [mark.parameter, *value])).collect()
     };
-    panel.entry("upwards", Swatch::Speck { ink: Ink::Series(0) });
+    panel.entry("upwards", Swatch::Speck { ink: Ink::Series(0), cased: false });
     panel.entry("downwards", Swatch::Dot { ink: Ink::Series(1), style: 0 });
     for (marks, series, width) in [(diagram.down(), 1, 3.4), (diagram.up(), 0, 1.5)] {
         let points = dots(marks);

@@ -20,16 +20,16 @@ use std::f64::consts::TAU;
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let diagram = Campbell::of(&pair, &[10.0, 300.0, 3000.0], &[18.0])?;
 /// let svg = Picture::from(campbell(&diagram, "speed [rad/s]", &[(18.0, "mesh")])?).to_svg();
-/// assert!(svg.contains(">frequency [Hz]") && svg.contains("orders"));
+/// assert!(svg.contains(">frequency f [Hz]") && svg.contains("orders"));
 /// let svg = Picture::from(campbell(&diagram, "speed Ω [1]", &[])?).to_svg();
-/// assert!(svg.contains(">frequency [1]"));
+/// assert!(svg.contains(">frequency f [1]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
 /// [`PlotError::Empty`] without speeds or frequencies, [`PlotError::NotFinite`], [`PlotError::NoUnit`].
 pub fn campbell(diagram: &Campbell, speed: &str, orders: &[(f64, &str)]) -> Result<Panel, PlotError> {
-    let mut panel = Panel::new("", speed, "frequency [Hz]")?;
+    let mut panel = Panel::new("", speed, "frequency f [Hz]")?;
     let mut per = TAU;
     if panel.x.unit == "1" {
         (per, panel.y.unit) = (1.0, "1".into());

@@ -61,7 +61,7 @@ pub fn map(
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.01, 0.25, 2)?];
 /// let rows = Sweep::new(Points::grid(axes)?).settle(40).measure(2).rattle().of_machine(&LaneRk4::new(64), &pair)?.run()?;
 /// let svg = Picture::from(rattle_map(&rows, ["speed Ω [1]", "force [1]"], None)?).to_svg();
-/// assert!(svg.contains("no rattle"));
+/// assert!(svg.contains("rattle: none"));
 /// let refused = rattle_map(&rows, ["speed Ω [1]", "force [1]"], 1).unwrap_err();
 /// assert_eq!(refused.to_string(), "contacts of the rows: there is no number 1, there are 1");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -75,7 +75,7 @@ pub fn rattle_map(
     axes: [&str; 2],
     contact: impl Into<Option<usize>>,
 ) -> Result<Panel, PlotError> {
-    let names = ["no rattle", "unilateral rattle", "bilateral rattle", "no contact"];
+    let names = ["rattle: none", "rattle: unilateral", "rattle: bilateral", "rattle: floating"];
     let count = rows.iter().next().map_or(0, |row| row.contacts().len());
     let (shown, title) = match contact.into() {
         _ if count == 0 => return Err(PlotError::Empty { what: "contacts of the rows".into() }),
@@ -202,6 +202,43 @@ impl Panel {
         let turned = self.parameters.as_ref().is_some_and(|[x, y]| x == second && y == first);
         let points: Vec<_> = line.points().iter().map(|point| point.parameters).collect();
         self.series(label, Mark::Line, points.into_iter().map(|[p, q]| if turned { (q, p) } else { (p, q) }))
+    }
+    /// The same map with a dot at each row of a kind, for example at those that [are
+    /// sensitive](Row::is_sensitive). If there is none, nothing is added.
+    ///
+    /// ```
+    /// use gear_dynamics::sweep::{Axis, LaneRk4, Points};
+    /// use gear_dynamics::{Sweep, models::Oscillator};
+    /// use gear_dynamics_plots::{Picture, rattle_map};
+    /// let pair = Oscillator::new(&[
+    ///     ("speed", 1.0), ("damping", 0.1), ("mesh stiffness", 1.0), ("mean force", 0.25), ("force", 0.25),
+    ///     ("half backlash", 1.0),
+    /// ])?;
+    /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.01, 0.25, 2)?];
+    /// let rows = Sweep::new(Points::grid(axes)?).settle(2).measure(2).rattle().of_machine(&LaneRk4::new(64), &pair)?.run()?;
+    /// let panel = rattle_map(&rows, ["speed Ω [1]", "force [1]"], None)?;
+    /// let panel = panel.mark_rows("sensitive", &rows, |row| row.is_sensitive())?;
+    /// assert!(Picture::from(panel).to_svg().contains(">sensitive</text>"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PlotError::Empty`] for a panel that is no map, and for rows without its parameters.
+    pub fn mark_rows(
+        self,
+        label: &str,
+        rows: &Rows,
+        is: impl Fn(&Row<'_>) -> bool,
+    ) -> Result<Self, PlotError> {
+        let empty = |what: String| PlotError::Empty { what };
+        let names = self.parameters.as_ref().ok_or_else(|| empty(format!("map under {label}")))?;
+        let column = |name: &String| rows.points().names().iter().position(|known| known == name);
+        let [Some(x), Some(y)] = names.each_ref().map(column) else {
+            return Err(empty(format!("rows over {} and {}", names[0], names[1])));
+        };
+        let at = |row: Row<'_>| (row.point().values()[x], row.point().values()[y]);
+        let found: Vec<(f64, f64)> = rows.iter().filter(is).map(at).collect();
+        if found.is_empty() { Ok(self) } else { self.series(label, Mark::Specks, found) }
     }
     /// The same map with a logarithmic scale of its colours.
     ///

@@ -4,10 +4,9 @@ use crate::draw::colours::Ink;
 use crate::draw::layers::{Layer, Swatch};
 use crate::error::{PlotError, finite};
 use crate::panel::Panel;
-use crate::svg::writer::Anchor;
 use gear_dynamics::contact::Nonlinearity;
 use gear_dynamics::trains::{Drawing, Train};
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 /// The largest displacement that is drawn, as a share of the mean pitch radius.
 const SHARE: f64 = 0.35;
@@ -61,7 +60,7 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
         Swatch::Line { ink: Ink::Series(0), style: 0, width: 1.6, cased: false },
     );
     let places = places(drawing, mean);
-    let (mut rest, mut moving) = (Vec::new(), Vec::new());
+    let (mut rest, mut moving, mut names) = (Vec::new(), Vec::new(), Vec::new());
     for (i, ((body, moved), [x, y])) in drawing.bodies.iter().zip(&motion).zip(&places).enumerate() {
         // A body without teeth is a small hub.
         let radius = if body.radius > 0.0 { body.radius } else { 0.2 * mean };
@@ -77,19 +76,31 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
         rest.push(Layer::Outline { lines: lines(0.0, [*x, *y]), fill, stroke });
         let stroke = Some((Ink::Series(0), 1.6));
         moving.push(Layer::Outline { lines: lines(turn, [x + dx, y + dy]), fill: None, stroke });
-        // Names stand where no other body is: below the spoke of a gear, above a hub, outside a ring.
-        let (off, anchor) = match body.internal {
-            true => ([0.76 * radius, -0.76 * radius], Anchor::Start),
-            // Of a carrier: half way between two planets.
-            false if pins.len() > 1 => {
-                let at = |k: usize| 0.75 * (pins[0][k] + pins[1][k]) / std::f64::consts::SQRT_2;
-                ([at(0), at(1)], Anchor::Middle)
-            }
-            false if body.radius == 0.0 => ([0.0, 1.7 * radius], Anchor::Middle),
-            false => ([0.0, -0.55 * radius], Anchor::Middle),
+        // Names stand inside a gear or above or below it, outside a ring, above or below a hub, beside a side of a carrier.
+        let around = |share: f64, count: usize, first: f64| {
+            let at = move |k: usize| first + TAU * k as f64 / count as f64;
+            (0..count).map(at).map(move |a| [share * radius * a.cos(), share * radius * a.sin()])
         };
-        let (at, text) = ([x + off[0], y + off[1]], body.name.clone());
-        moving.push(Layer::Note { at, text, anchor, ink: Ink::Text });
+        let offs: Vec<[f64; 2]> = match body.internal {
+            true => around(1.15, 4, -FRAC_PI_4).collect(),
+            false if pins.len() > 1 => {
+                let next = pins.iter().skip(1).chain(&pins[..1]);
+                let sides = pins.iter().zip(next).map(|(a, b)| [0, 1].map(|k| 0.5 * (a[k] + b[k])));
+                let sides: Vec<_> = sides.collect();
+                [1.25, 0.75, 1.45, 1.1, 0.6]
+                    .iter()
+                    .flat_map(|share| sides.iter().map(move |s| s.map(|x| share * x)))
+                    .collect()
+            }
+            false if body.radius == 0.0 => around(1.7, 2, FRAC_PI_2).collect(),
+            false => [0.55, 0.4, 0.7, 0.25, 0.85]
+                .iter()
+                .flat_map(|share| around(*share, 24, -FRAC_PI_2))
+                .chain([0.0, 0.25, -0.25].iter().flat_map(|turn| around(1.3, 2, -FRAC_PI_2 + turn)))
+                .collect(),
+        };
+        let places = offs.into_iter().map(|off| [x + off[0], y + off[1]]).collect();
+        names.push(Layer::Note { places, text: body.name.clone() });
     }
     // All modes of a train have one range: room for the largest displacement around the train at rest.
     let reach = |at: usize| {
@@ -99,7 +110,8 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
         Some([low - 1.1 * SHARE * mean, high + 1.1 * SHARE * mean])
     };
     (panel.x.range, panel.y.range) = (reach(0), reach(1));
-    panel.layers.extend(rest.into_iter().chain(moving));
+    // Gears that others carry find their places first.
+    panel.layers.extend(rest.into_iter().chain(moving).chain(names.into_iter().rev()));
     Ok(panel)
 }
 

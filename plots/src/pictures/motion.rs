@@ -10,8 +10,8 @@ use gear_dynamics::excitation::Side;
 use gear_dynamics::ode::Probe;
 use gear_dynamics::ode::Trajectory;
 
-/// A channel over the time, with the states of a contact shaded: the gap grey, the back (lower) flank in a pale
-/// colour. Of the deflection of this contact the edges of the gap are drawn, too.
+/// A channel over the time, with the states of a contact shaded: times in the gap grey, those on the back (lower) flank
+/// in a pale colour. Of the deflection of this contact the edges of the gap are drawn, too, named ±b where they rest.
 ///
 /// `channel`: the name of a [channel](gear_dynamics::ode::Probe) of the model with its unit. `contact`: its
 /// number from 0, or `None`. The time axis is `t [s]`; [`Panel::x`] names another unit.
@@ -46,20 +46,47 @@ pub fn history(
     }
     if let Some(contact) = contact.into() {
         let contacts = contacts(model, run, contact)?;
-        shade(&mut panel, run.times(), &contacts, &gap(model, contact));
+        shade(&mut panel, run.times(), &contacts, &format!("in the {}", gap(model, contact)));
         if name == "deflection" || name == format!("deflection {contact}") {
-            for edge in [|c: &Contact| c.lower, |c: &Contact| c.upper] {
-                let points: Vec<_> =
-                    run.times().iter().zip(&contacts).map(|(t, contact)| [*t, edge(contact)]).collect();
-                if points.iter().all(|point| point[1].is_finite()) {
-                    let curve = Curve { mark: Mark::Dashed, ink: Ink::Text, style: THIN, width: 0.9, points };
-                    panel.curve("edges of the gap", curve)?;
-                }
-            }
+            panel = edges(panel, run.times(), &contacts, &points)?;
         }
     }
     panel.curve("", Curve { mark: Mark::Line, ink: Ink::Series(0), style: 0, width: 1.5, points })?;
     Ok(panel)
+}
+
+/// The edges of the gap over the time: named where they rest, as curves where they move.
+fn edges(
+    mut panel: Panel,
+    times: &[f64],
+    contacts: &[Contact],
+    motion: &[[f64; 2]],
+) -> Result<Panel, PlotError> {
+    let named = resting(contacts).filter(|edges| edges.iter().all(|(edge, _)| edge.is_finite()));
+    if let Some(edges) = named {
+        let all = edges.iter().map(|(edge, _)| *edge).chain(motion.iter().map(|point| point[1]));
+        let [low, high] =
+            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+        let space = 0.06 * (high - low);
+        panel.y.range = Some([low - space, high + space]).filter(|r| r[0] < r[1] && r[0].is_finite());
+        return panel.name_y(&edges);
+    }
+    for edge in [|c: &Contact| c.lower, |c: &Contact| c.upper] {
+        let points: Vec<_> = times.iter().zip(contacts).map(|(t, contact)| [*t, edge(contact)]).collect();
+        if points.iter().all(|point| point[1].is_finite()) {
+            let curve = Curve { mark: Mark::Dashed, ink: Ink::Text, style: THIN, width: 0.9, points };
+            panel.curve("edges of the gap", curve)?;
+        }
+    }
+    Ok(panel)
+}
+
+/// Both edges with their names, if they do not move.
+fn resting(contacts: &[Contact]) -> Option<[(f64, &'static str); 2]> {
+    let Contact { lower, upper, .. } = contacts[0];
+    let rests = contacts.iter().all(|c| c.lower == lower && c.upper == upper);
+    let names = if lower == -upper { ["−b", "b"] } else { ["lower edge", "upper edge"] };
+    rests.then_some([(lower, names[0]), (upper, names[1])])
 }
 
 /// The name of the gap of a contact. Of several contacts it states the number.
@@ -110,9 +137,9 @@ fn spans(times: &[f64], contacts: &[Contact]) -> [Vec<[f64; 2]>; 3] {
 fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact], gap: &str) {
     let spans = spans(times, contacts);
     for (piece, ink, label) in [
-        (Piece::Upper, Ink::Paper, "drive flank"),
+        (Piece::Upper, Ink::Paper, "on the drive flank"),
         (Piece::Gap, Ink::Gap, gap),
-        (Piece::Lower, Ink::Flank, "back flank"),
+        (Piece::Lower, Ink::Flank, "on the back flank"),
     ] {
         let spans = spans[piece as usize].clone();
         if spans.is_empty() {
@@ -169,12 +196,8 @@ pub fn phase_portrait(
     }
     panel.curve("", Curve { mark: Mark::Directed, ink: Ink::Series(0), style: 0, width: 1.3, points })?;
     let seen = |edge: f64| edge > least - width && edge < most + width;
-    let rests = |of: fn(&Contact) -> f64| contacts.iter().all(|c| of(c) == of(&contacts[0]));
-    if rests(|c| c.lower) && rests(|c| c.upper) {
-        let names = if lower == -upper { ["−b", "b"] } else { ["lower edge", "upper edge"] };
-        let edges = [lower, upper].into_iter().zip(names).filter(|(edge, _)| seen(*edge));
-        panel = panel.name_x(&edges.collect::<Vec<_>>())?;
-    }
+    let named = resting(&contacts).into_iter().flatten().filter(|(edge, _)| seen(*edge));
+    panel = panel.name_x(&named.collect::<Vec<_>>())?;
     let edges = [lower, upper].into_iter().filter(|edge| seen(*edge));
     let [low, high] = edges.fold([least, most], |[low, high], edge| [low.min(edge), high.max(edge)]);
     let space = 0.04 * (high - low);

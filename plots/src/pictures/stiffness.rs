@@ -47,7 +47,7 @@ fn samples(wave: &Wave, cycles: f64) -> Vec<(f64, f64)> {
     let mut edge = wave.next_edge(0.0);
     for i in 1..=count {
         let angle = end * i as f64 / count as f64;
-        while let Some(jump) = edge.filter(|jump| *jump <= angle) {
+        while let Some(jump) = edge.filter(|jump| *jump <= angle && *jump < end) {
             points.extend([at(jump, Side::Before), at(jump, Side::After)]);
             edge = wave.next_edge(jump).filter(|next| *next > jump);
         }
