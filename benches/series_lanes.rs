@@ -11,7 +11,9 @@ use gear_dynamics::sweep::{
     Axis, InstructionSet, LaneRk4, LaneTaylor, Located, Point, Points, Rows, SweepEngine,
 };
 use gear_dynamics::trains::{Body, Members, Planetary, Train, TrainShape};
-use gear_dynamics::{Dop853, Machine, Model, ParameterError, Shape, State, Sweep, Taylor, Wave};
+use gear_dynamics::{
+    Dop853, Lyapunov, Machine, Model, NfgPair, NfgParams, ParameterError, Shape, State, Sweep, Taylor, Wave,
+};
 use std::time::Instant;
 
 /// A sweep of one machine over one constant.
@@ -167,16 +169,44 @@ fn planetary() -> Workload<TrainShape> {
     }
 }
 
+/// Prints the time of Lyapunov exponents of some points of a map, in lanes and one by one. Each run of the sweep itself
+/// takes a period only.
+fn exponents(side: usize, rounds: usize) {
+    let pair = NfgPair::new(&NfgParams::table1()).expect("the pair of the table");
+    let axis = |name: &str, from, to| Axis::linear(name, from, to, side).expect("the range is in order");
+    let points = vec![axis("speed", 100.0, 250.0), axis("load torque", 2.0, 50.0)];
+    let lyapunov = Lyapunov::new().align(10).periods(40);
+    let sweep = Sweep::grid(points).expect("the axes differ").settle(0).measure(1).lyapunov(lyapunov);
+    let taylor = Taylor::new().rtol(1e-10).atol(1e-15);
+    let (lanes, single) = (LaneTaylor::new(taylor.clone()), Located(taylor));
+    let in_lanes = || sweep.of_machine(&lanes, &pair).expect("two constants").run().expect("it runs");
+    let one_by_one = || sweep.of_machine(&single, &pair).expect("two constants").run().expect("it runs");
+    let all = side * side;
+    assert!(in_lanes().iter().all(|row| row.lyapunov().is_some()), "every point has an exponent");
+    let [wide, one] = least(rounds, [&mut || drop(in_lanes()), &mut || drop(one_by_one())]);
+    let each = |time: f64| 1e3 * time / all as f64;
+    println!("exponents of {all} points: {:.2} ms each, {:.2} one by one", each(wide), each(one));
+    println!("ratio lanes-taylor one-by-one exponents {:.2}", one / wide);
+}
+
 fn main() {
-    let quick = std::env::args().any(|arg| arg == "quick");
+    let asked = |what: &str| std::env::args().any(|arg| arg == what);
+    let quick = asked("quick");
     let rounds = if quick { 1 } else { 5 };
     let pair_of_64 = pair(64);
+    if asked("only-a") {
+        return threads(1, || pair_of_64.report([1e-10, 1e-15], [3e-11, 3e-16], rounds));
+    }
     threads(1, || {
+        exponents(if quick { 4 } else { 12 }, 1);
+        if asked("only-exponents") {
+            return;
+        }
         pair_of_64.report([1e-10, 1e-15], [3e-11, 3e-16], rounds);
         ring_of_three().report([1e-10, 1e-15], [1e-10, 1e-15], rounds);
         planetary().report([1e-10, 1e-15], [1e-10, 1e-15], rounds);
     });
-    if quick {
+    if quick || asked("only-exponents") {
         return;
     }
     let lanes = LaneTaylor::new(Taylor::new().rtol(1e-10).atol(1e-15));
