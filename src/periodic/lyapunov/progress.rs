@@ -72,7 +72,8 @@ impl<'s> Progress<'s> {
 
     /// The end of the interval; `None` if all periods are over.
     pub(crate) fn target(&self) -> Option<f64> {
-        if self.parts == (self.periods[0] + self.periods[1]) * self.renormalisations {
+        let periods = self.periods[0].saturating_add(self.periods[1]);
+        if self.parts / self.renormalisations >= periods {
             return None;
         }
         let next = self.done + self.share();
