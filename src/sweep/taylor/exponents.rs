@@ -1,7 +1,6 @@
 //! Lyapunov exponents of many motions, side by side.
 
-use crate::model::Periodic;
-use crate::model::{Machine, Model, Shape};
+use crate::model::{Machine, Model, Periodic, Shape};
 use crate::ode::Taylor;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
