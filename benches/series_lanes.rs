@@ -11,7 +11,9 @@ use gear_dynamics::sweep::{
     Axis, InstructionSet, LaneRk4, LaneTaylor, Located, Point, Points, Rows, SweepEngine,
 };
 use gear_dynamics::trains::{Body, Members, Planetary, Train, TrainShape};
-use gear_dynamics::{Dop853, Machine, Model, ParameterError, Shape, State, Sweep, Taylor, Wave};
+use gear_dynamics::{
+    Dop853, Lyapunov, Machine, Model, NfgPair, NfgParams, ParameterError, Shape, State, Sweep, Taylor, Wave,
+};
 use std::time::Instant;
 
 /// A sweep of one machine over one constant.
@@ -167,25 +169,29 @@ fn planetary() -> Workload<TrainShape> {
     }
 }
 
-fn main() {
-    let quick = std::env::args().any(|arg| arg == "quick");
-    let rounds = if quick { 1 } else { 5 };
-    let pair_of_64 = pair(64);
-    threads(1, || {
-        pair_of_64.report([1e-10, 1e-15], [3e-11, 3e-16], rounds);
-        ring_of_three().report([1e-10, 1e-15], [1e-10, 1e-15], rounds);
-        planetary().report([1e-10, 1e-15], [1e-10, 1e-15], rounds);
-    });
-    if quick {
-        return;
-    }
-    let lanes = LaneTaylor::new(Taylor::new().rtol(1e-10).atol(1e-15));
-    let many = pair(256);
-    let [one, two] = least(
-        rounds,
-        [&mut || threads(1, || drop(many.run(&lanes))), &mut || threads(2, || drop(many.run(&lanes)))],
-    );
-    println!("ratio lanes-taylor one two threads {:.2}", one / two);
+/// Prints the time of Lyapunov exponents in lanes and one by one. Each run of the sweep itself takes a period only.
+fn exponents<G: Shape + Send + Sync>(name: &str, points: Points, machine: &Machine<G>, rounds: usize) {
+    let count = points.len();
+    let lyapunov = Lyapunov::new().align(10).periods(40);
+    let sweep = Sweep::new(points).settle(0).measure(1).lyapunov(lyapunov);
+    let taylor = Taylor::new().rtol(1e-10).atol(1e-15);
+    let (lanes, single) = (LaneTaylor::new(taylor.clone()), Located(taylor));
+    let in_lanes = || sweep.of_machine(&lanes, machine).expect("constants").run().expect("it runs");
+    let one_by_one = || sweep.of_machine(&single, machine).expect("constants").run().expect("it runs");
+    let [wide, one] = least(rounds, [&mut || drop(in_lanes()), &mut || drop(one_by_one())]);
+    let each = |time: f64| 1e3 * time / count as f64;
+    println!("exponents of {name}: {count} points, {:.2} ms each, {:.2} one by one", each(wide), each(one));
+    println!("ratio lanes-taylor one-by-one exponents of {name} {:.2}", one / wide);
+}
+
+/// Points of a map of the face gear pair.
+fn map_of_the_face_gear_pair(side: usize) -> Points {
+    let axis = |name: &str, from, to| Axis::linear(name, from, to, side).expect("the range is in order");
+    Points::grid(vec![axis("speed", 100.0, 250.0), axis("load torque", 2.0, 50.0)]).expect("the axes differ")
+}
+
+/// The times of a map in lanes by Taylor series and by fixed steps.
+fn report_map() {
     let mut map = pair(1000);
     map.sweep = map.sweep.settle(60).measure(40);
     let plain = LaneRk4::new(63 * 64).lanes::<32>();
@@ -196,4 +202,68 @@ fn main() {
         "1000 of the 10 000 points of a map, 60 + 40 turns, two threads: {slow:.2} s, LaneRk4 {fast:.2} s"
     );
     println!("ratio lanes-rk4 lanes-taylor map {:.3}", fast / slow);
+}
+
+/// Prints time and peak memory of sweeps of one turn whose rows are dropped chunk by chunk. Runs only if it is named.
+fn memory() {
+    let peak = || {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        line.map_or("not known".to_owned(), |line| line.trim().to_owned())
+    };
+    let engine = LaneTaylor::new(Taylor::new().rtol(1e-9).atol(1e-14));
+    for (count, chunks) in [(10_000, 1), (100_000, 10), (1_000_000, 100), (100_000, 1)] {
+        let Workload { machine, sweep, start, .. } = pair(count);
+        let sweep = sweep.measure(1);
+        let family = |p: &Point<'_>| machine.with("wc", p["wc"]);
+        let begin = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(start.clone());
+        let (runner, begun, mut rows) = (sweep.runner(&engine, family).start(begin), Instant::now(), 0);
+        for chunk in 0..chunks {
+            rows += runner.chunk(chunk, chunks).expect("the workload runs").iter().count();
+        }
+        let seconds = begun.elapsed().as_secs_f64();
+        println!("{rows} rows in {chunks} chunks: {seconds:.1} s, peak memory so far {}", peak());
+    }
+}
+
+fn main() {
+    let asked = |what: &str| std::env::args().any(|arg| arg == what);
+    let quick = asked("quick");
+    let rounds = if quick { 1 } else { 5 };
+    // Without a name all parts are measured.
+    let parts = ["A", "exponents", "map"];
+    let part = |what: &str| asked(what) || !parts.iter().any(|part| asked(part));
+    if asked("memory") {
+        return memory();
+    }
+    let pair_of_64 = pair(64);
+    threads(1, || {
+        if part("A") {
+            pair_of_64.report([1e-10, 1e-15], [3e-11, 3e-16], rounds);
+        }
+        if part("") {
+            ring_of_three().report([1e-10, 1e-15], [1e-10, 1e-15], rounds);
+            planetary().report([1e-10, 1e-15], [1e-10, 1e-15], rounds);
+        }
+        if part("exponents") {
+            let wc = axis("wc", 0.15 / 63.0, 0.36 / 63.0, if quick { 16 } else { 64 });
+            exponents("A", wc, &pair_of_64.machine, 1);
+            let set = planetary().machine;
+            exponents("planetary", axis("speed", 200.0, 600.0, if quick { 16 } else { 64 }), &set, 1);
+            let face = NfgPair::new(&NfgParams::table1()).expect("the pair of the table");
+            exponents("the face gear pair", map_of_the_face_gear_pair(if quick { 4 } else { 8 }), &face, 1);
+        }
+    });
+    if part("") && !quick {
+        let lanes = LaneTaylor::new(Taylor::new().rtol(1e-10).atol(1e-15));
+        let many = pair(256);
+        let [one, two] = least(
+            rounds,
+            [&mut || threads(1, || drop(many.run(&lanes))), &mut || threads(2, || drop(many.run(&lanes)))],
+        );
+        println!("ratio lanes-taylor one two threads {:.2}", one / two);
+    }
+    if part("map") && !quick {
+        report_map();
+    }
 }

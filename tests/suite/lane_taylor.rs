@@ -11,16 +11,16 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 const TOLERANCE: f64 = 1e-10;
 
-fn tolerant() -> Taylor {
+pub(crate) fn tolerant() -> Taylor {
     Taylor::new().rtol(TOLERANCE).atol(1e-15)
 }
 
-fn axis(name: &str, from: f64, to: f64, count: usize) -> Points {
+pub(crate) fn axis(name: &str, from: f64, to: f64, count: usize) -> Points {
     Points::from(Axis::linear(name, from, to, count).unwrap())
 }
 
 /// The rows of a sweep over one constant of a machine.
-fn rows<G: Shape + Send + Sync>(
+pub(crate) fn rows<G: Shape + Send + Sync>(
     sweep: &Sweep,
     engine: &impl SweepEngine<Machine<G>>,
     machine: &Machine<G>,
@@ -91,7 +91,7 @@ fn rows_agree<G: Shape + Send + Sync>(
     assert!(compared >= least, "{compared} of {} motions repeat", single.iter().count());
 }
 
-fn pair() -> Machine<Rattling> {
+pub(crate) fn pair() -> Machine<Rattling> {
     Pair::new().machine_of_waves()
 }
 
@@ -113,7 +113,7 @@ fn rows_of_a_ring_are_those_of_single_runs() {
     rows_agree(&ring, &State::at_rest(ring.dof()), points, &["deflection 0", "mesh force 1"], [400, 3, 2], 2);
 }
 
-fn planetary() -> Train {
+pub(crate) fn planetary() -> Train {
     let wave = |mean: f64| Wave::new(Fourier::new(mean, &[[0.2 * mean, 0.0]]).unwrap());
     let members = ring_locked([30, 30, 90], [1e-3, 1e-3, 5e-2, 3e-2]);
     let set = Planetary::new(3, 0.03, members, [wave(2e8), wave(2.5e8)]).unwrap();
@@ -199,7 +199,7 @@ fn warm_starts_follow_their_line() {
 
 /// q'' = pull - Σ (k ξ_i + c ξ_i'): a mass between stops whose edges are waves. ξ_i is the penetration of stop i.
 #[derive(Clone, PartialEq)]
-struct Stops {
+pub(crate) struct Stops {
     /// Whether each stop is below the mass; the wave of its edge.
     all: Vec<(bool, Wave)>,
     stiffness: f64,
@@ -210,11 +210,17 @@ struct Stops {
 }
 
 impl Stops {
-    fn machine(all: &[(bool, Wave)], stiffness: f64, damping: f64, speed: f64, pull: f64) -> Machine<Stops> {
+    pub(crate) fn machine(
+        all: &[(bool, Wave)],
+        stiffness: f64,
+        damping: f64,
+        speed: f64,
+        pull: f64,
+    ) -> Machine<Stops> {
         let shape = Stops { all: all.to_vec(), stiffness, damping, rigid: None, both: Vec::new() };
         Machine::with_constants(shape, &[("speed", speed), ("pull", pull)]).unwrap()
     }
-    fn rigid(all: &[(bool, Wave)], restitution: f64, speed: f64, pull: f64) -> Machine<Stops> {
+    pub(crate) fn rigid(all: &[(bool, Wave)], restitution: f64, speed: f64, pull: f64) -> Machine<Stops> {
         let both = all.iter().map(|(below, _)| [*below, !below]).collect();
         let rigid = Some(Restitution::new(restitution).unwrap());
         let shape = Stops { all: all.to_vec(), stiffness: 0.0, damping: 0.0, rigid, both };
@@ -278,7 +284,7 @@ impl Shape for Stops {
     }
 }
 
-fn wave(mean: f64, cosine: f64, sine: f64, order: usize) -> Wave {
+pub(crate) fn wave(mean: f64, cosine: f64, sine: f64, order: usize) -> Wave {
     let mut pairs = vec![[0.0; 2]; order];
     pairs[order - 1] = [cosine, sine];
     Wave::new(Fourier::new(mean, &pairs).unwrap())

@@ -36,6 +36,7 @@ mod impacts;
 mod inner_kinks;
 mod input_ranges;
 mod invariant_circles;
+mod lane_exponents;
 mod lane_sharing;
 mod lane_taylor;
 mod laws;

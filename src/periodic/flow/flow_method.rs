@@ -86,6 +86,11 @@ impl Expansion {
         Expansion(if wanted == Some(FlowMethod::Dop853) { None } else { series() })
     }
 
+    /// No expansion: for flows that are integrated elsewhere.
+    pub(crate) fn none() -> Self {
+        Expansion(None)
+    }
+
     /// Integrates the model of this expansion.
     pub(crate) fn run<M: Model + ?Sized, O: Observer>(
         &self,

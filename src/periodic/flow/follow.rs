@@ -89,6 +89,12 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         [half(&start.q, q), half(&start.v, v)].concat()
     }
 
+    /// Absolute tolerances for differences of size 1. They depend on the state: they are not below the rounding
+    /// error of the motion.
+    pub(crate) fn fixed_tolerances(&self, tolerance: f64, start: &State) -> Vec<f64> {
+        self.tolerances(tolerance, start, &vec![1.0; self.columns])
+    }
+
     /// Runs to `t_end` with fixed tolerances. Returns the state and the number of crossings. If the budget is
     /// spent, the state is the last one reached.
     pub(crate) fn flow_with_fixed_tolerances(
@@ -98,8 +104,7 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         t_end: f64,
         meter: &Meter<'_>,
     ) -> Result<(State, u64), IntegrateError> {
-        // The tolerances depend on the state: they are not below the rounding error of the motion.
-        let atol = self.tolerances(tolerance, &start, &vec![1.0; self.columns]);
+        let atol = self.fixed_tolerances(tolerance, &start);
         self.follow(start, t_end, meter, None, &mut |_| (atol.clone(), Vec::new()))
     }
 

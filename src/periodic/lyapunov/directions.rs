@@ -1,20 +1,10 @@
-//! Directions of perturbation growth: integrated along a motion and kept orthonormal.
+//! Directions of perturbation growth: drawn, measured and kept orthonormal.
 
-use crate::model::{Model, State};
+use crate::model::State;
 use crate::numeric::norms::dot;
 use crate::numeric::split_mix::{GOLDEN, mix};
-use crate::ode::budget::Meter;
 use crate::ode::{Exhausted, IntegrateError};
-use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
-
-/// Minimum length of a direction after a part of a period, without its components along the directions before
-/// it `[1]`. The directions start with length 1 and the error of the integration is a share of 1, so a
-/// shorter direction is too inaccurate.
-const SHORTEST_DIRECTION: f64 = 1e-3;
-
-/// Maximum number of halvings of a part of a period.
-const HALVINGS: u32 = 40;
 
 /// Errors of a run, without the exponents so far.
 pub(crate) enum Failure {
@@ -43,49 +33,6 @@ impl Failure {
             Failure::Exhausted(exhausted) => LyapunovError::Exhausted { exhausted, last },
             Failure::Vanished { direction, t } => LyapunovError::Vanished { direction, t, last },
         }
-    }
-}
-
-/// Integration of a motion and its directions, part by part.
-pub(crate) struct Flow<'f, 'm> {
-    pub(crate) tangent: &'f Tangent<'m, dyn Model + 'm>,
-    /// Local error of the flow.
-    pub(crate) tolerance: f64,
-    pub(crate) meter: &'f Meter<'f>,
-    pub(crate) directions: Directions<'f>,
-    /// Current number of halvings of a part.
-    pub(crate) halvings: u32,
-}
-
-impl Flow<'_, '_> {
-    /// Integrates one part, to `until`. `directions.growth` then holds ln of the growth over the whole part.
-    ///
-    /// The part is halved, and the directions are made orthonormal after each interval, until no
-    /// direction shrinks below [`SHORTEST_DIRECTION`].
-    pub(crate) fn part(&mut self, all: &mut State, until: f64) -> Result<(), Failure> {
-        self.directions.growth.fill(0.0);
-        let (from, mut done) = (all.t, 0.0);
-        // One step is the share 2^-halvings of the part; `done` is always a multiple of it.
-        self.halvings = self.halvings.saturating_sub(1);
-        while done < 1.0 {
-            let share = (-f64::from(self.halvings)).exp2();
-            let next = done + share;
-            let end = if next < 1.0 { from + (until - from) * next } else { until };
-            let ahead =
-                self.tangent.flow_with_fixed_tolerances(self.tolerance, all.clone(), end, self.meter)?.0;
-            self.meter.left()?;
-            let least = self.directions.measure(&ahead);
-            if least.1 >= SHORTEST_DIRECTION || (least.1 > 0.0 && self.halvings == HALVINGS) {
-                *all = ahead;
-                self.directions.accept(all);
-                done = next;
-            } else if self.halvings < HALVINGS {
-                self.halvings += 1;
-            } else {
-                return Err(Failure::Vanished { direction: least.0, t: all.t });
-            }
-        }
-        Ok(())
     }
 }
 
@@ -132,7 +79,7 @@ impl<'s> Directions<'s> {
     /// The growth of direction k is r_kk.
     ///
     /// Returns the index and the length of the shortest direction; a length that is not finite counts as 0.
-    fn measure(&mut self, all: &State) -> (usize, f64) {
+    pub(crate) fn measure(&mut self, all: &State) -> (usize, f64) {
         let (m, count) = (self.scale.len(), self.growth.len());
         let n = m / 2;
         let (of_q, of_v) = self.scale.split_at(n);
@@ -157,7 +104,7 @@ impl<'s> Directions<'s> {
     }
 
     /// Continues with the measured e_k as new directions and adds ln r_kk to the growth.
-    fn accept(&mut self, all: &mut State) {
+    pub(crate) fn accept(&mut self, all: &mut State) {
         let m = self.scale.len();
         let n = m / 2;
         let (of_q, of_v) = self.scale.split_at(n);

@@ -10,9 +10,10 @@ use crate::ode::{Budget, Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::coarse_run;
-use crate::periodic::lyapunov::directions::{Directions, Failure, Flow};
+use crate::periodic::lyapunov::directions::Failure;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::growth::Growth;
+use crate::periodic::lyapunov::progress::Progress;
 use std::ops::ControlFlow;
 
 /// Lyapunov exponents by QR.
@@ -155,10 +156,64 @@ impl Lyapunov {
         span: f64,
         go_on: &dyn Fn() -> bool,
     ) -> Result<Exponents, LyapunovError> {
-        let components = 2 * model.dof();
-        let count = self.count.unwrap_or(components);
+        let meter = self.meter();
+        let settled = self.settled(model, start, span, &meter)?;
+        let count = settled.exponents.grown.len();
+        let expansion = match Expansion::new(model, count, &[], self.method) {
+            Ok(expansion) => expansion,
+            Err(error) => return Err(Failure::from(error).with(settled.exponents)),
+        };
+        let tangent = self.tangent(model, &settled, &expansion);
+        let mut progress = self.progress(&settled, start, &tangent, expansion.method());
+        while let Some(target) = progress.target() {
+            if !go_on() {
+                break;
+            }
+            let state = progress.state().clone();
+            let arrived = tangent
+                .flow_with_fixed_tolerances(self.flow_tolerance, state, target, &meter)
+                .map_err(Failure::from)
+                .and_then(|(ahead, _)| {
+                    meter.left()?;
+                    progress.arrive(&ahead)
+                });
+            if let Err(failure) = arrived {
+                return Err(failure.with(progress.exponents.in_order()));
+            }
+        }
+        Ok(progress.exponents.in_order())
+    }
+
+    /// Local error of the flow.
+    pub(crate) fn tolerance(&self) -> f64 {
+        self.flow_tolerance
+    }
+    /// Whether the flow may be integrated by Taylor series.
+    pub(crate) fn allows_series(&self) -> bool {
+        self.method != Some(FlowMethod::Dop853)
+    }
+    /// Number of exponents of a model with `dof` degrees of freedom.
+    pub(crate) fn count_for(&self, dof: usize) -> usize {
+        self.count.unwrap_or(2 * dof)
+    }
+    /// The work of one call.
+    pub(crate) fn meter(&self) -> Meter<'_> {
+        self.budget.begin()
+    }
+
+    /// What the directions of a motion need: its state after settling, its sizes.
+    ///
+    /// # Errors
+    /// Those of [`run`](Lyapunov::run).
+    pub(crate) fn settled(
+        &self,
+        model: &dyn Model,
+        start: &State,
+        span: f64,
+        meter: &Meter<'_>,
+    ) -> Result<Settled, LyapunovError> {
+        let (components, count) = (2 * model.dof(), self.count_for(model.dof()));
         self.check(count, components, start, span)?;
-        let meter = self.budget.begin();
         let mut exponents = Exponents {
             span,
             grown: vec![Growth::new(self.renormalisations); count],
@@ -167,51 +222,36 @@ impl Lyapunov {
             method: FlowMethod::Dop853,
         };
         let mut motion = MotionSize::new(model.dof(), &rigid_modes(model, span));
-        if let Err(failure) = self.settle_down(model, span, &mut motion, &mut exponents.state, &meter) {
+        if let Err(failure) = self.settle_down(model, span, &mut motion, &mut exponents.state, meter) {
             return Err(failure.with(exponents));
         }
-        let scale = motion.units(self.flow_tolerance);
-        let expansion = match Expansion::new(model, count, &[], self.method) {
-            Ok(expansion) => expansion,
-            Err(error) => return Err(Failure::from(error).with(exponents)),
-        };
-        exponents.method = expansion.method();
-        let tangent = Tangent::new(model, count, &[], &scale, self.flow_tolerance, &expansion);
         exponents.floor = FLOOR * self.flow_tolerance;
-        let mut flow = Flow {
-            tangent: &tangent,
-            tolerance: self.flow_tolerance,
-            meter: &meter,
-            directions: Directions::new(count, &scale),
-            halvings: 0,
-        };
-        let (from, mut all) = (exponents.state.t, tangent.start(&exponents.state));
-        flow.directions.draw(start, &mut all);
-        let parts = self.renormalisations as f64;
-        let aligning = (0..self.align).map(|period| (period as f64, false));
-        let measuring = (0..self.periods).map(|period| (self.align as f64 + period as f64, true));
-        for (period, measured) in aligning.chain(measuring) {
-            for part in 1..=self.renormalisations {
-                if !go_on() {
-                    return Ok(exponents.in_order());
-                }
-                if let Err(failure) = flow.part(&mut all, from + span * (period + part as f64 / parts)) {
-                    return Err(failure.with(exponents.in_order()));
-                }
-                for (all, grown) in exponents.grown.iter_mut().zip(&flow.directions.growth) {
-                    match measured {
-                        true => all.measure(*grown),
-                        false if period >= (self.align / 2) as f64 => all.align(*grown),
-                        false => {}
-                    }
-                }
-            }
-            if measured {
-                exponents.grown.iter_mut().for_each(Growth::period);
-            }
-            exponents.state = tangent.motion(&all);
-        }
-        Ok(exponents.in_order())
+        Ok(Settled { exponents, scale: motion.units(self.flow_tolerance) })
+    }
+
+    /// The flow of a motion with its directions.
+    pub(crate) fn tangent<'m>(
+        &self,
+        model: &'m (dyn Model + 'm),
+        settled: &'m Settled,
+        expansion: &'m Expansion,
+    ) -> Tangent<'m, dyn Model + 'm> {
+        let count = settled.exponents.grown.len();
+        Tangent::new(model, count, &[], &settled.scale, self.flow_tolerance, expansion)
+    }
+
+    /// The directions of a motion at their start.
+    pub(crate) fn progress<'s>(
+        &self,
+        settled: &'s Settled,
+        start: &State,
+        tangent: &Tangent<'_, dyn Model + '_>,
+        method: FlowMethod,
+    ) -> Progress<'s> {
+        let exponents = Exponents { method, ..settled.exponents.clone() };
+        let state = tangent.start(&exponents.state);
+        let periods = [self.align, self.periods];
+        Progress::new(exponents, state, start, &settled.scale, self.renormalisations, periods)
     }
 
     /// Integrates the settling periods; `state` is always the last state reached. `motion` is measured over
@@ -275,6 +315,13 @@ impl Lyapunov {
         check::scale("span", span)?;
         Ok(start.check(components / 2)?)
     }
+}
+
+/// A motion after settling, before its directions are drawn.
+pub(crate) struct Settled {
+    pub(crate) exponents: Exponents,
+    /// Units of coordinates and velocities.
+    scale: Vec<f64>,
 }
 
 /// Number of settling periods outside sweeps.

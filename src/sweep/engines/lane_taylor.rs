@@ -3,15 +3,19 @@
 use crate::model::expansion::expand::Expand;
 use crate::model::{Machine, Model, Periodic, Shape};
 use crate::ode::{IntegrateError, Taylor};
+use crate::periodic::Lyapunov;
 use crate::sweep::engines::batch::refuse;
-use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
+use crate::sweep::engines::sweep_engine::{Exponent, Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::meter::Kind;
 use crate::sweep::sweep_error::{PointError, SweepError};
-use crate::sweep::taylor::crew::{Crew, Outcome, Queue};
-use crate::sweep::taylor::lane::LaneJob;
+use crate::sweep::taylor::crew::Crew;
+use crate::sweep::taylor::exponents::exponents;
+use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
+use crate::sweep::taylor::row_task::RowTask;
+use crate::sweep::taylor::task::{LaneJob, Queue};
 use std::cell::OnceCell;
 use std::collections::VecDeque;
 
@@ -26,6 +30,9 @@ use std::collections::VecDeque;
 /// forces. Their integrals are those of the polynomials of the steps; extremes are found inside the steps.
 /// A row depends on its point only, with a warm start on its line: its bits are the same for any W,
 /// instruction set, number of threads, order and neighbouring lanes.
+///
+/// [Lyapunov exponents](crate::Sweep::lyapunov) are computed in lanes, too: the flow with its derivative is the same
+/// engine on a larger tape.
 ///
 /// A shape without series, or with a root or a power of something that varies (a contact of Hertz), gives the
 /// error of its point: [`Located`](crate::sweep::Located) runs it.
@@ -88,6 +95,17 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneTaylor<W> {
     fn batch(&self) -> usize {
         W
     }
+    fn exponents(
+        &self,
+        lyapunov: &Lyapunov,
+        jobs: &[Job<Machine<G>>],
+        go_on: &dyn Fn() -> bool,
+    ) -> Vec<Exponent> {
+        exponents::<G, W>(lyapunov, self.set, jobs, go_on)
+    }
+    fn exponents_at_once(&self) -> usize {
+        KEPT * W
+    }
 
     fn work(&self, plan: &Plan, channels: &[usize], source: &mut dyn Source<Machine<G>>) {
         let mut waiting = VecDeque::new();
@@ -103,10 +121,12 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneTaylor<W> {
                 }
             };
             let models: Vec<OnceCell<Machine<G>>> = (0..KEPT * W).map(|_| OnceCell::new()).collect();
-            let mut queue = Shelf { models: &models, taken: 0, waiting: &mut waiting, source };
-            let Some(first) = queue.keep(leader) else { continue };
+            let (degree, atol) = settings;
+            let mut shelf =
+                Shelf { plan, atol: &atol, models: &models, taken: 0, waiting: &mut waiting, source };
+            let Some(first) = shelf.keep(leader) else { continue };
             let waves = models.first().and_then(|model| model.get()?.wave_series());
-            Crew::<W>::new(plan, &self.taylor, self.set, &program, waves, settings).run(first, &mut queue);
+            Crew::<_, W>::new(&self.taylor, self.set, &program, waves, degree).run(first, &mut shelf);
         }
     }
 }
@@ -122,6 +142,9 @@ fn program<G: Shape>(model: &Machine<G>, kinds: &[Kind]) -> Result<Program, Poin
 
 /// The models of the runs in lanes, which stay where they are.
 struct Shelf<'m, 's, G> {
+    plan: &'s Plan,
+    /// Absolute tolerance of each coordinate and velocity.
+    atol: &'m [f64],
     models: &'m [OnceCell<Machine<G>>],
     taken: usize,
     /// Jobs that need another program, or another shelf.
@@ -132,7 +155,7 @@ struct Shelf<'m, 's, G> {
 impl<'m, G: Shape> Shelf<'m, '_, G> {
     /// Keeps the model of a job; `None` if it shares no lanes with the first one or if the shelf is full: the
     /// job then waits.
-    fn keep(&mut self, job: Job<Machine<G>>) -> Option<LaneJob<'m>> {
+    fn keep(&mut self, job: Job<Machine<G>>) -> Option<LaneJob<'m, RowTask<'m>>> {
         let shares = self.models[0].get().is_none_or(|first| first.shares_lanes_with(&job.model));
         let Some(cell) = self.models.get(self.taken).filter(|_| shares) else {
             self.waiting.push_back(job);
@@ -141,13 +164,14 @@ impl<'m, G: Shape> Shelf<'m, '_, G> {
         self.taken += 1;
         let Job { index, model, start } = job;
         let model = cell.get_or_init(|| model);
-        let (speed, period) = (model.speed(), model.period());
-        Some(LaneJob { index, model, expanded: model, speed, period, start })
+        let (speed, until) = (model.speed(), model.period());
+        let motion = Motion { model, expanded: model, speed, start, until };
+        let task = RowTask::new(self.plan, model, &motion, self.atol);
+        Some(LaneJob { index, motion, task })
     }
-}
 
-impl<'m, G: Shape> Queue<'m> for Shelf<'m, '_, G> {
-    fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<LaneJob<'m>> {
+    /// The next run. `after` is a point that is done and its last state, empty after an error.
+    fn next_after(&mut self, after: Option<(usize, &[f64])>) -> Option<LaneJob<'m, RowTask<'m>>> {
         let mut job = self.source.next(after);
         while let Some(next) = job {
             if let Some(kept) = self.keep(next) {
@@ -165,14 +189,29 @@ impl<'m, G: Shape> Queue<'m> for Shelf<'m, '_, G> {
         let place = self.waiting.iter().position(shares)?;
         self.waiting.remove(place).and_then(|job| self.keep(job))
     }
-    fn put(&mut self, index: usize, outcome: Outcome) {
-        match outcome {
-            Ok((row, state)) => self.source.put(index, Ok((row, &state))),
-            Err(error) => self.source.put(index, Err(error)),
-        }
+}
+
+impl<'m, G: Shape> Queue<'m, RowTask<'m>> for Shelf<'m, '_, G> {
+    fn next(&mut self) -> Option<LaneJob<'m, RowTask<'m>>> {
+        self.next_after(None)
     }
-    fn with_model(&self, index: usize, read: &mut dyn FnMut(&dyn Periodic)) {
-        self.source.with_model(index, read);
+    fn over(
+        &mut self,
+        index: usize,
+        task: RowTask<'m>,
+        outcome: Result<(), PointError>,
+    ) -> Option<LaneJob<'m, RowTask<'m>>> {
+        match outcome {
+            Ok(()) => {
+                let (row, state) = task.finish();
+                self.source.put(index, Ok((row, &state)));
+                self.next_after(Some((index, &state)))
+            }
+            Err(error) => {
+                self.source.put(index, Err(error));
+                self.next_after(Some((index, &[])))
+            }
+        }
     }
     fn is_cancelled(&self) -> bool {
         self.source.is_cancelled()

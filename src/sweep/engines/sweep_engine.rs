@@ -2,6 +2,8 @@
 
 use crate::model::{Model, Periodic, State};
 use crate::ode::probe::Probe;
+use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
+use crate::periodic::lyapunov::run::Lyapunov;
 use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::meter::Kind;
 use crate::sweep::sweep_error::{PointError, SweepError};
@@ -55,6 +57,32 @@ pub trait SweepEngine<M: Model>: Sync {
     fn batch(&self) -> usize {
         1
     }
+    /// The exponents of the motions from the starts of some jobs. Default: one by one.
+    #[doc(hidden)]
+    fn exponents(&self, lyapunov: &Lyapunov, jobs: &[Job<M>], go_on: &dyn Fn() -> bool) -> Vec<Exponent>
+    where
+        M: Periodic,
+    {
+        jobs.iter().map(|job| one_by_one(lyapunov, job, go_on)).collect()
+    }
+    /// Number of motions whose exponents are computed together. Default: 1.
+    #[doc(hidden)]
+    fn exponents_at_once(&self) -> usize {
+        1
+    }
+}
+
+/// The exponents of a motion; `None` if cancelled.
+pub type Exponent = Option<Result<Exponents, LyapunovError>>;
+
+/// The exponents of one motion.
+pub(crate) fn one_by_one<M: Periodic>(
+    lyapunov: &Lyapunov,
+    job: &Job<M>,
+    go_on: &dyn Fn() -> bool,
+) -> Exponent {
+    let found = lyapunov.run_while(&job.model, &job.start, job.model.period(), go_on);
+    (found.is_err() || go_on()).then_some(found)
 }
 
 /// The source of jobs and the destination of their rows.

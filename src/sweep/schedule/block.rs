@@ -2,6 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::model::{Periodic, State};
+use crate::periodic::lyapunov::exponents::Exponents;
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::rows::collection::Rows;
@@ -53,23 +54,35 @@ impl<M: Periodic> Work<'_, M> {
         let share = lines.len() / (4 * threads);
         let block = if threads == 1 { lines.len().max(1) } else { batch * (share / batch).clamp(1, 16) };
         lines.par_chunks(block).for_each(|lines| {
-            let mut source = LineBlock { work: self, lines, taken: 0, checking };
+            let mut source = LineBlock { work: self, engine, lines, taken: 0, checking, ended: Vec::new() };
             engine.work(self.plan, self.channels, &mut source);
+            source.add_exponents();
         });
     }
 }
 
 /// A block: some lines of a sweep, whose runs one worker makes.
-struct LineBlock<'b, 's, M> {
+struct LineBlock<'b, 's, M, E> {
     work: &'b Work<'s, M>,
+    engine: &'b E,
     lines: &'b [usize],
     /// Number of lines that were started.
     taken: usize,
     /// Whether the runs are checks.
     checking: bool,
+    /// Rows that wait for their exponents.
+    ended: Vec<Ended>,
 }
 
-impl<M: Periodic> LineBlock<'_, '_, M> {
+/// A run without its exponent.
+struct Ended {
+    index: usize,
+    row: Vec<f64>,
+    /// Its last state: coordinates, then velocities.
+    state: Vec<f64>,
+}
+
+impl<M: Periodic, E: SweepEngine<M>> LineBlock<'_, '_, M, E> {
     /// The job of a point. `carried`: the state of a warm start, if any.
     fn job(&self, index: usize, carried: Option<&[f64]>) -> Result<Job<M>, PointError> {
         let point = self.work.sweep.points.point(index);
@@ -98,21 +111,59 @@ impl<M: Periodic> LineBlock<'_, '_, M> {
         Ok(Job { index, model, start })
     }
 
-    /// The Lyapunov exponent of the motion from the state `end` and its standard error; an empty list if it
-    /// is not requested, `None` if cancelled.
-    fn exponent(&self, index: usize, end: &[f64]) -> Result<Option<Vec<f64>>, PointError> {
-        let (sweep, layout) = (self.work.sweep, &self.work.plan.layout);
-        let Some(lyapunov) = &sweep.lyapunov else {
-            return Ok(Some(Vec::new()));
-        };
-        let model = (self.work.family)(&sweep.points.point(index))?;
-        let (q, v) = end.split_at(layout.dof);
-        let go_on = || !self.work.watch.is_cancelled();
-        let exponents = lyapunov.run_while(&model, &State::new(0.0, q, v), model.period(), &go_on)?;
-        if !go_on() {
-            return Ok(None);
+    /// Computes the exponents of the rows that wait for them, and stores the rows. Rows whose exponent is
+    /// cancelled are dropped.
+    fn add_exponents(&mut self) {
+        let work = self.work;
+        let Some(lyapunov) = &work.sweep.lyapunov else { return };
+        let (mut jobs, mut waiting) = (Vec::new(), Vec::new());
+        for ended in std::mem::take(&mut self.ended) {
+            match (work.family)(&work.sweep.points.point(ended.index)) {
+                Ok(model) => {
+                    let (q, v) = ended.state.split_at(work.plan.layout.dof);
+                    jobs.push(Job { index: ended.index, model, start: State::new(0.0, q, v) });
+                    waiting.push(ended);
+                }
+                Err(error) => self.add_exponent(ended, Err(error)),
+            }
         }
-        Ok(Some(vec![exponents.per_period()[0], exponents.standard_error()[0]]))
+        let found = self.engine.exponents(lyapunov, &jobs, &|| !work.watch.is_cancelled());
+        for (ended, found) in waiting.into_iter().zip(found) {
+            if let Some(found) = found {
+                self.add_exponent(ended, found.map_err(PointError::from));
+            }
+        }
+    }
+
+    /// Stores a row with its exponent. Without one its other results remain valid.
+    fn add_exponent(&self, Ended { index, mut row, .. }: Ended, found: Result<Exponents, PointError>) {
+        let layout = &self.work.plan.layout;
+        let (figures, error) = match found {
+            Ok(found) => (vec![found.per_period()[0], found.standard_error()[0]], None),
+            Err(error) => (vec![f64::NAN; layout.exponents], Some(error)),
+        };
+        row[layout.exponent()..][..layout.exponents].copy_from_slice(&figures);
+        self.store(index, Ok(row), error);
+    }
+
+    /// Stores a row, and the error of its exponent, and reports them.
+    fn store(&self, index: usize, row: Result<Vec<f64>, PointError>, without: Option<PointError>) {
+        let work = self.work;
+        let mut rows = work.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let made = if self.checking {
+            rows.put_check(index, row);
+            None
+        } else {
+            rows.put(index, &row);
+            rows.exponent_errors.extend(without.map(|error| (index, error)));
+            row.ok()
+        };
+        // The functions that watch may be slow: they must not block other threads.
+        drop(rows);
+        if let (Some(show), Some(rows), Some(data)) = (&work.watch.rows, &work.bare, &made) {
+            show(&Row { rows, index, data });
+        }
+        work.watch.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
     }
 
     /// The next point of the line; `None` at the end of the line or without a warm start.
@@ -126,7 +177,7 @@ impl<M: Periodic> LineBlock<'_, '_, M> {
     }
 }
 
-impl<M: Periodic> Source<M> for LineBlock<'_, '_, M> {
+impl<M: Periodic, E: SweepEngine<M>> Source<M> for LineBlock<'_, '_, M, E> {
     fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>> {
         let mut state = after.map(|(_, state)| state).filter(|state| !state.is_empty());
         let mut next = after.and_then(|(index, _)| self.neighbour(index));
@@ -160,39 +211,16 @@ impl<M: Periodic> Source<M> for LineBlock<'_, '_, M> {
     }
 
     fn put(&mut self, index: usize, run: Result<(Vec<f64>, &[f64]), PointError>) {
-        let (work, mut without) = (self.work, None);
-        let layout = &work.plan.layout;
-        let row = match run {
-            Err(error) => Err(error),
-            Ok((mut row, end)) => {
-                let exponent = match self.exponent(index, end) {
-                    Ok(None) => return,
-                    Ok(Some(exponent)) => exponent,
-                    // The other results of the row remain valid.
-                    Err(error) => {
-                        without = Some(error);
-                        vec![f64::NAN; layout.exponents]
-                    }
-                };
-                row[layout.exponent()..][..layout.exponents].copy_from_slice(&exponent);
-                Ok(row)
+        match run {
+            Err(error) => self.store(index, Err(error), None),
+            Ok((row, state)) if self.work.sweep.lyapunov.is_some() => {
+                self.ended.push(Ended { index, row, state: state.to_vec() });
+                if self.ended.len() >= self.engine.exponents_at_once() {
+                    self.add_exponents();
+                }
             }
-        };
-        let mut rows = work.rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let made = if self.checking {
-            rows.put_check(index, row);
-            None
-        } else {
-            rows.put(index, &row);
-            rows.exponent_errors.extend(without.map(|error| (index, error)));
-            row.ok()
-        };
-        // The functions that watch may be slow: they must not block other threads.
-        drop(rows);
-        if let (Some(show), Some(rows), Some(data)) = (&work.watch.rows, &work.bare, &made) {
-            show(&Row { rows, index, data });
+            Ok((row, _)) => self.store(index, Ok(row), None),
         }
-        work.watch.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
     }
 
     fn with_model(&self, index: usize, read: &mut dyn FnMut(&dyn Periodic)) {

@@ -26,7 +26,7 @@ impl<const W: usize> Factors<W> {
 }
 
 /// The numbers of all columns in all lanes.
-pub(super) struct Columns<const W: usize> {
+pub(crate) struct Columns<const W: usize> {
     /// Order by order, column by column.
     x: Vec<Lanes<W>>,
     /// From one order to the next.

@@ -1,37 +1,19 @@
 //! The loop over the steps of all lanes.
 
-use crate::analysis::Summary;
-use crate::model::Periodic;
 use crate::model::expansion::fourier_waves::FourierWaves;
 use crate::model::expansion::waves_of_lanes::Turns;
 use crate::ode::taylor::expansion::plan::Edge;
 use crate::ode::{IntegrateError, Taylor};
-use crate::sweep::engines::track::{Next, Plan};
 use crate::sweep::lanes::instructions::InstructionSet;
-use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::lanes::number::Lanes;
-use crate::sweep::sweep_error::PointError;
 use crate::sweep::taylor::columns::Columns;
-use crate::sweep::taylor::lane::{Lane, LaneJob};
+use crate::sweep::taylor::lane::Lane;
 use crate::sweep::taylor::meters::Meters;
 use crate::sweep::taylor::pace::{Before, Pace};
 use crate::sweep::taylor::program::Program;
+use crate::sweep::taylor::task::{Ended, LaneJob, Queue, Task};
 use crate::sweep::taylor::view::LaneView;
 use pulp::Arch;
-
-/// Row and last state (coordinates, then velocities) of a run, or its error.
-pub(crate) type Outcome = Result<(Vec<f64>, Vec<f64>), PointError>;
-
-/// Where the jobs of lanes come from, and their rows go to.
-pub(crate) trait Queue<'m> {
-    /// The next job that shares lanes. `after` is a point that is done and its last state, empty after an
-    /// error.
-    fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<LaneJob<'m>>;
-    fn put(&mut self, index: usize, outcome: Outcome);
-    /// Calls `read` with the model of point `index`.
-    fn with_model(&self, index: usize, read: &mut dyn FnMut(&dyn Periodic));
-    fn is_cancelled(&self) -> bool;
-}
 
 /// The numbers of all lanes.
 struct Numbers<'p, const W: usize> {
@@ -39,7 +21,7 @@ struct Numbers<'p, const W: usize> {
     waves: Option<&'p FourierWaves>,
     turns: Option<Turns<W>>,
     columns: Columns<W>,
-    pace: Pace,
+    pace: Pace<W>,
     meters: Meters<W>,
     /// Angle of the waves, its speed.
     angles: [[f64; W]; 2],
@@ -64,33 +46,37 @@ enum Turn {
     Step,
 }
 
+/// A run in progress.
+struct Run<'m, T> {
+    index: usize,
+    lane: Lane<'m>,
+    task: T,
+}
+
 /// Runs side by side.
-pub(crate) struct Crew<'p, 'm, const W: usize> {
-    plan: &'p Plan,
+pub(crate) struct Crew<'p, 'm, T: Task<'m>, const W: usize> {
     taylor: &'p Taylor,
     set: InstructionSet,
     edges: Vec<Edge>,
     singular: Option<&'static str>,
     numbers: Numbers<'p, W>,
-    lanes: [Option<Box<Lane<'m>>>; W],
+    runs: [Option<Box<Run<'m, T>>>; W],
     /// How a run ended, until its lane is filled again.
-    outcomes: [Option<Result<(), PointError>>; W],
+    outcomes: [Option<Result<(), T::Error>>; W],
     turns: [Turn; W],
 }
 
-impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
-    /// `atol`: absolute tolerance of each coordinate and velocity.
+impl<'p, 'm, T: Task<'m>, const W: usize> Crew<'p, 'm, T, W> {
+    /// `degree`: highest order of the series.
     pub(crate) fn new(
-        plan: &'p Plan,
         taylor: &'p Taylor,
         set: InstructionSet,
         program: &'p Program,
         waves: Option<&'p FourierWaves>,
-        (degree, atol): (usize, Vec<f64>),
+        degree: usize,
     ) -> Self {
         let (zeros, zero, edges) = ([0.0; W], Lanes::from(0.0), program.edges());
         Crew {
-            plan,
             taylor,
             set,
             singular: program.singular(),
@@ -99,7 +85,7 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
                 waves,
                 turns: waves.map(Turns::new),
                 columns: Columns::new(program, degree),
-                pace: Pace::new(taylor.tolerances.rtol, atol, &edges),
+                pace: Pace::new(taylor.tolerances.rtol, 2 * program.dof, &edges),
                 meters: Meters::new(program.channels.clone()),
                 angles: [zeros; 2],
                 before: Before { last: zeros, room: zeros },
@@ -109,103 +95,95 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
                 ends: vec![zero; 2 * program.dof],
             },
             edges,
-            lanes: std::array::from_fn(|_| None),
+            runs: std::array::from_fn(|_| None),
             outcomes: std::array::from_fn(|_| None),
             turns: [Turn::Out; W],
         }
     }
 
-    /// Makes runs until no job is left, or until cancelled.
-    pub(crate) fn run(&mut self, first: LaneJob<'m>, queue: &mut dyn Queue<'m>) {
+    /// Makes runs, beginning with `first`, until none is left, or until cancelled.
+    pub(crate) fn run(&mut self, first: LaneJob<'m, T>, queue: &mut impl Queue<'m, T>) {
         let mut next = Some(first);
         for lane in 0..W {
-            let job = next.take().or_else(|| queue.next(None));
+            let job = next.take().or_else(|| queue.next());
             self.load(lane, job, queue);
         }
-        while self.lanes.iter().any(Option::is_some) {
+        while self.runs.iter().any(Option::is_some) {
             if queue.is_cancelled() {
                 return;
             }
-            self.step(queue);
+            self.step();
             for lane in 0..W {
                 let Some(over) = self.outcomes[lane].take() else { continue };
-                let Some(run) = self.lanes[lane].take() else { continue };
-                let Lane { index, track, .. } = *run;
-                let finish =
-                    |()| track.finish(&|read: &mut dyn FnMut(&dyn Periodic)| queue.with_model(index, read));
-                let outcome = over.map(finish);
-                let state = outcome.as_ref().map_or(Vec::new(), |(_, state)| state.clone());
-                queue.put(index, outcome);
-                let job = queue.next(Some((index, &state)));
+                let Some(run) = self.runs[lane].take() else { continue };
+                let job = queue.over(run.index, run.task, over);
                 self.load(lane, job, queue);
             }
         }
     }
 
-    /// Fills a lane with a job, or with the first of the next ones that can begin.
-    fn load(&mut self, lane: usize, mut job: Option<LaneJob<'m>>, queue: &mut dyn Queue<'m>) {
-        while let Some(next) = job {
-            match Lane::new(self.plan, &next) {
-                Ok(run) => {
-                    let Numbers { program, columns, meters, .. } = &mut self.numbers;
-                    columns.set_lane(program, lane, &run.drives, &run.course.e.pieces);
-                    meters.clear(lane);
-                    self.lanes[lane] = Some(Box::new(run));
+    /// Fills a lane with a run, or with the first of the next ones that can begin.
+    fn load(&mut self, place: usize, mut job: Option<LaneJob<'m, T>>, queue: &mut impl Queue<'m, T>) {
+        while let Some(LaneJob { index, motion, task }) = job {
+            match Lane::new(&motion) {
+                Ok(lane) => {
+                    let Numbers { program, columns, meters, pace, .. } = &mut self.numbers;
+                    columns.set_lane(program, place, &lane.drives, &lane.course.e.pieces);
+                    meters.clear(place);
+                    pace.set_lane(place, task.tolerances());
+                    self.runs[place] = Some(Box::new(Run { index, lane, task }));
                     return;
                 }
-                Err(error) => {
-                    queue.put(next.index, Err(error.into()));
-                    job = queue.next(Some((next.index, &[])));
-                }
+                Err(error) => job = queue.over(index, task, Err(error.into())),
             }
         }
     }
 
     /// Makes a step in every lane.
-    fn step(&mut self, queue: &dyn Queue<'m>) {
-        for (turn, lane) in self.turns.iter_mut().zip(&self.lanes) {
-            *turn = if lane.is_some() { Turn::Step } else { Turn::Out };
+    fn step(&mut self) {
+        for (turn, run) in self.turns.iter_mut().zip(&self.runs) {
+            *turn = if run.is_some() { Turn::Step } else { Turn::Out };
         }
-        self.each(|crew, lane, run| crew.begin(lane, run).map(|()| Turn::Step));
+        self.each(|crew, place, run| Ok(crew.begin(place, &mut run.lane).map(|()| Turn::Step)?));
         self.set.run(Expansion(&mut self.numbers));
-        self.each(|crew, lane, run| {
-            let (full, longest) = (crew.numbers.full[lane], crew.taylor.tolerances.max);
-            let h = run.aim(full, longest, &crew.view(lane))?;
-            crew.numbers.h.0[lane] = h;
+        self.each(|crew, place, run| {
+            let (full, longest) = (crew.numbers.full[place], crew.taylor.tolerances.max);
+            let h = run.lane.aim(full, longest, &crew.view(place))?;
+            crew.numbers.h.0[place] = h;
             Ok(Turn::Step)
         });
         self.set.run(Ranges(&mut self.numbers));
-        self.each(|crew, lane, run| {
+        self.each(|crew, place, run| {
             let ranges = &crew.numbers.ranges;
-            let length = run.meet(&crew.view(lane), |column| ranges[column].0[lane])?;
-            crew.numbers.h.0[lane] = length.unwrap_or(0.0);
+            let length = run.lane.meet(&crew.view(place), |column| ranges[column].0[place])?;
+            crew.numbers.h.0[place] = length.unwrap_or(0.0);
             if length.is_none() {
-                crew.take_pieces(lane, run);
+                crew.take_pieces(place, &run.lane);
             }
             Ok(if length.is_some() { Turn::Step } else { Turn::Again })
         });
-        let measuring = self.lanes.iter().flatten().any(|run| run.track.measuring());
+        let measuring = self.runs.iter().flatten().any(|run| run.task.measures());
         self.set.run(Ends(&mut self.numbers, measuring));
-        self.each(|crew, lane, run| crew.end(lane, run, queue));
+        self.each(|crew, place, run| crew.end(place, run));
     }
 
     /// Calls `f` for every lane that makes a step. An error ends the run.
-    fn each(&mut self, mut f: impl FnMut(&mut Self, usize, &mut Lane<'m>) -> Result<Turn, PointError>) {
-        for lane in 0..W {
-            if self.turns[lane] != Turn::Step {
+    fn each(&mut self, mut f: impl FnMut(&mut Self, usize, &mut Run<'m, T>) -> Result<Turn, T::Error>) {
+        for place in 0..W {
+            if self.turns[place] != Turn::Step {
                 continue;
             }
             // The run is taken out, so that `f` may use the numbers of all lanes.
-            let Some(mut run) = self.lanes[lane].take() else { continue };
-            match f(self, lane, &mut run) {
-                Ok(turn) => self.turns[lane] = turn,
+            let Some(mut run) = self.runs[place].take() else { continue };
+            match f(self, place, &mut run) {
+                Ok(turn) => self.turns[place] = turn,
                 Err(error) => {
-                    self.turns[lane] = Turn::Out;
-                    self.numbers.h.0[lane] = 0.0;
-                    self.outcomes[lane] = Some(Err(error));
+                    self.turns[place] = Turn::Out;
+                    self.numbers.h.0[place] = 0.0;
+                    self.outcomes[place] = Some(Err(error));
                 }
             }
-            self.lanes[lane] = Some(run);
+            self.runs[place] = Some(run);
         }
     }
 
@@ -214,83 +192,54 @@ impl<'p, 'm, const W: usize> Crew<'p, 'm, W> {
         LaneView { columns, lane, edges: &self.edges, arch: Arch::new(), singular }
     }
 
-    fn take_pieces(&mut self, lane: usize, run: &Lane<'m>) {
+    fn take_pieces(&mut self, place: usize, lane: &Lane<'m>) {
         let Numbers { program, columns, .. } = &mut self.numbers;
-        columns.set_lane(program, lane, &run.drives, &run.course.e.pieces);
+        columns.set_lane(program, place, &lane.drives, &lane.course.e.pieces);
     }
 
     /// Writes the start of a step of a lane.
-    fn begin(&mut self, lane: usize, run: &mut Lane<'m>) -> Result<(), PointError> {
+    fn begin(&mut self, place: usize, run: &mut Lane<'m>) -> Result<(), IntegrateError> {
         let limit = self.taylor.limits.max_steps;
         run.attempts += 1;
         if run.attempts > limit {
-            return Err(IntegrateError::TooManySteps { t: run.course.e.t, limit }.into());
+            return Err(IntegrateError::TooManySteps { t: run.course.e.t, limit });
         }
         let Numbers { program, waves, columns, angles, before, .. } = &mut self.numbers;
         let t = run.course.e.t;
         for (column, y) in run.course.e.y.slice().iter().enumerate() {
-            columns.at_mut(column, 0).0[lane] = *y;
+            columns.at_mut(column, 0).0[place] = *y;
         }
-        (angles[0][lane], angles[1][lane]) = (run.speed * t, run.speed);
-        (before.last[lane], before.room[lane]) = (run.last, run.course.passage.stop - t);
+        (angles[0][place], angles[1][place]) = (run.speed * t, run.speed);
+        (before.last[place], before.room[place]) = (run.last, run.course.passage.stop - t);
         if waves.is_none() {
             let series = run.drive_series(columns.degree + 1, &program.waves)?;
             for &(wave, column) in &program.waves {
                 for (n, c) in series[wave].padded().iter().enumerate() {
-                    columns.at_mut(column, n).0[lane] = *c;
+                    columns.at_mut(column, n).0[place] = *c;
                 }
             }
         }
         Ok(())
     }
 
-    /// Ends the step of a lane, its period and its run.
-    fn end(&mut self, lane: usize, run: &mut Lane<'m>, queue: &dyn Queue<'m>) -> Result<Turn, PointError> {
-        for (y, end) in run.course.e.y1.slice_mut().iter_mut().zip(&self.numbers.ends) {
-            *y = end.0[lane];
+    /// Ends the step of a lane.
+    fn end(&mut self, place: usize, run: &mut Run<'m, T>) -> Result<Turn, T::Error> {
+        let Run { lane, task, .. } = run;
+        for (y, end) in lane.course.e.y1.slice_mut().iter_mut().zip(&self.numbers.ends) {
+            *y = end.0[place];
         }
-        let at_edge = run.end_step(self.numbers.full[lane], &self.view(lane))?;
-        if run.at_period() && self.end_period(lane, run, queue)? {
+        let at_edge = lane.end_step(self.numbers.full[place], &self.view(place))?;
+        let Numbers { columns, meters, pace, .. } = &mut self.numbers;
+        let view =
+            LaneView { columns, lane: place, edges: &self.edges, arch: Arch::new(), singular: self.singular };
+        if task.end(lane, Ended { view, at_edge, meters, pace })? {
+            self.outcomes[place] = Some(Ok(()));
             return Ok(Turn::Out);
         }
-        if run.pass(at_edge)? {
-            self.take_pieces(lane, run);
+        if std::mem::take(&mut lane.changed) {
+            self.take_pieces(place, lane);
         }
         Ok(Turn::Step)
-    }
-
-    /// Ends a period. Returns whether the run is over.
-    fn end_period(
-        &mut self,
-        lane: usize,
-        run: &mut Lane<'m>,
-        queue: &dyn Queue<'m>,
-    ) -> Result<bool, PointError> {
-        let (period, index) = (run.period, run.index);
-        if run.track.measuring() {
-            for i in 0..self.numbers.program.channels.len() {
-                let summary: Summary = self.numbers.meters.summary(i, lane, period);
-                run.track.add_channel(i, &ChannelMeter::of(&summary, period), period);
-            }
-            run.count_contacts(self.plan.layout.contacts);
-            self.numbers.meters.clear(lane);
-        }
-        let steps = std::mem::take(&mut run.steps);
-        run.attempts = 0;
-        let state: Vec<f64> = run.course.e.y1.slice().to_vec();
-        let with_model = &|read: &mut dyn FnMut(&dyn Periodic)| queue.with_model(index, read);
-        match run.track.period(steps, period, state.into_iter(), with_model) {
-            Next::Done => {
-                self.outcomes[lane] = Some(Ok(()));
-                Ok(true)
-            }
-            Next::Diverged => Err(run.not_finite().into()),
-            Next::StartMeasuring => {
-                self.numbers.meters.clear(lane);
-                Ok(false)
-            }
-            Next::Settle | Next::Measure => Ok(false),
-        }
     }
 }
 

@@ -1,6 +1,5 @@
-//! The run that occupies a lane.
+//! The motion that occupies a lane.
 
-use crate::analysis::{ContactStatistics, Rattle};
 use crate::contact::Piece;
 use crate::model::expansion::expand::Expand;
 use crate::model::{Model, State};
@@ -10,39 +9,32 @@ use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::taylor::course::Course;
 use crate::ode::taylor::distances::first_exit;
 use crate::ode::taylor::pace::COLLAPSE;
-use crate::ode::{IntegrateError, Observer, Step};
+use crate::ode::{IntegrateError, Step};
 use crate::series::Series;
-use crate::sweep::engines::track::{Plan, Track};
-use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::taylor::view::LaneView;
 
-/// A run to make, whose model stays where it is.
-pub(crate) struct LaneJob<'m> {
-    pub(crate) index: usize,
+/// A motion to run, whose model stays where it is.
+pub(crate) struct Motion<'m> {
     pub(crate) model: &'m (dyn Model + 'm),
     pub(crate) expanded: &'m dyn Expand,
     /// Speed φ' of the angle.
     pub(crate) speed: f64,
-    pub(crate) period: f64,
     pub(crate) start: State,
+    /// The time to which it runs first.
+    pub(crate) until: f64,
 }
 
-/// A run in progress.
-pub(super) struct Lane<'m> {
-    pub(super) index: usize,
+/// A motion in progress.
+pub(crate) struct Lane<'m> {
     pub(super) course: Course<'m>,
-    pub(super) track: Track,
     expanded: &'m dyn Expand,
     pub(super) speed: f64,
-    pub(super) period: f64,
     /// The drives at the start: of them, the constants are read.
     pub(super) drives: Vec<f64>,
     /// The drives as series, where the waves are no Fourier series.
     series: Vec<Series>,
     /// The time after the start of the step up to which they are valid.
     valid: f64,
-    rattle: Rattle<'m, dyn Model + 'm>,
-    counted: Vec<ContactStatistics>,
     /// The lengths that the tolerances allowed: of the last step, and the longest so far.
     pub(super) last: f64,
     longest: f64,
@@ -50,38 +42,43 @@ pub(super) struct Lane<'m> {
     limit: f64,
     aim: [f64; 2],
     found: Found,
-    /// Steps and attempts in the current period.
-    pub(super) steps: u64,
+    /// Attempts to make a step since the task of the lane last set them to 0.
     pub(super) attempts: usize,
+    /// Whether pieces may have changed since the last step.
+    pub(super) changed: bool,
 }
 
 impl<'m> Lane<'m> {
     /// # Errors
     /// Those of [`Course::begin`].
-    pub(super) fn new(plan: &Plan, job: &LaneJob<'m>) -> Result<Self, IntegrateError> {
-        let &LaneJob { index, model, expanded, speed, period, ref start } = job;
-        let course = Course::begin(model, start, start.t + period)?;
-        let rattle = Rattle::new(model);
+    pub(super) fn new(motion: &Motion<'m>) -> Result<Self, IntegrateError> {
+        let &Motion { model, expanded, speed, ref start, until } = motion;
+        let course = Course::begin(model, start, until)?;
         Ok(Lane {
-            index,
-            track: Track::new(plan, &start.q, &start.v),
             expanded,
             speed,
-            period,
             drives: course.e.u_stage.clone(),
             series: vec![Series::from(0.0); model.drives()],
             valid: f64::INFINITY,
-            counted: rattle.contacts().to_vec(),
-            rattle,
             course,
             last: 0.0,
             longest: 0.0,
             limit: f64::INFINITY,
             aim: [0.0; 2],
             found: Found::Nothing,
-            steps: 0,
             attempts: 0,
+            changed: false,
         })
+    }
+
+    /// Goes back to a state before.
+    ///
+    /// # Errors
+    /// Those of [`Course::begin`].
+    pub(super) fn go_back(&mut self, to: &State, until: f64) -> Result<(), IntegrateError> {
+        self.course = Course::begin(self.course.e.model, to, until)?;
+        (self.last, self.limit, self.changed) = (0.0, f64::INFINITY, true);
+        Ok(())
     }
 
     /// The drives after the start of the step as series.
@@ -139,8 +136,8 @@ impl<'m> Lane<'m> {
         self.course.meet(self.found, self.aim)
     }
 
-    /// Ends the step at the state that `course.e.y1` contains and shows it to the observers. `full`: the
-    /// length that the tolerances allowed. Returns whether it ends on a drive edge.
+    /// Ends the step at the state that `course.e.y1` contains. `full`: the length that the tolerances allowed.
+    /// Returns whether it ends on a drive edge.
     ///
     /// # Errors
     /// A state that is not finite; those of [`Course::cross`].
@@ -158,48 +155,30 @@ impl<'m> Lane<'m> {
         if full.is_finite() {
             self.longest = self.longest.max(full);
         }
-        self.steps += 1;
-        let Course { e, passage } = &self.course;
-        if self.track.measuring() {
-            let ends = [e.y.slice(), e.y1.slice()];
-            let mut step = LaneStep { view, times: [e.t, e.t1], ends, pieces: &e.pieces };
-            let _ = self.rattle.step(&mut Step::new(&mut step, at_edge, &passage.crossings));
-        }
-        if self.track.ranging() {
-            self.track.see_state(e.y1.slice().iter().copied());
-        }
         Ok(at_edge)
     }
 
-    /// Whether the step ends a period.
-    pub(super) fn at_period(&self) -> bool {
-        self.course.e.t1 >= self.period_end()
-    }
-    fn period_end(&self) -> f64 {
-        (self.track.periods + 1) as f64 * self.period
-    }
-
-    /// Adds times and impacts of the contacts in the period that ends.
-    pub(super) fn count_contacts(&mut self, contacts: usize) {
-        for (i, counted) in self.counted.iter_mut().enumerate().take(contacts) {
-            let (now, before) = (self.rattle.contacts()[i], *counted);
-            let time = |k: usize| now.time[k] - before.time[k];
-            let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
-            let meter = ContactMeter::counted([time(0), time(2)], [impacts(0), impacts(1)]);
-            self.track.add_contact(i, &meter, time(0) + time(1) + time(2));
-            *counted = now;
-        }
+    /// Shows the step that has ended.
+    pub(super) fn show<const W: usize, T>(
+        &self,
+        view: &LaneView<'_, W>,
+        at_edge: bool,
+        f: impl FnOnce(&mut Step<'_>) -> T,
+    ) -> T {
+        let Course { e, passage } = &self.course;
+        let ends = [e.y.slice(), e.y1.slice()];
+        let mut step = LaneStep { view, times: [e.t, e.t1], ends, pieces: &e.pieces };
+        f(&mut Step::new(&mut step, at_edge, &passage.crossings))
     }
 
-    /// Prepares the next step. Returns whether pieces may have changed.
+    /// Prepares the next step.
     ///
     /// # Errors
     /// Those of [`Course::pass`].
-    pub(super) fn pass(&mut self, at_edge: bool) -> Result<bool, IntegrateError> {
-        self.course.passage.extend(self.period_end());
+    pub(super) fn pass(&mut self, at_edge: bool) -> Result<(), IntegrateError> {
         let (longest, changed) = self.course.pass(at_edge)?;
-        self.limit = longest;
-        Ok(changed)
+        (self.limit, self.changed) = (longest, changed);
+        Ok(())
     }
 
     /// The error for a step below the resolution of the time.

@@ -58,7 +58,7 @@ struct Running<const W: usize> {
 }
 
 /// The channels that are measured.
-pub(super) struct Meters<const W: usize> {
+pub(crate) struct Meters<const W: usize> {
     /// Their columns.
     columns: Vec<usize>,
     running: Vec<Running<W>>,

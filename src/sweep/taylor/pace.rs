@@ -11,7 +11,7 @@ use crate::sweep::taylor::columns::Columns;
 
 /// For each lane the length of the last step and the bound of the next one.
 #[derive(Clone, Copy)]
-pub(super) struct Before<const W: usize> {
+pub(crate) struct Before<const W: usize> {
     /// The length that the tolerances allowed for the last step; 0 before the first.
     pub(super) last: [f64; W],
     /// The longest step possible.
@@ -19,27 +19,34 @@ pub(super) struct Before<const W: usize> {
 }
 
 /// The tolerances of all lanes.
-pub(super) struct Pace {
+pub(crate) struct Pace<const W: usize> {
     rtol: f64,
     /// Absolute tolerance of each coordinate and velocity.
-    atol: Vec<f64>,
+    atol: Vec<Lanes<W>>,
     /// The columns of the distance of each edge, and of that on the other side of the gap.
     edges: Vec<(usize, Option<usize>)>,
 }
 
-impl Pace {
-    pub(super) fn new(rtol: f64, atol: Vec<f64>, edges: &[Edge]) -> Self {
+impl<const W: usize> Pace<W> {
+    /// `components`: number of coordinates and velocities.
+    pub(super) fn new(rtol: f64, components: usize, edges: &[Edge]) -> Self {
         let opposite = |edge: &Edge| {
             let other = edges.iter().find(|other| other.contact == edge.contact && other.side != edge.side);
             (edge.column, other.map(|other| other.column))
         };
+        let atol = vec![Lanes::from(0.0); components];
         Pace { rtol, atol, edges: edges.iter().map(opposite).collect() }
+    }
+
+    /// Sets the absolute tolerances of a lane.
+    pub(super) fn set_lane(&mut self, lane: usize, atol: &[f64]) {
+        self.atol.iter_mut().zip(atol).for_each(|(all, atol)| all.0[lane] = *atol);
     }
 
     /// The length at which each of the last two terms reaches its tolerance: the rule of
     /// [`Taylor`](crate::Taylor).
     #[inline(always)]
-    pub(super) fn lengths<const W: usize>(&self, c: &Columns<W>, before: &Before<W>) -> [f64; W] {
+    pub(super) fn lengths(&self, c: &Columns<W>, before: &Before<W>) -> [f64; W] {
         let degree = c.degree;
         let (mut last, mut terms) = ([0.0; W], [[0.0; W]; 2]);
         for l in 0..W {
@@ -48,7 +55,7 @@ impl Pace {
         for (column, atol) in self.atol.iter().enumerate() {
             let [value, rate, highest, below] = [0, 1, degree, degree - 1].map(|n| &c.at(column, n).0);
             for l in 0..W {
-                let per = 1.0 / (atol + self.rtol * (value[l].abs() + last[l] * rate[l].abs()));
+                let per = 1.0 / (atol.0[l] + self.rtol * (value[l].abs() + last[l] * rate[l].abs()));
                 terms[0][l] = max(terms[0][l], (highest[l] * per).abs());
                 terms[1][l] = max(terms[1][l], (below[l] * per).abs());
             }
@@ -86,7 +93,7 @@ impl Pace {
 
     /// Σ_(n>=1) |d_n| hⁿ of the distances, at their columns.
     #[inline(always)]
-    pub(super) fn ranges<const W: usize>(&self, c: &Columns<W>, h: &Lanes<W>, out: &mut [Lanes<W>]) {
+    pub(super) fn ranges(&self, c: &Columns<W>, h: &Lanes<W>, out: &mut [Lanes<W>]) {
         for (column, _) in &self.edges {
             out[*column] = c.range(*column, h);
         }

@@ -7,7 +7,7 @@ use crate::sweep::taylor::columns::Columns;
 use pulp::Arch;
 
 /// The coefficients of all columns in one lane.
-pub(super) struct LaneView<'c, const W: usize> {
+pub(crate) struct LaneView<'c, const W: usize> {
     pub(super) columns: &'c Columns<W>,
     pub(super) lane: usize,
     pub(super) edges: &'c [Edge],

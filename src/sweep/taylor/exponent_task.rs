@@ -1,0 +1,107 @@
+//! A motion whose directions of growth are followed.
+
+use crate::model::{Model, State};
+use crate::ode::IntegrateError;
+use crate::ode::budget::Meter;
+use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::saltation::Saltation;
+use crate::periodic::flow::tangent::Tangent;
+use crate::periodic::lyapunov::directions::Failure;
+use crate::periodic::lyapunov::progress::Progress;
+use crate::sweep::taylor::lane::Lane;
+use crate::sweep::taylor::task::{Ended, Task};
+
+/// The exponents of a motion. Coordinates and velocities are those of a [`Tangent`]: the motion, then its
+/// differences, which jump at edges.
+pub(crate) struct ExponentTask<'m, 't> {
+    tangent: &'m Tangent<'t, dyn Model + 't>,
+    pub(crate) progress: Progress<'m>,
+    saltation: Saltation<'m, Continued<'t, dyn Model + 't>>,
+    meter: &'m Meter<'m>,
+    tolerance: f64,
+    atol: Vec<f64>,
+    /// The time to which the flow runs.
+    target: f64,
+    /// Motion and differences at the start of the next step.
+    state: State,
+}
+
+impl<'m, 't> ExponentTask<'m, 't> {
+    /// `tolerance`: local error of the flow; `target`: the first target of `progress`.
+    pub(crate) fn new(
+        tangent: &'m Tangent<'t, dyn Model + 't>,
+        progress: Progress<'m>,
+        meter: &'m Meter<'m>,
+        tolerance: f64,
+        target: f64,
+    ) -> Self {
+        let (mut saltation, mut state) = (Saltation::new(tangent), progress.state().clone());
+        saltation.begin(&mut state);
+        let atol = tangent.fixed_tolerances(tolerance, &state);
+        ExponentTask { tangent, progress, saltation, meter, tolerance, atol, target, state }
+    }
+
+    /// Motion and differences at the start of the first step.
+    pub(crate) fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Applies the jump of the differences and the impact at once that may follow from it.
+    fn jump(&mut self, lane: &mut Lane<'m>) {
+        let (e, n) = (&mut lane.course.e, self.state.q.len());
+        self.state.t = e.t;
+        self.state.q.copy_from_slice(self.saltation.coordinates());
+        self.state.v.copy_from_slice(self.saltation.velocities());
+        self.saltation.begin(&mut self.state);
+        e.y.slice_mut()[..n].copy_from_slice(&self.state.q);
+        e.y.slice_mut()[n..].copy_from_slice(&self.state.v);
+    }
+
+    /// Takes the state at the target. Returns whether the run is over.
+    fn arrive<const W: usize>(&mut self, lane: &mut Lane<'m>, ended: Ended<'_, W>) -> Result<bool, Failure> {
+        self.meter.left()?;
+        let (e, n) = (&mut lane.course.e, self.state.q.len());
+        self.state.t = e.t;
+        self.state.q.copy_from_slice(&e.y.slice()[..n]);
+        self.state.v.copy_from_slice(&e.y.slice()[n..]);
+        let accepted = self.progress.arrive(&self.state)?;
+        let Some(target) = self.progress.target() else { return Ok(true) };
+        let state = self.progress.state();
+        self.target = target;
+        if accepted {
+            e.y.slice_mut()[..n].copy_from_slice(&state.q);
+            e.y.slice_mut()[n..].copy_from_slice(&state.v);
+            lane.course.passage.extend(target);
+        } else {
+            lane.go_back(state, target)?;
+        }
+        self.atol = self.tangent.fixed_tolerances(self.tolerance, state);
+        ended.pace.set_lane(ended.view.lane, &self.atol);
+        lane.attempts = 0;
+        Ok(false)
+    }
+}
+
+impl<'m> Task<'m> for ExponentTask<'m, '_> {
+    type Error = Failure;
+
+    fn tolerances(&self) -> &[f64] {
+        &self.atol
+    }
+    fn measures(&self) -> bool {
+        false
+    }
+    fn end<const W: usize>(&mut self, lane: &mut Lane<'m>, ended: Ended<'_, W>) -> Result<bool, Failure> {
+        self.meter.spend()?;
+        let saltation = &mut self.saltation;
+        let jumps = lane.show(&ended.view, ended.at_edge, |step| saltation.changes(step));
+        if let Some(contact) = saltation.rests {
+            return Err(IntegrateError::RestsOnStop { t: lane.course.e.t1, contact }.into());
+        }
+        lane.pass(ended.at_edge)?;
+        if jumps {
+            self.jump(lane);
+        }
+        if lane.course.e.t < self.target { Ok(false) } else { self.arrive(lane, ended) }
+    }
+}
