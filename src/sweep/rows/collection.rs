@@ -32,18 +32,15 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 /// bit with its feature `float_roundtrip`. Errors of points are stored as their text.
 ///
 /// ```
-/// # #[cfg(feature = "serde")] {
 /// # use gear_dynamics::{sweep::{Axis, LaneRk4, Rows}, NfgPair, NfgParams, Sweep};
 /// # let speeds = Axis::list("speed", &[100.0, 120.0])?;
-/// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).run(
+/// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).runner(
 /// #     &LaneRk4::new(63 * 32),
 /// #     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-/// #     |_, pair| pair.static_start(),
-/// # )?;
+/// # ).run()?;
 /// let text = serde_json::to_string(&rows)?;
 /// let read: Rows = serde_json::from_str(&text)?;
 /// assert_eq!(read, rows);
-/// # }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
