@@ -141,8 +141,8 @@ pub use num_complex;
 ///   [`Section`](analysis::Section), [`Settle`], and named channels by
 ///   [`Probe`](ode::Probe).
 /// - **Tables of results as CSV and NPY**: [`ResultTable`](export::ResultTable), [`Csv`](export::Csv).
-/// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4) and
-///   [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),
+/// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4),
+///   [`LaneTaylor`](sweep::LaneTaylor) and [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),
 ///   [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters).
 /// - **Limits on work**: [`Budget`], for steps, wall time and cancellation.
 /// - **Background**: [`guide`].
