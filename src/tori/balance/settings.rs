@@ -112,13 +112,13 @@ impl TorusBalance {
     /// residual between the points and the aliasing are not measured.
     ///
     /// # Errors
-    /// [`TorusError`]; [`TorusError::NotAvailable`] if the model does not evaluate its laws on fixed pieces.
+    /// [`TorusError`]; [`TorusError::NoPieces`] if the model does not evaluate its laws on fixed pieces.
     pub fn linearised(&self, model: &dyn QuasiPeriodic, flank: Piece) -> Result<Torus, TorusError> {
         let frequencies = checked_frequencies(model)?;
         let rest = Torus::constant(&self.vectors, &frequencies, &vec![0.0; model.dof()])?;
         self.check(model, &rest, &frequencies)?;
         if model.contacts() > 0 && !model.offers().pieces {
-            return Err(TorusError::NotAvailable);
+            return Err(TorusError::NoPieces);
         }
         let meter = self.budget.begin();
         let mut equations = TorusEquations::new(model, &self.vectors, &rest, self.oversampling)?
