@@ -142,8 +142,8 @@ pub use num_complex;
 ///   [`Probe`](ode::Probe).
 /// - **Tables of results as CSV and NPY**: [`ResultTable`](export::ResultTable), [`Csv`](export::Csv).
 /// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4),
-///   [`LaneTaylor`](sweep::LaneTaylor) and [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),
-///   [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters).
+///   [`LaneTaylor`](sweep::LaneTaylor) and [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation),
+///   [`Attractors`](sweep::Attractors), [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters).
 /// - **Limits on work**: [`Budget`], for steps, wall time and cancellation.
 /// - **Background**: [`guide`].
 pub mod guide {
