@@ -62,7 +62,7 @@ fn main() -> Outcome<()> {
     let bar = progress("speed x load", SIDE * SIDE);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows = sweep.runner(&LaneRk4::new(STEPS), pair).start(start).progress(advance).run()?;
+    let rows = sweep.of(&LaneRk4::new(STEPS), pair).start(start).progress(advance).run()?;
     let seconds = began.elapsed().as_secs_f64();
     bar.finish_and_clear();
 

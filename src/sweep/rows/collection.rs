@@ -18,7 +18,7 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, Sweep};
 /// let speeds = Axis::list("speed", &[100.0, 120.0])?;
-/// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).runner(
+/// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).of(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 /// ).run()?;
@@ -34,7 +34,7 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 /// ```
 /// # use gear_dynamics::{sweep::{Axis, LaneRk4, Rows}, NfgPair, NfgParams, Sweep};
 /// # let speeds = Axis::list("speed", &[100.0, 120.0])?;
-/// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).runner(
+/// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).of(
 /// #     &LaneRk4::new(63 * 32),
 /// #     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 /// # ).run()?;

@@ -10,7 +10,7 @@ use crate::sweep::sweep_error::PointError;
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, RattleState, Sweep};
-/// let rows = Sweep::new(Axis::list("speed", &[180.0])?).settle(4).measure(1).rattle().runner(
+/// let rows = Sweep::new(Axis::list("speed", &[180.0])?).settle(4).measure(1).rattle().of(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 /// ).run()?;
