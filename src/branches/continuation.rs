@@ -104,8 +104,8 @@ impl Continuation {
         Continuation { across: Some([low, high]), ..self }
     }
     /// Follows the branch from its start in both directions. The points are in order along the branch. A
-    /// [`Switch`](crate::branches::Switch) and [`Beyond`](crate::branches::Beyond) go one way and refuse it; a
-    /// continuation point by point ([`begin`](Continuation::begin)) goes the first way.
+    /// [`Switch`](crate::branches::Switch) and [`Beyond`](crate::branches::Beyond) go one way and refuse
+    /// it; a continuation point by point ([`begin`](Continuation::begin)) goes the first way.
     pub fn both_ways(self) -> Self {
         Continuation { both_ways: true, ..self }
     }

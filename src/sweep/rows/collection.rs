@@ -48,7 +48,8 @@ pub struct Rows {
     /// Points and settings of the sweep, without budgets.
     pub(crate) sweep: Sweep,
     pub(crate) layout: Layout,
-    /// Units of the channels; none if they are not known. They are no result: rows that differ in them are equal.
+    /// Units of the channels; none if they are not known. They are no result: rows that differ in them are
+    /// equal.
     pub(crate) units: Vec<String>,
     /// Indices of the points of this chunk.
     pub(crate) range: Range<usize>,

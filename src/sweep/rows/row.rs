@@ -54,8 +54,8 @@ impl Row<'_> {
         Ok(Summary { mean, rms, min, max, deviation })
     }
 
-    /// Statistics of each contact: contact times as shares of the measured time `[1]`, and numbers of impacts in
-    /// all measured periods. Empty without [`rattle`](crate::Sweep::rattle).
+    /// Statistics of each contact: contact times as shares of the measured time `[1]`, and numbers of
+    /// impacts in all measured periods. Empty without [`rattle`](crate::Sweep::rattle).
     pub fn contacts(&self) -> Vec<ContactStatistics> {
         let of = |i: usize| {
             let at = self.rows.layout.contact(i);

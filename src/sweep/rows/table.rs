@@ -11,8 +11,8 @@ impl Rows {
     ///
     /// - `point`, the index, then the parameters of the point;
     /// - `period multiple` (0 for `None`), `change`, `settled after`, `scatter`, `sensitive` (0 or 1);
-    /// - `mean q0`, `rms q0`, `min q0`, `max q0`, `deviation q0` of each channel, in its unit if the model states
-    ///   one;
+    /// - `mean q0`, `rms q0`, `min q0`, `max q0`, `deviation q0` of each channel, in its unit if the model
+    ///   states one;
     /// - with [`rattle`](crate::Sweep::rattle) for each contact: `lower 0`, `gap 0`, `upper 0`
     ///   (shares of the time), `impacts lower 0`, `impacts upper 0`, `rattle state 0`
     ///   ([`rsv`](crate::RattleState::rsv));

@@ -11,7 +11,7 @@ use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::rows::merge::RowsError;
 use crate::sweep::rows::row::Row;
-use crate::sweep::schedule::block::{Family, Start, Work};
+use crate::sweep::schedule::block::{ModelOf, StartOf, Work};
 use crate::sweep::schedule::start::IntoStart;
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
@@ -47,14 +47,14 @@ use std::sync::{Arc, Mutex};
 pub struct Runner<'a, M, E> {
     pub(crate) sweep: &'a Sweep,
     pub(crate) engine: &'a E,
-    pub(crate) family: Box<Family<'a, M>>,
-    pub(crate) start: Box<Start<'a, M>>,
+    pub(crate) family: Box<ModelOf<'a, M>>,
+    pub(crate) start: Box<StartOf<'a, M>>,
     pub(crate) watch: Watch<'a>,
 }
 
 impl Sweep {
-    /// The runner of this sweep with a function that makes the model of each point. Constants of one machine by
-    /// their names: [`over`](Sweep::over).
+    /// The runner of this sweep with a function that makes the model of each point. Constants of one
+    /// machine by their names: [`over`](Sweep::over).
     pub fn of<'a, M, E, X>(
         &'a self,
         engine: &'a E,
