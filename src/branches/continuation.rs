@@ -295,9 +295,7 @@ impl Continuation {
             let (name, value, allowed) = ("min_step".into(), self.min_step, "the range up to max_step");
             return Err(ParameterError::OutOfRange { name, value, allowed }.into());
         }
-        if self.max_points == 0 {
-            return Err(ParameterError::TooFew { name: "max_points".into(), value: 0, min: 1 }.into());
-        }
+        check::at_least("max_points", self.max_points, 1)?;
         Ok(())
     }
 }

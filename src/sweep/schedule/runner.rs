@@ -1,6 +1,6 @@
 //! The runner of a sweep: whole, in chunks, or resumed.
 
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::linear::static_state;
 use crate::model::channel::place_of;
 use crate::model::{Machine, Periodic, Shape};
@@ -196,9 +196,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         let Some(model) = self.first_model(rows, total) else { return Ok(()) };
         let probe = Probe::new(&model);
         let channels = sweep.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
-        if model.dof() == 0 {
-            return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, min: 1 }.into());
-        }
+        check::at_least("degrees of freedom", model.dof(), 1)?;
         let units = channels.iter().map(|&channel| probe.channels()[channel].unit.clone()).collect();
         engine.accepts(&model, &channels)?;
         if let Some(finer) = &finer {

@@ -160,9 +160,7 @@ impl Sweep {
     /// # Errors
     /// A setting outside its range.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
-        if self.measure == 0 {
-            return Err(ParameterError::TooFew { name: "measure".into(), value: 0, min: 1 });
-        }
+        check::at_least("measure", self.measure, 1)?;
         check::above_zero("periodic_tolerance", self.tolerance)?;
         self.repeat.map_or(Ok(0.0), |value| check::above_zero("until_repeats", value))?;
         if let Some(lyapunov) = &self.lyapunov {

@@ -1,7 +1,7 @@
 //! Balance of a torus: settings and solution.
 
 use crate::contact::Piece;
-use crate::error::{ParameterError, check};
+use crate::error::check;
 use crate::ode::Budget;
 use crate::ode::budget::Meter;
 use crate::periodic::metered::{Failure, Metered};
@@ -155,9 +155,7 @@ impl TorusBalance {
     }
 
     fn check(&self, model: &dyn QuasiPeriodic, guess: &Torus, frequencies: &[f64]) -> Result<(), TorusError> {
-        if self.oversampling == 0 {
-            return Err(ParameterError::TooFew { name: "oversampling".into(), value: 0, min: 1 }.into());
-        }
+        check::at_least("oversampling", self.oversampling, 1)?;
         check::count("oversampling", &[self.oversampling], MAX_OVERSAMPLING)?;
         check::fraction("separation", self.separation)?;
         check::length("highest orders", self.vectors.angles(), frequencies.len())?;
