@@ -30,7 +30,7 @@ impl<G: Shape + Send + Sync> Workload<G> {
     fn run(&self, engine: &impl SweepEngine<Machine<G>>) -> Rows {
         let family = |p: &Point<'_>| self.machine.with(self.constant, p[self.constant]);
         let start = |_: &Point<'_>, _: &Machine<G>| Ok::<_, ParameterError>(self.start.clone());
-        self.sweep.runner(engine, family).start(start).run().expect("the workload runs")
+        self.sweep.of(engine, family).start(start).run().expect("the workload runs")
     }
 
     /// Prints times and ratios of the engines; `tolerances`: relative and absolute.

@@ -28,7 +28,7 @@ fn ensemble_over(count: usize, periods: usize) -> Sweep {
 
 fn run(sweep: &Sweep, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows {
     let pair = Pair::new().machine();
-    let rows = sweep.runner(engine, |p| pair.with("wc", p["we"] / 63.0)).start(|_, _| Pair::start()).run();
+    let rows = sweep.of(engine, |p| pair.with("wc", p["we"] / 63.0)).start(|_, _| Pair::start()).run();
     rows.expect("the workload runs")
 }
 
@@ -78,7 +78,7 @@ fn ring_sweep(gears: usize, count: usize, periods: usize, engine: &impl SweepEng
         .settle(0)
         .measure(periods)
         .channels(&["deflection 0"])
-        .runner(engine, |p| sample.with("motor torque", p["torque"]))
+        .of(engine, |p| sample.with("motor torque", p["torque"]))
         .start(|_, ring| State::at_rest(ring.dof()))
         .run()
         .expect("the ring runs")
@@ -101,12 +101,10 @@ fn report_speeds() {
     let sweep = Sweep::new(speeds).settle(10).measure(10).channels(&["deflection 0"]).rattle();
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let family = |p: &Point<'_>| sample.with("mesh frequency", p["omega"]);
-    let lanes = || {
-        drop(black_box(sweep.runner(&LaneRk4::new(1000), family).start(start).run().expect("the rings run")))
-    };
-    let tables = || {
-        drop(black_box(sweep.runner(&TableRk4::new(1000), family).start(start).run().expect("the rings run")))
-    };
+    let lanes =
+        || drop(black_box(sweep.of(&LaneRk4::new(1000), family).start(start).run().expect("the rings run")));
+    let tables =
+        || drop(black_box(sweep.of(&TableRk4::new(1000), family).start(start).run().expect("the rings run")));
     let [median, least, most] = one_thread(|| ratio(9, tables, lanes));
     println!("ratio sweeps ring of 3 tables lanes {median:.1} ({least:.1} .. {most:.1})");
 }

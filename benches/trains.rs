@@ -57,7 +57,7 @@ where
         .settle(0)
         .measure(20)
         .channels(&["deflection 0"])
-        .runner(&LaneRk4::new(64).instructions(InstructionSet::Best), |p| with(p["torque"]))
+        .of(&LaneRk4::new(64).instructions(InstructionSet::Best), |p| with(p["torque"]))
         .start(|_, model| State::at_rest(model.dof()))
         .run()
         .expect("the ring runs");
@@ -83,7 +83,7 @@ fn map(train: &Train, side: usize, engine: &impl SweepEngine<Train>) {
     let model = |p: &Point<'_>| train.with_all(&[("drive", 30.0 * p["load"]), ("speed", p["speed"])]);
     let start = |_: &Point<'_>, train: &Train| Ok::<_, ParameterError>(State::at_rest(train.dof()));
     let sweep = Sweep::new(points).settle(20).measure(10).channels(&["deflection 0"]);
-    black_box(sweep.runner(engine, model).start(start).run().expect("the map runs"));
+    black_box(sweep.of(engine, model).start(start).run().expect("the map runs"));
 }
 
 /// The same runs one by one with RK4 and statistics, without a table of the drives.

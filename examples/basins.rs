@@ -36,7 +36,7 @@ fn main() -> Outcome<()> {
             .settle(100)
             .measure(20)
             .strobe(16)
-            .runner(&LaneRk4::new(256), |_| pair.with("speed", omega))
+            .of(&LaneRk4::new(256), |_| pair.with("speed", omega))
             .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
             .run()?;
         let attractors = Attractors::find(&rows, 1e-4)?;
@@ -73,7 +73,7 @@ fn main() -> Outcome<()> {
         .settle(100)
         .measure(20)
         .rattle()
-        .runner(&LaneRk4::new(256), |p| pair.with("force", p["amplitude"]))
+        .of(&LaneRk4::new(256), |p| pair.with("force", p["amplitude"]))
         .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
         .run()?;
     println!(

@@ -32,7 +32,7 @@ fn main() -> Outcome<()> {
     let engine = Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14]));
     let diagram = Bifurcation::strobed("q0").run(
         &sweep
-            .runner(&engine, |p| {
+            .of(&engine, |p| {
                 NfgPair::with_reading(
                     &NfgParams { speed: p["omega_1"], ..NfgParams::table1() },
                     NfgReading::published_on_base_radius(),

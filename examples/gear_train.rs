@@ -126,7 +126,7 @@ fn rattle_map(
     let bar = progress(name, side * side);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows = sweep.of_machine(&engine, train)?.progress(advance).run()?;
+    let rows = sweep.over(&engine, train)?.progress(advance).run()?;
     bar.finish_and_clear();
     let loss =
         |row: &Row<'_>| row.contacts().iter().map(|contact| contact.loss_fraction()).fold(0.0, f64::max);

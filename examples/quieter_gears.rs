@@ -170,7 +170,7 @@ fn grid(pair: &Machine<RelievedPair>) -> Outcome<Rows> {
     let sweep = Sweep::new(points).settle(100).until_repeats(1e-7).measure(1).channels(&["q0"]).rattle();
     let model = |p: &Point<'_>| pair.with("tip relief", p["relief"])?.with("phase", p["phase"]);
     let start = State::new(0.0, &[70.0], &[0.0]);
-    Ok(sweep.runner(&LaneRk4::new(256), model).start(|_, _| start.clone()).run()?)
+    Ok(sweep.of(&LaneRk4::new(256), model).start(|_, _| start.clone()).run()?)
 }
 
 /// The peak-to-peak value of x of a row [μm].

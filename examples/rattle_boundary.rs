@@ -182,7 +182,7 @@ fn rattle_map(pair: &NfgPair, speeds: [f64; 2], loads: [f64; 2], side: usize) ->
     let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
     // 64 steps per mesh period.
     let engine = LaneRk4::new(63 * 64);
-    let rows = sweep.runner(&engine, model).start(start).progress(advance).run()?;
+    let rows = sweep.of(&engine, model).start(start).progress(advance).run()?;
     bar.finish_and_clear();
     Ok(rows)
 }

@@ -370,6 +370,11 @@ pub(crate) mod check {
         if value <= max { Ok(value) } else { Err(E::TooMany { name: name.into(), value, max }) }
     }
 
+    /// A count of at least `min`.
+    pub(crate) fn at_least(name: impl Into<String>, value: usize, min: usize) -> Result<usize, E> {
+        if value >= min { Ok(value) } else { Err(E::TooFew { name: name.into(), value, min }) }
+    }
+
     /// A quantity `figure` that is computed from `values`; an error if it is not finite.
     pub(crate) fn representable<'v>(
         name: impl Into<String>,

@@ -93,8 +93,8 @@ pub use num_complex;
 ///
 /// # Contents
 ///
-/// - **A course** ([chapter 1](guide::course::ch01)): ten chapters from two gears on a bench to a rattle map and a
-///   train of one's own. Pages [from Python and MATLAB](guide::from_python_and_matlab) and on a
+/// - **A course** ([chapter 1](guide::course::ch01)): ten chapters from two gears on a bench to a rattle
+///   map and a train of one's own. Pages [from Python and MATLAB](guide::from_python_and_matlab) and on a
 ///   [robot joint](guide::robot_joint).
 /// - **Your own model**: [`Shape`] and [`Machine`], one formula by [`from_fn`](model::from_fn), or two
 ///   methods of [`Model`].
@@ -141,9 +141,10 @@ pub use num_complex;
 ///   [`Section`](analysis::Section), [`Settle`], and named channels by
 ///   [`Probe`](ode::Probe).
 /// - **Tables of results as CSV and NPY**: [`ResultTable`](export::ResultTable), [`Csv`](export::Csv).
-/// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4) and
-///   [`Located`](sweep::Located); [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors),
-///   [`Ensemble`](sweep::Ensemble), [`RandomParameters`](sweep::RandomParameters).
+/// - **Sweeps**: [`Sweep`] with the engines [`LaneRk4`](sweep::LaneRk4), [`TableRk4`](sweep::TableRk4),
+///   [`LaneTaylor`](sweep::LaneTaylor) and [`Located`](sweep::Located);
+///   [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors), [`Ensemble`](sweep::Ensemble),
+///   [`RandomParameters`](sweep::RandomParameters).
 /// - **Limits on work**: [`Budget`], for steps, wall time and cancellation.
 /// - **Background**: [`guide`].
 pub mod guide {

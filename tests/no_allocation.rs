@@ -134,7 +134,7 @@ fn a_million_points_fit_into_200_megabytes() {
     };
     let chunk = |i, n| {
         sweep
-            .runner(&LaneRk4::new(63 * 2), family)
+            .of(&LaneRk4::new(63 * 2), family)
             .start(|_, pair: &NfgPair| pair.static_start())
             .chunk(i, n)
             .unwrap()

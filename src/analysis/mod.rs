@@ -1,4 +1,10 @@
-//! Evaluation of runs: statistics, rattle, impacts, Poincaré sections, spectra, settling to the steady state.
+//! Evaluation of runs.
+//!
+//! [`Settle`] runs a model to its steady state. Observers see every step of a run: [`Statistics`] gives
+//! means and extremes of channels, [`Rattle`] the shares of time in contact and the rattle state,
+//! [`Impacts`] the single impacts, [`Section`] the states where a quantity has a value. [`Spectrum`] is for
+//! a periodic motion, [`Welch`] for an irregular one (its [`Density`]), [`Waterfall`] for a run-up. The
+//! [guide page](crate::guide::results) shows each.
 
 pub(crate) mod contacts;
 pub(crate) mod motion_size;

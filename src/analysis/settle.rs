@@ -145,9 +145,7 @@ impl Settle {
 
     fn check(&self, period: f64) -> Result<(), ParameterError> {
         check::share("tolerance", self.tolerance)?;
-        if self.max_period_multiple == 0 {
-            return Err(ParameterError::TooFew { name: "max_period_multiple".into(), value: 0, min: 1 });
-        }
+        check::at_least("max_period_multiple", self.max_period_multiple, 1)?;
         check::count("max_period_multiple", &[self.max_period_multiple], LONGEST)?;
         check::scale("period of the model", period).map(drop)
     }

@@ -241,8 +241,8 @@ mod tests {
     use crate::ode::Budget;
     use crate::trains::{Body, Members, Planetary};
 
-    /// The differences of equal planets rest at rounding errors, which no step resolves: without gaps the set of
-    /// the random search took minutes.
+    /// The differences of equal planets rest at rounding errors, which no step resolves: without gaps the
+    /// set of the random search took minutes.
     #[test]
     fn equal_planets_without_gaps_take_few_steps() -> Result<(), Box<dyn std::error::Error>> {
         let wave = |k: f64, share: f64| Fourier::new(k, &[[share * k, 0.0]]).map(Wave::new);

@@ -103,9 +103,9 @@ impl Continuation {
     pub fn bounds_across(self, low: f64, high: f64) -> Self {
         Continuation { across: Some([low, high]), ..self }
     }
-    /// Follows the branch from its start in both directions. The points are in order along the branch. It has
-    /// no effect on a continuation point by point ([`begin`](Continuation::begin)), a
-    /// [`Switch`](crate::branches::Switch) and [`Beyond`](crate::branches::Beyond), which go one way.
+    /// Follows the branch from its start in both directions. The points are in order along the branch. A
+    /// [`Switch`](crate::branches::Switch) and [`Beyond`](crate::branches::Beyond) go one way and refuse
+    /// it; a continuation point by point ([`begin`](Continuation::begin)) goes the first way.
     pub fn both_ways(self) -> Self {
         Continuation { both_ways: true, ..self }
     }
@@ -214,12 +214,31 @@ impl Continuation {
 
     /// Refuses the settings that a line of this kind does not read.
     fn check_read(&self, by: &'static str, read: &[&str]) -> Result<(), ParameterError> {
+        // All fields have names here, so that a new setting is not forgotten.
+        let Continuation {
+            shooting,
+            balance,
+            stability,
+            channels,
+            across,
+            // `begin` asks the start whether it goes both ways. All lines read the others.
+            both_ways: _,
+            from: _,
+            to: _,
+            bounds: _,
+            first_step: _,
+            max_step: _,
+            min_step: _,
+            max_points: _,
+            max_motion: _,
+            budget: _,
+        } = self;
         let given = [
-            ("shooting", self.shooting.is_some()),
-            ("balance", self.balance.is_some()),
-            ("stability", self.stability.is_some()),
-            ("channels", self.channels.is_some()),
-            ("bounds_across", self.across.is_some()),
+            ("shooting", shooting.is_some()),
+            ("balance", balance.is_some()),
+            ("stability", stability.is_some()),
+            ("channels", channels.is_some()),
+            ("bounds_across", across.is_some()),
         ];
         match given.iter().find(|(name, given)| *given && !read.contains(name)) {
             Some((name, _)) => Err(ParameterError::Unread { name, by }),
@@ -276,9 +295,7 @@ impl Continuation {
             let (name, value, allowed) = ("min_step".into(), self.min_step, "the range up to max_step");
             return Err(ParameterError::OutOfRange { name, value, allowed }.into());
         }
-        if self.max_points == 0 {
-            return Err(ParameterError::TooFew { name: "max_points".into(), value: 0, min: 1 }.into());
-        }
+        check::at_least("max_points", self.max_points, 1)?;
         Ok(())
     }
 }

@@ -8,7 +8,8 @@ use std::rc::Rc;
 
 /// A family of models over N parameters: one for a branch p, two for a boundary (p, λ).
 ///
-/// [`over`](Family::over) varies named constants of a model; [`of`](Family::of) makes the models by a closure.
+/// [`over`](Family::over) varies named constants of a model; [`of`](Family::of) makes the models by a
+/// closure.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Periodic, branches::Family};

@@ -1,4 +1,11 @@
-//! Branches of periodic orbits: continuation, located bifurcations.
+//! Branches of periodic orbits over a parameter.
+//!
+//! A [`Family`] says which constants vary, a [`Continuation`] how far and in which steps, a [`Start`] what
+//! is followed. [`Branch`] is the result, with stability, folds and other bifurcations located
+//! ([`PointKind`]); [`BoundaryLine`] is the line of one of them over two parameters. [`Switch`] goes to the
+//! branch that crosses, [`Beyond`] to the one that returns from infinity. [`Sensitivity`] differentiates an
+//! orbit by all constants; [`Fit`] finds constants from a measured response, [`Least`] those of the least
+//! figure. The [guide page](crate::guide::branches) shows each.
 
 pub(crate) mod border;
 pub(crate) mod boundary;

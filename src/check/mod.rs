@@ -1,4 +1,8 @@
-//! Checks of a model for inconsistencies between its parts.
+//! Checks of a model of one's own.
+//!
+//! [`check_model`] compares the methods of any model at a state: forces, edges, Jacobians.
+//! [`check_periodic`] also compares drives one period apart. Each [`Inconsistency`] names the method, the
+//! index and both values; an empty list means that no two methods contradict each other.
 
 pub(crate) mod contact_checks;
 pub(crate) mod display;

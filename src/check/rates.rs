@@ -64,9 +64,9 @@ impl Inconsistency {
 }
 
 impl<M: Model + ?Sized> CheckPoint<'_, M> {
-    /// Compares the rates of deflections and edges with central differences in time along the motion q' = v,
-    /// v' = a, at the typical instant and at further phases of the period: at t = 0 the rate of a cosine is 0.
-    /// It also compares ∂(rate)/∂v with ∂(deflection)/∂q, which is possible at rest as well.
+    /// Compares the rates of deflections and edges with central differences in time along the motion q' =
+    /// v, v' = a, at the typical instant and at further phases of the period: at t = 0 the rate of a cosine
+    /// is 0. It also compares ∂(rate)/∂v with ∂(deflection)/∂q, which is possible at rest as well.
     pub(crate) fn rates(&self, period: Option<f64>, findings: &mut Vec<Inconsistency>) {
         let mut wrong = self.along_the_motion(period);
         let spans = period.map_or(SPANS.to_vec(), |period| vec![period]);

@@ -1,4 +1,11 @@
-//! Contacts of teeth: contact laws, gear meshes, rigid stops.
+//! Contacts of teeth.
+//!
+//! A [`Nonlinearity`] is the force over the deflection: [`Backlash`] for a gap, [`AsymmetricBacklash`] and
+//! [`VaryingBacklash`] for others, [`PowerLaw`] for Hertzian contact, [`NoPullBacklash`] for contact that
+//! never pulls, [`Damped`] for losses in contact. A [`Mesh`] joins a law, waves of stiffness and error, and
+//! damping ([`ContactDamping`]). A [`Restitution`] makes an edge a rigid stop. A [`Piece`] is the part of a
+//! law on one side of an edge; [`PieceChoice`] evaluates a law on the piece of the deflection or on a fixed
+//! one. The [guide page](crate::guide::contact_laws) compares the laws.
 
 pub(crate) mod deflection;
 pub(crate) mod law_places;

@@ -1,4 +1,8 @@
-//! Models with changed drives: held processes, functions of time, varying speed.
+//! Models whose drives are changed.
+//!
+//! Each type takes a model and is a model. [`Held`] adds a random process to a constant ([`HeldProcess`],
+//! which holds a value for a time), [`Driven`] a function of time, [`VaryingSpeed`] replaces the speed by a
+//! [`SpeedLaw`]. [`Wrapped`] is for rules of one's own ([`DriveRule`]).
 
 pub(crate) mod driven;
 pub(crate) mod held;

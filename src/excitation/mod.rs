@@ -1,4 +1,10 @@
-//! Functions of an angle that excite a model: mesh stiffness, transmission error, instantaneous centre.
+//! Functions of an angle that excite a model.
+//!
+//! An [`Excitation`] has the period 2π and exact derivatives: [`Fourier`] is a series, [`RectangularWave`]
+//! the number of pairs in contact, [`Table`] a curve through samples, [`Constant`] a number, [`Function`] a
+//! closure; [`Sum`], [`Product`] and [`Scaled`] combine them. A [`Wave`] puts one on a shaft, as often a
+//! turn as teeth pass, with a phase. [`InstantCentre`] is the motion of the contact of noncircular gears. A
+//! [`Side`] says which value counts at a jump.
 
 pub(crate) mod angle;
 pub(crate) mod centre;

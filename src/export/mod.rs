@@ -1,4 +1,7 @@
-//! Results as tables of numbers, written as CSV and, with the feature `npy`, as NPY.
+//! Results as tables of numbers.
+//!
+//! A [`ResultTable`] has named columns with units: of rows, branches, trajectories, spectra and others.
+//! [`Csv`] writes it as text, the feature `npy` in the array format of NumPy.
 
 pub(crate) mod csv;
 #[cfg(feature = "npy")]

@@ -32,9 +32,9 @@ pub struct Resonance {
 
 /// Natural frequencies over the speed, with the lines of excitation orders.
 ///
-/// The frequencies are |λ| of the damped, gyroscopic model with all teeth in contact ([`Modes::eigenvalues`])
-/// and the mean stiffness ([`Modes::mean_in_contact`]), matched from speed to speed by their rank. A resonance
-/// on the last speed is not listed.
+/// The frequencies are |λ| of the damped, gyroscopic model with all teeth in contact
+/// ([`Modes::eigenvalues`]) and the mean stiffness ([`Modes::mean_in_contact`]), matched from speed to
+/// speed by their rank. A resonance on the last speed is not listed.
 ///
 /// ```
 /// use gear_dynamics::linear::Campbell;

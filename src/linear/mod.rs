@@ -1,4 +1,8 @@
-//! Linear analysis of any model about a contact state: modes, static deflection, speeds of resonance.
+//! Linear analysis of any model about a contact state.
+//!
+//! [`static_state`] finds where the model rests under its mean load, the usual start of a run. [`Modes`]
+//! gives natural frequencies, shapes and damping; [`Campbell`] the speeds at which an order of excitation
+//! meets a natural frequency ([`Resonance`]).
 
 pub(crate) mod campbell;
 pub(crate) mod modes;

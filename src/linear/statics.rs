@@ -52,13 +52,13 @@ const SWEEPS: usize = 10_000;
 /// The static state of a model under the loads and drives at time t: accelerations are 0, except those of a
 /// rigid motion.
 ///
-/// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to the gap if both
-/// flanks pull. Where contacts that share a load do not settle so, the state is the end of the motion q' = a(u(t), q, 0)
-/// from that of all upper flanks, in steps of implicit Euler that grow as long as they converge. With stiffnesses that
-/// are not negative, the potential energy falls along it.
+/// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
+/// the gap if both flanks pull. Where contacts that share a load do not settle so, the state is the end of
+/// the motion q' = a(u(t), q, 0) from that of all upper flanks, in steps of implicit Euler that grow as
+/// long as they converge. With stiffnesses that are not negative, the potential energy falls along it.
 ///
-/// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static state is
-/// not found.
+/// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static
+/// state is not found.
 ///
 /// # Errors
 /// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap.
@@ -158,8 +158,8 @@ impl<'m> Search<'m> {
         Ok(None)
     }
 
-    /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method with the
-    /// least change of coordinates from `from`.
+    /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method with
+    /// the least change of coordinates from `from`.
     fn balanced(&self, pieces: &[Piece], from: &[f64]) -> Result<(Vec<f64>, Vec<f64>), LinearError> {
         let Search { model, t, u, rest, rigid } = self;
         let (model, t, n) = (*model, *t, rest.len());
@@ -175,7 +175,8 @@ impl<'m> Search<'m> {
             if jacobian.iter().chain(&a).any(|x| !x.is_finite()) {
                 return Err(LinearError::NotFinite { t });
             }
-            // J dq - r α = -a: α are the accelerations along the rigid motions. Rows and columns are scaled to 1.
+            // J dq - r α = -a: α are the accelerations along the rigid motions. Rows and columns are scaled
+            // to 1.
             let unit = |largest: f64| if largest > 0.0 { 1.0 / largest } else { 1.0 };
             let scale: Vec<f64> = (0..n).map(|i| unit(jacobian.row(i).amax())).collect();
             let mut matrix = DMatrix::from_fn(n, n + rigid.ncols(), |i, j| {
@@ -215,8 +216,8 @@ impl<'m> Search<'m> {
         Ok((q, a))
     }
 
-    /// A step of implicit Euler from q, (x - q)/h = a(x) - r α with x - q orthogonal to the rigid motions r, by Newton's
-    /// method. `None`: Newton's method does not converge.
+    /// A step of implicit Euler from q, (x - q)/h = a(x) - r α with x - q orthogonal to the rigid motions
+    /// r, by Newton's method. `None`: Newton's method does not converge.
     fn step(&self, slopes: &mut Slopes<'m, dyn Periodic + 'm>, q: &[f64], inverse: f64) -> Option<Vec<f64>> {
         let (n, k) = (q.len(), self.rigid.ncols());
         let (mut x, mut a) = (q.to_vec(), vec![0.0; n]);
@@ -290,15 +291,15 @@ fn next_piece(piece: Piece, contact: &Contact, left: &mut [bool; 2]) -> Piece {
     }
 }
 
-/// Number of equations from which a factorisation with pivots is tried before a singular value decomposition, which
-/// takes longer.
+/// Number of equations from which a factorisation with pivots is tried before a singular value
+/// decomposition, which takes longer.
 const LARGE: usize = 128;
 
 /// Smallest entry on the diagonal of R, as a share of the largest one, of equations that are independent.
 const INDEPENDENT: f64 = 1e-10;
 
-/// The least x with A x = b, for at least as many unknowns as equations, or with the least residual if the equations
-/// depend on each other. `None`: the singular value decomposition does not converge.
+/// The least x with A x = b, for at least as many unknowns as equations, or with the least residual if the
+/// equations depend on each other. `None`: the singular value decomposition does not converge.
 fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let n = matrix.nrows();
     if n >= LARGE {
@@ -323,8 +324,8 @@ mod tests {
     use crate::linear::statics::{LARGE, least_solution};
     use nalgebra::{DMatrix, DVector};
 
-    /// Both ways: equations of a chain that is held at one end, with one unknown too many; the same with an equation
-    /// that depends on the others.
+    /// Both ways: equations of a chain that is held at one end, with one unknown too many; the same with an
+    /// equation that depends on the others.
     #[test]
     fn least_solutions_agree() {
         for n in [LARGE, LARGE - 1] {
@@ -343,7 +344,8 @@ mod tests {
                 let right = &matrix * DVector::from_fn(n + 1, |i, _| (i as f64).sin());
                 let x = least_solution(matrix.clone(), &right).unwrap();
                 assert!((&matrix * &x - &right).amax() < 1e-12);
-                // The least solution is orthogonal to the kernel, which is one direction unless rows are equal.
+                // The least solution is orthogonal to the kernel, which is one direction unless rows are
+                // equal.
                 if !dependent {
                     let square = matrix.columns(0, n).clone_owned();
                     let mut k = square.lu().solve(&-matrix.columns(n, 1)).unwrap().data.as_vec().clone();

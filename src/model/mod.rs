@@ -1,4 +1,10 @@
-//! Models: traits of the equations of motion, shapes and machines.
+//! Models: the equations of motion q'' = a(t, q, q').
+//!
+//! [`Model`] is the trait that all solvers take, [`Periodic`] adds the period. [`from_fn`] makes a model from
+//! one formula. A [`Shape`] is an algebra for all number types ([`Scalar`]); with named constants it is a
+//! [`Machine`], which gives Jacobians, series and lanes. [`Offers`] lists what a model can do beyond the
+//! trait. A [`State`] is a time with coordinates and velocities. The [guide page](crate::guide::own_model)
+//! has an example.
 
 pub(crate) mod channel;
 pub(crate) mod drive_slope;
@@ -25,9 +31,9 @@ pub use crate::model::state::State;
 pub use crate::scalar::{Scalar, keep_rolled};
 pub use crate::series::Series;
 
-/// What a machine knows about its algebra beyond its values: a tape of it, named constants, the terms of its
-/// equations, the values of its contact laws. A model of your own needs none of it, unless [`Taylor`](crate::Taylor) shall run it without a
-/// [`Shape`].
+/// What a machine knows about its algebra beyond its values: a tape of it, named constants, the terms of
+/// its equations, the values of its contact laws. A model of your own needs none of it, unless
+/// [`Taylor`](crate::Taylor) shall run it without a [`Shape`].
 pub mod recording {
     pub use crate::model::drive_slope::DriveSlope;
     pub use crate::model::equations::Constants;

@@ -1,4 +1,10 @@
-//! Time integration: solvers, located edges, trajectories.
+//! Integration in time, with located edges.
+//!
+//! An [`Integrator`] runs a model to a time or to an end of a run. [`Dop853`] takes every model; [`Taylor`]
+//! is the fastest for smooth pieces at tight tolerances, [`Rk45`] for loose ones, [`Rk4`] has fixed steps.
+//! A [`Trajectory`] keeps a motion, an [`Observer`] sees each of its steps, a [`Probe`] names its channels.
+//! A [`Budget`] limits steps and time and cancels. The [guide page](crate::guide::integrators) helps to
+//! choose.
 
 pub(crate) mod budget;
 pub(crate) mod driver;

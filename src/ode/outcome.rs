@@ -45,8 +45,8 @@ pub struct Stats {
     pub steps: u64,
     /// Number of rejected steps.
     pub rejected: u64,
-    /// Number of evaluations of the accelerations, with those for the rates of inner kinks of contact laws; for
-    /// [`Taylor`](crate::Taylor) the orders count as evaluations.
+    /// Number of evaluations of the accelerations, with those for the rates of inner kinks of contact laws;
+    /// for [`Taylor`](crate::Taylor) the orders count as evaluations.
     pub evaluations: u64,
     /// Number of crossings of edges and of impacts on rigid stops. A change of piece at the start of a step,
     /// because the edges jumped or the gap is zero, is not counted.

@@ -176,9 +176,7 @@ impl From<ParameterError> for Failed {
 /// # Errors
 /// If `count` is 0 or above 2²⁶; if `t0`, `t1` or t1 - t0 is not finite.
 pub fn uniform_times(t0: f64, t1: f64, count: usize) -> Result<Vec<f64>, ParameterError> {
-    if count == 0 {
-        return Err(ParameterError::TooFew { name: "steps of time".into(), value: 0, min: 1 });
-    }
+    check::at_least("steps of time", count, 1)?;
     check::count("steps of time", &[count], check::NUMBERS)?;
     check::all_finite("ends of the time", &[t0, t1])?;
     check::representable("distance from start to end of the time", t1 - t0, &[t0, t1])?;

@@ -1,4 +1,10 @@
-//! Periodic orbits: harmonic balance, shooting, stability, Lyapunov exponents.
+//! Periodic orbits and their stability.
+//!
+//! [`Shooting`] finds an orbit of any model in the time domain, [`Balance`] as a Fourier series
+//! ([`FourierOrbit`]), with a [`Proof`] of its errors. [`Multipliers`] tell whether an orbit is stable.
+//! [`Lyapunov`] gives the exponents of any motion and tells chaos from order. [`Variation`] integrates the
+//! derivative of the flow. How orbits change with a parameter: [`branches`](crate::branches). The
+//! [guide page](crate::guide::balance) compares balance and shooting.
 
 pub(crate) mod balance;
 pub(crate) mod flow;

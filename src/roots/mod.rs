@@ -1,4 +1,8 @@
-//! Roots of nonlinear equations.
+//! Roots of nonlinear equations of one's own.
+//!
+//! A [`Residual`] states the equations; [`Equations`] makes one from a closure. [`Newton`] uses their
+//! Jacobian; [`Broyden`] corrects a first one and needs fewer evaluations. A [`Root`] has the history of
+//! its iteration, as has a [`RootError`].
 
 pub(crate) mod blocks;
 pub(crate) mod broyden;

@@ -70,9 +70,7 @@ impl OrbitParts {
         check::positive("end of the orbit less the time of its last state", self.end - before)?;
         check::tolerance("flow_tolerance", self.flow)?;
         for (name, value) in [("period_multiple", self.multiple), ("least_period_multiple", self.least)] {
-            if value == 0 {
-                return Err(ParameterError::TooFew { name: name.into(), value, min: 1 });
-            }
+            check::at_least(name, value, 1)?;
         }
         check::length("scales", self.scale.len(), 2 * dof)?;
         check::length("ranges", self.range.len(), 2 * dof)?;

@@ -1,4 +1,10 @@
-//! Sweeps and ensembles: many runs of one family of models, each reduced to its results.
+//! Sweeps and ensembles: many runs of one family of models.
+//!
+//! A [`Sweep`] runs one model at each of its [`Points`] and reduces each run to a [`Row`]. Its engine is
+//! [`LaneRk4`] for a first map, [`LaneTaylor`] for an accurate one, [`TableRk4`] for any periodic model
+//! with fixed steps, [`Located`] for any solver. [`Bifurcation`] draws a diagram, [`Attractors`] sorts the
+//! rows of many starts. An [`Ensemble`] runs random models, [`RandomParameters`] gives tolerances and Sobol
+//! indices. The [guide page](crate::guide::sweeps) shows each.
 
 pub(crate) mod engines;
 pub(crate) mod ensembles;

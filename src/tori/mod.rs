@@ -1,4 +1,9 @@
-//! Tori: quasi-periodic motions of models with several base frequencies, and invariant circles.
+//! Quasi-periodic motions: tori and invariant circles.
+//!
+//! [`TorusBalance`] finds a [`Torus`] of a model with several known base frequencies ([`QuasiPeriodic`]) as a
+//! series. [`CircleShooting`] finds an [`InvariantCircle`], with contact loss or with an unknown rotation, as
+//! after a Neimark-Sacker point. [`WithShafts`] adds waves of further shafts to a model; [`rotation_number`]
+//! measures the rotation of a run. The [guide page](crate::guide::tori) helps to choose.
 
 pub(crate) mod balance;
 pub(crate) mod circle;

@@ -49,8 +49,8 @@ const PURE: f64 = 1.0 - 1e-6;
 
 impl<N: Nonlinearity> Train<N> {
     /// The kind of each mode, in the order of [`Modes::list`], by projection on the symmetries of the first
-    /// planetary set. Modes whose frequencies agree to 1e-7 are separated by kind. A train without planets, with
-    /// unequal spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
+    /// planetary set. Modes whose frequencies agree to 1e-7 are separated by kind. A train without planets,
+    /// with unequal spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
     pub fn kinds(&self, modes: &Modes) -> Vec<ModeKind> {
         let list = modes.list();
         let own = list.iter().all(|mode| mode.shape().len() == self.shape().coordinates.len());

@@ -238,7 +238,7 @@ fn winding_into_an_orbit_is_no_subharmonic() {
         let sweep = Sweep::new(points.clone()).settle(settle).measure(20).channels(&["q0"]);
         let start = |_: &Point<'_>, _: &Swing| -> Result<State, ParameterError> { Ok(State::at_rest(1)) };
         let rows = sweep
-            .runner(&Located(solver.clone()), |_: &Point<'_>| Ok::<_, ParameterError>(Swing))
+            .of(&Located(solver.clone()), |_: &Point<'_>| Ok::<_, ParameterError>(Swing))
             .start(start)
             .run()
             .unwrap();

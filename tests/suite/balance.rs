@@ -718,7 +718,7 @@ fn integrals_that_are_not_offered_are_refused() {
         .truncated_forces(true)
         .solve(&pair(120.0), &projected(&pair(120.0), &Harmonics::up_to(3)))
         .unwrap_err();
-    assert_eq!(error, BalanceError::NotAvailable { integrals });
+    assert_eq!(error, BalanceError::NoLaws { integrals });
     // A model without a Jacobian: differences, and a note.
     let orbit = Balance::new(Harmonics::up_to(5)).solve(&model, &guess).unwrap();
     assert_eq!(orbit.notes(), [BalanceNote::Differences]);
@@ -1030,7 +1030,7 @@ fn truncated_forces_are_a_setting() {
         .with_period(pair.period())
         .unwrap();
     let error = truncated.solve(&own, &flank).unwrap_err();
-    assert!(matches!(error, BalanceError::NotAvailable { .. }), "{error}");
+    assert!(matches!(error, BalanceError::NoLaws { .. }), "{error}");
     assert_eq!(flank.history(0).unwrap().len(), 0);
 }
 

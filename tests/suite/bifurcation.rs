@@ -66,7 +66,7 @@ fn linear(omega: f64) -> (f64, bool) {
 fn a_fold_is_crossed_both_ways() {
     let omegas: Vec<f64> = (0..=13).map(|i| 0.46 + 0.03 * f64::from(i)).collect();
     let sweep = over(&omegas).settle(200).measure(16);
-    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine(), gentle).start(in_contact)).unwrap();
+    let diagram = Bifurcation::strobed("q0").run(&sweep.of(&engine(), gentle).start(in_contact)).unwrap();
     let hysteresis = diagram.hysteresis(1e-3).unwrap();
     println!("{hysteresis:?}, undecided {:?}", diagram.undecided());
     for (up, down) in diagram.up().iter().zip(diagram.down()) {
@@ -103,7 +103,7 @@ fn a_fold_is_crossed_both_ways() {
             .settle(200)
             .measure(16)
             .strobe(16)
-            .runner(&engine(), |_| pair(omega, 0.1))
+            .of(&engine(), |_| pair(omega, 0.1))
             .start(start)
             .run()
             .unwrap();
@@ -139,7 +139,7 @@ fn two_motions_side_by_side() {
         .settle(60)
         .measure(16)
         .strobe(16)
-        .runner(&engine, |_| pair(0.69, 0.25))
+        .of(&engine, |_| pair(0.69, 0.25))
         .start(start)
         .run()
         .unwrap();
@@ -169,7 +169,7 @@ fn two_motions_side_by_side() {
 fn a_diagram_says_where_it_cannot_decide() {
     let omegas = [0.60, 0.62, 0.64];
     let run = |sweep: Sweep| {
-        Bifurcation::strobed("q0").run(&sweep.runner(&engine(), gentle).start(in_contact)).unwrap()
+        Bifurcation::strobed("q0").run(&sweep.of(&engine(), gentle).start(in_contact)).unwrap()
     };
     let hasty = run(over(&omegas).settle(1).measure(4));
     assert_eq!((hasty.hysteresis(1e-3).unwrap(), hasty.undecided()), (vec![], omegas.to_vec()));
@@ -192,12 +192,12 @@ fn points_that_fail_leave_the_rest_of_the_diagram() {
         if p["omega"] == 0.62 { Err("no pair".to_owned()) } else { gentle(p).map_err(|e| e.to_string()) }
     };
     let (bifurcation, sweep) = (Bifurcation::strobed("v0"), over(&[0.60, 0.62, 0.64]).settle(60).measure(4));
-    let diagram = bifurcation.run(&sweep.runner(&engine(), some).start(in_contact)).unwrap();
+    let diagram = bifurcation.run(&sweep.of(&engine(), some).start(in_contact)).unwrap();
     assert_eq!(diagram.up().iter().map(|point| point.parameter).collect::<Vec<_>>(), [0.60, 0.64]);
     assert_eq!((diagram.hysteresis(1e-3).unwrap(), diagram.undecided()), (vec![], vec![0.62]));
 
     let none = |_: &Point<'_>| Err::<SpurPair, _>("no pair");
-    let diagram = bifurcation.run(&sweep.runner(&engine(), none).start(in_contact)).unwrap();
+    let diagram = bifurcation.run(&sweep.of(&engine(), none).start(in_contact)).unwrap();
     assert_eq!((diagram.up().len(), diagram.undecided()), (0, vec![0.60, 0.62, 0.64]));
     assert_eq!(diagram.rows()[1].errors()[&2], PointError::Model("no pair".into()));
 }
@@ -210,7 +210,7 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
         in_contact(p, m)
     };
     let run = |diagram: Bifurcation, sweep: Sweep| {
-        diagram.run(&sweep.runner(&engine(), gentle).start(start)).unwrap_err()
+        diagram.run(&sweep.of(&engine(), gentle).start(start)).unwrap_err()
     };
     let wrong = run(Bifurcation::strobed("deflection"), over(&[0.6, 0.7]));
     assert_eq!(
@@ -233,7 +233,7 @@ fn a_diagram_is_watched_and_stopped() {
     let omegas: Vec<f64> = (0..20).map(|i| 0.60 + 0.01 * f64::from(i)).collect();
     let (bifurcation, sweep, engine) =
         (Bifurcation::strobed("q0"), over(&omegas).settle(20).measure(4), engine());
-    let runner = || sweep.runner(&engine, gentle).start(in_contact);
+    let runner = || sweep.of(&engine, gentle).start(in_contact);
     let (most, rows) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let stop = Arc::new(AtomicBool::new(false));
     let progress = |done: usize, total: usize| {

@@ -153,8 +153,8 @@ fn doubled_orbits_branch_off_at_a_period_doubling() {
         ("mean force", 0.5),
         ("damping", 0.05),
     ]);
-    let continuation = Continuation::new(2.4, 1.5).both_ways().bounds(1.2, 2.6);
-    let branch = follow(&model, &continuation);
+    let continuation = Continuation::new(2.4, 1.5).bounds(1.2, 2.6);
+    let branch = follow(&model, &continuation.clone().both_ways());
     println!("{branch}");
     let family = Family::over(&model, ["speed"]).unwrap();
     let doublings = branch.of_kind(PointKind::PeriodDoubling);
@@ -429,6 +429,13 @@ fn refusals_and_ends() {
     // Switching where no branch crosses; resuming nothing.
     let fold = points.points()[0].clone();
     assert!(matches!(range.run(&family, Switch::at(&fold)), Err(BranchError::Kind { kind: None, .. })));
+    // A switch goes one way.
+    let both = range.clone().both_ways().run(&family, Switch::at(&fold));
+    let unread = BranchError::Parameter(ParameterError::Unread {
+        name: "both_ways",
+        by: "a start that goes one way (Switch, Beyond)",
+    });
+    assert_eq!(both.unwrap_err(), unread);
     let twice = Family::over(&model, ["speed", "speed"]);
     assert!(matches!(twice.err(), Some(ParameterError::Twice { .. })));
     let plane = Family::over(&model, ["speed", "force"]).unwrap();

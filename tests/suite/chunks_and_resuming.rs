@@ -102,7 +102,7 @@ fn along(count: usize) -> Sweep {
 }
 fn chunks(sweep: &Sweep, count: usize) -> Vec<Rows> {
     (0..count)
-        .map(|i| sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).chunk(i, count).unwrap())
+        .map(|i| sweep.of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).chunk(i, count).unwrap())
         .collect()
 }
 fn pool(threads: usize) -> rayon::ThreadPool {
@@ -118,7 +118,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
             .unwrap();
     let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q0"]).warm_start(WarmStart::Up);
     for sweep in [along(10).check_every(4), lines.check_every(4)] {
-        let whole = sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap();
+        let whole = sweep.of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap();
         let checked: Vec<usize> =
             whole.iter().filter(|row| row.checked().is_some()).map(|row| row.index()).collect();
         assert_eq!(
@@ -134,7 +134,7 @@ fn chunks_check_the_points_that_the_whole_checks() {
         }
         let (one, other) = (sweep.clone().check_every(0), sweep.check_every(3));
         let prints = [one, other].map(|sweep| {
-            sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap().fingerprint()
+            sweep.of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap().fingerprint()
         });
         assert!(prints[0] != prints[1] && !prints.contains(&whole.fingerprint()));
     }
@@ -156,7 +156,7 @@ fn a_line_goes_on_after_a_point_that_fails() {
             .channels(&["q0"])
             .strobe(1)
             .warm_start(warm_start)
-            .runner(engine, family)
+            .of(engine, family)
             .start(rest)
             .run()
             .unwrap()
@@ -233,7 +233,7 @@ fn periods_and_constants_that_are_none() {
             }
             Ok::<_, ParameterError>(bare)
         };
-        let rows = along(8).runner(engine, family).start(rest).run().unwrap();
+        let rows = along(8).of(engine, family).start(rest).run().unwrap();
         assert_eq!(
             (rows.errors().keys().copied().collect::<Vec<_>>(), rows.iter().count()),
             (vec![0, 2, 7], 5)
@@ -275,7 +275,7 @@ fn a_check_counts_only_beside_its_row() {
     let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q0"]).check_every(2);
     let kicked =
         |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
-    let rows = sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(kicked).run().unwrap();
+    let rows = sweep.of(&LaneRk4::new(16).lanes::<4>(), swing).start(kicked).run().unwrap();
     assert!(matches!(rows.get(2), Err(PointError::Diverged { .. })));
     let [first, next, last] = [0, 1, 3].map(|i| rows.get(i).unwrap());
     // The estimate is a few per cent of the range, since 16 samples in a period may miss (π/16)²/2 of each
@@ -298,7 +298,7 @@ fn a_check_that_fails_is_told() {
         Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"])
     };
     let sweep = along(5).settle(100).check_every(2);
-    let rows = sweep.runner(&LaneRk4::new(16).lanes::<4>(), family).start(rest).run().unwrap();
+    let rows = sweep.of(&LaneRk4::new(16).lanes::<4>(), family).start(rest).run().unwrap();
     let row = rows.get(2).unwrap();
     assert!(matches!(row.checked(), Some(Err(PointError::Table(TableError::EdgeOffGrid { .. })))));
     assert!(row.is_sensitive() && row.step_error("q0").is_none());
@@ -317,20 +317,14 @@ fn a_check_that_fails_is_told() {
 fn rows_are_equal_whatever_ran_alone() {
     let sweep = along(145);
     let run = |threads: usize| {
-        pool(threads).install(|| sweep.runner(&LaneRk4::new(16), swing).start(rest).run()).unwrap()
+        pool(threads).install(|| sweep.of(&LaneRk4::new(16), swing).start(rest).run()).unwrap()
     };
     let (one, two) = (run(1), run(2));
     assert_ne!(one.alone(), two.alone());
     assert_eq!(one, two);
     // With warm starts every point of a line runs alone.
     assert_eq!(
-        along(9)
-            .warm_start(WarmStart::Up)
-            .runner(&LaneRk4::new(16), swing)
-            .start(rest)
-            .run()
-            .unwrap()
-            .alone(),
+        along(9).warm_start(WarmStart::Up).of(&LaneRk4::new(16), swing).start(rest).run().unwrap().alone(),
         9
     );
 }
@@ -339,7 +333,7 @@ fn rows_are_equal_whatever_ran_alone() {
 #[test]
 fn empty_parts_in_any_order() {
     let sweep = along(3);
-    let whole = sweep.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap();
+    let whole = sweep.of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap();
     for turn in 0..7 {
         let mut parts = chunks(&sweep, 7);
         parts.rotate_left(turn);
@@ -374,11 +368,10 @@ fn rows_of_another_sweep_are_refused() {
     ];
     let parts = chunks(&sweep, 2);
     for other in others {
-        let resumed =
-            other.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).resume(stored(&parts[0]));
+        let resumed = other.of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).resume(stored(&parts[0]));
         assert!(matches!(resumed, Err(RowsError { error: SweepError::Parts { row: 0 }, .. })), "{other:?}");
         if other.points().names() == ["w"] {
-            let second = other.runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).chunk(1, 2).unwrap();
+            let second = other.of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).chunk(1, 2).unwrap();
             assert_eq!(
                 Rows::merge(vec![parts[0].clone(), second]).map_err(|refused| refused.error),
                 Err(SweepError::Parts { row: 4 })
@@ -403,7 +396,7 @@ fn progress_ends_at_the_end() {
                 totals.lock().unwrap().insert(total);
             };
             sweep
-                .runner(&LaneRk4::new(16).lanes::<4>(), family)
+                .of(&LaneRk4::new(16).lanes::<4>(), family)
                 .start(rest)
                 .progress(progress)
                 .chunk(i, n)
@@ -437,14 +430,10 @@ fn a_family_without_a_model_is_left_when_cancelled() {
         stop.store(asked.fetch_add(1, Relaxed) + 1 == 10, Relaxed);
         Err::<Machine<Swing<'_>>, _>("never")
     };
-    let rows = along(1000)
-        .runner(&LaneRk4::new(16).lanes::<4>(), never)
-        .start(rest)
-        .cancel(stop.clone())
-        .run()
-        .unwrap();
+    let rows =
+        along(1000).of(&LaneRk4::new(16).lanes::<4>(), never).start(rest).cancel(stop.clone()).run().unwrap();
     assert_eq!((asked.into_inner(), rows.errors().len(), rows.is_complete()), (10, 10, false));
-    let whole = along(1000).runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).resume(rows).unwrap();
+    let whole = along(1000).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).resume(rows).unwrap();
     assert_eq!((whole.errors().len(), whole.iter().count()), (10, 990));
 }
 
@@ -469,12 +458,12 @@ fn two_threads_may_show_rows_at_once() {
         inside.fetch_sub(1, Relaxed);
     };
     let made = pool(2)
-        .install(|| along(64).runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).rows(rows).run())
+        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).rows(rows).run())
         .unwrap();
     assert!(together.into_inner() && made.iter().count() == 64);
     let busy = |_: &Row<'_>| assert_eq!(rayon::join(|| 1, || 2), (1, 2));
     let made = pool(2)
-        .install(|| along(64).runner(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).rows(busy).run())
+        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).rows(busy).run())
         .unwrap();
     assert_eq!(made.iter().count(), 64);
 }
@@ -493,7 +482,7 @@ fn a_cancel_is_seen_within_64_steps() {
             made
         };
         let rows = pool(1)
-            .install(|| along(8).runner(engine, family).start(rest).cancel(count.stop.clone()).run())
+            .install(|| along(8).of(engine, family).start(rest).cancel(count.stop.clone()).run())
             .unwrap();
         assert_eq!((rows.iter().count(), rows.errors().len()), (0, 0));
         [count.drives.into_inner(), count.accelerations.into_inner()]
@@ -516,16 +505,11 @@ fn a_cancel_is_seen_within_64_steps() {
 #[test]
 fn tables_have_a_size() {
     let run = |steps: usize, every: usize| {
-        along(3)
-            .check_every(every)
-            .runner(&LaneRk4::new(steps).lanes::<4>(), swing)
-            .start(rest)
-            .run()
-            .map(|_| ())
+        along(3).check_every(every).of(&LaneRk4::new(steps).lanes::<4>(), swing).start(rest).run().map(|_| ())
     };
     for steps in [0, 500_000_000, usize::MAX] {
         assert_eq!(run(steps, 0), Err(SweepError::Table(TableError::Size { steps, drives: 1 })));
-        let scalar = along(3).runner(&TableRk4::new(steps), swing).start(rest).run();
+        let scalar = along(3).of(&TableRk4::new(steps), swing).start(rest).run();
         assert_eq!(scalar.map(|_| ()), Err(SweepError::Table(TableError::Size { steps, drives: 5 })));
     }
     assert_eq!(run(10_000_000, 1), Err(SweepError::Table(TableError::Size { steps: 40_000_000, drives: 1 })));
@@ -566,7 +550,7 @@ fn jumps_without_number() {
         let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(swing(p)?, every));
         let points = Points::from(Axis::list("w", &[1.0]).unwrap());
         let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
-        sweep.runner(&TableRk4::new(steps), family).start(|_, _| State::at_rest(1)).run().unwrap()
+        sweep.of(&TableRk4::new(steps), family).start(|_, _| State::at_rest(1)).run().unwrap()
     };
     // More than 10⁵ edges.
     let (often, once) = (run(1 << 18, 2.0 / f64::from(1 << 18)), run(1 << 18, 2.0));
@@ -589,12 +573,12 @@ fn a_cancelled_run_is_resumed() {
     let engine = LaneRk4::new(16).lanes::<4>();
     for sweep in [along(120), along(120).check_every(3), lines.clone(), lines.check_every(3)] {
         let count = sweep.points().len();
-        let whole = sweep.runner(&engine, swing).start(rest).run().unwrap();
+        let whole = sweep.of(&engine, swing).start(rest).run().unwrap();
         for share in [1, 50, 119] {
             let stop = Arc::new(AtomicBool::new(false));
             let progress = |done: usize, _: usize| stop.store(done >= share, Relaxed);
             let part = pool(1).install(|| {
-                let runner = || sweep.runner(&engine, swing).start(rest);
+                let runner = || sweep.of(&engine, swing).start(rest);
                 let watched = runner().progress(progress).cancel(stop.clone());
                 let parts = [runner().chunk(0, 2).unwrap(), watched.chunk(1, 2).unwrap()];
                 Rows::merge(parts.to_vec()).unwrap()
@@ -608,12 +592,12 @@ fn a_cancelled_run_is_resumed() {
                 last.fetch_max(done, Relaxed);
             };
             let read = stored(&part);
-            let resumed = sweep.runner(&engine, swing).start(rest).progress(progress).resume(read).unwrap();
+            let resumed = sweep.of(&engine, swing).start(rest).progress(progress).resume(read).unwrap();
             assert_eq!((&resumed, resumed.fingerprint()), (&whole, whole.fingerprint()));
         }
     }
     // If nothing is missing, nothing runs.
-    let whole = along(5).runner(&engine, swing).start(rest).run().unwrap();
+    let whole = along(5).of(&engine, swing).start(rest).run().unwrap();
     let never = |_: &Point<'_>, _: &Machine<Swing<'_>>| Err::<State, _>("never");
-    assert_eq!(along(5).runner(&engine, swing).start(never).resume(whole.clone()).unwrap(), whole);
+    assert_eq!(along(5).of(&engine, swing).start(never).resume(whole.clone()).unwrap(), whole);
 }

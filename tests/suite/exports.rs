@@ -128,7 +128,7 @@ fn rows_of_a_sweep() {
         .measure(2)
         .channels(&["q0", "mesh force"])
         .rattle()
-        .runner(&LaneRk4::new(63 * 32).lanes::<4>(), |p| {
+        .of(&LaneRk4::new(63 * 32).lanes::<4>(), |p| {
             pair.with("speed", p["speed"])?.with("load torque", p["load torque"])
         })
         .start(|_, pair| pair.static_start())
@@ -158,7 +158,7 @@ fn rows_of_a_sweep() {
     let rows = Sweep::new(clash)
         .settle(0)
         .measure(1)
-        .runner(&LaneRk4::new(63 * 16).lanes::<4>(), |_| pair.with("speed", 100.0))
+        .of(&LaneRk4::new(63 * 16).lanes::<4>(), |_| pair.with("speed", 100.0))
         .start(|_, pair| pair.static_start())
         .run()
         .unwrap();

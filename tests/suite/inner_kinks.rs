@@ -180,8 +180,8 @@ fn lanes_and_balance_of_a_pair_with_inner_kinks() {
     let sweep = sweep.settle(40).measure(2).channels(&["deflection"]).rattle();
     let family = |p: &Point<'_>| pair.with_all(&[("drive", p["load"]), ("load", -p["load"])]);
     let rest = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(start.clone());
-    let lanes = sweep.runner(&LaneRk4::new(1000).lanes::<2>(), family).start(rest).run().unwrap();
-    let fine = sweep.runner(&Located(Dop853::new().rtol(1e-10)), family).start(rest).run().unwrap();
+    let lanes = sweep.of(&LaneRk4::new(1000).lanes::<2>(), family).start(rest).run().unwrap();
+    let fine = sweep.of(&Located(Dop853::new().rtol(1e-10)), family).start(rest).run().unwrap();
     for (lanes, fine) in lanes.iter().zip(fine.iter()) {
         let [a, b] = [&lanes, &fine].map(|row| row.channel("deflection").unwrap());
         // Samples and kinks inside steps of 6e-3 give errors of some 1e-4.

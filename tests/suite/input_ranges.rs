@@ -55,8 +55,7 @@ fn counts_without_bound_are_refused_by_name() {
             Settle::new().max_period_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
         assert!(matches!(unsettled, SettleError::Parameter(ParameterError::TooMany { .. })));
         let sweep = Sweep::new(Axis::list("x", &[1.0]).unwrap()).measure(count).strobe(count);
-        let rows =
-            sweep.runner(&TableRk4::new(64), |_| Ok::<_, P>(Swing)).start(|_, _| State::at_rest(1)).run();
+        let rows = sweep.of(&TableRk4::new(64), |_| Ok::<_, P>(Swing)).start(|_, _| State::at_rest(1)).run();
         assert!(matches!(rows, Err(SweepError::Parameter(P::TooMany { .. }))), "{rows:?}");
     }
     too_many("waterfall", Waterfall::new(1 << 32, 1 << 32));
@@ -73,10 +72,7 @@ fn a_grid_too_large_for_memory_is_run_in_chunks() {
     let axis = |name| Axis::linear(name, 0.0, 1.0, 1 << 15).unwrap();
     let sweep = Sweep::new(Points::grid(vec![axis("a"), axis("b")]).unwrap()).settle(0).measure(1);
     let run = |chunks| {
-        sweep
-            .runner(&TableRk4::new(8), |_| Ok::<_, P>(Swing))
-            .start(|_, _| State::at_rest(1))
-            .chunk(1, chunks)
+        sweep.of(&TableRk4::new(8), |_| Ok::<_, P>(Swing)).start(|_, _| State::at_rest(1)).chunk(1, chunks)
     };
     assert!(matches!(run(2), Err(SweepError::Parameter(P::TooMany { max: 268_435_456, .. }))));
     assert_eq!(run(1 << 22).unwrap().iter().count(), 256);
@@ -340,7 +336,7 @@ fn models_without_coordinates_are_refused() {
     assert!(matches!(&grown, LyapunovError::Parameter(error) if none(error)), "{grown}");
     let sweep = Sweep::new(Axis::linear("x", 0.0, 1.0, 2).unwrap());
     let swept = sweep
-        .runner(&TableRk4::new(8), |_| Ok::<_, P>(Nothing))
+        .of(&TableRk4::new(8), |_| Ok::<_, P>(Nothing))
         .start(|_, _| State::at_rest(0))
         .run()
         .unwrap_err();

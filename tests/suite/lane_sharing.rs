@@ -31,7 +31,7 @@ fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machin
             Ok(State::new(0.0, &vec![-1.5e-3; n], &vec![0.0; n]))
         };
         let rows = sweep
-            .runner(&LaneRk4::new(63 * 16).lanes::<4>(), |p: &Point<'_>| {
+            .of(&LaneRk4::new(63 * 16).lanes::<4>(), |p: &Point<'_>| {
                 Ok::<_, ParameterError>(family(p["share"]))
             })
             .start(start)

@@ -28,7 +28,7 @@ pub(crate) fn rows<G: Shape + Send + Sync>(
 ) -> Rows {
     let name = sweep.points().names()[0].clone();
     let family = |p: &Point<'_>| machine.with(&name, p[&*name]);
-    sweep.runner(engine, family).start(|_, _| start.clone()).run().unwrap()
+    sweep.of(engine, family).start(|_, _| start.clone()).run().unwrap()
 }
 
 /// Compares all figures of two rows: those of channels within `within` of their size, and states at an instant, which
@@ -158,7 +158,7 @@ fn the_same_bits_however_it_is_run() {
         assert_eq!(expected, rows.fingerprint(), "{threads} threads");
     }
     let family = |p: &Point<'_>| machine.with("wc", p["wc"]);
-    let runner = sweep.runner(&engine, family).start(|_, _| start.clone());
+    let runner = sweep.of(&engine, family).start(|_, _| start.clone());
     let parts = [2, 0, 1].map(|i| runner.chunk(i, 3).unwrap());
     assert_eq!(expected, Rows::merge(parts.into()).unwrap().fingerprint());
     // A run that is cancelled and resumed.
@@ -168,7 +168,7 @@ fn the_same_bits_however_it_is_run() {
             cancel.store(true, Ordering::Relaxed);
         }
     };
-    let partial = sweep.runner(&engine, family).start(|_, _| start.clone()).rows(stop).cancel(cancel.clone());
+    let partial = sweep.of(&engine, family).start(|_, _| start.clone()).rows(stop).cancel(cancel.clone());
     let partial = partial.run().unwrap();
     assert!(partial.iter().count() < 11);
     assert_eq!(expected, runner.resume(partial).unwrap().fingerprint());
@@ -302,7 +302,7 @@ fn from_starts(
     let sweep = Sweep::new(points).settle(0).measure(periods).channels(&["q0"]).rattle().strobe(1);
     let start =
         |p: &Point<'_>, _: &Machine<Stops>| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
-    sweep.runner(engine, |_| Ok::<_, ParameterError>(machine.clone())).start(start).run().unwrap()
+    sweep.of(engine, |_| Ok::<_, ParameterError>(machine.clone())).start(start).run().unwrap()
 }
 
 /// A mass at rest and an edge that comes down, overlaps it by δ and leaves.
@@ -444,7 +444,7 @@ fn a_lane_that_fails_fails_alone() {
         Ok::<_, ParameterError>(State::new(0.0, &[q], &[p["v"]]))
     };
     let engine = LaneTaylor::new(Taylor::new());
-    let mixed = sweep.runner(&engine, |_| Ok::<_, ParameterError>(quiet.clone())).start(begin).run().unwrap();
+    let mixed = sweep.of(&engine, |_| Ok::<_, ParameterError>(quiet.clone())).start(begin).run().unwrap();
     assert_eq!(mixed.errors().keys().collect::<Vec<_>>(), [&3]);
     for i in (0..10).filter(|i| *i != 3) {
         agree("beside a failure", &mixed.get(i).unwrap(), &calm.get(i).unwrap(), &["q0"], 1, 0.0);
@@ -469,12 +469,12 @@ fn shapes_that_lanes_do_not_run_are_refused_by_name() {
     );
     for taylor in [Taylor::new().rtol(0.5), Taylor::new().order(3), Taylor::new().atol(0.0)] {
         let family = |p: &Point<'_>| pair.with("speed", p["speed"]);
-        let run = sweep.runner(&LaneTaylor::new(taylor), family).start(|_, _| start.clone()).run();
+        let run = sweep.of(&LaneTaylor::new(taylor), family).start(|_, _| start.clone()).run();
         assert!(matches!(run.unwrap_err(), SweepError::Parameter(_)));
     }
     let own = Sweep::new(axis("wc", 0.002, 0.003, 2)).settle(0).measure(1).channels(&["contact"]);
     let family = |p: &Point<'_>| super::lane_taylor::pair().with("wc", p["wc"]);
-    let run = own.runner(&LaneTaylor::new(tolerant()), family).start(|_, _| Pair::start()).run();
+    let run = own.of(&LaneTaylor::new(tolerant()), family).start(|_, _| Pair::start()).run();
     assert_eq!(run.unwrap_err(), SweepError::Channel { name: "contact".into() });
 }
 

@@ -162,7 +162,7 @@ fn window(speeds: &[f64]) {
         .lyapunov(Lyapunov::new().align(5).periods(40).flow_tolerance(1e-7));
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let solver = Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]);
-    let rows = sweep.runner(&Located(solver), family).start(|_, pair| pair.static_start()).run().unwrap();
+    let rows = sweep.of(&Located(solver), family).start(|_, pair| pair.static_start()).run().unwrap();
     assert!(rows.errors().is_empty());
     let (mut within, mut chaotic) = (0, 0);
     for row in rows.iter() {
@@ -221,8 +221,8 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
     let asked = sweep.clone().lyapunov(Lyapunov::new().align(10).periods(20));
     let period = Driven(0.0).period();
     for rows in [
-        asked.runner(&TableRk4::new(64), family).start(start).run().unwrap(),
-        asked.runner(&Located(Dop853::new()), family).start(start).run().unwrap(),
+        asked.of(&TableRk4::new(64), family).start(start).run().unwrap(),
+        asked.of(&Located(Dop853::new()), family).start(start).run().unwrap(),
     ] {
         for (row, rate) in rows.iter().zip([-1.0, 2f64.sqrt() - 2.0]) {
             let (ours, error) = (row.lyapunov().unwrap(), row.lyapunov_standard_error().unwrap());
@@ -230,7 +230,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
         }
         assert_eq!(stored(&rows), rows);
     }
-    let without = sweep.runner(&TableRk4::new(64), family).start(start).run().unwrap();
+    let without = sweep.of(&TableRk4::new(64), family).start(start).run().unwrap();
     assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_standard_error().is_none()));
     for bad in [
         Lyapunov::new().periods(0),
@@ -239,7 +239,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
         Lyapunov::new().count(2),
     ] {
         assert!(matches!(
-            sweep.clone().lyapunov(bad).runner(&TableRk4::new(64), family).start(start).run(),
+            sweep.clone().lyapunov(bad).of(&TableRk4::new(64), family).start(start).run(),
             Err(SweepError::Parameter(_))
         ));
     }
@@ -254,7 +254,7 @@ fn exponents_of_sweeps_settle_as_set() {
     let sweep = Sweep::new(Axis::list("speed", &[180.0]).unwrap());
     let sweep = sweep.settle(2).measure(1).strobe(1);
     let of = |lyapunov: Lyapunov| {
-        sweep.clone().lyapunov(lyapunov).runner(&Located(Dop853::new()), pair).start(start).run()
+        sweep.clone().lyapunov(lyapunov).of(&Located(Dop853::new()), pair).start(start).run()
     };
     let (default, none, some) =
         (of(lyapunov.clone()), of(lyapunov.clone().settle(0)), of(lyapunov.clone().settle(3)));
@@ -276,7 +276,7 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let lyapunov = Lyapunov::new().align(1).periods(4).flow_tolerance(1e-7);
     let speeds = Points::from(Axis::list("speed", &[155.0, 180.0]).unwrap());
     let sweep = Sweep::new(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
-    let rows = sweep.runner(&LaneRk4::new(4032).lanes::<4>(), pair).start(start).run().unwrap();
+    let rows = sweep.of(&LaneRk4::new(4032).lanes::<4>(), pair).start(start).run().unwrap();
     for row in rows.iter() {
         let end = row.strobes().next().unwrap();
         let alone = lyapunov
@@ -288,8 +288,8 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
         assert_eq!(row.lyapunov(), Some(alone.per_period()[0]));
         assert_eq!(row.lyapunov_standard_error(), Some(alone.standard_error()[0]));
     }
-    let parts = (0..3)
-        .map(|i| sweep.runner(&LaneRk4::new(4032).lanes::<8>(), pair).start(start).chunk(i, 3).unwrap());
+    let parts =
+        (0..3).map(|i| sweep.of(&LaneRk4::new(4032).lanes::<8>(), pair).start(start).chunk(i, 3).unwrap());
     assert_eq!(Rows::merge(parts.collect()).unwrap().fingerprint(), rows.fingerprint());
 }
 

@@ -111,8 +111,8 @@ fn the_face_gear_pair_of_parts_sweeps_in_lanes() {
     let sweep = Sweep::new(speeds).settle(0).measure(1).channels(&["deflection", "mesh force"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start = |p: &Point<'_>, _: &Train| pair.with("speed", p["speed"])?.static_start();
-    let lanes = sweep.runner(&LaneRk4::new(63 * 64).lanes::<8>(), model).start(start).run().unwrap();
-    let single = sweep.runner(&TableRk4::new(63 * 64), model).start(start).run().unwrap();
+    let lanes = sweep.of(&LaneRk4::new(63 * 64).lanes::<8>(), model).start(start).run().unwrap();
+    let single = sweep.of(&TableRk4::new(63 * 64), model).start(start).run().unwrap();
     for (a, b) in lanes.iter().zip(single.iter()) {
         let [a, b] = [a, b].map(|row| row.channel("mesh force").unwrap());
         assert!(a.max > 0.0 && (a.max - b.max).abs() < 1e-9 * b.max, "{a:?} {b:?}");

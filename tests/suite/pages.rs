@@ -231,3 +231,49 @@ fn the_readme_prints_what_it_says() -> Result<(), Box<dyn std::error::Error>> {
     assert!(page.contains(branch.trim_end()), "README.md does not show:\n{branch}");
     Ok(())
 }
+
+/// The words `Type::name` between backquotes, where the type is public in the library: a function, a variant, a field or a
+/// constant of this name stands in a source that names the type.
+#[test]
+fn names_on_pages_exist_in_the_source() {
+    let sources = sources();
+    let is_word = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let mut types = BTreeSet::new();
+    for line in sources.iter().flat_map(|source| source.lines()) {
+        let kinds = ["pub struct ", "pub enum ", "pub trait ", "pub type "];
+        let rest = kinds.iter().find_map(|kind| line.strip_prefix(kind));
+        types.extend(rest.and_then(|rest| rest.split(|c: char| !c.is_alphanumeric()).next()));
+    }
+    let exists = |of: &str, name: &str| {
+        let declared = [
+            format!("fn {name}("),
+            format!("fn {name}<"),
+            format!("    {name},\n"),
+            format!("    {name} {{"),
+            format!("    {name}("),
+            format!("    pub {name}: "),
+            format!("const {name}: "),
+        ];
+        sources.iter().any(|source| source.contains(of) && declared.iter().any(|text| source.contains(text)))
+    };
+    let (mut checked, mut unknown) = (0, Vec::new());
+    let pages =
+        pages().into_iter().filter(|page| !page.ends_with("history.md") && !page.ends_with("CHANGELOG.md"));
+    for page in pages {
+        let text = prose(&page);
+        for quoted in text.split('`').skip(1).step_by(2) {
+            let code = quoted.split('(').next().unwrap();
+            let mut words = code.rsplit("::");
+            let (Some(name), Some(of)) = (words.next(), words.next()) else { continue };
+            if !is_word(name) || !is_word(of) || !of.starts_with(char::is_uppercase) || !types.contains(of) {
+                continue;
+            }
+            checked += 1;
+            if !exists(of, name) {
+                unknown.push(format!("{}: {of}::{name}", page.display()));
+            }
+        }
+    }
+    assert!(unknown.is_empty(), "{unknown:#?}");
+    assert!(checked > 100, "{checked}");
+}

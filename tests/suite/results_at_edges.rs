@@ -242,9 +242,9 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
     let sweep = Sweep::new(Axis::list("one", &[1.0]).unwrap()).settle(1).measure(1).rattle();
     let (family, start) = (|_: &Point<'_>| make(), |_: &Point<'_>, pair: &NfgPair| pair.static_start());
     let all = [
-        sweep.runner(&LaneRk4::new(4032).lanes::<4>(), family).start(start).run().unwrap(),
-        sweep.runner(&TableRk4::new(4032), family).start(start).run().unwrap(),
-        sweep.runner(&Located(Dop853::new()), family).start(start).run().unwrap(),
+        sweep.of(&LaneRk4::new(4032).lanes::<4>(), family).start(start).run().unwrap(),
+        sweep.of(&TableRk4::new(4032), family).start(start).run().unwrap(),
+        sweep.of(&Located(Dop853::new()), family).start(start).run().unwrap(),
     ];
     for rows in &all {
         let (state, contact) =

@@ -48,8 +48,8 @@ fn sweep() -> Sweep {
 #[test]
 fn a_row_without_an_exponent_keeps_its_other_figures() {
     let asked = sweep().lyapunov(Lyapunov::new().align(1).periods(2).flow_tolerance(1e-6));
-    let rows = asked.runner(&TableRk4::new(128), family).start(rest).run().unwrap();
-    let plain = sweep().runner(&TableRk4::new(128), family).start(rest).run().unwrap();
+    let rows = asked.of(&TableRk4::new(128), family).start(rest).run().unwrap();
+    let plain = sweep().of(&TableRk4::new(128), family).start(rest).run().unwrap();
     assert!(rows.is_complete() && rows.errors().is_empty() && rows == rows.clone());
     assert_eq!(rows.exponent_errors().keys().copied().collect::<Vec<_>>(), [1]);
     for (row, other) in rows.iter().zip(plain.iter()) {
@@ -65,26 +65,26 @@ fn a_row_without_an_exponent_keeps_its_other_figures() {
     let back = stored(&rows);
     assert_eq!(back.fingerprint(), rows.fingerprint());
     assert_eq!(back.exponent_errors()[&1].to_string(), rows.exponent_errors()[&1].to_string());
-    let parts = (0..3).map(|i| asked.runner(&TableRk4::new(128), family).start(rest).chunk(i, 3).unwrap());
+    let parts = (0..3).map(|i| asked.of(&TableRk4::new(128), family).start(rest).chunk(i, 3).unwrap());
     let merged = Rows::merge(parts.collect()).unwrap();
     assert_eq!((&merged, merged.fingerprint()), (&rows, rows.fingerprint()));
-    assert_eq!(asked.runner(&TableRk4::new(128), family).start(rest).resume(merged).unwrap(), rows);
+    assert_eq!(asked.of(&TableRk4::new(128), family).start(rest).resume(merged).unwrap(), rows);
 }
 
 #[test]
 fn rows_that_are_refused_come_back() {
     let engine = TableRk4::new(64);
-    let part = |i| sweep().runner(&engine, family).start(rest).chunk(i, 3).unwrap();
+    let part = |i| sweep().of(&engine, family).start(rest).chunk(i, 3).unwrap();
     let refused = Rows::merge(vec![part(2), part(0)]).unwrap_err();
     assert_eq!(refused.error, SweepError::Parts { row: 1 });
     let mut parts = refused.rows;
     parts.push(part(1));
     let whole = Rows::merge(parts).unwrap();
-    assert_eq!(whole, sweep().runner(&engine, family).start(rest).run().unwrap());
+    assert_eq!(whole, sweep().of(&engine, family).start(rest).run().unwrap());
     // Rows of another sweep, and an engine that cannot be used.
-    let other = sweep().measure(3).runner(&engine, family).start(rest).resume(whole.clone()).unwrap_err();
+    let other = sweep().measure(3).of(&engine, family).start(rest).resume(whole.clone()).unwrap_err();
     assert_eq!((other.error, &other.rows[..]), (SweepError::Parts { row: 0 }, &[whole.clone()][..]));
-    let none = sweep().runner(&TableRk4::new(0), family).start(rest).resume(part(1)).unwrap_err();
+    let none = sweep().of(&TableRk4::new(0), family).start(rest).resume(part(1)).unwrap_err();
     assert!(matches!(none.error, SweepError::Table(TableError::Size { steps: 0, .. })), "{}", none.error);
     assert_eq!(none.rows, [part(1)]);
     // `?` converts the error to a `SweepError`.
@@ -128,9 +128,9 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
         let family = |_: &Point<'_>| Machine::with_constants(Far, &[("speed", 1.0)]);
         let start =
             |p: &Point<'_>, _: &Machine<Far>| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
-        let lanes = sweep.runner(&LaneRk4::new(256).lanes::<4>(), family).start(start).run().unwrap();
-        let alone = sweep.runner(&TableRk4::new(256), family).start(start).run().unwrap();
-        let located = sweep.runner(&Located(Dop853::new()), family).start(start).run().unwrap();
+        let lanes = sweep.of(&LaneRk4::new(256).lanes::<4>(), family).start(start).run().unwrap();
+        let alone = sweep.of(&TableRk4::new(256), family).start(start).run().unwrap();
+        let located = sweep.of(&Located(Dop853::new()), family).start(start).run().unwrap();
         let found = |rows: &Rows| rows.iter().next().unwrap().channel("q0").unwrap();
         assert_eq!(found(&lanes), found(&alone), "{mean}");
         for rows in [&lanes, &alone, &located] {
@@ -222,7 +222,7 @@ fn a_stop_on_one_side_alone() {
             .channels(&["q0", "deflection 0"])
             .rattle();
         sweep
-            .runner(&LaneRk4::new(256).lanes::<4>(), |_| Ok::<_, ParameterError>(ring.clone()))
+            .of(&LaneRk4::new(256).lanes::<4>(), |_| Ok::<_, ParameterError>(ring.clone()))
             .start(|_, _| start.clone())
             .run()
             .unwrap()

@@ -19,8 +19,8 @@ fn rows<M: Periodic + Clone + Sync>(model: &M, start: &State, settle: usize) -> 
     };
     let located = Located(Dop853::new().rtol(1e-10).atol(1e-12));
     [
-        of(sweep.runner(&TableRk4::new(256), family).start(begin).run().unwrap()),
-        of(sweep.runner(&located, family).start(begin).run().unwrap()),
+        of(sweep.of(&TableRk4::new(256), family).start(begin).run().unwrap()),
+        of(sweep.of(&located, family).start(begin).run().unwrap()),
     ]
 }
 
@@ -131,7 +131,7 @@ fn what_drifts_apart_does_not_settle() {
 fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
     let sweep = Sweep::new(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap()).settle(20).measure(6);
     let rows = sweep
-        .runner(&Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])), |p| {
+        .of(&Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])), |p| {
             NfgPair::with_reading(
                 &NfgParams { speed: p["speed"], ..NfgParams::table1() },
                 NfgReading::published_on_base_radius(),
@@ -181,7 +181,7 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
     let points = Points::from(Axis::list("x", &[0.0]).unwrap());
     let sweep = Sweep::new(points).settle(80).measure(4);
     let family = |_: &Point<'_>| Ok::<_, ParameterError>(Balanced);
-    let rows = sweep.runner(&TableRk4::new(400), family).start(|_, _| State::at_rest(4)).run().unwrap();
+    let rows = sweep.of(&TableRk4::new(400), family).start(|_, _| State::at_rest(4)).run().unwrap();
     assert_eq!(rows.get(0).unwrap().period_multiple(), Some(1));
 }
 

@@ -166,7 +166,7 @@ fn rings_of_any_speed_share_lanes() {
         let points = Points::from(Axis::list("rpm", speeds).unwrap());
         let sweep =
             Sweep::new(points).settle(1).measure(2).channels(&["deflection 0", "mesh force 1"]).rattle();
-        sweep.runner(&LaneRk4::new(200).lanes::<4>(), family).start(start).run().unwrap()
+        sweep.of(&LaneRk4::new(200).lanes::<4>(), family).start(start).run().unwrap()
     };
     let speeds = [2000.0, 2500.0, 3000.0, 4000.0];
     let together = sweep(&speeds);
@@ -457,13 +457,13 @@ fn lanes_refuse_rigid_stops() {
     let sweep = Sweep::new(Axis::list("weight", &[1.0]).unwrap()).settle(0).measure(2).channels(&["q0"]);
     let refused = PointError::from(IntegrateError::StopNotLocated { contact: 0 });
     for rows in [
-        sweep.runner(&LaneRk4::new(64).lanes::<4>(), family).start(start).run(),
-        sweep.runner(&TableRk4::new(64), family).start(start).run(),
+        sweep.of(&LaneRk4::new(64).lanes::<4>(), family).start(start).run(),
+        sweep.of(&TableRk4::new(64), family).start(start).run(),
     ] {
         assert_eq!(rows.unwrap().get(0).unwrap_err(), refused);
     }
     // From a height of 1/2 it falls for 1 s and is back at the top after 2 s.
-    let rows = sweep.runner(&Located(Dop853::new()), family).start(start).run().unwrap();
+    let rows = sweep.of(&Located(Dop853::new()), family).start(start).run().unwrap();
     assert!((rows.get(0).unwrap().channel("q0").unwrap().max - 0.5).abs() < 1e-9);
 }
 

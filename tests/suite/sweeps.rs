@@ -24,7 +24,7 @@ fn sweep(count: usize) -> Sweep {
 }
 /// Fingerprint of the rows of a sweep.
 fn hash(sweep: &Sweep, engine: &impl SweepEngine<LanePair>) -> u64 {
-    sweep.runner(engine, pair).start(rest).run().unwrap().fingerprint()
+    sweep.of(engine, pair).start(rest).run().unwrap().fingerprint()
 }
 
 /// The bits of a row are a function of its point alone: any number of lanes, any instruction set, any number
@@ -47,18 +47,18 @@ fn the_same_bits_however_it_is_run() {
     }
     for chunks in [2, 3, 7] {
         let mut parts: Vec<Rows> = (0..chunks)
-            .map(|i| sweep.runner(&LaneRk4::new(STEPS), pair).start(rest).chunk(i, chunks).unwrap())
+            .map(|i| sweep.of(&LaneRk4::new(STEPS), pair).start(rest).chunk(i, chunks).unwrap())
             .collect();
         parts.reverse();
         assert_eq!(expected, Rows::merge(parts).unwrap().fingerprint(), "{chunks} chunks");
     }
     // Single points: a run alone is made without lanes, over the same drive table.
-    let rows = sweep.runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
+    let rows = sweep.of(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
     for i in [0, 17, 40] {
         let value = rows.points().point(i)["we"];
         let alone = Sweep::new(Axis::list("we", &[value]).unwrap());
         let alone = alone.settle(1).measure(2).channels(&["q0", "v0"]).rattle().strobe(2);
-        let alone = alone.runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
+        let alone = alone.of(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
         let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
         assert_eq!(a.channel("q0"), b.channel("q0"));
         assert_eq!(a.contacts()[0], b.contacts()[0]);
@@ -73,7 +73,7 @@ fn the_same_bits_however_it_is_run() {
 /// CHANGELOG.md. The numbers of three rows were computed separately with the same Runge-Kutta steps.
 #[test]
 fn the_bits_are_pinned() {
-    let rows = sweep(20).runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
+    let rows = sweep(20).of(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
     // Row; mean, minimum and maximum of q1; samples in the gap of 3 x 1008; impacts on the lower flank.
     for (index, mean, min, max, gap, impacts) in [
         (5, -6.400_346_737_857e-4, -7.114_396_815_434e-4, -6.182_017_275_670e-4, 18.0, 15),
@@ -146,12 +146,11 @@ fn lanes_agree_with_located_edges_within_their_estimate() {
     let channels = ["q0", "deflection", "mesh force"];
     let sweep =
         Sweep::new(speeds(&[100.0, 120.0, 130.0, 140.0])).settle(8).measure(1).channels(&channels).rattle();
-    let located =
-        sweep.runner(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg).start(at_rest).run().unwrap();
+    let located = sweep.of(&Located(Dop853::new().rtol(1e-9).atol(1e-15)), nfg).start(at_rest).run().unwrap();
     let lanes = sweep
         .clone()
         .check_every(1)
-        .runner(&LaneRk4::new(63 * 64).lanes::<4>(), nfg)
+        .of(&LaneRk4::new(63 * 64).lanes::<4>(), nfg)
         .start(at_rest)
         .run()
         .unwrap();
@@ -193,8 +192,8 @@ fn the_scalar_engine_agrees_with_lanes() {
         .measure(2)
         .channels(&["q0", "deflection", "mesh force"])
         .rattle();
-    let lanes = sweep.runner(&LaneRk4::new(2016).lanes::<4>(), nfg).start(at_rest).run().unwrap();
-    let scalar = sweep.runner(&TableRk4::new(2016), nfg).start(at_rest).run().unwrap();
+    let lanes = sweep.of(&LaneRk4::new(2016).lanes::<4>(), nfg).start(at_rest).run().unwrap();
+    let scalar = sweep.of(&TableRk4::new(2016), nfg).start(at_rest).run().unwrap();
     for (a, b) in lanes.iter().zip(scalar.iter()) {
         for channel in ["q0", "deflection", "mesh force"] {
             let (a, b) = (a.channel(channel).unwrap(), b.channel(channel).unwrap());
@@ -217,14 +216,14 @@ fn chaos_is_flagged_and_periods_are_found() {
         .measure(40)
         .channels(&["q0", "deflection"])
         .rattle();
-    let rows = sweep.runner(&LaneRk4::new(4032).lanes::<8>(), nfg).start(at_rest).run().unwrap();
+    let rows = sweep.of(&LaneRk4::new(4032).lanes::<8>(), nfg).start(at_rest).run().unwrap();
     let of =
         |rows: &Rows| rows.iter().map(|row| (row.period_multiple(), row.is_sensitive())).collect::<Vec<_>>();
     assert_eq!(of(&rows), [(Some(1), false), (None, true), (None, true), (None, false), (Some(1), false)]);
     let fine = Sweep::new(speeds(&[180.0])).settle(60).measure(4).channels(&["q0", "deflection"]).rattle();
     let fine = fine
         .periodic_tolerance(1e-4)
-        .runner(&LaneRk4::new(4 * 4032).lanes::<4>(), nfg)
+        .of(&LaneRk4::new(4 * 4032).lanes::<4>(), nfg)
         .start(at_rest)
         .run()
         .unwrap();
@@ -242,13 +241,13 @@ fn chaos_is_flagged_and_periods_are_found() {
 fn lanes_are_refilled_as_they_finish() {
     let points = frequencies(23);
     let sweep = Sweep::new(points.clone()).settle(40).until_repeats(1e-9).measure(2).channels(&["q0"]);
-    let together = sweep.runner(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap();
+    let together = sweep.of(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap();
     let settled: Vec<usize> = together.iter().map(|row| row.settled_after()).collect();
     assert!(settled.iter().min() < settled.iter().max(), "{settled:?}");
-    assert_eq!(together, sweep.runner(&LaneRk4::new(1008).lanes::<8>(), pair).start(rest).run().unwrap());
+    assert_eq!(together, sweep.of(&LaneRk4::new(1008).lanes::<8>(), pair).start(rest).run().unwrap());
     equals_each_alone(&together, |points| {
         let sweep = Sweep::new(points).settle(40).until_repeats(1e-9).measure(2).channels(&["q0"]);
-        sweep.runner(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap()
+        sweep.of(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap()
     });
 }
 
@@ -315,22 +314,22 @@ fn rings_in_lanes_are_each_ring_alone() {
             Axis::linear("damping", 1000.0, 3000.0, 3).unwrap(),
         ];
         let sweep_all = sweep(Points::grid(grid.to_vec()).unwrap());
-        let together = sweep_all.runner(&LaneRk4::new(200), family).start(start).run().unwrap();
+        let together = sweep_all.of(&LaneRk4::new(200), family).start(start).run().unwrap();
         assert_eq!(together.alone(), 0);
         assert_eq!(
             together,
-            sweep_all.runner(&LaneRk4::new(200).lanes::<4>(), family).start(start).run().unwrap()
+            sweep_all.of(&LaneRk4::new(200).lanes::<4>(), family).start(start).run().unwrap()
         );
         assert_eq!(
             together,
-            sweep_all.runner(&LaneRk4::new(200).lanes::<8>(), family).start(start).run().unwrap()
+            sweep_all.of(&LaneRk4::new(200).lanes::<8>(), family).start(start).run().unwrap()
         );
         assert_eq!(
             together,
-            sweep_all.runner(&LaneRk4::new(200).lanes::<24>(), family).start(start).run().unwrap()
+            sweep_all.of(&LaneRk4::new(200).lanes::<24>(), family).start(start).run().unwrap()
         );
         equals_each_alone(&together, |points| {
-            sweep(points).runner(&LaneRk4::new(200), family).start(start).run().unwrap()
+            sweep(points).of(&LaneRk4::new(200), family).start(start).run().unwrap()
         });
         prints.push(format!("{:016x}", together.fingerprint()));
         for (index, expected) in [0, 26].into_iter().zip(numbers) {
@@ -361,7 +360,7 @@ fn states_are_carried_along_a_line() {
         let rows = sweep
             .clone()
             .warm_start(warm_start)
-            .runner(&LaneRk4::new(1008).lanes::<8>(), pair)
+            .of(&LaneRk4::new(1008).lanes::<8>(), pair)
             .start(rest)
             .run()
             .unwrap();
@@ -376,11 +375,8 @@ fn states_are_carried_along_a_line() {
                 .channels(&["q0"])
                 .strobe(1);
             let start = state.clone();
-            let alone = alone
-                .runner(&LaneRk4::new(1008).lanes::<8>(), pair)
-                .start(|_, _| start.clone())
-                .run()
-                .unwrap();
+            let alone =
+                alone.of(&LaneRk4::new(1008).lanes::<8>(), pair).start(|_, _| start.clone()).run().unwrap();
             let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
             assert_eq!(a.channel("q0"), b.channel("q0"), "{warm_start:?} {i}");
             let end = a.strobes().next().unwrap();
@@ -399,7 +395,7 @@ fn a_cancelled_sweep_keeps_what_is_done() {
     };
     let sweep = sweep(200);
     let part = sweep
-        .runner(&LaneRk4::new(STEPS).lanes::<4>(), pair)
+        .of(&LaneRk4::new(STEPS).lanes::<4>(), pair)
         .start(rest)
         .rows(rows)
         .cancel(stop.clone())
@@ -410,7 +406,7 @@ fn a_cancelled_sweep_keeps_what_is_done() {
         "{}",
         part.iter().count()
     );
-    let whole = sweep.runner(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
+    let whole = sweep.of(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
     for row in part.iter() {
         assert_eq!(row.channel("q0"), whole.get(row.index()).unwrap().channel("q0"));
     }
@@ -423,7 +419,7 @@ fn progress_counts_every_point() {
         assert!(done <= total && total == 30);
         last.fetch_max(done, Ordering::Relaxed);
     };
-    sweep(30).runner(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(rest).progress(progress).run().unwrap();
+    sweep(30).of(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(rest).progress(progress).run().unwrap();
     assert_eq!(last.into_inner(), 30);
 }
 
@@ -446,18 +442,18 @@ fn empty_and_reversed_ranges_and_nan_in_a_range() {
 #[test]
 fn zero_steps_per_period_and_zero_periods() {
     let sweep = sweep(3);
-    let steps = sweep.runner(&LaneRk4::new(0).lanes::<4>(), pair).start(rest).run().unwrap_err();
+    let steps = sweep.of(&LaneRk4::new(0).lanes::<4>(), pair).start(rest).run().unwrap_err();
     assert_eq!(steps, SweepError::Table(TableError::Size { steps: 0, drives: 2 }));
     assert!(matches!(
-        sweep.runner(&TableRk4::new(0), pair).start(rest).run(),
+        sweep.of(&TableRk4::new(0), pair).start(rest).run(),
         Err(SweepError::Table(TableError::Size { steps: 0, .. }))
     ));
-    let nothing = sweep.clone().measure(0).runner(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
+    let nothing = sweep.clone().measure(0).of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
     assert!(matches!(nothing, Err(SweepError::Parameter(ParameterError::TooFew { .. }))));
     let never =
-        sweep.clone().until_repeats(f64::NAN).runner(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
+        sweep.clone().until_repeats(f64::NAN).of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
     assert!(matches!(never, Err(SweepError::Parameter(ParameterError::NotFinite { .. }))));
-    let chunk = sweep.runner(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).chunk(3, 3);
+    let chunk = sweep.of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).chunk(3, 3);
     assert_eq!(chunk.unwrap_err(), SweepError::Chunk { chunk: 3, chunks: 3 });
 }
 
@@ -466,12 +462,12 @@ fn a_family_that_fails_at_some_points() {
     let odd = |p: &Point<'_>| {
         if !p.index().is_multiple_of(2) { Err("odd") } else { pair(p).map_err(|_| "no pair") }
     };
-    let rows = sweep(9).runner(&LaneRk4::new(STEPS).lanes::<4>(), odd).start(rest).run().unwrap();
+    let rows = sweep(9).of(&LaneRk4::new(STEPS).lanes::<4>(), odd).start(rest).run().unwrap();
     assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [1, 3, 5, 7]);
     assert_eq!(rows.get(3).unwrap_err(), PointError::Model("odd".into()));
     assert!(rows.is_complete() && rows.iter().count() == 5);
     let none = sweep(3)
-        .runner(&LaneRk4::new(STEPS).lanes::<4>(), |_| Err::<LanePair, _>("never"))
+        .of(&LaneRk4::new(STEPS).lanes::<4>(), |_| Err::<LanePair, _>("never"))
         .start(rest)
         .run()
         .unwrap();
@@ -487,20 +483,17 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
             &[1e308 * (p.index() == 1) as u8 as f64],
         ))
     };
-    let rows = sweep(3).runner(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(far).run().unwrap();
+    let rows = sweep(3).of(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(far).run().unwrap();
     assert!(matches!(rows.get(1), Err(PointError::Parameter(ParameterError::OutOfRange { .. }))));
     assert_eq!(rows.iter().count(), 2);
     // Steps far above the stability limit.
-    let coarse = sweep(3).settle(2000).runner(&LaneRk4::new(3).lanes::<4>(), pair).start(rest).run().unwrap();
+    let coarse = sweep(3).settle(2000).of(&LaneRk4::new(3).lanes::<4>(), pair).start(rest).run().unwrap();
     assert!((0..3).all(|i| matches!(coarse.get(i), Err(PointError::Diverged { period: 2.. }))));
-    let wrong = sweep(2)
-        .runner(&LaneRk4::new(STEPS).lanes::<4>(), pair)
-        .start(|_, _| State::at_rest(2))
-        .run()
-        .unwrap();
+    let wrong =
+        sweep(2).of(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(|_, _| State::at_rest(2)).run().unwrap();
     assert!(matches!(wrong.get(0), Err(PointError::Parameter(ParameterError::Length { .. }))));
     let late = sweep(2)
-        .runner(&LaneRk4::new(STEPS).lanes::<4>(), pair)
+        .of(&LaneRk4::new(STEPS).lanes::<4>(), pair)
         .start(|_, _| State::new(0.5, &[0.0], &[0.0]))
         .run()
         .unwrap();
@@ -516,7 +509,7 @@ fn models_that_cannot_share_lanes_run_alone() {
     };
     let points = Points::from(Axis::linear("eps", 0.1, 0.2, 6).unwrap());
     let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
-    let rows = sweep.runner(&LaneRk4::new(2016), eccentric).start(at_rest).run().unwrap();
+    let rows = sweep.of(&LaneRk4::new(2016), eccentric).start(at_rest).run().unwrap();
     assert_eq!((rows.alone(), rows.iter().count()), (6, 6));
     let grid = Points::grid(vec![
         Axis::linear("speed", 100.0, 110.0, 5).unwrap(),
@@ -527,14 +520,14 @@ fn models_that_cannot_share_lanes_run_alone() {
         NfgPair::new(&NfgParams { eccentric_ratio: p["eps"], speed: p["speed"], ..NfgParams::table1() })
     };
     let sweep = Sweep::new(grid).settle(0).measure(1).channels(&["q0"]);
-    let rows = sweep.runner(&LaneRk4::new(2016).lanes::<8>(), family).start(at_rest).run().unwrap();
+    let rows = sweep.of(&LaneRk4::new(2016).lanes::<8>(), family).start(at_rest).run().unwrap();
     assert!(rows.alone() <= 2 && rows.iter().count() == 10);
     for row in rows.iter() {
         let alone = Sweep::new(Points::list(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap())
             .settle(0)
             .measure(1)
             .channels(&["q0"]);
-        let alone = alone.runner(&LaneRk4::new(2016).lanes::<8>(), family).start(at_rest).run().unwrap();
+        let alone = alone.of(&LaneRk4::new(2016).lanes::<8>(), family).start(at_rest).run().unwrap();
         assert_eq!(alone.iter().next().unwrap().channel("q0"), row.channel("q0"));
     }
 }
@@ -560,14 +553,14 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
         .settle(1)
         .measure(1)
         .channels(&["deflection 0"]);
-    let on = sweep.runner(&LaneRk4::new(4000).lanes::<4>(), wave).start(start).run().unwrap();
-    let located = sweep.runner(&Located(Dop853::new().rtol(1e-9)), wave).start(start).run().unwrap();
+    let on = sweep.of(&LaneRk4::new(4000).lanes::<4>(), wave).start(start).run().unwrap();
+    let located = sweep.of(&Located(Dop853::new().rtol(1e-9)), wave).start(start).run().unwrap();
     for (a, b) in on.iter().zip(located.iter()) {
         let (a, b) = (a.channel("deflection 0").unwrap(), b.channel("deflection 0").unwrap());
         // The motion is not periodic yet: a mean over N samples is off by (x_N - x_0)/2N.
         assert!((a.mean - b.mean).abs() < b.peak_to_peak() / (2.0 * 4000.0), "{a:?} {b:?}");
     }
-    let off = sweep.runner(&LaneRk4::new(4002).lanes::<4>(), wave).start(start).run().unwrap();
+    let off = sweep.of(&LaneRk4::new(4002).lanes::<4>(), wave).start(start).run().unwrap();
     assert!(
         matches!(off.get(0), Err(PointError::Table(TableError::EdgeOffGrid { .. }))),
         "{:?}",
@@ -578,16 +571,16 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
 #[test]
 fn channels_that_tables_do_not_measure_and_names_there_are_not() {
     let named = |name: &str| Sweep::new(speeds(&[100.0])).settle(0).measure(1).channels(&[name]);
-    let own = named("base radius").runner(&LaneRk4::new(504).lanes::<4>(), nfg).start(at_rest).run();
+    let own = named("base radius").of(&LaneRk4::new(504).lanes::<4>(), nfg).start(at_rest).run();
     assert_eq!(own.unwrap_err(), SweepError::Channel { name: "base radius".into() });
-    assert!(named("base radius").runner(&Located(Rk4::new(1.0)), nfg).start(at_rest).run().is_ok());
-    let unknown = named("nothing").runner(&LaneRk4::new(504).lanes::<4>(), nfg).start(at_rest).run();
+    assert!(named("base radius").of(&Located(Rk4::new(1.0)), nfg).start(at_rest).run().is_ok());
+    let unknown = named("nothing").of(&LaneRk4::new(504).lanes::<4>(), nfg).start(at_rest).run();
     assert!(matches!(unknown, Err(SweepError::Parameter(ParameterError::NoSuchChannel { .. }))));
 }
 
 #[test]
 fn parts_that_do_not_fit_together() {
-    let part = |i| sweep(10).runner(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(rest).chunk(i, 3).unwrap();
+    let part = |i| sweep(10).of(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(rest).chunk(i, 3).unwrap();
     assert!(matches!(
         Rows::merge(vec![part(0), part(2)]),
         Err(RowsError { error: SweepError::Parts { row: 3 }, .. })
@@ -618,7 +611,7 @@ fn up_and_down(speeds: &[f64]) {
         sweep
             .clone()
             .warm_start(warm_start)
-            .runner(&LaneRk4::new(4032).lanes::<8>(), reading_a)
+            .of(&LaneRk4::new(4032).lanes::<8>(), reading_a)
             .start(at_rest)
             .run()
             .unwrap()
@@ -659,7 +652,7 @@ fn up_and_down_agree() {
 fn up_and_down_agree_with_located_edges() {
     let sweep = Sweep::new(speeds(&[163.5, 164.0])).settle(60).measure(4);
     let engine = Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]));
-    let diagram = Bifurcation::strobed("q0").run(&sweep.runner(&engine, reading_a).start(at_rest)).unwrap();
+    let diagram = Bifurcation::strobed("q0").run(&sweep.of(&engine, reading_a).start(at_rest)).unwrap();
     for way in [diagram.up(), diagram.down()] {
         assert_eq!(way.iter().map(|mark| mark.period_multiple).collect::<Vec<_>>(), [Some(2), Some(1)]);
     }
@@ -678,7 +671,7 @@ fn up_and_down_agree_every_half_step() {
 fn located(scan: &[f64], measure: usize) -> Rows {
     let sweep = Sweep::new(speeds(scan)).settle(60).measure(measure).rattle();
     sweep
-        .runner(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a)
+        .of(&Located(Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15])), reading_a)
         .start(at_rest)
         .run()
         .unwrap()

@@ -91,13 +91,13 @@ fn equal_planets_pass_every_method_in_relative_coordinates() {
     let row = |rows: &Rows| rows.iter().next().unwrap().period_multiple();
     let sweep = Sweep::new(Axis::list("speed", &[100.0]).unwrap()).settle(40).measure(8);
     let located = sweep
-        .runner(&Located(Dop853::new().rtol(1e-10).atol(1e-16)), |p| train.with("speed", p["speed"]))
+        .of(&Located(Dop853::new().rtol(1e-10).atol(1e-16)), |p| train.with("speed", p["speed"]))
         .start(|_, _| start.clone())
         .run()
         .unwrap();
     let steps = 512 * train.shape().cycles_in_a_period() as usize;
     let lanes = sweep
-        .runner(&LaneRk4::new(steps).lanes::<4>(), |p| train.with("speed", p["speed"]))
+        .of(&LaneRk4::new(steps).lanes::<4>(), |p| train.with("speed", p["speed"]))
         .start(|_, _| start.clone())
         .run()
         .unwrap();

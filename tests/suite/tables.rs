@@ -137,3 +137,24 @@ fn contributing_lists_all_reference_data_and_benches() {
     let benches = benches.map(|name| name.trim_end_matches('`').to_owned()).collect();
     assert_same("benches of CONTRIBUTING.md", &benches, &self::files("benches", ".rs"));
 }
+
+/// Comments of the source end at column 110; tables and code of doc comments may be wider.
+#[test]
+fn comments_of_the_source_are_within_110_columns() {
+    let mut wide = Vec::new();
+    for path in sources(root().join("src")) {
+        let mut in_code = false;
+        for (i, line) in read_to_string(&path).unwrap().lines().enumerate() {
+            let Some(comment) = line.trim_start().strip_prefix("//") else {
+                in_code = false;
+                continue;
+            };
+            let comment = comment.trim_start_matches(['/', '!']).trim_start();
+            in_code ^= comment.starts_with("```");
+            if !in_code && !comment.starts_with('|') && line.chars().count() > 110 {
+                wide.push(format!("{}:{}", path.display(), i + 1));
+            }
+        }
+    }
+    assert!(wide.is_empty(), "{wide:#?}");
+}

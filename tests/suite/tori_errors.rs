@@ -155,7 +155,7 @@ fn iterations_that_fail_keep_the_last_iterate() {
     let error = from_rest(&balance, &steep, &[0.0]).unwrap_err();
     assert!(matches!(error, TorusError::Slope { acceleration: 0, coordinate: 0, .. }), "{error}");
     // A contact without laws on fixed pieces.
-    assert_eq!(balance.linearised(&Steep(steep.0, 1), Piece::Lower), Err(TorusError::NotAvailable));
+    assert_eq!(balance.linearised(&Steep(steep.0, 1), Piece::Lower), Err(TorusError::NoPieces));
 }
 
 #[test]

@@ -601,8 +601,8 @@ fn planetary_maps_in_lanes_are_those_one_by_one() {
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
     let start =
         |_: &Point<'_>, train: &Train| Ok::<_, gear_dynamics::ParameterError>(State::at_rest(train.dof()));
-    let lanes = sweep.runner(&LaneRk4::new(64).lanes::<8>(), model).start(start).run().unwrap();
-    let single = sweep.runner(&TableRk4::new(64), model).start(start).run().unwrap();
+    let lanes = sweep.of(&LaneRk4::new(64).lanes::<8>(), model).start(start).run().unwrap();
+    let single = sweep.of(&TableRk4::new(64), model).start(start).run().unwrap();
     assert_eq!(lanes.iter().count(), 12);
     for (a, b) in lanes.iter().zip(single.iter()) {
         let [a, b] = [a, b].map(|row| row.channel("deflection 0").unwrap());

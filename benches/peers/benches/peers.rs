@@ -235,7 +235,7 @@ fn ensemble(count: usize, engine: &impl SweepEngine<Machine<Rattling>>) -> Rows 
     let pair = Pair::new().machine();
     let points = Points::from(Axis::linear("we", 0.15, 0.36, count).expect("the range is in order"));
     let sweep = Sweep::new(points).settle(0).measure(20).channels(&["q0"]).rattle();
-    let rows = sweep.runner(engine, |p| pair.with("wc", p["we"] / 63.0)).start(|_, _| Pair::start()).run();
+    let rows = sweep.of(engine, |p| pair.with("wc", p["we"] / 63.0)).start(|_, _| Pair::start()).run();
     rows.expect("the workload runs")
 }
 

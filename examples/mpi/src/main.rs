@@ -37,7 +37,7 @@ fn compute(sweep: &Sweep, chunk: u64, chunks: u64) -> Result<Rows, SweepError> {
         NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() })
     };
     let start = |_: &Point<'_>, pair: &NfgPair| -> Result<State, ParameterError> { pair.static_start() };
-    sweep.runner(&LaneRk4::new(63 * 64), pair).start(start).chunk(chunk as usize, chunks as usize)
+    sweep.of(&LaneRk4::new(63 * 64), pair).start(start).chunk(chunk as usize, chunks as usize)
 }
 
 /// Rank 0: assigns chunks on this thread and computes on another one. Returns the merged rows.

@@ -145,10 +145,10 @@ pub fn users(case: &mut Case) -> Run {
     let start = |_: &Point<'_>, model: &Erased| Ok::<_, ParameterError>(State::at_rest(model.dof()));
     let rows = if case.chance(0.5) {
         let engine = TableRk4::new(if case.hostile() { steps(case, 100) } else { 20 + case.below(200) });
-        sweep.runner(&engine, family).start(start).run()?
+        sweep.of(&engine, family).start(start).run()?
     } else {
         let engine: Located<Solver> = Located(solvers::solver(case, TAU / user.omega, 2 * user.dof));
-        sweep.runner(&engine, family).start(start).run()?
+        sweep.of(&engine, family).start(start).run()?
     };
     judge(case, rows)
 }
@@ -167,7 +167,7 @@ pub fn machines<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>, n
     let engine = LaneRk4::new(if case.hostile() { steps(case, 100) } else { 60 }).lanes::<4>();
     case.note(|| format!("{sweep:?}, {engine:?}"));
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(State::at_rest(machine.dof()));
-    let rows = sweep.runner(&engine, |p| machine.with(name, p[name])).start(start).run()?;
+    let rows = sweep.of(&engine, |p| machine.with(name, p[name])).start(start).run()?;
     holds(rows.alone() <= 1, || format!("{} of {count} runs alone", rows.alone()))?;
     judge(case, rows)
 }
@@ -187,10 +187,10 @@ pub fn lanes(case: &mut Case) -> Run {
     let (chunk, chunks) =
         if case.hostile() { (case.count(1), case.count(2)) } else { (0, 1 + case.below(2)) };
     let rows = if chunks == 1 {
-        sweep.runner(&engine, family).start(start).run()?
+        sweep.of(&engine, family).start(start).run()?
     } else {
-        let first = sweep.runner(&engine, family).start(start).chunk(chunk, chunks)?;
-        let second = sweep.runner(&engine, family).start(start).chunk(1, chunks)?;
+        let first = sweep.of(&engine, family).start(start).chunk(chunk, chunks)?;
+        let second = sweep.of(&engine, family).start(start).chunk(1, chunks)?;
         Rows::merge(vec![first, second])?
     };
     judge(case, rows)
@@ -207,7 +207,7 @@ pub fn bifurcation(case: &mut Case) -> Run {
     case.note(|| format!("{sweep:?} {diagram:?}"));
     let engine = TableRk4::new(100);
     let start = |_: &Point<'_>, model: &Erased| Ok::<_, ParameterError>(State::at_rest(model.dof()));
-    let drawn = diagram.run(&sweep.runner(&engine, |p| erased(&user, p["force"])).start(start))?;
+    let drawn = diagram.run(&sweep.of(&engine, |p| erased(&user, p["force"])).start(start))?;
     for point in drawn.up().iter().chain(drawn.down()) {
         finite("parameter", point.parameter)?;
         all_finite("drawn values", &point.values)?;

@@ -17,7 +17,7 @@ use gear_dynamics::sweep::{Diagram, DiagramPoint};
 /// use gear_dynamics_plots::{Picture, bifurcation};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
 /// let sweep = Sweep::new(Axis::linear("speed", 0.5, 1.0, 3)?).settle(20).measure(2);
-/// let diagram = Bifurcation::strobed("q0").run(&sweep.of_machine(&LaneRk4::new(64), &swing)?)?;
+/// let diagram = Bifurcation::strobed("q0").run(&sweep.over(&LaneRk4::new(64), &swing)?)?;
 /// let svg = Picture::from(bifurcation(&diagram, ["Ω [1]", "q(2πk/Ω) [1]"])?).to_svg();
 /// assert!(svg.contains("upwards") && svg.contains("Ω [1]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

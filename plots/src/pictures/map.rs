@@ -19,7 +19,7 @@ use gear_dynamics::sweep::{Row, Rows};
 /// use gear_dynamics_plots::{Picture, map};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.1, 0.2, 2)?];
-/// let rows = Sweep::new(Points::grid(axes)?).settle(20).measure(1).channels(&["q0"]).of_machine(&LaneRk4::new(64), &swing)?.run()?;
+/// let rows = Sweep::new(Points::grid(axes)?).settle(20).measure(1).channels(&["q0"]).over(&LaneRk4::new(64), &swing)?.run()?;
 /// let swing = |row: &gear_dynamics::sweep::Row<'_>| row.channel("q0").map_or(f64::NAN, |q| q.peak_to_peak());
 /// let panel = map(&rows, ["speed Ω [1]", "force [1]"], "peak-to-peak of q [1]", swing)?;
 /// assert!(Picture::from(panel).to_svg().contains("peak-to-peak of q [1]"));
@@ -59,7 +59,7 @@ pub fn map(
 ///     ("half backlash", 1.0),
 /// ])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.01, 0.25, 2)?];
-/// let rows = Sweep::new(Points::grid(axes)?).settle(40).measure(2).rattle().of_machine(&LaneRk4::new(64), &pair)?.run()?;
+/// let rows = Sweep::new(Points::grid(axes)?).settle(40).measure(2).rattle().over(&LaneRk4::new(64), &pair)?.run()?;
 /// let svg = Picture::from(rattle_map(&rows, ["speed Ω [1]", "force [1]"], None)?).to_svg();
 /// assert!(svg.contains("rattle: none"));
 /// let refused = rattle_map(&rows, ["speed Ω [1]", "force [1]"], 1).unwrap_err();
@@ -100,7 +100,7 @@ pub fn rattle_map(
 /// use gear_dynamics_plots::{Picture, category_map};
 /// let swing = Oscillator::new(&[("speed", 1.0), ("damping", 0.2), ("linear stiffness", 2.0), ("force", 0.1)])?;
 /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.1, 0.2, 2)?];
-/// let rows = Sweep::new(Points::grid(axes)?).settle(20).measure(1).of_machine(&LaneRk4::new(64), &swing)?.run()?;
+/// let rows = Sweep::new(Points::grid(axes)?).settle(20).measure(1).over(&LaneRk4::new(64), &swing)?.run()?;
 /// let slow = |row: &gear_dynamics::sweep::Row<'_>| Some(usize::from(row.point()["speed"] > 0.6));
 /// let panel = category_map(&rows, ["speed Ω [1]", "force [1]"], &["slow", "fast"], slow)?;
 /// assert!(Picture::from(panel).to_svg().contains(">fast</text>"));
@@ -215,7 +215,7 @@ impl Panel {
     ///     ("half backlash", 1.0),
     /// ])?;
     /// let axes = vec![Axis::linear("speed", 0.5, 1.0, 3)?, Axis::linear("force", 0.01, 0.25, 2)?];
-    /// let rows = Sweep::new(Points::grid(axes)?).settle(2).measure(2).rattle().of_machine(&LaneRk4::new(64), &pair)?.run()?;
+    /// let rows = Sweep::new(Points::grid(axes)?).settle(2).measure(2).rattle().over(&LaneRk4::new(64), &pair)?.run()?;
     /// let panel = rattle_map(&rows, ["speed Ω [1]", "force [1]"], None)?;
     /// let panel = panel.mark_rows("sensitive", &rows, |row| row.is_sensitive())?;
     /// assert!(Picture::from(panel).to_svg().contains(">sensitive</text>"));

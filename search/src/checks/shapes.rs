@@ -256,5 +256,5 @@ where
 {
     let sweep = Sweep::new(points).settle(1).measure(1).channels(&["q0"]).rattle().strobe(1);
     let start = |_: &Point<'_>, model: &Machine<G>| Ok::<_, ParameterError>(State::at_rest(model.dof()));
-    sweep.runner(engine, |p| machine.with("speed", p["speed"])).start(start).run().map_err(told)
+    sweep.of(engine, |p| machine.with("speed", p["speed"])).start(start).run().map_err(told)
 }

@@ -345,7 +345,7 @@ where
     let rows = Sweep::new(points)
         .settle(100)
         .measure(8)
-        .runner(engine, |p| train.with("speed", p["speed"]))
+        .of(engine, |p| train.with("speed", p["speed"]))
         .start(|_, _| start.clone())
         .run()
         .map_err(|error| format!("sweep: {error}"))?;

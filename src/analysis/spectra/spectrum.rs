@@ -44,9 +44,7 @@ impl Spectrum {
     /// 1e50; an amplitude that overflows.
     pub fn new(samples: &[f64], spacing: f64, window: Window) -> Result<Self, ParameterError> {
         let n = samples.len();
-        if n < 2 {
-            return Err(ParameterError::TooFew { name: "samples".into(), value: n, min: 2 });
-        }
+        check::at_least("samples", n, 2)?;
         check::all_finite("samples", samples)?;
         check::scale("spacing", spacing)?;
         let w = window.coefficients(n)?;

@@ -72,9 +72,7 @@ impl Waterfall {
     /// No turns; fewer than four samples a turn; more than 2²⁶ samples in a window.
     pub fn new(turns: usize, samples: usize) -> Result<Self, ParameterError> {
         for (name, value, least) in [("turns", turns, 1), ("samples per turn", samples, 4)] {
-            if value < least {
-                return Err(ParameterError::TooFew { name: name.into(), value, min: least });
-            }
+            check::at_least(name, value, least)?;
         }
         check::count("samples in a window", &[turns, samples], check::NUMBERS)?;
         Ok(Waterfall { turns, samples, budget: Budget::new() })

@@ -58,12 +58,8 @@ impl Welch {
     /// [0, 1); a sample that is NaN or infinite; a spacing outside 1e-50 .. 1e50; a density that overflows.
     pub fn density(&self, samples: &[f64], spacing: f64) -> Result<Density, ParameterError> {
         let n = self.segment;
-        if n < 2 {
-            return Err(ParameterError::TooFew { name: "samples in a segment".into(), value: n, min: 2 });
-        }
-        if samples.len() < n {
-            return Err(ParameterError::TooFew { name: "samples".into(), value: samples.len(), min: n });
-        }
+        check::at_least("samples in a segment", n, 2)?;
+        check::at_least("samples", samples.len(), n)?;
         let w = self.window.coefficients(n)?;
         let overlap = check::fraction("overlap", self.overlap)?;
         check::all_finite("samples", samples)?;

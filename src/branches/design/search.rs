@@ -139,10 +139,7 @@ impl<T> Search<T> {
     ) -> Result<Found, DesignError> {
         let (tolerance, max_evaluations) = (self.tolerance, self.max_evaluations);
         check::positive("tolerance", tolerance)?;
-        if max_evaluations == 0 {
-            let name = "max_evaluations".into();
-            return Err(ParameterError::TooFew { name, value: 0, min: 1 }.into());
-        }
+        check::at_least("max_evaluations", max_evaluations, 1)?;
         let max_evaluations = max_evaluations.min(MOST);
         struct Progress {
             best: Option<(Vec<f64>, f64)>,

@@ -7,6 +7,7 @@ use crate::branches::family::Family;
 use crate::branches::following::Following;
 use crate::branches::line::Line;
 use crate::branches::starts::start::{Resume, Start};
+use crate::error::ParameterError;
 
 impl Continuation {
     /// Follows a line from a [`Start`] to its end: over one parameter a branch of orbits, over two the
@@ -20,9 +21,8 @@ impl Continuation {
         family: &Family<'_, N>,
         start: S,
     ) -> Result<Line<S::Point>, BranchError> {
-        let both_ways = self.both_ways && start.goes_both_ways();
         let forward = self.begin(family, start)?.finish();
-        if !both_ways || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
+        if !self.both_ways || matches!(forward.end, BranchEnd::Closed | BranchEnd::Exhausted(_)) {
             return Ok(forward);
         }
         // What fails in the second direction does not lose the first.
@@ -43,6 +43,10 @@ impl Continuation {
         start: S,
     ) -> Result<Following<'f, S::Point>, BranchError> {
         self.check()?;
+        if self.both_ways && !start.goes_both_ways() {
+            let by = "a start that goes one way (Switch, Beyond)";
+            return Err(ParameterError::Unread { name: "both_ways", by }.into());
+        }
         start.begin(self, family)
     }
 

@@ -48,7 +48,7 @@ pub trait Start<const N: usize = 1> {
         family: &'f Family<'f, N>,
     ) -> Result<Following<'f, Self::Point>, BranchError>;
 
-    /// Whether [`Continuation::both_ways`] applies. Default: yes.
+    /// Whether the line can be followed [both ways](Continuation::both_ways) from here. Default: yes.
     fn goes_both_ways(&self) -> bool {
         true
     }

@@ -27,7 +27,8 @@ use nalgebra::{DMatrix, DVector};
 /// On a branch by harmonic balance the harmonics of [`Continuation::balance`] are those of the branch at a
 /// branch point or a symmetry breaking, and those of twice the period multiple
 /// ([`Harmonics::with_period_multiple`](crate::Harmonics::with_period_multiple)) at a period doubling. A
-/// doubling of such a branch is that of the equation along the series. The doubled balance branches off nearby.
+/// doubling of such a branch is that of the equation along the series. The doubled balance branches off
+/// nearby.
 ///
 /// # Errors
 /// [`BranchError::Kind`] for a point that is no crossing of branches; [`BranchError::Curve`] if no point of

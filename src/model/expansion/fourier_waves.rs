@@ -19,8 +19,8 @@ const GROUPS: usize = 4;
 const TERMS: usize = 128;
 pub(super) const ORDERS: usize = 512;
 
-/// Numbers of orders up to which the array of their sines and cosines is small: a large one would be cleared at each
-/// instant.
+/// Numbers of orders up to which the array of their sines and cosines is small: a large one would be
+/// cleared at each instant.
 pub(super) const FEW: usize = 16;
 const SOME: usize = 64;
 

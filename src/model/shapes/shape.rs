@@ -114,10 +114,9 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 
 /// A shape: the algebra q'' = a(u, q, q') for every number type.
 ///
-/// The number types are f64, [`Dual`](crate::model::Dual) and [`Lanes`](crate::sweep::Lanes).
-///
-/// The model is written once. Exact Jacobians, fixed pieces, derivatives with respect to constants, lanes
-/// and drive tables follow from it. `self` is the part of a model that all runs in the same lanes share.
+/// [`Scalar`] lists the number types. The model is written once. Exact Jacobians, fixed pieces, derivatives
+/// with respect to constants, lanes and drive tables follow from it. `self` is the part of a model that all
+/// runs in the same lanes share.
 ///
 /// The drives u are functions of one angle φ ([`waves`](Shape::waves)), its speed φ' and acceleration φ'',
 /// and [`names`](Shape::names) and units of constants. A number that varies from run to run must be a

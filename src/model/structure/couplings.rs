@@ -39,9 +39,9 @@ pub(crate) struct Couplings {
 const INSTANTS: usize = 16;
 
 impl Couplings {
-    /// Finds the couplings from Jacobians at `INSTANTS` instants, in states of three sizes. `has_fixed_pieces`:
-    /// the Jacobians are evaluated with all contacts in the gap, on the lower and on the upper flank;
-    /// otherwise by deflection.
+    /// Finds the couplings from Jacobians at `INSTANTS` instants, in states of three sizes.
+    /// `has_fixed_pieces`: the Jacobians are evaluated with all contacts in the gap, on the lower and on
+    /// the upper flank; otherwise by deflection.
     pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, has_fixed_pieces: bool) -> Self {
         let (model, n) = (slopes.model(), slopes.model().dof());
         let mut first: Option<Jacobian> = None;

@@ -99,9 +99,9 @@ impl Free {
         Free { size: vec![0.0; n], basis: Mat::identity(n, n), values: vec![0.0; n] }
     }
 
-    /// Narrows all directions down to few that contain every one which no Jacobian resists: those that one weighted
-    /// sum C of the Jacobians does not resist, by a factorisation C = Q R with pivots. A singular value
-    /// decomposition of all Jacobians takes longer.
+    /// Narrows all directions down to few that contain every one which no Jacobian resists: those that one
+    /// weighted sum C of the Jacobians does not resist, by a factorisation C = Q R with pivots. A singular
+    /// value decomposition of all Jacobians takes longer.
     fn narrow(&mut self, jacobians: &[DMatrix<f64>]) {
         let n = self.size.len();
         let mut sum = DMatrix::<f64>::zeros(n, n);
@@ -230,8 +230,8 @@ const SIZES: [f64; 9] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3];
 /// Number of coordinates from which the directions are narrowed down first.
 const LARGE: usize = 128;
 
-/// Largest entry on the diagonal of R, as a share of the first one, of a direction that remains after narrowing down:
-/// far above the rounding errors of directions without resistance.
+/// Largest entry on the diagonal of R, as a share of the first one, of a direction that remains after
+/// narrowing down: far above the rounding errors of directions without resistance.
 const NARROW: f64 = 1e-7;
 
 /// Limits of a singular value, for exact Jacobians: zero up to the first limit, not zero from the second one,

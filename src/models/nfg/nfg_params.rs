@@ -72,9 +72,7 @@ impl NfgParams {
     /// Checks every value against its range.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         check::scale("module", self.module)?;
-        if self.pinion_teeth < 1 {
-            return Err(ParameterError::TooFew { name: "pinion_teeth".into(), value: 0, min: 1 });
-        }
+        check::at_least("pinion_teeth", self.pinion_teeth as usize, 1)?;
         check::scale("ratio", self.ratio)?;
         let teeth = self.face_gear_teeth();
         // Beyond a million teeth rounding of the mesh phase over a turn is too large for the excitations.

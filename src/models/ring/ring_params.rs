@@ -134,13 +134,7 @@ impl<N: Nonlinearity> RingParams<N> {
         check::scale("motor.inertia", self.motor.inertia)?;
         check::quantity("motor.torque", self.motor.torque)?;
         self.motor.shaft.check("motor.shaft")?;
-        if self.gears.len() < 3 {
-            return Err(ParameterError::TooFew {
-                name: "gears of a closed ring".into(),
-                value: self.gears.len(),
-                min: 3,
-            });
-        }
+        check::at_least("gears of a closed ring", self.gears.len(), 3)?;
         check::count("gears of a closed ring", &[self.gears.len()], MAX_GEARS)?;
         check::length("meshes", self.meshes.len(), self.gears.len())?;
         for (i, gear) in self.gears.iter().enumerate() {
@@ -273,9 +267,7 @@ impl RingSet {
     /// damping or half backlash; a number of phases other than that of the gears; a value beyond ±1e50.
     /// [`Ring::new`](crate::Ring) checks the others.
     pub fn params(&self) -> Result<RingParams, ParameterError> {
-        if self.teeth == 0 {
-            return Err(ParameterError::TooFew { name: "teeth".into(), value: 0, min: 1 });
-        }
+        check::at_least("teeth", self.teeth as usize, 1)?;
         check::count("gears", &[self.gears], MAX_GEARS)?;
         check::positive("rpm", self.rpm)?;
         check::positive("mesh_stiffness", self.mesh_stiffness)?;

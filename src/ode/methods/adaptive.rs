@@ -55,7 +55,8 @@ impl<T> Adaptive<T> {
     pub fn atol(self, atol: f64) -> Self {
         self.atol_each(&[atol])
     }
-    /// Absolute tolerance per component, 2 dof values: the coordinates, then the velocities. One value holds for all.
+    /// Absolute tolerance per component, 2 dof values: the coordinates, then the velocities. One value
+    /// holds for all.
     pub fn atol_each(mut self, atol: &[f64]) -> Self {
         self.tolerances.atol = atol.to_vec();
         self

@@ -36,14 +36,30 @@ pub enum BalanceError {
     },
     /// A way of integration is not available for the model.
     #[error(
-        "integration by {integrals:?} is not available for this model or this call: Closed and Kinks need \
+        "integration by {integrals:?} is not available for this model: Closed and Kinks need \
          fixed pieces (Model::accel_on_pieces) and no drive edges; Closed also needs accelerations that are \
-         linear on the pieces, contacts that add up and drives with at most some 6000 harmonics; linearised \
-         orbits need fixed pieces; truncated forces need a Shape (Offers::laws) and Sampled, Closed or Kinks; \
+         linear on the pieces, contacts that add up and drives with at most some 6000 harmonics; \
          Integrals::Exact chooses an available way"
     )]
     NotAvailable {
         /// The way that was set.
+        integrals: Integrals,
+    },
+    /// The model does not evaluate its contact laws on fixed pieces
+    /// ([`accel_on_pieces`](crate::Model::accel_on_pieces)).
+    #[error(
+        "the model does not evaluate its contact laws on fixed pieces: implement Model::accel_on_pieces, or \
+         start from a series of a settled run"
+    )]
+    NoPieces,
+    /// Truncated forces need the values of the contact laws ([`Offers::laws`](crate::model::Offers::laws)),
+    /// which the model does not give or the integration by panels does not read.
+    #[error(
+        "truncated forces need the values of the contact laws (Offers::laws, which every Shape has), and other \
+         integrals than {integrals:?} where these go by panels"
+    )]
+    NoLaws {
+        /// The way of integration that was set.
         integrals: Integrals,
     },
     /// The model has a rigid stop. A Fourier series cannot represent velocities that jump;

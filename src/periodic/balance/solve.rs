@@ -41,7 +41,7 @@ impl Balance {
         if !self.truncated_forces {
             return Ok(equations);
         }
-        equations.with_truncated_forces().ok_or(BalanceError::NotAvailable { integrals: self.integrals })
+        equations.with_truncated_forces().ok_or(BalanceError::NoLaws { integrals: self.integrals })
     }
 
     /// The equations without truncation of the contact forces.
@@ -77,7 +77,7 @@ impl Balance {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
         crate::periodic::balance::admission::refuse_stops(model)?;
         if model.contacts() > 0 && !model.offers().pieces {
-            return Err(BalanceError::NotAvailable { integrals: self.integrals });
+            return Err(BalanceError::NoPieces);
         }
         let width = self.harmonics.unknowns();
         let rest = FourierOrbit::of(
@@ -139,7 +139,7 @@ impl Balance {
     ) -> Result<FirstJacobian, BalanceError> {
         crate::periodic::balance::admission::refuse_stops(model)?;
         if model.contacts() > 0 && !model.offers().pieces {
-            return Err(BalanceError::NotAvailable { integrals: self.integrals });
+            return Err(BalanceError::NoPieces);
         }
         let equations = self.with_whole_forces(model, near, 1, &self.budget.begin())?;
         let mut equations = equations.on_fixed_pieces(&vec![flank; model.contacts()]);

@@ -54,7 +54,8 @@ pub(crate) struct Accuracy<'a> {
     pub(crate) first: f64,
 }
 
-/// The tape of a model, with or without its derivatives, if it is integrated by Taylor series; `None`: DOP853.
+/// The tape of a model, with or without its derivatives, if it is integrated by Taylor series; `None`:
+/// DOP853.
 pub(crate) struct Expansion(Option<RefCell<Prepared>>);
 
 impl Expansion {
@@ -80,7 +81,8 @@ impl Expansion {
         }
     }
 
-    /// The expansion of a model without its derivatives: by DOP853 if that is `wanted` or if there is no series.
+    /// The expansion of a model without its derivatives: by DOP853 if that is `wanted` or if there is no
+    /// series.
     pub(crate) fn of_motion(model: &dyn Model, wanted: Option<FlowMethod>) -> Self {
         let series = || Prepared::new(model).ok().map(RefCell::new);
         Expansion(if wanted == Some(FlowMethod::Dop853) { None } else { series() })

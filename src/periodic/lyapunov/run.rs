@@ -298,9 +298,7 @@ impl Lyapunov {
         for (name, value) in
             [("count", count), ("periods", self.periods), ("renormalisations", self.renormalisations)]
         {
-            if value == 0 {
-                return Err(ParameterError::TooFew { name: name.into(), value, min: 1 });
-            }
+            check::at_least(name, value, 1)?;
         }
         check::count("renormalisations", &[self.renormalisations], MAX_RENORMALISATIONS)?;
         check::tolerance("flow_tolerance", self.flow_tolerance).map(drop)
@@ -308,9 +306,7 @@ impl Lyapunov {
 
     fn check(&self, count: usize, components: usize, start: &State, span: f64) -> Result<(), LyapunovError> {
         self.check_settings()?;
-        if components == 0 {
-            return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, min: 1 }.into());
-        }
+        check::at_least("degrees of freedom", components, 1)?;
         check::count("count", &[count], components)?;
         check::scale("span", span)?;
         Ok(start.check(components / 2)?)

@@ -105,6 +105,14 @@ pub enum ShootingError {
         /// The last iterate.
         last: Iterate,
     },
+    /// The orbit is found, but its monodromy matrix has no finite eigenvalues.
+    #[error("shooting found an orbit without multipliers: {error}")]
+    Multipliers {
+        /// What is wrong with the matrix.
+        error: ParameterError,
+        /// The orbit.
+        last: Iterate,
+    },
 }
 
 impl ShootingError {
@@ -125,7 +133,8 @@ impl ShootingError {
             ShootingError::Integrate { last, .. }
             | ShootingError::Exhausted { last, .. }
             | ShootingError::Singular { last, .. }
-            | ShootingError::NotConverged { last, .. } => Some(last),
+            | ShootingError::NotConverged { last, .. }
+            | ShootingError::Multipliers { last, .. } => Some(last),
         }
     }
 }

@@ -310,10 +310,12 @@ impl Shooting {
         let looser =
             segments.round(&round.states, Some(&round.slack), LOOSER * self.flow_tolerance, meter).ok();
         let monodromy = round.monodromy();
-        let Ok(multipliers) = Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY) else {
-            let (component, range) = (0, segments.range()[0]);
-            let last = Iterate { states: round.states, corrections };
-            return Err(ShootingError::NotConverged { component, range, correction: f64::NAN, last });
+        let multipliers = match Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY) {
+            Ok(multipliers) => multipliers,
+            Err(error) => {
+                let last = Iterate { states: round.states, corrections };
+                return Err(ShootingError::Multipliers { error, last });
+            }
         };
         let other =
             looser.and_then(|looser| Multipliers::without(&looser.monodromy(), segments.rigid(), 0.0).ok());

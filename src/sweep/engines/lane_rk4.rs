@@ -33,7 +33,7 @@ use std::collections::VecDeque;
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
 /// fn fingerprint(engine: &impl SweepEngine<NfgPair>) -> Result<u64, Box<dyn std::error::Error>> {
 ///     let speeds = Axis::linear("speed", 100.0, 130.0, 6)?;
-///     let rows = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]).runner(
+///     let rows = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]).of(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     ).run()?;
@@ -55,7 +55,7 @@ use std::collections::VecDeque;
 /// let points = Axis::list("x", &[1.0])?;
 /// let model = |_: &Point<'_>| Ok::<_, ParameterError>(rest);
 /// let engine = LaneRk4::new(64); // with `TableRk4::new(64)` it compiles
-/// Sweep::new(points).runner(&engine, model).run()?;
+/// Sweep::new(points).of(&engine, model).run()?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

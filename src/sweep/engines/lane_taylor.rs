@@ -42,7 +42,7 @@ use std::collections::VecDeque;
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep, Taylor};
 /// fn range(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
 ///     let speeds = Axis::linear("speed", 100.0, 130.0, 3)?;
-///     let rows = Sweep::new(speeds).settle(1).measure(1).channels(&["q0"]).runner(
+///     let rows = Sweep::new(speeds).settle(1).measure(1).channels(&["q0"]).of(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     ).run()?;

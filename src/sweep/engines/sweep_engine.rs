@@ -17,7 +17,7 @@ use crate::sweep::sweep_error::{PointError, SweepError};
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Located, SweepEngine};
 /// fn mean(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
 ///     let sweep = Sweep::new(Axis::list("speed", &[100.0])?).settle(2).measure(1);
-///     let rows = sweep.channels(&["q0"]).runner(
+///     let rows = sweep.channels(&["q0"]).of(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     ).run()?;

@@ -22,7 +22,7 @@ use std::collections::VecDeque;
 ///     swing.with_period(std::f64::consts::PI)
 /// };
 /// let amplitudes = Axis::list("f", &[1.0, 4.0])?;
-/// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q0"]).runner(
+/// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q0"]).of(
 ///     &TableRk4::new(64),
 ///     |p| swing(p["f"]),
 /// )

@@ -98,9 +98,7 @@ impl<'w> Ensemble<'w> {
         if members == 0 {
             return Err(ParameterError::TooFew { name: "members".into(), value: 0, min: 1 });
         }
-        if spans == 0 {
-            return Err(ParameterError::TooFew { name: "spans of time".into(), value: 0, min: 1 });
-        }
+        check::at_least("spans of time", spans, 1)?;
         if members > MAX_MEMBERS {
             let value = usize::try_from(members).unwrap_or(usize::MAX);
             return Err(ParameterError::TooMany { name: "members".into(), value, max: MAX_MEMBERS as usize });

@@ -268,9 +268,7 @@ impl Distribution {
     /// No spans or more than 2²⁴; no values.
     pub fn histogram(&self, spans: usize) -> Result<Vec<HistogramSpan>, ParameterError> {
         const MAX_SPANS: usize = 1 << 24;
-        if spans == 0 {
-            return Err(ParameterError::TooFew { name: "spans of the histogram".into(), value: 0, min: 1 });
-        }
+        check::at_least("spans of the histogram", spans, 1)?;
         check::count("spans of the histogram", &[spans], MAX_SPANS)?;
         if self.count == 0 {
             return Err(ParameterError::Empty { name: "values of the distribution".into(), min: 1 });

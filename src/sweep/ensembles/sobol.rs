@@ -75,9 +75,7 @@ impl RandomParameters {
     /// # Errors
     /// As [`points`](RandomParameters::points); fewer than 2 samples.
     pub fn sobol(&self, samples: usize) -> Result<SobolDesign, ParameterError> {
-        if samples < 2 {
-            return Err(ParameterError::TooFew { name: "samples".into(), value: samples, min: 2 });
-        }
+        check::at_least("samples", samples, 2)?;
         let (width, count) = (self.names.len(), self.names.len().saturating_add(2));
         let mut rows = Vec::with_capacity(check::count(
             "numbers of the samples",
@@ -176,9 +174,7 @@ impl SobolDesign {
         let n = self.parameters;
         let samples: Vec<&[f64]> =
             measure.chunks_exact(n + 2).filter(|sample| sample.iter().all(|x| x.is_finite())).collect();
-        if samples.len() < 2 {
-            return Err(ParameterError::TooFew { name: "good samples".into(), value: samples.len(), min: 2 });
-        }
+        check::at_least("good samples", samples.len(), 2)?;
         let both = crate::sweep::ensembles::moments::Distribution::from_samples(
             samples.iter().flat_map(|s| [s[n], s[n + 1]]),
         );

@@ -11,7 +11,7 @@ use pulp::WithSimd;
 /// let speeds = Axis::linear("speed", 100.0, 130.0, 8)?;
 /// let sweep = Sweep::new(speeds).settle(0).measure(1).channels(&["q0"]);
 /// let bits = |set| {
-///     sweep.runner(
+///     sweep.of(
 ///         &LaneRk4::new(63 * 16).instructions(set),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     ).run()

@@ -10,7 +10,7 @@ use crate::sweep::rows::row::Row;
 /// ```
 /// use gear_dynamics::{sweep::{Attractors, Axis, LaneRk4, Points}, NfgPair, NfgParams, State, Sweep};
 /// let starts = Points::grid(vec![Axis::linear("q", -8e-4, -6e-4, 3)?, Axis::linear("v", -1e-5, 1e-5, 2)?])?;
-/// let rows = Sweep::new(starts).settle(20).measure(4).strobe(4).runner(
+/// let rows = Sweep::new(starts).settle(20).measure(4).strobe(4).of(
 ///     &LaneRk4::new(63 * 32),
 ///     |_| NfgPair::new(&NfgParams { speed: 110.0, ..NfgParams::table1() }),
 /// )
@@ -37,7 +37,7 @@ pub struct Attractors {
 /// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 /// let swing = swing.with_period(std::f64::consts::PI)?;
 /// let starts = Axis::linear("q", -1.0, 1.0, 5)?;
-/// let rows = Sweep::new(starts).settle(20).measure(2).strobe(1).runner(
+/// let rows = Sweep::new(starts).settle(20).measure(2).strobe(1).of(
 ///     &TableRk4::new(64),
 ///     |_| Ok::<_, ParameterError>(swing),
 /// )

@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4}, NfgPair, NfgParams, Sweep};
 /// let speeds = Axis::linear("speed", 100.0, 120.0, 3)?;
 /// let (sweep, engine) = (Sweep::new(speeds).settle(20).measure(4), LaneRk4::new(63 * 32));
-/// let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
+/// let diagram = Bifurcation::strobed("q0").run(&sweep.of(
 ///     &engine,
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 /// ))?;
@@ -130,7 +130,7 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 /// };
 /// let amplitudes = Axis::list("f", &[1.0, 4.0])?;
 /// let (sweep, engine) = (Sweep::new(amplitudes).settle(20).measure(2), TableRk4::new(64));
-/// let diagram = Bifurcation::strobed("q0").run(&sweep.runner(
+/// let diagram = Bifurcation::strobed("q0").run(&sweep.of(
 ///     &engine,
 ///     |p| swing(p["f"]),
 /// ).start(|_, _| State::at_rest(1)))?;
@@ -158,7 +158,7 @@ pub struct DiagramPoint {
 /// # use gear_dynamics::{sweep::{Axis, Bifurcation, LaneRk4}, NfgPair, NfgParams, Sweep};
 /// let speeds = Axis::linear("speed", 100.0, 110.0, 2)?;
 /// let (sweep, engine) = (Sweep::new(speeds).settle(3).measure(1), LaneRk4::new(63 * 32));
-/// let diagram = Bifurcation::extremes("deflection").run(&sweep.runner(
+/// let diagram = Bifurcation::extremes("deflection").run(&sweep.of(
 ///     &engine,
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 /// ))?;

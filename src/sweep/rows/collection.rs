@@ -18,7 +18,7 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, Sweep};
 /// let speeds = Axis::list("speed", &[100.0, 120.0])?;
-/// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).runner(
+/// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).of(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 /// ).run()?;
@@ -32,18 +32,15 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 /// bit with its feature `float_roundtrip`. Errors of points are stored as their text.
 ///
 /// ```
-/// # #[cfg(feature = "serde")] {
 /// # use gear_dynamics::{sweep::{Axis, LaneRk4, Rows}, NfgPair, NfgParams, Sweep};
 /// # let speeds = Axis::list("speed", &[100.0, 120.0])?;
-/// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).run(
+/// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).of(
 /// #     &LaneRk4::new(63 * 32),
 /// #     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
-/// #     |_, pair| pair.static_start(),
-/// # )?;
+/// # ).run()?;
 /// let text = serde_json::to_string(&rows)?;
 /// let read: Rows = serde_json::from_str(&text)?;
 /// assert_eq!(read, rows);
-/// # }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -51,7 +48,8 @@ pub struct Rows {
     /// Points and settings of the sweep, without budgets.
     pub(crate) sweep: Sweep,
     pub(crate) layout: Layout,
-    /// Units of the channels; none if they are not known. They are no result: rows that differ in them are equal.
+    /// Units of the channels; none if they are not known. They are no result: rows that differ in them are
+    /// equal.
     pub(crate) units: Vec<String>,
     /// Indices of the points of this chunk.
     pub(crate) range: Range<usize>,

@@ -10,7 +10,7 @@ use crate::sweep::sweep_error::PointError;
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, RattleState, Sweep};
-/// let rows = Sweep::new(Axis::list("speed", &[180.0])?).settle(4).measure(1).rattle().runner(
+/// let rows = Sweep::new(Axis::list("speed", &[180.0])?).settle(4).measure(1).rattle().of(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 /// ).run()?;
@@ -54,8 +54,8 @@ impl Row<'_> {
         Ok(Summary { mean, rms, min, max, deviation })
     }
 
-    /// Statistics of each contact: contact times as shares of the measured time `[1]`, and numbers of impacts in
-    /// all measured periods. Empty without [`rattle`](crate::Sweep::rattle).
+    /// Statistics of each contact: contact times as shares of the measured time `[1]`, and numbers of
+    /// impacts in all measured periods. Empty without [`rattle`](crate::Sweep::rattle).
     pub fn contacts(&self) -> Vec<ContactStatistics> {
         let of = |i: usize| {
             let at = self.rows.layout.contact(i);

@@ -11,8 +11,8 @@ impl Rows {
     ///
     /// - `point`, the index, then the parameters of the point;
     /// - `period multiple` (0 for `None`), `change`, `settled after`, `scatter`, `sensitive` (0 or 1);
-    /// - `mean q0`, `rms q0`, `min q0`, `max q0`, `deviation q0` of each channel, in its unit if the model states
-    ///   one;
+    /// - `mean q0`, `rms q0`, `min q0`, `max q0`, `deviation q0` of each channel, in its unit if the model
+    ///   states one;
     /// - with [`rattle`](crate::Sweep::rattle) for each contact: `lower 0`, `gap 0`, `upper 0`
     ///   (shares of the time), `impacts lower 0`, `impacts upper 0`, `rattle state 0`
     ///   ([`rsv`](crate::RattleState::rsv));
@@ -23,7 +23,7 @@ impl Rows {
     /// ```
     /// use gear_dynamics::{sweep::{Axis, Located}, Dop853, NfgPair, NfgParams, Sweep};
     /// let speeds = Axis::list("speed", &[100.0, 120.0])?;
-    /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0", "elastic part"]).runner(
+    /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0", "elastic part"]).of(
     ///     &Located(Dop853::new()), // lanes and tables have no channels of the model's own
     ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
     /// ).run()?;

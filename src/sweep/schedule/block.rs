@@ -18,10 +18,10 @@ use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering;
 
 /// The model of a point.
-pub(crate) type Family<'a, M> = dyn Fn(&Point<'_>) -> Result<M, PointError> + Sync + 'a;
+pub(crate) type ModelOf<'a, M> = dyn Fn(&Point<'_>) -> Result<M, PointError> + Sync + 'a;
 
 /// The start state of the model of a point.
-pub(crate) type Start<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointError> + Sync + 'a;
+pub(crate) type StartOf<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointError> + Sync + 'a;
 
 /// Data that all blocks of a sweep share.
 pub(crate) struct Work<'s, M> {
@@ -33,8 +33,8 @@ pub(crate) struct Work<'s, M> {
     pub(crate) shape: [usize; 2],
     /// Number of points in a line.
     pub(crate) length: usize,
-    pub(crate) family: &'s Family<'s, M>,
-    pub(crate) start: &'s Start<'s, M>,
+    pub(crate) family: &'s ModelOf<'s, M>,
+    pub(crate) start: &'s StartOf<'s, M>,
     pub(crate) watch: &'s Watch<'s>,
     pub(crate) rows: Mutex<&'s mut Rows>,
     /// Rows without points, with names and layout, for the rows that are watched.

@@ -1,6 +1,6 @@
 //! The runner of a sweep: whole, in chunks, or resumed.
 
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::linear::static_state;
 use crate::model::channel::place_of;
 use crate::model::{Machine, Periodic, Shape};
@@ -11,7 +11,7 @@ use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::rows::merge::RowsError;
 use crate::sweep::rows::row::Row;
-use crate::sweep::schedule::block::{Family, Start, Work};
+use crate::sweep::schedule::block::{ModelOf, StartOf, Work};
 use crate::sweep::schedule::start::IntoStart;
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
@@ -32,7 +32,7 @@ use std::sync::{Arc, Mutex};
 /// let sweep = sweep.settle(1).measure(1).channels(&["q0"]);
 /// let engine = LaneRk4::new(63 * 16);
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let runner = || sweep.runner(&engine, |p| pair.with("speed", p["speed"]));
+/// let runner = || sweep.of(&engine, |p| pair.with("speed", p["speed"]));
 /// let whole = runner().run()?;
 /// let halves = vec![runner().chunk(0, 2)?, runner().chunk(1, 2)?]; // for example on two computers
 /// assert_eq!(Rows::merge(halves)?, whole); // the same rows, bit by bit
@@ -47,14 +47,15 @@ use std::sync::{Arc, Mutex};
 pub struct Runner<'a, M, E> {
     pub(crate) sweep: &'a Sweep,
     pub(crate) engine: &'a E,
-    pub(crate) family: Box<Family<'a, M>>,
-    pub(crate) start: Box<Start<'a, M>>,
+    pub(crate) family: Box<ModelOf<'a, M>>,
+    pub(crate) start: Box<StartOf<'a, M>>,
     pub(crate) watch: Watch<'a>,
 }
 
 impl Sweep {
-    /// The runner of this sweep. `family` maps a point to its model.
-    pub fn runner<'a, M, E, X>(
+    /// The runner of this sweep with a function that makes the model of each point. Constants of one
+    /// machine by their names: [`over`](Sweep::over).
+    pub fn of<'a, M, E, X>(
         &'a self,
         engine: &'a E,
         family: impl Fn(&Point<'_>) -> Result<M, X> + Sync + 'a,
@@ -86,19 +87,19 @@ impl Sweep {
     /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[])?.parts()?.build("driver", 0.4)?;
     /// let axes = vec![Axis::linear("speed", 0.4, 0.6, 5)?, Axis::list("mesh damping", &[0.1, 0.2])?];
     /// let sweep = Sweep::new(Points::grid(axes)?).channels(&["deflection"]);
-    /// let rows = sweep.of_machine(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
+    /// let rows = sweep.over(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     /// let mean = rows.get(0)?.channel("deflection")?.mean; // without contact loss
     /// assert!((mean - 1.102).abs() < 1e-3 && rows.errors().is_empty());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn of_machine<'a, G: Shape + Send + Sync, E: SweepEngine<Machine<G>>>(
+    pub fn over<'a, G: Shape + Send + Sync, E: SweepEngine<Machine<G>>>(
         &'a self,
         engine: &'a E,
         machine: &'a Machine<G>,
     ) -> Result<Runner<'a, Machine<G>, E>, ParameterError> {
         let places = self.points.names().iter().map(|name| place_of(machine.names(), name));
         let places = places.collect::<Result<Vec<_>, _>>()?;
-        Ok(self.runner(engine, move |point| {
+        Ok(self.of(engine, move |point| {
             let values: Vec<_> = places.iter().copied().zip(point.values().iter().copied()).collect();
             machine.with_places(&values)
         }))
@@ -195,9 +196,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         let Some(model) = self.first_model(rows, total) else { return Ok(()) };
         let probe = Probe::new(&model);
         let channels = sweep.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
-        if model.dof() == 0 {
-            return Err(ParameterError::TooFew { name: "degrees of freedom".into(), value: 0, min: 1 }.into());
-        }
+        check::at_least("degrees of freedom", model.dof(), 1)?;
         let units = channels.iter().map(|&channel| probe.channels()[channel].unit.clone()).collect();
         engine.accepts(&model, &channels)?;
         if let Some(finer) = &finer {

@@ -3,8 +3,8 @@
 use crate::model::State;
 use crate::sweep::sweep_error::FamilyError;
 
-/// What a function of [`Runner::start`](crate::sweep::Runner::start) returns: a [`State`], or a result with an
-/// error of its own.
+/// What a function of [`Runner::start`](crate::sweep::Runner::start) returns: a [`State`], or a result with
+/// an error of its own.
 pub trait IntoStart {
     /// The state, or the error.
     ///

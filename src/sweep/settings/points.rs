@@ -27,13 +27,7 @@ impl Axis {
         check::quantity(format!("start of axis {name}"), from)?;
         check::quantity(format!("end of axis {name}"), to)?;
         check::positive(format!("length of axis {name}, its end less its start"), to - from)?;
-        if count < 2 {
-            return Err(ParameterError::TooFew {
-                name: format!("values on axis {name}"),
-                value: count,
-                min: 2,
-            });
-        }
+        check::at_least(format!("values on axis {name}"), count, 2)?;
         check::count(format!("values on axis {name}"), &[count], check::NUMBERS)?;
         let last = (count - 1) as f64;
         let value = |i: usize| if i + 1 == count { to } else { from + (to - from) * (i as f64 / last) };

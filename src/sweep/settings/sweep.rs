@@ -15,7 +15,7 @@ use crate::sweep::settings::points::Points;
 /// let speeds = Axis::linear("speed", 120.0, 120.4, 3)?;
 /// let ppv = |warm_start, settle| -> Result<f64, Box<dyn std::error::Error>> {
 ///     let sweep = Sweep::new(speeds.clone()).settle(settle).measure(1).channels(&["q0"]);
-///     let rows = sweep.warm_start(warm_start).runner(
+///     let rows = sweep.warm_start(warm_start).of(
 ///         &LaneRk4::new(63 * 16),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 ///     ).run()?;
@@ -161,9 +161,7 @@ impl Sweep {
     /// # Errors
     /// A setting outside its range.
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
-        if self.measure == 0 {
-            return Err(ParameterError::TooFew { name: "measure".into(), value: 0, min: 1 });
-        }
+        check::at_least("measure", self.measure, 1)?;
         check::above_zero("periodic_tolerance", self.tolerance)?;
         self.repeat.map_or(Ok(0.0), |value| check::above_zero("until_repeats", value))?;
         if let Some(lyapunov) = &self.lyapunov {
@@ -187,7 +185,7 @@ impl Sweep {
 ///     .measure(1)
 ///     .channels(&["q0"])
 ///     .rattle()
-///     .runner(
+///     .of(
 ///         &LaneRk4::new(63 * 32),
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
 ///     ).run()?;

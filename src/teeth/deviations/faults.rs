@@ -54,9 +54,7 @@ impl ToothLoss {
     /// # Errors
     /// No teeth or more than 100 000; a tooth that does not exist; a loss outside 0 .. 1.
     pub fn new(teeth: u32, tooth: u32, loss: f64) -> Result<Self, ParameterError> {
-        if teeth == 0 {
-            return Err(ParameterError::TooFew { name: "teeth".into(), value: 0, min: 1 });
-        }
+        check::at_least("teeth", teeth as usize, 1)?;
         check::count("teeth", &[teeth as usize], 100_000)?;
         check::count("tooth, counted from 0,", &[tooth as usize], teeth as usize - 1)?;
         let loss = within("loss of stiffness", loss, [0.0, 1.0], "[0, 1]")?;

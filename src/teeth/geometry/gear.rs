@@ -1,6 +1,6 @@
 //! One gear with involute teeth.
 
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::teeth::error::within;
 use crate::teeth::geometry::blank::Blank;
 use crate::teeth::geometry::involute::involute;
@@ -61,13 +61,8 @@ impl InvoluteGear {
     }
 
     fn new(teeth: u32, module: f64, internal: bool) -> Result<Self, ParameterError> {
-        let (name, value) = (|| "teeth".to_string(), teeth as usize);
-        if teeth < TEETH[0] {
-            return Err(ParameterError::TooFew { name: name(), value, min: TEETH[0] as usize });
-        }
-        if teeth > TEETH[1] {
-            return Err(ParameterError::TooMany { name: name(), value, max: TEETH[1] as usize });
-        }
+        check::at_least("teeth", teeth as usize, TEETH[0] as usize)?;
+        check::count("teeth", &[teeth as usize], TEETH[1] as usize)?;
         let module = within("module", module, [1e-5, 0.2], "[1e-5, 0.2] m")?;
         Ok(InvoluteGear {
             teeth,

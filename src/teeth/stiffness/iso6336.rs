@@ -1,6 +1,6 @@
 //! Mesh stiffness by ISO 6336-1, method B.
 
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::excitation::RectangularWave;
 use crate::teeth::error::{TeethError, method_range, within};
 use crate::teeth::geometry::gear::InvoluteGear;
@@ -233,9 +233,7 @@ impl MethodBStiffness {
     /// A mass outside 1e-9 .. 1e9 kg/m; 0 teeth.
     pub fn resonance_speed(&self, teeth: u32, reduced_mass: f64) -> Result<f64, ParameterError> {
         let mass = within("reduced mass", reduced_mass, [1e-9, 1e9], "[1e-9, 1e9] kg/m")?;
-        if teeth == 0 {
-            return Err(ParameterError::TooFew { name: "teeth".into(), value: 0, min: 1 });
-        }
+        check::at_least("teeth", teeth as usize, 1)?;
         Ok(libm::sqrt(self.mesh / mass) / (std::f64::consts::TAU * f64::from(teeth)))
     }
 }

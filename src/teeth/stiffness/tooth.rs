@@ -16,8 +16,8 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
     /// The exact geometry. The tangent of the pressure angle grows in proportion to the rotation. Contact
-    /// begins at the tip of the driven gear. The root angle is that of the transition curve. The foundation is
-    /// loaded where the line of action crosses the centre line of the tooth.
+    /// begins at the tip of the driven gear. The root angle is that of the transition curve. The foundation
+    /// is loaded where the line of action crosses the centre line of the tooth.
     Exact,
     /// As the code of ROSS 2 (docs/errata.md): the pressure angle itself grows in proportion to the rotation,
     /// from the start of the involute of the driving gear to its tip and, on the driven gear, downwards from

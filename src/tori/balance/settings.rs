@@ -1,7 +1,7 @@
 //! Balance of a torus: settings and solution.
 
 use crate::contact::Piece;
-use crate::error::{ParameterError, check};
+use crate::error::check;
 use crate::ode::Budget;
 use crate::ode::budget::Meter;
 use crate::periodic::metered::{Failure, Metered};
@@ -112,13 +112,13 @@ impl TorusBalance {
     /// residual between the points and the aliasing are not measured.
     ///
     /// # Errors
-    /// [`TorusError`]; [`TorusError::NotAvailable`] if the model does not evaluate its laws on fixed pieces.
+    /// [`TorusError`]; [`TorusError::NoPieces`] if the model does not evaluate its laws on fixed pieces.
     pub fn linearised(&self, model: &dyn QuasiPeriodic, flank: Piece) -> Result<Torus, TorusError> {
         let frequencies = checked_frequencies(model)?;
         let rest = Torus::constant(&self.vectors, &frequencies, &vec![0.0; model.dof()])?;
         self.check(model, &rest, &frequencies)?;
         if model.contacts() > 0 && !model.offers().pieces {
-            return Err(TorusError::NotAvailable);
+            return Err(TorusError::NoPieces);
         }
         let meter = self.budget.begin();
         let mut equations = TorusEquations::new(model, &self.vectors, &rest, self.oversampling)?
@@ -155,9 +155,7 @@ impl TorusBalance {
     }
 
     fn check(&self, model: &dyn QuasiPeriodic, guess: &Torus, frequencies: &[f64]) -> Result<(), TorusError> {
-        if self.oversampling == 0 {
-            return Err(ParameterError::TooFew { name: "oversampling".into(), value: 0, min: 1 }.into());
-        }
+        check::at_least("oversampling", self.oversampling, 1)?;
         check::count("oversampling", &[self.oversampling], MAX_OVERSAMPLING)?;
         check::fraction("separation", self.separation)?;
         check::length("highest orders", self.vectors.angles(), frequencies.len())?;

@@ -250,9 +250,7 @@ impl Torus {
     /// # Panics
     /// If the model has no such coordinate.
     pub fn extremes(&self, coordinate: usize, points: usize) -> Result<[f64; 2], ParameterError> {
-        if points == 0 {
-            return Err(ParameterError::TooFew { name: "points".into(), value: 0, min: 1 });
-        }
+        check::at_least("points", points, 1)?;
         let sizes = vec![points; self.frequencies.len()];
         check::count("points of the grid", &sizes, check::NUMBERS)?;
         let mut grid = AngleGrid::new(&sizes);

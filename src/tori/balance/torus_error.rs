@@ -77,7 +77,7 @@ pub enum TorusError {
         "the model does not evaluate its contact laws on fixed pieces: implement Model::accel_on_pieces, or \
          start from a torus fitted to a run"
     )]
-    NotAvailable,
+    NoPieces,
     /// The equations do not determine a coefficient.
     #[error(
         "the balance does not determine coordinate {coordinate} at the wave vector {vector:?} after {} \

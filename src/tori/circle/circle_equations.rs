@@ -8,6 +8,7 @@ use crate::periodic::FlowMethod;
 use crate::periodic::flow::flow_method::Expansion;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::{metered, transition};
+use crate::periodic::flow::walk::SegmentError;
 use crate::roots::{Matrix, Residual};
 use crate::tori::circle::closed_curve::{ClosedCurve, weight_rates, weights};
 use crate::tori::circle::strobed::Strobed;
@@ -39,22 +40,22 @@ pub(crate) struct CircleEquations<'m> {
     ends: Vec<f64>,
     transitions: Vec<DMatrix<f64>>,
     pub(crate) crossings: u64,
-    /// Node and error of the last integration that failed.
-    pub(crate) failure: Option<(usize, IntegrateError)>,
+    /// The last integration that failed; the segment of a node has its index.
+    pub(crate) failure: Option<SegmentError>,
 }
 
 /// Number of nodes from which the ranges of motion are measured.
 const MEASURED: usize = 16;
 
 impl<'m> CircleEquations<'m> {
-    /// Error: the node at which a first integration fails, and the reason.
+    /// The segment of an error is the node at which a first integration fails.
     pub(crate) fn new(
         strobed: &'m Strobed<'m>,
         guess: &ClosedCurve,
         flow_tolerance: f64,
         method: Option<FlowMethod>,
         meter: &'m Meter<'m>,
-    ) -> Result<Self, (usize, IntegrateError)> {
+    ) -> Result<Self, SegmentError> {
         let (nodes, width, t) = (guess.nodes(), guess.width(), guess.time());
         let mut motion = MotionSize::new(width / 2, &[]);
         let states = guess.states();
@@ -66,11 +67,12 @@ impl<'m> CircleEquations<'m> {
                     let until = t + strobed.period();
                     metered(state, method, model, state, until, &mut motion.along(model), meter).map(drop)
                 })
-                .map_err(|error| (j, error))?;
+                .map_err(|error| SegmentError { segment: j, error })?;
         }
         let (ranges, units) = (motion.ranges(), motion.units(flow_tolerance));
-        let expansion =
-            strobed.with(0.0, t, |model| Expansion::new(model, width, &[], method)).map_err(|e| (0, e))?;
+        let expansion = strobed
+            .with(0.0, t, |model| Expansion::new(model, width, &[], method))
+            .map_err(|error| SegmentError { segment: 0, error })?;
         let rotation = strobed.rotation();
         let guess = if rotation.is_some() {
             [Vec::new(), Vec::new()]
@@ -164,7 +166,7 @@ impl<'m> CircleEquations<'m> {
                     self.crossings += crossings;
                 }
                 Err(error) => {
-                    self.failure = Some((j, error));
+                    self.failure = Some(SegmentError { segment: j, error });
                     return false;
                 }
             }

@@ -2,8 +2,9 @@
 
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
-use crate::ode::{Budget, IntegrateError};
+use crate::ode::Budget;
 use crate::periodic::FlowMethod;
+use crate::periodic::flow::walk::SegmentError;
 use crate::periodic::metered::Failure;
 use crate::roots::matrix::MAX_ENTRIES;
 use crate::roots::{Newton, Root};
@@ -144,7 +145,7 @@ impl CircleShooting {
     ) -> Result<InvariantCircle, CircleError> {
         let frequencies = checked_frequencies(model)?;
         check::length("frequencies", frequencies.len(), 2)?;
-        check::count("strobe", &[self.strobe], 1)?;
+        check::count("strobed_frequency", &[self.strobe], 1)?;
         let frequencies = [frequencies[0], frequencies[1]];
         self.find(&Strobed::TwoAngles { model, frequencies, strobe: self.strobe }, guess, 0.0)
     }
@@ -172,7 +173,8 @@ impl CircleShooting {
     ) -> Result<InvariantCircle, CircleError> {
         let guess = self.checked(strobed.dof(), guess)?;
         let meter = self.budget.begin();
-        let failed = |node: usize, error: IntegrateError, last: Option<InvariantCircle>| {
+        let failed = |failure: SegmentError, last: Option<InvariantCircle>| {
+            let SegmentError { segment: node, error } = failure;
             let last = last.map(Box::new);
             match meter.exhausted() {
                 Some(exhausted) => CircleError::Exhausted { exhausted, last },
@@ -180,7 +182,7 @@ impl CircleShooting {
             }
         };
         let mut equations = CircleEquations::new(strobed, &guess, self.flow_tolerance, self.method, &meter)
-            .map_err(|(node, error)| failed(node, error, None))?;
+            .map_err(|failure| failed(failure, None))?;
         let x = equations.unknowns(&guess, rotation);
         let tolerance = (NOISE * self.flow_tolerance).clamp(NEWTON, 0.1);
         let newton = self.newton.unwrap_or(Newton::new().tolerance(tolerance));
@@ -209,8 +211,8 @@ impl CircleShooting {
                         CircleError::Exhausted { exhausted, last: Some(last) }
                     }
                     // The residual is NaN where an integration failed.
-                    (Failure::NotFinite | Failure::Slope { .. }, Some((node, error))) => {
-                        failed(node, error, Some(*last))
+                    (Failure::NotFinite | Failure::Slope { .. }, Some(failure)) => {
+                        failed(failure, Some(*last))
                     }
                     (Failure::Singular { unknown }, _) => CircleError::Singular { unknown, last },
                     _ => CircleError::NotConverged { last },
@@ -226,7 +228,7 @@ impl CircleShooting {
         }
         found.between = match between(&equations, &found) {
             Ok(between) => between,
-            Err((node, error)) => return Err(failed(node, error, Some(found))),
+            Err(failure) => return Err(failed(failure, Some(found))),
         };
         if found.between <= self.between {
             Ok(found)
@@ -253,16 +255,14 @@ impl CircleShooting {
 }
 
 /// Largest |P(x(θ)) - x(θ + ρ)| midway between the nodes, as a share of the range.
-fn between(
-    equations: &CircleEquations<'_>,
-    circle: &InvariantCircle,
-) -> Result<f64, (usize, IntegrateError)> {
+fn between(equations: &CircleEquations<'_>, circle: &InvariantCircle) -> Result<f64, SegmentError> {
     let nodes = circle.curve.nodes();
     let all = |s: State| s.q.into_iter().chain(s.v).collect::<Vec<f64>>();
     let mut largest = 0.0f64;
     for j in 0..nodes {
         let theta = TAU * (j as f64 + 0.5) / nodes as f64;
-        let (end, ..) = equations.map(theta, &circle.at(theta)).map_err(|error| (j, error))?;
+        let (end, ..) =
+            equations.map(theta, &circle.at(theta)).map_err(|error| SegmentError { segment: j, error })?;
         let (end, on_curve) = (all(end), all(circle.at(theta + circle.rotation)));
         for ((a, b), range) in end.iter().zip(&on_curve).zip(&circle.ranges) {
             largest = largest.max((a - b).abs() / range);

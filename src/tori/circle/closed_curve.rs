@@ -29,9 +29,7 @@ pub(crate) const MAX_NODES: usize = 1 << 16;
 
 /// An odd number of nodes, at least 3.
 pub(crate) fn checked_nodes(nodes: usize) -> Result<usize, ParameterError> {
-    if nodes < 3 {
-        return Err(ParameterError::TooFew { name: "nodes".into(), value: nodes, min: 3 });
-    }
+    check::at_least("nodes", nodes, 3)?;
     check::count("nodes", &[nodes], MAX_NODES)?;
     if nodes.is_multiple_of(2) {
         let (name, value) = ("nodes".into(), nodes as f64);
@@ -79,9 +77,7 @@ impl ClosedCurve {
                 return Err(ParameterError::Inconsistent { name, found, expected: t });
             }
         }
-        if dof == 0 {
-            return Err(ParameterError::TooFew { name: "coordinates".into(), value: 0, min: 1 });
-        }
+        check::at_least("coordinates", dof, 1)?;
         let values = states.iter().flat_map(|s| s.q.iter().chain(&s.v).copied()).collect();
         Ok(ClosedCurve { t, width: 2 * dof, values })
     }

@@ -32,9 +32,7 @@ impl ClosedCurve {
             return Err(ParameterError::Empty { name: "points".into(), min: nodes }.into());
         };
         let n = start.q.len();
-        if n == 0 {
-            return Err(ParameterError::TooFew { name: "coordinates".into(), value: 0, min: 1 }.into());
-        }
+        check::at_least("coordinates", n, 1)?;
         points.iter().try_for_each(|point| point.check(n))?;
         // 1, then cos kθ and sin kθ.
         let basis = |theta: f64, at: usize| {

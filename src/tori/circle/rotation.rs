@@ -27,9 +27,7 @@ use std::f64::consts::TAU;
 /// # Errors
 /// Fewer than 16 points; points of different sizes; numbers beyond ±1e50; points that do not leave a line.
 pub fn rotation_number(points: &[State]) -> Result<f64, ParameterError> {
-    if points.len() < 16 {
-        return Err(ParameterError::TooFew { name: "points".into(), value: points.len(), min: 16 });
-    }
+    check::at_least("points", points.len(), 16)?;
     let dof = points[0].q.len();
     points.iter().try_for_each(|point| point.check(dof))?;
     let m = 2 * dof;

@@ -108,8 +108,9 @@ impl Body {
     pub fn carried_by(self, carrier: impl Into<String>, angle: f64) -> Self {
         Body { place: Some(Place { carrier: carrier.into(), angle }), ..self }
     }
-    /// The same planet with the radius `[m]` of its centre on the carrier. A body that no carrier carries is refused
-    /// with a radius ([`TrainError::RadiusWithoutCarrier`](crate::trains::TrainError::RadiusWithoutCarrier)).
+    /// The same planet with the radius `[m]` of its centre on the carrier. A body that no carrier carries
+    /// is refused with a radius
+    /// ([`TrainError::RadiusWithoutCarrier`](crate::trains::TrainError::RadiusWithoutCarrier)).
     pub fn at_radius(self, radius: f64) -> Self {
         Body { radius: Some(radius), ..self }
     }

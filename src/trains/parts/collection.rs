@@ -247,32 +247,44 @@ impl<N> Parts<N> {
     /// Adds all parts of another train, with `name` and a space before each of their names, and the warnings
     /// that it accepts. Its choice of coordinates is left out; of two loads, that of `self` remains.
     pub fn join(&mut self, name: &str, other: Parts<N>) -> &mut Self {
+        // All fields have names here, so that a new list is not lost.
+        let Parts {
+            bodies,
+            shafts,
+            meshes,
+            torques,
+            loads,
+            coordinates: _,
+            rotating,
+            accepted,
+            without_units,
+        } = other;
         let renamed = |own: String| format!("{name} {own}");
-        self.bodies.extend(other.bodies.into_iter().map(|(own, mut body)| {
+        self.bodies.extend(bodies.into_iter().map(|(own, mut body)| {
             if let Some(place) = &mut body.place {
                 place.carrier = renamed(std::mem::take(&mut place.carrier));
             }
             (renamed(own), body)
         }));
-        self.shafts.extend(other.shafts.into_iter().map(|shaft| ShaftPart {
+        self.shafts.extend(shafts.into_iter().map(|shaft| ShaftPart {
             name: renamed(shaft.name),
             ends: shaft.ends.map(renamed),
             ..shaft
         }));
         let mesh =
             |(own, ends, mesh): (String, [String; 2], MeshPart<N>)| (renamed(own), ends.map(renamed), mesh);
-        self.meshes.extend(other.meshes.into_iter().map(mesh));
-        self.torques.extend(other.torques.into_iter().map(|torque| TorquePart {
+        self.meshes.extend(meshes.into_iter().map(mesh));
+        self.torques.extend(torques.into_iter().map(|torque| TorquePart {
             name: renamed(torque.name),
             body: renamed(torque.body),
             ..torque
         }));
-        self.accepted.extend(other.accepted);
-        self.without_units |= other.without_units;
+        self.accepted.extend(accepted);
+        self.without_units |= without_units;
         if self.loads.is_empty() {
-            self.loads = other.loads.into_iter().map(renamed).collect();
+            self.loads = loads.into_iter().map(renamed).collect();
         }
-        self.rotating = self.rotating.take().or(other.rotating.map(renamed));
+        self.rotating = self.rotating.take().or(rotating.map(renamed));
         self
     }
 }

@@ -168,8 +168,8 @@ impl MeshPart {
 
 impl<N: Nonlinearity> MeshPart<N> {
     /// The same mesh with another contact law. All meshes of a train have laws of one type; see
-    /// [`MixedLaw`](crate::contact::MixedLaw). The half backlash b becomes that of the law; one that was stated before
-    /// is replaced.
+    /// [`MixedLaw`](crate::contact::MixedLaw). The half backlash b becomes that of the law; one that was
+    /// stated before is replaced.
     pub fn law<L: Nonlinearity>(self, law: L) -> MeshPart<L> {
         let upper = law.edges(0.0, Side::After).upper;
         let half_backlash = if L::HALF_WIDTH && upper.is_finite() { upper } else { 0.0 };
@@ -192,9 +192,9 @@ impl<N: Nonlinearity> MeshPart<N> {
         self.gears.faults[gear as usize] = Some(factor);
         self
     }
-    /// Makes a gear of the mesh noncircular: its base radius is r g. r is stated with the tooth numbers, and g
-    /// is a positive wave without jumps over the mean turn of the gear, the angle by which it has turned
-    /// at its mean speed.
+    /// Makes a gear of the mesh noncircular: its base radius is r g. r is stated with the tooth numbers,
+    /// and g is a positive wave without jumps over the mean turn of the gear, the angle by which it has
+    /// turned at its mean speed.
     ///
     /// The gear moves the contact by r g q, and the bodies behind it turn unevenly:
     /// θ_2' = θ_1' r_1 g_1/(r_2 g_2). The mean of this ratio must be z_1/z_2. The reference body turns

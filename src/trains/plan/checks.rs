@@ -76,9 +76,9 @@ impl<N: Nonlinearity> Topology<'_, N> {
         Ok(())
     }
 
-    /// Warns of meshes whose gears share bodies, which vary over their teeth and of which more than one states
-    /// no phase: one may, the others are behind it. The meshes of planets of one carrier with the same gear
-    /// count as one, since their places give the phases between them.
+    /// Warns of meshes whose gears share bodies, which vary over their teeth and of which more than one
+    /// states no phase: one may, the others are behind it. The meshes of planets of one carrier with the
+    /// same gear count as one, since their places give the phases between them.
     pub(crate) fn states_phases(&self) -> Result<(), TrainError> {
         let varying: Vec<_> = self.meshes.iter().filter(|mesh| follows_teeth(mesh)).collect();
         let groups = groups(self.bodies.len(), varying.iter().map(|mesh| mesh.ends));

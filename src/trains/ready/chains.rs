@@ -1,6 +1,6 @@
 //! Idler, two-stage train, geared rotor and robot joint.
 
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::excitation::Wave;
 use crate::trains::parts::body::{Bearing, Body};
 use crate::trains::parts::collection::{Coordinates, Parts};
@@ -151,9 +151,7 @@ pub fn split_torque(
     damping: f64,
     [inner, outer]: [MeshPart; 2],
 ) -> Result<Parts, ParameterError> {
-    if paths == 0 {
-        return Err(ParameterError::TooFew { name: "paths".into(), value: 0, min: 1 });
-    }
+    check::at_least("paths", paths, 1)?;
     crate::error::check::count("paths", &[paths], 100)?;
     let [inner, outer] = [inner, outer].map(MeshPart::phase_or_zero);
     let mut parts = Parts::new();

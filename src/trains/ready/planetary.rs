@@ -73,9 +73,7 @@ impl Planetary {
         members: Members,
         stiffness: [Wave; 2],
     ) -> Result<Self, ParameterError> {
-        if planets == 0 {
-            return Err(ParameterError::TooFew { name: "planets".into(), value: 0, min: 1 });
-        }
+        check::at_least("planets", planets as usize, 1)?;
         check::count("planets", &[planets as usize], 100)?;
         check::scale("base radius of the sun", sun_base_radius)?;
         let zero = || Wave::new(Constant::zero());

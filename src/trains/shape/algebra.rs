@@ -226,7 +226,8 @@ mod tests {
         part.damping(800.0).half_backlash(2e-5).phase(0.0)
     }
 
-    /// A plain train and the general algebra agree in contact and in the gap, and the bits are the same in lanes.
+    /// A plain train and the general algebra agree in contact and in the gap, and the bits are the same in
+    /// lanes.
     fn agree(parts: &Parts, reference: &str) {
         let train = parts.build(reference, 90.0).unwrap();
         assert!(train.shape().plain);

@@ -110,10 +110,10 @@ fn the_pair_is_swept() {
     let sweep = Sweep::new(Points::grid(axes).unwrap()).settle(40).measure(2).channels(&names).rattle();
     let family = |p: &Point<'_>| pair.with("mesh frequency", p["mesh frequency"])?.with("load", p["load"]);
     let start = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(loaded());
-    let lanes = sweep.runner(&LaneRk4::new(256).lanes::<8>(), family).start(start).run().unwrap();
-    let two = sweep.runner(&LaneRk4::new(256).lanes::<2>(), family).start(start).run().unwrap();
-    let table = sweep.runner(&TableRk4::new(256), family).start(start).run().unwrap();
-    let located = sweep.runner(&Located(accurate()), family).start(start).run().unwrap();
+    let lanes = sweep.of(&LaneRk4::new(256).lanes::<8>(), family).start(start).run().unwrap();
+    let two = sweep.of(&LaneRk4::new(256).lanes::<2>(), family).start(start).run().unwrap();
+    let table = sweep.of(&TableRk4::new(256), family).start(start).run().unwrap();
+    let located = sweep.of(&Located(accurate()), family).start(start).run().unwrap();
     assert_eq!((lanes.alone(), lanes.errors().len()), (0, 0));
     assert_eq!(lanes.fingerprint(), two.fingerprint());
     for ((row, one), truth) in lanes.iter().zip(table.iter()).zip(located.iter()) {

@@ -17,8 +17,8 @@ use crate::periodic::balance::crossings::instants::Crossings;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactHistory {
-    /// Intervals in increasing time. The first interval begins at the first crossing; the last one may end after
-    /// the span.
+    /// Intervals in increasing time. The first interval begins at the first crossing; the last one may end
+    /// after the span.
     pub intervals: Vec<ContactInterval>,
     /// Contact times and number of impacts.
     pub statistics: ContactStatistics,

@@ -1,7 +1,7 @@
 //! The equations of a balance, for any root finder.
 
 use crate::contact::Piece;
-use crate::error::{ParameterError, check};
+use crate::error::check;
 use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
@@ -79,10 +79,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         check::scale("period of the model", model.period())?;
         harmonics.check()?;
         check::length("coordinates of the orbit", near.dof(), n)?;
-        if n == 0 {
-            let name = "coordinates of the model".into();
-            return Err(ParameterError::TooFew { name, value: 0, min: 1 }.into());
-        }
+        check::at_least("coordinates of the model", n, 1)?;
         // One coordinate needs no search for rigid motions: if no stiffness acts on it, the Jacobian is
         // singular.
         let rigid = if n == 1 { Vec::new() } else { free_motions(model)? };

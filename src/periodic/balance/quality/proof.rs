@@ -1,6 +1,6 @@
 //! Proof of an orbit: estimates of its errors.
 
-use crate::error::ParameterError;
+use crate::error::check;
 use crate::model::Periodic;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
@@ -101,11 +101,7 @@ impl Balance {
     ) -> Result<Proof, BalanceError> {
         crate::error::check::positive("accuracy", accuracy)?;
         let least = self.harmonics().highest();
-        if highest < least {
-            return Err(
-                ParameterError::TooFew { name: "highest order".into(), value: highest, min: least }.into()
-            );
-        }
+        check::at_least("highest order", highest, least)?;
         let (mut balance, meter) = (self.clone(), self.budget.begin());
         let mut orbit = balance.find(model, guess, &meter)?;
         let mut reached = f64::INFINITY;

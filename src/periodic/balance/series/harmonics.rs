@@ -73,9 +73,7 @@ impl Harmonics {
     /// # Errors
     /// [`ParameterError`] for mesh order 0, or a highest order above [`HIGHEST`](Harmonics::HIGHEST).
     pub fn bands(mesh_order: usize, count: usize, half_width: usize) -> Result<Self, ParameterError> {
-        if mesh_order == 0 {
-            return Err(ParameterError::TooFew { name: "mesh order".into(), value: 0, min: 1 });
-        }
+        check::at_least("mesh order", mesh_order, 1)?;
         let asked = count.saturating_mul(mesh_order).saturating_add(half_width);
         check::count("highest order", &[asked], Self::HIGHEST)?;
         let band = |k: usize| (0..=2 * half_width).map(move |j| (k * mesh_order + j).abs_diff(half_width));
@@ -91,9 +89,7 @@ impl Harmonics {
     /// # Errors
     /// [`ParameterError`] for p = 0, or p above [`MAX_PERIOD_MULTIPLE`](Harmonics::MAX_PERIOD_MULTIPLE).
     pub fn with_period_multiple(self, period_multiple: usize) -> Result<Self, ParameterError> {
-        if period_multiple == 0 {
-            return Err(ParameterError::TooFew { name: "period_multiple".into(), value: 0, min: 1 });
-        }
+        check::at_least("period_multiple", period_multiple, 1)?;
         check::count("period_multiple", &[period_multiple], Self::MAX_PERIOD_MULTIPLE)?;
         Ok(Harmonics { period_multiple, ..self })
     }
