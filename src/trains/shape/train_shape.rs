@@ -176,7 +176,8 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let dof = self.elements.per_inertia.len();
         let torques = self.elements.torque_waves.len() + self.elements.motors.len();
         let constants = 1 + dof + torques + 2 * contacts + self.elements.frictions.len();
-        Size { dof, waves, contacts: contacts + self.places.kinks(), constants }
+        let kinks = self.places.kinks();
+        Size { dof, waves, contacts: contacts + kinks, kinks, constants }
     }
     fn names(&self) -> Vec<Channel> {
         self.constants.clone()
@@ -227,9 +228,6 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     ) -> Contact<S> {
         let at = self.drives::<false, _>(u);
         self.places.contact(i, |i| &self.teeth[i].law, |i| self.touch(law, i, &at, q, v))
-    }
-    fn kinks(&self) -> usize {
-        self.places.kinks()
     }
 
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
