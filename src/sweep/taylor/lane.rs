@@ -182,12 +182,8 @@ impl<'m> Lane<'m> {
     /// Adds times and impacts of the contacts in the period that ends.
     pub(super) fn count_contacts(&mut self, contacts: usize) {
         for (i, counted) in self.counted.iter_mut().enumerate().take(contacts) {
-            let (now, before) = (self.rattle.contacts()[i], *counted);
-            let time = |k: usize| now.time[k] - before.time[k];
-            let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
-            let meter = ContactMeter::counted([time(0), time(2)], [impacts(0), impacts(1)]);
-            self.track.add_contact(i, &meter, time(0) + time(1) + time(2));
-            *counted = now;
+            let (meter, time) = ContactMeter::since(self.rattle.contacts()[i], counted);
+            self.track.add_contact(i, &meter, time);
         }
     }
 
