@@ -4,7 +4,7 @@ use crate::analysis::{ContactStatistics, Rattle};
 use crate::contact::Piece;
 use crate::model::expansion::expand::Expand;
 use crate::model::{Model, State};
-use crate::ode::edges::exit::Found;
+use crate::ode::edges::exit::{Elapsed, Found};
 use crate::ode::step::StepView;
 use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::taylor::course::Course;
@@ -49,7 +49,7 @@ pub(super) struct Lane<'m> {
     /// Limit of the next step alone, after an impact.
     limit: f64,
     aim: [f64; 2],
-    found: Found,
+    found: Found<Elapsed>,
     /// Steps and attempts in the current period.
     pub(super) steps: u64,
     pub(super) attempts: usize,
