@@ -786,7 +786,7 @@ fn accuracy_out_of_reach_says_so() {
     };
     assert_eq!((wanted, highest, best.harmonics().highest()), (1e-9, 30, 28)); // orders 12, 16, 21, 28
     // The error contains the best orbit found and an estimate of its error.
-    let truth = Balance::new(Harmonics::up_to(200)).solve(&model, &best).unwrap();
+    let truth = Balance::new(Harmonics::up_to(200)).solve(&model, &*best).unwrap();
     println!("reached {reached:.1e}, is {:.1e}", best.distance(&truth));
     assert!(reached > 1e-9 && reached < 1e-2 && best.distance(&truth) < 2.0 * reached);
     assert!(matches!(balance.solve_to(&model, &guess, 0.0, 520), Err(BalanceError::Parameter(_))));
