@@ -250,9 +250,9 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         earliest(waves.chain(laws))
     }
     fn repeats(&self) -> u32 {
-        let waves = Wave::divisor_of_orders(self.elements.single.iter().chain(&self.elements.jets));
+        let waves = Wave::gcd_of_orders(self.elements.single.iter().chain(&self.elements.jets));
         let laws = self.rests.iter().map(|rest| rest.mesh.repeats_of_law());
-        laws.fold(waves, crate::excitation::wave::divisor).max(1)
+        laws.fold(waves, crate::excitation::wave::gcd).max(1)
     }
     fn cycles_in_a_period(&self) -> u32 {
         self.fastest.div_ceil(self.repeats())
