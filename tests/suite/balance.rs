@@ -1068,3 +1068,12 @@ fn a_load_without_mean_is_noted() {
         "{error}"
     );
 }
+
+/// Without a guess a solve starts with every contact on its piece of the static state.
+#[test]
+fn solves_without_a_guess_start_on_the_pieces_of_the_static_state() {
+    let pair = NfgPair::new(&NfgParams { speed: 120.0, ..NfgParams::table1() }).unwrap();
+    let balance = Balance::new(Harmonics::up_to(40));
+    let flank = balance.linearised(&pair, Piece::Lower).unwrap();
+    assert_eq!(balance.solve(&pair, None).unwrap(), balance.solve(&pair, &flank).unwrap());
+}
