@@ -77,7 +77,7 @@ impl RelievedPair {
 impl Shape for RelievedPair {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 1 + 2 * ORDERS, contacts: 1, constants: 4 + 2 * ORDERS }
+        Size { dof: 1, waves: 1 + 2 * ORDERS, contacts: 1, constants: 4 + 2 * ORDERS, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         NAMES.map(|(name, unit)| Channel::new(name, unit)).into()

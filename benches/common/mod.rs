@@ -137,7 +137,7 @@ impl Rattling {
 impl Shape for Rattling {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 2, contacts: 1, constants: 1 }
+        Size { dof: 1, waves: 2, contacts: 1, constants: 1, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         vec![Channel::new("wc", "1")]

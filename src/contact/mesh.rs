@@ -7,7 +7,7 @@ use crate::contact::piece_choice::{PieceChoice, Place};
 use crate::contact::tooth::Contact;
 use crate::error::{ParameterError, check};
 use crate::excitation::earliest::earlier;
-use crate::excitation::wave::divisor;
+use crate::excitation::wave::gcd;
 use crate::excitation::{Angle, Scaled, Side, Wave};
 use crate::scalar::Scalar;
 
@@ -124,12 +124,12 @@ impl<N: Nonlinearity> Mesh<N> {
     where
         N: 'm,
     {
-        meshes.into_iter().fold(0, |common, mesh| divisor(common, mesh.repeats())).max(1)
+        meshes.into_iter().fold(0, |common, mesh| gcd(common, mesh.repeats())).max(1)
     }
     /// Number of times that the mesh repeats in a turn of the shaft: the greatest common divisor of the
     /// orders of its waves and, if its edges move, of its number of teeth. 0 if nothing varies.
     fn repeats(&self) -> u32 {
-        divisor(Wave::divisor_of_orders([&self.stiffness, &self.error]), self.repeats_of_law())
+        gcd(Wave::gcd_of_orders([&self.stiffness, &self.error]), self.repeats_of_law())
     }
     /// The number of teeth if the edges of the law move, 0 otherwise.
     pub(crate) fn repeats_of_law(&self) -> u32 {

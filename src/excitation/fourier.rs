@@ -186,13 +186,13 @@ impl Fourier {
         }
         product.if_short()
     }
-    /// The series of f(order φ + ahead) over φ; `None` if it has too many orders.
-    pub(crate) fn repeated(&self, order: u32, ahead: f64) -> Option<Fourier> {
+    /// The series of f(order φ + phase) over φ; `None` if it has too many orders.
+    pub(crate) fn repeated(&self, order: u32, phase: f64) -> Option<Fourier> {
         let order = order as usize;
         let length = self.pairs.len().checked_mul(order).filter(|length| *length <= check::ORDERS)?;
         let mut repeated = Fourier::unchecked(self.mean, vec![[0.0; 2]; length]);
         for (n, [a, b]) in self.waves().skip(1) {
-            let (s, c) = libm::sincos(n as f64 * ahead);
+            let (s, c) = libm::sincos(n as f64 * phase);
             repeated.add(n * order, [a * c + b * s, b * c - a * s]);
         }
         repeated.if_short()

@@ -33,7 +33,7 @@ pub struct Wave {
     /// Order n.
     order: u32,
     /// Phase ψ in [0, 2π).
-    ahead: f64,
+    phase: f64,
     /// Edges of the excitation in [0, 2π), increasing.
     edges: Arc<[f64]>,
 }
@@ -74,7 +74,7 @@ impl Wave {
         {
             edges.pop();
         }
-        Wave { excitation: Arc::new(excitation), order: 1, ahead: 0.0, edges: edges.into() }
+        Wave { excitation: Arc::new(excitation), order: 1, phase: 0.0, edges: edges.into() }
     }
 
     /// A constant wave.
@@ -111,8 +111,8 @@ impl Wave {
     /// # Errors
     /// A phase beyond ±1e50.
     pub fn with_phase(self, phase: f64) -> Result<Self, ParameterError> {
-        let ahead = (self.ahead + check::quantity("phase of a wave", phase)?).rem_euclid(TAU) % TAU;
-        Ok(Wave { ahead, ..self })
+        let phase = (self.phase + check::quantity("phase of a wave", phase)?).rem_euclid(TAU) % TAU;
+        Ok(Wave { phase, ..self })
     }
 
     /// Order n: the number of repetitions in a turn of the shaft.
@@ -125,7 +125,7 @@ impl Wave {
     }
     /// Phase ψ `[rad]` in [0, 2π).
     pub fn phase(&self) -> f64 {
-        self.ahead
+        self.phase
     }
 
     /// Value, first and second derivative over the angle of the shaft, at any angle `[rad]`: `f64`, or a
@@ -188,13 +188,13 @@ impl Wave {
             return None;
         }
         let (mean, pairs) = self.excitation.fourier()?;
-        Fourier::new(mean, &pairs).ok()?.repeated(self.order, self.ahead)
+        Fourier::new(mean, &pairs).ok()?.repeated(self.order, self.phase)
     }
 
     /// n φ + ψ in [0, 2π), moved to one side of an edge on which it lies.
     #[inline]
     fn own(&self, angle: f64, side: Side) -> f64 {
-        let far = f64::from(self.order) * angle + self.ahead;
+        let far = f64::from(self.order) * angle + self.phase;
         let own = reduced(far);
         if self.edges.is_empty() { own } else { self.aside(own, far, side) }
     }
@@ -224,7 +224,7 @@ impl Wave {
     /// are no edges or |n φ + ψ| is above 1e12 rad.
     pub fn next_edge(&self, angle: f64) -> Option<f64> {
         let n = f64::from(self.order);
-        let far = n * angle + self.ahead;
+        let far = n * angle + self.phase;
         if self.edges.is_empty() || far.abs() > FARTHEST {
             return None;
         }
@@ -237,7 +237,7 @@ impl Wave {
             Some(edge) => *edge,
             None => self.edges[0] + if self.edges[0] + TAU > own { TAU } else { 2.0 * TAU },
         };
-        let at = (turns * TAU + edge - self.ahead) / n;
+        let at = (turns * TAU + edge - self.phase) / n;
         (at > angle).then_some(at)
     }
 
@@ -252,20 +252,20 @@ impl Wave {
     /// # Ok::<(), gear_dynamics::ParameterError>(())
     /// ```
     pub fn common_order<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
-        Wave::divisor_of_orders(waves).max(1)
+        Wave::gcd_of_orders(waves).max(1)
     }
     /// The same number, but 0 if all are constants.
-    pub(crate) fn divisor_of_orders<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
+    pub(crate) fn gcd_of_orders<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
         let varies =
             |wave: &&Wave| !(&*wave.excitation as &dyn Any).is::<crate::excitation::constant::Constant>();
-        waves.into_iter().filter(varies).fold(0, |common, wave| divisor(common, wave.order))
+        waves.into_iter().filter(varies).fold(0, |common, wave| gcd(common, wave.order))
     }
 
     /// All edges in one turn of the shaft, as angles of the shaft in [0, 2π).
     pub(crate) fn edges_of_a_turn(&self) -> Vec<f64> {
         let n = f64::from(self.order);
         let turns = |edge: &f64| {
-            let own = (edge - self.ahead).rem_euclid(TAU);
+            let own = (edge - self.phase).rem_euclid(TAU);
             (0..self.order).map(move |k| (own + TAU * f64::from(k)) / n)
         };
         self.edges.iter().flat_map(turns).collect()
@@ -275,13 +275,13 @@ impl Wave {
     pub(crate) fn is(&self, other: &Wave) -> bool {
         Arc::ptr_eq(&self.excitation, &other.excitation)
             && self.order == other.order
-            && self.ahead == other.ahead
+            && self.phase == other.phase
     }
 }
 
 /// The greatest common divisor of a and b; a if b is 0.
-pub(crate) fn divisor(a: u32, b: u32) -> u32 {
-    if b == 0 { a } else { divisor(b, a % b) }
+pub(crate) fn gcd(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { gcd(b, a % b) }
 }
 
 /// An angle reduced to [0, 2π).
@@ -301,7 +301,7 @@ impl PartialEq for Wave {
     fn eq(&self, other: &Self) -> bool {
         self.is(other)
             || (self.order == other.order
-                && self.ahead == other.ahead
+                && self.phase == other.phase
                 && self.excitation.same_as(&*other.excitation))
     }
 }

@@ -75,7 +75,13 @@ impl Oscillator {
 impl Shape for OscillatorShape {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 1, contacts: usize::from(self.law.is_some()), constants: NAMES.len() }
+        Size {
+            dof: 1,
+            waves: 1,
+            contacts: usize::from(self.law.is_some()),
+            constants: NAMES.len(),
+            ..Size::default()
+        }
     }
     fn names(&self) -> Vec<Channel> {
         NAMES.map(|name| Channel::new(name, "1")).into()

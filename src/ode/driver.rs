@@ -4,7 +4,7 @@
 use crate::contact::Piece;
 use crate::model::{Model, State};
 use crate::ode::edges::arrival::{note_jumps, step_to_edge};
-use crate::ode::edges::exit::Found;
+use crate::ode::edges::exit::{Found, Share};
 use crate::ode::edges::passage::Passage;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
@@ -206,7 +206,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 pace.h = share * made;
                 return Ok(Verdict::Repeat);
             }
-            Ok(Found::At(theta, exit))
+            Ok(Found::At(Share(theta), exit))
                 if e.ends.t + theta * made > e.ends.t + RESOLUTION * e.ends.t.abs() =>
             {
                 if theta < 1.0 {

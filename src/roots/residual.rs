@@ -14,10 +14,10 @@ use crate::roots::matrix::Matrix;
 ///     fn residual(&mut self, x: &[f64], r: &mut [f64]) {
 ///         r.copy_from_slice(&[x[0] * x[0] + x[1] * x[1] - 1.0, x[0] - x[1]]);
 ///     }
-///     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
+///     fn has_jacobian(&self) -> bool { true }
+///     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
 ///         out.column_mut(0).copy_from_slice(&[2.0 * x[0], 1.0]);
 ///         out.column_mut(1).copy_from_slice(&[2.0 * x[1], -1.0]);
-///         true
 ///     }
 /// }
 /// let root = Newton::new().solve(&mut Circle, &[1.0, 0.5])?;
@@ -37,15 +37,21 @@ pub trait Residual {
     fn matrix(&self) -> Matrix {
         Matrix::dense(self.size())
     }
-    /// Writes ∂r_i/∂x_j to every stored entry. `false`: not available; differences are used instead. Default:
-    /// `false`.
+    /// Whether the equations have a [`jacobian`](Residual::jacobian). Default: `false`, differences are used.
     ///
-    /// Without a Jacobian each one costs two residuals per unknown, and its relative error is about 1e-10 for
+    /// A Jacobian by differences costs two residuals per unknown, and its relative error is about 1e-10 for
     /// residuals that are exact to rounding: Newton's method then converges linearly with that factor. A root
     /// at which the Jacobian is nearly singular is found less accurately.
-    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
-        let _ = (x, out);
+    fn has_jacobian(&self) -> bool {
         false
+    }
+    /// Writes ∂r_i/∂x_j to every stored entry. It is called if [`has_jacobian`](Residual::has_jacobian).
+    /// Default: NaN.
+    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
+        let _ = x;
+        for column in 0..self.size() {
+            out.set_column(column, |_| f64::NAN);
+        }
     }
 }
 
@@ -81,7 +87,8 @@ impl<F: FnMut(&[f64], &mut [f64])> Residual for Equations<F> {
 
 /// Computes the Jacobian of any equations: the one that they provide, or central differences.
 pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], out: &mut Matrix) {
-    if equations.jacobian(x, out) {
+    if equations.has_jacobian() {
+        equations.jacobian(x, out);
         return;
     }
     let n = equations.size();

@@ -786,7 +786,7 @@ fn accuracy_out_of_reach_says_so() {
     };
     assert_eq!((wanted, highest, best.harmonics().highest()), (1e-9, 30, 28)); // orders 12, 16, 21, 28
     // The error contains the best orbit found and an estimate of its error.
-    let truth = Balance::new(Harmonics::up_to(200)).solve(&model, &best).unwrap();
+    let truth = Balance::new(Harmonics::up_to(200)).solve(&model, &*best).unwrap();
     println!("reached {reached:.1e}, is {:.1e}", best.distance(&truth));
     assert!(reached > 1e-9 && reached < 1e-2 && best.distance(&truth) < 2.0 * reached);
     assert!(matches!(balance.solve_to(&model, &guess, 0.0, 520), Err(BalanceError::Parameter(_))));
@@ -1067,4 +1067,13 @@ fn a_load_without_mean_is_noted() {
         matches!(error, BalanceError::Parameter(ParameterError::TooFew { value: 1, min: 2, .. })),
         "{error}"
     );
+}
+
+/// Without a guess a solve starts with every contact on its piece of the static state.
+#[test]
+fn solves_without_a_guess_start_on_the_pieces_of_the_static_state() {
+    let pair = NfgPair::new(&NfgParams { speed: 120.0, ..NfgParams::table1() }).unwrap();
+    let balance = Balance::new(Harmonics::up_to(40));
+    let flank = balance.linearised(&pair, Piece::Lower).unwrap();
+    assert_eq!(balance.solve(&pair, None).unwrap(), balance.solve(&pair, &flank).unwrap());
 }

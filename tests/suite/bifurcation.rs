@@ -19,7 +19,7 @@ fn pair(omega: f64, amplitude: f64) -> Result<SpurPair, ParameterError> {
 impl Shape for Spur {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 1, contacts: 0, constants: 2 }
+        Size { dof: 1, waves: 1, constants: 2, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         vec![Channel::new("omega", "1"), Channel::new("amplitude", "1")]

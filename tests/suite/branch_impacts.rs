@@ -23,7 +23,7 @@ const NAMES: [&str; 9] =
 impl Shape for Stop {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 2, contacts: 1, constants: NAMES.len() }
+        Size { dof: 1, waves: 2, contacts: 1, constants: NAMES.len(), ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         NAMES.map(|name| Channel::new(name, "1")).into()

@@ -62,7 +62,7 @@ impl Count {
 
 impl Shape for Swing<'_> {
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 1, contacts: 0, constants: 3 }
+        Size { dof: 1, waves: 1, constants: 3, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         ["speed", "pull", "frequency"].map(|name| Channel::new(name, "1")).into()

@@ -157,7 +157,7 @@ impl Stiffness {
 
 impl Shape for Stiffness {
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 1, contacts: 0, constants: 2 }
+        Size { dof: 1, waves: 1, constants: 2, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("damping", "1")]

@@ -14,7 +14,7 @@ struct Jets(Vec<Wave>);
 
 impl Shape for Jets {
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 3 * self.0.len() + 1, contacts: 0, constants: 1 }
+        Size { dof: 1, waves: 3 * self.0.len() + 1, constants: 1, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1")]

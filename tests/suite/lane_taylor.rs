@@ -231,7 +231,7 @@ impl Stops {
 impl Shape for Stops {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: 2 * self.all.len(), contacts: self.all.len(), constants: 2 }
+        Size { dof: 1, waves: 2 * self.all.len(), contacts: self.all.len(), constants: 2, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("pull", "1")]

@@ -18,12 +18,12 @@ impl Residual for Valley {
     fn residual(&mut self, x: &[f64], r: &mut [f64]) {
         (r[0], r[1]) = (10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]);
     }
-    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
-        if self.own_jacobian {
-            out.column_mut(0).copy_from_slice(&[-20.0 * x[0], -1.0]);
-            out.column_mut(1).copy_from_slice(&[10.0, 0.0]);
-        }
+    fn has_jacobian(&self) -> bool {
         self.own_jacobian
+    }
+    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
+        out.column_mut(0).copy_from_slice(&[-20.0 * x[0], -1.0]);
+        out.column_mut(1).copy_from_slice(&[10.0, 0.0]);
     }
 }
 
@@ -135,7 +135,12 @@ proptest! {
                 r.iter_mut().zip(self.matrix.times(x)).zip(&self.right).for_each(|((r, ax), b)| *r = ax - b);
             }
             fn matrix(&self) -> Matrix { self.matrix.clone() }
-            fn jacobian(&mut self, _: &[f64], out: &mut Matrix) -> bool { *out = self.matrix.clone(); true }
+            fn has_jacobian(&self) -> bool {
+                true
+            }
+            fn jacobian(&mut self, _: &[f64], out: &mut Matrix) {
+                *out = self.matrix.clone();
+            }
         }
         let mut matrix = Matrix::blocks(&heights, &pattern).unwrap();
         for &(i, j) in &pattern {
@@ -243,7 +248,10 @@ fn blocks_without_pivots_of_their_own() -> Result<(), Box<dyn std::error::Error>
             let pattern: Vec<(usize, usize)> = (0..9).map(|k| (k / 3, k % 3)).collect();
             Matrix::blocks(&[2, 2, 2], &pattern).unwrap()
         }
-        fn jacobian(&mut self, _: &[f64], out: &mut Matrix) -> bool {
+        fn has_jacobian(&self) -> bool {
+            true
+        }
+        fn jacobian(&mut self, _: &[f64], out: &mut Matrix) {
             for i in 0..3 {
                 let mut set = |j: usize, value: [f64; 2]| {
                     let block = out.block_mut(i, j);
@@ -253,7 +261,6 @@ fn blocks_without_pivots_of_their_own() -> Result<(), Box<dyn std::error::Error>
                 set((i + 1) % 3, [2.0, 3.0]);
                 set((i + 2) % 3, [-0.5; 2]);
             }
-            true
         }
     }
     for diagonal in [0.0, 1e-18, 1e-14, 1e-12, 1e-9, 1e-5, 1.0] {
@@ -287,11 +294,13 @@ impl Residual for Misjudged {
     fn residual(&mut self, x: &[f64], r: &mut [f64]) {
         (r[0], r[1]) = (2.0 * x[0] + x[1] - 3.0, x[0] - 3.0 * x[1] + 2.0);
     }
-    fn jacobian(&mut self, _: &[f64], out: &mut Matrix) -> bool {
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+    fn jacobian(&mut self, _: &[f64], out: &mut Matrix) {
         self.asked += 1;
         out.column_mut(0).copy_from_slice(&[2.0 * 1.3, 1.3]);
         out.column_mut(1).copy_from_slice(&[0.8, -3.0 * 0.8]);
-        true
     }
 }
 
@@ -403,10 +412,12 @@ fn newton_judges_by_slopes_of_the_root_itself() -> Result<(), RootError> {
         fn residual(&mut self, x: &[f64], r: &mut [f64]) {
             (r[0], r[1]) = (x[0], x[0].exp() * x[1] - 1.0);
         }
-        fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
+        fn has_jacobian(&self) -> bool {
+            true
+        }
+        fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
             out.column_mut(0).copy_from_slice(&[1.0, x[0].exp() * x[1]]);
             out.column_mut(1).copy_from_slice(&[0.0, x[0].exp()]);
-            true
         }
     }
     let root = Newton::new().solve(&mut Steep, &[46.0, 0.0])?;
@@ -442,10 +453,12 @@ fn slope_that_is_not_a_number_is_named() {
         fn residual(&mut self, x: &[f64], r: &mut [f64]) {
             (r[0], r[1]) = (x[0] + x[1] - 1.0, x[0] - x[1]);
         }
-        fn jacobian(&mut self, _: &[f64], out: &mut Matrix) -> bool {
+        fn has_jacobian(&self) -> bool {
+            true
+        }
+        fn jacobian(&mut self, _: &[f64], out: &mut Matrix) {
             out.column_mut(0).copy_from_slice(&[1.0, f64::NAN]);
             out.column_mut(1).copy_from_slice(&[1.0, -1.0]);
-            true
         }
     }
     for found in [

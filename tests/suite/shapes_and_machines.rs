@@ -315,7 +315,7 @@ struct Flawed {
 
 impl Flawed {
     fn right() -> Self {
-        let size = Size { dof: 1, waves: 1, contacts: 0, constants: 2 };
+        let size = Size { dof: 1, waves: 1, constants: 2, ..Size::default() };
         Flawed { size, names: vec!["speed", "load"], wave: f64::cos, repeats: 1, prepared: 2, reads: 1 }
     }
     fn machine_of(self) -> Result<Machine<Self>, ParameterError> {
@@ -418,7 +418,7 @@ fn lanes_refuse_rigid_stops() {
     struct Bouncer;
     impl Shape for Bouncer {
         fn size(&self) -> Size {
-            Size { dof: 1, waves: 0, contacts: 1, constants: 2 }
+            Size { dof: 1, contacts: 1, constants: 2, ..Size::default() }
         }
         fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1"), Channel::new("weight", "1")]
@@ -479,7 +479,7 @@ fn contacts_that_are_forgotten_are_refused() {
     }
     impl Shape for Forgets {
         fn size(&self) -> Size {
-            Size { dof: 1, waves: 0, contacts: self.contacts, constants: 1 }
+            Size { dof: 1, contacts: self.contacts, constants: 1, ..Size::default() }
         }
         fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
@@ -525,7 +525,7 @@ fn every_wave_has_its_own_size() {
     struct Two;
     impl Shape for Two {
         fn size(&self) -> Size {
-            Size { dof: 1, waves: 2, contacts: 0, constants: 1 }
+            Size { dof: 1, waves: 2, constants: 1, ..Size::default() }
         }
         fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
@@ -562,7 +562,7 @@ fn no_edge_is_lost_by_rounding() {
     struct Saw;
     impl Shape for Saw {
         fn size(&self) -> Size {
-            Size { dof: 1, waves: 1, contacts: 0, constants: 1 }
+            Size { dof: 1, waves: 1, constants: 1, ..Size::default() }
         }
         fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1")]
@@ -721,7 +721,7 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
     struct Mass;
     impl Shape for Mass {
         fn size(&self) -> Size {
-            Size { dof: 1, waves: 0, contacts: 0, constants: 2 }
+            Size { dof: 1, constants: 2, ..Size::default() }
         }
         fn names(&self) -> Vec<Channel> {
             vec![Channel::new("speed", "1"), Channel::new("mass", "kg")]

@@ -375,7 +375,8 @@ struct Spur<N>(Mesh<N>);
 
 impl<N: Nonlinearity> Shape for Spur<N> {
     fn size(&self) -> Size {
-        Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: 1 + self.0.law().kinks(), constants: 2 }
+        let kinks = self.0.law().kinks();
+        Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: 1 + kinks, kinks, constants: 2 }
     }
     fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("load", "1")]
@@ -402,9 +403,6 @@ impl<N: Nonlinearity> Shape for Spur<N> {
         let contact = Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force };
         let Some(k) = i.checked_sub(1) else { return contact };
         Contact { deflection: self.0.law().kink(k, deflection, rate), ..contact }
-    }
-    fn kinks(&self) -> usize {
-        self.0.law().kinks()
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let [load] = u.constants();

@@ -59,7 +59,7 @@ const NAMES: [&str; 5] = ["speed", "force", "damping", "contact stiffness", "hal
 
 impl Shape for Own {
     fn size(&self) -> Size {
-        let mut size = Size { dof: 1, waves: 3, contacts: 1, constants: 5 };
+        let mut size = Size { dof: 1, waves: 3, contacts: 1, constants: 5, ..Size::default() };
         if let Slip::Size(of, count) = self.slip {
             *[&mut size.dof, &mut size.waves, &mut size.contacts, &mut size.constants][of] = count;
         }

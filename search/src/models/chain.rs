@@ -78,7 +78,7 @@ impl<N: Nonlinearity> Shape for Chain<N> {
     #[inline(always)]
     fn size(&self) -> Size {
         let n = self.masses;
-        Size { dof: n, waves: 1 + 3 * n, contacts: n, constants: NAMES.len() }
+        Size { dof: n, waves: 1 + 3 * n, contacts: n, constants: NAMES.len(), ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         NAMES.map(|name| Channel::new(name, "1")).into()

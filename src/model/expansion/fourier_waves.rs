@@ -144,8 +144,8 @@ impl FourierWaves {
         match self.orders.len() {
             0 => {}
             1 => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; 1]),
-            ..=FEW => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; FEW]),
-            ..=SOME => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; SOME]),
+            2..=FEW => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; FEW]),
+            17..=SOME => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; SOME]),
             _ => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; ORDERS]),
         }
     }

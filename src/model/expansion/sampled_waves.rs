@@ -16,7 +16,7 @@ const SAMPLES: [usize; 2] = [4096, 512];
 const ALL_SAMPLES: usize = 1 << 22;
 
 /// A harmonic below this number of the largest ones in the upper half of the spectrum is rounding.
-const ROUNDING: f64 = 2.0;
+const ABOVE_NOISE: f64 = 2.0;
 
 /// Allowed share of the largest sample in the upper half of the spectrum `[1]`: above it the samples are too
 /// few.
@@ -86,7 +86,7 @@ fn harmonics<G: Shape>(shape: &G, repeats: u32) -> Option<Vec<Harmonics>> {
         if noise > TAIL * largest {
             return None;
         }
-        let least = ROUNDING * noise;
+        let least = ABOVE_NOISE * noise;
         let own: Vec<usize> = (1..count / 4).filter(|&k| size(k) > least).collect();
         let pair = |k: usize| [2.0 * spectrum[k].re / count as f64, -2.0 * spectrum[k].im / count as f64];
         let mean = spectrum[0].re / count as f64;

@@ -319,7 +319,7 @@ impl<G: Shape> Model for Machine<G> {
             pieces: true,
             jacobian: true,
             stops: self.shape().stops(),
-            kinks: self.shape().kinks(),
+            kinks: self.size().kinks,
             constants: Some(self),
             expansion: Some(self),
             terms: Some(self),

@@ -6,10 +6,10 @@ use crate::excitation::{Angle, Side};
 use crate::model::channel::Channel;
 use crate::scalar::Scalar;
 
-/// The size of a [`Shape`]: numbers of degrees of freedom, waves, contacts and constants.
+/// The size of a [`Shape`]: numbers of degrees of freedom, waves, contacts, inner kinks and constants.
 ///
 /// ```
-/// let size = gear_dynamics::model::Size { dof: 1, waves: 1, contacts: 1, constants: 4 };
+/// let size = gear_dynamics::model::Size { dof: 1, waves: 1, contacts: 1, constants: 4, ..Default::default() };
 /// assert_eq!(size.drives(), 6); // waves, φ', φ'' and the other constants
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,8 +18,13 @@ pub struct Size {
     pub dof: usize,
     /// Number of waves: drives that are functions of the angle.
     pub waves: usize,
-    /// Number of contacts, [inner kinks](Shape::kinks) of the laws included.
+    /// Number of contacts, inner kinks of the laws included.
     pub contacts: usize,
+    /// Number of contacts that are inner kinks of contact laws ([`Nonlinearity::kinks`]): the last ones. See
+    /// [`Offers::kinks`](crate::model::Offers::kinks).
+    ///
+    /// [`Nonlinearity::kinks`]: crate::contact::Nonlinearity::kinks
+    pub kinks: usize,
     /// Number of constants that the algebra reads, including the speed φ': the length of the list from
     /// [`Shape::prepare`].
     pub constants: usize,
@@ -137,7 +142,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// struct OwnPair { stiffness: Wave, law: Backlash }
 ///
 /// impl Shape for OwnPair {
-///     fn size(&self) -> Size { Size { dof: 1, waves: 1, contacts: 1, constants: 4 } }
+///     fn size(&self) -> Size { Size { dof: 1, waves: 1, contacts: 1, constants: 4, ..Size::default() } }
 ///     fn names(&self) -> Vec<Channel> {
 ///         ["speed", "load", "damping ratio", "half backlash"].map(|name| Channel::new(name, "1")).into()
 ///     }
@@ -194,7 +199,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// }
 /// ```
 pub trait Shape: PartialEq {
-    /// Numbers of degrees of freedom, waves, contacts and constants. Mark the implementation
+    /// Numbers of degrees of freedom, waves, contacts, inner kinks and constants. Mark the implementation
     /// `#[inline(always)]`, because lanes of small models are compiled for their size.
     fn size(&self) -> Size;
     /// Names and units of the constants. The first one is the speed φ' of the angle, unless
@@ -216,13 +221,6 @@ pub trait Shape: PartialEq {
     ) -> Contact<S> {
         let _ = (law, i, u, q, v);
         Contact::default()
-    }
-    /// Number of contacts that are inner kinks of contact laws ([`Nonlinearity::kinks`]): the last ones. See
-    /// [`Offers::kinks`](crate::model::Offers::kinks). Default: 0.
-    ///
-    /// [`Nonlinearity::kinks`]: crate::contact::Nonlinearity::kinks
-    fn kinks(&self) -> usize {
-        0
     }
     /// Writes the waves at an angle φ `[rad]`, a number or a series over time, to `u`, which has
     /// [`Size::waves`] entries. `side`: before or after a jump at this angle. Default: no waves.

@@ -38,6 +38,35 @@ pub(crate) struct Couplings {
 /// Number of instants at which the Jacobian is evaluated.
 const INSTANTS: usize = 16;
 
+/// Dependence of an entry of the Jacobian on the samples so far.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Zero,
+    Constant,
+    Varying,
+}
+
+/// A sample of drives, coordinates and velocities.
+struct Sample {
+    u: Vec<f64>,
+    /// Coordinates, then velocities.
+    state: Vec<f64>,
+}
+
+impl Sample {
+    fn of(model: &(impl Periodic + ?Sized)) -> Self {
+        Sample { u: vec![0.0; model.drives()], state: vec![0.0; 2 * model.dof()] }
+    }
+    /// Moves on to sample `instant`: the drives at that instant, a state of `size` times the scale.
+    fn take(&mut self, model: &(impl Periodic + ?Sized), scale: &[f64], size: f64, instant: usize) {
+        let n = model.dof();
+        model.drive(model.period() * weyl(instant, 0), Side::After, &mut self.u);
+        for (i, (x, scale)) in self.state.iter_mut().zip(scale).enumerate() {
+            *x = size * scale * (2.0 * weyl(instant, 1 + 2 * (i % n) + i / n) - 1.0);
+        }
+    }
+}
+
 impl Couplings {
     /// Finds the couplings from Jacobians at `INSTANTS` instants, in states of three sizes.
     /// `has_fixed_pieces`: the Jacobians are evaluated with all contacts in the gap, on the lower and on
@@ -45,26 +74,22 @@ impl Couplings {
     pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, has_fixed_pieces: bool) -> Self {
         let (model, n) = (slopes.model(), slopes.model().dof());
         let mut first: Option<Jacobian> = None;
-        // 0: always zero, 1: constant, 2: varying. If the pieces cannot be fixed, the samples may miss
-        // couplings: all slopes then count as varying, if the Jacobian comes from differences or the model is
-        // small.
+        // If the pieces cannot be fixed, the samples may miss couplings: all slopes then count as varying, if
+        // the Jacobian comes from differences or the model is small.
         let hidden = !has_fixed_pieces && (slopes.differenced || n <= 4);
-        let mut kind = [vec![u8::from(hidden) * 2; n * n], vec![u8::from(hidden) * 2; n * n]];
-        let (mut u, mut state) = (vec![0.0; model.drives()], vec![0.0; 2 * n]);
+        let least = if hidden { Kind::Varying } else { Kind::Zero };
+        let mut kind = [vec![least; n * n], vec![least; n * n]];
+        let mut sample = Sample::of(model);
         let mut stiffest = 0.0f64;
         let fixed: Vec<Vec<Piece>> =
             [Piece::Gap, Piece::Lower, Piece::Upper].map(|p| vec![p; model.contacts()]).to_vec();
         let ways: Vec<Option<&[Piece]>> =
             if has_fixed_pieces { fixed.iter().map(|p| Some(&p[..])).collect() } else { vec![None] };
         for instant in 0..INSTANTS {
-            model.drive(model.period() * weyl(instant, 0), Side::After, &mut u);
-            let size = [0.1, 1.0, 3.0][instant % 3];
-            for (i, (x, scale)) in state.iter_mut().zip(&slopes.scale).enumerate() {
-                *x = size * scale * (2.0 * weyl(instant, 1 + 2 * (i % n) + i / n) - 1.0);
-            }
-            let (q, v) = state.split_at(n);
+            sample.take(model, &slopes.scale, [0.1, 1.0, 3.0][instant % 3], instant);
+            let (q, v) = sample.state.split_at(n);
             for &pieces in &ways {
-                slopes.at(pieces, &u, q, v);
+                slopes.at(pieces, &sample.u, q, v);
                 let reference = first.get_or_insert_with(|| slopes.jacobian.clone());
                 for (kind, (now, then)) in kind
                     .iter_mut()
@@ -72,15 +97,19 @@ impl Couplings {
                 {
                     for ((kind, now), then) in kind.iter_mut().zip(now).zip(then) {
                         let same = (now - then).abs() <= 1e-13 * then.abs();
-                        *kind = (*kind).max(if !same { 2 } else { u8::from(*now != 0.0) });
+                        *kind = (*kind).max(match (same, *now == 0.0) {
+                            (false, _) => Kind::Varying,
+                            (true, false) => Kind::Constant,
+                            (true, true) => Kind::Zero,
+                        });
                     }
                 }
                 stiffest = (0..n).fold(stiffest, |m, i| m.max(slopes.jacobian.q[(i, i)].abs()));
             }
         }
         let mut varying = Vec::new();
-        let mut slope = |kind: u8, i: usize, j: usize, velocity: bool| match (kind, &first) {
-            (2, _) => {
+        let mut slope = |kind: Kind, i: usize, j: usize, velocity: bool| match (kind, &first) {
+            (Kind::Varying, _) => {
                 varying.push((i, j, velocity));
                 Slope::Periodic(varying.len() - 1)
             }
@@ -91,7 +120,7 @@ impl Couplings {
         for j in 0..n {
             for i in 0..n {
                 let (of_q, of_v) = (kind[0][j * n + i], kind[1][j * n + i]);
-                if of_q > 0 || of_v > 0 || i == j {
+                if of_q > Kind::Zero || of_v > Kind::Zero || i == j {
                     list.push(Coupling { i, j, q: slope(of_q, i, j, false), v: slope(of_v, i, j, true) });
                 }
             }
@@ -116,16 +145,13 @@ impl Couplings {
         if self.list.len() == n * n && self.list.iter().all(varies) {
             return true;
         }
-        let (mut u, mut state) = (vec![0.0; model.drives()], vec![0.0; 2 * n]);
+        let mut sample = Sample::of(model);
         let mut pieces = vec![Piece::Gap; model.contacts()];
         for (instant, piece) in [Piece::Gap, Piece::Lower, Piece::Upper].into_iter().enumerate() {
-            model.drive(model.period() * weyl(instant, 0), Side::After, &mut u);
-            for (i, (x, scale)) in state.iter_mut().zip(&slopes.scale).enumerate() {
-                *x = scale * (2.0 * weyl(instant, 1 + 2 * (i % n) + i / n) - 1.0);
-            }
-            let (q, v) = state.split_at(n);
+            sample.take(model, &slopes.scale, 1.0, instant);
+            let (q, v) = sample.state.split_at(n);
             pieces.fill(piece);
-            slopes.at(has_fixed_pieces.then_some(&pieces[..]), &u, q, v);
+            slopes.at(has_fixed_pieces.then_some(&pieces[..]), &sample.u, q, v);
             let jacobian = &slopes.jacobian;
             let mut listed = self.list.iter().map(|c| c.j * n + c.i).peekable();
             for place in 0..n * n {

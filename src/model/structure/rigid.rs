@@ -61,7 +61,7 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
                 }
                 let half = if velocity { &slopes.jacobian.v } else { &slopes.jacobian.q };
                 let largest = half.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
-                if largest > 0.0 && rounding <= ROUNDING * largest {
+                if largest > 0.0 && rounding <= DIFFERENCE_ROUNDING * largest {
                     jacobians.push(half.map(|x| if x.is_finite() { x / largest } else { 0.0 }));
                 }
             }
@@ -246,7 +246,7 @@ const STEP: f64 = 5e-6;
 
 /// Largest rounding of a difference, as a share of the largest entry. Jacobians with a larger one are not
 /// used.
-const ROUNDING: f64 = 2e-10;
+const DIFFERENCE_ROUNDING: f64 = 2e-10;
 
 /// ∂d/∂q of every contact with a rigid stop, one row for each contact, divided by the largest entry of the
 /// row. Because d' is linear in the velocities, ∂d/∂q follows from d' at unit velocities. Rows of other

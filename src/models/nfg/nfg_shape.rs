@@ -155,6 +155,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
             dof: 1,
             waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES },
             contacts: 1 + self.mesh.law().kinks(),
+            kinks: self.mesh.law().kinks(),
             constants: if N::HALF_WIDTH { 6 } else { 5 },
         }
     }
@@ -245,10 +246,6 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
             }
         };
         Contact { deflection, rate: r * v[0] + r_rate * q[0], lower, upper, lower_rate, upper_rate, force }
-    }
-
-    fn kinks(&self) -> usize {
-        self.mesh.law().kinks()
     }
 
     fn waves<A: Angle>(&self, phase: A, side: Side, u: &mut [A::Number]) {

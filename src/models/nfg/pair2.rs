@@ -236,6 +236,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
             dof: 2,
             waves: WAVES,
             contacts: 1 + self.mesh.law().kinks(),
+            kinks: self.mesh.law().kinks(),
             constants: if N::HALF_WIDTH { 7 } else { 6 },
         }
     }
@@ -301,9 +302,6 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
         let contact = self.mesh.contact(law, 0, &self.mesh_waves(u), omega, damping, x, rate);
         let Some(k) = i.checked_sub(1) else { return contact };
         Contact { deflection: self.mesh.law().kink(k, contact.deflection, contact.rate), ..contact }
-    }
-    fn kinks(&self) -> usize {
-        self.mesh.law().kinks()
     }
 
     fn waves<A: Angle>(&self, phase: A, side: Side, u: &mut [A::Number]) {

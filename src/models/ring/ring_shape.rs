@@ -265,8 +265,8 @@ impl<N: Nonlinearity> RingShape<N> {
 impl<N: Nonlinearity> Shape for RingShape<N> {
     #[inline(always)]
     fn size(&self) -> Size {
-        let n = self.meshes.len();
-        Size { dof: 2 * n + 1, waves: STRIDE * n, contacts: n + self.places.kinks(), constants: 2 + 2 * n }
+        let (n, kinks) = (self.meshes.len(), self.places.kinks());
+        Size { dof: 2 * n + 1, waves: STRIDE * n, contacts: n + kinks, kinks, constants: 2 + 2 * n }
     }
     fn names(&self) -> Vec<Channel> {
         let each = |name: &'static str, unit: &'static str| {
@@ -298,9 +298,6 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         v: &[S],
     ) -> Contact<S> {
         self.places.contact(i, |i| self.meshes[i].law(), |i| self.touch(law, i, u, q, v))
-    }
-    fn kinks(&self) -> usize {
-        self.places.kinks()
     }
 
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

@@ -15,14 +15,21 @@ pub(crate) struct Exit {
     pub(crate) to: Piece,
 }
 
-/// The first exit of a contact from its piece in a step.
+/// A share θ of the step in [0, 1].
 #[derive(Clone, Copy)]
-pub(crate) enum Found {
+pub(crate) struct Share(pub(crate) f64);
+
+/// A time after the start of the step.
+#[derive(Clone, Copy)]
+pub(crate) struct Elapsed(pub(crate) f64);
+
+/// The first exit of a contact from its piece in a step. `At`: [`Share`] or [`Elapsed`].
+#[derive(Clone, Copy)]
+pub(crate) enum Found<At> {
     /// No contact leaves its piece.
     Nothing,
-    /// The contact leaves its piece at this share θ of the step or, in a Taylor series, at this time after
-    /// the start of the step.
-    At(f64, Exit),
+    /// The contact leaves its piece inside the step or at its end.
+    At(At, Exit),
     /// The contact leaves its piece at the start of the step.
     AtOnce(Exit),
 }

@@ -17,7 +17,7 @@ use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
 /// Allowed deviation of a distance from its cubic, as a share of the range of the distance in the step `[1]`.
-const SHARE: f64 = 0.005;
+const DEVIATION: f64 = 0.005;
 
 /// Additional allowed deviation, as a share of the gap `[1]`.
 const FLOOR: f64 = 1e-6;
@@ -202,13 +202,13 @@ impl Gaps {
     }
 }
 
-/// Allowed deviation of a distance from its cubic: max(SHARE range + FLOOR gap, ROUNDINGS noise). `values`:
+/// Allowed deviation of a distance from its cubic: max(DEVIATION range + FLOOR gap, ROUNDINGS noise). `values`:
 /// values of the distance in the step; `noise`: the effect of rounding on it.
 #[inline]
 fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
     let [a, b, c_] = values;
     let range = larger(larger(a, b), c_) - smaller(smaller(a, b), c_);
-    larger(larger(SHARE * range + FLOOR * scale(c), ROUNDINGS * noise), f64::MIN_POSITIVE)
+    larger(larger(DEVIATION * range + FLOOR * scale(c), ROUNDINGS * noise), f64::MIN_POSITIVE)
 }
 
 /// Σ_i f_i Π_{j≠i} (x - x_j)/(x_i - x_j): value at x = `at` of the cubic through four points (x_i, f_i).

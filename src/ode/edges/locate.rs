@@ -2,7 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
-use crate::ode::edges::exit::{Exit, Found, SLACK, exits, scale};
+use crate::ode::edges::exit::{Exit, Found, SLACK, Share, exits, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
 use crate::ode::edges::gaps::{Gaps, Resolved};
 use crate::ode::edges::hermite::Hermite;
@@ -177,7 +177,7 @@ impl Locator {
     pub(crate) fn find<T: Tableau, M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &mut Engine<'_, M, V>,
-    ) -> Result<Found, f64> {
+    ) -> Result<Found<Share>, f64> {
         let mut limit = 1.0;
         let mut first = Found::Nothing;
         // The search evaluates contacts inside the step in `e.contacts`.
@@ -200,7 +200,7 @@ impl Locator {
                 // report it.
                 let met = d0.value > slack && d1.value.abs() <= slack && d1.rate < -PLAIN * slack;
                 if met && matches!(first, Found::Nothing) {
-                    first = Found::At(1.0, exit);
+                    first = Found::At(Share(1.0), exit);
                 }
                 let clear = d1.value >= -slack
                     && !hermite.may_dip(d0, d1)
@@ -215,7 +215,7 @@ impl Locator {
                     Some(0.0) => return Ok(Found::AtOnce(exit)),
                     Some(theta) => {
                         limit = theta;
-                        first = Found::At(theta, exit);
+                        first = Found::At(Share(theta), exit);
                     }
                     None => {}
                 }

@@ -23,7 +23,7 @@ pub(super) struct KinkRates {
 
 /// Time over which the rates are differences, as a share of the step `[1]`. The rates serve to choose
 /// instants and directions; what is located is the deflection.
-const SHARE: f64 = 1e-6;
+const SPAN: f64 = 1e-6;
 
 impl KinkRates {
     /// Room for the rates of a model whose drives at some instant are `u`.
@@ -67,7 +67,7 @@ impl KinkRates {
         [u, q, v]: [&[f64]; 3],
         contacts: &mut [Contact],
     ) {
-        let delta = (t + SHARE * h) - t;
+        let delta = (t + SPAN * h) - t;
         if delta == 0.0 {
             return;
         }

@@ -1,7 +1,7 @@
 //! A run of Taylor series, from the start of a step to the start of the next one.
 
 use crate::model::{Model, State};
-use crate::ode::edges::exit::Found;
+use crate::ode::edges::exit::{Elapsed, Found};
 use crate::ode::edges::passage::Passage;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::control::RESOLUTION;
@@ -53,7 +53,11 @@ impl<'m> Course<'m> {
     ///
     /// # Errors
     /// Those of [`Passage::leave`].
-    pub(crate) fn meet(&mut self, found: Found, [aim, h]: [f64; 2]) -> Result<Option<f64>, IntegrateError> {
+    pub(crate) fn meet(
+        &mut self,
+        found: Found<Elapsed>,
+        [aim, h]: [f64; 2],
+    ) -> Result<Option<f64>, IntegrateError> {
         let t = self.e.t;
         match found {
             Found::Nothing => {
@@ -65,7 +69,7 @@ impl<'m> Course<'m> {
                 self.passage.stats.rejected += 1;
                 Ok(None)
             }
-            Found::At(root, _) => {
+            Found::At(Elapsed(root), _) => {
                 self.e.aim(if root < h { t + root } else { aim });
                 Ok(Some(root))
             }
@@ -76,7 +80,7 @@ impl<'m> Course<'m> {
     ///
     /// # Errors
     /// Those of [`Passage::cross`].
-    pub(crate) fn cross(&mut self, found: Found) -> Result<bool, IntegrateError> {
+    pub(crate) fn cross(&mut self, found: Found<Elapsed>) -> Result<bool, IntegrateError> {
         if let Found::At(_, exit) = found {
             self.e.drive_end();
             self.e.contacts_at_end();

@@ -2,7 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
-use crate::ode::edges::exit::{Exit, Found};
+use crate::ode::edges::exit::{Elapsed, Exit, Found};
 use crate::ode::edges::locate::{Locator, PLAIN};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::control::RESOLUTION;
@@ -43,7 +43,7 @@ pub(crate) fn first_exit(
     locator: &Locator,
     range: impl Fn(usize) -> f64,
     h: f64,
-) -> Result<Found, IntegrateError> {
+) -> Result<Found<Elapsed>, IntegrateError> {
     let (mut found, mut limit, mut read) = (Found::Nothing, h, false);
     for edge in c.edges() {
         let &Edge { contact, side, column: i, sign: reversed } = edge;
@@ -101,7 +101,7 @@ pub(crate) fn first_exit(
             Some(root) if root <= RESOLUTION * e.t.abs() => return Ok(Found::AtOnce(exit)),
             Some(root) => {
                 limit = root;
-                found = Found::At(root, exit);
+                found = Found::At(Elapsed(root), exit);
             }
             None if limit == h && matches!(found, Found::Nothing) => {
                 // The contact reaches the edge at the end of the step: the next step would start past the
@@ -109,7 +109,7 @@ pub(crate) fn first_exit(
                 let (value, rate) = distance.with_slope(h);
                 let has_risen = start > slack || distance.c[1] * h > PLAIN * slack;
                 if has_risen && value.abs() <= slack && rate * h < -PLAIN * slack {
-                    found = Found::At(h, exit);
+                    found = Found::At(Elapsed(h), exit);
                 }
             }
             None => {}

@@ -1,6 +1,7 @@
 //! Errors of a harmonic balance.
 
 use crate::error::ParameterError;
+use crate::linear::LinearError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use thiserror::Error;
@@ -22,6 +23,9 @@ pub enum BalanceError {
     /// A guess or a setting is not valid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// No guess was given, and the model has no static state.
+    #[error("balance: no guess, and no static state to start from: {0}")]
+    NoStaticState(LinearError),
     /// The samples are too few for the orders.
     #[error(
         "{samples} samples are too few for order {highest}: at least {} are needed, and several times as \

@@ -99,10 +99,10 @@ impl Balance {
 /// pulses down to 1e-5 of the period.
 ///
 /// ```
-/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece};
+/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams { speed: 120.0, ..NfgParams::table1() })?;
 /// let balance = Balance::new(Harmonics::up_to(200));
-/// let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
+/// let orbit = balance.solve(&pair, None)?; // from the motion on the flank of the static state
 /// assert!(orbit.residual() < 1e-9);
 /// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency
 /// # Ok::<(), gear_dynamics::periodic::BalanceError>(())

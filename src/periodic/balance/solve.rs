@@ -1,6 +1,7 @@
 //! Solution of a harmonic balance.
 
 use crate::contact::Piece;
+use crate::linear::static_state;
 use crate::model::Periodic;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
@@ -74,6 +75,16 @@ impl Balance {
         model: &dyn Periodic,
         pieces: &[Piece],
     ) -> Result<FourierOrbit, BalanceError> {
+        self.linearised_within(model, pieces, &self.budget.begin())
+    }
+
+    /// [`linearised_on`](Balance::linearised_on) with the rest of a budget.
+    fn linearised_within(
+        &self,
+        model: &dyn Periodic,
+        pieces: &[Piece],
+        meter: &Meter<'_>,
+    ) -> Result<FourierOrbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
         crate::periodic::balance::admission::refuse_stops(model)?;
         if model.contacts() > 0 && !model.offers().pieces {
@@ -86,19 +97,31 @@ impl Balance {
             vec![0.0; model.dof() * width],
             model.dof(),
         );
-        let meter = self.budget.begin();
-        let mut equations = self.with_whole_forces(model, &rest, 1, &meter)?.on_fixed_pieces(pieces);
+        let mut equations = self.with_whole_forces(model, &rest, 1, meter)?.on_fixed_pieces(pieces);
         let x = equations.unknowns(&rest);
-        let root = Newton::new().solve(&mut Metered { equations: &mut equations, meter: &meter }, &x);
-        self.finish(&equations, root, &meter, pieces.iter().position(|&p| p == Piece::Gap))
+        let root = Newton::new().solve(&mut Metered { equations: &mut equations, meter }, &x);
+        self.finish(&equations, root, meter, pieces.iter().position(|&p| p == Piece::Gap))
     }
 
     /// Finds an orbit from a guess: a linearised or projected orbit, or the orbit of a neighbouring model.
+    /// `None`: from the orbit [linearised on](Balance::linearised_on) the pieces of the
+    /// [static state](crate::linear::static_state) at t = 0.
     ///
     /// # Errors
     /// [`BalanceError`]; the errors of the root finder contain the last iterate.
-    pub fn solve(&self, model: &dyn Periodic, guess: &FourierOrbit) -> Result<FourierOrbit, BalanceError> {
-        self.find(model, guess, &self.budget.begin())
+    pub fn solve<'g>(
+        &self,
+        model: &dyn Periodic,
+        guess: impl Into<Option<&'g FourierOrbit>>,
+    ) -> Result<FourierOrbit, BalanceError> {
+        let meter = self.budget.begin();
+        match guess.into() {
+            Some(guess) => self.find(model, guess, &meter),
+            None => {
+                let at_rest = static_state(model, 0.0).map_err(BalanceError::NoStaticState)?;
+                self.find(model, &self.linearised_within(model, &at_rest.pieces, &meter)?, &meter)
+            }
+        }
     }
 
     /// [`solve`](Balance::solve) with the rest of a budget.

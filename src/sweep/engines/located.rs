@@ -102,15 +102,8 @@ impl<I: Integrator> Located<I> {
                     track.add_channel(i, &ChannelMeter::of(&x, period), period);
                 }
                 for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
-                    let (now, before) = (rattle.contacts()[i], *counted);
-                    let time = |k: usize| now.time[k] - before.time[k];
-                    let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
-                    track.add_contact(
-                        i,
-                        &ContactMeter::counted([time(0), time(2)], [impacts(0), impacts(1)]),
-                        time(0) + time(1) + time(2),
-                    );
-                    *counted = now;
+                    let (meter, time) = ContactMeter::since(rattle.contacts()[i], counted);
+                    track.add_contact(i, &meter, time);
                 }
                 finish
             } else {

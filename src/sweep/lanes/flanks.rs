@@ -1,5 +1,6 @@
 //! Meters of contacts: times on the flanks, impacts and penetrations.
 
+use crate::analysis::ContactStatistics;
 use crate::sweep::lanes::number::Number;
 
 /// Contact times, impacts and penetrations of one contact, sampled at the start of every step.
@@ -39,6 +40,13 @@ impl ContactMeter {
     /// Given contact times and impacts, without penetrations.
     pub(crate) fn counted(samples: [f64; 2], impacts: [f64; 2]) -> Self {
         ContactMeter { samples, impacts, deepest: [f64::NEG_INFINITY; 2], loosest: f64::INFINITY }
+    }
+    /// Contact times and impacts from `before` to `now`, and the whole time. `before` becomes `now`.
+    pub(crate) fn since(now: ContactStatistics, before: &mut ContactStatistics) -> (Self, f64) {
+        let time: [f64; 3] = std::array::from_fn(|k| now.time[k] - before.time[k]);
+        let impacts = std::array::from_fn(|k| (now.impacts[k] - before.impacts[k]) as f64);
+        *before = now;
+        (ContactMeter::counted([time[0], time[2]], impacts), time[0] + time[1] + time[2])
     }
 }
 

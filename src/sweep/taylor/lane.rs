@@ -3,7 +3,7 @@
 use crate::contact::Piece;
 use crate::model::expansion::expand::Expand;
 use crate::model::{Model, State};
-use crate::ode::edges::exit::Found;
+use crate::ode::edges::exit::{Elapsed, Found};
 use crate::ode::step::StepView;
 use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::taylor::course::Course;
@@ -41,7 +41,7 @@ pub(crate) struct Lane<'m> {
     /// Limit of the next step alone, after an impact.
     limit: f64,
     aim: [f64; 2],
-    found: Found,
+    found: Found<Elapsed>,
     /// Attempts to make a step since the task of the lane last set them to 0.
     pub(super) attempts: usize,
     /// Whether pieces may have changed since the last step.

@@ -88,12 +88,8 @@ impl<'m> RowTask<'m> {
     /// Adds times and impacts of the contacts in the period that ends.
     fn count_contacts(&mut self) {
         for (i, counted) in self.counted.iter_mut().enumerate().take(self.measured[1]) {
-            let (now, before) = (self.rattle.contacts()[i], *counted);
-            let time = |k: usize| now.time[k] - before.time[k];
-            let impacts = |k: usize| (now.impacts[k] - before.impacts[k]) as f64;
-            let meter = ContactMeter::counted([time(0), time(2)], [impacts(0), impacts(1)]);
-            self.track.add_contact(i, &meter, time(0) + time(1) + time(2));
-            *counted = now;
+            let (meter, time) = ContactMeter::since(self.rattle.contacts()[i], counted);
+            self.track.add_contact(i, &meter, time);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::excitation::RectangularWave;
-use crate::excitation::wave::divisor;
+use crate::excitation::wave::gcd;
 use crate::teeth::error::{TeethError, within};
 use crate::teeth::geometry::checks;
 use crate::teeth::geometry::gear::InvoluteGear;
@@ -246,7 +246,7 @@ impl GearPair {
     /// the greatest common divisor g of the tooth numbers. Errors of single teeth have this period.
     pub fn turns_until_repeat(&self) -> [u32; 2] {
         let z = self.gears.map(|gear| gear.teeth());
-        let g = divisor(z[0], z[1]).max(1);
+        let g = gcd(z[0], z[1]).max(1);
         [z[1] / g, z[0] / g]
     }
     /// The rectangular wave of the contact ratio with the stiffness of the smaller and of the larger number

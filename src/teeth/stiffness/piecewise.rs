@@ -26,12 +26,12 @@ use std::f64::consts::{PI, TAU};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piecewise {
-    pieces: Vec<Piece>,
+    pieces: Vec<Stretch>,
     error: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Piece {
+struct Stretch {
     from: f64,
     to: f64,
     /// Coefficients of the Chebyshev polynomials T_0, T_1, ...
@@ -44,7 +44,7 @@ const LONGEST: usize = 128;
 /// Shortest piece `[rad]`. A shorter one is left out: waves do not separate edges that are closer.
 const SHORTEST: f64 = 1e-9;
 
-impl Piece {
+impl Stretch {
     /// The interpolation of a function at n Chebyshev points.
     fn interpolate<E>(from: f64, to: f64, n: usize, f: &impl Fn(f64) -> Result<f64, E>) -> Result<Self, E> {
         let at = |k: usize| libm::cos(PI * (k as f64 + 0.5) / n as f64);
@@ -57,7 +57,7 @@ impl Piece {
                 .sum();
             sum * if j == 0 { 1.0 } else { 2.0 } / n as f64
         };
-        Ok(Piece { from, to, coefficients: (0..n).map(coefficient).collect() })
+        Ok(Stretch { from, to, coefficients: (0..n).map(coefficient).collect() })
     }
 
     /// The polynomial by Clenshaw's algorithm, for every number type.
@@ -120,7 +120,7 @@ impl Piecewise {
             };
             let mut points = 16;
             let (piece, reached) = loop {
-                let piece = Piece::interpolate(from, to, points, &checked)?;
+                let piece = Stretch::interpolate(from, to, points, &checked)?;
                 let reached = piece.deviation(&checked)?;
                 if reached <= tolerance || points >= LONGEST {
                     break (piece.shortened(), reached);
@@ -140,7 +140,7 @@ impl Piecewise {
     }
     /// Mean over a period.
     pub fn mean(&self) -> f64 {
-        self.pieces.iter().map(Piece::integral).sum::<f64>() / TAU
+        self.pieces.iter().map(Stretch::integral).sum::<f64>() / TAU
     }
 
     /// The Fourier series up to `order`: mean, c_n = 1/π ∫ f cos nφ dφ, s_n = 1/π ∫ f sin nφ dφ, by the rule
@@ -172,7 +172,7 @@ impl Piecewise {
     }
 
     /// The piece at an angle in [0, 2π), and the angle on it.
-    fn piece(&self, angle: f64) -> (&Piece, f64) {
+    fn piece(&self, angle: f64) -> (&Stretch, f64) {
         let next = self.pieces.partition_point(|piece| piece.from <= angle);
         match next {
             0 => (&self.pieces[self.pieces.len() - 1], TAU),
@@ -181,7 +181,7 @@ impl Piecewise {
     }
 }
 
-impl Piece {
+impl Stretch {
     /// Largest deviation from a function at points between the Chebyshev points, over the largest value.
     fn deviation<E>(&self, f: &impl Fn(f64) -> Result<f64, E>) -> Result<f64, E> {
         let (mut deviation, mut size, n) = (0.0f64, f64::MIN_POSITIVE, self.coefficients.len());

@@ -265,7 +265,10 @@ impl<M: QuasiPeriodic + ?Sized> Residual for TorusEquations<'_, M> {
         }
     }
 
-    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
         self.evaluate(x);
         let (n, m, width) = (self.model.dof(), self.model.drives(), self.vectors.unknowns());
         for column in 0..n * width {
@@ -294,6 +297,5 @@ impl<M: QuasiPeriodic + ?Sized> Residual for TorusEquations<'_, M> {
             self.grid.analyse(by_v);
             self.add_pair((pair / n, pair % n), by_q, by_v, out);
         }
-        true
     }
 }

@@ -207,13 +207,16 @@ impl Residual for CircleEquations<'_> {
         }
     }
 
-    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
         let (width, m) = (self.units.len(), self.nodes);
         if !self.evaluate(x) {
             for column in 0..self.size() {
                 out.column_mut(column).fill(f64::NAN);
             }
-            return true;
+            return;
         }
         let weights = weights(m, self.rotation_of(x));
         let speed = self.guess_speed();
@@ -244,6 +247,5 @@ impl Residual for CircleEquations<'_> {
                 }
             }
         }
-        true
     }
 }

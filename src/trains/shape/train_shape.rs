@@ -176,7 +176,8 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let dof = self.elements.per_inertia.len();
         let torques = self.elements.torque_waves.len() + self.elements.motors.len();
         let constants = 1 + dof + torques + 2 * contacts + self.elements.frictions.len();
-        Size { dof, waves, contacts: contacts + self.places.kinks(), constants }
+        let kinks = self.places.kinks();
+        Size { dof, waves, contacts: contacts + kinks, kinks, constants }
     }
     fn names(&self) -> Vec<Channel> {
         self.constants.clone()
@@ -228,9 +229,6 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let at = self.drives::<false, _>(u);
         self.places.contact(i, |i| &self.teeth[i].law, |i| self.touch(law, i, &at, q, v))
     }
-    fn kinks(&self) -> usize {
-        self.places.kinks()
-    }
 
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let (single, rest) = u.split_at_mut(self.elements.single.len());
@@ -252,9 +250,9 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         earliest(waves.chain(laws))
     }
     fn repeats(&self) -> u32 {
-        let waves = Wave::divisor_of_orders(self.elements.single.iter().chain(&self.elements.jets));
+        let waves = Wave::gcd_of_orders(self.elements.single.iter().chain(&self.elements.jets));
         let laws = self.rests.iter().map(|rest| rest.mesh.repeats_of_law());
-        laws.fold(waves, crate::excitation::wave::divisor).max(1)
+        laws.fold(waves, crate::excitation::wave::gcd).max(1)
     }
     fn cycles_in_a_period(&self) -> u32 {
         self.fastest.div_ceil(self.repeats())

@@ -16,7 +16,7 @@ pub struct MeshedPair<N>(pub Mesh<N>);
 impl<N: Nonlinearity> Shape for MeshedPair<N> {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: 1, constants: 4 }
+        Size { dof: 1, waves: Mesh::<N>::WAVES, contacts: 1, constants: 4, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         [("mesh frequency", "rad/s"), ("load", "N"), ("damping", "N s/m"), ("mass", "kg")]
@@ -110,7 +110,7 @@ pub struct Knock {
 impl Shape for Knock {
     #[inline(always)]
     fn size(&self) -> Size {
-        Size { dof: 2, waves: 1, contacts: 1, constants: 2 }
+        Size { dof: 2, waves: 1, contacts: 1, constants: 2, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1"), Channel::new("stiffness", "1")]

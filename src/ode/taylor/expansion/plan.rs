@@ -99,7 +99,7 @@ struct Columns {
 }
 
 /// No column yet.
-const NONE: u32 = u32::MAX;
+const NO_COLUMN: u32 = u32::MAX;
 
 impl Columns {
     fn places(&self) -> Places<'_> {
@@ -124,7 +124,7 @@ impl Plan {
         let needed = tape.needed();
         let mut columns = Columns {
             next: 0,
-            of_slot: vec![NONE; inputs + tape.ops.len()],
+            of_slot: vec![NO_COLUMN; inputs + tape.ops.len()],
             of_form: HashMap::new(),
             still: 0..0,
             one: 0,
@@ -330,7 +330,7 @@ impl Level {
             for form in tape.ops[i].0.operands() {
                 let sum = tape.forms[form].alone().is_none() && !tape.forms[form].is_zero();
                 if (sum || matches!(tape.ops[i].0, Op::Sum(_))) && !columns.of_form.contains_key(&form) {
-                    columns.of_form.insert(form, NONE);
+                    columns.of_form.insert(form, NO_COLUMN);
                     rows.push(form);
                 }
             }

@@ -1,8 +1,6 @@
 //! Values and bounds of the polynomials of a motion.
 
-use crate::ode::taylor::distances::Distances;
 use crate::ode::taylor::expansion::coefficients::{Coefficients, ORDERS};
-use crate::ode::taylor::expansion::plan::Edge;
 use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
 use pulp::Arch;
 
@@ -26,30 +24,9 @@ impl Coefficients {
     pub(crate) fn ranges(&self, h: f64, ranges: &mut [Eight]) {
         self.arch.dispatch(Ranges { c: self, h, ranges });
     }
-}
 
-impl Distances for Coefficients {
-    fn edges(&self) -> &[Edge] {
-        &self.plan.edges
-    }
-    fn degree(&self) -> usize {
-        self.degree
-    }
-    #[inline(always)]
-    fn coefficient(&self, n: usize, column: usize) -> f64 {
-        self.distances(n)[column]
-    }
-    fn above_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
-        self.samples::<0>(column, h).above_until(sign, least, h)
-    }
-    fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
-        let start = self.distances(0)[column];
-        self.samples::<1>(column, h).risen_until(sign * start, sign, least, h)
-    }
-}
-
-impl Coefficients {
-    fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
+    /// Samples of a distance d over a step; for `SHIFT` 1, of (d(s) - d(0))/s.
+    pub(crate) fn samples<const SHIFT: usize>(&self, column: usize, h: f64) -> Samples {
         let stride = EIGHT * self.plan.width;
         let numbers = &self.x.as_flattened()[SHIFT * stride + EIGHT * self.plan.distances + column..];
         Sampling { arch: self.arch, count: self.degree + 1 - SHIFT, h }.of(|n| numbers[n * stride])

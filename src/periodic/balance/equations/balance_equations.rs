@@ -310,10 +310,12 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
         self.work.layout.matrix(&self.work.couplings)
     }
 
-    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) -> bool {
+    fn has_jacobian(&self) -> bool {
+        true
+    }
+    fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
         self.evaluate(x, true);
         self.work.layout.fill(&self.work.couplings, &self.work.spectra, out);
         self.work.integration.add_jacobian(&self.work.layout, out);
-        true
     }
 }

@@ -16,10 +16,10 @@ use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 /// Estimates of the errors of an orbit of a [`Balance`](crate::Balance), by [`Balance::prove`].
 ///
 /// ```
-/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece};
+/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let balance = Balance::new(Harmonics::up_to(70));
-/// let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
+/// let orbit = balance.solve(&pair, None)?;
 /// let proof = balance.prove(&pair, &orbit)?;
 /// assert!((proof.truncation - 5.469e-6).abs() < 1e-9); // truncation error of 70 orders
 /// assert!(proof.aliasing < 1e-9 && proof.finer.harmonics().highest() == 91);

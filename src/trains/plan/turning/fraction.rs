@@ -7,8 +7,8 @@ pub(crate) struct Fraction {
     den: i128,
 }
 
-fn divisor(a: i128, b: i128) -> i128 {
-    if b == 0 { a.abs() } else { divisor(b, a % b) }
+fn gcd(a: i128, b: i128) -> i128 {
+    if b == 0 { a.abs() } else { gcd(b, a % b) }
 }
 
 impl Fraction {
@@ -18,7 +18,7 @@ impl Fraction {
     /// num/den; `None` if den is 0 or a number overflows.
     fn of(num: Option<i128>, den: Option<i128>) -> Option<Self> {
         let (num, den) = (num?, den?);
-        let common = divisor(num, den);
+        let common = gcd(num, den);
         (den != 0).then(|| Fraction { num: den.signum() * num / common, den: den.abs() / common })
     }
     pub(crate) fn whole(value: i64) -> Self {
@@ -48,9 +48,9 @@ impl Fraction {
     }
     /// The largest fraction of which both are whole multiples.
     pub(crate) fn common(self, other: Self) -> Option<Self> {
-        let den = self.den.checked_mul(other.den / divisor(self.den, other.den))?;
+        let den = self.den.checked_mul(other.den / gcd(self.den, other.den))?;
         let [a, b] = [self, other].map(|f| f.num.checked_mul(den / f.den));
-        Fraction::of(Some(divisor(a?, b?)), Some(den))
+        Fraction::of(Some(gcd(a?, b?)), Some(den))
     }
     /// The whole number that it is, if it is a `u32`.
     pub(crate) fn as_count(self) -> Option<u32> {

@@ -67,7 +67,7 @@ impl Orders {
 
 /// Whether a wave is no constant.
 pub(crate) fn varies(wave: &Wave) -> bool {
-    Wave::divisor_of_orders([wave]) != 0
+    Wave::gcd_of_orders([wave]) != 0
 }
 
 /// Whether any wave of a mesh is one over its teeth.
