@@ -44,10 +44,10 @@ impl<M: Model> Run<'_, M> {
     }
 
     /// Error over time of every solver.
-    fn compare(&self, csv: &mut Csv) -> Outcome<Panel> {
+    fn compare(&self, csv: &mut Csv) -> Outcome<Vec<Solver>> {
         println!("{}\n  {:8} {:>9} {:>10} {:>9}", self.name, "solver", "setting", "ms", "error");
         let truth = self.timed(&Dop853::new().rtol(1e-13).atol(1e-18))?.1;
-        let mut solvers: Vec<(&str, Vec<(f64, f64)>)> = Vec::new();
+        let mut solvers: Vec<Solver> = Vec::new();
         let mut keep = |solver: &'static str, setting: f64, (time, end): (f64, State)| {
             let error =
                 end.q.iter().zip(&truth.q).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / self.size;
@@ -74,13 +74,32 @@ impl<M: Model> Run<'_, M> {
             let rtol = 10f64.powi(-digits);
             keep("Taylor", rtol, self.timed(&Taylor::new().rtol(rtol).atol(1e-4 * rtol))?)?;
         }
-        let mut panel = Panel::new(self.name, "time of computation [ms]", "relative error at the end [1]")?;
+        Ok(solvers)
+    }
+}
+
+/// Name of a solver and its points: time [ms] and error.
+type Solver = (&'static str, Vec<(f64, f64)>);
+
+/// Both panels with the same axes, of whole decades.
+fn panels(runs: [(&str, Vec<Solver>); 2]) -> Outcome<Vec<Panel>> {
+    let points = || runs.iter().flat_map(|(_, solvers)| solvers).flat_map(|(_, points)| points);
+    let decades = |of: fn(&(f64, f64)) -> f64| {
+        let low = points().map(of).fold(f64::INFINITY, f64::min);
+        let high = points().map(of).fold(0.0, f64::max);
+        [10f64.powf(low.log10().floor()), 10f64.powf(high.log10().ceil())]
+    };
+    let ([left, right], [below, above]) = (decades(|point| point.0), decades(|point| point.1));
+    let panel = |(title, solvers): &(&str, Vec<Solver>)| {
+        let mut panel = Panel::new(*title, "time of computation [ms]", "relative error at the end [1]")?;
         for (name, points) in solvers {
             let end = points[points.len() - 1];
-            panel = panel.series(name, Mark::Joined, points)?.note(end, name)?;
+            panel = panel.series(name, Mark::Joined, points.clone())?.note(end, name)?;
         }
-        Ok(panel.logarithmic_x()?.logarithmic_y()?)
-    }
+        let panel = panel.logarithmic_x()?.logarithmic_y()?;
+        Ok(panel.x_range(left, right)?.y_range(below, above)?)
+    };
+    runs.iter().map(panel).collect()
 }
 
 fn main() -> Outcome<()> {
@@ -106,8 +125,8 @@ fn main() -> Outcome<()> {
         steps: [8e-6, 4e-6, 2e-6, 5e-7],
         size: 1e-4,
     };
-    let panels = [a.compare(&mut csv)?, b.compare(&mut csv)?];
-    Picture::new(panels).columns(2).panel_size(415.0, 340.0).save(folder.join("integrators.svg"))?;
+    let panels = panels([(a.name, a.compare(&mut csv)?), (b.name, b.compare(&mut csv)?)])?;
+    Picture::new(panels).columns(2).panel_size(350.0, 330.0).save(folder.join("integrators.svg"))?;
     println!("picture and table: {}", folder.display());
     Ok(())
 }

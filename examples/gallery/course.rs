@@ -25,17 +25,18 @@ use std::ops::ControlFlow;
 pub fn excitation(_: bool) -> Outcome<Picture> {
     let ([k, e], uncut) = (waves()?, Wave::new(tooth_stiffness()?));
     let lines = [("model: cut after 3 harmonics", &k), ("of the teeth", &uncut)];
-    let first = stiffness(&lines, "mesh stiffness k(φ) [N/m]", 1.0)?.title("mesh stiffness").below();
-    let first = first.y_range(0.0, 4e8)?.name_y(&[(k.mean(), &format!("mean {:.0}", 1e-6 * k.mean()))])?;
+    let first = stiffness(&lines, "mesh stiffness k(φ) [N/m]", 1.0)?.below();
+    let first = first.title(format!("mesh stiffness, mean {:.0}·10⁶ N/m", 1e-6 * k.mean()));
+    let first = first.y_range(0.0, 4e8)?.name_y(&[(k.mean(), "mean")])?;
     let first = first.note((0.25, 1e8), "two pairs of teeth")?.note((0.8, 1e8), "one pair")?;
-    let second = stiffness(&[("", &e)], "transmission error e(φ) [m]", 1.0)?;
+    let second = stiffness(&[("", &e)], "static error e(φ) [m]", 1.0)?;
     let amplitude = (0..1000).map(|i| e.value(TAU * f64::from(i) / 1000.0, Side::After)).fold(0.0, f64::max);
     let names = [-1.0, 1.0]
         .map(|sign| (sign * amplitude, format!("{:+.1} μm", sign * 1e6 * amplitude).replace('-', "−")));
     let second = second.name_y(&names.each_ref().map(|(at, name)| (*at, name.as_str())))?;
     Ok(Picture::new([first, second.title("static transmission error, limit of grade 6")])
         .columns(2)
-        .panel_size(415.0, 300.0))
+        .panel_size(350.0, 290.0))
 }
 
 /// The branch of the pair over its speed.
@@ -66,8 +67,12 @@ pub fn response(_: bool) -> Outcome<Picture> {
             panel.series("linear, without gap", Mark::Line, curve(&linear))?.below().logarithmic_y()?;
         Ok(panel.name_y(&[(2.0 * deformation, "2F/k")])?.name_x(&orders)?)
     };
-    let whole = panel()?.x_range(115.0, 605.0)?.title("response of the pair, 300 N m");
-    let part = panel()?.x_range(172.0, 212.0)?.y_range(2e-5, 6e-5)?.title("the same near order 100");
+    let whole = panel()?.x_range(100.0, 605.0)?;
+    let whole = whole.title("response, 300 N m, b = 40 μm; dotted: speeds at which an order meets f_n");
+    let part = panel()?
+        .x_range(172.0, 212.0)?
+        .y_range(2e-5, 6e-5)?
+        .title("the same near the speed at which order 100 meets f_n");
     Ok(Picture::new([whole, part]).panel_size(640.0, 340.0))
 }
 
@@ -84,7 +89,9 @@ fn settled(speed: f64, periods: f64) -> Outcome<(Train, gear_dynamics::ode::Traj
 pub fn contact_loss(_: bool) -> Outcome<Picture> {
     let (pair, run) = settled(380.0, 5.0)?;
     let deflection = history(&pair, &run, "deflection [m]", 0)?.y("deflection d [m]")?;
-    let force = history(&pair, &run, "mesh force [N]", 0)?.y("mesh force W [N]")?.title("mesh force");
+    let force = history(&pair, &run, "mesh force [N]", 0)?
+        .y("mesh force W [N]")?
+        .title("mesh force at the same motion");
     let deflection = deflection.title("deflection at 380 rad/s, 300 N m, b = 40 μm");
     Ok(Picture::new([deflection, force]).panel_size(560.0, 260.0))
 }
@@ -96,7 +103,7 @@ pub fn orbit(_: bool) -> Outcome<Picture> {
     let section = [(contact.deflection, contact.rate)];
     let panel =
         phase_portrait(&pair, &run, axes, 0)?.series("Poincaré section, φ = 0", Mark::Dots, section)?;
-    Ok(panel.title("one mesh period at 380 rad/s, 300 N m").into())
+    Ok(panel.title("one mesh period at 380 rad/s, 300 N m, b = 40 μm").into())
 }
 
 /// Peak-to-peak values of a branch at a speed, by straight lines between its points.
@@ -132,7 +139,7 @@ pub fn jumps(coarse: bool) -> Outcome<Picture> {
         let (at, from) = (fold.parameter, fold.peak_to_peak());
         let off = |to: &f64| (to - from).abs();
         let to = there(&line, at).into_iter().max_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(from);
-        panel.series("jump", Mark::Directed, [(at, from), (at, to)])
+        panel.series("jump", Mark::Directed, [(at, from), (at, to)]).map(Panel::black)
     };
     let panel = line.of_kind(PointKind::Fold).into_iter().try_fold(panel, jump)?;
     let panel =
@@ -181,9 +188,10 @@ pub fn random(coarse: bool) -> Outcome<Picture> {
     let mut seen = Statistics::new(&pair, &["mesh force"])?;
     solver.run(&pair, &start, 0.006, &mut seen)?;
     let (constant, peaks) = (seen.summary("mesh force")?.max, bands.peak("mesh force")?.mean());
-    let names = [format!("steady peak {constant:.0}"), format!("mean peak {peaks:.0}")];
-    let panel = panel.name_y(&[(constant, &names[0]), (peaks, &names[1])])?;
-    let title = "torque 300 N m ± 100 N m, uniform, held for 1 ms";
+    let names = [("steady peak", constant), ("mean of peaks", peaks)]
+        .map(|(name, force)| format!("{name} {:.2} kN", 1e-3 * force));
+    let panel = panel.y_range(0.0, 1e4)?.name_y(&[(constant, &names[0]), (peaks, &names[1])])?;
+    let title = "torque 300 N m ± 100 N m, uniform, held for 1 ms; 300 rad/s, b = 40 μm";
     Ok(Picture::from(panel.title(title)).panel_size(640.0, 320.0))
 }
 
@@ -228,21 +236,23 @@ pub fn law(_: bool) -> Outcome<Picture> {
         |x: f64| (1e-6 * x, sprung.force(Deflection { x: 1e-6 * x, rate: 0.0, lower: -4e-5, upper: 4e-5 }));
     let ideal = |x: f64| (1e-6 * x, 1e-6 * ((x - 40.0).max(0.0) - (-x - 40.0).max(0.0)));
     let kinks = [-50.0, -44.0, -40.0, 40.0, 44.0, 50.0];
-    let laws = Panel::new("contact law", "deflection d [m]", "force over stiffness f(d) [m]")?
+    let laws = Panel::new("contact law, b = 40 μm", "deflection d [m]", "force over stiffness f(d) [m]")?
         .series("linear flanks", Mark::Line, kinks.map(ideal))?
-        .series("preload 2 μm, stop at 4 μm", Mark::Joined, kinks.map(force))?
+        .black()
+        .series("preload 2 μm, stop 4 μm past the edge", Mark::Joined, kinks.map(force))?
+        .grey()
         .name_x(&[(-4e-5, "−b"), (4e-5, "b")])?
         .x_range(-4.8e-5, 4.8e-5)?
         .y_range(-9e-6, 9e-6)?;
     let linear = branch_of(&bench_pair(270.0)?, [270.0, 400.0])?;
     let other = branch_of(&with_law(sprung, 270.0)?, [270.0, 400.0])?;
-    let mut lines = branch(&[&linear, &other], [SPEED, SWING], BranchPoint::peak_to_peak)?.title("response");
-    for (line, name) in [(&linear, "linear"), (&other, "preload, stop")] {
-        let most = there(line, 370.0).into_iter().fold(0.0, f64::max);
-        lines = lines.note((370.0, most), name)?;
+    let mut lines = branch(&[&linear, &other], [SPEED, SWING], BranchPoint::peak_to_peak)?;
+    for (line, name, at) in [(&linear, "linear flanks", 385.0), (&other, "preload, stop", 335.0)] {
+        let most = there(line, at).into_iter().fold(0.0, f64::max);
+        lines = lines.note((at, most), name)?;
     }
-    let lines = lines.x_range(270.0, 400.0)?;
-    Ok(Picture::new([laws, lines]).columns(2).panel_size(415.0, 320.0))
+    let lines = lines.x_range(270.0, 400.0)?.title("response, 300 N m, b = 40 μm");
+    Ok(Picture::new([laws, lines]).columns(2).panel_size(350.0, 320.0))
 }
 
 pub fn solvers(_: bool) -> Outcome<Picture> {
@@ -250,9 +260,9 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
     let start = static_state(&pair, 0.0)?.state;
     let (end, radius) = (50.0 * pair.period(), 0.070_477);
     let exact = Dop853::new().rtol(1e-13).atol_each(&[1e-17, 1e-13]).end(&pair, &start, end)?.q[0];
-    // The reference is as exact as it agrees with a second method: no error below is known.
+    // The reference is as accurate as it agrees with a second method: no smaller error is known or drawn.
     let second = Taylor::new().rtol(1e-13).atol_each(&[1e-18, 1e-14]).end(&pair, &start, end)?.q[0];
-    let floor = (radius * (second - exact)).abs().max(1e-17);
+    let floor = (radius * (second - exact)).abs();
     let work = |solver: &dyn Fn(f64) -> Outcome<(u64, f64)>, settings: &[f64]| -> Outcome<Vec<(f64, f64)>> {
         let runs = settings.iter().map(|setting| solver(*setting));
         let point = |run: Outcome<(u64, f64)>| {
@@ -270,9 +280,9 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
     let rk45 = work(&|r| run(&Rk45::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let dop853 = work(&|r| run(&Dop853::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let taylor = work(&|r| run(&Taylor::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
-    let title = "50 mesh periods at 380 rad/s; Rk4: 32 to 512 steps a period, others: rtol 10⁻⁴ to 10⁻¹¹";
-    let panel = Panel::new(title, "evaluations [1]", "error of the deflection d [m]")?;
-    let mut panel = panel.logarithmic_x()?.logarithmic_y()?.name_y(&[(floor, "reference error")])?;
+    let title = "error after 50 mesh periods at 380 rad/s, 300 N m, b = 40 μm";
+    let panel = Panel::new(title, "evaluations [1]", "error of d at the end [m]")?;
+    let mut panel = panel.logarithmic_x()?.logarithmic_y()?.name_y(&[(floor, "references differ")])?;
     // The first four have the colours and marks of docs/integrators.svg.
     for (name, points) in [
         ("Rk4", rk4),

@@ -74,8 +74,14 @@ pub fn orders(_: bool) -> Outcome<Picture> {
         Ok(panel.y_range(0.5 * LEAST, 1000.0)?.name_x(&names)?)
     };
     let panels = [
-        panel("force W of the first mesh, 25/50 teeth, 150 rad/s, 50 N m", "mesh force 0")?,
-        panel("force W of the second mesh, 20/60 teeth", "mesh force 1")?,
+        panel(
+            "first mesh, 25/50 teeth; motor at 150 rad/s, 50 N m; phase between the meshes 0",
+            "mesh force 0",
+        )?,
+        panel(
+            "second mesh, 20/60 teeth; motor at 150 rad/s, 50 N m; phase between the meshes 0",
+            "mesh force 1",
+        )?,
     ];
     Ok(Picture::new(panels).panel_size(640.0, 300.0))
 }
@@ -91,7 +97,9 @@ pub fn campbell(coarse: bool) -> Outcome<Picture> {
         (50.0, "50: 2 × first, 5 × second"),
     ];
     let panel = gear_dynamics_plots::campbell(&diagram, "speed of the motor [rad/s]", &names)?;
-    let panel = panel.title("two-stage gearbox: natural frequencies and mesh orders").y_range(0.0, 1600.0)?;
+    let panel = panel
+        .title("two-stage gearbox: natural frequencies with damping, |λ|/2π, and mesh orders")
+        .y_range(0.0, 1600.0)?;
     let panel = panel.name_x(&[(150.0, "operating speed")])?;
     Ok(Picture::from(panel).panel_size(640.0, 400.0))
 }
@@ -127,5 +135,5 @@ pub fn modes(_: bool) -> Outcome<Picture> {
         Ok(mode(&train, shape.shape())?.title(format!("{:.0} Hz, {kind}{times}", shape.hertz())))
     };
     let panels = chosen.into_iter().map(panel).collect::<Outcome<Vec<_>>>()?;
-    Ok(Picture::new(panels).columns(2).panel_size(360.0, 370.0))
+    Ok(Picture::new(panels).columns(2).panel_size(350.0, 360.0))
 }

@@ -128,6 +128,23 @@ impl Panel {
         self.layers.splice(..0, last);
         self
     }
+    /// The same panel with its last series in black, so that its colour stands for nothing.
+    pub fn black(self) -> Self {
+        self.inked(Ink::Text)
+    }
+    /// The same panel with its last series in grey.
+    pub fn grey(self) -> Self {
+        self.inked(Ink::Grey)
+    }
+    fn inked(mut self, ink: Ink) -> Self {
+        if let Some(Layer::Curve(curve)) = self.layers.last_mut() {
+            curve.ink = ink;
+        }
+        if let Some(entry) = self.legend.last_mut() {
+            entry.swatch = entry.swatch.inked(ink);
+        }
+        self
+    }
     /// The same panel with a text beside a point, on the side where it covers least.
     ///
     /// # Errors

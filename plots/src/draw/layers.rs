@@ -123,6 +123,22 @@ pub(crate) enum Swatch {
     Field { ink: Ink, opacity: f64 },
 }
 
+impl Swatch {
+    /// The same sample in another ink.
+    pub(crate) fn inked(mut self, other: Ink) -> Self {
+        match &mut self {
+            Swatch::Line { ink, .. }
+            | Swatch::Directed { ink }
+            | Swatch::Dot { ink, .. }
+            | Swatch::Ring { ink, .. }
+            | Swatch::Joined { ink, .. }
+            | Swatch::Speck { ink, .. }
+            | Swatch::Field { ink, .. } => *ink = other,
+        }
+        self
+    }
+}
+
 /// The colours of a map with their values.
 #[derive(Clone, Debug)]
 pub(crate) struct Bar {

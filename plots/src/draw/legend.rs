@@ -12,6 +12,8 @@ const SWATCH: f64 = 24.0;
 const DOT: f64 = 10.0;
 const GAP: f64 = 12.0;
 pub(crate) const ROW: f64 = 15.0;
+/// Ground of the samples of what is drawn over a map.
+const MAP: Ink = Ink::Map(0.67);
 
 /// The entries in rows of at most a width, each with its place along the row.
 pub(crate) fn rows(entries: &[Entry], most: f64) -> Vec<Vec<(f64, &Entry)>> {
@@ -52,6 +54,11 @@ pub(crate) fn draw(svg: &mut Svg, theme: Theme, rows: &[Vec<(f64, &Entry)>], [x0
     }
 }
 
+/// A rectangle of a width, its left side at a point.
+fn field([x, y]: [f64; 2], wide: f64) -> String {
+    path(&[[x, y - 5.0], [x + wide, y - 5.0], [x + wide, y + 5.0], [x, y + 5.0]], true)
+}
+
 fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
     let centre = [x + 0.5 * wide(swatch), y];
     match swatch {
@@ -60,7 +67,7 @@ fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
             let colour = theme.colour(ink);
             let stroke = Stroke { colour: &colour, width, dash: dash(style) };
             if cased {
-                svg.stroke(&d, Stroke { colour: "#8a8a8a", width: width + 6.0, dash: "" });
+                svg.fill(&field([x, y], SWATCH), &theme.colour(MAP), 1.0);
                 svg.stroke(&d, Stroke { colour: "#ffffff", width: width + 2.2, dash: "" });
                 svg.stroke(&d, Stroke { colour: "#000000", ..stroke });
             } else {
@@ -86,11 +93,16 @@ fn sample(svg: &mut Svg, theme: Theme, swatch: Swatch, [x, y]: [f64; 2]) {
             svg.stroke(&marker(centre, style, RING), Stroke { colour: &colour, width: 1.3, dash: "" });
         }
         Swatch::Speck { ink, cased } => {
-            svg.fill(&marker(centre, 0, if cased { 1.4 } else { 2.0 }), &theme.colour(ink), 1.0);
+            if cased {
+                svg.fill(&field([x, y], DOT), &theme.colour(MAP), 1.0);
+                svg.fill(&marker(centre, 0, 1.8), "#ffffff", 1.0);
+                svg.fill(&marker(centre, 0, 0.9), "#000000", 1.0);
+            } else {
+                svg.fill(&marker(centre, 0, 2.0), &theme.colour(ink), 1.0);
+            }
         }
         Swatch::Field { ink, opacity } => {
-            let [left, right] = [x, x + SWATCH];
-            let d = path(&[[left, y - 5.0], [right, y - 5.0], [right, y + 5.0], [left, y + 5.0]], true);
+            let d = field([x, y], SWATCH);
             svg.fill(&d, &theme.colour(ink), opacity);
             let colour = theme.colour(Ink::Grey);
             svg.stroke(&d, Stroke { colour: &colour, width: 0.5, dash: "" });
