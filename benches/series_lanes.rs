@@ -176,8 +176,8 @@ fn exponents<G: Shape + Send + Sync>(name: &str, points: Points, machine: &Machi
     let sweep = Sweep::new(points).settle(0).measure(1).lyapunov(lyapunov);
     let taylor = Taylor::new().rtol(1e-10).atol(1e-15);
     let (lanes, single) = (LaneTaylor::new(taylor.clone()), Located(taylor));
-    let in_lanes = || sweep.of_machine(&lanes, machine).expect("constants").run().expect("it runs");
-    let one_by_one = || sweep.of_machine(&single, machine).expect("constants").run().expect("it runs");
+    let in_lanes = || sweep.over(&lanes, machine).expect("constants").run().expect("it runs");
+    let one_by_one = || sweep.over(&single, machine).expect("constants").run().expect("it runs");
     let [wide, one] = least(rounds, [&mut || drop(in_lanes()), &mut || drop(one_by_one())]);
     let each = |time: f64| 1e3 * time / count as f64;
     println!("exponents of {name}: {count} points, {:.2} ms each, {:.2} one by one", each(wide), each(one));
@@ -217,7 +217,7 @@ fn memory() {
         let sweep = sweep.measure(1);
         let family = |p: &Point<'_>| machine.with("wc", p["wc"]);
         let begin = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(start.clone());
-        let (runner, begun, mut rows) = (sweep.runner(&engine, family).start(begin), Instant::now(), 0);
+        let (runner, begun, mut rows) = (sweep.of(&engine, family).start(begin), Instant::now(), 0);
         for chunk in 0..chunks {
             rows += runner.chunk(chunk, chunks).expect("the workload runs").iter().count();
         }

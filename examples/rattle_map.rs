@@ -57,7 +57,7 @@ fn timed(what: &str, sweep: &Sweep, engine: &impl SweepEngine<NfgPair>) -> Outco
     let bar = progress(what, sweep.points().len());
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows = sweep.runner(engine, pair).start(start).progress(advance).run()?;
+    let rows = sweep.of(engine, pair).start(start).progress(advance).run()?;
     let seconds = began.elapsed().as_secs_f64();
     bar.finish_and_clear();
     println!(

@@ -105,7 +105,7 @@ fn parts_are_halved_where_a_direction_shrinks() {
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(machine(p["damping"]));
     let start =
         |_: &Point<'_>, _: &Machine<Stops>| Ok::<_, ParameterError>(State::new(0.0, &[1.101], &[0.0]));
-    let rows = sweep.runner(&LaneTaylor::new(tolerant()), family).start(start).run().unwrap();
+    let rows = sweep.of(&LaneTaylor::new(tolerant()), family).start(start).run().unwrap();
     for (row, damping) in rows.iter().zip(dampings) {
         let (ours, exact) = (row.lyapunov().unwrap(), -0.5 * damping * TAU);
         // The direction turns: its length after a whole number of parts differs from the mean by up to √k.
@@ -133,14 +133,14 @@ fn the_same_exponents_however_they_are_run() {
     }
     let family = |p: &Point<'_>| machine.with("wc", p["wc"]);
     let begin = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(start.clone());
-    let runner = sweep.runner(&engine, family).start(begin);
+    let runner = sweep.of(&engine, family).start(begin);
     let parts = [2, 0, 1].map(|i| runner.chunk(i, 3).unwrap());
     assert_eq!(expected, Rows::merge(parts.into()).unwrap().fingerprint());
     // A sweep that is cancelled and resumed.
     let (made, cancel) = (AtomicUsize::new(0), Arc::new(AtomicBool::new(false)));
     let stop = |_: &Row<'_>| cancel.store(made.fetch_add(1, Ordering::Relaxed) == 4, Ordering::Relaxed);
     let short = engine.clone().lanes::<1>();
-    let partial = sweep.runner(&short, family).start(begin).rows(stop).cancel(cancel.clone()).run().unwrap();
+    let partial = sweep.of(&short, family).start(begin).rows(stop).cancel(cancel.clone()).run().unwrap();
     assert_eq!(expected, runner.resume(partial).unwrap().fingerprint());
 }
 

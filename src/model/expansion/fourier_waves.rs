@@ -144,8 +144,8 @@ impl FourierWaves {
         match self.orders.len() {
             0 => {}
             1 => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; 1]),
-            2..=FEW => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; FEW]),
-            17..=SOME => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; SOME]),
+            n if n <= FEW => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; FEW]),
+            n if n <= SOME => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; SOME]),
             _ => self.write_sums(angles, u, &mut [[[0.0; W]; 2]; ORDERS]),
         }
     }
