@@ -6,10 +6,10 @@ use crate::trains::shape::elements::Entry;
 use crate::trains::shape::train_shape::Train;
 
 impl<N: Nonlinearity> Train<N> {
-    /// Angle `[rad]` and displacement of the centre along x and y `[m]` of each body, from coordinates or from the
-    /// [shape of a mode](crate::linear::Mode::shape). Angles are counterclockwise, also of a body that turns
-    /// clockwise. A locked body does not turn. The centre of a body without bearing moves only if it is the pin of a
-    /// carrier.
+    /// Angle `[rad]` and displacement of the centre along x and y `[m]` of each body, from coordinates or
+    /// from the [shape of a mode](crate::linear::Mode::shape). Angles are counterclockwise, also of a body
+    /// that turns clockwise. A locked body does not turn. The centre of a body without bearing moves only
+    /// if it is the pin of a carrier.
     ///
     /// ```
     /// use gear_dynamics::trains::SpurPair;
