@@ -202,8 +202,8 @@ impl Gaps {
     }
 }
 
-/// Allowed deviation of a distance from its cubic: max(DEVIATION range + FLOOR gap, ROUNDINGS noise). `values`:
-/// values of the distance in the step; `noise`: the effect of rounding on it.
+/// Allowed deviation of a distance from its cubic: max(DEVIATION range + FLOOR gap, ROUNDINGS noise).
+/// `values`: values of the distance in the step; `noise`: the effect of rounding on it.
 #[inline]
 fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
     let [a, b, c_] = values;

@@ -89,8 +89,8 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         [half(&start.q, q), half(&start.v, v)].concat()
     }
 
-    /// Absolute tolerances for differences of size 1. They depend on the state: they are not below the rounding
-    /// error of the motion.
+    /// Absolute tolerances for differences of size 1. They depend on the state: they are not below the
+    /// rounding error of the motion.
     pub(crate) fn fixed_tolerances(&self, tolerance: f64, start: &State) -> Vec<f64> {
         self.tolerances(tolerance, start, &vec![1.0; self.columns])
     }

@@ -14,8 +14,8 @@ const SHORTEST_DIRECTION: f64 = 1e-3;
 const HALVINGS: u32 = 40;
 
 /// The exponents of one motion while they are computed. Whoever integrates the flow with its derivative asks
-/// for the next [`target`](Progress::target), integrates from [`state`](Progress::state) to it and reports the
-/// [`arrive`](Progress::arrive)d state.
+/// for the next [`target`](Progress::target), integrates from [`state`](Progress::state) to it and reports
+/// the [`arrive`](Progress::arrive)d state.
 ///
 /// A part of a period is halved, and the directions are made orthonormal after each interval, until no
 /// direction shrinks below [`SHORTEST_DIRECTION`].

@@ -111,9 +111,9 @@ impl Sweep {
     ///
     /// With every engine it is computed from the variational equations with located edges. It starts in the
     /// last state of the run, where the motion is settled: the default of [`settle`](Lyapunov::settle) is 0
-    /// here. A row contains one exponent: the default of [`count`](Lyapunov::count) is 1, and more is an error.
-    /// [`LaneTaylor`](crate::sweep::LaneTaylor) computes exponents in lanes, the other engines one by one; the time
-    /// per period is then about three times that of [`Located`](crate::sweep::Located).
+    /// here. A row contains one exponent: the default of [`count`](Lyapunov::count) is 1, and more is an
+    /// error. [`LaneTaylor`](crate::sweep::LaneTaylor) computes exponents in lanes, the other engines one by
+    /// one; the time per period is then about three times that of [`Located`](crate::sweep::Located).
     pub fn lyapunov(self, lyapunov: Lyapunov) -> Self {
         Sweep { lyapunov: Some(lyapunov.of_sweep()), ..self }
     }

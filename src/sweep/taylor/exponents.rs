@@ -20,8 +20,8 @@ use std::iter::Zip;
 use std::slice::Iter;
 
 /// The exponents of the motions of machines: the flow with its derivative by Taylor series in W lanes. The
-/// derivative is that of the tape of the shape, its jumps those of single runs. Machines of equal shapes share lanes.
-/// Motions that lanes do not run, or that are wanted by another method, are run one by one.
+/// derivative is that of the tape of the shape, its jumps those of single runs. Machines of equal shapes
+/// share lanes. Motions that lanes do not run, or that are wanted by another method, are run one by one.
 pub(crate) fn exponents<G: Shape, const W: usize>(
     lyapunov: &Lyapunov,
     set: InstructionSet,

@@ -136,8 +136,8 @@ impl<'m> Lane<'m> {
         self.course.meet(self.found, self.aim)
     }
 
-    /// Ends the step at the state that `course.e.y1` contains. `full`: the length that the tolerances allowed.
-    /// Returns whether it ends on a drive edge.
+    /// Ends the step at the state that `course.e.y1` contains. `full`: the length that the tolerances
+    /// allowed. Returns whether it ends on a drive edge.
     ///
     /// # Errors
     /// A state that is not finite; those of [`Course::cross`].
