@@ -55,7 +55,7 @@ struct Varying {
     mean: f64,
     /// a and b of the lowest order.
     lowest: [f64; 2],
-    /// The terms of the other orders.
+    /// A copy of the terms of the other orders.
     others: Vec<Term>,
 }
 

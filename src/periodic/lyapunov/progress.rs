@@ -6,8 +6,8 @@ use crate::periodic::lyapunov::exponents::Exponents;
 use crate::periodic::lyapunov::growth::Growth;
 
 /// Minimum length of a direction after a part of a period, without its components along the directions before
-/// it `[1]`. The directions start with length 1 and the error of the integration is a share of 1, so a
-/// shorter direction is too inaccurate.
+/// it `[1]`. The directions start with length 1. The error of the integration is relative to that length, so
+/// that a shorter direction is too inaccurate.
 const SHORTEST_DIRECTION: f64 = 1e-3;
 
 /// Maximum number of halvings of a part of a period.

@@ -147,7 +147,7 @@ struct Shelf<'m, 's, G> {
     atol: &'m [f64],
     models: &'m [OnceCell<Machine<G>>],
     taken: usize,
-    /// Jobs that need another program, or another shelf.
+    /// Jobs that share no lanes with the first one, or for which there is no place left.
     waiting: &'s mut VecDeque<Job<Machine<G>>>,
     source: &'s mut dyn Source<Machine<G>>,
 }

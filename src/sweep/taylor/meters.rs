@@ -13,7 +13,7 @@ use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::columns::{Columns, weighted_sum};
 
-/// Number of samples of a step, at its end and between.
+/// Number of instants at which a step is sampled: evenly spread in it, the last at its end.
 const SAMPLES: usize = 8;
 
 /// The powers s, s², ... of the place s of each sample in its step.

@@ -23,7 +23,7 @@ pub(crate) struct Pace<const W: usize> {
     rtol: f64,
     /// Absolute tolerance of each coordinate and velocity.
     atol: Vec<Lanes<W>>,
-    /// The columns of the distance of each edge, and of that on the other side of the gap.
+    /// For each edge the column of its distance, and the column of the distance to the other edge of the gap.
     edges: Vec<(usize, Option<usize>)>,
 }
 

@@ -38,7 +38,7 @@ pub(super) enum Rule {
     Ln(usize),
     /// The cosine is the column after the sine.
     SinCos(usize),
-    /// One of several numbers, by the alternative of a selector.
+    /// The one of several numbers that belongs to the chosen piece.
     Choice {
         selector: usize,
         among: Vec<Place>,

@@ -20,7 +20,7 @@ pub(super) enum Still {
     Ln(usize),
     Sin(usize),
     Cos(usize),
-    /// One of several numbers, by the alternative of a selector.
+    /// The one of several numbers that belongs to the chosen piece.
     Choice {
         selector: usize,
         among: Vec<usize>,

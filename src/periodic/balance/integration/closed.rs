@@ -48,8 +48,8 @@ pub(crate) struct Closed {
     flanks: Vec<[SeriesPart; 2]>,
     /// χ_m of one contact on one flank, m = 0, 1, ...
     indicator: Vec<Complex64>,
-    /// Crossings of this contact to and from this flank: angle θ_s, and 1 where it enters or -1 where it
-    /// leaves.
+    /// The crossings at which this contact enters or leaves this flank: the angle θ_s, and the sign, which is
+    /// 1 where it enters and -1 where it leaves.
     angles: Vec<(f64, f64)>,
     /// ± e^{-i m θ_s} of these crossings.
     phasors: Vec<Complex64>,
