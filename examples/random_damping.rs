@@ -50,7 +50,7 @@ fn main() -> Outcome<()> {
     let bands = ensemble.run(&Dop853::new().rtol(1e-7).atol(1e-11), family)?;
 
     let peak = bands.peak(force)?;
-    let [low, high] = peak.confidence(1.96);
+    let [low, high] = peak.confidence(0.95)?;
     println!("{} members, {} failed", bands.members(), bands.failed());
     println!(
         "maximum mesh force: mean {:.2} N ({low:.2} .. {high:.2}), 5% .. 95% {:.1} .. {:.1} N",

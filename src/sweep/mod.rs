@@ -23,6 +23,7 @@ pub use crate::sweep::engines::located::Located;
 pub use crate::sweep::engines::sweep_engine::SweepEngine;
 pub use crate::sweep::engines::table_rk4::TableRk4;
 pub use crate::sweep::ensembles::bands::{Bands, FailedMember, MeanAfter};
+pub use crate::sweep::ensembles::confidence::Proportion;
 pub use crate::sweep::ensembles::members::{Ensemble, EnsembleError};
 pub use crate::sweep::ensembles::moments::{Distribution, HistogramSpan};
 pub use crate::sweep::ensembles::sobol::{RandomParameters, SobolDesign, SobolIndex};

@@ -13,6 +13,7 @@ pub(crate) mod stiffness;
 
 pub use crate::teeth::deviations::faults::{LossShape, ToothLoss};
 pub use crate::teeth::deviations::grade::{QualityGrade, Tolerances};
+pub use crate::teeth::deviations::inspected::ToothDeviations;
 pub use crate::teeth::deviations::relief::TipRelief;
 pub use crate::teeth::deviations::transmission::TransmissionError;
 pub use crate::teeth::error::TeethError;

@@ -86,7 +86,7 @@ pub fn distributions(case: &mut Case) -> Run {
     all_finite("mean and extremes", &[all.mean(), all.min(), all.max(), all.resolution()])?;
     if all.count() > 1 {
         all_finite("variance, error", &[all.variance()?, all.standard_error()])?;
-        all_finite("confidence", &all.confidence(2.0))?;
+        all_finite("confidence", &all.confidence(0.95)?)?;
     }
     let quantile = all.quantile(p)?;
     finite("quantile", quantile)?;

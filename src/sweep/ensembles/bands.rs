@@ -1,6 +1,8 @@
 //! The results of an ensemble.
 
+use crate::analysis::RattleState;
 use crate::error::{ParameterError, check};
+use crate::sweep::ensembles::confidence::Proportion;
 use crate::sweep::ensembles::moments::Distribution;
 use crate::sweep::sweep_error::PointError;
 
@@ -9,6 +11,7 @@ pub(crate) struct MemberResults {
     pub(crate) values: Vec<f64>,
     pub(crate) peaks: Vec<f64>,
     pub(crate) impacts: Vec<f64>,
+    pub(crate) states: Vec<RattleState>,
 }
 
 /// The results of an ensemble: the distribution of every channel at every time, of peaks and of impact
@@ -38,6 +41,8 @@ pub struct Bands {
     peak_names: Vec<String>,
     peaks: Vec<Distribution>,
     impacts: Vec<Distribution>,
+    /// For each contact: the members by their rattle state, by its number.
+    states: Vec<[u64; 4]>,
     /// For each number of added members that is a power of two: the mean of each peak.
     convergence: Vec<Vec<MeanAfter>>,
     pub(crate) members: u64,
@@ -98,6 +103,7 @@ impl Bands {
             peak_names: peaks.to_vec(),
             peaks: vec![Distribution::new(); peaks.len()],
             impacts: Vec::new(),
+            states: Vec::new(),
             convergence: Vec::new(),
             members: 0,
             failed: 0,
@@ -113,6 +119,10 @@ impl Bands {
         add(&mut self.values, &seen.values);
         add(&mut self.peaks, &seen.peaks);
         add(&mut self.impacts, &seen.impacts);
+        self.states.resize(seen.states.len().max(self.states.len()), [0; 4]);
+        for (counts, state) in self.states.iter_mut().zip(&seen.states) {
+            counts[usize::from(state.rsv())] += 1;
+        }
         self.members += 1;
         if self.members.is_power_of_two() {
             let members = self.members;
@@ -184,6 +194,12 @@ impl Bands {
     /// [`rattle`](crate::sweep::Ensemble::rattle) or without such a contact.
     pub fn impacts(&self, i: usize) -> Option<&Distribution> {
         self.impacts.get(i)
+    }
+    /// The share of the members in which contact `i` had this rattle state over the whole run, with its
+    /// [confidence interval](Proportion::confidence); `None` as for [`impacts`](Bands::impacts).
+    pub fn rattle_share(&self, i: usize, state: RattleState) -> Option<Proportion> {
+        let counts = self.states.get(i)?;
+        Proportion::new(counts[usize::from(state.rsv())], counts.iter().sum()).ok()
     }
     /// Convergence of the mean [peak](Bands::peak) of a channel: its mean after 1, 2, 4, 8, ... successful
     /// members.

@@ -125,7 +125,7 @@ impl<'w> Ensemble<'w> {
     pub fn peaks(self, names: &[&str]) -> Self {
         Ensemble { peaks: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
-    /// Requests the distribution of the number of impacts of each contact.
+    /// Requests the distribution of the number of impacts of each contact and the shares of the rattle states.
     pub fn rattle(self) -> Self {
         Ensemble { rattle: true, ..self }
     }
@@ -276,7 +276,13 @@ impl<'w> Ensemble<'w> {
         }
         let peak = |name: &&str| statistics.summary(name).map(|x| x.max.abs().max(x.min.abs()));
         let peaks = peaks.iter().map(peak).collect::<Result<_, _>>().map_err(PointError::Value)?;
-        let impacts = rattle.iter().flat_map(|r| r.contacts()).map(|c| c.impact_count() as f64).collect();
-        Ok(Some(MemberResults { values, peaks, impacts }))
+        let contacts = rattle.iter().flat_map(|r| r.contacts());
+        let impacts = contacts.clone().map(|c| c.impact_count() as f64).collect();
+        Ok(Some(MemberResults {
+            values,
+            peaks,
+            impacts,
+            states: contacts.map(|c| c.rattle_state()).collect(),
+        }))
     }
 }

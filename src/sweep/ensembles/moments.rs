@@ -1,6 +1,7 @@
 //! The distribution of a random number, in constant memory.
 
 use crate::error::{ParameterError, check};
+use crate::sweep::ensembles::confidence::{deviations_of, quantile_ranks};
 use std::collections::VecDeque;
 
 /// Up to this number of values each value is kept. Then all are counted in bins, whose first width follows
@@ -202,9 +203,14 @@ impl Distribution {
             f64::INFINITY
         }
     }
-    /// The interval mean ± z standard errors. For z = 1.96 it contains the true mean in 95 % of the cases.
-    pub fn confidence(&self, z: f64) -> [f64; 2] {
-        [self.mean() - z * self.standard_error(), self.mean() + z * self.standard_error()]
+    /// The interval mean ± z standard errors that contains the true mean in the share `level` of all
+    /// experiments, if the means are normally distributed, as those of many values are: z = 1.96 for 0.95.
+    ///
+    /// # Errors
+    /// A level outside 0 .. 1, the ends excluded.
+    pub fn confidence(&self, level: f64) -> Result<[f64; 2], ParameterError> {
+        let half = deviations_of(level)? * self.standard_error();
+        Ok([self.mean() - half, self.mean() + half])
     }
     /// Minimum; +∞ without values.
     pub fn min(&self) -> f64 {
@@ -259,6 +265,29 @@ impl Distribution {
             below += count;
         }
         Ok(self.max)
+    }
+
+    /// The interval that contains the true quantile in at least the share `level` of all experiments, whatever
+    /// the distribution: two of the sorted values, chosen by their ranks. An end is infinite if there are too
+    /// few values for it. With bins the interval is longer by up to one [bin](Distribution::resolution) at each end.
+    ///
+    /// ```
+    /// use gear_dynamics::sweep::Distribution;
+    /// let x = Distribution::from_samples((1..=10).map(f64::from));
+    /// assert_eq!(x.quantile_confidence(0.5, 0.95)?, [2.0, 9.0]); // with 97.9 %
+    /// assert_eq!(x.quantile_confidence(0.05, 0.95)?, [f64::NEG_INFINITY, 3.0]);
+    /// # Ok::<(), gear_dynamics::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`quantile`](Distribution::quantile); a level outside 0 .. 1, the ends excluded.
+    pub fn quantile_confidence(&self, p: f64, level: f64) -> Result<[f64; 2], ParameterError> {
+        self.quantile(p)?;
+        let [low, high] = quantile_ranks(self.count, p, level)?;
+        let ranked =
+            |rank: u64| self.quantile((rank - 1) as f64 / self.count.saturating_sub(1).max(1) as f64);
+        let low = if low == 0 { f64::NEG_INFINITY } else { ranked(low)? - self.width };
+        Ok([low, if high > self.count { f64::INFINITY } else { ranked(high)? + self.width }])
     }
 
     /// Histogram over `spans` equal spans from minimum to maximum. Binned values count at the middle of their

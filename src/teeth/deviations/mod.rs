@@ -2,5 +2,6 @@
 
 pub(crate) mod faults;
 pub(crate) mod grade;
+pub(crate) mod inspected;
 pub(crate) mod relief;
 pub(crate) mod transmission;
