@@ -1159,7 +1159,8 @@ fn a_spur_pair_of_teeth_is_the_train_of_its_parts() {
     let stiffness = PotentialEnergy::ma_2014(bores).unwrap().wave(&teeth).unwrap().fourier_series(3).unwrap();
     let error =
         TransmissionError::of_grade(&teeth, grades.map(|grade| QualityGrade::new(grade).unwrap())).unwrap();
-    let mesh = MeshPart::of_pair(&teeth, Wave::new(stiffness.clone())).error(Wave::new(error.tooth().clone()));
+    let mesh =
+        MeshPart::of_pair(&teeth, Wave::new(stiffness.clone())).error(Wave::new(error.tooth().clone()));
     let inertias = [0, 1].map(|i| teeth.gears()[i].blank(bores[i], 7850.0).unwrap().polar_inertia);
     let law = gear_dynamics::contact::AsymmetricBacklash::new(-3e-5, 4e-5).unwrap();
     let bodies = [("driver", Body::new(inertias[0])), ("driven", Body::new(inertias[1]))];
@@ -1216,7 +1217,8 @@ fn a_spur_pair_of_teeth_is_the_train_of_its_parts() {
     assert!(free.parts().unwrap().build("driver", 250.0).unwrap().constant("drive torque").is_err());
     assert!(free.dimensionless().mean_force == 0.0);
 
-    let refused = |bores, grades, harmonics| SpurPair::of_teeth(&teeth, bores, grades, harmonics).unwrap_err();
+    let refused =
+        |bores, grades, harmonics| SpurPair::of_teeth(&teeth, bores, grades, harmonics).unwrap_err();
     assert_eq!(refused(bores, [0, 6], 3).to_string(), "quality grade is 0: at least 1 are needed");
     assert!(refused(bores, [6, 12], 3).to_string().starts_with("quality grade is 12"));
     assert!(refused(bores, [6, 6], 1001).to_string().starts_with("order of the series is 1001"));

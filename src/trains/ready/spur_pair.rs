@@ -198,9 +198,9 @@ impl SpurPair {
                 Damping::Ratio(ratio) => ratio,
                 Damping::Coefficient(damping) => damping / (2.0 * (self.mean_stiffness * mass).sqrt()),
             },
-            mean_force: self.load.map_or(0.0, |torque| {
-                torque / gears.radii[0] / (gears.half_backlash * self.mean_stiffness)
-            }),
+            mean_force: self
+                .load
+                .map_or(0.0, |torque| torque / gears.radii[0] / (gears.half_backlash * self.mean_stiffness)),
             natural_frequency: (self.mean_stiffness / mass).sqrt(),
             half_backlash: gears.half_backlash,
             mass,
@@ -216,7 +216,8 @@ impl SpurPair {
         let b = check::scale("half backlash", gears.half_backlash)?;
         let by =
             |factor: f64, wave: &Wave| Ok::<_, ParameterError>(Wave::new(Scaled::new(factor, wave.clone())?));
-        let (stiffness, error) = (by(1.0 / self.mean_stiffness, &gears.stiffness)?, by(1.0 / b, &gears.error)?);
+        let (stiffness, error) =
+            (by(1.0 / self.mean_stiffness, &gears.stiffness)?, by(1.0 / b, &gears.error)?);
         let pair = SpurPair::unit(stiffness, error, numbers.damping_ratio, numbers.mean_force)?;
         Ok(SpurPair { load: self.load.and(pair.load), ..pair })
     }
