@@ -17,9 +17,9 @@ use crate::trains::parts::mesh_part::MeshPart;
 ///
 /// x'' + 2 ζ x' + k/k_m f(x) = F_m/(b k_m) - (e/b)''.
 ///
-/// Bodies: `driver` and `driven`; mesh: `mesh`; torque: `drive torque` on the driver, which the load on the driven
-/// gear balances ([`Parts::load`]). The coordinate is θ_1 - θ_2 z_2/z_1: the deviation of the driver relative to
-/// the driven gear.
+/// Bodies: `driver` and `driven`; mesh: `mesh`; torque: `drive torque` on the driver, which the load on the
+/// driven gear balances ([`Parts::load`]). The coordinate is θ_1 - θ_2 z_2/z_1: the deviation of the driver
+/// relative to the driven gear.
 ///
 /// ```
 /// use gear_dynamics::teeth::{GearPair, InvoluteGear};
@@ -100,16 +100,16 @@ impl SpurPair {
         SpurPair::of_mesh(inertias, MeshPart::external(teeth, base_radii, stiffness))
     }
 
-    /// The pair of two steel gears as a drawing states them: bores `[m]`, grades of ISO 1328-1, and the number of
-    /// harmonics after which the mesh stiffness is cut.
+    /// The pair of two steel gears as a drawing states them: bores `[m]`, grades of ISO 1328-1, and the number
+    /// of harmonics after which the mesh stiffness is cut.
     ///
     /// - I_j: [`InvoluteGear::blank`](crate::teeth::InvoluteGear::blank) of 7850 kg/m³;
     /// - k(φ): [`PotentialEnergy::ma_2014`], its Fourier series: uncut it jumps;
     /// - e(φ): [`TransmissionError::of_grade`], the term of the mesh cycle, without run-out;
     /// - b: half of the backlash of the pair along the line of action, as [`MeshPart::of_pair`].
     ///
-    /// [`error`](SpurPair::error) and [`half_backlash`](SpurPair::half_backlash) replace the last two. A pair of
-    /// other inertias or of another stiffness: [`new`](SpurPair::new). Defaults: no damping and no load.
+    /// [`error`](SpurPair::error) and [`half_backlash`](SpurPair::half_backlash) replace the last two. A pair
+    /// of other inertias or of another stiffness: [`new`](SpurPair::new). Defaults: no damping and no load.
     ///
     /// # Errors
     /// Teeth, bores or grades to which one of these methods does not apply; more than 1000 harmonics.
@@ -184,7 +184,8 @@ impl SpurPair {
         SpurPair { mesh: self.mesh.half_backlash(half_backlash), ..self }
     }
     /// The same pair with a torque on the driver [N m], which the load balances, also if the constant
-    /// `drive torque` is replaced. Default: no torques; those of one's own are added to the [`parts`](SpurPair::parts).
+    /// `drive torque` is replaced. Default: no torques; those of one's own are added to the
+    /// [`parts`](SpurPair::parts).
     pub fn load(self, torque: f64) -> Self {
         SpurPair { load: Some(torque), ..self }
     }
