@@ -150,13 +150,15 @@ pub fn jumps(coarse: bool) -> Outcome<Picture> {
 pub fn map(coarse: bool) -> Outcome<Picture> {
     let (columns, rows) = if coarse { (20, 7) } else { (77, 46) };
     let pair = bench_pair(270.0)?;
-    let axes =
-        vec![Axis::linear("speed", 220.0, 600.0, columns)?, Axis::linear("drive", 150.0, 600.0, rows)?];
+    let axes = vec![
+        Axis::linear("speed", 220.0, 600.0, columns)?,
+        Axis::linear("drive torque", 150.0, 600.0, rows)?,
+    ];
     let sweep = Sweep::new(Points::grid(axes)?).settle(60).measure(2).rattle();
     let runs = sweep.over(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
     let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
     let line = branch_of(&pair, [270.0, 605.0])?;
-    let plane = Family::over(&pair, ["speed", "drive"])?;
+    let plane = Family::over(&pair, ["speed", "drive torque"])?;
     // Grazings lie above folds.
     for (kind, name) in [(PointKind::Grazing, "onset of contact loss (grazing)"), (PointKind::Fold, "fold")] {
         for point in line.of_kind(kind) {

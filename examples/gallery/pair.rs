@@ -1,57 +1,48 @@
 //! The pair of gears of the course.
 
 use crate::Outcome;
+use gear_dynamics::Wave;
 use gear_dynamics::contact::Nonlinearity;
 use gear_dynamics::teeth::{
     GearPair, InvoluteGear, Piecewise, PotentialEnergy, QualityGrade, TransmissionError,
 };
-use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train};
-use gear_dynamics::{Backlash, Wave};
-
-/// b, half of the backlash [m].
-const HALF_BACKLASH: f64 = 4e-5;
+use gear_dynamics::trains::{Coordinates, SpurPair, Train};
 
 /// Mesh stiffness of two gears of 50 teeth [N/m].
 pub fn tooth_stiffness() -> Outcome<Piecewise> {
-    Ok(PotentialEnergy::ma_2014([0.03; 2])?.wave(&gears()?.0)?)
+    Ok(PotentialEnergy::ma_2014([0.03; 2])?.wave(&gears()?)?)
 }
 
 /// Mesh stiffness, cut after three harmonics [N/m], and transmission error [m].
 pub fn waves() -> Outcome<[Wave; 2]> {
-    let (teeth, _) = gears()?;
     let stiffness = tooth_stiffness()?.fourier_series(3)?;
-    let error = TransmissionError::of_grade(&teeth, [QualityGrade::new(6)?; 2])?.tooth().clone();
+    let error = TransmissionError::of_grade(&gears()?, [QualityGrade::new(6)?; 2])?.tooth().clone();
     Ok([Wave::new(stiffness), Wave::new(error)])
 }
 
-fn gears() -> Outcome<(GearPair, f64)> {
+fn gears() -> Outcome<GearPair> {
     let gear = InvoluteGear::external(50, 0.003)?.with_face_width(0.02)?;
-    Ok((GearPair::new(&gear, &gear)?, gear.blank(0.03, 7850.0)?.polar_inertia))
+    Ok(GearPair::new(&gear, &gear)?)
 }
 
-/// The two gears with their mesh, 300 N m on the driver and a contact law.
-fn parts<N: Nonlinearity + Clone>(law: N) -> Outcome<Parts<N>> {
-    let (teeth, inertia) = gears()?;
-    let [stiffness, error] = waves()?;
-    let mesh = MeshPart::of_pair(&teeth, stiffness).error(error).damping(2000.0);
-    let mut parts = Parts::default();
-    parts.body("driver", Body::new(inertia)).body("driven", Body::new(inertia));
-    parts.mesh("mesh", "driver", "driven", mesh.law(law)).torque("drive", "driver", 300.0);
-    Ok(parts)
+/// The pair without its load.
+fn unloaded() -> Outcome<SpurPair> {
+    Ok(SpurPair::of_teeth(&gears()?, [0.03; 2], [6; 2], 3)?.damping(2000.0).half_backlash(4e-5))
 }
 
 /// The pair on a bench, with a load on the driven gear.
 pub fn bench_pair(speed: f64) -> Outcome<Train> {
-    with_law(Backlash::new(HALF_BACKLASH)?, speed)
+    Ok(unloaded()?.load(300.0).parts()?.build("driver", speed)?)
 }
 
 /// The same with another contact law.
 pub fn with_law<N: Nonlinearity + Clone>(law: N, speed: f64) -> Outcome<Train<N>> {
-    Ok(parts(law)?.load("driven").build("driver", speed)?)
+    Ok(unloaded()?.load(300.0).parts_with_law(law)?.build("driver", speed)?)
 }
 
 /// The same in inertial coordinates, where a torque can be random.
 pub fn with_brake(speed: f64) -> Outcome<Train> {
-    let mut parts = parts(Backlash::new(HALF_BACKLASH)?)?;
-    Ok(parts.coordinates(Coordinates::Inertial).torque("brake", "driven", -300.0).build("driver", speed)?)
+    let mut parts = unloaded()?.parts()?;
+    parts.torque("drive", "driver", 300.0).torque("brake", "driven", -300.0);
+    Ok(parts.coordinates(Coordinates::Inertial).build("driver", speed)?)
 }

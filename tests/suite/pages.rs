@@ -277,3 +277,20 @@ fn names_on_pages_exist_in_the_source() {
     assert!(unknown.is_empty(), "{unknown:#?}");
     assert!(checked > 100, "{checked}");
 }
+
+/// Each chapter of the course has one program, shorter than 40 lines, whose lines fit a screen.
+#[test]
+fn programs_of_the_course_are_short() {
+    let chapters: Vec<_> = pages().into_iter().filter(|page| page.starts_with("docs/course")).collect();
+    assert_eq!(chapters.len(), 10);
+    for chapter in chapters {
+        let text = read_to_string(root().join(&chapter)).unwrap();
+        let programs: Vec<_> = text.split("\n```rust\n").skip(1).collect();
+        let [program] = programs[..] else { panic!("{}: {} programs", chapter.display(), programs.len()) };
+        let program = program.split("\n```").next().unwrap();
+        let (lines, width) =
+            (program.lines().count(), program.lines().map(|line| line.chars().count()).max());
+        assert!(lines < 40 && width <= Some(120), "{}: {lines} lines, width {width:?}", chapter.display());
+        assert!(program.contains("fn main()") && program.contains("assert"), "{}", chapter.display());
+    }
+}

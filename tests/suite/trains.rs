@@ -1144,3 +1144,87 @@ fn kinds_in_relative_coordinates() {
     let (one, inertial) = kinds(parts.coordinates(Coordinates::Inertial));
     assert_eq!((none, one, relative), (0, 1, inertial));
 }
+
+/// The pair of a drawing is the train of its parts, whatever the torque.
+#[test]
+fn a_spur_pair_of_teeth_is_the_train_of_its_parts() {
+    use gear_dynamics::teeth::{
+        GearPair, InvoluteGear, PotentialEnergy, QualityGrade, TeethError, TransmissionError,
+    };
+    let gear = |z| InvoluteGear::external(z, 0.003).unwrap().with_face_width(0.02).unwrap();
+    let teeth = GearPair::at_centre_distance(&gear(40), &gear(60), 0.150_117).unwrap();
+    let (bores, grades) = ([0.03, 0.05], [5, 7]);
+    let pair = SpurPair::of_teeth(&teeth, bores, grades, 3).unwrap().damping(2000.0).load(300.0);
+
+    let stiffness = PotentialEnergy::ma_2014(bores).unwrap().wave(&teeth).unwrap().fourier_series(3).unwrap();
+    let error =
+        TransmissionError::of_grade(&teeth, grades.map(|grade| QualityGrade::new(grade).unwrap())).unwrap();
+    let mesh =
+        MeshPart::of_pair(&teeth, Wave::new(stiffness.clone())).error(Wave::new(error.tooth().clone()));
+    let inertias = [0, 1].map(|i| teeth.gears()[i].blank(bores[i], 7850.0).unwrap().polar_inertia);
+    let law = gear_dynamics::contact::AsymmetricBacklash::new(-3e-5, 4e-5).unwrap();
+    let bodies = [("driver", Body::new(inertias[0])), ("driven", Body::new(inertias[1]))];
+    let mut parts = Parts::new();
+    let mut with_law = Parts::default();
+    for (name, body) in bodies {
+        parts.body(name, body.clone());
+        with_law.body(name, body);
+    }
+    parts.mesh("mesh", "driver", "driven", mesh.clone().damping(2000.0));
+    with_law.mesh("mesh", "driver", "driven", mesh.damping(2000.0).law(law));
+    parts.torque("drive", "driver", 300.0).load("driven");
+    with_law.torque("drive", "driver", 300.0).load("driven");
+
+    fn compare(one: &dyn Periodic, other: &dyn Periodic) {
+        assert_eq!((one.dof(), other.dof(), one.period()), (1, 1, other.period()));
+        let mut pieces = std::collections::BTreeSet::new();
+        for i in 0..40 {
+            let (t, q) = (one.period() * 0.37 * f64::from(i), 4e-5 * (f64::from(i) - 20.0) / 0.56);
+            let accelerations = [one, other].map(|model| {
+                let (mut u, mut a) = (vec![0.0; model.drives()], [0.0]);
+                model.drive(t, Side::After, &mut u);
+                model.accel(&u, &[q / 10.0], &[0.1 * q], &mut a);
+                a[0]
+            });
+            pieces.insert(if q.abs() < 5e-4 { 0 } else { q.signum() as i32 });
+            let [a, b] = accelerations;
+            assert!((a - b).abs() < 1e-12 * a.abs().max(1e3), "{a} {b}");
+        }
+        assert_eq!(pieces.len(), 3);
+    }
+    for torque in [300.0, -120.0] {
+        let one = pair.parts().unwrap().build("driver", 250.0).unwrap().with("drive torque", torque).unwrap();
+        let other = parts.build("driver", 250.0).unwrap().with("drive", torque).unwrap();
+        compare(&one, &other);
+        let one = pair.parts_with_law(law).unwrap().build("driver", 250.0).unwrap();
+        let one = one.with("drive torque", torque).unwrap();
+        compare(&one, &with_law.build("driver", 250.0).unwrap().with("drive", torque).unwrap());
+    }
+
+    // In numbers: F/(b k), ζ = c/(2 √(m k)), and back to the damping.
+    let (numbers, k) = (pair.dimensionless(), stiffness.mean());
+    let b = 0.5 * teeth.backlash() * teeth.working_pressure_angle().cos();
+    assert!((numbers.half_backlash / b - 1.0).abs() < 1e-12);
+    let force = 300.0 / teeth.gears()[0].base_radius();
+    assert!((numbers.mean_force / (force / (b * k)) - 1.0).abs() < 1e-12);
+    assert!((numbers.damping_ratio * 2.0 * (numbers.mass * k).sqrt() / 2000.0 - 1.0).abs() < 1e-12);
+    let ratio = pair.clone().damping_ratio(numbers.damping_ratio).parts().unwrap();
+    let damping = ratio.build("driver", 250.0).unwrap().constant("mesh damping").unwrap();
+    assert!((damping / 2000.0 - 1.0).abs() < 1e-12);
+
+    // Without a load there are no torques.
+    let free = SpurPair::of_teeth(&teeth, bores, grades, 3).unwrap();
+    assert!(free.parts().unwrap().build("driver", 250.0).unwrap().constant("drive torque").is_err());
+    assert!(free.dimensionless().mean_force == 0.0);
+
+    let refused =
+        |bores, grades, harmonics| SpurPair::of_teeth(&teeth, bores, grades, harmonics).unwrap_err();
+    assert_eq!(refused(bores, [0, 6], 3).to_string(), "quality grade is 0: at least 1 are needed");
+    assert!(refused(bores, [6, 12], 3).to_string().starts_with("quality grade is 12"));
+    assert!(refused(bores, [6, 6], 1001).to_string().starts_with("order of the series is 1001"));
+    assert!(matches!(refused([0.0, 0.03], [6, 6], 3), TeethError::Parameter(_)));
+    let error = pair.clone().damping(-1.0).parts().unwrap_err();
+    assert_eq!(error.to_string(), "damping is -1.0: it must not be negative");
+    let error = pair.damping_ratio(f64::NAN).parts().unwrap_err();
+    assert!(error.to_string().starts_with("damping ratio is NaN"), "{error}");
+}

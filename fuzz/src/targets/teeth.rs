@@ -6,7 +6,8 @@ use gear_dynamics::teeth::{
     Foundation, GearPair, InvoluteGear, LossShape, MethodB, PotentialEnergy, QualityGrade, Reading,
     TipRelief, ToothLoss, ToothModel, TransmissionError,
 };
-use gear_dynamics::{ParameterError, Wave};
+use gear_dynamics::trains::SpurPair;
+use gear_dynamics::{Model, ParameterError, Wave};
 use std::f64::consts::TAU;
 
 fn gear(case: &mut Case, internal: bool, module: f64, helix: f64) -> Result<InvoluteGear, Stop> {
@@ -68,6 +69,9 @@ pub fn geometry(case: &mut Case) -> Run {
 pub fn stiffness(case: &mut Case) -> Run {
     let pair = pair(case)?;
     case.note(|| format!("{pair:?}"));
+    if case.chance(0.2) {
+        return train(case, &pair);
+    }
     if case.chance(0.5) {
         let mut method = MethodB::new().young([case.number(2e11), case.number(2e11)])?;
         if case.chance(0.5) {
@@ -90,6 +94,21 @@ pub fn stiffness(case: &mut Case) -> Run {
     all_finite("stiffness", &[stiffness.mean(), stiffness.error(), method.mesh(&pair, case.number(1.0))?])?;
     finite("series", stiffness.fourier_series(case.count(4))?.mean())?;
     all_finite("wave", &[stiffness.jet(0.0).second, stiffness.jet(6.0).rate])
+}
+
+/// The train of an accepted pair.
+fn train(case: &mut Case, pair: &GearPair) -> Run {
+    let (bores, grades) =
+        ([case.number(0.02), case.number(0.02)], [case.count(6) as u32, case.count(6) as u32]);
+    let spur = SpurPair::of_teeth(pair, bores, grades, case.count(4))?;
+    let spur = spur.damping(case.number(2000.0)).half_backlash(case.number(4e-5)).load(case.quantity(300.0));
+    let numbers = spur.dimensionless();
+    all_finite("numbers", &[numbers.damping_ratio, numbers.natural_frequency, numbers.mass])?;
+    let train = spur.parts()?.build("driver", case.number(300.0))?;
+    let (mut u, mut a) = (vec![0.0; train.drives()], [0.0]);
+    train.drive(case.unit(), Side::After, &mut u);
+    train.accel(&u, &[case.unit()], &[case.unit()], &mut a);
+    finite("acceleration", a[0])
 }
 
 /// Faults, reliefs, grades and errors.

@@ -1,7 +1,9 @@
 //! The spur gear pair with one degree of freedom.
 
+use crate::contact::Nonlinearity;
 use crate::error::{ParameterError, check};
 use crate::excitation::{Fourier, Scaled, Wave};
+use crate::teeth::{GearPair, PotentialEnergy, QualityGrade, TeethError, TransmissionError};
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;
@@ -15,35 +17,48 @@ use crate::trains::parts::mesh_part::MeshPart;
 ///
 /// x'' + 2 ζ x' + k/k_m f(x) = F_m/(b k_m) - (e/b)''.
 ///
-/// Bodies: `driver` and `driven`; mesh: `mesh`; torques: `drive torque` and `load torque`. The coordinate is
-/// θ_1 - θ_2 z_2/z_1: the deviation of the driver relative to the driven gear.
+/// Bodies: `driver` and `driven`; mesh: `mesh`; torque: `drive torque` on the driver, which the load on the
+/// driven gear balances ([`Parts::load`]). The coordinate is θ_1 - θ_2 z_2/z_1: the deviation of the driver
+/// relative to the driven gear.
 ///
 /// ```
+/// use gear_dynamics::teeth::{GearPair, InvoluteGear};
 /// use gear_dynamics::trains::SpurPair;
-/// use gear_dynamics::{Model, Wave, excitation::Fourier};
-/// let stiffness = Wave::new(Fourier::new(3e8, &[[6e7, 0.0]])?);
-/// let pair = SpurPair::new([1e-3, 1e-3], [50, 50], [0.07, 0.07], stiffness)?
-///     .damping_ratio(0.05)
-///     .half_backlash(5e-5)
-///     .load(150.0);
+/// use gear_dynamics::Model;
+/// let gear = InvoluteGear::external(50, 0.003)?.with_face_width(0.02)?; // teeth, module [m], width [m]
+/// // Bores [m], grades of ISO 1328-1, harmonics of the mesh stiffness.
+/// let pair = SpurPair::of_teeth(&GearPair::new(&gear, &gear)?, [0.03; 2], [6; 2], 3)?
+///     .damping(2000.0) // N s/m
+///     .half_backlash(4e-5) // m
+///     .load(300.0); // N m
 /// let numbers = pair.dimensionless();
-/// assert!((numbers.mean_force - 150.0 / 0.07 / (3e8 * 5e-5)).abs() < 1e-12);
-/// assert_eq!(pair.parts()?.build("driver", 100.0)?.dof(), 1);
+/// assert!((numbers.damping_ratio - 0.0644).abs() < 5e-5 && (numbers.mean_force - 0.3458).abs() < 5e-5);
+/// assert_eq!(pair.parts()?.build("driver", 300.0)?.dof(), 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpurPair {
     inertias: [f64; 2],
-    teeth: [u32; 2],
-    radii: [f64; 2],
-    stiffness: Wave,
+    /// Without its damping.
+    mesh: MeshPart,
     mean_stiffness: f64,
-    error: Wave,
-    damping_ratio: f64,
-    half_backlash: f64,
-    load: f64,
+    damping: Damping,
+    /// `None`: no torques.
+    load: Option<f64>,
     dimensionless: bool,
 }
+
+/// The damping of the mesh, as it is stated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Damping {
+    /// ζ `[1]`.
+    Ratio(f64),
+    /// c `[N s/m]`.
+    Coefficient(f64),
+}
+
+/// Density of steel [kg/m³].
+const STEEL: f64 = 7850.0;
 
 /// The dimensionless numbers of a [`SpurPair`].
 ///
@@ -82,23 +97,44 @@ impl SpurPair {
         base_radii: [f64; 2],
         stiffness: Wave,
     ) -> Result<Self, ParameterError> {
+        SpurPair::of_mesh(inertias, MeshPart::external(teeth, base_radii, stiffness))
+    }
+
+    /// The pair of two steel gears as a drawing states them: bores `[m]`, grades of ISO 1328-1, and the number
+    /// of harmonics after which the mesh stiffness is cut.
+    ///
+    /// - I_j: [`InvoluteGear::blank`](crate::teeth::InvoluteGear::blank) of 7850 kg/m³;
+    /// - k(φ): [`PotentialEnergy::ma_2014`], its Fourier series: uncut it jumps;
+    /// - e(φ): [`TransmissionError::of_grade`], the term of the mesh cycle, without run-out;
+    /// - b: half of the backlash of the pair along the line of action, as [`MeshPart::of_pair`].
+    ///
+    /// [`error`](SpurPair::error) and [`half_backlash`](SpurPair::half_backlash) replace the last two. A pair
+    /// of other inertias or of another stiffness: [`new`](SpurPair::new). Defaults: no damping and no load.
+    ///
+    /// # Errors
+    /// Teeth, bores or grades to which one of these methods does not apply; more than 1000 harmonics.
+    pub fn of_teeth(
+        pair: &GearPair,
+        bores: [f64; 2],
+        grades: [u32; 2],
+        harmonics: usize,
+    ) -> Result<Self, TeethError> {
+        let stiffness = PotentialEnergy::ma_2014(bores)?.wave(pair)?.fourier_series(harmonics)?;
+        let grades = [QualityGrade::new(grades[0])?, QualityGrade::new(grades[1])?];
+        let error = TransmissionError::of_grade(pair, grades)?.tooth().clone();
+        let inertia = |i: usize| pair.gears()[i].blank(bores[i], STEEL).map(|blank| blank.polar_inertia);
+        let mesh = MeshPart::of_pair(pair, Wave::new(stiffness)).error(Wave::new(error));
+        Ok(SpurPair::of_mesh([inertia(0)?, inertia(1)?], mesh)?)
+    }
+
+    fn of_mesh(inertias: [f64; 2], mesh: MeshPart) -> Result<Self, ParameterError> {
         for i in [0, 1] {
             check::scale(format!("inertia [{i}]"), inertias[i])?;
-            check::scale(format!("base radius [{i}]"), base_radii[i])?;
+            check::scale(format!("base radius [{i}]"), mesh.gears.radii[i])?;
         }
-        let mean_stiffness = check::scale("mean mesh stiffness", stiffness.mean())?;
-        Ok(SpurPair {
-            inertias,
-            teeth,
-            radii: base_radii,
-            stiffness,
-            mean_stiffness,
-            error: Wave::constant(0.0)?,
-            damping_ratio: 0.0,
-            half_backlash: 0.0,
-            load: 0.0,
-            dimensionless: false,
-        })
+        let mean_stiffness = check::scale("mean mesh stiffness", mesh.gears.stiffness.mean())?;
+        let damping = Damping::Coefficient(0.0);
+        Ok(SpurPair { inertias, mesh, mean_stiffness, damping, load: None, dimensionless: false })
     }
 
     /// The dimensionless pair x'' + 2 ζ x' + (1 + Σ a_j cos jφ) f(x) = F_m + W² Σ j² e_j cos jφ with half the
@@ -133,29 +169,41 @@ impl SpurPair {
 
     /// The same pair with a static transmission error `[m]` over the mesh angle.
     pub fn error(self, error: Wave) -> Self {
-        SpurPair { error, ..self }
+        SpurPair { mesh: self.mesh.error(error), ..self }
     }
-    /// The same pair with a damping ratio ζ.
+    /// The same pair with a mesh damping c [N s/m] along the line of action.
+    pub fn damping(self, damping: f64) -> Self {
+        SpurPair { damping: Damping::Coefficient(damping), ..self }
+    }
+    /// The same pair with a damping ratio ζ, that is, the mesh damping c = 2 ζ √(m_e k_m).
     pub fn damping_ratio(self, damping_ratio: f64) -> Self {
-        SpurPair { damping_ratio, ..self }
+        SpurPair { damping: Damping::Ratio(damping_ratio), ..self }
     }
     /// The same pair with half a backlash b `[m]` along the line of action.
     pub fn half_backlash(self, half_backlash: f64) -> Self {
-        SpurPair { half_backlash, ..self }
+        SpurPair { mesh: self.mesh.half_backlash(half_backlash), ..self }
     }
-    /// The same pair with a torque on the driver [N m], which the load balances.
+    /// The same pair with a torque on the driver [N m], which the load balances, also if the constant
+    /// `drive torque` is replaced. Default: no torques; those of one's own are added to the
+    /// [`parts`](SpurPair::parts).
     pub fn load(self, torque: f64) -> Self {
-        SpurPair { load: torque, ..self }
+        SpurPair { load: Some(torque), ..self }
     }
 
-    /// Its dimensionless numbers. Without backlash the mean force is infinite.
+    /// Its dimensionless numbers. Without backlash the mean force of a load is infinite.
     pub fn dimensionless(&self) -> Dimensionless {
-        let mass = 1.0 / (0..2).map(|i| self.radii[i] * self.radii[i] / self.inertias[i]).sum::<f64>();
+        let gears = &self.mesh.gears;
+        let mass = 1.0 / (0..2).map(|i| gears.radii[i] * gears.radii[i] / self.inertias[i]).sum::<f64>();
         Dimensionless {
-            damping_ratio: self.damping_ratio,
-            mean_force: self.load / self.radii[0] / (self.half_backlash * self.mean_stiffness),
+            damping_ratio: match self.damping {
+                Damping::Ratio(ratio) => ratio,
+                Damping::Coefficient(damping) => damping / (2.0 * (self.mean_stiffness * mass).sqrt()),
+            },
+            mean_force: self
+                .load
+                .map_or(0.0, |torque| torque / gears.radii[0] / (gears.half_backlash * self.mean_stiffness)),
             natural_frequency: (self.mean_stiffness / mass).sqrt(),
-            half_backlash: self.half_backlash,
+            half_backlash: gears.half_backlash,
             mass,
         }
     }
@@ -165,29 +213,47 @@ impl SpurPair {
     /// # Errors
     /// No backlash, or one outside 1e-50 .. 1e50.
     pub fn scaled(&self) -> Result<Self, ParameterError> {
-        let numbers = self.dimensionless();
-        let b = check::scale("half backlash", self.half_backlash)?;
+        let (numbers, gears) = (self.dimensionless(), &self.mesh.gears);
+        let b = check::scale("half backlash", gears.half_backlash)?;
         let by =
             |factor: f64, wave: &Wave| Ok::<_, ParameterError>(Wave::new(Scaled::new(factor, wave.clone())?));
-        let (stiffness, error) = (by(1.0 / self.mean_stiffness, &self.stiffness)?, by(1.0 / b, &self.error)?);
-        SpurPair::unit(stiffness, error, self.damping_ratio, numbers.mean_force)
+        let (stiffness, error) =
+            (by(1.0 / self.mean_stiffness, &gears.stiffness)?, by(1.0 / b, &gears.error)?);
+        let pair = SpurPair::unit(stiffness, error, numbers.damping_ratio, numbers.mean_force)?;
+        Ok(SpurPair { load: self.load.and(pair.load), ..pair })
     }
 
-    /// Its parts in relative coordinates, with both torques.
+    /// Its parts in relative coordinates, with the torque and the load.
     ///
     /// # Errors
-    /// A damping ratio that is not a number.
+    /// A damping or damping ratio that is negative or not a number.
     pub fn parts(&self) -> Result<Parts, ParameterError> {
-        let mut parts = Parts::new();
-        let numbers = self.dimensionless();
-        check::not_negative("damping ratio", self.damping_ratio)?;
-        let damping = 2.0 * self.damping_ratio * (self.mean_stiffness * numbers.mass).sqrt();
+        self.parts_of(self.mesh.clone())
+    }
+
+    /// The same parts with another contact law, whose half backlash replaces that of the pair
+    /// ([`MeshPart::law`]).
+    ///
+    /// # Errors
+    /// As [`parts`](SpurPair::parts).
+    pub fn parts_with_law<N: Nonlinearity>(&self, law: N) -> Result<Parts<N>, ParameterError> {
+        self.parts_of(self.mesh.clone().law(law))
+    }
+
+    fn parts_of<N: Nonlinearity>(&self, mesh: MeshPart<N>) -> Result<Parts<N>, ParameterError> {
+        let damping = match self.damping {
+            Damping::Ratio(ratio) => {
+                let root = (self.mean_stiffness * self.dimensionless().mass).sqrt();
+                2.0 * check::not_negative("damping ratio", ratio)? * root
+            }
+            Damping::Coefficient(damping) => check::not_negative("damping", damping)?,
+        };
+        let mut parts = Parts::default();
         parts.body("driver", Body::new(self.inertias[0])).body("driven", Body::new(self.inertias[1]));
-        let mesh = MeshPart::external(self.teeth, self.radii, self.stiffness.clone());
-        let mesh = mesh.error(self.error.clone()).damping(damping).half_backlash(self.half_backlash);
-        parts.mesh("mesh", "driver", "driven", mesh).coordinates(Coordinates::Relative);
-        parts.torque("drive torque", "driver", self.load);
-        parts.torque("load torque", "driven", -self.load * self.radii[1] / self.radii[0]);
+        parts.mesh("mesh", "driver", "driven", mesh.damping(damping)).coordinates(Coordinates::Relative);
+        if let Some(torque) = self.load {
+            parts.torque("drive torque", "driver", torque).load("driven");
+        }
         if self.dimensionless {
             parts.without_units();
         }
