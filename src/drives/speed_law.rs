@@ -5,7 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::excitation::earliest::earlier;
 use crate::model::{Machine, Shape};
-use crate::numeric::bracket::{Bracket, rounding};
+use crate::numeric::search::bracket::{Bracket, rounding};
 use crate::scalar::Scalar;
 use crate::series::Series;
 

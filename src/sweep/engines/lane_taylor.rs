@@ -14,8 +14,8 @@ use crate::sweep::taylor::crew::Crew;
 use crate::sweep::taylor::exponents::exponents;
 use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
-use crate::sweep::taylor::row_task::RowTask;
-use crate::sweep::taylor::task::{LaneJob, Queue};
+use crate::sweep::taylor::tasks::row_task::RowTask;
+use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 use std::cell::OnceCell;
 use std::collections::VecDeque;
 
