@@ -48,8 +48,7 @@ pub trait Model {
     ///
     /// - The algebra is the wrapper's own. Of `offers`, `accel_on_pieces` and `jacobian` it has what it
     ///   implements, since an answer of the base holds for other accelerations.
-    /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive`, `redrive_nodes` and
-    ///   `next_edge`.
+    /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive` and `next_edge`.
     /// - A wrapper with further coordinates or fewer contacts also implements what reads them: `contact`,
     ///   `impact`, `channels` and `observe`.
     ///
@@ -89,22 +88,14 @@ pub trait Model {
             None => u[0] = t,
         }
     }
-    /// Updates `u`, which contains the drives of another instant, to `t`. The implementation may skip drives
-    /// that never change. Solvers call it at every stage. Default: [`drive`](Model::drive).
-    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+    /// Updates drives of other instants: row i of `u`, of length [`drives`](Model::drives), to `times[i]`.
+    /// `last`: before or after a jump at the last time; at the others after it. The implementation may skip
+    /// drives that never change. Solvers call it for the nodes of one or of several steps at once, and for
+    /// single instants. Default: [`drive`](Model::drive) for each row.
+    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
         match self.base() {
-            Some(base) => base.redrive(t, side, u),
-            None => self.drive(t, side, u),
-        }
-    }
-    /// Updates the drives at the nodes of a step: row i of `u`, of length [`drives`](Model::drives), to
-    /// `times[i]`. The last time is the end of the step, where the drives are those before a jump.
-    /// The times may belong to several consecutive steps, if no drive jumps between them. Default:
-    /// [`redrive`](Model::redrive) for each row.
-    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        match self.base() {
-            Some(base) => base.redrive_nodes(times, u),
-            None => redrive_each(self, times, u),
+            Some(base) => base.redrive(times, last, u),
+            None => each_row(self.drives(), times, last, u, |t, side, u| self.drive(t, side, u)),
         }
     }
     /// Returns the first instant after `t` at which a drive jumps or has a kink. Solvers end a step there.
@@ -175,12 +166,18 @@ pub trait Model {
     }
 }
 
-/// The drives at the nodes of a step by [`Model::redrive`]; see [`Model::redrive_nodes`].
-pub(crate) fn redrive_each<M: Model + ?Sized>(model: &M, times: &[f64], u: &mut [f64]) {
-    let drives = model.drives();
+/// Writes the rows of drives of [`Model::redrive`] one by one.
+#[inline(always)]
+pub(crate) fn each_row(
+    drives: usize,
+    times: &[f64],
+    last: Side,
+    u: &mut [f64],
+    mut write: impl FnMut(f64, Side, &mut [f64]),
+) {
     for (i, &t) in times.iter().enumerate() {
-        let side = if i + 1 == times.len() { Side::Before } else { Side::After };
-        model.redrive(t, side, &mut u[drives * i..][..drives]);
+        let side = if i + 1 == times.len() { last } else { Side::After };
+        write(t, side, &mut u[drives * i..][..drives]);
     }
 }
 

@@ -23,11 +23,8 @@ impl<M: Model + ?Sized> Model for &M {
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         (**self).drive(t, side, u);
     }
-    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        (**self).redrive(t, side, u);
-    }
-    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        (**self).redrive_nodes(times, u);
+    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
+        (**self).redrive(times, last, u);
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         (**self).next_edge(t)

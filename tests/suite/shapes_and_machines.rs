@@ -772,7 +772,7 @@ fn a_wrapper_has_the_drives_contacts_and_channels_of_its_base() {
     let values = |model: &dyn Model| {
         let (times, mut nodes) = ([0.1, 0.2, 0.4], vec![0.0; 3 * drives]);
         (0..3).for_each(|i| model.drive(0.0, Side::After, &mut nodes[i * drives..][..drives]));
-        model.redrive_nodes(&times, &mut nodes);
+        model.redrive(&times, Side::Before, &mut nodes);
         let u = &nodes[..drives];
         let (mut contacts, mut out) = ([Contact::default()], vec![0.0; model.channels().len()]);
         model.contact(u, &start.q, &start.v, &mut contacts);
