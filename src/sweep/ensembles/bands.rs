@@ -1,7 +1,7 @@
 //! The results of an ensemble.
 
 use crate::error::{ParameterError, check};
-use crate::sweep::ensembles::moments::Distribution;
+use crate::sweep::ensembles::distribution::Distribution;
 use crate::sweep::sweep_error::PointError;
 
 /// Results of one member: channel values (time by time), peaks, and the number of impacts of each contact.

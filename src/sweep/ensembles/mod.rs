@@ -1,6 +1,6 @@
 //! Random models: ensembles, distributions, random parameters, Sobol indices.
 
 pub(crate) mod bands;
+pub(crate) mod distribution;
 pub(crate) mod members;
-pub(crate) mod moments;
 pub(crate) mod sobol;
