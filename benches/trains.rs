@@ -8,7 +8,7 @@ use common::ratio;
 use gear_dynamics::contact::Mesh;
 use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::models::nfg::NfgPair2;
-use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, SweepEngine, TableRk4};
+use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, TableRk4, bounds::SweepEngine};
 use gear_dynamics::trains::{Body, Members, Planetary, Train, Warning, nfg_parts, ring_parts};
 use gear_dynamics::{
     Dop853, Integrator, Model, NfgParams, ParameterError, Periodic, Ring, Rk4, State, Statistics, Sweep, Wave,

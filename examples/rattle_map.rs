@@ -13,7 +13,7 @@
 mod support;
 
 use gear_dynamics::branches::{BranchPoint, Continuation, Family};
-use gear_dynamics::sweep::{Axis, LaneRk4, LaneTaylor, Point, Points, Row, Rows, SweepEngine};
+use gear_dynamics::sweep::{Axis, LaneRk4, LaneTaylor, Point, Points, Row, Rows, bounds::SweepEngine};
 use gear_dynamics::{
     Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Rk4, Shooting, State, Statistics,
     Sweep, Taylor,

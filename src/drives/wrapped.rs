@@ -34,7 +34,7 @@ pub trait DriveRule<M: ?Sized> {
 /// result is not [`Periodic`](crate::Periodic), even if the model is.
 ///
 /// ```
-/// use gear_dynamics::{drives::{DriveRule, Wrapped}, Model, NfgPair, NfgParams, excitation::Side};
+/// use gear_dynamics::{drives::{rules::DriveRule, rules::Wrapped}, Model, NfgPair, NfgParams, excitation::Side};
 /// struct Doubled; // doubles the first drive
 /// impl<M: Model> DriveRule<M> for Doubled {
 ///     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]) {

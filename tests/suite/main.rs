@@ -82,6 +82,7 @@ mod api {
     pub use gear_dynamics::analysis::*;
     pub use gear_dynamics::check::*;
     pub use gear_dynamics::contact::*;
+    pub use gear_dynamics::drives::rules::*;
     pub use gear_dynamics::drives::*;
     pub use gear_dynamics::excitation::*;
     pub use gear_dynamics::export::*;
@@ -91,6 +92,7 @@ mod api {
     pub use gear_dynamics::ode::*;
     pub use gear_dynamics::periodic::*;
     pub use gear_dynamics::roots::*;
+    pub use gear_dynamics::sweep::bounds::*;
     pub use gear_dynamics::sweep::*;
     pub use gear_dynamics::teeth::*;
     pub use gear_dynamics::tori::*;

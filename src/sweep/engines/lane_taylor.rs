@@ -38,7 +38,7 @@ use std::collections::VecDeque;
 /// error of its point: [`Located`](crate::sweep::Located) runs it.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, LaneTaylor, Located, SweepEngine};
+/// use gear_dynamics::sweep::{Axis, LaneTaylor, Located, bounds::SweepEngine};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep, Taylor};
 /// fn range(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
 ///     let speeds = Axis::linear("speed", 100.0, 130.0, 3)?;
