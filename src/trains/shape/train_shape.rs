@@ -1,7 +1,7 @@
 //! Gear trains as a shape.
 
 use crate::contact::law_places::LawPlaces;
-use crate::contact::{Backlash, Contact, Mesh, Nonlinearity, PieceChoice};
+use crate::contact::{Backlash, Contact, Nonlinearity, PieceChoice};
 use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side, Wave, earliest};
 use crate::model::{Channel, Drives, Machine, Shape, Size};
@@ -86,10 +86,6 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// Names and units of the coordinates.
     pub fn coordinates(&self) -> &[Channel] {
         &self.coordinates
-    }
-    /// The mesh of each contact that is not a radial clearance.
-    pub fn meshes(&self) -> impl Iterator<Item = &Mesh<N>> {
-        self.rests.iter().map(|rest| &rest.mesh)
     }
     /// What a drawing of the train shows.
     pub fn drawing(&self) -> &Drawing {
