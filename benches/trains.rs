@@ -116,7 +116,7 @@ fn face_gears() {
         ratio(15, || evaluate::<false, _>(&train, count), || evaluate::<false, _>(&pair, count));
     println!("ratio train face gear pair accel {median:.3} ({least:.3} .. {most:.3})");
     let end = 20.0 * pair.period();
-    let start = pair.static_start().expect("the mesh has a stiffness");
+    let start = pair.on_drive_flank().expect("the mesh has a stiffness");
     let [median, least, most] = ratio(
         11,
         || drop(black_box(Dop853::new().end(&train, &start, end))),

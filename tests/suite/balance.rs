@@ -16,7 +16,7 @@ pub(crate) fn pair(speed: f64) -> NfgPair {
 /// The orbit of a settled run, projected on the given orders.
 pub(crate) fn projected(pair: &NfgPair, harmonics: &Harmonics) -> FourierOrbit {
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
-    let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &pair.static_start().unwrap()).unwrap();
+    let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &pair.on_drive_flank().unwrap()).unwrap();
     FourierOrbit::project(&solver, pair, &steady.state, harmonics).unwrap()
 }
 
@@ -256,8 +256,9 @@ fn broyden_takes_the_known_counts() {
         (172.0, 19..=40, 1..=19),
     ] {
         let pair = published(speed);
-        let start = FourierOrbit::new(&Harmonics::up_to(0), pair.period(), &[pair.static_start().unwrap().q])
-            .unwrap();
+        let start =
+            FourierOrbit::new(&Harmonics::up_to(0), pair.period(), &[pair.on_drive_flank().unwrap().q])
+                .unwrap();
         let flank = balance.linearised(&pair, Piece::Lower).unwrap();
         let plain = balance.clone().broyden(Broyden::new()).solve(&pair, &start).unwrap();
         let first = balance.flank_jacobian(&pair, Piece::Lower, &flank).unwrap();
@@ -271,8 +272,9 @@ fn broyden_takes_the_known_counts() {
         assert!(plain.distance(&informed) < 1e-6);
     }
     let beyond = published(200.0);
-    let start = FourierOrbit::new(&Harmonics::up_to(0), beyond.period(), &[beyond.static_start().unwrap().q])
-        .unwrap();
+    let start =
+        FourierOrbit::new(&Harmonics::up_to(0), beyond.period(), &[beyond.on_drive_flank().unwrap().q])
+            .unwrap();
     let orbit = balance.clone().broyden(Broyden::new()).solve(&beyond, &start).unwrap();
     println!("200: {}", orbit.iterations());
     assert_eq!(orbit.contacts(&beyond).unwrap()[0].statistics.rattle_state(), RattleState::Bilateral);
