@@ -23,7 +23,7 @@ fn pair(speed: f64) -> NfgPair {
 
 fn settled(pair: &NfgPair) -> (Dop853, State) {
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
-    let start = pair.static_start().expect("a load");
+    let start = pair.on_drive_flank().expect("a load");
     let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &start).expect("periodic at this speed");
     (solver, steady.state)
 }

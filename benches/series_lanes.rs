@@ -8,7 +8,7 @@ use common::{Pair, Rattling, ring};
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::models::ring::RingShape;
 use gear_dynamics::sweep::{
-    Axis, InstructionSet, LaneRk4, LaneTaylor, Located, Point, Points, Rows, SweepEngine,
+    Axis, InstructionSet, LaneRk4, LaneTaylor, Located, Point, Points, Rows, bounds::SweepEngine,
 };
 use gear_dynamics::trains::{Body, Members, Planetary, Train, TrainShape};
 use gear_dynamics::{

@@ -10,7 +10,7 @@ use std::hint::black_box;
 fn polish(c: &mut Criterion) {
     let params = NfgParams { speed: 180.0, ..NfgParams::table1() };
     let Ok(pair) = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()) else { return };
-    let Ok(start) = pair.static_start() else { return };
+    let Ok(start) = pair.on_drive_flank() else { return };
     let Ok(settled) = Settle::new().tolerance(1e-6).run(&Dop853::new(), &pair, &start) else { return };
     let Ok(cycle) = Shooting::new().segments(63).solve(&pair, &[settled.state]) else { return };
     let push =

@@ -7,7 +7,9 @@ mod common;
 
 use common::{Pair, Rattling, ratio, ring};
 use criterion::{Criterion, criterion_group};
-use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, Rows, SweepEngine, TableRk4};
+use gear_dynamics::sweep::{
+    Axis, InstructionSet, LaneRk4, Point, Points, Rows, TableRk4, bounds::SweepEngine,
+};
 use gear_dynamics::{Machine, Model, ParameterError, Ring, State, Sweep};
 use std::hint::black_box;
 use std::time::{Duration, Instant};

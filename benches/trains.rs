@@ -8,7 +8,7 @@ use common::ratio;
 use gear_dynamics::contact::Mesh;
 use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::models::nfg::NfgPair2;
-use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, SweepEngine, TableRk4};
+use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, TableRk4, bounds::SweepEngine};
 use gear_dynamics::trains::{Body, Members, Planetary, Train, Warning, nfg_parts, ring_parts};
 use gear_dynamics::{
     Dop853, Integrator, Model, NfgParams, ParameterError, Periodic, Ring, Rk4, State, Statistics, Sweep, Wave,
@@ -116,7 +116,7 @@ fn face_gears() {
         ratio(15, || evaluate::<false, _>(&train, count), || evaluate::<false, _>(&pair, count));
     println!("ratio train face gear pair accel {median:.3} ({least:.3} .. {most:.3})");
     let end = 20.0 * pair.period();
-    let start = pair.static_start().expect("the mesh has a stiffness");
+    let start = pair.on_drive_flank().expect("the mesh has a stiffness");
     let [median, least, most] = ratio(
         11,
         || drop(black_box(Dop853::new().end(&train, &start, end))),

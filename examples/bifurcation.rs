@@ -38,7 +38,7 @@ fn main() -> Outcome<()> {
                     NfgReading::published_on_base_radius(),
                 )
             })
-            .start(|_, pair| pair.static_start()),
+            .start(|_, pair| pair.on_drive_flank()),
     )?;
 
     let mut marked = csv_file(folder.join("bifurcation.csv"), "direction,omega_1,period,q")?;

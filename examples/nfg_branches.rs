@@ -31,7 +31,7 @@ fn pair(speed: f64, reading: NfgReading) -> Result<NfgPair, gear_dynamics::Param
 /// One turn of the settled motion at a speed, as states at equal times.
 fn settled(pair: &NfgPair, nodes: usize) -> Outcome<Vec<State>> {
     let solver = Dop853::new().rtol(1e-9).atol(1e-14);
-    let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &pair.static_start()?)?;
+    let steady = Settle::new().tolerance(1e-7).run(&solver, pair, &pair.on_drive_flank()?)?;
     let start = State { t: 0.0, ..steady.state };
     let times = uniform_times(0.0, pair.period(), nodes)?;
     let turn = solver.sample(pair, &start, &times)?;
@@ -83,7 +83,7 @@ fn main() -> Outcome<()> {
     let family = Family::over(&slow, ["speed"])?;
     let begun = Instant::now();
     let to = if coarse() { 120.0 } else { 138.0 };
-    let none = Continuation::new(100.0, to).run(&family, &[slow.static_start()?])?;
+    let none = Continuation::new(100.0, to).run(&family, &[slow.on_drive_flank()?])?;
     report("equation, from rest", &none, begun, (&mut folds, &mut points))?;
 
     let fast = on_base(180.0)?;

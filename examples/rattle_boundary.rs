@@ -57,7 +57,7 @@ fn first_loss(pair: &NfgPair, constant: &str, to: f64) -> Outcome<BranchPoint> {
     let family = Family::over(pair, [constant])?;
     let continuation =
         Continuation::new(pair.constant(constant)?, to).first_step(0.1).max_step(0.3).shooting(shooting());
-    let mut following = continuation.begin(&family, &[pair.static_start()?])?;
+    let mut following = continuation.begin(&family, &[pair.on_drive_flank()?])?;
     let loss = |point: &BranchPoint| point.located.is_some_and(|what| what.changes_rattle());
     following.find(loss).ok_or_else(|| format!("no contact loss: {}", following.line()).into())
 }
@@ -125,7 +125,7 @@ fn onset_in_time(pair: &NfgPair, guess: f64) -> Outcome<f64> {
     let solver = Dop853::new().rtol(1e-12).atol_each(&[1e-17, 1e-17]);
     let largest = |load: f64| -> Outcome<f64> {
         let pair = pair.with("load torque", load)?;
-        let settled = Settle::new().run(&solver, &pair, &pair.static_start()?)?.state;
+        let settled = Settle::new().run(&solver, &pair, &pair.on_drive_flank()?)?.state;
         let mut statistics = Statistics::new(&pair, &["q0"])?;
         solver.run(&pair, &settled, settled.t + pair.period(), &mut statistics)?;
         Ok(distance(&pair, statistics.summary("q0")?.max))
@@ -149,7 +149,7 @@ fn onset_in_time(pair: &NfgPair, guess: f64) -> Outcome<f64> {
 /// point of a branch of periodic orbits.
 fn end_of_regular_rattle(pair: &NfgPair) -> Outcome<Vec<(f64, f64)>> {
     let fast = pair.with("speed", 175.0)?;
-    let settled = Dop853::new().end(&fast, &fast.static_start()?, 30.0 * fast.period())?;
+    let settled = Dop853::new().end(&fast, &fast.on_drive_flank()?, 30.0 * fast.period())?;
     let shooting = shooting().segments(8);
     let family = Family::over(&fast, ["speed"])?;
     let range = Continuation::new(175.0, 155.0).shooting(shooting.clone());
@@ -179,7 +179,7 @@ fn rattle_map(pair: &NfgPair, speeds: [f64; 2], loads: [f64; 2], side: usize) ->
     let bar = progress("map", side * side);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let model = |p: &Point<'_>| pair.with("speed", p["speed"])?.with("load torque", p["load"]);
-    let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
+    let start = |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank();
     // 64 steps per mesh period.
     let engine = LaneRk4::new(63 * 64);
     let rows = sweep.of(&engine, model).start(start).progress(advance).run()?;

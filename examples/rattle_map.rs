@@ -13,7 +13,7 @@
 mod support;
 
 use gear_dynamics::branches::{BranchPoint, Continuation, Family};
-use gear_dynamics::sweep::{Axis, LaneRk4, LaneTaylor, Point, Points, Row, Rows, SweepEngine};
+use gear_dynamics::sweep::{Axis, LaneRk4, LaneTaylor, Point, Points, Row, Rows, bounds::SweepEngine};
 use gear_dynamics::{
     Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Rk4, Shooting, State, Statistics,
     Sweep, Taylor,
@@ -37,7 +37,7 @@ fn pair(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
 }
 
 fn start(_: &Point<'_>, pair: &NfgPair) -> Result<State, ParameterError> {
-    pair.static_start()
+    pair.on_drive_flank()
 }
 
 /// Seconds per evaluation of a single run without lanes and table, with statistics of the last periods.
@@ -45,7 +45,7 @@ fn scalar_run(pair: &NfgPair) -> Outcome<f64> {
     const PERIODS: usize = 10;
     let began = Instant::now();
     let solver = Rk4::new(pair.period() / STEPS as f64).plain();
-    let settled = solver.end(pair, &pair.static_start()?, PERIODS as f64 * pair.period())?;
+    let settled = solver.end(pair, &pair.on_drive_flank()?, PERIODS as f64 * pair.period())?;
     let mut statistics = Statistics::new(pair, &["q0"])?;
     let share = PERIODS * MEASURE / SETTLE;
     solver.run(pair, &settled, settled.t + share as f64 * pair.period(), &mut statistics)?;
@@ -91,7 +91,7 @@ fn onsets(rows: &Rows, side: usize) -> Outcome<Vec<(f64, f64)>> {
         let pair = pair(&point)?;
         let family = Family::over(&pair, ["load torque"])?;
         let range = Continuation::new(above, below).first_step(0.1).max_step(0.3).shooting(shooting.clone());
-        let mut following = range.begin(&family, &[pair.static_start()?])?;
+        let mut following = range.begin(&family, &[pair.on_drive_flank()?])?;
         let separates = |point: &BranchPoint| point.located.is_some_and(|what| what.changes_rattle());
         // Beside a jump both motions exist: the one without contact loss goes on to lower loads.
         if let Some(onset) = following.find(separates) {

@@ -8,7 +8,7 @@ use std::ops::Neg;
 use std::ops::Sub;
 
 /// The operations of a number type in the algebra of a model. The types are `f64`,
-/// [`Dual`](crate::model::Dual), [`Lanes`](crate::sweep::Lanes), [`Series`](crate::model::Series) and
+/// [`Dual`](crate::model::Dual), [`Lanes`](crate::sweep::bounds::Lanes), [`Series`](crate::model::Series) and
 /// [`Node`](crate::model::recording::Node).
 ///
 /// - There are no comparisons, since the lanes of one number may differ in their result.
@@ -81,7 +81,7 @@ pub trait Scalar:
 }
 
 /// Returns `index` unchanged, for loops over the elements of a model in algebra on
-/// [`Lanes`](crate::sweep::Lanes).
+/// [`Lanes`](crate::sweep::bounds::Lanes).
 ///
 /// The call prevents the compiler from making vector instructions across the elements instead of across the
 /// lanes. Those load their numbers from distant places in memory and are five times slower. Results and

@@ -76,7 +76,7 @@ impl Model for Ball {
 #[test]
 fn steps_do_not_allocate() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
-    let start = pair.static_start().unwrap();
+    let start = pair.on_drive_flank().unwrap();
     steps_allocate_nothing("pair, rk4", &Rk4::new(0.5), &pair, &start, pair.period());
     steps_allocate_nothing("pair, rk45", &Rk45::new(), &pair, &start, pair.period());
     steps_allocate_nothing("pair, dop853", &Dop853::new(), &pair, &start, pair.period());
@@ -87,7 +87,7 @@ fn steps_do_not_allocate() {
         "pair of two",
         &Dop853::new().atol(1e-14),
         &two,
-        &two.static_start().unwrap(),
+        &two.on_drive_flank().unwrap(),
         two.period(),
     );
     let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::set_a(6, 5000.0) }.params().unwrap())
@@ -107,7 +107,7 @@ fn steps_do_not_allocate() {
 #[test]
 fn analysis_does_not_allocate() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
-    let start = pair.static_start().unwrap();
+    let start = pair.on_drive_flank().unwrap();
     let mut statistics = Statistics::new(&pair, &["q0", "deflection", "mesh force"]).unwrap();
     let mut rattle = Rattle::new(&pair);
     let mut run = |share: f64| {
@@ -135,7 +135,7 @@ fn a_million_points_fit_into_200_megabytes() {
     let chunk = |i, n| {
         sweep
             .of(&LaneRk4::new(63 * 2), family)
-            .start(|_, pair: &NfgPair| pair.static_start())
+            .start(|_, pair: &NfgPair| pair.on_drive_flank())
             .chunk(i, n)
             .unwrap()
     };
@@ -191,16 +191,16 @@ fn differences_do_not_allocate() {
         assert_eq!(short, long, "{name}");
     }
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
-    check("pair", &pair, &pair.static_start().unwrap(), pair.period());
+    check("pair", &pair, &pair.on_drive_flank().unwrap(), pair.period());
     let two = NfgPair2::new(&NfgParams { speed: 200.0, ..NfgParams::table1() }, 0.01).unwrap();
-    check("pair of two", &two, &two.static_start().unwrap(), two.period());
+    check("pair of two", &two, &two.on_drive_flank().unwrap(), two.period());
 }
 
 /// A residual of a balance does not allocate, with any way of integration.
 #[test]
 fn balance_residuals_do_not_allocate() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
-    let late = Dop853::new().end(&pair, &pair.static_start().unwrap(), pair.period()).unwrap();
+    let late = Dop853::new().end(&pair, &pair.on_drive_flank().unwrap(), pair.period()).unwrap();
     let harmonics = Harmonics::up_to(70);
     let orbit = FourierOrbit::project(&Dop853::new(), &pair, &State { t: 0.0, ..late }, &harmonics).unwrap();
     for integrals in

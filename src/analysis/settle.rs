@@ -183,7 +183,7 @@ pub struct Steady {
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle, analysis::SettleError};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let start = pair.static_start()?;
+/// let start = pair.on_drive_flank()?;
 /// let unsettled = Settle::new().max_periods(1).run(&Dop853::new(), &pair, &start).unwrap_err();
 /// assert!(matches!(unsettled, SettleError::Aperiodic { periods: 1, .. }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::model::Model;
 use crate::numeric::gauss::FIVE;
-use crate::numeric::parabola::{maximum, peak, vertex};
+use crate::numeric::search::parabola::{maximum, peak, vertex};
 use crate::ode::probe::Probe;
 use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;

@@ -10,7 +10,7 @@ use crate::model::recording::{Terms, TermsScratch};
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::structure::slopes::{accelerate, offered};
 use crate::model::{Jacobian, Model, Offers, Periodic, State};
-use crate::numeric::brent::Brent;
+use crate::numeric::search::brent::Brent;
 use crate::ode::Budget;
 use crate::periodic::shooting::segments::orthonormal;
 use crate::periodic::{Multipliers, Variation};

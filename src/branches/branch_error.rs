@@ -14,7 +14,7 @@ use thiserror::Error;
 /// use gear_dynamics::{NfgPair, NfgParams, ParameterError, branches::{BranchError, Continuation, Family}};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let family = Family::over(&pair, ["speed"])?;
-/// let error = Continuation::new(100.0, 100.0).run(&family, &[pair.static_start()?]).unwrap_err();
+/// let error = Continuation::new(100.0, 100.0).run(&family, &[pair.on_drive_flank()?]).unwrap_err();
 /// assert!(matches!(error, BranchError::Parameter(ParameterError::Bounds { value: 100.0, .. })));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -93,7 +93,7 @@ impl BranchError {
     /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
     /// let family = Family::over(&pair, ["speed"])?;
     /// let range = Continuation::new(180.0, 190.0).shooting(Shooting::new().segments(4).max_iterations(1));
-    /// let error = range.run(&family, &[pair.static_start()?]).unwrap_err();
+    /// let error = range.run(&family, &[pair.on_drive_flank()?]).unwrap_err();
     /// assert_eq!(error.last().map(|states| states.len()), Some(4));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

@@ -93,8 +93,8 @@ impl fmt::Display for Inconsistency {
                      steps only at the edges that next_edge returns"
                 )
             }
-            Inconsistency::Redrive { method, drive, t, found, expected } => {
-                write!(f, "{method}: at t = {t} drive {drive} is {found}, by Model::drive it is {expected}")
+            Inconsistency::Redrive { drive, t, found, expected } => {
+                write!(f, "redrive: at t = {t} drive {drive} is {found}, by Model::drive it is {expected}")
             }
             Inconsistency::State { given, dof } => {
                 write!(

@@ -27,7 +27,7 @@ const UPDATES: usize = 11;
 const UPDATED: f64 = 1e-9;
 
 /// Checks that `next_edge` returns later instants, for 4096 edges, that the drives do not jump between them,
-/// and that `redrive` and `redrive_nodes` write the values of `drive`.
+/// and that `redrive` writes the values of `drive`.
 ///
 /// The second and the third check cover the time up to the eighth edge and the period. If the period is not
 /// known, they cover the spans 1, 1e-3, 1e3, 1e-6 and max|q|/max|v| in its place.
@@ -74,7 +74,7 @@ pub(crate) fn check<M: Model + ?Sized>(
     }
 }
 
-/// Compares the drives by `redrive` and by `redrive_nodes` with those by `drive`.
+/// Compares the drives by `redrive`, at single instants and at several, with those by `drive`.
 fn updates<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsistency> {
     let drives = model.drives();
     let times: [f64; UPDATES] = std::array::from_fn(|i| start + span * (i as f64 + 0.6) / UPDATES as f64);
@@ -85,21 +85,21 @@ fn updates<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Incons
     for (i, &t) in times.iter().enumerate() {
         let (side, row) = (if i == last { Side::Before } else { Side::After }, drives * i..drives * (i + 1));
         model.drive(t, side, &mut fresh[row.clone()]);
-        model.redrive(t, side, &mut again);
+        model.redrive(&[t], side, &mut again);
         one_by_one[row].copy_from_slice(&again);
     }
-    model.redrive_nodes(&times, &mut nodes);
+    model.redrive(&times, Side::Before, &mut nodes);
     let largest = |d: usize| (0..UPDATES).fold(0.0f64, |m, i| m.max(fresh[drives * i + d].abs()));
-    let wrong = |method, found: &[f64]| {
+    let wrong = |found: &[f64]| {
         (0..drives * UPDATES).find_map(|i| {
             let (drive, close) = (i % drives, UPDATED * largest(i % drives));
             let (found, expected) = (found[i], fresh[i]);
             let same = (found - expected).abs() <= close || found.to_bits() == expected.to_bits();
             let t = times[i / drives];
-            (!same).then_some(Inconsistency::Redrive { method, drive, t, found, expected })
+            (!same).then_some(Inconsistency::Redrive { drive, t, found, expected })
         })
     };
-    wrong("redrive", &one_by_one).or_else(|| wrong("redrive_nodes", &nodes))
+    wrong(&one_by_one).or_else(|| wrong(&nodes))
 }
 
 /// Compares the drives on both sides of 64 instants. They may differ only at announced edges.

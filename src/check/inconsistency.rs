@@ -161,15 +161,13 @@ pub enum Inconsistency {
         /// Approximate instant of the jump.
         t: f64,
     },
-    /// `redrive` or `redrive_nodes` writes another value than `drive`.
+    /// `redrive` writes another value than `drive`.
     Redrive {
-        /// Name of the method.
-        method: &'static str,
         /// Index of the drive.
         drive: usize,
         /// The instant.
         t: f64,
-        /// Value by the method.
+        /// Value by `redrive`.
         found: f64,
         /// Value by `drive`.
         expected: f64,

@@ -5,7 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::excitation::earliest::earlier;
 use crate::model::{Machine, Shape};
-use crate::numeric::bracket::{Bracket, rounding};
+use crate::numeric::search::bracket::{Bracket, rounding};
 use crate::scalar::Scalar;
 use crate::series::Series;
 
@@ -190,7 +190,7 @@ impl SpeedLaw {
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, drives::{SpeedLaw, VaryingSpeed}};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let (start, speed) = (pair.static_start()?, pair.speed());
+/// let (start, speed) = (pair.on_drive_flank()?, pair.speed());
 /// let run_up = VaryingSpeed::new(pair, SpeedLaw::ramp(speed, 1.2 * speed, 20_000.0)?);
 /// let end = Dop853::new().rtol(1e-8).atol(1e-14).end(&run_up, &start, 1000.0)?;
 /// assert!((-1.2e-3..-4e-4).contains(&end.q[0])); // on the drive flank

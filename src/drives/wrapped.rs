@@ -2,7 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
-use crate::model::equations::redrive_each;
+use crate::model::equations::each_row;
 use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::{Jacobian, Model, Offers};
 use crate::series::Series;
@@ -34,7 +34,7 @@ pub trait DriveRule<M: ?Sized> {
 /// result is not [`Periodic`](crate::Periodic), even if the model is.
 ///
 /// ```
-/// use gear_dynamics::{drives::{DriveRule, Wrapped}, Model, NfgPair, NfgParams, excitation::Side};
+/// use gear_dynamics::{drives::{rules::DriveRule, rules::Wrapped}, Model, NfgPair, NfgParams, excitation::Side};
 /// struct Doubled; // doubles the first drive
 /// impl<M: Model> DriveRule<M> for Doubled {
 ///     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]) {
@@ -99,11 +99,8 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.rule.drive(&self.model, t, side, u);
     }
-    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        self.drive(t, side, u);
-    }
-    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        redrive_each(self, times, u);
+    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
+        each_row(self.drives(), times, last, u, |t, side, u| self.drive(t, side, u));
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.rule.next_edge(&self.model, t)

@@ -1,4 +1,4 @@
-//! The angle at which waves are evaluated: a number or a series.
+//! Waves at an angle, which is a number or a series.
 
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
@@ -37,6 +37,20 @@ pub trait Angle: Copy + Debug {
     fn value_of(self, wave: &Wave, side: Side) -> Self::Number;
     /// Returns value and derivatives of a wave over the angle. See [`Wave::jet`].
     fn jet_of(self, wave: &Wave, side: Side) -> Jet<Self::Number>;
+}
+
+impl Wave {
+    /// Value, first and second derivative over the angle of the shaft, at any angle `[rad]`: `f64`, or a
+    /// series over time. `side`: before or after a jump at this angle.
+    #[inline]
+    pub fn jet<A: Angle>(&self, angle: A, side: Side) -> Jet<A::Number> {
+        angle.jet_of(self, side)
+    }
+    /// The value alone.
+    #[inline]
+    pub fn value<A: Angle>(&self, angle: A, side: Side) -> A::Number {
+        angle.value_of(self, side)
+    }
 }
 
 impl Angle for f64 {

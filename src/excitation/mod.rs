@@ -7,27 +7,22 @@
 //! [`Side`] says which value counts at a jump.
 
 pub(crate) mod angle;
-pub(crate) mod centre;
-pub(crate) mod combine;
-pub(crate) mod constant;
 pub(crate) mod earliest;
 pub(crate) mod excitation_trait;
-pub(crate) mod fourier;
+pub(crate) mod functions;
 pub(crate) mod jet;
-pub(crate) mod rectangle;
 pub(crate) mod side;
-pub(crate) mod table;
 pub(crate) mod wave;
 
 pub use crate::excitation::angle::Angle;
-pub use crate::excitation::centre::{CentreCurve, InstantCentre};
-pub use crate::excitation::combine::{Function, Product, Scaled, Sum};
-pub use crate::excitation::constant::Constant;
 pub use crate::excitation::earliest::earliest;
 pub use crate::excitation::excitation_trait::{Excitation, same};
-pub use crate::excitation::fourier::Fourier;
+pub use crate::excitation::functions::centre::{CentreCurve, InstantCentre};
+pub use crate::excitation::functions::combine::{Function, Product, Scaled, Sum};
+pub use crate::excitation::functions::constant::Constant;
+pub use crate::excitation::functions::fourier::Fourier;
+pub use crate::excitation::functions::rectangle::RectangularWave;
+pub use crate::excitation::functions::table::Table;
 pub use crate::excitation::jet::Jet;
-pub use crate::excitation::rectangle::RectangularWave;
 pub use crate::excitation::side::Side;
-pub use crate::excitation::table::Table;
 pub use crate::excitation::wave::Wave;

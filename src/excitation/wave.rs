@@ -1,9 +1,8 @@
 //! Waves: excitations on a shaft.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::angle::Angle;
 use crate::excitation::excitation_trait::Excitation;
-use crate::excitation::fourier::Fourier;
+use crate::excitation::functions::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
 use crate::numeric::gauss;
@@ -82,7 +81,7 @@ impl Wave {
     /// # Errors
     /// A value beyond ±1e50.
     pub fn constant(value: f64) -> Result<Self, ParameterError> {
-        Ok(Wave::new(crate::excitation::constant::Constant::new(value)?))
+        Ok(Wave::new(crate::excitation::functions::constant::Constant::new(value)?))
     }
 
     /// The same wave, repeated `order` times as often in a turn of the shaft, for example once for each
@@ -128,18 +127,6 @@ impl Wave {
         self.phase
     }
 
-    /// Value, first and second derivative over the angle of the shaft, at any angle `[rad]`: `f64`, or a
-    /// series over time. `side`: before or after a jump at this angle.
-    #[inline]
-    pub fn jet<A: Angle>(&self, angle: A, side: Side) -> Jet<A::Number> {
-        angle.jet_of(self, side)
-    }
-    /// The value alone.
-    #[inline]
-    pub fn value<A: Angle>(&self, angle: A, side: Side) -> A::Number {
-        angle.value_of(self, side)
-    }
-
     /// The mean over a period, (1/T) ∫ f dx, by Gauss quadrature on 64 panels between the edges. Its error is
     /// rounding for functions that a polynomial of degree 7 follows on a panel.
     ///
@@ -158,7 +145,7 @@ impl Wave {
             for i in 0..PANELS {
                 let h = (end - angle) / PANELS as f64;
                 let middle = angle + (i as f64 + 0.5) * h;
-                sum += gauss::integral(middle - 0.5 * h, middle + 0.5 * h, |x| self.value(x, Side::After));
+                sum += gauss::integral(middle - 0.5 * h, middle + 0.5 * h, |x| self.value_at(x, Side::After));
             }
             angle = end;
         }
@@ -256,8 +243,9 @@ impl Wave {
     }
     /// The same number, but 0 if all are constants.
     pub(crate) fn gcd_of_orders<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
-        let varies =
-            |wave: &&Wave| !(&*wave.excitation as &dyn Any).is::<crate::excitation::constant::Constant>();
+        let varies = |wave: &&Wave| {
+            !(&*wave.excitation as &dyn Any).is::<crate::excitation::functions::constant::Constant>()
+        };
         waves.into_iter().filter(varies).fold(0, |common, wave| gcd(common, wave.order))
     }
 

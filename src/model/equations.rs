@@ -1,12 +1,15 @@
-//! Traits of a gear model: drives, algebra and contacts.
+//! Traits of a gear model: drives, algebra and contacts, and what it offers besides.
 
 use crate::contact::{Contact, Piece};
 use crate::error::ParameterError;
 use crate::excitation::Side;
 use crate::model::channel::{Channel, place_of};
 use crate::model::drive_slope::DriveSlope;
+use crate::model::expansion::expand::Expand;
 use crate::model::jacobian::Jacobian;
-use crate::model::offers::Offers;
+use crate::model::laws::Laws;
+use crate::model::terms::Terms;
+use std::fmt;
 
 /// A model q'' = a(u(t), q, q'), divided into drives u, algebra a and contacts.
 ///
@@ -45,8 +48,7 @@ pub trait Model {
     ///
     /// - The algebra is the wrapper's own. Of `offers`, `accel_on_pieces` and `jacobian` it has what it
     ///   implements, since an answer of the base holds for other accelerations.
-    /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive`, `redrive_nodes` and
-    ///   `next_edge`.
+    /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive` and `next_edge`.
     /// - A wrapper with further coordinates or fewer contacts also implements what reads them: `contact`,
     ///   `impact`, `channels` and `observe`.
     ///
@@ -86,22 +88,14 @@ pub trait Model {
             None => u[0] = t,
         }
     }
-    /// Updates `u`, which contains the drives of another instant, to `t`. The implementation may skip drives
-    /// that never change. Solvers call it at every stage. Default: [`drive`](Model::drive).
-    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
+    /// Updates drives of other instants: row i of `u`, of length [`drives`](Model::drives), to `times[i]`.
+    /// `last`: before or after a jump at the last time; at the others after it. The implementation may skip
+    /// drives that never change. Solvers call it for the nodes of one or of several steps at once, and for
+    /// single instants. Default: [`drive`](Model::drive) for each row.
+    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
         match self.base() {
-            Some(base) => base.redrive(t, side, u),
-            None => self.drive(t, side, u),
-        }
-    }
-    /// Updates the drives at the nodes of a step: row i of `u`, of length [`drives`](Model::drives), to
-    /// `times[i]`. The last time is the end of the step, where the drives are those before a jump.
-    /// The times may belong to several consecutive steps, if no drive jumps between them. Default:
-    /// [`redrive`](Model::redrive) for each row.
-    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        match self.base() {
-            Some(base) => base.redrive_nodes(times, u),
-            None => redrive_each(self, times, u),
+            Some(base) => base.redrive(times, last, u),
+            None => each_row(self.drives(), times, last, u, |t, side, u| self.drive(t, side, u)),
         }
     }
     /// Returns the first instant after `t` at which a drive jumps or has a kink. Solvers end a step there.
@@ -172,70 +166,18 @@ pub trait Model {
     }
 }
 
-/// The drives at the nodes of a step by [`Model::redrive`]; see [`Model::redrive_nodes`].
-pub(crate) fn redrive_each<M: Model + ?Sized>(model: &M, times: &[f64], u: &mut [f64]) {
-    let drives = model.drives();
+/// Writes the rows of drives of [`Model::redrive`] one by one.
+#[inline(always)]
+pub(crate) fn each_row(
+    drives: usize,
+    times: &[f64],
+    last: Side,
+    u: &mut [f64],
+    mut write: impl FnMut(f64, Side, &mut [f64]),
+) {
     for (i, &t) in times.iter().enumerate() {
-        let side = if i + 1 == times.len() { Side::Before } else { Side::After };
-        model.redrive(t, side, &mut u[drives * i..][..drives]);
-    }
-}
-
-/// A reference to a model is a model. Code compiled once for `dyn Model` therefore accepts every model.
-impl<M: Model + ?Sized> Model for &M {
-    fn dof(&self) -> usize {
-        (**self).dof()
-    }
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        (**self).accel(u, q, v, a);
-    }
-    fn base(&self) -> Option<&dyn Model> {
-        (**self).base()
-    }
-    fn drives(&self) -> usize {
-        (**self).drives()
-    }
-    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
-        (**self).drive(t, side, u);
-    }
-    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        (**self).redrive(t, side, u);
-    }
-    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        (**self).redrive_nodes(times, u);
-    }
-    fn next_edge(&self, t: f64) -> Option<f64> {
-        (**self).next_edge(t)
-    }
-    fn contacts(&self) -> usize {
-        (**self).contacts()
-    }
-    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        (**self).contact(u, q, v, out);
-    }
-    fn offers(&self) -> Offers<'_> {
-        (**self).offers()
-    }
-    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        (**self).accel_on_pieces(pieces, u, q, v, a);
-    }
-    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
-        (**self).jacobian(pieces, u, q, v, out);
-    }
-    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
-        (**self).impact(contact, on, u, q, v);
-    }
-    fn channels(&self) -> Vec<Channel> {
-        (**self).channels()
-    }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        (**self).observe(u, q, v, contacts, out);
-    }
-}
-
-impl<M: Periodic + ?Sized> Periodic for &M {
-    fn period(&self) -> f64 {
-        (**self).period()
+        let side = if i + 1 == times.len() { last } else { Side::After };
+        write(t, side, &mut u[drives * i..][..drives]);
     }
 }
 
@@ -251,6 +193,82 @@ impl<M: Periodic + ?Sized> Periodic for &M {
 pub trait Periodic: Model {
     /// Period of the drives, in the time unit of the model.
     fn period(&self) -> f64;
+}
+
+/// The optional parts that a model implements. Default: none.
+///
+/// Solvers call [`accel_on_pieces`](crate::Model::accel_on_pieces), [`jacobian`](crate::Model::jacobian) and
+/// [`impact`](crate::Model::impact) only where they are declared.
+/// [`check_model`](crate::check::check_model) reports a part that is declared and not implemented, or
+/// implemented and not declared.
+///
+/// ```
+/// use gear_dynamics::{model::Offers, Model, NfgPair, NfgParams};
+/// let pair = NfgPair::new(&NfgParams::table1())?; // a machine offers all but rigid stops
+/// assert_eq!(pair.offers().constants.ok_or("constants")?.values()[0], 160.0); // the speed
+/// assert!(pair.offers().pieces && pair.offers().stops.is_empty());
+/// let floor = Offers { stops: &[[true, false]], ..Offers::default() };
+/// assert!(!floor.pieces && floor.stops[0] == [true, false]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Default)]
+pub struct Offers<'m> {
+    /// The accelerations on fixed pieces: [`Model::accel_on_pieces`](crate::Model::accel_on_pieces). Without
+    /// them solvers locate edges by repeating steps.
+    pub pieces: bool,
+    /// The Jacobian: [`Model::jacobian`](crate::Model::jacobian). Without it differences are used.
+    pub jacobian: bool,
+    /// Whether the lower and the upper edge of each contact are rigid stops:
+    /// [`Model::impact`](crate::Model::impact). Contacts past the end of the list have no stop.
+    pub stops: &'m [[bool; 2]],
+    /// Number of contacts that are inner kinks of contact laws
+    /// ([`Nonlinearity::kinks`](crate::contact::Nonlinearity::kinks)): the last ones. Their deflection is the
+    /// value of the kink; their rate and force are not read. Solvers locate them like edges, and analysis
+    /// leaves them out.
+    pub kinks: usize,
+    /// The model as one with named constants, for exact derivatives with respect to them.
+    pub constants: Option<&'m dyn Constants>,
+    /// The model as one that can be expanded into Taylor series, for [`Taylor`](crate::Taylor).
+    pub expansion: Option<&'m dyn Expand>,
+    /// The model as one that knows the terms of its accelerations, and with them its rounding errors. Without
+    /// it they are estimated from slopes, in which terms may have cancelled.
+    pub terms: Option<&'m dyn Terms>,
+    /// The model as one that evaluates its contact laws apart from its accelerations, for
+    /// [`Balance::truncated_forces`](crate::Balance::truncated_forces).
+    pub laws: Option<&'m dyn Laws>,
+}
+
+impl fmt::Debug for Offers<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Offers")
+            .field("pieces", &self.pieces)
+            .field("jacobian", &self.jacobian)
+            .field("stops", &self.stops)
+            .field("kinks", &self.kinks)
+            .field("constants", &self.constants.is_some())
+            .field("expansion", &self.expansion.is_some())
+            .field("terms", &self.terms.is_some())
+            .field("laws", &self.laws.is_some())
+            .finish()
+    }
+}
+
+impl Offers<'_> {
+    /// [`stops`](Offers::stops) with one entry for each of `contacts` contacts; empty without a stop.
+    pub(crate) fn rigid_edges(&self, contacts: usize) -> Vec<[bool; 2]> {
+        let stop = |i: usize| self.stops.get(i).copied().unwrap_or_default();
+        if self.first_stop().is_some() { (0..contacts).map(stop).collect() } else { Vec::new() }
+    }
+
+    /// Number of contacts at which teeth may touch, the first ones of `contacts`.
+    pub(crate) fn touching(&self, contacts: usize) -> usize {
+        contacts.saturating_sub(self.kinks)
+    }
+
+    /// The first contact with a rigid stop. Methods that do not locate edges reject such a model.
+    pub(crate) fn first_stop(&self) -> Option<usize> {
+        self.stops.iter().position(|rigid| *rigid != [false; 2])
+    }
 }
 
 /// A model with named constants that act through its drives. A [`Machine`](crate::Machine) is one.
@@ -300,5 +318,19 @@ pub trait Constants {
     /// [`ParameterError::NoSuchConstant`], which lists the names.
     fn place(&self, name: &str) -> Result<usize, ParameterError> {
         place_of(self.names(), name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::equations::Offers;
+
+    #[test]
+    fn stops_are_listed_for_all_contacts_or_for_none() {
+        let stops = Offers { stops: &[[false; 2], [true, false]], ..Offers::default() };
+        assert_eq!(stops.rigid_edges(3), [[false; 2], [true, false], [false; 2]]);
+        assert_eq!(stops.first_stop(), Some(1));
+        let none = Offers { stops: &[[false; 2]; 2], ..Offers::default() };
+        assert!(none.rigid_edges(2).is_empty() && none.first_stop().is_none());
     }
 }

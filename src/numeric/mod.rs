@@ -1,14 +1,12 @@
 //! Numerical tools that several modules use.
 
-pub(crate) mod bracket;
-pub(crate) mod brent;
 pub(crate) mod extremes;
 pub(crate) mod gauss;
 pub(crate) mod lagrange;
 pub(crate) mod norms;
 #[cfg(feature = "serde")]
 pub(crate) mod not_finite;
-pub(crate) mod parabola;
+pub(crate) mod search;
 pub(crate) mod sine;
 pub(crate) mod split_mix;
 pub(crate) mod spread;

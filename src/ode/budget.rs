@@ -27,7 +27,7 @@ use thiserror::Error;
 /// let budget = Budget::new().steps(1_000_000).time(Duration::from_secs(10)).cancel(stop.clone());
 /// stop.store(true, Ordering::Relaxed); // from any thread
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let settled = Settle::new().budget(budget).run(&Dop853::new(), &pair, &pair.static_start()?);
+/// let settled = Settle::new().budget(budget).run(&Dop853::new(), &pair, &pair.on_drive_flank()?);
 /// assert!(matches!(settled, Err(SettleError::Exhausted { exhausted: Exhausted::Cancelled, .. })));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

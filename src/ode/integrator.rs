@@ -74,7 +74,7 @@ pub trait Integrator {
     /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic};
     /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
     /// let turns = [1.0, 2.0, 3.0].map(|k| k * pair.period());
-    /// let strobed = Dop853::new().sample(&pair, &pair.static_start()?, &turns)?;
+    /// let strobed = Dop853::new().sample(&pair, &pair.on_drive_flank()?, &turns)?;
     /// assert!((strobed.q(2)[0] - strobed.q(1)[0]).abs() < 1e-9); // nearly periodic after two turns
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

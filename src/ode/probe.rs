@@ -23,7 +23,7 @@ const LIMIT: [f64; 2] = [4e-15, 1e-3];
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, ode::Probe, excitation::Side};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let start = pair.static_start()?;
+/// let start = pair.on_drive_flank()?;
 /// let mut probe = Probe::new(&pair);
 /// let force = probe.index("mesh force")?;
 /// let values = probe.read(start.t, Side::After, &start.q, &start.v);

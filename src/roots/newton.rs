@@ -2,7 +2,7 @@
 
 use crate::error::check;
 use crate::numeric::norms::{dot, largest};
-use crate::roots::factors::Factors;
+use crate::roots::factors::{Factors, Floating};
 use crate::roots::matrix::Matrix;
 use crate::roots::residual::{Residual, is_root, jacobian_of};
 use crate::roots::root::{Root, RootError};
@@ -66,114 +66,196 @@ impl Newton {
     /// [`RootError`]; [`RootError::last`] returns the last iterate.
     pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
         check::share("tolerance", self.tolerance)?;
-        let n = equations.size();
-        let mut r = vec![0.0; n];
-        let mut root = Root::start(equations, guess, &mut r)?;
-        let mut matrix = equations.matrix();
+        let mut at = Iterate::start(equations, guess)?;
         let first = largest(guess);
-        let (mut x, mut step, mut next, mut trial) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        let mut factors: Option<Factors> = None;
-        let mut taken = Taken::default();
+        // Factors of an earlier iterate: their updates gave the correction at this one.
+        let mut earlier: Option<Factors> = None;
         // `None`: the natural monotonicity test decides on the damping.
         let mut descent: Option<Descent> = None;
         let mut crawled = 0;
-        while root.iterations < self.max_iterations {
-            let (kept, stale) = match factors.take() {
-                // `step` is already the next correction, by the kept factors and their updates.
-                Some(kept) => (kept, true),
-                None => {
-                    jacobian_of(equations, &root.x, &mut matrix);
-                    let fresh = match Factors::new(&matrix) {
-                        Ok(fresh) => fresh,
-                        Err(floating) => return Err(root.singular(floating, &matrix)),
-                    };
-                    step.iter_mut().zip(&r).for_each(|(s, r)| *s = -r);
-                    fresh.solve(&mut step);
-                    taken.clear();
-                    (fresh, false)
-                }
+        while at.root.iterations < self.max_iterations {
+            let stale = earlier.is_some();
+            let factors = match at.correct(earlier.take()) {
+                Ok(factors) => factors,
+                Err(floating) => return Err(at.root.singular(floating, &at.matrix)),
             };
-            let size = largest(&step);
-            if !size.is_finite() {
-                let unknown = step.iter().position(|s| !s.is_finite()).unwrap_or(0);
-                return Err(root.singular(crate::roots::factors::Floating(unknown), &matrix));
-            }
-            let bound = self.tolerance * first.max(largest(&root.x));
-            if let Some(descent) = descent.as_mut().filter(|_| size > bound) {
-                if !descent.step(equations, &mut root, &r, &step, (&mut x, &mut trial)) {
-                    return Err(root.stuck(&trial));
+            let bound = self.tolerance * first.max(largest(&at.root.x));
+            if let Some(descent) = descent.as_mut().filter(|_| largest(&at.step) > bound) {
+                if !descent.step(&mut at) {
+                    return Err(at.root.stuck(&at.trial));
                 }
-                root.step_to(&x, largest(&trial));
-                std::mem::swap(&mut r, &mut trial);
+                at.accept();
                 continue;
             }
-            let mut damping = 1.0;
-            let contraction = loop {
-                x.iter_mut().zip(&root.x).zip(&step).for_each(|((x, x0), s)| *x = x0 + damping * s);
-                equations.residual(&x, &mut trial);
-                root.evaluations += 1;
-                let residual = largest(&trial);
-                if residual.is_finite() {
-                    // A correction within the tolerance needs no test of monotonicity.
-                    if damping == 1.0
-                        && size <= bound
-                        && is_met(equations, &x, &trial, &step, bound, &mut matrix)
-                    {
-                        root.step_to(&x, residual);
-                        return Ok(root);
-                    }
-                    next.iter_mut().zip(&trial).for_each(|(n, r)| *n = -r);
-                    kept.solve(&mut next);
-                    let contraction = largest(&next) / size;
-                    if is_monotone(contraction, damping) {
-                        break Some(contraction);
-                    }
-                    let bent = next
-                        .iter()
-                        .zip(&step)
-                        .fold(0.0, |m: f64, (n, s)| m.max((n - (1.0 - damping) * s).abs()));
-                    damping = (0.5 * damping).min(0.5 * damping * damping * size / bent);
-                } else {
-                    damping *= 0.5;
-                }
-                if stale {
-                    break None;
-                }
-                if damping.is_nan() || damping < MIN_DAMPING {
-                    break Some(f64::INFINITY);
-                }
+            let (damping, contraction) = match at.damped(&factors, stale, bound) {
+                Damped::Root => return Ok(at.root),
+                // New factors are computed at the same iterate.
+                Damped::Inaccurate => continue,
+                Damped::By { damping, contraction } => (damping, contraction),
             };
-            // The kept factors are too inaccurate: new ones are computed at the same iterate.
-            let Some(contraction) = contraction else { continue };
             crawled = if damping < CRAWL { crawled + 1 } else { 0 };
             if contraction == f64::INFINITY || crawled == CRAWLS {
                 // The linearisation is valid over tiny steps only, perhaps since the guess. The descent
                 // therefore begins at the guess.
                 if descent.is_some() {
-                    return Err(root.stuck(&trial));
+                    return Err(at.root.stuck(&at.trial));
                 }
                 descent = Some(Descent::default());
-                equations.residual(guess, &mut r);
-                root.evaluations += 1;
-                root.step_to(guess, largest(&r));
+                at.restart(guess);
                 continue;
             }
-            root.step_to(&x, largest(&trial));
-            std::mem::swap(&mut r, &mut trial);
+            at.accept();
             if damping == 1.0 {
-                taken.push(&step);
-                let serves = contraction <= FAST && taken.update(&mut next);
-                // The next correction is an estimate of the remaining error.
-                let near = largest(&next) <= bound;
-                // If `size` is within the tolerance, the test was already made above.
-                if near && size > bound && is_met(equations, &x, &r, &step, bound, &mut matrix) {
-                    return Ok(root);
+                match at.update(contraction, bound) {
+                    Updated::Root => return Ok(at.root),
+                    Updated::Serves => earlier = Some(factors),
+                    Updated::Fails => {}
                 }
-                factors = (serves && !near).then_some(kept);
-                std::mem::swap(&mut step, &mut next);
             }
         }
-        Err(root.not_converged())
+        Err(at.root.not_converged())
+    }
+}
+
+/// An iterate, the correction there, and the point that is tried next.
+struct Iterate<'e, R: ?Sized> {
+    equations: &'e mut R,
+    matrix: Matrix,
+    root: Root,
+    /// r at the iterate.
+    r: Vec<f64>,
+    /// The correction s = -J⁻¹ r at the iterate.
+    step: Vec<f64>,
+    /// The point that is tried, x + λ s.
+    x: Vec<f64>,
+    /// r there.
+    trial: Vec<f64>,
+    /// -J⁻¹ r there, with J at the iterate.
+    next: Vec<f64>,
+    taken: Taken,
+}
+
+/// How far to go along a correction.
+enum Damped {
+    /// The point at λ = 1 is a root.
+    Root,
+    /// The kept factors are too inaccurate to decide.
+    Inaccurate,
+    /// To the point x + λ s with the ratio |J⁻¹ r(x + λ s)|/|s|, which is infinite if no λ is accepted.
+    By { damping: f64, contraction: f64 },
+}
+
+/// What an update of the factors achieves.
+enum Updated {
+    /// The next correction is within the tolerance, and the iterate is a root.
+    Root,
+    /// The next correction is known.
+    Serves,
+    /// New factors are needed.
+    Fails,
+}
+
+impl<'e, R: Residual + ?Sized> Iterate<'e, R> {
+    fn start(equations: &'e mut R, guess: &[f64]) -> Result<Self, RootError> {
+        let zeros = vec![0.0; equations.size()];
+        let mut r = zeros.clone();
+        let root = Root::start(equations, guess, &mut r)?;
+        let [step, x, trial, next] = std::array::from_fn(|_| zeros.clone());
+        let (matrix, taken) = (equations.matrix(), Taken::default());
+        Ok(Iterate { equations, matrix, root, r, step, x, trial, next, taken })
+    }
+
+    /// Computes factors and correction, unless both are kept. The error: an unknown without a correction.
+    fn correct(&mut self, kept: Option<Factors>) -> Result<Factors, Floating> {
+        let factors = match kept {
+            Some(kept) => kept,
+            None => {
+                jacobian_of(self.equations, &self.root.x, &mut self.matrix);
+                let fresh = Factors::new(&self.matrix)?;
+                self.step.iter_mut().zip(&self.r).for_each(|(s, r)| *s = -r);
+                fresh.solve(&mut self.step);
+                self.taken.clear();
+                fresh
+            }
+        };
+        match self.step.iter().position(|s| !s.is_finite()) {
+            Some(unknown) => Err(Floating(unknown)),
+            None => Ok(factors),
+        }
+    }
+
+    /// Evaluates r at x + λ s.
+    fn try_at(&mut self, damping: f64) {
+        let here = self.root.x.iter().zip(&self.step);
+        self.x.iter_mut().zip(here).for_each(|(x, (x0, s))| *x = x0 + damping * s);
+        self.equations.residual(&self.x, &mut self.trial);
+        self.root.evaluations += 1;
+    }
+
+    /// Halves λ, or reduces it by the curvature of r, until the natural monotonicity test is met. `stale`
+    /// factors are tried once.
+    fn damped(&mut self, factors: &Factors, stale: bool, bound: f64) -> Damped {
+        let (size, mut damping) = (largest(&self.step), 1.0);
+        loop {
+            self.try_at(damping);
+            let residual = largest(&self.trial);
+            if residual.is_finite() {
+                // A correction within the tolerance needs no test of monotonicity.
+                let Iterate { equations, x, trial, step, matrix, .. } = self;
+                if damping == 1.0 && size <= bound && is_met(*equations, x, trial, step, bound, matrix) {
+                    self.root.step_to(&self.x, residual);
+                    return Damped::Root;
+                }
+                self.next.iter_mut().zip(&self.trial).for_each(|(n, r)| *n = -r);
+                factors.solve(&mut self.next);
+                let contraction = largest(&self.next) / size;
+                if is_monotone(contraction, damping) {
+                    return Damped::By { damping, contraction };
+                }
+                let bent = self
+                    .next
+                    .iter()
+                    .zip(&self.step)
+                    .fold(0.0, |m: f64, (n, s)| m.max((n - (1.0 - damping) * s).abs()));
+                damping = (0.5 * damping).min(0.5 * damping * damping * size / bent);
+            } else {
+                damping *= 0.5;
+            }
+            if stale {
+                return Damped::Inaccurate;
+            }
+            if damping.is_nan() || damping < MIN_DAMPING {
+                return Damped::By { damping, contraction: f64::INFINITY };
+            }
+        }
+    }
+
+    /// Goes to the point that was tried.
+    fn accept(&mut self) {
+        self.root.step_to(&self.x, largest(&self.trial));
+        std::mem::swap(&mut self.r, &mut self.trial);
+    }
+
+    /// Goes back to the guess.
+    fn restart(&mut self, guess: &[f64]) {
+        self.equations.residual(guess, &mut self.r);
+        self.root.evaluations += 1;
+        self.root.step_to(guess, largest(&self.r));
+    }
+
+    /// After a whole step: the next correction by the factors of the last one and their updates.
+    fn update(&mut self, contraction: f64, bound: f64) -> Updated {
+        self.taken.push(&self.step);
+        let serves = contraction <= FAST && self.taken.update(&mut self.next);
+        // The next correction is an estimate of the remaining error.
+        let near = largest(&self.next) <= bound;
+        // With a step within the tolerance the test was made before.
+        let Iterate { equations, x, r, step, matrix, .. } = self;
+        if near && largest(step) > bound && is_met(*equations, x, r, step, bound, matrix) {
+            return Updated::Root;
+        }
+        std::mem::swap(&mut self.step, &mut self.next);
+        if serves && !near { Updated::Serves } else { Updated::Fails }
     }
 }
 
@@ -227,27 +309,17 @@ const WINDOW: usize = 5;
 const SHORT: f64 = 0.125;
 
 impl Descent {
-    /// Writes the next iterate to `x` and its residual to `trial`. `false`: no λ of at least
-    /// [`MIN_DAMPING`] is accepted.
-    fn step<R: Residual + ?Sized>(
-        &mut self,
-        equations: &mut R,
-        root: &mut Root,
-        r: &[f64],
-        step: &[f64],
-        (x, trial): (&mut [f64], &mut [f64]),
-    ) -> bool {
-        let here = dot(r, r);
+    /// Finds the next iterate. `false`: no λ of at least [`MIN_DAMPING`] is accepted.
+    fn step<R: Residual + ?Sized>(&mut self, at: &mut Iterate<'_, R>) -> bool {
+        let here = dot(&at.r, &at.r);
         self.last[self.steps % WINDOW] = here;
         self.steps += 1;
         let most = self.last.iter().fold(0.0, |m: f64, x| m.max(*x));
         for (longest, below) in [(1.0, here), (SHORT, most)] {
             let mut share = longest;
             while share >= MIN_DAMPING {
-                x.iter_mut().zip(&root.x).zip(step).for_each(|((x, x0), s)| *x = x0 + share * s);
-                equations.residual(x, trial);
-                root.evaluations += 1;
-                if dot(trial, trial) < below {
+                at.try_at(share);
+                if dot(&at.trial, &at.trial) < below {
                     return true;
                 }
                 share *= 0.5;

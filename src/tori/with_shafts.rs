@@ -1,6 +1,6 @@
 //! Periodic models with waves of other shafts added to their drives.
 
-use crate::drives::{DriveRule, Wrapped};
+use crate::drives::{rules::DriveRule, rules::Wrapped};
 use crate::error::{ParameterError, check};
 use crate::excitation::earliest::earlier;
 use crate::excitation::{Side, Wave, earliest};

@@ -412,7 +412,7 @@ fn mesh_stiffness_that_is_not_positive() {
     let pair =
         NfgPair::new(&NfgParams { stiffness_harmonics: vec![[-4e8, 0.0]], ..NfgParams::table1() }).unwrap();
     assert!(matches!(
-        pair.static_start().unwrap_err(),
+        pair.on_drive_flank().unwrap_err(),
         P::NotPositive { name, .. } if name == "mesh stiffness at the start"
     ));
 }
@@ -460,10 +460,10 @@ proptest! {
             let mut u = vec![0.0; pair.drives()];
             pair.drive(1.0, Side::After, &mut u);
             pair.accel(&u, &[1e-4], &[0.0], &mut a);
-            let _ = pair.static_start();
+            let _ = pair.on_drive_flank();
         }
         if let Ok(pair) = NfgPair2::new(&params, x[3]) {
-            let _ = pair.static_start();
+            let _ = pair.on_drive_flank();
         }
     }
 

@@ -28,7 +28,7 @@ fn balance_reaches_the_truth_and_knows_its_error() {
         let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
         let solver = Dop853::new().rtol(1e-10).atol(1e-15);
         let steady =
-            Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
+            Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.on_drive_flank().unwrap()).unwrap();
         let balance = Balance::new(Harmonics::up_to(highest));
         let guess = FourierOrbit::project(&solver, &pair, &steady.state, balance.harmonics()).unwrap();
         let orbit = balance.solve(&pair, &guess).unwrap();
@@ -76,7 +76,7 @@ fn three_ways_agree_on_five_hundred_orders() {
     )
     .unwrap();
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
-    let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
+    let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.on_drive_flank().unwrap()).unwrap();
     let guess = FourierOrbit::project(&solver, &pair, &steady.state, &Harmonics::up_to(500)).unwrap();
     assert_eq!(guess.contacts(&pair).unwrap()[0].intervals.len(), 252);
     let look = |integrals| {

@@ -304,7 +304,7 @@ fn bilateral_branch_by_shooting() {
     )
     .unwrap();
     let solver = Dop853::new().rtol(1e-9).atol(1e-14);
-    let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.static_start().unwrap()).unwrap();
+    let steady = Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.on_drive_flank().unwrap()).unwrap();
     let start = State { t: 0.0, ..steady.state };
     let times = uniform_times(0.0, pair.period(), 63).unwrap();
     let turn = solver.sample(&pair, &start, &times).unwrap();

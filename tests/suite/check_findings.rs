@@ -45,7 +45,7 @@ enum Slip {
     UnannouncedJump,
     /// `redrive` leaves a drive out that changes.
     DriveLeftOut,
-    /// `redrive_nodes` takes one instant for all rows.
+    /// `redrive` takes one instant for all rows.
     OneInstant,
     PiecesIgnored,
     NoContacts,
@@ -113,17 +113,13 @@ impl Model for Pair {
         (u[1], u[2]) = (0.5 + 0.1 * t.sin(), 0.1 * t.cos() / self.unit);
         u[3] = (if self.slip == Slip::Period { 1.1 } else { 1.0 } * t).cos();
     }
-    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        let last = u[3];
-        self.drive(t, side, u);
-        if self.slip == Slip::DriveLeftOut {
-            u[3] = last;
-        }
-    }
-    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
+    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
         for (i, (&t, u)) in times.iter().zip(u.chunks_exact_mut(4)).enumerate() {
-            let side = if i + 1 == times.len() { Side::Before } else { Side::After };
-            self.redrive(if self.slip == Slip::OneInstant { times[0] } else { t }, side, u);
+            let (side, load) = (if i + 1 == times.len() { last } else { Side::After }, u[3]);
+            self.drive(if self.slip == Slip::OneInstant { times[0] } else { t }, side, u);
+            if self.slip == Slip::DriveLeftOut {
+                u[3] = load;
+            }
         }
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
@@ -196,10 +192,8 @@ fn likely_slips_are_named() {
             };
             assert_eq!(findings(Slip::None), [], "unit {unit}, {q:?} {v:?}");
             one(Slip::UnannouncedJump, |f| matches!(f, Inconsistency::UnannouncedJump { drive: 0, .. }));
-            one(Slip::DriveLeftOut, |f| {
-                matches!(f, Inconsistency::Redrive { method: "redrive", drive: 3, .. })
-            });
-            one(Slip::OneInstant, |f| matches!(f, Inconsistency::Redrive { method: "redrive_nodes", .. }));
+            one(Slip::DriveLeftOut, |f| matches!(f, Inconsistency::Redrive { drive: 3, .. }));
+            one(Slip::OneInstant, |f| matches!(f, Inconsistency::Redrive { .. }));
             one(Slip::PiecesIgnored, |f| matches!(f, Inconsistency::PiecesIgnored { contact: 0, .. }));
             one(Slip::NoContacts, |f| matches!(f, Inconsistency::UndeclaredKink { .. }));
             one(Slip::ForceAtDefault, |f| matches!(f, Inconsistency::NoForce { contact: 0, .. }));

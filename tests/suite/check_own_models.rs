@@ -4,7 +4,7 @@
 use crate::api::*;
 
 fn on_flank(pair: &NfgPair, t: f64) -> State {
-    let start = pair.static_start().unwrap();
+    let start = pair.on_drive_flank().unwrap();
     State::new(t, &[1.3 * start.q[0]], &[1e-6])
 }
 
@@ -35,7 +35,7 @@ fn every_reading_of_the_pair() {
 #[test]
 fn the_other_models() {
     let two = NfgPair2::new(&NfgParams::table1(), 0.01).unwrap();
-    let mut state = two.static_start().unwrap();
+    let mut state = two.on_drive_flank().unwrap();
     state.q[1] *= 1.4;
     state.v[0] = 0.3;
     assert_eq!(check_periodic(&two, &state), []);

@@ -1,5 +1,5 @@
-//! Runs have the same bits with any number of further coordinates. `Model::redrive` and
-//! `Model::redrive_nodes` give the drives of `Model::drive`.
+//! Runs have the same bits with any number of further coordinates. `Model::redrive` gives
+//! the drives of `Model::drive`.
 
 use crate::api::*;
 use std::f64::consts::TAU;
@@ -63,7 +63,7 @@ fn what_further_drives_leave_out_stands_there_already() {
         model.drive(0.0, Side::After, &mut again);
         for i in 1..20 {
             let t = f64::from(i) * 0.13 * TAU / params.omega;
-            model.redrive(t, Side::After, &mut again);
+            model.redrive(&[t], Side::After, &mut again);
             model.drive(t, Side::After, &mut fresh);
             assert_eq!(again, fresh);
         }
@@ -71,7 +71,7 @@ fn what_further_drives_leave_out_stands_there_already() {
         for (nodes, from) in (1..12).flat_map(|nodes| [(nodes, 0.0), (nodes, 1e7)]) {
             let times: Vec<f64> = (0..nodes).map(|i| from + f64::from(i) * 0.13 / params.omega).collect();
             let mut rows = fresh.repeat(times.len());
-            model.redrive_nodes(&times, &mut rows);
+            model.redrive(&times, Side::Before, &mut rows);
             for (t, row) in times.iter().zip(rows.chunks_exact(fresh.len())) {
                 model.drive(*t, Side::After, &mut fresh);
                 assert_eq!(row, fresh);

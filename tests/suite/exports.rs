@@ -88,7 +88,7 @@ fn text_of_a_table() {
 #[test]
 fn trajectories() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
-    let run = Dop853::new().trajectory(&pair, &pair.static_start().unwrap(), 2e-3).unwrap();
+    let run = Dop853::new().trajectory(&pair, &pair.on_drive_flank().unwrap(), 2e-3).unwrap();
     let table = run.table(&pair, &["mesh force", "q0"]).unwrap();
     assert_eq!(
         table.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
@@ -131,7 +131,7 @@ fn rows_of_a_sweep() {
         .of(&LaneRk4::new(63 * 32).lanes::<4>(), |p| {
             pair.with("speed", p["speed"])?.with("load torque", p["load torque"])
         })
-        .start(|_, pair| pair.static_start())
+        .start(|_, pair| pair.on_drive_flank())
         .run()
         .unwrap();
     let table = rows.table().unwrap();
@@ -159,7 +159,7 @@ fn rows_of_a_sweep() {
         .settle(0)
         .measure(1)
         .of(&LaneRk4::new(63 * 16).lanes::<4>(), |_| pair.with("speed", 100.0))
-        .start(|_, pair| pair.static_start())
+        .start(|_, pair| pair.on_drive_flank())
         .run()
         .unwrap();
     assert_eq!(rows.table(), Err(ParameterError::Twice { name: "scatter".into() }));

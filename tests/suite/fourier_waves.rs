@@ -40,7 +40,7 @@ fn driven(machine: &Machine<Jets>, angle: f64, side: Side) -> Vec<f64> {
     let [mut u, mut again] = [vec![f64::NAN; machine.drives()], vec![0.0; machine.drives()]];
     machine.drive(angle, side, &mut u);
     machine.drive(angle + 1.0, Side::After, &mut again);
-    machine.redrive(angle, side, &mut again);
+    machine.redrive(&[angle], side, &mut again);
     assert_eq!(u, again);
     u.truncate(machine.size().waves);
     u

@@ -232,7 +232,7 @@ fn a_rattling_pair_by_two_methods() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
     let start = Settle::new()
         .tolerance(1e-7)
-        .run(&Dop853::new().rtol(1e-9).atol(1e-14), &pair, &pair.static_start().unwrap())
+        .run(&Dop853::new().rtol(1e-9).atol(1e-14), &pair, &pair.on_drive_flank().unwrap())
         .unwrap()
         .state;
     let end = start.t + pair.period();

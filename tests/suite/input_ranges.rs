@@ -94,7 +94,7 @@ fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
         }
     }
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
-    let (start, speed) = (pair.static_start().unwrap(), pair.speed());
+    let (start, speed) = (pair.on_drive_flank().unwrap(), pair.speed());
     let run_up = VaryingSpeed::new(pair, SpeedLaw::constant(speed).unwrap());
     let run = |end, channel| {
         Waterfall::new(2, 256).unwrap().run(&NoRun, &run_up, &start, end, channel).unwrap_err().error

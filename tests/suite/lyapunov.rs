@@ -83,7 +83,7 @@ fn rattling_pair(periods: usize, speeds: impl Fn(f64) -> bool) {
             .settle(40)
             .align(5)
             .periods(periods)
-            .run(&pair, &pair.static_start().unwrap())
+            .run(&pair, &pair.on_drive_flank().unwrap())
             .unwrap();
         let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
         println!("{speed}: {ours:.2} ± {error:.2}, reference {theirs}");
@@ -130,7 +130,7 @@ fn of_the_rattling_pair_over_a_thousand_turns() {
             .count(1)
             .settle(60)
             .periods(1000)
-            .run(&pair, &pair.static_start().unwrap())
+            .run(&pair, &pair.on_drive_flank().unwrap())
             .unwrap();
         let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
         println!(
@@ -162,7 +162,7 @@ fn window(speeds: &[f64]) {
         .lyapunov(Lyapunov::new().align(5).periods(40).flow_tolerance(1e-7));
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let solver = Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]);
-    let rows = sweep.of(&Located(solver), family).start(|_, pair| pair.static_start()).run().unwrap();
+    let rows = sweep.of(&Located(solver), family).start(|_, pair| pair.on_drive_flank()).run().unwrap();
     assert!(rows.errors().is_empty());
     let (mut within, mut chaotic) = (0, 0);
     for row in rows.iter() {
@@ -249,7 +249,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
 #[test]
 fn exponents_of_sweeps_settle_as_set() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
-    let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
+    let start = |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank();
     let lyapunov = Lyapunov::new().align(1).periods(2).flow_tolerance(1e-7).count(1);
     let sweep = Sweep::new(Axis::list("speed", &[180.0]).unwrap());
     let sweep = sweep.settle(2).measure(1).strobe(1);
@@ -272,7 +272,7 @@ fn exponents_of_sweeps_settle_as_set() {
 #[test]
 fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
-    let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
+    let start = |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank();
     let lyapunov = Lyapunov::new().align(1).periods(4).flow_tolerance(1e-7);
     let speeds = Points::from(Axis::list("speed", &[155.0, 180.0]).unwrap());
     let sweep = Sweep::new(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());

@@ -110,7 +110,7 @@ fn the_face_gear_pair_of_parts_sweeps_in_lanes() {
     let speeds = Axis::linear("speed", 60.0, 110.0, 10).unwrap();
     let sweep = Sweep::new(speeds).settle(0).measure(1).channels(&["deflection", "mesh force"]);
     let model = |p: &Point<'_>| train.with("speed", p["speed"]);
-    let start = |p: &Point<'_>, _: &Train| pair.with("speed", p["speed"])?.static_start();
+    let start = |p: &Point<'_>, _: &Train| pair.with("speed", p["speed"])?.on_drive_flank();
     let lanes = sweep.of(&LaneRk4::new(63 * 64).lanes::<8>(), model).start(start).run().unwrap();
     let single = sweep.of(&TableRk4::new(63 * 64), model).start(start).run().unwrap();
     for (a, b) in lanes.iter().zip(single.iter()) {

@@ -56,7 +56,7 @@ fn orbit(pair: &NfgPair) -> Measured {
 }
 
 fn orbit_by<I: Integrator>(solver: &I, pair: &NfgPair) -> Measured {
-    let steady = Settle::new().tolerance(1e-9).run(solver, pair, &pair.static_start().unwrap()).unwrap();
+    let steady = Settle::new().tolerance(1e-9).run(solver, pair, &pair.on_drive_flank().unwrap()).unwrap();
     let span = steady.period_multiple as f64 * pair.period();
     let end = steady.state.t + span;
     let mut rattle = Rattle::new(pair);
@@ -187,12 +187,12 @@ fn two_degrees_of_freedom_tend_to_one() {
         let times = uniform_times(0.0, 3.0 * two.period(), 30_000).unwrap();
         let taus: Vec<f64> = times.iter().map(|t| t * one.natural_frequency()).collect();
         let x1 = solver
-            .sample(&one, &one.static_start().unwrap(), &taus)
+            .sample(&one, &one.on_drive_flank().unwrap(), &taus)
             .unwrap()
             .channel(&one, "deflection")
             .unwrap();
         let x2 = solver
-            .sample(&two, &two.static_start().unwrap(), &times)
+            .sample(&two, &two.on_drive_flank().unwrap(), &times)
             .unwrap()
             .channel(&two, "deflection")
             .unwrap();

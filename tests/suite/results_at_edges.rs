@@ -240,7 +240,7 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
         NfgPair::new(&NfgParams { half_backlash: 0.0, load_torque: 1.0, speed: 100.0, ..NfgParams::table1() })
     };
     let sweep = Sweep::new(Axis::list("one", &[1.0]).unwrap()).settle(1).measure(1).rattle();
-    let (family, start) = (|_: &Point<'_>| make(), |_: &Point<'_>, pair: &NfgPair| pair.static_start());
+    let (family, start) = (|_: &Point<'_>| make(), |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank());
     let all = [
         sweep.of(&LaneRk4::new(4032).lanes::<4>(), family).start(start).run().unwrap(),
         sweep.of(&TableRk4::new(4032), family).start(start).run().unwrap(),

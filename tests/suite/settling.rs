@@ -137,7 +137,7 @@ fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
                 NfgReading::published_on_base_radius(),
             )
         })
-        .start(|_, pair| pair.static_start())
+        .start(|_, pair| pair.on_drive_flank())
         .run()
         .unwrap();
     for row in rows.iter() {

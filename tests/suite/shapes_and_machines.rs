@@ -262,7 +262,7 @@ fn moving_edges_of_the_pair() {
     assert_eq!(check_periodic(&two, &State::new(3e-4, &[1e-3, -2e-3], &[0.1, 0.2])), []);
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
     let (tight, loose) = (Dop853::new().rtol(1e-12).atol(1e-17), solver);
-    let start = one.static_start().unwrap();
+    let start = one.on_drive_flank().unwrap();
     let (a, b) = (tight.end(&one, &start, 300.0).unwrap(), loose.end(&one, &start, 300.0).unwrap());
     assert!((a.q[0] - b.q[0]).abs() < 1e-9, "{} {}", a.q[0], b.q[0]);
 }
@@ -662,7 +662,7 @@ fn laws_with_missing_edges_in_the_pair() {
                     "{what}: {c:?}"
                 );
             }
-            match pair.static_start() {
+            match pair.on_drive_flank() {
                 Ok(start) => assert!(start.q[0] < 0.0 && what != "stop above"),
                 Err(error) => assert!(
                     error == ParameterError::NoFlank { flank: "lower" } && what == "stop above",
@@ -763,7 +763,7 @@ impl<M: Model> Model for Bare<M> {
 #[test]
 fn a_wrapper_has_the_drives_contacts_and_channels_of_its_base() {
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
-    let (bare, start) = (Bare(Bare(&pair)), pair.static_start().unwrap());
+    let (bare, start) = (Bare(Bare(&pair)), pair.on_drive_flank().unwrap());
     assert_eq!(check_model(&bare, &start), []);
     let drives = pair.drives();
     let sizes =
@@ -772,7 +772,7 @@ fn a_wrapper_has_the_drives_contacts_and_channels_of_its_base() {
     let values = |model: &dyn Model| {
         let (times, mut nodes) = ([0.1, 0.2, 0.4], vec![0.0; 3 * drives]);
         (0..3).for_each(|i| model.drive(0.0, Side::After, &mut nodes[i * drives..][..drives]));
-        model.redrive_nodes(&times, &mut nodes);
+        model.redrive(&times, Side::Before, &mut nodes);
         let u = &nodes[..drives];
         let (mut contacts, mut out) = ([Contact::default()], vec![0.0; model.channels().len()]);
         model.contact(u, &start.q, &start.v, &mut contacts);

@@ -207,8 +207,10 @@ fn check_face_gear_pair(wanted: &[f64]) {
             .unwrap();
         let params = NfgParams { speed, ..NfgParams::table1() };
         let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
-        let settled =
-            Settle::new().tolerance(1e-4).run(&Dop853::new(), &pair, &pair.static_start().unwrap()).unwrap();
+        let settled = Settle::new()
+            .tolerance(1e-4)
+            .run(&Dop853::new(), &pair, &pair.on_drive_flank().unwrap())
+            .unwrap();
         let cycle = Shooting::new().segments(63).solve(&pair, &[settled.state]).unwrap();
         let first = &cycle.states()[0];
         let ppv = number(&case["ppv"]);

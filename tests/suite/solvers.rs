@@ -107,7 +107,7 @@ fn pi_control_rejects_less() {
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
     let run = |beta: f64| {
         let solver = Dop853::new().rtol(1e-8).atol(1e-12).pi_beta(beta);
-        solver.trajectory(&pair, &pair.static_start().unwrap(), pair.period()).unwrap().stats()
+        solver.trajectory(&pair, &pair.on_drive_flank().unwrap(), pair.period()).unwrap().stats()
     };
     assert!(run(0.03).rejected < run(0.0).rejected);
 }

@@ -9,7 +9,7 @@ fn pair() -> NfgPair {
 
 #[test]
 fn constant_speed_is_the_bare_model() {
-    let (bare, start) = (pair(), pair().static_start().unwrap());
+    let (bare, start) = (pair(), pair().on_drive_flank().unwrap());
     let solver = Dop853::new().rtol(1e-11).atol(1e-17);
     let varying = VaryingSpeed::new(bare.clone(), SpeedLaw::constant(bare.speed()).unwrap());
     let (a, b) = (solver.end(&bare, &start, 1000.0).unwrap(), solver.end(&varying, &start, 1000.0).unwrap());
@@ -79,7 +79,7 @@ fn phase_speed_and_time_belong_together() {
 /// to another within `turns` turns.
 fn mesh_order(from: f64, to: f64, turns: f64) -> Vec<[f64; 3]> {
     let pair = NfgPair::new(&NfgParams { speed: from, ..NfgParams::table1() }).unwrap();
-    let (start, end) = (pair.static_start().unwrap(), turns * pair.period());
+    let (start, end) = (pair.on_drive_flank().unwrap(), turns * pair.period());
     let law = SpeedLaw::ramp(pair.speed(), pair.speed() * to / from, end).unwrap();
     let solver = Dop853::new().rtol(1e-8).atol(1e-14);
     let lines = Waterfall::new(2, 512)

@@ -24,7 +24,7 @@ fn pair(p: &Point<'_>) -> Result<NfgPair, String> {
 
 fn rows() -> Rows {
     let engine = LaneRk4::new(63 * 16).lanes::<4>();
-    sweep().of(&engine, pair).start(|_, pair| pair.static_start()).run().unwrap()
+    sweep().of(&engine, pair).start(|_, pair| pair.on_drive_flank()).run().unwrap()
 }
 
 /// The files of both versions of the stored form, each written by
@@ -56,7 +56,7 @@ fn is_read(file: &str, fresh: &Rows) {
     assert_eq!(read.get(4).unwrap_err().to_string(), "no model: left out");
     // Rows that were read can be resumed by the same sweep.
     let (sweep, engine) = (sweep(), LaneRk4::new(63 * 16).lanes::<4>());
-    let runner = sweep.of(&engine, pair).start(|_, pair| pair.static_start());
+    let runner = sweep.of(&engine, pair).start(|_, pair| pair.on_drive_flank());
     assert_eq!(runner.resume(read).unwrap().fingerprint(), fresh.fingerprint());
 }
 
@@ -86,7 +86,7 @@ fn parameters_and_orbits_keep_their_bits() {
     let set = RingSet { error: 5e-6, ..RingSet::set_a(4, 12_000.0) };
     assert_eq!(stored(&set), set);
     let pair = NfgPair::new(&params).unwrap();
-    let start = pair.static_start().unwrap();
+    let start = pair.on_drive_flank().unwrap();
     assert_eq!(stored(&start), start);
 
     let balance = Balance::new(Harmonics::up_to(70));
@@ -108,7 +108,7 @@ fn parameters_and_orbits_keep_their_bits() {
 fn stored_chunks_are_merged() {
     let third = |p: &Point<'_>| if (2..4).contains(&p.index()) { Err("left out".into()) } else { pair(p) };
     let (sweep, engine) = (sweep().check_every(0), LaneRk4::new(63 * 16).lanes::<4>());
-    let runner = sweep.of(&engine, third).start(|_, pair| pair.static_start());
+    let runner = sweep.of(&engine, third).start(|_, pair| pair.on_drive_flank());
     let parts = |read: fn(Rows) -> Rows| (0..3).map(|i| read(runner.chunk(i, 3).unwrap())).collect();
     let whole = runner.run().unwrap();
     let merged = Rows::merge(parts(|rows| stored(&rows))).unwrap();

@@ -95,7 +95,7 @@ fn nfg(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
     NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() })
 }
 fn at_rest(_: &Point<'_>, pair: &NfgPair) -> Result<State, ParameterError> {
-    pair.static_start()
+    pair.on_drive_flank()
 }
 fn speeds(values: &[f64]) -> Points {
     Points::from(Axis::list("speed", values).unwrap())
@@ -114,7 +114,7 @@ struct Missed {
 /// Measures the period after `settle` periods with located edges.
 fn missed(pair: &NfgPair, settle: usize, steps: usize, channels: &[&str]) -> Missed {
     let (solver, period) = (Dop853::new().rtol(1e-9).atol(1e-15), pair.period());
-    let settled = solver.end(pair, &pair.static_start().unwrap(), settle as f64 * period).unwrap();
+    let settled = solver.end(pair, &pair.on_drive_flank().unwrap(), settle as f64 * period).unwrap();
     let mut probe = Probe::new(pair);
     let places: Vec<usize> = channels.iter().map(|name| probe.index(name).unwrap()).collect();
     let (mut times, mut flights, mut y) = (Vec::new(), 0, [0.0; 2]);

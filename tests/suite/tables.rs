@@ -49,22 +49,100 @@ fn sources(folder: PathBuf) -> Vec<PathBuf> {
     files.into_iter().chain(folders.into_iter().flat_map(sources)).collect()
 }
 
-/// The rooms that each room imports outside of unit tests and comments.
-fn imports() -> BTreeMap<String, BTreeSet<String>> {
-    let mut imports = BTreeMap::<String, BTreeSet<String>>::new();
-    for path in sources(root().join("src")) {
-        let place = path.strip_prefix(root().join("src")).unwrap();
-        let room = place.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs").to_owned();
+/// The source files outside of unit tests and comments, each by its module path.
+fn modules() -> BTreeMap<String, String> {
+    let src = root().join("src");
+    let code_of = |path: PathBuf| {
+        let place = path.strip_prefix(&src).unwrap().with_extension("");
+        let names: Vec<_> = place.iter().map(|name| name.to_str().unwrap()).filter(|n| *n != "mod").collect();
         let code = read_to_string(&path).unwrap();
         let code = code.split("#[cfg(test)]\nmod ").next().unwrap();
         let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
-        let names = lines.flat_map(|line| line.split("crate::").skip(1)).map(|rest| {
-            rest.split(|c: char| !(c.is_ascii_lowercase() || c == '_')).next().unwrap().to_owned()
-        });
-        imports.entry(room).or_default().extend(names.filter(|name| !name.is_empty()));
+        (names.join("::"), lines.collect::<Vec<_>>().join("\n"))
+    };
+    sources(src.clone()).into_iter().map(code_of).collect()
+}
+
+/// The paths after `crate::` that code names; a list in braces counts as its members.
+fn paths(code: &str) -> BTreeSet<String> {
+    let mut paths = BTreeSet::new();
+    for rest in code.split("crate::").skip(1) {
+        let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':')).unwrap_or(rest.len());
+        let (stem, rest) = rest.split_at(end);
+        match rest.strip_prefix('{').and_then(|list| list.split_once('}')) {
+            Some((list, _)) => paths.extend(list.split(',').map(|name| format!("{stem}{}", name.trim()))),
+            None => _ = paths.insert(stem.to_owned()),
+        }
     }
-    imports.remove("lib");
+    paths
+}
+
+/// The longest part of a path that is a file.
+fn file_of<'m>(modules: &'m BTreeMap<String, String>, path: &str) -> Option<&'m String> {
+    let ends = path.match_indices("::").map(|(end, _)| end).chain([path.len()]);
+    ends.filter_map(|end| modules.get_key_value(&path[..end])).last().map(|(name, _)| name)
+}
+
+/// The rooms that each room imports.
+fn imports() -> BTreeMap<String, BTreeSet<String>> {
+    let mut imports = BTreeMap::<String, BTreeSet<String>>::new();
+    for (module, code) in modules().iter().filter(|(module, _)| *module != "lib") {
+        let room = |path: &str| path.split("::").next().unwrap().to_owned();
+        let rooms = paths(code).into_iter().map(|path| room(&path));
+        let rooms = rooms.filter(|name| name.starts_with(|c: char| c.is_ascii_lowercase()));
+        imports.entry(room(module)).or_default().extend(rooms);
+    }
     imports
+}
+
+#[test]
+fn files_do_not_import_one_another_in_a_circle() {
+    let modules = modules();
+    let mut exported = BTreeMap::new();
+    // A name on the face of a folder stands for the file that defines it.
+    for (face, code) in modules.iter().filter(|(name, code)| *name != "lib" && code.contains("pub use ")) {
+        for path in paths(code) {
+            let name = path.rsplit("::").next().unwrap();
+            exported.insert(format!("{face}::{name}"), path.clone());
+        }
+    }
+    let mut above: BTreeMap<&String, BTreeSet<&String>> = modules
+        .iter()
+        .filter(|(name, code)| *name != "lib" && !code.contains("pub(crate) mod "))
+        .map(|(name, code)| {
+            let paths = paths(code).into_iter().map(|path| exported.get(&path).cloned().unwrap_or(path));
+            (name, paths.filter_map(|path| file_of(&modules, &path)).filter(|file| *file != name).collect())
+        })
+        .collect();
+    // Files that import none of the others are taken away, then the next ones: circles remain.
+    loop {
+        let left: BTreeSet<&String> = above.keys().copied().collect();
+        above.retain(|_, files| !files.is_disjoint(&left));
+        if above.len() == left.len() {
+            break;
+        }
+    }
+    // Files that none of the others imports stand below a circle.
+    loop {
+        let imported: BTreeSet<&String> = above.values().flatten().copied().collect();
+        let before = above.len();
+        above.retain(|file, _| imported.contains(file));
+        if above.len() == before {
+            break;
+        }
+    }
+    assert!(above.is_empty(), "circles of files: {above:#?}");
+}
+
+#[test]
+fn no_folder_has_more_than_ten_files_besides_its_face() {
+    let mut folders = BTreeMap::<PathBuf, usize>::new();
+    for path in sources(root().join("src")).iter().filter(|path| !path.ends_with("mod.rs")) {
+        *folders.entry(path.parent().unwrap().to_owned()).or_default() += 1;
+    }
+    folders.remove(&root().join("src"));
+    folders.retain(|_, files| *files > 10);
+    assert!(folders.is_empty(), "{folders:#?}");
 }
 
 #[test]

@@ -146,7 +146,7 @@ fn models_without_series_are_refused() {
     assert!(error.to_string().contains("one in plain numbers: use Dop853"), "{error}");
 
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
-    let (start, slot) = (pair.static_start().unwrap(), pair.slot("load torque"));
+    let (start, slot) = (pair.on_drive_flank().unwrap(), pair.slot("load torque"));
     assert!(slot.is_err(), "the torque is prepared, so that it has no slot");
     let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap();
     let torque = ring.slot("motor torque").unwrap();
@@ -356,7 +356,7 @@ fn varying_speed_and_held_processes() {
         assert!(off < within * size, "{name}: {off:e} of {size:e}");
     };
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
-    let start = pair.static_start().unwrap();
+    let start = pair.on_drive_flank().unwrap();
     let slow = pair.speed();
     let law = SpeedLaw::ramp(slow, 1.2 * slow, 150.0).unwrap();
     agree("ramp", &VaryingSpeed::new(pair.clone(), law), &start, 200.0, 1e-9);
@@ -538,7 +538,7 @@ fn derivatives_of_the_flow() {
     check("root", &bare(1, Root), &State::new(0.0, &[0.0], &[0.5]), 5.0, 1e-9);
     check("logarithm", &bare(1, Logarithm), &State::new(0.0, &[0.0], &[1.0]), 5.0, 1e-9);
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
-    check("rattling pair", &pair, &pair.static_start().unwrap(), 300.0, 1e-8);
+    check("rattling pair", &pair, &pair.on_drive_flank().unwrap(), 300.0, 1e-8);
     let law = PowerLaw::new(0.0, 1.5, 1.0).unwrap().with_edges(f64::NEG_INFINITY, 1.0).unwrap();
     let bounce = Machine::with_constants(Bounce(law, 0), &[("speed", 1.0)]).unwrap();
     check("Hertz contact", &bounce, &State::new(0.0, &[0.0], &[2.0]), 4.0, 1e-7);
@@ -552,7 +552,7 @@ fn derivatives_of_the_flow() {
 #[test]
 fn the_same_bits_in_every_thread() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
-    let start = pair.static_start().unwrap();
+    let start = pair.on_drive_flank().unwrap();
     let bits = || {
         let end = Taylor::new().end(&pair, &start, 300.0).unwrap();
         [end.q[0].to_bits(), end.v[0].to_bits()]

@@ -1,7 +1,7 @@
-//! Gear trains from parts: published frequencies and orbits, the ring of parts, refusals.
+//! Gear trains from parts: published frequencies and orbits, the ring of parts.
 
 use crate::api::*;
-use crate::common::planets::{on_bearings, ring_held, ring_locked, turning};
+use crate::common::planets::{on_bearings, ring_held, ring_locked};
 use crate::data::read;
 use gear_dynamics::linear::{Campbell, Modes, static_state};
 use gear_dynamics::trains::*;
@@ -258,186 +258,16 @@ fn a_ring_of_parts_is_the_ring() {
     }
 }
 
-fn k() -> Wave {
+pub(crate) fn k() -> Wave {
     Wave::constant(2e8).unwrap()
 }
 
 /// A pair of gears of 20 and 40 teeth.
-fn pair() -> Parts {
+pub(crate) fn pair() -> Parts {
     let mut parts = Parts::new();
     parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
     parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], k()));
     parts
-}
-
-/// The error of the pair after a change.
-fn refused(change: impl FnOnce(&mut Parts)) -> TrainError {
-    let mut parts = pair();
-    change(&mut parts);
-    parts.build("pinion", 100.0).unwrap_err()
-}
-
-fn warned(change: impl FnOnce(&mut Parts), expected: Warning) {
-    let mut parts = pair();
-    change(&mut parts);
-    let error = parts.build("pinion", 100.0).unwrap_err();
-    assert!(matches!(error, TrainError::Warning { warning, .. } if warning == expected), "{error}");
-    parts.accept(expected);
-    assert!(parts.build("pinion", 100.0).is_ok(), "{expected:?} accepted");
-}
-
-#[test]
-fn wrong_names_are_refused() {
-    let error = refused(|parts| drop(parts.body("wheel", Body::new(1.0)).clone()));
-    assert_eq!(error, TrainError::DuplicateName { name: "wheel".into() });
-    let error = refused(|parts| drop(parts.torque("mesh", "wheel", 1.0).clone()));
-    assert_eq!(error, TrainError::DuplicateName { name: "mesh".into() });
-    let mesh = || MeshPart::external([20, 40], [0.03, 0.06], k());
-    let error = refused(|parts| drop(parts.mesh("second", "pinion", "weel", mesh()).clone()));
-    assert_eq!(
-        error.to_string(),
-        "\"second\" refers to the body \"weel\", which does not exist; there are: pinion, wheel"
-    );
-    let error = refused(|parts| drop(parts.mesh("second", "wheel", "wheel", mesh()).clone()));
-    assert_eq!(error, TrainError::JoinsItself { part: "second".into(), body: "wheel".into() });
-    let error = refused(|parts| drop(parts.shaft("shaft", "wheel", "wheel", 1.0, 0.0).clone()));
-    assert!(matches!(error, TrainError::JoinsItself { .. }));
-    assert!(matches!(
-        refused(|parts| drop(parts.torque("t", "axle", 1.0).clone())),
-        TrainError::NoSuchBody { .. }
-    ));
-    assert!(matches!(pair().build("axle", 1.0), Err(TrainError::NoSuchBody { .. })));
-    assert!(matches!(
-        refused(|parts| drop(parts.rotating_with("axle").clone())),
-        TrainError::NoSuchBody { .. }
-    ));
-    let planet = Body::new(1.0).carried_by("axle", 0.0);
-    assert!(matches!(
-        refused(|parts| drop(parts.body("planet", planet).clone())),
-        TrainError::NoSuchBody { .. }
-    ));
-}
-
-#[test]
-fn values_out_of_range_are_refused() {
-    let parameter = |error: TrainError| assert!(matches!(error, TrainError::Parameter(_)), "{error}");
-    for coefficients in [&[f64::NAN][..], &[1.0, f64::INFINITY], &[]] {
-        let error = refused(|parts| drop(parts.torque_of_speed("m", "pinion", 1.0, coefficients).clone()));
-        assert!(error.to_string().contains("of \"m\""), "{error}");
-        parameter(error);
-    }
-    for value in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
-        parameter(refused(|parts| drop(parts.body("third", Body::new(value)).clone())));
-        let bearing = Bearing::new(value, 1e8);
-        parameter(refused(|parts| drop(parts.body("third", Body::new(1.0).on(bearing)).clone())));
-        parameter(refused(|parts| {
-            let mesh = MeshPart::external([20, 40], [value, 0.06], k());
-            parts.mesh("second", "pinion", "wheel", mesh);
-        }));
-        parameter(pair().build("pinion", value).unwrap_err());
-    }
-    for value in [f64::NAN, f64::INFINITY, -1.0] {
-        let body = || Body::new(1.0);
-        for body in [
-            body().drag(value),
-            body().grounded(value, 0.0),
-            body().restrained(0.0, value),
-            body().on(Bearing::new(1.0, value)),
-            body().on(Bearing::new(1.0, 1.0).damping(value)),
-            body().on(Bearing::new(1.0, 1.0).clearance(value)),
-        ] {
-            parameter(refused(|parts| drop(parts.body("third", body).clone())));
-        }
-        parameter(refused(|parts| drop(parts.shaft("s", "pinion", "wheel", value, 0.0).clone())));
-        parameter(refused(|parts| drop(parts.shaft("s", "pinion", "wheel", 0.0, value).clone())));
-        parameter(refused(|parts| {
-            parts.shaft_with_clearance("s", "pinion", "wheel", 1.0, 0.0, value);
-        }));
-        parameter(refused(|parts| drop(parts.motor("m", "pinion", 1.0, value, 1.0).clone())));
-        parameter(refused(|parts| drop(parts.motor("m", "pinion", 1.0, 1.0, value).clone())));
-        let mesh = || MeshPart::external([20, 40], [0.03, 0.06], k());
-        for mesh in [
-            mesh().damping(value),
-            mesh().half_backlash(value),
-            mesh().pressure_angle(value),
-            mesh().friction(value),
-        ] {
-            parameter(refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone())));
-        }
-    }
-    let value = f64::NAN;
-    parameter(refused(|parts| drop(parts.torque("t", "pinion", value).clone())));
-    parameter(refused(|parts| drop(parts.body("third", Body::new(1.0).at([value, 0.0])).clone())));
-    let mesh = MeshPart::external([20, 40], [0.03, 0.06], k());
-    parameter(refused(|parts| {
-        drop(parts.mesh("second", "pinion", "wheel", mesh.clone().phase(value)).clone())
-    }));
-    parameter(refused(|parts| {
-        drop(parts.mesh("second", "pinion", "wheel", mesh.stated_phase(value)).clone())
-    }));
-    parameter(Parts::new().build("pinion", 1.0).unwrap_err());
-    let mesh = MeshPart::external([0, 40], [0.03, 0.06], k());
-    let error = refused(|parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone()));
-    assert_eq!(error, TrainError::ToothNumber { mesh: "second".into(), teeth: 0 });
-    let error = Planetary::new(0, 0.03, ring_locked([30, 30, 90], [1.0; 4]), [k(), k()]).unwrap_err();
-    assert!(matches!(error, gear_dynamics::ParameterError::TooFew { .. }));
-}
-
-#[test]
-fn trains_that_cannot_turn_or_be_assembled_are_refused() {
-    let mesh = |teeth: [u32; 2]| MeshPart::external(teeth, teeth.map(|z| 1.5e-3 * f64::from(z)), k());
-    let error = refused(|parts| {
-        parts.body("idler", Body::new(1e-3));
-        parts.mesh("one", "wheel", "idler", mesh([40, 30])).mesh("two", "idler", "pinion", mesh([30, 20]));
-    });
-    assert!(matches!(error, TrainError::Locked { .. }), "{error}");
-    // A shaft between gears that turn at different speeds.
-    let error = refused(|parts| drop(parts.shaft("shaft", "pinion", "wheel", 1.0, 0.0).clone()));
-    assert!(matches!(error, TrainError::Locked { .. }), "{error}");
-    let error = refused(|parts| {
-        let mesh = MeshPart::external([20, 40], [0.03, 0.05], k());
-        parts.mesh("second", "pinion", "wheel", mesh);
-    });
-    assert!(matches!(error, TrainError::RadiiContradictTeeth { .. }), "{error}");
-    let error =
-        refused(|parts| drop(parts.body("third", Body::new(1.0)).accept(Warning::Disconnected).clone()));
-    assert_eq!(error, TrainError::SpeedUndetermined { body: "third".into() });
-    let mut held = Parts::new();
-    held.body("pinion", Body::new(1.0).grounded(1e5, 0.0));
-    assert!(matches!(held.build("pinion", 1.0), Err(TrainError::ReferenceAtRest { .. })));
-
-    let inertias = [1e-3, 1e-3, 1e-2, 1e-2];
-    let set = |teeth: [u32; 3], n: u32| {
-        Planetary::new(n, 0.03, ring_held(teeth, inertias, 1e6), [k(), k()]).unwrap()
-    };
-    let locked = |set: Planetary| set.parts();
-    let mut parts = locked(set([30, 30, 90], 3));
-    parts.body("planet 4", Body::new(1e-3).carried_by("carrier", 0.1).at_radius(0.07));
-    parts.mesh("sun 4", "sun", "planet 4", MeshPart::external([30, 30], [0.03, 0.03], k()));
-    let error = parts.build("sun", 1.0).unwrap_err();
-    assert!(matches!(error, TrainError::CentreDistance { .. }), "{error}");
-    // The ring of 200 teeth is too large for the centre distance.
-    assert!(matches!(locked(set([30, 20, 200], 1)).build("sun", 1.0), Err(TrainError::Parameter(_))));
-    let error = locked(set([30, 20, 70], 3)).build("sun", 1.0).unwrap_err();
-    let TrainError::DoesNotAssemble { planet, nearest, .. } = error else { panic!("{error}") };
-    // 100 places on the carrier: planet 2 fits at 33/100 of a turn.
-    assert_eq!(planet, "planet 2");
-    let angles = [0.0, nearest, 2.0 * nearest];
-    assert!((nearest / std::f64::consts::TAU - 0.33).abs() < 1e-12);
-    assert!(locked(set([30, 20, 70], 3).at_angles(&angles)).build("sun", 1.0).is_ok());
-    let loose = Planetary::new(3, 0.03, turning([30, 30, 90], inertias), [k(), k()]).unwrap();
-    let loose = loose.parts().build("sun", 1.0).unwrap_err();
-    assert!(matches!(loose, TrainError::SpeedUndetermined { .. }), "{loose}");
-    let mut parts = locked(set([30, 30, 90], 3));
-    parts.body("planet 4", Body::new(1e-3).carried_by("planet 1", 0.1));
-    assert!(matches!(parts.build("sun", 1.0), Err(TrainError::NestedCarrier { .. })));
-    let mut parts = locked(set([30, 30, 90], 3));
-    parts.body("planet 4", Body::new(1e-3).carried_by("carrier", 0.1));
-    let error = parts.build("sun", 1.0).unwrap_err();
-    assert!(
-        matches!(error, TrainError::SpeedUndetermined { .. } | TrainError::PlanetWithoutMesh { .. }),
-        "{error}"
-    );
 }
 
 #[test]
@@ -459,70 +289,6 @@ fn phases_of_planets_follow_from_teeth() {
     let error = stated(0.25).unwrap_err();
     let TrainError::PhaseContradicts { computed, .. } = error else { panic!("{error}") };
     assert!((computed - 2.0 / 3.0).abs() < 1e-12);
-}
-
-#[test]
-fn a_second_load_is_refused() {
-    let error =
-        refused(|parts| drop(parts.torque("drive", "pinion", 10.0).load("wheel").load("pinion").clone()));
-    assert_eq!(error, TrainError::TwoLoads { bodies: ["wheel".into(), "pinion".into()] });
-    let mut joined = pair();
-    joined.torque("drive", "pinion", 10.0).load("wheel").join("other", {
-        let mut other = pair();
-        other.torque("drive", "pinion", 10.0).load("wheel");
-        other
-    });
-    assert!(joined.shaft("shaft", "wheel", "other pinion", 1e4, 1.0).build("pinion", 100.0).is_ok());
-}
-
-/// One of the meshes of a gear may state no phase: the others are behind it.
-#[test]
-fn phases_that_matter_are_stated() {
-    let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).unwrap());
-    let third = |stiffness: [Wave; 2], change: fn(MeshPart) -> MeshPart| {
-        let mut parts = Parts::new();
-        for (name, x) in [("pinion", 0.0), ("wheel", 0.1), ("third", -0.1)] {
-            parts.body(name, Body::new(1e-3).at([x, 0.0]));
-        }
-        let mesh = |k: &Wave| MeshPart::external([20, 40], [0.03, 0.06], k.clone());
-        parts.mesh("first", "pinion", "wheel", mesh(&stiffness[0]));
-        parts.mesh("second", "pinion", "third", change(mesh(&stiffness[1])));
-        parts
-    };
-    let unstated = third([wave(), wave()], |mesh| mesh);
-    let error = unstated.build("pinion", 100.0).unwrap_err();
-    assert!(matches!(error, TrainError::Warning { warning: Warning::PhaseUnstated, .. }), "{error}");
-    let text = error.to_string();
-    assert!(text.contains("\"first\" and \"second\"") && text.contains("phase_from_teeth"), "{text}");
-    assert!(unstated.clone().accept(Warning::PhaseUnstated).build("pinion", 100.0).is_ok());
-    for silent in [
-        third([wave(), wave()], |mesh| mesh.phase(0.0)),
-        third([wave(), wave()], MeshPart::phase_from_teeth),
-        third([k(), wave()], |mesh| mesh),
-    ] {
-        assert!(silent.build("pinion", 100.0).is_ok());
-    }
-    let mesh = || MeshPart::external([20, 20], [0.03, 0.03], wave());
-    assert!(idler([1e-3; 3], [mesh(), mesh()]).build("driver", 100.0).is_ok());
-    assert!(split_torque([1e-3; 4], 2, 1e4, 1.0, [mesh(), mesh()]).unwrap().build("input", 100.0).is_ok());
-}
-
-#[test]
-fn unusual_trains_are_warned_of() {
-    warned(|parts| drop(parts.torque("drive", "pinion", 10.0).clone()), Warning::Unbalanced);
-    let unusual = Warning::UnusualValue;
-    let second =
-        |mesh: MeshPart| move |parts: &mut Parts| drop(parts.mesh("second", "pinion", "wheel", mesh).clone());
-    warned(second(MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(1e5).unwrap())), unusual);
-    warned(second(MeshPart::external([20, 40], [37.6, 75.2], k())), unusual); // a module of 4 m
-    warned(second(MeshPart::external([20, 40], [0.03, 0.06], k()).half_backlash(50.0)), unusual);
-    let loose = Body::new(1e-3).on(Bearing::new(1.0, 0.0)).at([0.2, 0.0]);
-    let third = |parts: &mut Parts| {
-        parts.body("third", loose.clone());
-        parts.mesh("second", "wheel", "third", MeshPart::external([40, 20], [0.06, 0.03], k()));
-    };
-    warned(third, Warning::Unsupported);
-    warned(|parts| drop(parts.body("third", Body::new(1.0).locked()).clone()), Warning::Disconnected);
 }
 
 /// Everything that a train can consist of, apart from what relative coordinates and a rotating frame exclude.
@@ -977,40 +743,6 @@ fn resonances_lie_on_orders() {
     assert!(Campbell::of(&train, &[f64::NAN], &[20.0]).is_err());
 }
 
-#[test]
-fn further_refusals() {
-    let planetary = |bearing: Bearing| {
-        let other = Bearing::new(1.0, 1e8);
-        let members = on_bearings(ring_locked([30, 30, 90], [1e-3; 4]), [other, bearing, other, other]);
-        Planetary::new(3, 0.03, members, [k(), k()]).unwrap().parts()
-    };
-    let error = planetary(Bearing::new(1.0, 1e8).along_y()).build("sun", 1.0).unwrap_err();
-    assert!(matches!(error, TrainError::NotIsotropic { .. }), "{error}");
-    let mut parts = planetary(Bearing::new(1.0, 1e8));
-    parts
-        .body("pinion", Body::new(1e-3).on(Bearing::new(1.0, 1e8)).at([1.0, 0.0]))
-        .body("wheel", Body::new(1e-3));
-    parts.mesh("output", "pinion", "wheel", MeshPart::external([20, 20], [0.02, 0.02], k()));
-    parts.shaft("shaft", "carrier", "pinion", 1e5, 0.0).rotating_with("carrier");
-    let error = parts.build("sun", 1.0).unwrap_err();
-    assert!(matches!(error, TrainError::NotRotating { .. }), "{error}");
-    assert!(matches!(
-        refused(|parts| {
-            parts.body("held", Body::new(1.0).grounded(0.0, 0.0));
-            parts.mesh("second", "wheel", "held", MeshPart::external([40, 20], [0.06, 0.03], k()));
-        }),
-        TrainError::Locked { .. } | TrainError::Warning { .. }
-    ));
-    let mut params = RingSet::set_a(4, 1000.0).params().unwrap();
-    params.gears.pop();
-    assert!(matches!(ring_parts(&params, 20), Err(TrainError::Parameter(_))));
-    let relative = refused(|parts| {
-        parts.body("motor", Body::new(1.0).drag(1.0)).shaft("shaft", "motor", "pinion", 1e4, 0.0);
-        parts.coordinates(Coordinates::Relative);
-    });
-    assert!(matches!(relative, TrainError::NotRelative { .. }), "{relative}");
-}
-
 /// With the centres on x and the line of action along y, a bearing clearance has two sides, as a mesh has.
 #[test]
 fn clearances_along_the_line_of_action_have_static_states_and_modes() {
@@ -1031,50 +763,6 @@ fn clearances_along_the_line_of_action_have_static_states_and_modes() {
     }
     let modes = Modes::in_contact(&rotor, 0.0).unwrap();
     assert_eq!((modes.unstable(), modes.rigid(), modes.list().len()), (0, 0, 3));
-}
-
-#[test]
-fn parts_that_cannot_be_placed_are_refused() {
-    let on = || Body::new(1e-3).on(Bearing::new(1.0, 1e8));
-    let mut parts = Parts::new();
-    parts.body("one", on()).body("two", on());
-    parts.mesh("mesh", "one", "two", MeshPart::external([20, 20], [0.02, 0.02], k()));
-    assert_eq!(parts.build("one", 1.0).unwrap_err(), TrainError::SameCentre { mesh: "mesh".into() });
-
-    let mut parts = Parts::new();
-    parts.body("one", Body::new(1.0)).body("two", Body::new(1.0));
-    parts.shaft_with_clearance("coupling", "one", "two", 1e4, 1.0, 1e-3);
-    // A coupling needs no mesh: 10 N m turn it 10/1e4 rad past half of its clearance.
-    parts.torque("drive", "one", 10.0).load("two");
-    let state = static_state(&parts.accept(Warning::UnusualValue).build("one", 1.0).unwrap(), 0.0).unwrap();
-    let contact = state.contacts[0];
-    assert!((contact.force - 10.0).abs() < 1e-9 && (contact.deflection - 2e-3).abs() < 1e-12, "{contact:?}");
-
-    let mut parts = Parts::<Backlash>::default();
-    parts.body("one", Body::new(1e-3).at_radius(0.1));
-    let error = parts.build("one", 1.0).unwrap_err();
-    assert_eq!(error, TrainError::RadiusWithoutCarrier { body: "one".into() });
-
-    let mut parts = Parts::new();
-    for carrier in ["a", "b"] {
-        parts.body(carrier, Body::new(1.0));
-        parts.body(&format!("planet {carrier}"), Body::new(1.0).carried_by(carrier, 0.0).at_radius(0.1));
-    }
-    parts.mesh("mesh", "planet a", "planet b", MeshPart::external([20, 20], [0.02, 0.02], k()));
-    assert_eq!(parts.build("a", 1.0).unwrap_err(), TrainError::TwoCarriers { mesh: "mesh".into() });
-
-    let varying = Wave::new(Fourier::new(1e-5, &[[2e-6, 0.0]]).unwrap());
-    let mut parts = Parts::<VaryingBacklash>::default();
-    parts.body("one", Body::new(1e-3)).body("two", Body::new(1e-3));
-    let mesh = MeshPart::external([20, 20], [0.02, 0.02], k()).phase(0.25).law(VaryingBacklash::new(varying));
-    parts.mesh("mesh", "one", "two", mesh);
-    assert_eq!(parts.build("one", 1.0).unwrap_err(), TrainError::MovingEdges { mesh: "mesh".into() });
-
-    let locked = refused(|parts| {
-        parts.body("rail", Body::new(1.0).locked()).torque("torque", "rail", 1.0);
-        parts.accept(Warning::Disconnected);
-    });
-    assert_eq!(locked, TrainError::AtRest { part: "torque".into() });
 }
 
 /// The load balances a torque over the angle, one over the speed and constant ones, at any values of their constants.

@@ -133,12 +133,12 @@ fn differences_of_the_pair() {
     for reading in [NfgReading::exact(), NfgReading::published_on_base_radius()] {
         let pair =
             NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, reading).unwrap();
-        let start = Dop853::new().end(&pair, &pair.static_start().unwrap(), 0.5 * pair.period()).unwrap();
+        let start = Dop853::new().end(&pair, &pair.on_drive_flank().unwrap(), 0.5 * pair.period()).unwrap();
         let worst = against_differences(&pair, &start, 0.06 * pair.period(), &[1e-4; 2]);
         assert!(worst < 1e-7, "{worst}");
     }
     let two = NfgPair2::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }, 0.01).unwrap();
-    let start = Dop853::new().end(&two, &two.static_start().unwrap(), 0.5 * two.period()).unwrap();
+    let start = Dop853::new().end(&two, &two.on_drive_flank().unwrap(), 0.5 * two.period()).unwrap();
     let worst = against_differences(&two, &start, 0.06 * two.period(), &[1e-4, 1e-4, 1.0, 1.0]);
     assert!(worst < 1e-7, "{worst}");
 }
@@ -168,7 +168,7 @@ fn determinant() {
         NfgReading::published_on_base_radius(),
     )
     .unwrap();
-    let start = pair.static_start().unwrap();
+    let start = pair.on_drive_flank().unwrap();
     let span = 0.3 * pair.period();
     let through = Variation::new().flow_tolerance(1e-13).run(&pair, &start, start.t + span).unwrap();
     let exact = (-2.0 * pair.constant("damping ratio").unwrap() * span).exp();

@@ -87,7 +87,7 @@ fn a_coordinate_that_nearly_stands_still_costs_no_more_than_one_that_moves() {
 #[test]
 fn columns_that_grow_by_millions_end_in_time() {
     let pair = NfgPair::new(&NfgParams { speed: 150.0, ..NfgParams::table1() }).unwrap();
-    let start = pair.static_start().unwrap();
+    let start = pair.on_drive_flank().unwrap();
     let budget = Budget::new().steps(60_000);
     let through = Variation::new().budget(budget).run(&pair, &start, 2.0 * pair.period()).unwrap();
     assert!(through.matrix.amax() > 1e6, "{}", through.matrix);
@@ -289,7 +289,7 @@ fn edges_that_depend_on_coordinates_have_their_saltation() {
 #[test]
 fn one_budget_ends_flows_shooting_settling_and_balance() {
     let pair = NfgPair::new(&NfgParams { speed: 150.0, ..NfgParams::table1() }).unwrap();
-    let start = pair.static_start().unwrap();
+    let start = pair.on_drive_flank().unwrap();
     let stop = Arc::new(AtomicBool::new(true));
     let spent = [Budget::new().steps(3), Budget::new().time(Duration::ZERO), Budget::new().cancel(stop)];
     for budget in spent {
@@ -307,7 +307,7 @@ fn one_budget_ends_flows_shooting_settling_and_balance() {
         assert!(matches!(multipliers, Err(MultiplierError::Exhausted(_))), "{multipliers:?}");
         assert!(Shooting::new().budget(budget.clone()).solve_from(&pair, &guess).is_err());
         let calm = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() }).unwrap();
-        let orbit = Shooting::new().solve(&calm, &[calm.static_start().unwrap()]).unwrap();
+        let orbit = Shooting::new().solve(&calm, &[calm.on_drive_flank().unwrap()]).unwrap();
         let orbit = orbit.budget(budget);
         let far = orbit.states()[0].t + 0.999 * orbit.period();
         assert!(matches!(orbit.at(&calm, far), Err(IntegrateError::Exhausted { .. })));

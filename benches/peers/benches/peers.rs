@@ -14,7 +14,7 @@ use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod, solve_ode};
 use differential_equations::prelude::{ControlFlag, Solout, Solution};
 use gear_dynamics::ode::{Finish, Step};
-use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, Rows, SweepEngine, TableRk4};
+use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Points, Rows, TableRk4, bounds::SweepEngine};
 use gear_dynamics::{Dop853, Integrator, Machine, Rk4, Sweep};
 use ode_solvers::{OutputType, System, Vector2, Vector3};
 use std::hint::black_box;

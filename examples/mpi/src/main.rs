@@ -36,7 +36,7 @@ fn compute(sweep: &Sweep, chunk: u64, chunks: u64) -> Result<Rows, SweepError> {
     let pair = |p: &Point<'_>| {
         NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() })
     };
-    let start = |_: &Point<'_>, pair: &NfgPair| -> Result<State, ParameterError> { pair.static_start() };
+    let start = |_: &Point<'_>, pair: &NfgPair| -> Result<State, ParameterError> { pair.on_drive_flank() };
     sweep.of(&LaneRk4::new(63 * 64), pair).start(start).chunk(chunk as usize, chunks as usize)
 }
 

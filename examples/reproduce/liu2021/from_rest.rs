@@ -40,7 +40,7 @@ struct Run {
 /// Settles from the static start and measures one period, or `MEASURE` turns if the motion does not repeat.
 fn measure(pair: &NfgPair) -> Outcome<Run> {
     let settled =
-        Settle::new().tolerance(1e-8).max_periods(SETTLE).run(&solver(), pair, &pair.static_start()?);
+        Settle::new().tolerance(1e-8).max_periods(SETTLE).run(&solver(), pair, &pair.on_drive_flank()?);
     let (on_orbit, multiple) = match settled {
         Ok(steady) => (steady.state, steady.period_multiple),
         Err(SettleError::Aperiodic { last: state, .. }) => (state, 0),
@@ -175,9 +175,9 @@ pub fn two_degrees_of_freedom(report: &mut Report) -> Outcome<()> {
             let (one, two) = (NfgPair::new(&params)?, NfgPair2::new(&params, inertia)?);
             let times = uniform_times(0.0, 3.0 * two.period(), 30_000)?;
             let taus: Vec<f64> = times.iter().map(|t| t * one.natural_frequency()).collect();
-            let x1 = solver().sample(&one, &one.static_start()?, &taus)?.channel(&one, "deflection")?;
+            let x1 = solver().sample(&one, &one.on_drive_flank()?, &taus)?.channel(&one, "deflection")?;
             let two_solver = Dop853::new().rtol(1e-10).atol(1e-16);
-            let x2 = two_solver.sample(&two, &two.static_start()?, &times)?.channel(&two, "deflection")?;
+            let x2 = two_solver.sample(&two, &two.on_drive_flank()?, &times)?.channel(&two, "deflection")?;
             // The drive flank is the lower one in the first model and the upper one in the second, so that
             // the deflections have opposite signs.
             let worst = x1.iter().zip(&x2).fold(0.0, |m: f64, (a, b)| m.max((a + b).abs()));

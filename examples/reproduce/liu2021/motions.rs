@@ -70,7 +70,7 @@ pub fn paper_orbit(pair: &NfgPair) -> Outcome<Option<FourierOrbit>> {
 /// A run in time from the static start, projected on the 15 unknowns.
 pub fn run(pair: &NfgPair) -> Outcome<FourierOrbit> {
     let settle = Settle::new().tolerance(1e-4).max_periods(8);
-    let late = match settle.run(&solver(), pair, &pair.static_start()?) {
+    let late = match settle.run(&solver(), pair, &pair.on_drive_flank()?) {
         Ok(steady) => steady.state,
         Err(error) => error.last().cloned().ok_or(error)?,
     };
@@ -81,7 +81,7 @@ pub fn run(pair: &NfgPair) -> Outcome<FourierOrbit> {
 pub fn at_rest(pair: &NfgPair) -> Outcome<FourierOrbit> {
     let harmonics = paper()?.harmonics().clone();
     let mut coefficients = vec![0.0; harmonics.unknowns()];
-    coefficients[0] = pair.static_start()?.q[0];
+    coefficients[0] = pair.on_drive_flank()?.q[0];
     Ok(FourierOrbit::new(&harmonics, pair.period(), &[coefficients])?)
 }
 
@@ -119,7 +119,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
     let start = match before {
         // The same phase; velocities are proportional to the speed.
         Some(b) => State::new(0.0, &b.start.q, &[b.start.v[0] * speed / b.speed]),
-        None => pair.static_start()?,
+        None => pair.on_drive_flank()?,
     };
     let (state, multiple) =
         match Settle::new().tolerance(1e-5).max_periods(SETTLE).run(&solver(), pair, &start) {

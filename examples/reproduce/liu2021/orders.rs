@@ -28,7 +28,7 @@ fn solver() -> Dop853 {
 
 /// The reference orbit on 4000 orders, and its crossings in a turn.
 fn truth(pair: &NfgPair) -> Outcome<(FourierOrbit, u64)> {
-    let steady = Settle::new().tolerance(1e-6).run(&solver(), pair, &pair.static_start()?)?;
+    let steady = Settle::new().tolerance(1e-6).run(&solver(), pair, &pair.on_drive_flank()?)?;
     let cycle = Shooting::new()
         .period_multiple(steady.period_multiple)
         .solve(pair, &[State { t: 0.0, ..steady.state }])?;
@@ -73,7 +73,7 @@ fn row(pair: &NfgPair, truth: &FourierOrbit, highest: usize, integrals: Integral
 /// largest at the start, where the static deflection B0/F is known.
 fn needed(pair: &NfgPair) -> Outcome<f64> {
     let load = pair.constant("load torque")? / (pair.constant("inertia")? * pair.natural_frequency().powi(2));
-    let stiffness = load / (-pair.static_start()?.q[0] - pair.half_width());
+    let stiffness = load / (-pair.on_drive_flank()?.q[0] - pair.half_width());
     Ok(1.2 * stiffness.sqrt() / pair.speed())
 }
 
@@ -83,7 +83,7 @@ fn ways_of_integrating(report: &mut Report, speed: f64, highest: usize) -> Outco
         &NfgParams { speed, ..NfgParams::table1() },
         NfgReading::published_on_base_radius(),
     )?;
-    let steady = Settle::new().tolerance(1e-7).run(&solver(), &pair, &pair.static_start()?)?;
+    let steady = Settle::new().tolerance(1e-7).run(&solver(), &pair, &pair.on_drive_flank()?)?;
     let guess = FourierOrbit::project(&solver(), &pair, &steady.state, &Harmonics::up_to(highest))?;
     let look = |integrals| -> Outcome<(DVector<f64>, DMatrix<f64>)> {
         let mut equations =

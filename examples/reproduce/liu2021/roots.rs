@@ -24,7 +24,7 @@ pub fn roots(report: &mut Report, speed: f64) -> Outcome<()> {
     let mut starts = Vec::new();
     for other in [0.0, 10.0, 20.0, 30.0, 40.0, 50.0].map(|more| pair_at(speed + more)) {
         let other = other?;
-        let mut state = other.static_start()?;
+        let mut state = other.on_drive_flank()?;
         for _ in 0..TURNS {
             let seen = FourierOrbit::project(&solver(), &other, &state, newton.harmonics())?;
             starts.push(orbit_of(seen.coefficients(0).to_vec())?);

@@ -47,7 +47,7 @@ fn table2_lines(rpm: f64, belt: f64, load_torque: f64) -> Outcome<Lines> {
     let balance = paper()?;
     let p = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
     let orbit_of = |pair: &NfgPair| -> Outcome<(FourierOrbit, [f64; 2])> {
-        let cycle = shooting().max_iterations(30).solve(pair, &[pair.static_start()?])?;
+        let cycle = shooting().max_iterations(30).solve(pair, &[pair.on_drive_flank()?])?;
         let start = &cycle.states()[0];
         let turn = solver().sample(pair, start, &uniform_times(0.0, pair.period(), SAMPLES)?)?;
         let series = Fourier::fit(&turn.channel(pair, ELASTIC)?, MESH)?;

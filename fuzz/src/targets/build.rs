@@ -49,14 +49,14 @@ pub fn pair(case: &mut Case) -> Run {
     let (params, reading) = (models::pair_params(case), models::reading(case));
     if case.chance(0.5) {
         let own = models::own_pair(case)?;
-        let start = own.static_start()?;
+        let start = own.on_drive_flank()?;
         return speaks_numbers(&own, &start);
     }
     let pair = NfgPair::with_reading(&params, reading)?;
     let figures = [pair.mean_radius(), pair.natural_frequency(), pair.half_width(), pair.period()];
     all_finite("mean radius, natural frequency, half width, period", &figures)?;
     holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
-    let start = pair.static_start()?;
+    let start = pair.on_drive_flank()?;
     all_finite("static start", &[start.t, start.q[0], start.v[0]])?;
     speaks(&pair, &start)
 }
@@ -66,13 +66,13 @@ pub fn pair2(case: &mut Case) -> Run {
     let (params, reading) = (models::pair_params(case), models::reading(case));
     if case.chance(0.5) {
         let own = models::own_pair2(case)?;
-        let start = own.static_start()?;
+        let start = own.on_drive_flank()?;
         return speaks_numbers(&own, &start);
     }
     let pair = NfgPair2::with_reading(&params, case.number(0.01), reading)?.with_torque(case.number(10.0))?;
     all_finite("damping, period", &[pair.damping(), pair.period()])?;
     holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
-    let start = pair.static_start()?;
+    let start = pair.on_drive_flank()?;
     all_finite("static start", &[start.q[0], start.q[1], start.v[0], start.v[1]])?;
     speaks(&pair, &start)
 }
@@ -117,7 +117,7 @@ pub fn ring(case: &mut Case) -> Run {
 /// A pair with held processes on existing and other slots.
 pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
     let pair = NfgPair::new(&models::pair_params(case))?;
-    let start = pair.static_start()?;
+    let start = pair.on_drive_flank()?;
     let mut held = Held::new(pair);
     for _ in 0..1 + case.below(3) {
         let process = laws::process(case, 20.0, 1e-3)?;

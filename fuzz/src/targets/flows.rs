@@ -184,7 +184,7 @@ pub fn varying(case: &mut Case) -> Run {
     all_finite("q under random drives", &state.q)?;
 
     let pair = models::own_pair(case)?;
-    let (speed, turn, start) = (pair.speed(), pair.period(), pair.static_start()?);
+    let (speed, turn, start) = (pair.speed(), pair.period(), pair.on_drive_flank()?);
     let law = laws::speed_law(case, speed, turn)?;
     case.note(|| format!("{law:?}"));
     let varying = VaryingSpeed::new(pair, law);

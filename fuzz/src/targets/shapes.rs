@@ -266,7 +266,7 @@ pub fn names(case: &mut Case) -> Run {
 /// Functions of time on existing and other drives.
 pub fn driven(case: &mut Case) -> Run {
     let pair = NfgPair::new(&models::pair_params(case))?;
-    let start = pair.static_start()?;
+    let start = pair.on_drive_flank()?;
     let mut driven = Driven::new(pair);
     for _ in 0..1 + case.below(2) {
         // Rates of waves are not changed: moving edges with wrong rates make runs very slow.

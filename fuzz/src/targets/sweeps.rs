@@ -183,7 +183,7 @@ pub fn lanes(case: &mut Case) -> Run {
     let engine = LaneRk4::new(steps).lanes::<4>().instructions(set);
     case.note(|| format!("{sweep:?}, {engine:?}"));
     let family = |p: &Point<'_>| NfgPair::new(&NfgParams { load_torque: p["load"], ..params.clone() });
-    let start = |_: &Point<'_>, pair: &NfgPair| pair.static_start();
+    let start = |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank();
     let (chunk, chunks) =
         if case.hostile() { (case.count(1), case.count(2)) } else { (0, 1 + case.below(2)) };
     let rows = if chunks == 1 {

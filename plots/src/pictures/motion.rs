@@ -20,7 +20,7 @@ use gear_dynamics::ode::Trajectory;
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic};
 /// use gear_dynamics_plots::{Picture, history};
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
-/// let run = Dop853::new().trajectory(&pair, &pair.static_start()?, 0.2 * pair.period())?;
+/// let run = Dop853::new().trajectory(&pair, &pair.on_drive_flank()?, 0.2 * pair.period())?;
 /// let panel = history(&pair, &run, "deflection [m]", 0)?.x("τ = ω_n t [1]")?.title("180 rad/s");
 /// let svg = Picture::from(panel).to_svg();
 /// assert!(svg.contains("deflection [μm]") && svg.contains("gap"));
@@ -161,7 +161,7 @@ fn shade(panel: &mut Panel, times: &[f64], contacts: &[Contact], gap: &str) {
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic};
 /// use gear_dynamics_plots::{Picture, phase_portrait};
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
-/// let run = Dop853::new().trajectory(&pair, &pair.static_start()?, 0.2 * pair.period())?;
+/// let run = Dop853::new().trajectory(&pair, &pair.on_drive_flank()?, 0.2 * pair.period())?;
 /// let panel = phase_portrait(&pair, &run, ["deflection d [m]", "rate d' [m]"], 0)?;
 /// let svg = Picture::from(panel).to_svg();
 /// assert!(svg.contains("rate d' [nm]"));

@@ -9,7 +9,9 @@ use gear_dynamics::contact::{Contact, Nonlinearity};
 use gear_dynamics::excitation::Side;
 use gear_dynamics::model::{Jacobian, Machine, Shape};
 use gear_dynamics::periodic::{FlowMethod, Variation};
-use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, Rows, SweepEngine, TableRk4};
+use gear_dynamics::sweep::{
+    Axis, InstructionSet, LaneRk4, Point, Points, Rows, TableRk4, bounds::SweepEngine,
+};
 use gear_dynamics::{Dop853, Integrator, Model, ParameterError, Periodic, Rk4, State, Sweep, Taylor};
 
 /// The checks of this file.

@@ -8,7 +8,7 @@ use crate::{Check, Outcome, agree};
 use gear_dynamics::analysis::{SettleError, Summary};
 use gear_dynamics::branches::{BranchEnd, Continuation, Family, Figure, Sensitivity};
 use gear_dynamics::periodic::{BalanceError, FlowMethod, Lyapunov, ShootingOrbit, Variation};
-use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, SweepEngine};
+use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, bounds::SweepEngine};
 use gear_dynamics::trains::{Coordinates, Train};
 use gear_dynamics::{
     Balance, Dop853, Harmonics, Integrator, Model, Periodic, Settle, Shape, Shooting, State, Statistics,

@@ -108,7 +108,7 @@ impl ContactStatistics {
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let mut rattle = Rattle::new(&pair);
-/// Dop853::new().run(&pair, &pair.static_start()?, 0.1 * pair.period(), &mut rattle)?;
+/// Dop853::new().run(&pair, &pair.on_drive_flank()?, 0.1 * pair.period(), &mut rattle)?;
 /// assert_eq!(rattle.contacts()[0].rattle_state(), RattleState::None);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Rk4, drives::{SpeedLaw, VaryingSpeed}, analysis::Waterfall};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let (start, speed, turn) = (pair.static_start()?, pair.speed(), 2718.68);
+/// let (start, speed, turn) = (pair.on_drive_flank()?, pair.speed(), 2718.68);
 /// let run_up = VaryingSpeed::new(pair, SpeedLaw::ramp(speed, 1.05 * speed, 6.0 * turn)?);
 /// let lines = Waterfall::new(2, 256)?.run(&Rk4::new(1.0), &run_up, &start, 6.0 * turn, "deflection")?;
 /// assert_eq!(lines.len(), 3);

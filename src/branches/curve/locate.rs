@@ -3,7 +3,7 @@
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::point::CurvePoint;
-use crate::numeric::brent::Brent;
+use crate::numeric::search::brent::Brent;
 use nalgebra::DVector;
 
 /// Interval of the arclength within which a point is located, as a share of the step `[1]`.

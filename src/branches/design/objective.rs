@@ -30,7 +30,7 @@ impl Figure {
 /// use gear_dynamics::{NfgPair, NfgParams, ParameterError, branches::{DesignError, Figure, Least}};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let least = Least::new("deflection", Figure::PeakToPeak).over("load torque", 30.0, 10.0);
-/// let error = least.run(&pair, &[pair.static_start()?]).unwrap_err();
+/// let error = least.run(&pair, &[pair.on_drive_flank()?]).unwrap_err();
 /// assert!(matches!(error, DesignError::Parameter(ParameterError::Bounds { low: 30.0, high: 10.0, .. })));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -3,7 +3,7 @@
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Model;
-use crate::numeric::brent::Brent;
+use crate::numeric::search::brent::Brent;
 use crate::ode::probe::Probe;
 use crate::ode::{Observer, Step};
 use crate::periodic::flow::saltation::{distance, edge_rate};

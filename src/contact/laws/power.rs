@@ -65,11 +65,6 @@ impl PowerLaw {
         Ok(PowerLaw { lower, upper, ..self })
     }
 
-    /// Exponent p `[1]`.
-    pub fn exponent(&self) -> f64 {
-        self.exponent
-    }
-
     /// y0 |y/y0|^p with the sign of the depth y.
     #[inline(always)]
     fn of_depth<S: Scalar>(&self, y: S) -> S {

@@ -10,7 +10,7 @@ use crate::tape::recording::Recording;
 /// A model that can be expanded into Taylor series over time.
 ///
 /// [`Machine`](crate::Machine) implements it for every [`Shape`](crate::Shape), and
-/// [`Wrapped`](crate::drives::Wrapped) for its rules. [`Taylor`](crate::Taylor) asks for it through
+/// [`Wrapped`](crate::drives::rules::Wrapped) for its rules. [`Taylor`](crate::Taylor) asks for it through
 /// [`Offers::expansion`](crate::model::Offers::expansion).
 ///
 /// ```

@@ -55,8 +55,8 @@ struct Varying {
     mean: f64,
     /// a and b of the lowest order.
     lowest: [f64; 2],
-    /// A copy of the terms of the other orders.
-    others: Vec<Term>,
+    /// Index of the first term of another order.
+    others: usize,
 }
 
 pub(super) struct Order {
@@ -100,7 +100,7 @@ impl FourierWaves {
         let varying = varying.iter().map(|(wave, mean, terms)| {
             let split = usize::from(terms[0].0 == lowest);
             let lowest = terms[..split].first().map_or([0.0; 2], |(_, pair)| *pair);
-            Varying { wave: *wave, mean: *mean, lowest, others: terms[split..].iter().map(placed).collect() }
+            Varying { wave: *wave, mean: *mean, lowest, others: split }
         });
         let varying: Vec<Varying> = varying.collect();
         FourierWaves {
@@ -118,18 +118,12 @@ impl FourierWaves {
     /// Writes all waves at an angle.
     pub(crate) fn write(&self, angle: f64, u: &mut [f64]) {
         u.copy_from_slice(&self.means);
-        self.write_again(angle, u);
-    }
-
-    /// Writes the waves that vary.
-    #[inline]
-    pub(crate) fn write_again(&self, angle: f64, u: &mut [f64]) {
         self.write_rows([angle], [u]);
     }
 
     /// Writes the waves that vary at the angles φ' t of several instants t, row by row of length `drives`.
     #[inline]
-    pub(crate) fn write_nodes(&self, speed: f64, times: &[f64], u: &mut [f64], drives: usize) {
+    pub(crate) fn write_again(&self, speed: f64, times: &[f64], u: &mut [f64], drives: usize) {
         if self.orders.is_empty() {
             return;
         }
@@ -159,7 +153,7 @@ impl FourierWaves {
             for i in 0..W {
                 sums[i] = mean + (a * lowest[1][i] + b * lowest[0][i]);
             }
-            for &(order, [a, b]) in others {
+            for &(order, [a, b]) in &self.terms[*wave][*others..] {
                 let [s, c] = &turns[order];
                 for i in 0..W {
                     sums[i] += a * c[i] + b * s[i];

@@ -4,10 +4,9 @@ use crate::contact::{ByDeflection, Contact, FixedPieces, Piece};
 use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side};
 use crate::model::channel::{Channel, place_of};
-use crate::model::equations::{Model, Periodic, redrive_each};
+use crate::model::equations::{Model, Offers, Periodic, each_row};
 use crate::model::expansion::fourier_waves::FourierWaves;
 use crate::model::jacobian::Jacobian;
-use crate::model::offers::Offers;
 use crate::model::shapes::dual_jacobian::dual_jacobian;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::scalar::Scalar;
@@ -279,18 +278,12 @@ impl<G: Shape> Model for Machine<G> {
         self.write_rest(speed, 0.0, rest);
     }
     #[inline]
-    fn redrive(&self, t: f64, side: Side, u: &mut [f64]) {
-        let waves = &mut u[..self.size().waves];
+    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
         match self.fast_waves() {
-            Some(fast) => fast.write_again(self.speed() * t, waves),
-            None => self.shape().waves_again(self.speed() * t, side, waves),
-        }
-    }
-    #[inline]
-    fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        match self.fast_waves() {
-            Some(fast) => fast.write_nodes(self.speed(), times, u, self.drives()),
-            None => redrive_each(self, times, u),
+            Some(fast) => fast.write_again(self.speed(), times, u, self.drives()),
+            None => each_row(self.drives(), times, last, u, |t, side, u| {
+                self.shape().waves_again(self.speed() * t, side, &mut u[..self.size().waves]);
+            }),
         }
     }
     fn next_edge(&self, t: f64) -> Option<f64> {

@@ -37,7 +37,7 @@ use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
 /// assert!((pair.natural_frequency() - 12_362.613_066_76).abs() < 1e-7);
 /// assert!((pair.half_width() - 6.236_939_33e-4).abs() < 1e-12);
 ///
-/// let start = pair.static_start()?; // q = -b̄ - B0/F
+/// let start = pair.on_drive_flank()?; // q = -b̄ - B0/F
 /// let mut probe = Probe::new(&pair);
 /// let elastic = probe.index("elastic part")?;
 /// let f = probe.read(start.t, Side::After, &start.q, &start.v)[elastic];
@@ -160,7 +160,7 @@ impl<N: Nonlinearity> NfgPair<N> {
     /// # Errors
     /// A mesh stiffness at τ = 0 that is not positive. [`ParameterError::NoFlank`] if the law has an upper
     /// flank only, because a positive load acts on the lower flank.
-    pub fn static_start(&self) -> Result<State, ParameterError> {
+    pub fn on_drive_flank(&self) -> Result<State, ParameterError> {
         if self.shape().missing == [true, false] {
             return Err(ParameterError::NoFlank { flank: "lower" });
         }

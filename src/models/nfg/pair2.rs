@@ -33,7 +33,7 @@ use crate::scalar::Scalar;
 /// ```
 /// use gear_dynamics::{NfgParams, ode::Probe, excitation::Side, models::nfg::NfgPair2};
 /// let pair = NfgPair2::new(&NfgParams::table1(), 0.01)?;
-/// let start = pair.static_start()?;
+/// let start = pair.on_drive_flank()?;
 /// let mut probe = Probe::new(&pair);
 /// let force = probe.index("mesh force")?;
 /// let w = probe.read(start.t, Side::After, &start.q, &start.v)[force];
@@ -190,7 +190,7 @@ impl<N: Nonlinearity> NfgPair2<N> {
     /// # Errors
     /// A mesh stiffness at t = 0 that is not positive. [`ParameterError::NoFlank`] if the law has a lower
     /// flank only, because a positive load acts on the upper flank.
-    pub fn static_start(&self) -> Result<State, ParameterError> {
+    pub fn on_drive_flank(&self) -> Result<State, ParameterError> {
         let mut u = vec![0.0; self.drives()];
         self.drive(0.0, Side::After, &mut u);
         let u = Drives::new(self.size().waves, &u);

@@ -155,10 +155,6 @@ impl<N: Nonlinearity> Ring<N> {
     pub fn gears(&self) -> usize {
         self.shape().gears.len()
     }
-    /// The frame of reference of the angles.
-    pub fn frame(&self) -> Frame {
-        self.shape().frame
-    }
     /// Rigid motion r_j: the rate of each coordinate over that of θ_M in a rigid motion. r_M = 1,
     /// r_i = r_Li = R_1/R_i.
     pub fn rigid_motion(&self) -> &[f64] {

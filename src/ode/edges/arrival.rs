@@ -1,7 +1,7 @@
 //! Ends a step on an edge of a gap.
 
 use crate::model::Model;
-use crate::numeric::bracket::Bracket;
+use crate::numeric::search::bracket::Bracket;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
 use crate::ode::integrate_error::IntegrateError;

@@ -44,7 +44,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
         let (q, v) = y.slice_mut().split_at_mut(m / 2);
         q.copy_from_slice(&start.q);
         v.copy_from_slice(&start.v);
-        // `drive` fills all drives once; `redrive` and `redrive_nodes` update only those that change.
+        // `drive` fills all drives once; `redrive` updates only those that change.
         let mut u = vec![0.0; drives];
         model.drive(start.t, Side::After, &mut u);
         Ends {
@@ -106,12 +106,12 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
     #[inline(always)]
     pub(crate) fn drive(&mut self, theta: f64) {
         let t = self.t + theta * self.h;
-        self.model.redrive(t, Side::After, &mut self.u_stage);
+        self.model.redrive(&[t], Side::After, &mut self.u_stage);
     }
 
     /// Evaluates the drives at the end of the step, before a jump there.
     pub(crate) fn drive_end(&mut self) {
-        self.model.redrive(self.t1, Side::Before, self.nodes.end_mut());
+        self.model.redrive(&[self.t1], Side::Before, self.nodes.end_mut());
     }
 
     /// Number of evaluations of the accelerations for the rates of inner kinks.
@@ -199,7 +199,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
 
     /// Computes the contacts at the start of the step in `self.contacts`, after a jump of the drives there.
     pub(crate) fn contacts_at_start(&mut self) {
-        self.model.redrive(self.t, Side::After, &mut self.u_stage);
+        self.model.redrive(&[self.t], Side::After, &mut self.u_stage);
         let ((q, v), u) = (halves(&self.y), &self.u_stage);
         self.model.contact(u, q, v, &mut self.contacts);
         let times = [self.t, self.h];

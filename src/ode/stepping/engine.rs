@@ -102,9 +102,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         nodes_of::<T>(*t, *t1, &mut times);
         let times = &times[..n];
         if T::ADAPTIVE || V::AHEAD == 1 {
-            model.redrive_nodes(times, nodes.rows_mut());
+            model.redrive(times, Side::Before, nodes.rows_mut());
         } else if !nodes.select(times) {
-            model.redrive_nodes(times, nodes.fill(times));
+            model.redrive(times, Side::Before, nodes.fill(times));
         }
     }
 
@@ -127,7 +127,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             nodes_of::<T>(start, end(step), times);
             start = end(step);
         }
-        model.redrive_nodes(times, nodes.fill(times));
+        model.redrive(times, Side::Before, nodes.fill(times));
     }
 
     /// k_s = f(y + h Σ a_l k_l), with the drives `u_stage`.
@@ -189,7 +189,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
         let Ends { model, pieces, u_stage, y, t, .. } = &mut self.ends;
-        model.redrive(*t, Side::After, u_stage);
+        model.redrive(&[*t], Side::After, u_stage);
         if self.on_fixed_pieces {
             derivative::<M, V, true>(*model, pieces, u_stage, y, &mut self.k[0]);
         } else {

@@ -78,7 +78,7 @@ impl KinkRates {
             self.v[j] = v[j] + delta * self.a[j];
         }
         let side = if delta < 0.0 { Side::Before } else { Side::After };
-        model.redrive(t + delta, side, &mut self.u);
+        model.redrive(&[t + delta], side, &mut self.u);
         model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
         for (here, there) in contacts.iter_mut().zip(&self.contacts).skip(self.first) {
             here.rate = (there.deflection - here.deflection) / delta;

@@ -1,6 +1,6 @@
 //! The first instant at which a polynomial ceases to be positive.
 
-use crate::numeric::bracket::{Bracket, rounding};
+use crate::numeric::search::bracket::{Bracket, rounding};
 use crate::ode::taylor::expansion::coefficients::ORDERS;
 use crate::ode::taylor::expansion::sums::SECOND;
 

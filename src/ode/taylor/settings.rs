@@ -25,7 +25,7 @@ use crate::ode::taylor::expansion::coefficients::ORDERS;
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Taylor};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let start = pair.static_start()?;
+/// let start = pair.on_drive_flank()?;
 /// let end = Taylor::new().end(&pair, &start, 100.0)?;
 /// let other = Dop853::new().rtol(1e-12).atol(1e-17).end(&pair, &start, 100.0)?;
 /// assert!((end.q[0] - other.q[0]).abs() < 1e-13);

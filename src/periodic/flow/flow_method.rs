@@ -17,7 +17,7 @@ use std::fmt;
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, periodic::{FlowMethod, Variation}};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let start = pair.static_start()?;
+/// let start = pair.on_drive_flank()?;
 /// let taylor = Variation::new().run(&pair, &start, 10.0)?;
 /// let dop853 = Variation::new().flow_method(FlowMethod::Dop853).run(&pair, &start, 10.0)?;
 /// assert_eq!((taylor.method, dop853.method), (FlowMethod::Taylor, FlowMethod::Dop853));

@@ -84,7 +84,7 @@ impl Variation {
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, periodic::Variation};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let through = Variation::new().run(&pair, &pair.static_start()?, 10.0)?;
+/// let through = Variation::new().run(&pair, &pair.on_drive_flank()?, 10.0)?;
 /// assert_eq!(through.crossings, 0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -13,7 +13,7 @@ use thiserror::Error;
 /// ```
 /// use gear_dynamics::{Lyapunov, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let exponents = Lyapunov::new().count(1).settle(2).align(1).periods(4).run(&pair, &pair.static_start()?)?;
+/// let exponents = Lyapunov::new().count(1).settle(2).align(1).periods(4).run(&pair, &pair.on_drive_flank()?)?;
 /// assert!(exponents.per_period()[0] < -10.0);
 /// assert_eq!(exponents.running(0).len(), 4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -91,7 +91,7 @@ impl Exponents {
 /// ```
 /// use gear_dynamics::{Lyapunov, NfgPair, NfgParams, periodic::LyapunovError};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let error = Lyapunov::new().count(3).run(&pair, &pair.static_start()?).unwrap_err();
+/// let error = Lyapunov::new().count(3).run(&pair, &pair.on_drive_flank()?).unwrap_err();
 /// assert!(matches!(error, LyapunovError::Parameter(_)) && error.to_string().contains("count is 3"));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```

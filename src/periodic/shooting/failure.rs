@@ -12,7 +12,7 @@ use thiserror::Error;
 /// use gear_dynamics::{NfgPair, NfgParams, Shooting};
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
 /// let shooting = Shooting::new().segments(1).max_iterations(1);
-/// let error = shooting.solve(&pair, &[pair.static_start()?]).unwrap_err();
+/// let error = shooting.solve(&pair, &[pair.on_drive_flank()?]).unwrap_err();
 /// let last = error.last().ok_or("an iterate")?;
 /// assert_eq!((last.states.len(), last.corrections.len()), (1, 1));
 /// assert!(last.corrections[0] > 0.1); // the guess is far from an orbit
@@ -31,7 +31,7 @@ pub struct Iterate {
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Shooting, periodic::ShootingError};
 /// let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() })?;
-/// let error = Shooting::new().max_iterations(1).solve(&pair, &[pair.static_start()?]).unwrap_err();
+/// let error = Shooting::new().max_iterations(1).solve(&pair, &[pair.on_drive_flank()?]).unwrap_err();
 /// assert!(matches!(&error, ShootingError::NotConverged { last, .. } if last.corrections.len() == 1));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```

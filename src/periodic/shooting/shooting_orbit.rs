@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Periodic, Shooting, Statistics, periodic::Stability};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let cycle = Shooting::new().solve(&pair, &[pair.static_start()?])?;
+/// let cycle = Shooting::new().solve(&pair, &[pair.on_drive_flank()?])?;
 /// assert_eq!((cycle.crossings(), cycle.stability()), (0, Stability::Stable));
 ///
 /// let mut statistics = Statistics::new(&pair, &["q0"])?;

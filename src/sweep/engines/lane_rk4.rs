@@ -29,7 +29,7 @@ use std::collections::VecDeque;
 /// ring of 16.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, SweepEngine};
+/// use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, bounds::SweepEngine};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
 /// fn fingerprint(engine: &impl SweepEngine<NfgPair>) -> Result<u64, Box<dyn std::error::Error>> {
 ///     let speeds = Axis::linear("speed", 100.0, 130.0, 6)?;

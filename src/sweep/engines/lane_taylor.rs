@@ -14,8 +14,8 @@ use crate::sweep::taylor::crew::Crew;
 use crate::sweep::taylor::exponents::exponents;
 use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
-use crate::sweep::taylor::row_task::RowTask;
-use crate::sweep::taylor::task::{LaneJob, Queue};
+use crate::sweep::taylor::tasks::row_task::RowTask;
+use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 use std::cell::OnceCell;
 use std::collections::VecDeque;
 
@@ -38,7 +38,7 @@ use std::collections::VecDeque;
 /// error of its point: [`Located`](crate::sweep::Located) runs it.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, LaneTaylor, Located, SweepEngine};
+/// use gear_dynamics::sweep::{Axis, LaneTaylor, Located, bounds::SweepEngine};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep, Taylor};
 /// fn range(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
 ///     let speeds = Axis::linear("speed", 100.0, 130.0, 3)?;

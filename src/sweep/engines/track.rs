@@ -79,9 +79,8 @@ impl Track {
     pub(crate) fn new(plan: &Plan, q: &[f64], v: &[f64]) -> Self {
         let mut row = vec![0.0; plan.layout.stride()];
         for channel in 0..plan.layout.channels {
-            let at = plan.layout.channel(channel);
-            row[at + 2] = f64::MAX;
-            row[at + 3] = f64::MIN;
+            let [_, _, min, max, _] = Layout::group_mut(&mut row, plan.layout.channel(channel));
+            (*min, *max) = (f64::MAX, f64::MIN);
         }
         Track {
             plan: plan.clone(),
@@ -131,17 +130,17 @@ impl Track {
     /// Adds the values of channel `i` in the current period. `weight`: duration of the period, or its number
     /// of samples.
     pub(crate) fn add_channel(&mut self, i: usize, meter: &ChannelMeter<f64>, weight: f64) {
-        let at = self.plan.layout.channel(i);
         // Mean m and squared deviations S of the earlier periods (weight w) and of this one (w', m', S'):
         // S ← S + S' + (m' - m)² w w'/(w + w').   Source: Chan, Golub & LeVeque, Am. Stat. 37 (1983) 242.
         let ([mean, squares], before) = (meter.moments(weight), self.weight);
         let apart = mean - self.means[i];
         self.means[i] += apart * (weight / (before + weight));
-        self.row[at + 4] += squares + apart * apart * (before * (weight / (before + weight)));
-        self.row[at] += meter.sum;
-        self.row[at + 1] += meter.square;
-        self.row[at + 2] = self.row[at + 2].min(meter.min);
-        self.row[at + 3] = self.row[at + 3].max(meter.max);
+        let [sum, square, min, max, off_square] =
+            Layout::group_mut(&mut self.row, self.plan.layout.channel(i));
+        *off_square += squares + apart * apart * (before * (weight / (before + weight)));
+        *sum += meter.sum;
+        *square += meter.square;
+        (*min, *max) = (min.min(meter.min), max.max(meter.max));
         self.strobes.extend([meter.min, meter.max]);
         self.see(i, meter.max - meter.min);
     }
@@ -155,13 +154,10 @@ impl Track {
     /// Adds the times and impacts of contact `i` in the current period. `weight`: duration of the period or
     /// its number of samples, as in `meter.samples`; the part on neither flank is the time in the gap.
     pub(crate) fn add_contact(&mut self, i: usize, meter: &ContactMeter, weight: f64) {
-        let at = self.plan.layout.contact(i);
-        let [lower, upper] = meter.samples;
-        for (k, x) in
-            [lower, weight - lower - upper, upper, meter.impacts[0], meter.impacts[1]].into_iter().enumerate()
-        {
-            self.row[at + k] += x;
-        }
+        let ([lower, upper], [on_lower, on_upper]) = (meter.samples, meter.impacts);
+        let added = [lower, weight - lower - upper, upper, on_lower, on_upper];
+        let sums = Layout::group_mut(&mut self.row, self.plan.layout.contact(i));
+        sums.iter_mut().zip(added).for_each(|(sum, x)| *sum += x);
         self.see(self.plan.layout.channels + i, 1.0 - (lower + upper) / weight);
         let depth = &mut self.depths[i];
         *depth =
@@ -295,19 +291,17 @@ impl Track {
         let (multiple, change) = self.multiple(self.plan.tolerance, true, with_model);
         let layout = &self.plan.layout;
         let margin = self.depths.iter().map(margin).fold(f64::INFINITY, f64::min);
-        let head = [multiple as f64, change, (self.periods - self.measured) as f64, margin, self.scatter()];
-        self.row[..Layout::HEAD].copy_from_slice(&head);
+        let settled = (self.periods - self.measured) as f64;
+        *Layout::group_mut(&mut self.row, Layout::HEAD) =
+            [multiple as f64, change, settled, margin, self.scatter()];
         for channel in 0..layout.channels {
-            let at = layout.channel(channel);
-            self.row[at] /= self.weight;
-            self.row[at + 1] = (self.row[at + 1] / self.weight).max(0.0).sqrt();
-            self.row[at + 4] = (self.row[at + 4] / self.weight).max(0.0).sqrt();
+            let [mean, rms, _, _, deviation] = Layout::group_mut(&mut self.row, layout.channel(channel));
+            *mean /= self.weight;
+            [rms, deviation].into_iter().for_each(|x| *x = (*x / self.weight).max(0.0).sqrt());
         }
         for contact in 0..layout.contacts {
-            let at = layout.contact(contact);
-            for k in 0..3 {
-                self.row[at + k] /= self.weight;
-            }
+            let [times @ .., _, _] = Layout::group_mut(&mut self.row, layout.contact(contact));
+            times.iter_mut().for_each(|time| *time /= self.weight);
         }
         let at = layout.strobe(0);
         self.row[at..at + self.strobes.len()].copy_from_slice(&self.strobes);

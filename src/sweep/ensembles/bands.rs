@@ -3,7 +3,7 @@
 use crate::analysis::RattleState;
 use crate::error::{ParameterError, check};
 use crate::sweep::ensembles::confidence::Proportion;
-use crate::sweep::ensembles::moments::Distribution;
+use crate::sweep::ensembles::distribution::Distribution;
 use crate::sweep::sweep_error::PointError;
 
 /// Results of one member: channel values (time by time), peaks, and the number of impacts of each contact.

@@ -2,6 +2,6 @@
 
 pub(crate) mod bands;
 pub(crate) mod confidence;
+pub(crate) mod distribution;
 pub(crate) mod members;
-pub(crate) mod moments;
 pub(crate) mod sobol;

@@ -175,14 +175,14 @@ impl SobolDesign {
         let samples: Vec<&[f64]> =
             measure.chunks_exact(n + 2).filter(|sample| sample.iter().all(|x| x.is_finite())).collect();
         check::at_least("good samples", samples.len(), 2)?;
-        let both = crate::sweep::ensembles::moments::Distribution::from_samples(
+        let both = crate::sweep::ensembles::distribution::Distribution::from_samples(
             samples.iter().flat_map(|s| [s[n], s[n + 1]]),
         );
         let (mean, variance) = (both.mean(), check::scale("variance of the measure", both.variance()?)?);
         Ok((0..n)
             .map(|i| {
                 let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
-                    crate::sweep::ensembles::moments::Distribution::from_samples(
+                    crate::sweep::ensembles::distribution::Distribution::from_samples(
                         samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance),
                     )
                     .mean()
@@ -213,8 +213,8 @@ fn jackknife(samples: &[[f64; 3]]) -> [f64; 2] {
     }
     let m = samples.len() as f64;
     let mut without = [
-        crate::sweep::ensembles::moments::Distribution::new(),
-        crate::sweep::ensembles::moments::Distribution::new(),
+        crate::sweep::ensembles::distribution::Distribution::new(),
+        crate::sweep::ensembles::distribution::Distribution::new(),
     ];
     for sample in samples {
         let mut left = sums;

@@ -15,7 +15,7 @@ use std::ops::Sub;
 /// instructions. Each lane has the same bits as a computation with `f64`.
 ///
 /// ```
-/// use gear_dynamics::{sweep::Lanes, model::Scalar};
+/// use gear_dynamics::{model::Scalar, sweep::bounds::Lanes};
 /// fn dead_zone<S: Scalar>(x: S) -> S { (x - S::from(1.0)).max(S::from(0.0)) }
 /// assert_eq!(dead_zone(Lanes([0.5, 1.5, 2.0, -3.0])), Lanes([0.0, 0.5, 1.0, 0.0]));
 /// # Ok::<(), gear_dynamics::ParameterError>(())

@@ -3,8 +3,8 @@
 #[cfg(feature = "serde")]
 use crate::sweep::settings::sweep::Sweep;
 
-/// Layout of a row: positions of its values in a list of numbers. Order: head, channels, contacts, Lyapunov
-/// exponent, strobed periods.
+/// Layout of a row, a list of numbers. It begins with groups of five numbers: the head, one for each channel,
+/// one for each contact. Lyapunov exponent and strobed periods follow.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Layout {
@@ -18,18 +18,25 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Number of values in the head: period multiple, change, settling periods, margin to grazing, scatter.
-    pub(crate) const HEAD: usize = 5;
-    /// Number of values of a channel: mean, RMS, minimum, maximum, deviation from the mean.
-    const FIGURES: usize = 5;
-    /// Position of channel `i`.
+    /// Number of values in the head, of a channel and of a contact.
+    pub(crate) const GROUP: usize = 5;
+    /// Place among the groups: period multiple, change, settling periods, margin to grazing, scatter.
+    pub(crate) const HEAD: usize = 0;
+    /// Place of channel `i` among the groups: mean, RMS, minimum, maximum, deviation from the mean.
     pub(crate) fn channel(&self, i: usize) -> usize {
-        Layout::HEAD + Layout::FIGURES * i
+        1 + i
     }
-    /// Position of contact `i`: times on the lower flank, in the gap and on the upper flank, impacts on the
-    /// lower and on the upper flank.
+    /// Place of contact `i` among the groups: times on the lower flank, in the gap and on the upper flank,
+    /// impacts on the lower and on the upper flank.
     pub(crate) fn contact(&self, i: usize) -> usize {
-        self.channel(self.channels) + 5 * i
+        self.channel(self.channels) + i
+    }
+    /// A group of a row.
+    pub(crate) fn group(row: &[f64], place: usize) -> &[f64; Layout::GROUP] {
+        &row.as_chunks().0[place]
+    }
+    pub(crate) fn group_mut(row: &mut [f64], place: usize) -> &mut [f64; Layout::GROUP] {
+        &mut row.as_chunks_mut().0[place]
     }
     /// Number of values of a strobed period: minimum and maximum of each channel, then the state at its end.
     pub(crate) fn strobe_width(&self) -> usize {
@@ -37,7 +44,7 @@ impl Layout {
     }
     /// Position of the Lyapunov exponent.
     pub(crate) fn exponent(&self) -> usize {
-        self.contact(self.contacts)
+        Layout::GROUP * self.contact(self.contacts)
     }
     /// Position of strobed period `i`.
     pub(crate) fn strobe(&self, i: usize) -> usize {
@@ -46,8 +53,8 @@ impl Layout {
     /// The [`stride`](Layout::stride); `None` if it exceeds `usize::MAX`.
     pub(crate) fn stride_checked(&self) -> Option<usize> {
         let strobes = self.channels.checked_add(self.dof)?.checked_mul(2)?.checked_mul(self.strobes)?;
-        let rest = self.channels.checked_mul(Layout::FIGURES)?.checked_add(self.contacts.checked_mul(5)?)?;
-        strobes.checked_add(rest)?.checked_add(Layout::HEAD)?.checked_add(self.exponents)
+        let groups = self.channels.checked_add(self.contacts)?.checked_add(1)?;
+        strobes.checked_add(groups.checked_mul(Layout::GROUP)?)?.checked_add(self.exponents)
     }
     /// Whether this is the layout of some model in the sweep.
     #[cfg(feature = "serde")]

@@ -3,6 +3,7 @@
 use crate::analysis::{ContactStatistics, Summary};
 use crate::error::{ParameterError, check};
 use crate::sweep::rows::collection::Rows;
+use crate::sweep::rows::layout::Layout;
 use crate::sweep::settings::points::Point;
 use crate::sweep::sweep_error::PointError;
 
@@ -49,26 +50,34 @@ impl Row<'_> {
     /// request.
     pub fn channel(&self, name: &str) -> Result<Summary, ParameterError> {
         let i = check::channel_index(self.rows.sweep.names(), name)?;
-        let at = self.rows.layout.channel(i);
-        let [mean, rms, min, max, deviation] = std::array::from_fn(|k| self.data[at + k]);
-        Ok(Summary { mean, rms, min, max, deviation })
+        Ok(self.summary(i))
+    }
+    fn summary(&self, channel: usize) -> Summary {
+        let place = self.rows.layout.channel(channel);
+        let &[mean, rms, min, max, deviation] = Layout::group(self.data, place);
+        Summary { mean, rms, min, max, deviation }
     }
 
     /// Statistics of each contact: contact times as shares of the measured time `[1]`, and numbers of
     /// impacts in all measured periods. Empty without [`rattle`](crate::Sweep::rattle).
     pub fn contacts(&self) -> Vec<ContactStatistics> {
         let of = |i: usize| {
-            let at = self.rows.layout.contact(i);
-            let x = &self.data[at..at + 5];
-            ContactStatistics { time: [x[0], x[1], x[2]], impacts: [x[3] as u64, x[4] as u64] }
+            let &[lower, gap, upper, impacts @ ..] = Layout::group(self.data, self.rows.layout.contact(i));
+            ContactStatistics { time: [lower, gap, upper], impacts: impacts.map(|count| count as u64) }
         };
         (0..self.rows.layout.contacts).map(of).collect()
+    }
+
+    /// Period multiple, change, settling periods, margin to grazing, scatter.
+    fn head(&self) -> &[f64; Layout::GROUP] {
+        Layout::group(self.data, Layout::HEAD)
     }
 
     /// Period multiple p of the motion; `None` if the motion does not repeat within the tolerance: chaos, not
     /// settled, p above 16, or a run of fewer than 2 p periods.
     pub fn period_multiple(&self) -> Option<usize> {
-        Some(self.data[0] as usize).filter(|p| *p > 0)
+        let [multiple, ..] = self.head();
+        Some(*multiple as usize).filter(|p| *p > 0)
     }
     /// The largest Lyapunov exponent per period. It is positive in chaos and negative if small differences
     /// decay. `None` without [`lyapunov`](crate::Sweep::lyapunov), or if it could not be computed;
@@ -94,11 +103,13 @@ impl Row<'_> {
     /// If the motion does not repeat, it is the minimum of the distances after 1 to 16 periods; infinite
     /// for a run of one period.
     pub fn change(&self) -> f64 {
-        self.data[1]
+        let [_, change, ..] = self.head();
+        *change
     }
     /// Number of settling periods of the run.
     pub fn settled_after(&self) -> usize {
-        self.data[2] as usize
+        let [_, _, settled, ..] = self.head();
+        *settled as usize
     }
     /// Whether a contact grazes: its teeth barely touch or barely separate, so that a small change may alter
     /// the rattle state.
@@ -109,13 +120,15 @@ impl Row<'_> {
     /// [`Located`](crate::sweep::Located) and [`LaneTaylor`](crate::sweep::LaneTaylor), which do not measure
     /// penetrations.
     pub fn grazes(&self) -> bool {
-        self.data[3] < GRAZING
+        let [_, _, _, margin, _] = self.head();
+        *margin < GRAZING
     }
     /// Maximum difference `[1]` between the measured periods: of the peak-to-peak value of a channel as a
     /// share of itself, of a contact loss as a share of the time. Infinite with one measured period, or
     /// without channels and [`rattle`](crate::Sweep::rattle).
     pub fn scatter(&self) -> f64 {
-        self.data[4]
+        let [.., scatter] = self.head();
+        *scatter
     }
     /// Whether rattle state, peak-to-peak values or contact loss depend on small changes. This is the case if
     ///
@@ -143,12 +156,12 @@ impl Row<'_> {
 
     /// Whether a rattle state differs from that of `fine`, or a peak-to-peak value by more than [`ANOTHER`].
     fn differs(&self, fine: &Row<'_>) -> bool {
-        let layout = &self.rows.layout;
-        let range =
-            |row: &Row<'_>, i: usize| row.data[layout.channel(i) + 3] - row.data[layout.channel(i) + 2];
-        let off = |i: usize| (range(self, i) - range(fine, i)).abs() > ANOTHER * range(fine, i);
+        let off = |i: usize| {
+            let [own, fine] = [self, fine].map(|row| row.summary(i).peak_to_peak());
+            (own - fine).abs() > ANOTHER * fine
+        };
         let states = |row: &Row<'_>| row.contacts().iter().map(|c| c.rattle_state()).collect::<Vec<_>>();
-        states(self) != states(fine) || (0..layout.channels).any(off)
+        states(self) != states(fine) || (0..self.rows.layout.channels).any(off)
     }
 
     /// Estimated error of mean, RMS and extremes of a channel due to the step, in the unit of the channel.
@@ -164,10 +177,12 @@ impl Row<'_> {
         let i = self.rows.sweep.names().iter().position(|n| n == channel)?;
         let of = |index: usize| {
             let fine = self.rows.checks.get(&index)?.as_ref().ok()?;
-            let (coarse, at) = (self.rows.done_row(index)?.data, self.rows.layout.channel(i));
-            Some((0..4).fold(0.0, |m: f64, k| {
-                m.max((coarse[at + k] - fine[at + k]).abs() * if k < 2 { 256.0 / 255.0 } else { 2.0 })
-            }))
+            let place = self.rows.layout.channel(i);
+            let [coarse, fine] = [self.rows.done_row(index)?.data, fine].map(|row| Layout::group(row, place));
+            // Mean, RMS, minimum, maximum.
+            let factors = [256.0 / 255.0, 256.0 / 255.0, 2.0, 2.0];
+            let errors = coarse.iter().zip(fine).zip(factors).map(|((x, y), factor)| (x - y).abs() * factor);
+            Some(errors.fold(0.0, f64::max))
         };
         let checks = &self.rows.checks;
         if checks.contains_key(&self.index) {

@@ -162,7 +162,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         let share = |i: usize| (lines as u128 * i as u128 / chunks as u128) as usize * length;
         let range = share(chunk)..share(chunk + 1);
         sweep.check()?;
-        Rows::check_room(range.len(), Some(Layout::HEAD))?;
+        Rows::check_room(range.len(), Some(Layout::GROUP))?;
         let mut rows = Rows::new(sweep, &Layout::default(), range);
         self.complete(&mut rows)?;
         Ok(rows)

@@ -11,7 +11,7 @@ use crate::sweep::taylor::lane::Lane;
 use crate::sweep::taylor::meters::Meters;
 use crate::sweep::taylor::pace::{Before, Pace};
 use crate::sweep::taylor::program::Program;
-use crate::sweep::taylor::task::{Ended, LaneJob, Queue, Task};
+use crate::sweep::taylor::tasks::task::{Ended, LaneJob, Queue, Task};
 use crate::sweep::taylor::view::LaneView;
 use pulp::Arch;
 

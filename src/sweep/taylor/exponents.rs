@@ -12,10 +12,10 @@ use crate::periodic::lyapunov::run::{Lyapunov, Settled};
 use crate::sweep::engines::sweep_engine::{Exponent, Job, one_by_one};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::taylor::crew::Crew;
-use crate::sweep::taylor::exponent_task::ExponentTask;
 use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
-use crate::sweep::taylor::task::{LaneJob, Queue};
+use crate::sweep::taylor::tasks::exponent_task::ExponentTask;
+use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 use std::iter::Zip;
 use std::slice::Iter;
 

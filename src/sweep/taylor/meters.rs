@@ -5,7 +5,7 @@
 )]
 
 use crate::analysis::Summary;
-use crate::numeric::parabola::maximum;
+use crate::numeric::search::parabola::maximum;
 use crate::ode::taylor::expansion::coefficients::ORDERS;
 use crate::ode::taylor::expansion::sums::SECOND;
 use crate::ode::taylor::positive::Polynomial;

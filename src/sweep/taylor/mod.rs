@@ -2,13 +2,11 @@
 
 pub(crate) mod columns;
 pub(crate) mod crew;
-pub(crate) mod exponent_task;
 pub(crate) mod exponents;
 pub(crate) mod lane;
 pub(crate) mod meters;
 pub(crate) mod pace;
 pub(crate) mod program;
-pub(crate) mod row_task;
 pub(crate) mod still;
-pub(crate) mod task;
+pub(crate) mod tasks;
 pub(crate) mod view;

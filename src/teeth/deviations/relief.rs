@@ -1,7 +1,7 @@
 //! Tip relief.
 
 use crate::error::ParameterError;
-use crate::numeric::bracket::Bracket;
+use crate::numeric::search::bracket::Bracket;
 use crate::teeth::error::{TeethError, within};
 use crate::teeth::geometry::pair::GearPair;
 use crate::teeth::stiffness::piecewise::Piecewise;

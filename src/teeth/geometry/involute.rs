@@ -1,6 +1,6 @@
 //! The involute function and its inverse.
 
-use crate::numeric::bracket::{Bracket, rounding};
+use crate::numeric::search::bracket::{Bracket, rounding};
 
 /// inv α = tan α - α.
 pub(crate) fn involute(angle: f64) -> f64 {

@@ -94,10 +94,6 @@ impl TorusBalance {
     pub fn budget(self, budget: Budget) -> Self {
         TorusBalance { budget, ..self }
     }
-    /// The kept wave vectors.
-    pub fn wave_vectors(&self) -> &WaveVectors {
-        &self.vectors
-    }
 
     /// The torus of a motion at rest, `q` constant: a guess for [`solve`](TorusBalance::solve). For contacts
     /// with moving edges start from [`linearised`](TorusBalance::linearised) instead.

@@ -1,6 +1,6 @@
 //! The flow between two instants of a stroboscope, from any angle.
 
-use crate::drives::{DriveRule, Wrapped};
+use crate::drives::{rules::DriveRule, rules::Wrapped};
 use crate::excitation::Side;
 use crate::model::{Model, Periodic};
 use crate::tori::quasi_periodic::QuasiPeriodic;

@@ -52,8 +52,8 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
         for (body, rotation) in plan.rotations.iter().enumerate() {
             if let (Some(wave), Some(at)) = (rotation, self.layout.angle[body]) {
                 let ratio = plan.kinematics.speeds[body].value().abs() / plan.orders.ratio;
-                let wave = self.shape.elements.jet(wave.clone());
-                self.shape.elements.uneven.push(Uneven { at, ratio, wave });
+                let wave = self.elements.jet(wave.clone());
+                self.elements.uneven.push(Uneven { at, ratio, wave });
             }
         }
     }

@@ -1,13 +1,14 @@
 //! Adds elements to the algebra of a train by their rows.
 
 use crate::contact::law_places::LawPlaces;
-use crate::contact::{Mesh, Nonlinearity};
+use crate::contact::{ContactDamping, Mesh, Nonlinearity};
 use crate::error::check;
 use crate::excitation::Wave;
 use crate::model::{Channel, Machine};
 use crate::trains::assembly::planet_sets::planet_sets;
 use crate::trains::assembly::rows::{Layout, Row};
 use crate::trains::plan::train_plan::Plan;
+use crate::trains::shape::drawing::Shown;
 use crate::trains::shape::elements::{Elements, Entry, RowSpring, Shaft, Spring, Tooth, ToothRest};
 use crate::trains::shape::train_shape::{Train, TrainShape};
 use crate::trains::train_error::TrainError;
@@ -16,8 +17,15 @@ use std::ops::Range;
 /// A train whose elements are added one after the other.
 pub(crate) struct Builder<'p, N> {
     pub(crate) layout: Layout<'p, N>,
-    pub(crate) shape: TrainShape<N>,
+    /// In relative coordinates: the coordinate that is left out, and the rigid motion, which is 1 there.
+    pub(crate) frame: Option<(usize, Vec<f64>)>,
+    pub(crate) elements: Elements,
+    pub(crate) teeth: Vec<Tooth<N>>,
+    pub(crate) rests: Vec<ToothRest<N>>,
+    pub(crate) torques: Vec<Vec<Entry>>,
     pub(crate) constants: Constants,
+    /// Order of the fastest mesh.
+    pub(crate) fastest: u32,
 }
 
 /// The constants after the speed, each with its value.
@@ -42,64 +50,75 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
             let last = layout.angle.iter().rev().flatten().copied().find(|&at| rigid[at] != 0.0).unwrap_or(0);
             (last, rigid.iter().map(|r| r / rigid[last]).collect())
         });
-        let (mut coordinates, masses) = (layout.coordinates.clone(), layout.masses.clone());
-        let mut per_inertia: Vec<f64> = masses.iter().map(|mass| 1.0 / mass).collect();
-        if let Some((dropped, _)) = &frame {
-            coordinates.remove(*dropped);
-            per_inertia = vec![1.0; coordinates.len()];
-        }
-        let elements = Elements { per_inertia, ..Elements::default() };
-        let (sets, drawing, ratio) = (planet_sets(&layout), layout.drawing(), plan.orders.ratio);
-        let (teeth, rests, places, torques, constants) = Default::default();
-        let shape = TrainShape {
-            coordinates,
-            elements,
-            teeth,
-            rests,
-            places,
-            plain: false,
-            loose: 0,
-            torques,
-            constants,
-            sets,
-            masses,
-            frame,
-            drawing,
-            fastest: 1,
-            ratio,
+        let per_inertia = match &frame {
+            Some(_) => vec![1.0; layout.masses.len() - 1],
+            None => layout.masses.iter().map(|mass| 1.0 / mass).collect(),
         };
-        Builder { layout, shape, constants: Default::default() }
+        let elements = Elements { per_inertia, ..Elements::default() };
+        let (teeth, rests, torques, constants) = Default::default();
+        Builder { layout, frame, elements, teeth, rests, torques, constants, fastest: 1 }
     }
 
     /// The train with the speed as its first constant.
-    pub(crate) fn train(self, speed: f64) -> Result<Train<N>, TrainError> {
+    pub(crate) fn train(mut self, speed: f64) -> Result<Train<N>, TrainError> {
         let speed = (Channel::new("speed", "rad/s"), check::scale("speed", speed)?);
-        let Constants { torques, dampings, halves, frictions } = self.constants;
-        let constants = [vec![speed], torques, dampings, halves, frictions].concat();
-        let names = constants.iter().map(|(channel, _)| channel.clone()).collect();
-        let mut shape = TrainShape { constants: names, ..self.shape };
-        if self.layout.plan.topology.without_units {
-            let own = shape.rests.iter_mut().map(|rest| &mut rest.channel);
-            let all = shape.coordinates.iter_mut().chain(&mut shape.constants).chain(own);
+        let (plain, loose) = self.share_shafts();
+        let (sets, drawing) = (planet_sets(&self.layout), Shown(self.layout.drawing()));
+        let Builder { layout, frame, elements, teeth, mut rests, torques, constants, fastest } = self;
+        let mut coordinates = layout.coordinates;
+        if let Some((dropped, _)) = &frame {
+            coordinates.remove(*dropped);
+        }
+        let Constants { torques: of_torques, dampings, halves, frictions } = constants;
+        let constants = [vec![speed], of_torques, dampings, halves, frictions].concat();
+        let (mut constants, values): (Vec<_>, Vec<_>) = constants.into_iter().unzip();
+        if layout.plan.topology.without_units {
+            let own = rests.iter_mut().map(|rest| &mut rest.channel);
+            let all = coordinates.iter_mut().chain(&mut constants).chain(own);
             all.for_each(|channel| channel.unit = "1".into());
         }
-        shape.share_shafts();
-        let touching = shape.teeth.len() + shape.elements.journals.len();
-        shape.places = LawPlaces::of(shape.teeth.iter().map(|tooth| &tooth.law), touching);
-        let values: Vec<_> = constants.iter().map(|(channel, value)| (&channel.name[..], *value)).collect();
+        let touching = teeth.len() + elements.journals.len();
+        let places = LawPlaces::of(teeth.iter().map(|tooth| &tooth.law), touching);
+        let (masses, ratio) = (layout.masses, layout.plan.orders.ratio);
+        #[rustfmt::skip]
+        let shape = TrainShape {
+            coordinates, elements, teeth, rests, places, plain, loose, torques, constants, sets, masses, frame,
+            drawing, fastest, ratio,
+        };
+        let names = shape.constants.clone();
+        let values: Vec<_> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
         Ok(Machine::with_constants(shape, &values)?)
+    }
+
+    /// Finds whether the train is plain and, if it is, moves a shaft of its first coordinate to each mesh.
+    /// Returns the number of springs that no mesh evaluates, too: they come first.
+    fn share_shafts(&mut self) -> (bool, usize) {
+        let Elements { per_inertia, springs, single, jets, .. } = self.elements.clone();
+        let plain = springs.iter().all(|spring| spring.levers == [1.0, -1.0])
+            && self.rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
+            && self.elements == Elements { per_inertia, springs, single, jets, ..Elements::default() };
+        let mut loose = self.elements.springs.len();
+        for tooth in self.teeth.iter_mut().filter(|_| plain) {
+            let springs = &mut self.elements.springs[..loose];
+            let place = springs.iter().position(|spring| spring.ends.contains(&tooth.at[0]));
+            let Some(place) = place else { continue };
+            tooth.shaft = springs[place].shaft_of(tooth.at[0]);
+            springs[place..].rotate_left(1);
+            loose -= 1;
+        }
+        (plain, loose)
     }
 
     /// The row without the coordinate that is left out: levers as the algebra reads them.
     pub(crate) fn levers(&self, row: &Row) -> Vec<Entry> {
-        let Some((dropped, _)) = &self.shape.frame else { return row.0.clone() };
+        let Some((dropped, _)) = &self.frame else { return row.0.clone() };
         let kept = row.0.iter().filter(|entry| entry.at != *dropped);
         kept.map(|entry| Entry { at: self.place(entry.at), by: entry.by }).collect()
     }
     /// The accelerations that a unit of force along a row causes.
     pub(crate) fn pulls(&self, row: &Row) -> Vec<Entry> {
         let own = |entry: &Entry| Entry { at: entry.at, by: entry.by * self.per_inertia(entry.at) };
-        let Some((dropped, rigid)) = &self.shape.frame else { return row.0.iter().map(own).collect() };
+        let Some((dropped, rigid)) = &self.frame else { return row.0.iter().map(own).collect() };
         // The dropped coordinate accelerates by `rest`, and all others relative to it.
         let rest: f64 = row.0.iter().filter(|entry| entry.at == *dropped).map(|entry| own(entry).by).sum();
         let mut all = vec![0.0; rigid.len()];
@@ -114,7 +133,7 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
     }
     /// The place of a coordinate among those that are kept.
     fn place(&self, at: usize) -> usize {
-        match &self.shape.frame {
+        match &self.frame {
             Some((dropped, _)) if at > *dropped => at - 1,
             _ => at,
         }
@@ -122,7 +141,7 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
     /// The accelerations that a unit of force along a row causes, as a list of the algebra.
     pub(crate) fn kept_pulls(&mut self, row: &Row) -> Range<usize> {
         let pulls = self.pulls(row);
-        self.shape.elements.kept(&pulls)
+        self.elements.kept(&pulls)
     }
 
     /// Adds a spring and damper along a row.
@@ -134,10 +153,10 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         let ends = Ends::of(&levers, &pulls);
         if ends.more_levers.is_empty() && ends.more_pulls.is_empty() {
             let Ends { at, levers, pulls, .. } = ends;
-            self.shape.elements.springs.push(Spring { name, ends: at, pulls, stiffness, damping, levers });
+            self.elements.springs.push(Spring { name, ends: at, pulls, stiffness, damping, levers });
         } else {
-            let (levers, pulls) = (self.shape.elements.kept(&levers), self.shape.elements.kept(&pulls));
-            self.shape.elements.row_springs.push(RowSpring { name, levers, pulls, stiffness, damping });
+            let (levers, pulls) = (self.elements.kept(&levers), self.elements.kept(&pulls));
+            self.elements.row_springs.push(RowSpring { name, levers, pulls, stiffness, damping });
         }
     }
 
@@ -152,10 +171,10 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
     ) {
         let Ends { at, levers, pulls, more_levers, more_pulls } =
             Ends::of(&self.levers(row), &self.pulls(row));
-        let elements = &mut self.shape.elements;
+        let elements = &mut self.elements;
         let (more_levers, more_pulls) = (elements.kept(&more_levers), elements.kept(&more_pulls));
         let [stiffness, error] = [elements.single(stiffness), elements.jet(error)].map(|place| place as u32);
-        self.shape.teeth.push(Tooth {
+        self.teeth.push(Tooth {
             at,
             stiffness,
             error,
@@ -164,7 +183,7 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
             shaft: Shaft::NONE,
             law: mesh.law().clone(),
         });
-        self.shape.rests.push(ToothRest { channel, more_levers, more_pulls, varying, mesh });
+        self.rests.push(ToothRest { channel, more_levers, more_pulls, varying, mesh });
     }
 
     /// The channel of a contact, whose damping and, if it is one, half clearance become constants.

@@ -22,7 +22,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             let [mut row, friction_row] = self.layout.mesh(mesh)?;
             let varying = self.levers_that_vary(mesh, &mut row)?;
             let waves = plan.waves(mesh, *phase)?;
-            self.shape.fastest = self.shape.fastest.max(waves.order.unwrap_or(1));
+            self.fastest = self.fastest.max(waves.order.unwrap_or(1));
             // The algebra reads stiffness and error by their places among the waves of the train.
             let contact = Mesh::new(zero(), zero(), mesh.law.clone())
                 .with_contact_damping(part.contact_damping)
@@ -31,9 +31,9 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             let channel = self.contact(name, ALONG, part.damping, half);
             self.tooth(channel, &row, varying, [waves.stiffness, waves.error], contact);
             if let (Some(friction), Some(sign)) = (&part.friction, waves.sign) {
-                let (pulls, sign) = (self.kept_pulls(&friction_row), self.shape.elements.single(sign));
-                let tooth = self.shape.teeth.len() - 1;
-                self.shape.elements.frictions.push(Friction { tooth, sign, pulls });
+                let (pulls, sign) = (self.kept_pulls(&friction_row), self.elements.single(sign));
+                let tooth = self.teeth.len() - 1;
+                self.elements.frictions.push(Friction { tooth, sign, pulls });
                 let constant = Channel::new(format!("{name} friction"), "1");
                 self.constants.frictions.push((constant, friction.coefficient));
             }
@@ -43,15 +43,15 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
 
     /// Moves the levers of noncircular gears out of the row of a mesh.
     fn levers_that_vary(&mut self, mesh: &Gearing<N>, row: &mut Row) -> Result<Range<usize>, TrainError> {
-        let (start, orders) = (self.shape.elements.varying.len(), &self.layout.plan.orders);
+        let (start, orders) = (self.elements.varying.len(), &self.layout.plan.orders);
         for (factor, body) in mesh.part.radius_factors.iter().zip(mesh.ends) {
             let (Some(factor), Some(at)) = (factor, self.layout.angle[body]) else { continue };
             let Some(place) = row.0.iter().position(|entry| entry.at == at) else { continue };
             let lever = row.0.remove(place).by;
-            let wave = self.shape.elements.jet(orders.wave(mesh.name, factor, orders.turn(body))?);
-            self.shape.elements.varying.push(Lever { at, lever, pull: lever * self.per_inertia(at), wave });
+            let wave = self.elements.jet(orders.wave(mesh.name, factor, orders.turn(body))?);
+            self.elements.varying.push(Lever { at, lever, pull: lever * self.per_inertia(at), wave });
         }
-        Ok(start..self.shape.elements.varying.len())
+        Ok(start..self.elements.varying.len())
     }
 
     /// Shafts with a clearance. Like all contacts of these trains they have a [`Backlash`].
@@ -78,14 +78,14 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
                 }
                 continue;
             }
-            let levers = rows.each_ref().map(|row| self.shape.elements.kept(&self.levers(row)));
+            let levers = rows.each_ref().map(|row| self.elements.kept(&self.levers(row)));
             let pulls = rows.each_ref().map(|row| self.kept_pulls(row));
             let (stiffness, law) = (bearing.stiffness[0], Backlash::new(0.0)?);
             let least = (1e-9 * bearing.clearance).powi(2);
             let half = Some(("half clearance", bearing.clearance));
             let Channel { name, .. } =
                 self.contact(&format!("{name} bearing"), ALONG, bearing.damping[0], half);
-            self.shape.elements.journals.push(Journal { name, levers, pulls, stiffness, least, law });
+            self.elements.journals.push(Journal { name, levers, pulls, stiffness, least, law });
         }
         Ok(())
     }

@@ -20,7 +20,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             }
         }
         // x and y are counterclockwise from each other; the frame turns with the sense of the carrier.
-        self.shape.elements.frame_ratio = plan.kinematics.speeds[carrier].value() / plan.orders.ratio;
+        self.elements.frame_ratio = plan.kinematics.speeds[carrier].value() / plan.orders.ratio;
         for (body, (name, part)) in topology.bodies.iter().enumerate() {
             let (Some(bearing), [x, Some(y)]) = (part.bearing, self.layout.centre[body]) else { continue };
             let planet = plan.planets[body].is_some();
@@ -43,7 +43,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
                 (y, y, 0.0, 0.0, -1.0),
             ];
             for (i, j, damping, gyroscopic, centripetal) in terms {
-                self.shape.elements.rotating.push(Rotating { i, j, damping, gyroscopic, centripetal });
+                self.elements.rotating.push(Rotating { i, j, damping, gyroscopic, centripetal });
             }
         }
         Ok(())

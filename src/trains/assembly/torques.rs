@@ -32,26 +32,26 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
                 Course::OfAngle(wave) => {
                     plan.turns_evenly(&torque.name, body)?;
                     let wave = plan.orders.wave(&torque.name, wave, plan.orders.turn(body))?;
-                    let (wave, pulls) = (self.shape.elements.single(wave), self.kept_pulls(&driven));
-                    self.shape.elements.torque_waves.push((wave, place, pulls));
+                    let (wave, pulls) = (self.elements.single(wave), self.kept_pulls(&driven));
+                    self.elements.torque_waves.push((wave, place, pulls));
                 }
                 Course::OfSpeed(characteristic) => {
                     let motor = Motor {
                         at: self.layout.angle[body].unwrap_or(0),
                         pulls: self.kept_pulls(&driven),
                         ratio: speed(body) / plan.orders.ratio,
-                        rotation: plan.rotations[body].clone().map(|wave| self.shape.elements.jet(wave)),
+                        rotation: plan.rotations[body].clone().map(|wave| self.elements.jet(wave)),
                         torque: place,
                         characteristic: characteristic.clone(),
                     };
-                    self.shape.elements.motors.push(motor);
+                    self.elements.motors.push(motor);
                 }
                 Course::Constant => row = self.layout.own(body, 1.0),
             }
             if let Some((at, of_load)) = load {
                 row.add(at, -speed(body) / of_load * torque.mean_factor());
             }
-            self.shape.torques.push(if self.shape.frame.is_some() { self.pulls(&row) } else { row.0 });
+            self.torques.push(if self.frame.is_some() { self.pulls(&row) } else { row.0 });
             self.constants.torques.push((Channel::new(&torque.name, "N m"), torque.value));
         }
         Ok(())

@@ -26,6 +26,6 @@ impl<N: Nonlinearity> Train<N> {
         check::length("coordinates of the motion", shape.coordinates.len(), q.len())?;
         let q = shape.in_inertial(q);
         let of = |row: &Vec<Entry>| row.iter().map(|entry| entry.by * q[entry.at]).sum();
-        Ok(shape.drawing.bodies.iter().map(|body| body.motion.each_ref().map(of)).collect())
+        Ok(shape.drawing().bodies.iter().map(|body| body.motion.each_ref().map(of)).collect())
     }
 }

@@ -1,12 +1,12 @@
 //! Gear trains as a shape.
 
 use crate::contact::law_places::LawPlaces;
-use crate::contact::{Backlash, Contact, ContactDamping, Mesh, Nonlinearity, PieceChoice};
+use crate::contact::{Backlash, Contact, Nonlinearity, PieceChoice};
 use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side, Wave, earliest};
 use crate::model::{Channel, Drives, Machine, Shape, Size};
 use crate::scalar::Scalar;
-use crate::trains::shape::drawing::Drawing;
+use crate::trains::shape::drawing::{Drawing, Shown};
 use crate::trains::shape::elements::{Elements, Entry, PlanetSet, Tooth, ToothRest};
 
 /// A gear train made of [`Parts`](crate::trains::Parts).
@@ -53,7 +53,7 @@ pub type Train<N = Backlash> = Machine<TrainShape<N>>;
 /// assert_eq!(train.shape().coordinates()[1].name, "wheel angle");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TrainShape<N = Backlash> {
     pub(crate) coordinates: Vec<Channel>,
     pub(crate) elements: Elements,
@@ -75,27 +75,11 @@ pub struct TrainShape<N = Backlash> {
     pub(crate) masses: Vec<f64>,
     /// In relative coordinates: the coordinate that is left out, and the rigid motion, which is 1 there.
     pub(crate) frame: Option<(usize, Vec<f64>)>,
-    pub(crate) drawing: Drawing,
+    pub(crate) drawing: Shown,
     /// Order of the fastest mesh.
     pub(crate) fastest: u32,
     /// φ'/speed.
     pub(crate) ratio: f64,
-}
-
-impl<N: PartialEq> PartialEq for TrainShape<N> {
-    fn eq(&self, other: &Self) -> bool {
-        // Every field is named: one that is added cannot be forgotten.
-        #[rustfmt::skip]
-        let TrainShape {
-            coordinates, elements, teeth, rests, places, plain, loose, torques, constants, sets, masses, frame,
-            drawing: _, fastest, ratio,
-        } = self;
-        (coordinates, elements, teeth, rests)
-            == (&other.coordinates, &other.elements, &other.teeth, &other.rests)
-            && (places, plain, loose, torques) == (&other.places, &other.plain, &other.loose, &other.torques)
-            && (constants, sets, masses) == (&other.constants, &other.sets, &other.masses)
-            && (frame, fastest, ratio) == (&other.frame, &other.fastest, &other.ratio)
-    }
 }
 
 impl<N: Nonlinearity> TrainShape<N> {
@@ -103,13 +87,9 @@ impl<N: Nonlinearity> TrainShape<N> {
     pub fn coordinates(&self) -> &[Channel] {
         &self.coordinates
     }
-    /// The mesh of each contact that is not a radial clearance.
-    pub fn meshes(&self) -> impl Iterator<Item = &Mesh<N>> {
-        self.rests.iter().map(|rest| &rest.mesh)
-    }
     /// What a drawing of the train shows.
     pub fn drawing(&self) -> &Drawing {
-        &self.drawing
+        &self.drawing.0
     }
     /// Speed of the angle φ of the waves over the speed of the reference body.
     pub fn ratio(&self) -> f64 {
@@ -120,23 +100,6 @@ impl<N: Nonlinearity> TrainShape<N> {
     #[inline(always)]
     fn moving(&self) -> usize {
         if N::HALF_WIDTH { 0 } else { self.teeth.len() }
-    }
-
-    /// Finds whether the train is plain. If it is, each mesh takes a shaft of its first coordinate.
-    pub(crate) fn share_shafts(&mut self) {
-        let Elements { per_inertia, springs, single, jets, .. } = self.elements.clone();
-        let plain = springs.iter().all(|spring| spring.levers == [1.0, -1.0])
-            && self.rests.iter().all(|rest| rest.mesh.contact_damping() == ContactDamping::Always)
-            && self.elements == Elements { per_inertia, springs, single, jets, ..Elements::default() };
-        (self.plain, self.loose) = (plain, self.elements.springs.len());
-        for tooth in self.teeth.iter_mut().filter(|_| plain) {
-            let springs = &mut self.elements.springs[..self.loose];
-            let place = springs.iter().position(|spring| spring.ends.contains(&tooth.at[0]));
-            let Some(place) = place else { continue };
-            tooth.shaft = springs[place].shaft_of(tooth.at[0]);
-            springs[place..].rotate_left(1);
-            self.loose -= 1;
-        }
     }
 
     /// Net torques by coordinate, from the named torques: b_j = Σ share · T. A load balances a torque over

@@ -98,7 +98,7 @@ pub fn ratios() {
 fn orbits() {
     let pair =
         NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).expect("the speed is positive");
-    let start = pair.static_start().expect("the load is in range");
+    let start = pair.on_drive_flank().expect("the load is in range");
     let settled = Settle::new().run(&Dop853::new(), &pair, &start).expect("the motion settles");
     let multiple = settled.period_multiple;
     let shoot = |method: FlowMethod| {

@@ -6,7 +6,7 @@ use crate::branches::orbits::measure::Measured;
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Periodic;
-use crate::numeric::parabola::maximum;
+use crate::numeric::search::parabola::maximum;
 use crate::periodic::balance::crossings::instants::Crossings;
 use crate::periodic::balance::crossings::stencil::NODES;
 use crate::periodic::{BalanceEquations, ContactHistory, FourierOrbit};

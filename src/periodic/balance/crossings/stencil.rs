@@ -1,7 +1,7 @@
 //! Sixteen samples around a cell: local polynomials, and quadrature weights for a kink inside the cell.
 
-use crate::numeric::bracket::Bracket;
 use crate::numeric::lagrange::lagrange;
+use crate::numeric::search::bracket::Bracket;
 use num_complex::Complex64;
 use std::sync::LazyLock;
 

@@ -24,11 +24,11 @@ pub(crate) trait Task<'m> {
 
 /// A step that has ended, besides its lane.
 pub(crate) struct Ended<'n, const W: usize> {
-    pub(super) view: LaneView<'n, W>,
+    pub(crate) view: LaneView<'n, W>,
     /// Whether it ended on a drive edge.
-    pub(super) at_edge: bool,
-    pub(super) meters: &'n mut Meters<W>,
-    pub(super) pace: &'n mut Pace<W>,
+    pub(crate) at_edge: bool,
+    pub(crate) meters: &'n mut Meters<W>,
+    pub(crate) pace: &'n mut Pace<W>,
 }
 
 /// A run to make.

@@ -9,7 +9,7 @@ use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::lyapunov::directions::Failure;
 use crate::periodic::lyapunov::progress::Progress;
 use crate::sweep::taylor::lane::Lane;
-use crate::sweep::taylor::task::{Ended, Task};
+use crate::sweep::taylor::tasks::task::{Ended, Task};
 
 /// The exponents of a motion. Coordinates and velocities are those of a [`Tangent`]: the motion, then its
 /// differences, which jump at edges.

@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::excitation_trait::{Excitation, same};
-use crate::excitation::fourier::Fourier;
+use crate::excitation::functions::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::series::Series;
 use std::f64::consts::PI;

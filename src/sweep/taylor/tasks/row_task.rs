@@ -8,7 +8,7 @@ use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::sweep_error::PointError;
 use crate::sweep::taylor::lane::{Lane, Motion};
-use crate::sweep::taylor::task::{Ended, Task};
+use crate::sweep::taylor::tasks::task::{Ended, Task};
 
 /// The row of a motion, period by period.
 pub(crate) struct RowTask<'m> {

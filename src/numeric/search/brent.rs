@@ -77,7 +77,7 @@ impl Brent {
 
 #[cfg(test)]
 mod tests {
-    use crate::numeric::brent::Brent;
+    use crate::numeric::search::brent::Brent;
 
     /// Simple, multiple and steep roots, with the accuracy that they allow and the number of evaluations.
     #[test]

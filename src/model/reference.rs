@@ -1,0 +1,62 @@
+//! References to models.
+
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::model::channel::Channel;
+use crate::model::equations::{Model, Offers, Periodic};
+use crate::model::jacobian::Jacobian;
+
+/// A reference to a model is a model. Code compiled once for `dyn Model` therefore accepts every model.
+impl<M: Model + ?Sized> Model for &M {
+    fn dof(&self) -> usize {
+        (**self).dof()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        (**self).accel(u, q, v, a);
+    }
+    fn base(&self) -> Option<&dyn Model> {
+        (**self).base()
+    }
+    fn drives(&self) -> usize {
+        (**self).drives()
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        (**self).drive(t, side, u);
+    }
+    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
+        (**self).redrive(times, last, u);
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        (**self).next_edge(t)
+    }
+    fn contacts(&self) -> usize {
+        (**self).contacts()
+    }
+    fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        (**self).contact(u, q, v, out);
+    }
+    fn offers(&self) -> Offers<'_> {
+        (**self).offers()
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        (**self).accel_on_pieces(pieces, u, q, v, a);
+    }
+    fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
+        (**self).jacobian(pieces, u, q, v, out);
+    }
+    fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
+        (**self).impact(contact, on, u, q, v);
+    }
+    fn channels(&self) -> Vec<Channel> {
+        (**self).channels()
+    }
+    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        (**self).observe(u, q, v, contacts, out);
+    }
+}
+
+impl<M: Periodic + ?Sized> Periodic for &M {
+    fn period(&self) -> f64 {
+        (**self).period()
+    }
+}

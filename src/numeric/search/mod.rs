@@ -1,0 +1,5 @@
+//! Roots and maxima of functions of one variable.
+
+pub(crate) mod bracket;
+pub(crate) mod brent;
+pub(crate) mod parabola;

@@ -1,0 +1,145 @@
+//! Balances that are refused or fail, and what their errors say.
+
+use crate::api::*;
+use crate::balance::{pair, projected};
+use crate::common::oscillators::CubicChain;
+use std::f64::consts::TAU;
+
+#[test]
+fn empty_or_repeated_orders_are_refused() {
+    assert!(matches!(Harmonics::list(&[]), Err(ParameterError::Empty { .. })));
+    assert!(matches!(Harmonics::list(&[0, 2, 1, 2]), Err(ParameterError::OutOfRange { value: 2.0, .. })));
+    assert!(matches!(Harmonics::bands(0, 1, 2), Err(ParameterError::TooFew { .. })));
+    assert!(matches!(Harmonics::up_to(3).with_period_multiple(0), Err(ParameterError::TooFew { .. })));
+}
+
+#[test]
+fn too_few_samples_are_refused() {
+    let pair = pair(120.0);
+    let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap());
+    let flank = balance.linearised(&pair, Piece::Lower).unwrap();
+    let error =
+        balance.clone().integrals(Integrals::Sampled { samples: 130 }).solve(&pair, &flank).unwrap_err();
+    assert_eq!(error, BalanceError::Samples { samples: 130, highest: 65 });
+}
+
+#[test]
+fn start_in_the_gap_is_explained() {
+    let pair = pair(120.0);
+    let gap = FourierOrbit::new(&Harmonics::up_to(0), pair.period(), &[vec![0.0]]).unwrap();
+    for balance in
+        [Balance::new(Harmonics::up_to(70)), Balance::new(Harmonics::up_to(70)).broyden(Broyden::new())]
+    {
+        let error = balance.solve(&pair, &gap).unwrap_err();
+        assert!(matches!(error, BalanceError::StartInGap { contact: 0 }));
+        assert!(error.to_string().contains("nothing restores the mean"));
+    }
+    assert!(matches!(
+        Balance::new(Harmonics::up_to(70)).linearised(&pair, Piece::Gap),
+        Err(BalanceError::StartInGap { contact: 0 })
+    ));
+}
+
+#[test]
+fn floating_coordinate_is_named() {
+    /// No force restores the second coordinate.
+    struct Loose;
+    impl Model for Loose {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            a[0] = u[0].cos() - 0.1 * v[0] - q[0];
+            a[1] = 0.5 * u[0].cos() - 0.1 * v[1] + 0.2 * q[0];
+        }
+    }
+    impl Periodic for Loose {
+        fn period(&self) -> f64 {
+            TAU
+        }
+    }
+    let guess =
+        FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.0, 1.0], vec![0.1, 1.0, 0.0]]).unwrap();
+    let error = Balance::new(Harmonics::up_to(3)).solve(&Loose, &guess).unwrap_err();
+    assert!(matches!(error, BalanceError::Singular { coordinate: 1, .. }), "{error}");
+}
+
+#[test]
+fn no_convergence_hands_back_the_last_iterate() {
+    let pair = pair(200.0);
+    let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).newton(Newton::new().max_iterations(2));
+    let error = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower).unwrap()).unwrap_err();
+    let BalanceError::NotConverged { last, residuals } = error else { panic!("{error}") };
+    assert_eq!(last.dof(), 1);
+    assert_eq!(residuals.len(), last.iterations() + 1);
+}
+
+#[test]
+fn integrals_that_are_not_offered_are_refused() {
+    let model = CubicChain { omega: 1.0 };
+    let guess =
+        FourierOrbit::new(&Harmonics::up_to(1), model.period(), &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]])
+            .unwrap();
+    for integrals in [Integrals::Closed, Integrals::Kinks] {
+        let error = Balance::new(Harmonics::up_to(3)).integrals(integrals).solve(&model, &guess).unwrap_err();
+        assert_eq!(error, BalanceError::NotAvailable { integrals });
+    }
+    let integrals = Integrals::Panels;
+    let error = Balance::new(Harmonics::up_to(70))
+        .integrals(integrals)
+        .truncated_forces(true)
+        .solve(&pair(120.0), &projected(&pair(120.0), &Harmonics::up_to(3)))
+        .unwrap_err();
+    assert_eq!(error, BalanceError::NoLaws { integrals });
+    // A model without a Jacobian: differences, and a note.
+    let orbit = Balance::new(Harmonics::up_to(5)).solve(&model, &guess).unwrap();
+    assert_eq!(orbit.notes(), [BalanceNote::Differences]);
+}
+
+#[test]
+fn orbit_of_another_model_is_refused() {
+    let guess =
+        FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
+    let error = Balance::new(Harmonics::up_to(3)).solve(&pair(120.0), &guess).unwrap_err();
+    assert!(matches!(error, BalanceError::Parameter(ParameterError::Length { expected: 1, found: 2, .. })));
+    assert!(FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0]]).is_err());
+    assert!(FourierOrbit::new(&Harmonics::up_to(0), f64::NAN, &[vec![0.0]]).is_err());
+    assert!(FourierOrbit::new(&Harmonics::up_to(0), 1.0, &[vec![f64::NAN]]).is_err());
+}
+
+#[test]
+fn orbits_of_another_model_are_refused_by_name() {
+    let (pair, chain) = (pair(120.0), CubicChain { omega: 1.0 });
+    let orbit =
+        FourierOrbit::new(&Harmonics::up_to(1), 1.0, &[vec![0.0, 0.1, 0.1], vec![0.0, 0.1, 0.1]]).unwrap();
+    assert!(matches!(orbit.contacts(&pair), Err(ParameterError::Length { .. })));
+    let multipliers =
+        |model: &dyn Periodic| Balance::new(orbit.harmonics().clone()).multipliers(model, &orbit);
+    assert!(matches!(
+        multipliers(&pair),
+        Err(MultiplierError::Parameter(ParameterError::Length { expected: 1, found: 2, .. }))
+    ));
+    assert!(multipliers(&chain).is_ok());
+    assert!(Shooting::new().solve_from(&pair, &orbit).is_err());
+    assert!(FourierOrbit::project(&Dop853::new(), &pair, &State::at_rest(2), &Harmonics::up_to(1)).is_err());
+    let balance = Balance::new(Harmonics::up_to(3));
+    assert!(matches!(
+        balance.prove(&pair, &orbit),
+        Err(BalanceError::Parameter(ParameterError::Length { expected: 1, found: 2, .. }))
+    ));
+}
+
+/// The debug text of an error does not contain the coefficients.
+#[test]
+fn errors_print_shortly() {
+    let pair = pair(200.0);
+    let balance = Balance::new(Harmonics::up_to(150)).newton(Newton::new().max_iterations(2));
+    let error = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower).unwrap()).unwrap_err();
+    let text = format!("{error:?}");
+    assert!(
+        matches!(error, BalanceError::NotConverged { .. })
+            && text.len() < 600
+            && text.contains("highest: 150"),
+        "{text}"
+    );
+}
