@@ -1,7 +1,7 @@
 //! Confidence intervals of shares and quantiles.
 
 use crate::error::{ParameterError, check};
-use crate::numeric::bracket::Bracket;
+use crate::numeric::search::bracket::Bracket;
 
 /// A share of trials in which something happened, for example of members that rattled.
 ///

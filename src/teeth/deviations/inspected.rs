@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::Fourier;
-use crate::numeric::bracket::Bracket;
+use crate::numeric::search::bracket::Bracket;
 use crate::numeric::norms::largest;
 use crate::numeric::split_mix::CounterRng;
 use crate::teeth::deviations::grade::QualityGrade;
