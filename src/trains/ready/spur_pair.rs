@@ -100,8 +100,8 @@ impl SpurPair {
         SpurPair::of_mesh(inertias, MeshPart::external(teeth, base_radii, stiffness))
     }
 
-    /// The pair of two steel gears as a drawing states them: bores `[m]`, grades of ISO 1328-1, and the number
-    /// of harmonics after which the mesh stiffness is cut.
+    /// The pair of two steel gears as a drawing states them: bores `[m]`, grades of ISO 1328-1, and the
+    /// number of harmonics after which the mesh stiffness is cut.
     ///
     /// - I_j: [`InvoluteGear::blank`](crate::teeth::InvoluteGear::blank) of 7850 kg/m³;
     /// - k(φ): [`PotentialEnergy::ma_2014`], its Fourier series: uncut it jumps;
