@@ -8,15 +8,14 @@ use gear_dynamics::{ParameterError, teeth::TeethError};
 use rand_distr::Uniform;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// 1000 gears of each of 4 tooth numbers: no deviation exceeds its tolerance, most exceed those of the next finer
-/// grade, and both pitch limits bind.
+/// 1000 gears of each of 4 tooth numbers: no deviation exceeds its tolerance. The cumulative deviation exceeds that
+/// of the next finer grade unless the single pitch deviation has reached its limit.
 #[test]
 fn drawn_gears_satisfy_their_grade() {
     let grade = QualityGrade::new(6).unwrap();
     for teeth in [17, 20, 50, 101] {
         let gear = InvoluteGear::external(teeth, 0.003).unwrap();
         let limits = grade.tolerances(&gear).unwrap();
-        let mut finer = 0;
         for member in 0..1000 {
             let drawn = ToothDeviations::draw(&gear, grade, 3, member, 0).unwrap();
             let shares = [
@@ -54,7 +53,7 @@ fn the_wave_of_measured_deviations() {
             let middle = TAU * (k as f64 + 0.5) / z as f64;
             assert!((wave.value(middle) - p).abs() < 1e-19);
             let profile = wave.value(middle + 0.1 / z as f64) - bare.value(middle + 0.1 / z as f64);
-            assert!((profile - 4e-6 * (std::f64::consts::PI + 0.1).sin()).abs() < 1e-19);
+            assert!((profile - 4e-6 * (std::f64::consts::PI + 0.1).sin()).abs() < 1e-18);
         }
         // One tooth alone with a profile deviation: its own slope in its own mesh cycle, none in the middles of others.
         let mut one = vec![0.0; z];

@@ -267,9 +267,10 @@ impl Distribution {
         Ok(self.max)
     }
 
-    /// The interval that contains the true quantile in at least the share `level` of all experiments, whatever
-    /// the distribution: two of the sorted values, chosen by their ranks. An end is infinite if there are too
-    /// few values for it. With bins the interval is longer by up to one [bin](Distribution::resolution) at each end.
+    /// The interval that contains the true quantile in at least the share `level` of all experiments,
+    /// whatever the distribution: two of the sorted values, chosen by their ranks. An end is infinite if
+    /// there are too few values for it. With bins each end lies up to one
+    /// [bin](Distribution::resolution) further out.
     ///
     /// ```
     /// use gear_dynamics::sweep::Distribution;

@@ -125,7 +125,8 @@ impl<'w> Ensemble<'w> {
     pub fn peaks(self, names: &[&str]) -> Self {
         Ensemble { peaks: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
-    /// Requests the distribution of the number of impacts of each contact and the shares of the rattle states.
+    /// Requests, for each contact, the distribution of the number of impacts and the shares of the rattle
+    /// states.
     pub fn rattle(self) -> Self {
         Ensemble { rattle: true, ..self }
     }

@@ -2,8 +2,8 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::Fourier;
-use crate::numeric::search::bracket::Bracket;
 use crate::numeric::norms::largest;
+use crate::numeric::search::bracket::Bracket;
 use crate::numeric::split_mix::CounterRng;
 use crate::teeth::deviations::grade::QualityGrade;
 use crate::teeth::error::TeethError;
@@ -73,7 +73,8 @@ impl ToothDeviations {
     /// limit is reached first, not the next finer one.
     ///
     /// - Pitch: independent normal deviations of the teeth, scaled to the single pitch deviation r_1 f_pT,
-    ///   then a run-out cos(φ - ψ) of random direction, as large as the cumulative deviation r_2 F_pT permits.
+    ///   then a run-out cos(φ - ψ) of random direction, as large as the cumulative deviation r_2 F_pT
+    ///   permits.
     /// - Profile: a mean of the gear and a scatter of the teeth of 0.3 times its size, scaled so that the
     ///   largest slope is r_3 f_HαT.
     /// - The r_i are uniform on (1/√2, 1), since classes differ by the factor √2. All is then reduced by the
@@ -169,7 +170,8 @@ impl ToothDeviations {
 }
 
 /// Mean and pairs (c_n, s_n), n = 1 .. z/2, of the trigonometric polynomial through values at the angles
-/// 2π (k + 1/2)/z. Of an even number of values, the order z/2 has a sine alone: its cosine is 0 at all angles.
+/// 2π (k + 1/2)/z. Of an even number of values, the order z/2 has a sine alone: its cosine is 0 at all
+/// angles.
 fn through(values: &[f64]) -> (f64, Vec<[f64; 2]>) {
     let z = values.len();
     let pair = |n: usize| {
