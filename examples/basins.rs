@@ -4,7 +4,8 @@
 //! shares of the rattle states over the amplitude of the torque. The pictures show which motion each start
 //! (q, v) reaches; `basins.csv` and `amplitudes.csv` contain the tables.
 //!
-//! `cargo run --release -p examples --example basins`; everything is written to target/gallery/basins/.
+//! `cargo run --release -p examples --example basins`, with `-- --coarse` for a sixteenth of the starts; everything is
+//! written to target/gallery/basins/.
 
 mod support;
 
@@ -12,10 +13,10 @@ use gear_dynamics::models::Oscillator;
 use gear_dynamics::sweep::{Attractors, Axis, LaneRk4, Points, Row};
 use gear_dynamics::{RattleState, State, Sweep};
 use gear_dynamics_plots::{Picture, category_map};
-use support::{Outcome, csv_file, gallery};
+use support::{Outcome, coarse, csv_file, gallery};
 
 fn main() -> Outcome<()> {
-    const SIDE: usize = 200;
+    let side = if coarse() { 50 } else { 200 };
     let folder = gallery("basins")?;
     let mut csv = csv_file(folder.join("basins.csv"), "omega,attractor,period,q,v,share")?;
     let mut panels = Vec::new();
@@ -31,7 +32,7 @@ fn main() -> Outcome<()> {
     ])?;
     for omega in [0.66, 0.69, 0.72, 0.75] {
         let starts =
-            Points::grid(vec![Axis::linear("q", -4.0, 4.0, SIDE)?, Axis::linear("v", -4.0, 4.0, SIDE)?])?;
+            Points::grid(vec![Axis::linear("q", -4.0, 4.0, side)?, Axis::linear("v", -4.0, 4.0, side)?])?;
         let rows = Sweep::new(starts)
             .settle(100)
             .measure(20)
@@ -42,7 +43,7 @@ fn main() -> Outcome<()> {
         let attractors = Attractors::find(&rows, 1e-4)?;
         println!("Ω = {omega}: {} motions", attractors.list().len());
         for (i, one) in attractors.list().iter().enumerate() {
-            let share = one.rows as f64 / (SIDE * SIDE) as f64;
+            let share = one.rows as f64 / (side * side) as f64;
             let period = one.period_multiple.map_or("none".into(), |p| p.to_string());
             let state = one.states.first().cloned().unwrap_or_else(|| vec![f64::NAN; 2]);
             println!(
@@ -62,13 +63,10 @@ fn main() -> Outcome<()> {
     Picture::new(panels).columns(2).panel_size(420.0, 420.0).save(folder.join("basins.svg"))?;
 
     // The amplitude is a constant of the machine: one drive table serves all starts at all amplitudes.
-    const COARSE: usize = 50;
+    let few = if coarse() { 12 } else { 50 };
     let amplitudes = Axis::linear("amplitude", 0.08, 0.32, 13)?;
-    let axes = vec![
-        amplitudes.clone(),
-        Axis::linear("q", -4.0, 4.0, COARSE)?,
-        Axis::linear("v", -4.0, 4.0, COARSE)?,
-    ];
+    let axes =
+        vec![amplitudes.clone(), Axis::linear("q", -4.0, 4.0, few)?, Axis::linear("v", -4.0, 4.0, few)?];
     let rows = Sweep::new(Points::grid(axes)?)
         .settle(100)
         .measure(20)
@@ -87,7 +85,7 @@ fn main() -> Outcome<()> {
             let ends = |row: &Row<'_>| {
                 row.point()["amplitude"] == *amplitude && row.contacts()[0].rattle_state() == state
             };
-            100.0 * rows.iter().filter(ends).count() as f64 / (COARSE * COARSE) as f64
+            100.0 * rows.iter().filter(ends).count() as f64 / (few * few) as f64
         };
         let [none, one, both] =
             [RattleState::None, RattleState::Unilateral, RattleState::Bilateral].map(share);
