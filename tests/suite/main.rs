@@ -90,6 +90,7 @@ mod api {
     pub use gear_dynamics::models::ring::*;
     pub use gear_dynamics::ode::*;
     pub use gear_dynamics::periodic::*;
+    pub use gear_dynamics::processes::*;
     pub use gear_dynamics::roots::*;
     pub use gear_dynamics::sweep::*;
     pub use gear_dynamics::teeth::*;

@@ -4,7 +4,7 @@ use super::motions::{MESH, Point, broyden, pair, paper, paper_point, solver};
 use crate::reproduce::report::{Kind, Report};
 use crate::support::{Outcome, coarse};
 use gear_dynamics::contact::Piece;
-use gear_dynamics::drives::HeldProcess;
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::periodic::{FourierOrbit, Integrals};
 use gear_dynamics::{Balance, Harmonics, Integrator, NfgPair, NfgParams, Periodic, RattleState};
 use rand_distr::Uniform;

@@ -6,7 +6,8 @@ use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
     AsymmetricBacklash, ByDeflection, Damped, MixedLaw, Nonlinearity, PowerLaw, VaryingBacklash,
 };
-use gear_dynamics::drives::{Driven, Held, HeldProcess, SpeedLaw, VaryingSpeed};
+use gear_dynamics::drives::{Driven, Noisy, SpeedLaw, VaryingSpeed};
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::excitation::{Fourier, RectangularWave, Scaled, Side};
 use gear_dynamics::model::Drives;
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
@@ -133,7 +134,7 @@ fn the_pair_is_wrapped() {
     let ensemble = Ensemble::new(8, 20.0 * pair.period(), 20).unwrap().channels(&["dynamic factor"]).rattle();
     let process = HeldProcess::from_values(1e-4, &[-100.0, 100.0]).unwrap();
     let member = |member: u64| {
-        Held::new(rattling()).add(&[(load, 1.0)], process.clone().member(member)).map(|held| (held, loaded()))
+        Noisy::new(rattling()).add(&[(load, 1.0)], &process.clone().member(member)).map(|held| (held, loaded()))
     };
     let bands = ensemble.run(&accurate(), member).unwrap();
     assert_eq!(bands.at("dynamic factor", 20).unwrap().count(), 8);
