@@ -27,7 +27,7 @@ use std::sync::Arc;
 /// The phases at the nodes k h of a grid are exact, and a grid with half the spacing contains them. Between
 /// nodes the phase is a straight line, so that nodes are drive edges.
 ///
-/// Source: Wedig, Structural Safety 6 (1989) 201; Lin and Cai, Probabilistic Structural Dynamics, 1995.
+/// Source: Lin and Cai, Probabilistic Structural Dynamics, 1995.
 ///
 /// ```
 /// use gear_dynamics::{excitation::Side, processes::{JitteredOrder, Process}};

@@ -47,6 +47,8 @@ mod lyapunov;
 mod mesh_phases;
 mod noncircular;
 mod pages;
+mod process_spectra;
+mod processes;
 mod reference_nfg;
 mod reference_ring;
 mod results_at_edges;
