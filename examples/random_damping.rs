@@ -12,9 +12,9 @@
 mod support;
 
 use gear_dynamics::drives::Noisy;
-use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::excitation::Side;
 use gear_dynamics::models::ring::RingSet;
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::sweep::{Ensemble, MeanAfter};
 use gear_dynamics::{Dop853, Model, ParameterError, Ring, State};
 use gear_dynamics_plots::{Mark, Panel, Picture, band};

@@ -119,11 +119,10 @@ pub use num_complex;
 ///   [`VaryingBacklash`](contact::VaryingBacklash), [`PowerLaw`](contact::PowerLaw),
 ///   [`NoPullBacklash`](contact::NoPullBacklash), [`Damped`](contact::Damped) and others. Rigid stops:
 ///   [`Restitution`](contact::Restitution).
-/// - **Random drives** ([page](guide::random)): [`Noisy`](drives::Noisy) adds a [`Process`](processes::Process),
-///   [`HeldProcess`](processes::HeldProcess), [`OrnsteinUhlenbeck`](processes::OrnsteinUhlenbeck),
-///   [`FilteredNoise`](processes::FilteredNoise), [`SpectralProcess`](processes::SpectralProcess),
-///   [`ShotNoise`](processes::ShotNoise) or [`JitteredOrder`](processes::JitteredOrder). **Functions of time**:
-///   [`Driven`](drives::Driven).
+/// - **Random drives** ([page](guide::random)): [`Noisy`](drives::Noisy) adds a
+///   [`Process`](processes::Process), such as [`HeldProcess`](processes::HeldProcess),
+///   [`OrnsteinUhlenbeck`](processes::OrnsteinUhlenbeck) or [`FilteredNoise`](processes::FilteredNoise).
+/// - **Functions of time**: [`Driven`](drives::Driven).
 /// - **Varying speed**: [`SpeedLaw`](drives::SpeedLaw), [`VaryingSpeed`](drives::VaryingSpeed),
 ///   [`Waterfall`](analysis::Waterfall).
 /// - **Periodic orbits by harmonic balance**: [`Balance`], [`Harmonics`],

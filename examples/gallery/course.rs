@@ -5,13 +5,13 @@ use crate::pair::{bench_pair, tooth_stiffness, waves, with_brake, with_law};
 use gear_dynamics::branches::{Branch, BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
 use gear_dynamics::drives::Noisy;
-use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::linear::{Modes, static_state};
 use gear_dynamics::model::Scalar;
 use gear_dynamics::ode::Probe;
 use gear_dynamics::ode::{Step, uniform_times};
 use gear_dynamics::periodic::ShootingOrbit;
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4, Points};
 use gear_dynamics::trains::Train;
 use gear_dynamics::{

@@ -1,7 +1,8 @@
 //! Models whose drives are changed.
 //!
 //! Each type takes a model and is a model. [`Noisy`] adds random [processes](crate::processes) to
-//! constants, [`Driven`] functions of time, [`VaryingSpeed`] replaces the speed by a [`SpeedLaw`]. [`Wrapped`] is for rules of one's own ([`DriveRule`]).
+//! constants, [`Driven`] functions of time; [`VaryingSpeed`] replaces the speed by a [`SpeedLaw`].
+//! [`Wrapped`] is for rules of one's own ([`DriveRule`]).
 
 pub(crate) mod driven;
 pub(crate) mod noisy;

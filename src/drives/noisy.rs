@@ -42,7 +42,8 @@ pub type Noisy<M> = Wrapped<M, RandomDrives>;
 /// The rule of [`Noisy`]: the paths of random processes and the drives to which they are added.
 ///
 /// ```
-/// use gear_dynamics::{drives::Noisy, excitation::Side, models::ring::RingSet, processes::HeldProcess, Model, Ring};
+/// use gear_dynamics::{drives::Noisy, excitation::Side, models::ring::RingSet, Model, Ring};
+/// use gear_dynamics::processes::HeldProcess;
 /// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let slots = [ring.slot("mesh damping 0")?, ring.slot("mesh damping 1")?];
 /// let process = HeldProcess::from_values(1e-3, &[0.0, 1.0])?;
@@ -93,9 +94,9 @@ impl<M: Model> Noisy<M> {
         Wrapped::by_rule(model, RandomDrives::default())
     }
 
-    /// Adds gain × x(t) to each of these `(slot, gain)`, with the same path x(t) for all of them: to the lower
-    /// and the upper edge of a mesh with the gains -g and g, for example, to vary its half backlash. Slots
-    /// whose paths are independent are added one by one.
+    /// Adds gain × x(t) to each of these `(slot, gain)`, with the same path x(t) for all of them: to the
+    /// lower and the upper edge of a mesh with the gains -g and g, for example, to vary its half backlash.
+    /// Slots whose paths are independent are added one by one.
     ///
     /// # Errors
     /// A slot that the model does not have; a gain beyond ±1e50.

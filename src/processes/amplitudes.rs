@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 
-/// A distribution, and its moments if the user states them: a distribution of `rand_distr` does not tell them.
+/// A distribution, and its moments if the user states them: a distribution of `rand_distr` does not tell
+/// them.
 #[derive(Clone)]
 pub(crate) struct Amplitudes {
     draw: Draw,

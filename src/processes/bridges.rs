@@ -9,15 +9,16 @@ use rand_distr::{Distribution, StandardNormal};
 /// The states of a stationary Gaussian Markov process of D components at the nodes k h of a grid.
 ///
 /// The nodes are divided into blocks of 2^m cells that are so long that the states at their ends are
-/// independent to rounding. Inside a block the state in the middle of an interval is drawn given those at both
-/// its ends (the bridge), then those in the middle of both halves, and so on:
+/// independent to rounding. Inside a block the state in the middle of an interval is drawn given those at
+/// both its ends (the bridge), then those in the middle of both halves, and so on:
 ///
 /// ```text
 /// z(s) = Φ z0 + K (z1 - Φ² z0) + w,   K = Q Φᵀ (Φ Q Φᵀ + Q)⁻¹,   Cov w = Q - K Φ Q
 /// ```
 ///
-/// with the half interval s, its transition Φ = exp(A s) and the covariance Q of what enters in it. The states
-/// are exact at all nodes, a state takes m draws, and a grid of half the spacing contains those of this one.
+/// with the half interval s, its transition Φ = exp(A s) and the covariance Q of what enters in it. The
+/// states are exact at all nodes, a state takes m draws, and a grid of half the spacing contains those of
+/// this one.
 #[derive(Debug)]
 pub(crate) struct Bridges<const D: usize> {
     pub(crate) grid: Grid,
@@ -39,18 +40,16 @@ pub(crate) type Flow<const D: usize> = (SMatrix<f64, D, D>, SMatrix<f64, D, D>);
 /// A process forgets by e^-37 < 2^-53 in this number of correlation times.
 const FORGOTTEN: f64 = 37.0;
 
-/// Smallest spacing of a grid over the longest and the shortest time of its process: blocks of 2^46 cells.
-const SMALLEST: f64 = 1e-12;
-
 impl<const D: usize> Bridges<D> {
-    /// A grid for a process that forgets in `longest`, with a spacing of at most `shortest`. `flow`: Φ and Q
-    /// over a time.
+    /// A grid for a process with the correlation time `longest`, whose spacing lies between bounds that are
+    /// not below 1e-12 of it: a block has less than 2^46 cells. `flow`: Φ and Q over a time.
     pub(crate) fn new(
         spacing: f64,
-        [shortest, longest]: [f64; 2],
+        bounds: [f64; 2],
+        longest: f64,
         flow: impl Fn(f64) -> Flow<D>,
     ) -> Result<Self, ParameterError> {
-        check::between("spacing of the grid", spacing, [SMALLEST * longest, shortest])?;
+        check::between("spacing of the grid", spacing, bounds)?;
         let grid = Grid { spacing };
         let depth = (0..).find(|m| spacing * (1u64 << m) as f64 >= FORGOTTEN * longest).unwrap_or(0);
         let halves = (0..depth).rev().map(|m| spacing * (1u64 << m) as f64);
@@ -107,7 +106,8 @@ impl<const D: usize> Level<D> {
         std::array::from_fn(|i| {
             let mut sum = 0.0;
             for j in 0..D {
-                sum += self.left[i][j] * left[j] + self.right[i][j] * right[j] + self.scatter[i][j] * normals[j];
+                sum +=
+                    self.left[i][j] * left[j] + self.right[i][j] * right[j] + self.scatter[i][j] * normals[j];
             }
             sum
         })

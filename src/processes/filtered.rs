@@ -25,7 +25,7 @@ use std::sync::Arc;
 /// two-sided intensity D/ω⁴.
 ///
 /// The values of x and x' at the nodes k h of a grid are exact, and a grid with half the spacing contains
-/// them, to rounding. Between nodes the path is the cubic with these values at both ends (Hermite). x'' jumps
+/// them. Between nodes the path is the cubic with these values at both ends (Hermite). x'' jumps
 /// at the nodes, so that they are drive edges.
 ///
 /// Source: Chandrasekhar, Rev. Mod. Phys. 15 (1943) 1, Sec. II.3.
@@ -109,8 +109,9 @@ impl FilteredNoise {
     ///
     /// # Errors
     /// A standard deviation that is negative or beyond 1e50; a natural frequency outside 1e-50 .. 1e50; a
-    /// damping ratio outside 1e-6 .. 1e6; a spacing above 1/ω, for ζ > 1 above 1/(ω (ζ + √(ζ² - 1))), the
-    /// shortest time of the filter, which the grid then does not resolve; one below 1e-12 of its longest time.
+    /// damping ratio outside 1e-4 .. 100; a spacing above the shortest time of the filter, 1/ω, for ζ > 1
+    /// 1/(ω (ζ + √(ζ² - 1))), which the grid then does not resolve; one below 1e-3 of it, where rounding of
+    /// the covariances exceeds 1e-4.
     pub fn new(
         deviation: f64,
         natural_frequency: f64,
@@ -120,12 +121,12 @@ impl FilteredNoise {
         let deviation = check::not_negative("standard deviation", deviation)?;
         let omega = check::scale("natural frequency", natural_frequency)?;
         check::positive("damping ratio", damping_ratio)?;
-        check::between("damping ratio", damping_ratio, [1e-6, 1e6])?;
+        check::between("damping ratio", damping_ratio, [1e-4, 100.0])?;
         let filter = Filter { omega, zeta: damping_ratio };
         let [slow, fast] = filter.rates();
-        let times = [1.0 / (omega * fast.max(1.0)), 1.0 / (omega * slow)];
-        let bridges = Arc::new(Bridges::new(spacing, times, |time| filter.flow(time))?);
-        Ok(FilteredNoise { deviation, filter, draws: Draws::default(), bridges })
+        let (shortest, longest) = (1.0 / (omega * fast.max(1.0)), 1.0 / (omega * slow));
+        let bridges = Bridges::new(spacing, [1e-3 * shortest, shortest], longest, |time| filter.flow(time))?;
+        Ok(FilteredNoise { deviation, filter, draws: Draws::default(), bridges: Arc::new(bridges) })
     }
     /// The same process with another seed, for an independent experiment. Default: 0.
     pub fn seed(self, seed: u64) -> Self {
@@ -180,8 +181,10 @@ impl Cubics {
         // In the stationary state x/σ and x'/(σω) are independent, of variance 1.
         let ends = [&draws[0], &draws[1]].map(|draws| normals(&mut draws.child(0)));
         let rate = self.omega * self.bridges.grid.spacing;
-        let [[x0, v0], [x1, v1]] =
-            self.bridges.at_ends(cell, &draws[0], ends).map(|[x, v]| [self.deviation * x, self.deviation * rate * v]);
+        let [[x0, v0], [x1, v1]] = self
+            .bridges
+            .at_ends(cell, &draws[0], ends)
+            .map(|[x, v]| [self.deviation * x, self.deviation * rate * v]);
         let rise = x1 - x0;
         [x0, v0, 3.0 * rise - 2.0 * v0 - v1, v0 + v1 - 2.0 * rise]
     }

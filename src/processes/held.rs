@@ -132,11 +132,7 @@ impl ValueSource {
 
 impl Process for HeldProcess {
     fn path(&self, stream: u64) -> Arc<dyn Path> {
-        Arc::new(HeldPath {
-            grid: self.grid,
-            stream: self.draws.stream(stream),
-            source: self.source.clone(),
-        })
+        Arc::new(HeldPath { grid: self.grid, stream: self.draws.stream(stream), source: self.source.clone() })
     }
     fn mean(&self) -> Option<f64> {
         Some(self.known()?.mean)

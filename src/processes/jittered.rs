@@ -21,8 +21,8 @@ use std::sync::Arc;
 /// S(f) = a² (L(2π f - ω) + L(2π f + ω)),   L(φ) = D/(D² + φ²)
 /// ```
 ///
-/// with white noise ξ of intensity 1 and ω = n Ω for order n of a shaft of speed Ω. The line at ω/(2π) has the
-/// width D/π `[Hz]` at half its height: firing of an engine that does not fire evenly.
+/// with white noise ξ of intensity 1 and ω = n Ω for order n of a shaft of speed Ω. The line at ω/(2π) has
+/// the width D/π `[Hz]` at half its height: firing of an engine that does not fire evenly.
 ///
 /// The phases at the nodes k h of a grid are exact, and a grid with half the spacing contains them. Between
 /// nodes the phase is a straight line, so that nodes are drive edges.
@@ -65,7 +65,8 @@ impl JitteredOrder {
         let frequency = check::quantity("angular frequency", angular_frequency)?;
         let diffusion = check::scale("diffusion", diffusion)?;
         let walk = |time: f64| (SMatrix::from([[1.0]]), SMatrix::from([[2.0 * diffusion * time]]));
-        let bridges = Arc::new(Bridges::new(spacing, [1.0 / diffusion; 2], walk)?);
+        let time = 1.0 / diffusion;
+        let bridges = Arc::new(Bridges::new(spacing, [1e-12 * time, time], time, walk)?);
         Ok(JitteredOrder { amplitude, frequency, diffusion, draws: Draws::default(), bridges })
     }
     /// The same process with another seed, for an independent experiment. Default: 0.
@@ -111,8 +112,8 @@ impl Walk {
     /// The phases at both ends of a cell.
     ///
     /// The phases at the ends of blocks are uniform and independent: their distribution modulo 2π forgets as
-    /// e^(-D t). The walk from one to the next is δ + 2πk, with δ the difference in -π .. π and the k of the
-    /// probability that a normal walk of the variance 2D L of the block has.
+    /// e^(-D t). The walk from one to the next is δ + 2πk, with their difference δ, and k of the probability
+    /// that a normal walk of the variance 2D L of the block has.
     fn ends(&self, cell: i64) -> [f64; 2] {
         let bridges = &self.order.bridges;
         let block = bridges.block(cell);

@@ -1,8 +1,8 @@
 //! Random processes as functions of time.
 //!
-//! A [`Process`] is a law with a seed, a member and closed-form statistics; a [`Path`] is one of its functions
-//! of time. [`Noisy`](crate::drives::Noisy) adds paths to the drives of a model. Which process serves which
-//! purpose: docs/random.md.
+//! A [`Process`] is a law with a seed, a member and closed-form statistics; a [`Path`] is one of its
+//! functions of time. [`Noisy`](crate::drives::Noisy) adds paths to the drives of a model. Which process
+//! serves which purpose: docs/random.md.
 
 pub(crate) mod amplitudes;
 pub(crate) mod bridges;

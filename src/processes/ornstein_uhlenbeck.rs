@@ -22,9 +22,9 @@ use std::sync::Arc;
 /// intensity D = 2 σ² τ.
 ///
 /// The values at the nodes k h of a grid are exact, and a grid with half the spacing contains them. Between
-/// nodes the path is a straight line, so that nodes are drive edges. This multiplies the density of the values
-/// at the nodes by (sin(π f h)/(π f h))⁴ and leaves (2 + e^(-h/τ))/3 of the variance as a mean over time: 97 %
-/// with h = τ/10.
+/// nodes the path is a straight line, so that nodes are drive edges. This multiplies the density of the
+/// values at the nodes by (sin(π f h)/(π f h))⁴ and leaves (2 + e^(-h/τ))/3 of the variance as a mean over
+/// time: 97 % with h = τ/10.
 ///
 /// Source: Uhlenbeck and Ornstein, Phys. Rev. 36 (1930) 823; Gillespie, Phys. Rev. E 54 (1996) 2084.
 ///
@@ -56,7 +56,7 @@ impl OrnsteinUhlenbeck {
     pub fn new(deviation: f64, correlation_time: f64, spacing: f64) -> Result<Self, ParameterError> {
         let deviation = check::not_negative("standard deviation", deviation)?;
         let tau = check::scale("correlation time", correlation_time)?;
-        let bridges = Bridges::new(spacing, [tau; 2], |time| {
+        let bridges = Bridges::new(spacing, [1e-12 * tau, tau], tau, |time| {
             let (phi, q) = (libm::exp(-time / tau), -libm::expm1(-2.0 * time / tau));
             (SMatrix::from([[phi]]), SMatrix::from([[q]]))
         })?;

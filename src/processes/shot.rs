@@ -27,8 +27,8 @@ use std::sync::Arc;
 /// [`moments`](ShotNoise::moments) states them. Far below the frequency 1/(2πτ) it is white noise of the
 /// two-sided intensity D = λ τ² E[a²].
 ///
-/// The path jumps at t_i, which are drive edges. Pulses are forgotten after 37 decay times, when e^-37 < 2^-53
-/// of them is left. An evaluation sums all pulses of this time, 37 λ τ in the mean.
+/// The path jumps at t_i, which are drive edges. Pulses are forgotten after 37 decay times, when e^-37 <
+/// 2^-53 of them is left. An evaluation sums all pulses of this time, 37 λ τ in the mean.
 ///
 /// Source: Campbell, Proc. Cambridge Phil. Soc. 15 (1909) 117; Rice, Bell Syst. Tech. J. 23 (1944) 282.
 ///

@@ -17,9 +17,9 @@ use std::sync::Arc;
 /// E[x] = 0,   variance Σ a_j²/2,   correlation Σ a_j² cos(2π f_j lag)/Σ a_j²
 /// ```
 ///
-/// The band f0 .. f1 is divided into N cells of the width Δf; the phases φ_j are uniform and independent. Each
-/// path has the power of each cell exactly. For many cells x is Gaussian to a good approximation. The path is
-/// smooth: it has no edges, and all its derivatives are exact.
+/// The band f0 .. f1 is divided into N cells of the width Δf; the phases φ_j are uniform and independent.
+/// Each path has the power of each cell exactly. For many cells x is Gaussian to a good approximation. The
+/// path is smooth: it has no edges, and all its derivatives are exact.
 ///
 /// After the recurrence time 1/Δf all harmonics have turned by the same angle relative to whole turns: x
 /// repeats, for f0 = 0 with the other sign. A run that is longer learns nothing new from the process. An

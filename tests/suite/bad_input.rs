@@ -159,10 +159,7 @@ fn empty_and_mismatched_lists() {
     );
     let held = Noisy::new(NfgPair::new(&NfgParams::table1()).unwrap());
     let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
-    assert_eq!(
-        held.clone().add(&[(99, 1.0)], &process).unwrap_err(),
-        P::NoSuchSlot { slot: 99, drives: 13 }
-    );
+    assert_eq!(held.clone().add(&[(99, 1.0)], &process).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 13 });
     assert!(matches!(held.add(&[(1, f64::NAN)], &process), Err(P::NotFinite { .. })));
 }
 

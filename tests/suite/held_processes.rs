@@ -153,8 +153,9 @@ fn shared_and_per_mesh() {
 #[test]
 fn random_torque_and_clearance() {
     let ring = ring();
-    let torque =
-        Noisy::new(ring.clone()).add(&[(ring.slot("motor torque").unwrap(), 4.0)], &process(5e-3, 0)).unwrap();
+    let torque = Noisy::new(ring.clone())
+        .add(&[(ring.slot("motor torque").unwrap(), 4.0)], &process(5e-3, 0))
+        .unwrap();
     let gaps: Vec<[usize; 2]> = (0..4).map(|i| ring.clearance_slots(i).unwrap()).collect();
     let clearance = gaps.iter().fold(Noisy::new(ring.clone()), |held, [lower, upper]| {
         held.add(&[(*lower, -1e-5), (*upper, 1e-5)], &process(5e-3, 0)).unwrap()

@@ -52,13 +52,13 @@ fn estimate(process: &dyn Process, spacing: f64, apart: f64) -> Density {
 
 #[test]
 fn gaussian_processes_sampled_at_nodes() {
-    let processes: [(&str, Box<dyn Process>, f64); 4] = [
-        ("Ornstein-Uhlenbeck", Box::new(OrnsteinUhlenbeck::new(2.0, 1.0, 0.0625).unwrap()), 0.0625),
-        ("filtered, resonant", Box::new(FilteredNoise::new(3.0, 2.0, 0.1, 0.25).unwrap()), 0.5),
-        ("filtered, overdamped", Box::new(FilteredNoise::new(3.0, 1.0, 2.0, 0.125).unwrap()), 0.25),
-        ("jittered order", Box::new(JitteredOrder::new(2.0, 2.0, 0.1, 0.5).unwrap()), 0.5),
+    let processes: [(&str, Box<dyn Process>, f64, usize); 4] = [
+        ("Ornstein-Uhlenbeck", Box::new(OrnsteinUhlenbeck::new(2.0, 1.0, 0.0625).unwrap()), 0.0625, 10),
+        ("filtered, resonant", Box::new(FilteredNoise::new(3.0, 2.0, 0.1, 0.25).unwrap()), 0.5, 10),
+        ("filtered, overdamped", Box::new(FilteredNoise::new(3.0, 1.0, 2.0, 0.125).unwrap()), 0.25, 10),
+        ("jittered order", Box::new(JitteredOrder::new(2.0, 2.0, 0.1, 0.5).unwrap()), 0.5, 30),
     ];
-    for (name, process, spacing) in processes {
+    for (name, process, spacing, line) in processes {
         let density = estimate(&*process, spacing, 64.0);
         let variance = process.variance().unwrap();
         let exact = expected(SEGMENT, spacing, |i, j| {
@@ -66,8 +66,8 @@ fn gaussian_processes_sampled_at_nodes() {
         });
         inside_bands(name, &density, &exact);
         // Far below the frequency of the samples the density itself is that of the process.
-        let ratio = exact[6] / process.density(density.frequencies()[6]).unwrap();
-        assert!((ratio - 1.0).abs() < 0.05, "{name}: {ratio}");
+        let ratio = exact[line] / process.density(density.frequencies()[line]).unwrap();
+        assert!((ratio - 1.0).abs() < 0.03, "{name}: {ratio}");
     }
 }
 
@@ -79,7 +79,8 @@ fn lines_between_nodes() {
     let process = OrnsteinUhlenbeck::new(sigma, 1.0, h).unwrap();
     let weights = |i: usize| [(i / 4, 1.0 - 0.25 * (i % 4) as f64), (i / 4 + 1, 0.25 * (i % 4) as f64)];
     let covariance = |i: usize, j: usize| {
-        let of_nodes = |a: usize, b: usize| sigma * sigma * process.correlation((a.abs_diff(b)) as f64 * h).unwrap();
+        let of_nodes =
+            |a: usize, b: usize| sigma * sigma * process.correlation((a.abs_diff(b)) as f64 * h).unwrap();
         weights(i).iter().flat_map(|&(a, wa)| weights(j).map(|(b, wb)| wa * wb * of_nodes(a, b))).sum()
     };
     let exact = expected(SEGMENT, 0.25 * h, covariance);
@@ -113,7 +114,8 @@ fn prescribed_density() {
     let samples: Vec<f64> = (0..SEGMENTS).flat_map(segment).collect();
     let density = Welch::new(SEGMENT).overlap(0.0).density(&samples, spacing).unwrap();
     let variance = process.variance().unwrap();
-    let correlations: Vec<f64> = (0..SEGMENT).map(|k| process.correlation(k as f64 * spacing).unwrap()).collect();
+    let correlations: Vec<f64> =
+        (0..SEGMENT).map(|k| process.correlation(k as f64 * spacing).unwrap()).collect();
     let exact = expected(SEGMENT, spacing, |i, j| variance * correlations[j - i]);
     // Beyond the band only what leaks through the window is left: sums of few lines, no χ² distribution.
     let inner = density.frequencies().iter().filter(|f| **f < 0.97).count();
@@ -164,7 +166,7 @@ fn held_noise_tends_to_white_noise() {
     assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.1), "{orders:?}");
 }
 
-/// The same with random values: 2000 members, the interval of 99 %.
+/// The same with random values: 1000 members, the interval of 99 %.
 #[test]
 fn members_under_held_noise() {
     let (zeta, h, end) = (0.25, 0.25, 30.0);
@@ -173,10 +175,11 @@ fn members_under_held_noise() {
     let normal = HeldProcess::new(h, StandardNormal).unwrap().moments(0.0, 1.0).unwrap();
     // The variance of a value is 1/h, the intensity 1.
     let end_of = |member: u64| {
-        let noisy = Noisy::new(bare.clone()).add(&[(slot, h.powf(-0.5))], &normal.clone().member(member)).unwrap();
+        let noisy =
+            Noisy::new(bare.clone()).add(&[(slot, h.powf(-0.5))], &normal.clone().member(member)).unwrap();
         Dop853::new().rtol(1e-6).atol(1e-8).end(&noisy, &State::at_rest(1), end).unwrap().q[0]
     };
-    let squares: Vec<f64> = (0..2000).map(|member| end_of(member).powi(2)).collect();
+    let squares: Vec<f64> = (0..1000).map(|member| end_of(member).powi(2)).collect();
     let seen = Summary::from_samples(&squares).unwrap();
     let error = seen.deviation / (squares.len() as f64).sqrt();
     let exact = (1.0 - h * h / 12.0) / (4.0 * zeta);

@@ -8,8 +8,8 @@ use gear_dynamics::contact::{
     Restitution, SmoothedBacklash, VaryingBacklash,
 };
 use gear_dynamics::drives::SpeedLaw;
-use gear_dynamics::processes::{HeldProcess, Process};
 use gear_dynamics::excitation::Side;
+use gear_dynamics::processes::{HeldProcess, Process};
 
 /// Any law behind one type.
 pub type Any = MixedLaw<Damped<MixedLaw>>;
