@@ -11,9 +11,10 @@
 
 mod support;
 
-use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::drives::Noisy;
 use gear_dynamics::excitation::Side;
 use gear_dynamics::models::ring::RingSet;
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::sweep::{Ensemble, MeanAfter};
 use gear_dynamics::{Dop853, Model, ParameterError, Ring, State};
 use gear_dynamics_plots::{Mark, Panel, Picture, band};
@@ -37,11 +38,11 @@ fn main() -> Outcome<()> {
     let folder = gallery("random_damping")?;
     let set = RingSet { motor_torque: 6.0, ..RingSet::set_a(3, 3000.0) };
     let ring = Ring::as_printed(&set.params()?)?;
-    let family = |member: u64| -> Result<(Held<Ring>, State), ParameterError> {
-        let (mut noisy, process) = (Held::new(ring.clone()), process(&set, member)?);
+    let family = |member: u64| -> Result<(Noisy<Ring>, State), ParameterError> {
+        let (mut noisy, process) = (Noisy::new(ring.clone()), process(&set, member)?);
         for mesh in 0..3 {
             let slot = ring.slot(&format!("mesh damping {mesh}"))?;
-            noisy = noisy.add(&[(slot, SCALE)], process.clone())?;
+            noisy = noisy.add(&[(slot, SCALE)], &process)?;
         }
         Ok((noisy, State::at_rest(ring.dof())))
     };

@@ -23,6 +23,7 @@ pub mod models;
 mod numeric;
 pub mod ode;
 pub mod periodic;
+pub mod processes;
 pub mod roots;
 mod rounded;
 mod scalar;
@@ -118,8 +119,10 @@ pub use num_complex;
 ///   [`VaryingBacklash`](contact::VaryingBacklash), [`PowerLaw`](contact::PowerLaw),
 ///   [`NoPullBacklash`](contact::NoPullBacklash), [`Damped`](contact::Damped) and others. Rigid stops:
 ///   [`Restitution`](contact::Restitution).
-/// - **Random drives**: [`HeldProcess`](drives::HeldProcess), [`Held`](drives::Held). **Functions of time**:
-///   [`Driven`](drives::Driven).
+/// - **Random drives** ([page](guide::random)): [`Noisy`](drives::Noisy) adds a
+///   [`Process`](processes::Process), such as [`HeldProcess`](processes::HeldProcess),
+///   [`OrnsteinUhlenbeck`](processes::OrnsteinUhlenbeck) or [`FilteredNoise`](processes::FilteredNoise).
+/// - **Functions of time**: [`Driven`](drives::Driven).
 /// - **Varying speed**: [`SpeedLaw`](drives::SpeedLaw), [`VaryingSpeed`](drives::VaryingSpeed),
 ///   [`Waterfall`](analysis::Waterfall).
 /// - **Periodic orbits by harmonic balance**: [`Balance`], [`Harmonics`],
@@ -332,6 +335,9 @@ pub mod guide {
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/sweeps.md")]
     pub mod sweeps {}
+    #[doc = include_str!("../docs/links.md")]
+    #[doc = include_str!("../docs/random.md")]
+    pub mod random {}
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/errata.md")]
     pub mod errata {}

@@ -2,12 +2,13 @@
 //! the steps makes the same number of allocations.
 
 use gear_dynamics::contact::{Contact, Piece};
-use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::drives::Noisy;
 use gear_dynamics::model::Offers;
 use gear_dynamics::models::nfg::NfgPair2;
 use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::ode::{Stats, Step};
 use gear_dynamics::periodic::{FlowMethod, FourierOrbit, Integrals, Variation};
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::roots::Residual;
 use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Point, Points, Rows};
 use gear_dynamics::{
@@ -97,8 +98,8 @@ fn steps_do_not_allocate() {
     steps_allocate_nothing("ring, taylor", &Taylor::new(), &ring, &State::at_rest(13), 0.1);
     let process = HeldProcess::new(1e-4, rand_distr::Uniform::new(0.0, 1.0).unwrap()).unwrap();
     let slot = |i: usize| ring.slot(&format!("mesh damping {i}")).unwrap();
-    let noisy = (0..6)
-        .fold(Held::new(ring.clone()), |noisy, i| noisy.add(&[(slot(i), 500.0)], process.clone()).unwrap());
+    let noisy =
+        (0..6).fold(Noisy::new(ring.clone()), |noisy, i| noisy.add(&[(slot(i), 500.0)], &process).unwrap());
     steps_allocate_nothing("noisy ring", &Dop853::new(), &noisy, &State::at_rest(13), 0.1);
     steps_allocate_nothing("noisy ring, taylor", &Taylor::new(), &noisy, &State::at_rest(13), 0.1);
 }

@@ -4,13 +4,14 @@ use crate::Outcome;
 use crate::pair::{bench_pair, tooth_stiffness, waves, with_brake, with_law};
 use gear_dynamics::branches::{Branch, BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
-use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::drives::Noisy;
 use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::linear::{Modes, static_state};
 use gear_dynamics::model::Scalar;
 use gear_dynamics::ode::Probe;
 use gear_dynamics::ode::{Step, uniform_times};
 use gear_dynamics::periodic::ShootingOrbit;
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::sweep::{Axis, Bifurcation, Ensemble, LaneRk4, Points};
 use gear_dynamics::trains::Train;
 use gear_dynamics::{
@@ -183,7 +184,7 @@ pub fn random(coarse: bool) -> Outcome<Picture> {
     let ensemble = ensemble.channels(&["mesh force"]).peaks(&["mesh force"]);
     let bands = ensemble.run(&solver, |member| {
         let process = process.clone().member(member);
-        let held = Held::new(pair.clone()).add(&[(pair.slot("drive")?, 1.0)], process)?;
+        let held = Noisy::new(pair.clone()).add(&[(pair.slot("drive")?, 1.0)], &process)?;
         Ok::<_, ParameterError>((held, start.clone()))
     })?;
     let panel = band(&bands, "mesh force [N]", [0.05, 0.95])?.y("mesh force W [N]")?;

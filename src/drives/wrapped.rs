@@ -29,7 +29,7 @@ pub trait DriveRule<M: ?Sized> {
 
 /// A model with its drives changed by a rule.
 ///
-/// [`Held`](crate::drives::Held) adds held processes, [`Driven`](crate::drives::Driven) adds functions of
+/// [`Noisy`](crate::drives::Noisy) adds random processes, [`Driven`](crate::drives::Driven) adds functions of
 /// time, and [`VaryingSpeed`](crate::drives::VaryingSpeed) replaces the constant speed by a speed law. The
 /// result is not [`Periodic`](crate::Periodic), even if the model is.
 ///

@@ -183,7 +183,7 @@ pub(crate) fn each_row(
 
 /// A model whose drives repeat. Poincaré sections, harmonic balance and drive tables require it.
 ///
-/// A model with held processes ([`Held`](crate::drives::Held)) is not periodic and does not implement this
+/// A model with held processes ([`Noisy`](crate::drives::Noisy)) is not periodic and does not implement this
 /// trait.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` has no period",

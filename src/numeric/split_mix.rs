@@ -23,11 +23,17 @@ pub(crate) struct CounterRng(u64);
 impl CounterRng {
     /// The generator of these four numbers.
     pub(crate) fn new(seed: u64, member: u64, stream: u64, index: u64) -> Self {
-        let start = [member, stream, index].iter().fold(mix(seed.wrapping_add(GOLDEN)), |state, &word| {
-            mix(state.wrapping_add(GOLDEN)
-                ^ mix(word.wrapping_add(GOLDEN).wrapping_mul(0xd134_2543_de82_ef95)))
-        });
-        CounterRng(start)
+        CounterRng::of_seed(seed).child(member).child(stream).child(index)
+    }
+    /// The generator of a seed alone.
+    pub(crate) fn of_seed(seed: u64) -> Self {
+        CounterRng(mix(seed.wrapping_add(GOLDEN)))
+    }
+    /// The generator of the numbers of this one and one more number.
+    #[inline]
+    pub(crate) fn child(&self, word: u64) -> Self {
+        let word = mix(word.wrapping_add(GOLDEN).wrapping_mul(0xd134_2543_de82_ef95));
+        CounterRng(mix(self.0.wrapping_add(GOLDEN) ^ word))
     }
 
     fn next(&mut self) -> u64 {

@@ -157,13 +157,10 @@ fn empty_and_mismatched_lists() {
         Fourier::fit(&[1.0; 4], 2).unwrap_err(),
         P::TooFew { name: "samples".into(), value: 4, min: 5 }
     );
-    let held = Held::new(NfgPair::new(&NfgParams::table1()).unwrap());
+    let held = Noisy::new(NfgPair::new(&NfgParams::table1()).unwrap());
     let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
-    assert_eq!(
-        held.clone().add(&[(99, 1.0)], process.clone()).unwrap_err(),
-        P::NoSuchSlot { slot: 99, drives: 13 }
-    );
-    assert!(matches!(held.add(&[(1, f64::NAN)], process), Err(P::NotFinite { .. })));
+    assert_eq!(held.clone().add(&[(99, 1.0)], &process).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 13 });
+    assert!(matches!(held.add(&[(1, f64::NAN)], &process), Err(P::NotFinite { .. })));
 }
 
 #[test]
@@ -532,12 +529,12 @@ proptest! {
             let _ = Damped::by_force(law, x[3]).map(|l| l.slope(x[5]));
         }
         if let Ok(process) = HeldProcess::from_values(x[0], &x[1..]) {
-            prop_assert!(process.at(t, Side::Before, 0).is_finite());
+            prop_assert!(process.path(0).at(t, Side::Before).is_finite());
             let pair = NfgPair::new(&NfgParams::table1()).unwrap();
             let slots = [(x[1].abs() as usize) % 20, 3];
-            if let Ok(held) = Held::new(pair)
-                .add(&slots.map(|slot| (slot, x[2])), process.clone())
-                .and_then(|h| h.add(&[(slots[0], -x[3]), (slots[1], x[3])], process))
+            if let Ok(held) = Noisy::new(pair)
+                .add(&slots.map(|slot| (slot, x[2])), &process)
+                .and_then(|h| h.add(&[(slots[0], -x[3]), (slots[1], x[3])], &process))
             {
                 prop_assert!(held.next_edge(t).is_none_or(|edge| edge > t));
                 let _ = Dop853::new().max_steps(40).end(&held, &State::at_rest(1), 10.0);

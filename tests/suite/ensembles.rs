@@ -26,11 +26,11 @@ impl Model for Oscillator {
     }
 }
 
-fn member(hold: f64) -> impl Fn(u64) -> Result<(Held<Oscillator>, State), ParameterError> + Sync {
+fn member(hold: f64) -> impl Fn(u64) -> Result<(Noisy<Oscillator>, State), ParameterError> + Sync {
     let uniform = Uniform::new(0.0, 1.0).unwrap();
     move |member| {
         let process = HeldProcess::new(hold, uniform)?.seed(11).member(member);
-        Ok((Held::new(Oscillator).add(&[(0, 0.2)], process)?, State::new(0.0, &[1.0], &[0.0])))
+        Ok((Noisy::new(Oscillator).add(&[(0, 0.2)], &process)?, State::new(0.0, &[1.0], &[0.0])))
     }
 }
 

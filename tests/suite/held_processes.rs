@@ -5,7 +5,7 @@ use crate::api::*;
 use rand_distr::{Normal, Uniform};
 use std::ops::ControlFlow;
 
-/// x'' + c x' + x = 0. The damping c is a drive, to which `Held` adds random values.
+/// x'' + c x' + x = 0. The damping c is a drive, to which `Noisy` adds random values.
 struct Damped;
 
 impl Model for Damped {
@@ -28,8 +28,8 @@ fn process(hold: f64, member: u64) -> HeldProcess {
     HeldProcess::new(hold, Uniform::new(0.0, 1.0).unwrap()).unwrap().seed(2020).member(member)
 }
 
-fn member(hold: f64, member: u64) -> Held<Damped> {
-    Held::new(Damped).add(&[(0, 0.2)], process(hold, member)).unwrap()
+fn member(hold: f64, member: u64) -> Noisy<Damped> {
+    Noisy::new(Damped).add(&[(0, 0.2)], &process(hold, member)).unwrap()
 }
 
 /// The mean energy at t = 40 of 1000 members is within three standard errors of the value from the exact
@@ -134,8 +134,8 @@ fn shared_and_per_mesh() {
     };
     let c = damping(&ring, 0.0);
     let p = process(1e-3, 0);
-    let together = Held::new(ring.clone())
-        .add(&slots.iter().map(|slot| (*slot, 500.0)).collect::<Vec<_>>(), p.clone())
+    let together = Noisy::new(ring.clone())
+        .add(&slots.iter().map(|slot| (*slot, 500.0)).collect::<Vec<_>>(), &p)
         .unwrap();
     assert!(
         damping(&together, 2.5e-3).iter().zip(&c).all(|(d, c)| (d - c - 500.0 * p.held(0, 2)).abs() < 1e-9)
@@ -143,7 +143,7 @@ fn shared_and_per_mesh() {
     let relative = slots
         .iter()
         .zip(&c)
-        .fold(Held::new(ring), |relative, (slot, c)| relative.add(&[(*slot, *c)], p.clone()).unwrap());
+        .fold(Noisy::new(ring), |relative, (slot, c)| relative.add(&[(*slot, *c)], &p).unwrap());
     for (i, d) in damping(&relative, 0.5e-3).iter().enumerate() {
         assert!((d / (c[i] * (1.0 + p.held(i as u64, 0))) - 1.0).abs() < 1e-14);
     }
@@ -153,11 +153,12 @@ fn shared_and_per_mesh() {
 #[test]
 fn random_torque_and_clearance() {
     let ring = ring();
-    let torque =
-        Held::new(ring.clone()).add(&[(ring.slot("motor torque").unwrap(), 4.0)], process(5e-3, 0)).unwrap();
+    let torque = Noisy::new(ring.clone())
+        .add(&[(ring.slot("motor torque").unwrap(), 4.0)], &process(5e-3, 0))
+        .unwrap();
     let gaps: Vec<[usize; 2]> = (0..4).map(|i| ring.clearance_slots(i).unwrap()).collect();
-    let clearance = gaps.iter().fold(Held::new(ring.clone()), |held, [lower, upper]| {
-        held.add(&[(*lower, -1e-5), (*upper, 1e-5)], process(5e-3, 0)).unwrap()
+    let clearance = gaps.iter().fold(Noisy::new(ring.clone()), |held, [lower, upper]| {
+        held.add(&[(*lower, -1e-5), (*upper, 1e-5)], &process(5e-3, 0)).unwrap()
     });
     let mut u = vec![0.0; ring.drives()];
     clearance.drive(0.0, Side::After, &mut u);
@@ -186,13 +187,13 @@ fn random_torque_and_clearance() {
 #[test]
 fn far_out() {
     for hold in [1e-4, 0.1, 3.7] {
-        let held = Held::new(Damped).add(&[(0, 1.0)], process(hold, 1)).unwrap();
+        let held = Noisy::new(Damped).add(&[(0, 1.0)], &process(hold, 1)).unwrap();
         let p = process(hold, 1);
         for k in [1_000_000_000u64, 1_000_000_007, 1_234_567_891] {
             let t = k as f64 * hold;
-            assert_eq!(p.at(t, Side::After, 0), p.held(0, k));
-            assert_eq!(p.at(t, Side::Before, 0), p.held(0, k - 1));
-            assert_eq!(p.at((k as f64 + 0.5) * hold, Side::Before, 0), p.held(0, k));
+            assert_eq!(p.path(0).at(t, Side::After), p.held(0, k));
+            assert_eq!(p.path(0).at(t, Side::Before), p.held(0, k - 1));
+            assert_eq!(p.path(0).at((k as f64 + 0.5) * hold, Side::Before), p.held(0, k));
             assert_eq!(held.next_edge(t), Some((k + 1) as f64 * hold));
             assert_eq!(held.next_edge(t.next_down()), Some(t));
         }

@@ -766,7 +766,7 @@ fn stops_are_refused_where_they_cannot_be_kept() {
         Rk4::new(0.01).plain().end(&model, &rest, 1.0),
         Err(IntegrateError::StopNotLocated { contact: 0 })
     );
-    let held = Held::new(model);
+    let held = Noisy::new(model);
     assert_eq!(
         Rk4::new(0.01).plain().end(&held, &rest, 1.0),
         Err(IntegrateError::StopNotLocated { contact: 0 })

@@ -49,6 +49,8 @@ mod mesh_phases;
 mod noncircular;
 mod pages;
 mod populations;
+mod process_spectra;
+mod processes;
 mod reference_nfg;
 mod reference_ring;
 mod results_at_edges;
@@ -95,6 +97,7 @@ mod api {
     pub use gear_dynamics::models::ring::*;
     pub use gear_dynamics::ode::*;
     pub use gear_dynamics::periodic::*;
+    pub use gear_dynamics::processes::*;
     pub use gear_dynamics::roots::*;
     pub use gear_dynamics::sweep::bounds::*;
     pub use gear_dynamics::sweep::*;

@@ -1,6 +1,6 @@
 //! Deviations from tooth to tooth, confidence intervals of shares and quantiles.
 
-use gear_dynamics::drives::HeldProcess;
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::excitation::Excitation;
 use gear_dynamics::sweep::{Distribution, Proportion};
 use gear_dynamics::teeth::{InvoluteGear, QualityGrade, ToothDeviations};

@@ -100,7 +100,7 @@ fn every_trajectory() {
             let scale = number(&held["scale_Ns_per_m"]);
             let slot = |i: usize| (ring.slot(&format!("mesh damping {i}")).unwrap(), scale);
             let slots: Vec<(usize, f64)> = (0..ring.gears()).map(slot).collect();
-            let noisy = Held::new(ring).add(&slots, process).unwrap();
+            let noisy = Noisy::new(ring).add(&slots, &process).unwrap();
             compare(&noisy, case, name);
         }
     }

@@ -4,8 +4,9 @@ use super::ring::{History, SETS, history, ring, solver, with_damping};
 use crate::reproduce::report::{Kind, Report};
 use crate::support::{Outcome, progress};
 use gear_dynamics::analysis::Summary;
-use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::drives::Noisy;
 use gear_dynamics::models::ring::RingSet;
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::{Integrator, Model, Periodic, State, Statistics};
 use gear_dynamics_plots::{Mark, Panel};
 use rand_distr::Uniform;
@@ -74,13 +75,13 @@ impl Disturbance {
             Disturbance::Damping(most) => force(&with_damping(bare, most, &share)?),
             Disturbance::Torque(part) => {
                 let slot = bare.slot("motor torque")?;
-                force(&Held::new(bare).add(&[(slot, part * set.motor_torque)], both)?)
+                force(&Noisy::new(bare).add(&[(slot, part * set.motor_torque)], &both)?)
             }
             Disturbance::Clearance(part) => {
-                let (mut held, gain) = (Held::new(bare), part * set.half_backlash);
+                let (mut held, gain) = (Noisy::new(bare), part * set.half_backlash);
                 for mesh in 0..3 {
                     let [lower, upper] = held.bare().clearance_slots(mesh)?;
-                    held = held.add(&[(lower, -gain), (upper, gain)], both.clone())?;
+                    held = held.add(&[(lower, -gain), (upper, gain)], &both)?;
                 }
                 force(&held)
             }

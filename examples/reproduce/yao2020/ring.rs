@@ -4,10 +4,11 @@
 use crate::reproduce::report::{Kind, Report};
 use crate::support::{Outcome, coarse, progress};
 use gear_dynamics::analysis::{ContactStatistics, Spectrum, Summary, Window};
-use gear_dynamics::drives::{Held, HeldProcess};
+use gear_dynamics::drives::Noisy;
 use gear_dynamics::linear::Modes;
 use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::ode::uniform_times;
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::{Dop853, Integrator, Model, ParameterError, Rattle, Ring, State, Statistics};
 use gear_dynamics_plots::{Mark, Panel};
 use rayon::prelude::*;
@@ -22,11 +23,11 @@ pub fn ring(set: &RingSet) -> Outcome<Ring> {
 }
 
 /// The ring with gain × a held process added to the damping of each mesh.
-pub fn with_damping(ring: Ring, gain: f64, process: &HeldProcess) -> Result<Held<Ring>, ParameterError> {
-    let mut held = Held::new(ring);
+pub fn with_damping(ring: Ring, gain: f64, process: &HeldProcess) -> Result<Noisy<Ring>, ParameterError> {
+    let mut held = Noisy::new(ring);
     for mesh in 0..3 {
         let slot = held.bare().slot(&format!("mesh damping {mesh}"))?;
-        held = held.add(&[(slot, gain)], process.clone())?;
+        held = held.add(&[(slot, gain)], process)?;
     }
     Ok(held)
 }

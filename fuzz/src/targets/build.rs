@@ -4,7 +4,7 @@ use super::laws;
 use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use crate::models;
 use gear_dynamics::contact::Contact;
-use gear_dynamics::drives::Held;
+use gear_dynamics::drives::Noisy;
 use gear_dynamics::excitation::Side;
 use gear_dynamics::model::Jacobian;
 use gear_dynamics::models::nfg::NfgPair2;
@@ -115,10 +115,10 @@ pub fn ring(case: &mut Case) -> Run {
 }
 
 /// A pair with held processes on existing and other slots.
-pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
+pub fn held_pair(case: &mut Case) -> Result<(Noisy<NfgPair>, State), Stop> {
     let pair = NfgPair::new(&models::pair_params(case))?;
     let start = pair.on_drive_flank()?;
-    let mut held = Held::new(pair);
+    let mut held = Noisy::new(pair);
     for _ in 0..1 + case.below(3) {
         let process = laws::process(case, 20.0, 1e-3)?;
         let mut slots: Vec<usize> = (0..case.below(3))
@@ -129,7 +129,7 @@ pub fn held_pair(case: &mut Case) -> Result<(Held<NfgPair>, State), Stop> {
         let gains = case.list(slots.len(), 1.0);
         let slots: Vec<(usize, f64)> = slots.into_iter().zip(gains).collect();
         case.note(|| format!("slots {slots:?}, {process:?}, first {:?}", process.held(0, 0)));
-        held = held.add(&slots, process)?;
+        held = held.add(&slots, &process)?;
     }
     Ok((held, start))
 }

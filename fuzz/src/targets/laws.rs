@@ -7,8 +7,9 @@ use gear_dynamics::contact::{
     AsymmetricBacklash, Cubic, Damped, Linear, MixedLaw, NoPullBacklash, Nonlinearity, Piece, PowerLaw,
     Restitution, SmoothedBacklash, VaryingBacklash,
 };
-use gear_dynamics::drives::{HeldProcess, SpeedLaw};
+use gear_dynamics::drives::SpeedLaw;
 use gear_dynamics::excitation::Side;
+use gear_dynamics::processes::{HeldProcess, Process};
 
 /// Any law behind one type.
 pub type Any = MixedLaw<Damped<MixedLaw>>;
@@ -163,8 +164,8 @@ pub fn held(case: &mut Case) -> Run {
         let (t, stream, k) = (case.number(1.0) * case.signed(), case.seed(), case.seed());
         finite(format_args!("held value {k}"), process.held(stream, k))?;
         if t.is_finite() {
-            finite(format_args!("value at {t:e}"), process.at(t, Side::Before, stream))?;
-            finite(format_args!("value at {t:e}"), process.at(t, Side::After, stream))?;
+            finite(format_args!("value at {t:e}"), process.path(stream).at(t, Side::Before))?;
+            finite(format_args!("value at {t:e}"), process.path(stream).at(t, Side::After))?;
         }
     }
     Ok(())

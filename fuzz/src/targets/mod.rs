@@ -6,6 +6,7 @@ pub mod excitations;
 mod flows;
 pub mod laws;
 mod orbits;
+mod processes;
 mod roots;
 mod samples;
 pub mod shapes;
@@ -35,6 +36,7 @@ pub const TARGETS: [Target; 44] = [
     target("phase", 200, laws::phases),
     target("jet", 200, excitations::jets),
     target("held", 200, laws::held),
+    target("processes", 200, processes::processes),
     target("geometry", 200, teeth::geometry),
     target("teeth", 50, teeth::stiffness),
     target("deviation", 200, teeth::deviations),

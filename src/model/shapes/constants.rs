@@ -18,7 +18,7 @@ impl<G: Shape> PartialEq for Machine<G> {
 }
 
 impl<G: Shape> Machine<G> {
-    /// The slot of a constant: its index among the drives, at which [`Held`](crate::drives::Held) and
+    /// The slot of a constant: its index among the drives, at which [`Noisy`](crate::drives::Noisy) and
     /// [`Driven`](crate::drives::Driven) add to it.
     ///
     /// # Errors

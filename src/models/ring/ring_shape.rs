@@ -175,7 +175,7 @@ impl<N: Nonlinearity> Ring<N> {
         self.torque_imbalance() * self.shape().per_inertia
     }
 
-    /// Drive slots of the lower and the upper edge `[m]` of a mesh. [`Held::add`](crate::drives::Held::add)
+    /// Drive slots of the lower and the upper edge `[m]` of a mesh. [`Noisy::add`](crate::drives::Noisy::add)
     /// varies the half backlash with the gains -g and g. The first mesh is 0.
     ///
     /// # Errors

@@ -18,8 +18,8 @@ use thiserror::Error;
 /// Runs many members of a random model and keeps the distributions of channels, peaks and impact counts. The
 /// runs themselves are not stored.
 ///
-/// A member is a function of its number: a [`Held`](crate::drives::Held) process [with that
-/// member](crate::drives::HeldProcess::member), parameters [drawn for
+/// A member is a function of its number: a [random process](crate::drives::Noisy) [with that
+/// member](crate::processes::HeldProcess::member), parameters [drawn for
 /// it](crate::sweep::RandomParameters), or both. The results do not depend on the number of threads. The
 /// memory does not depend on the number of members.
 ///

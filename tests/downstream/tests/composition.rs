@@ -6,12 +6,13 @@ use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
     AsymmetricBacklash, ByDeflection, Damped, MixedLaw, Nonlinearity, PowerLaw, VaryingBacklash,
 };
-use gear_dynamics::drives::{Driven, Held, HeldProcess, SpeedLaw, VaryingSpeed};
+use gear_dynamics::drives::{Driven, Noisy, SpeedLaw, VaryingSpeed};
 use gear_dynamics::excitation::{Fourier, RectangularWave, Scaled, Side};
 use gear_dynamics::model::Drives;
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
 use gear_dynamics::ode::Probe;
 use gear_dynamics::periodic::{FourierOrbit, Stability};
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Located, Point, Points, TableRk4};
 use gear_dynamics::{
     Backlash, Balance, Dop853, Harmonics, Integrator, Machine, Mesh, Model, ParameterError, Periodic, Rattle,
@@ -133,7 +134,9 @@ fn the_pair_is_wrapped() {
     let ensemble = Ensemble::new(8, 20.0 * pair.period(), 20).unwrap().channels(&["dynamic factor"]).rattle();
     let process = HeldProcess::from_values(1e-4, &[-100.0, 100.0]).unwrap();
     let member = |member: u64| {
-        Held::new(rattling()).add(&[(load, 1.0)], process.clone().member(member)).map(|held| (held, loaded()))
+        Noisy::new(rattling())
+            .add(&[(load, 1.0)], &process.clone().member(member))
+            .map(|held| (held, loaded()))
     };
     let bands = ensemble.run(&accurate(), member).unwrap();
     assert_eq!(bands.at("dynamic factor", 20).unwrap().count(), 8);

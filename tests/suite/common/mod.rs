@@ -1,6 +1,7 @@
 //! Small models with known solutions.
 #![allow(dead_code, reason = "each test file uses some of these")]
 
+pub mod bands;
 pub mod family;
 pub mod oscillators;
 pub mod planets;
