@@ -47,6 +47,7 @@ mod lyapunov;
 mod mesh_phases;
 mod noncircular;
 mod pages;
+mod random_densities;
 mod reference_nfg;
 mod reference_ring;
 mod results_at_edges;
