@@ -29,7 +29,7 @@ pub(crate) fn edges_at_start(model: &dyn Model, range: [f64; 2], speed: f64) -> 
 /// A root of a function that is linear, or nearly so, by the secant method.
 fn root([low, high]: [f64; 2], mut f: impl FnMut(f64) -> f64) -> Option<f64> {
     let ([mut a, mut b], mut fa, mut fb) = ([low, high], f(low), f(high));
-    if !(fa * fb < 0.0) {
+    if fa.is_nan() || fb.is_nan() || fa * fb >= 0.0 {
         return None;
     }
     for _ in 0..60 {

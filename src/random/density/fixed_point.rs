@@ -55,12 +55,15 @@ impl Iteration {
                 before = now;
                 images.push(to);
                 changes.push(change);
-                if !(now > self.tolerance) {
+                if now <= self.tolerance || now.is_nan() {
                     break;
                 }
             }
-            if !(arrived.change > self.tolerance) {
-                arrived.converged = arrived.change.is_finite();
+            if arrived.change.is_nan() {
+                return Ok(arrived);
+            }
+            if arrived.change <= self.tolerance {
+                arrived.converged = true;
                 *p = images.pop().unwrap_or_default();
                 return Ok(arrived);
             }
@@ -94,7 +97,7 @@ fn smallest_combination(changes: &[Vec<f64>]) -> Vec<f64> {
             }
         }
         let left = dot(&rest, &rest).sqrt();
-        if !(left > 1e-10 * length) {
+        if left <= 1e-10 * length {
             break;
         }
         rest.iter_mut().for_each(|x| *x /= left);

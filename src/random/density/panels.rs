@@ -80,14 +80,14 @@ impl<const N: usize> Panels<N> {
         let s = (2.0 * x - low - high) / (high - low);
         let mut values = self.scales;
         let mut before = 1.0;
-        for i in 0..N {
-            values[i] *= before;
-            before *= s - self.reference[i];
+        for (value, node) in values.iter_mut().zip(&self.reference) {
+            *value *= before;
+            before *= s - node;
         }
         let mut after = 1.0;
-        for i in (0..N).rev() {
-            values[i] *= after;
-            after *= s - self.reference[i];
+        for (value, node) in values.iter_mut().zip(&self.reference).rev() {
+            *value *= after;
+            after *= s - node;
         }
         Some((panel * (N - 1), values))
     }

@@ -248,27 +248,19 @@ impl<'w> PathIntegration<'w> {
         let halved = problem.run(&fine, &schedule.halved(), 2, whole.instants[0].clone())?;
 
         let relaxation = 1.0 / (1.0 - whole.arrived.ratio.min(1.0 - 1e-9));
-        let result = |of: &dyn Fn(&FixedPoint) -> &Vec<f64>| {
+        let (iteration, lost) = (relaxation * halved.arrived.change, relaxation * halved.lost.abs());
+        let density = |of: &dyn Fn(&FixedPoint) -> &Vec<f64>| {
             let (whole, halved, low_run) = (of(&whole), of(&halved), of(&low_run));
             let values: Vec<f64> =
                 halved.iter().zip(whole).map(|(half, whole)| half + (half - whole) / 3.0).collect();
             let outside = fine.outside(&values);
-            if !(outside <= LARGEST_OUTSIDE) {
+            if outside.is_nan() || outside > LARGEST_OUTSIDE {
                 return Err(DensityError::Leaves { share: outside, limit: LARGEST_OUTSIDE });
             }
-            Ok((
-                values,
-                outside,
-                fine.distance(halved, whole) / 3.0,
-                fine.distance(&fine.values_of(&low, low_run), whole),
-            ))
-        };
-        let iteration = relaxation * halved.arrived.change;
-        let lost = relaxation * halved.lost.abs();
-        let density = |of: &dyn Fn(&FixedPoint) -> &Vec<f64>| {
-            let (values, outside, step, grid) = result(of)?;
+            let step = fine.distance(halved, whole) / 3.0;
+            let grid = fine.distance(&fine.values_of(&low, low_run), whole);
             let errors = Errors { step, grid, range: outside + lost, iteration };
-            Ok::<_, DensityError>(StateDensity::new(fine.clone(), values, errors))
+            Ok(StateDensity::new(fine.clone(), values, errors))
         };
         let instants =
             (0..whole.instants.len()).map(|i| density(&|run| &run.instants[i])).collect::<Result<_, _>>()?;

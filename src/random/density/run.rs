@@ -105,7 +105,7 @@ impl Problem<'_> {
         let map = |from: &[f64]| {
             let mut to = steps.repeat(from, self.meter, |_, _| ())?;
             kept = grid.integral(&to, |_| 1.0);
-            if !(kept > 1e-6) {
+            if kept.is_nan() || kept < 1e-6 {
                 return Err(DensityError::Leaves { share: 1.0, limit: LARGEST_OUTSIDE });
             }
             to.iter_mut().for_each(|p| *p /= kept);
