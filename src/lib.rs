@@ -24,6 +24,7 @@ mod numeric;
 pub mod ode;
 pub mod periodic;
 pub mod processes;
+pub mod random;
 pub mod roots;
 mod rounded;
 mod scalar;
@@ -137,6 +138,8 @@ pub use num_complex;
 /// - **Quasi-periodic motions** ([page](guide::tori)): [`TorusBalance`](tori::TorusBalance) for several base
 ///   frequencies, [`CircleShooting`](tori::CircleShooting) for invariant circles with contact loss or of
 ///   unknown rotation, [`WithShafts`](tori::WithShafts) for waves of further shafts.
+/// - **Densities under white noise** ([page](guide::random_density)):
+///   [`PathIntegration`](random::PathIntegration), for one degree of freedom.
 /// - **Your own equations**: [`Residual`](roots::Residual), solved by [`Newton`](roots::Newton) or
 ///   [`Broyden`](roots::Broyden).
 /// - **Results of a run** ([page](guide::results)): [`Statistics`], [`Rattle`],
@@ -329,6 +332,9 @@ pub mod guide {
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/tori.md")]
     pub mod tori {}
+    #[doc = include_str!("../docs/links.md")]
+    #[doc = include_str!("../docs/random-density.md")]
+    pub mod random_density {}
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/models.md")]
     pub mod models {}

@@ -51,6 +51,7 @@ mod pages;
 mod populations;
 mod process_spectra;
 mod processes;
+mod random_densities;
 mod reference_nfg;
 mod reference_ring;
 mod results_at_edges;
