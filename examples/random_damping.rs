@@ -14,7 +14,7 @@ mod support;
 use gear_dynamics::drives::Noisy;
 use gear_dynamics::excitation::Side;
 use gear_dynamics::models::ring::RingSet;
-use gear_dynamics::processes::HeldProcess;
+use gear_dynamics::processes::{HeldProcess, Process};
 use gear_dynamics::sweep::{Ensemble, MeanAfter};
 use gear_dynamics::{Dop853, Model, ParameterError, Ring, State};
 use gear_dynamics_plots::{Mark, Panel, Picture, band};
@@ -82,9 +82,10 @@ fn main() -> Outcome<()> {
     let held = process(&set, 0)?;
     let mut damping = Panel::new("held values of member 0", "time t [s]", "random mesh damping [N s/m]")?;
     for mesh in 0..3 {
+        let path = held.path(mesh);
         let value = |i: u32| {
             let t = END * f64::from(i) / 4000.0;
-            (t, SCALE * held.at(t, Side::After, mesh))
+            (t, SCALE * path.at(t, Side::After))
         };
         damping = damping.series(&format!("mesh {mesh}"), Mark::Line, (0..=4000).map(value))?;
     }

@@ -46,9 +46,6 @@ impl Model for Reversed<'_> {
     fn drive(&self, s: f64, side: Side, u: &mut [f64]) {
         self.base.drive(self.end - s, opposite(side), u);
     }
-    fn redrive(&self, s: f64, side: Side, u: &mut [f64]) {
-        self.base.redrive(self.end - s, opposite(side), u);
-    }
     fn contacts(&self) -> usize {
         self.base.contacts()
     }
