@@ -2,7 +2,7 @@
 
 use crate::api::*;
 use crate::common::bands::{mean_square_quantile, normal_quantile};
-use crate::common::oscillators::oscillator;
+use crate::common::family::oscillator;
 use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
 
