@@ -112,7 +112,7 @@ impl<const W: usize> Columns<W> {
                 }
                 Rule::Product { a, b, place } => {
                     let [a, b] = [a, b].map(|column| &x[column * ROOM..][..=n]);
-                    if n % 2 == 0 {
+                    if n.is_multiple_of(2) {
                         let [sum, next] = sums(&a[1..], &b[..n], b[n]);
                         begun[*place] = next;
                         sum + a[0] * b[n]
