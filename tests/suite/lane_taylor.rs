@@ -98,8 +98,9 @@ pub(crate) fn pair() -> Machine<Rattling> {
 #[test]
 fn rows_of_the_pair_are_those_of_single_runs() {
     let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, 12);
-    // The error of v1 is that of q1 times a frequency, far above the tolerance of v1 itself.
-    rows_agree(&pair(), &Pair::start(), points, &["q0", "mesh force", "deflection"], [25, 2, 2], 6);
+    // The error of v1 is that of q1 times a frequency, far above the tolerance of v1 itself. The fourth motion passes for
+    // periodic after 25 turns, although a single run is off by 2e-7; after 50 turns it does not repeat.
+    rows_agree(&pair(), &Pair::start(), points, &["q0", "mesh force", "deflection"], [50, 2, 2], 6);
     let nfg = NfgPair::new(&NfgParams::table1()).unwrap();
     let start = nfg.on_drive_flank().unwrap();
     rows_agree(&nfg, &start, axis("speed", 80.0, 150.0, 8), &["q0", "mesh force"], [12, 1, 1], 4);

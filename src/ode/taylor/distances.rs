@@ -10,7 +10,7 @@ use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::vector_blocks::Blocks;
 use crate::ode::taylor::expansion::coefficients::ORDERS;
 use crate::ode::taylor::expansion::plan::Edge;
-use crate::ode::taylor::positive::Polynomial;
+use crate::ode::taylor::positive::{Fall, Polynomial};
 
 /// A distance at the start of a step below this share of its range counts as near `[1]`.
 const NEAR_START: f64 = 1e-9;
@@ -31,8 +31,8 @@ pub(crate) trait Distances {
     fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64;
 }
 
-/// The first exit of a contact from its piece within a step of length `h`. `range`: how far the distance in a
-/// column moves in the step, at most.
+/// The first exit of a contact from its piece within a step of length `h`. `moves`: bounds of d(s) - d(0) in
+/// the step for the distance d in a column.
 ///
 /// # Errors
 /// [`IntegrateError::NegativeGap`] if a gap is negative at the start of the step and a contact is on its edge
@@ -41,7 +41,7 @@ pub(crate) fn first_exit(
     c: &impl Distances,
     e: &mut Ends<'_, dyn Model + '_, Blocks>,
     locator: &Locator,
-    range: impl Fn(usize) -> f64,
+    moves: impl Fn(usize) -> [f64; 2],
     h: f64,
 ) -> Result<Found<Elapsed>, IntegrateError> {
     let (mut found, mut limit, mut read) = (Found::Nothing, h, false);
@@ -60,9 +60,10 @@ pub(crate) fn first_exit(
         if start == f64::INFINITY {
             continue; // the law has no such edge
         }
-        let range = range(i);
+        let [least, most] = moves(i);
+        let (range, lowest) = (most.max(-least), start + if sign > 0.0 { least } else { -most });
         let near = (NEAR_START * (start + range)).max(locator.slack(contact, &e.contacts[contact]));
-        if start - range > near {
+        if lowest > near {
             continue;
         }
         let apart = start > near;
@@ -82,8 +83,10 @@ pub(crate) fn first_exit(
         }
         // Most distances stay well above 0: the size of the contact is not needed.
         distance.c[0] = start - near;
-        let above = if apart { distance.positive_until(above, limit) } else { Some(above) };
-        let Some(above) = above else { continue };
+        let fall = if apart { distance.first_fall(above, limit) } else { None };
+        if apart && fall.is_none() {
+            continue;
+        }
         distance.c[0] = start;
         if !read {
             read = contacts_at_start(e)?;
@@ -95,9 +98,20 @@ pub(crate) fn first_exit(
         let edge = if side == 0 { at_start.lower } else { at_start.upper };
         let on_edge = Contact { deflection: edge, ..*at_start };
         let slack = locator.slack(contact, at_start).max(locator.slack(contact, &on_edge));
-        // A start within the slack counts as on the edge: the search begins at 0.
-        let above = if apart && start <= slack { 0.0 } else { above };
-        match leaves(&distance, slack, above, limit) {
+        let root = match fall {
+            // The distance falls past the edge without a turn: it has one root, and none before.
+            Some(Fall { before: [a, from], after: [b, to], steady: true })
+                if start > slack && to + near <= -slack =>
+            {
+                let fall = Fall { before: [a, from + near], after: [b, to + near], steady: true };
+                Some(distance.root_in(&fall))
+            }
+            // A start within the slack counts as on the edge: the search begins at 0.
+            Some(_) if start <= slack => leaves(&distance, slack, 0.0, limit),
+            Some(fall) => leaves(&distance, slack, fall.before[0], limit),
+            None => leaves(&distance, slack, above, limit),
+        };
+        match root {
             Some(root) if root <= RESOLUTION * e.t.abs() => return Ok(Found::AtOnce(exit)),
             Some(root) => {
                 limit = root;

@@ -226,7 +226,7 @@ impl<'r> Run<'r> {
         c.ranges(aim[1], &mut self.pace.ranges);
         let ranges = self.pace.ranges.as_flattened();
         let Course { e, passage } = &mut self.course;
-        let found = first_exit(c, e, &passage.locator, |column| ranges[column], aim[1])?;
+        let found = first_exit(c, e, &passage.locator, |column| [-ranges[column], ranges[column]], aim[1])?;
         let Some(h) = self.course.meet(found, aim)? else {
             self.prepared.c.set_pieces(&self.course.e.pieces);
             return Ok(Made::Again);

@@ -11,6 +11,15 @@ pub(crate) struct Polynomial {
     pub(crate) degree: usize,
 }
 
+/// An interval in which a polynomial ceases to be positive: time and value at both ends.
+#[derive(Clone, Copy)]
+pub(crate) struct Fall {
+    pub(crate) before: [f64; 2],
+    pub(crate) after: [f64; 2],
+    /// Whether the polynomial falls throughout the interval.
+    pub(crate) steady: bool,
+}
+
 /// Shortest interval of the search, as a share of the step `[1]`.
 const SHORTEST_INTERVAL: f64 = 1e-13;
 
@@ -61,32 +70,29 @@ impl Polynomial {
 
     /// The first root in (a, h] of a polynomial that is positive in [0, a]; 0 if a = 0 and p(0) <= 0.
     pub(crate) fn first_root_after(&self, a: f64, h: f64) -> Option<f64> {
-        let [[a, value_a], [b, value_b]] = self.first_fall(a, h)?;
-        Some(if b == 0.0 {
-            0.0
-        } else {
-            self.root_between(a, b, a + (b - a) * value_a / (value_a - value_b))
-        })
-    }
-    /// A time up to which the polynomial is positive, close before its first root in (a, h]; `None` if there
-    /// is no root. It is positive in [0, a].
-    pub(crate) fn positive_until(&self, a: f64, h: f64) -> Option<f64> {
-        self.first_fall(a, h).map(|[[before, _], _]| before)
+        let fall = self.first_fall(a, h)?;
+        Some(if fall.after[0] == 0.0 { 0.0 } else { self.root_in(&fall) })
     }
     /// A time at which the polynomial is not positive, close after its first root in (a, h]; `None` if there
     /// is no root. It is positive in [0, a].
     pub(crate) fn negative_after(&self, a: f64, h: f64) -> Option<f64> {
-        self.first_fall(a, h).map(|[_, [after, _]]| after)
+        self.first_fall(a, h).map(|fall| fall.after[0])
     }
 
-    /// Returns time and value before and after the first root in (a, h]. The polynomial is positive in [0,
-    /// a]; if a = 0 and p(0) <= 0, the numbers are 0.
+    /// The root in an interval.
+    pub(crate) fn root_in(&self, fall: &Fall) -> f64 {
+        let ([a, value_a], [b, value_b]) = (fall.before, fall.after);
+        self.root_between(a, b, a + (b - a) * value_a / (value_a - value_b))
+    }
+
+    /// The interval of the first root in (a, h]. The polynomial is positive in [0, a]; if a = 0 and p(0) <=
+    /// 0, the numbers are 0.
     ///
     /// An interval is left out only if a bound on the second derivative rules a root out. No root is missed,
     /// apart from pairs of roots closer than [`SHORTEST_INTERVAL`], or [`COARSE`] after [`MANY`] intervals.
-    fn first_fall(&self, mut a: f64, h: f64) -> Option<[[f64; 2]; 2]> {
+    pub(crate) fn first_fall(&self, mut a: f64, h: f64) -> Option<Fall> {
         if a == 0.0 && self.c[0] <= 0.0 {
-            return Some([[0.0; 2]; 2]);
+            return Some(Fall { before: [0.0; 2], after: [0.0; 2], steady: false });
         }
         let (mut value_a, mut slope_a) = if a > 0.0 { self.with_slope(a) } else { (self.c[0], self.c[1]) };
         // The first interval ends at twice the distance of Newton's step, beyond a near root.
@@ -113,7 +119,7 @@ impl Polynomial {
                 (a, value_a, slope_a) = (b, value_b, slope_b);
                 width = (2.0 * width).min(h - a);
             } else if value_b <= 0.0 && (falls || short) {
-                return Some([[a, value_a], [b, value_b]]);
+                return Some(Fall { before: [a, value_a], after: [b, value_b], steady: falls });
             } else {
                 width *= 0.5;
             }

@@ -1,5 +1,5 @@
-//! The schedule of a sweep: chunks, blocks of runs and their order.
+//! The schedule of a sweep: chunks, workers and the order of runs.
 
-pub(crate) mod block;
 pub(crate) mod runner;
 pub(crate) mod start;
+pub(crate) mod worker;

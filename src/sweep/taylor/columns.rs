@@ -11,27 +11,16 @@ use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::program::{Place, Program, Rule};
 
-/// The factors of a product so far: those of the first one, and in reversed order those of the second one.
-struct Factors<const W: usize>([[Lanes<W>; ORDERS]; 2]);
-
-impl<const W: usize> Factors<W> {
-    /// Σ a_j b_(n-j), after the coefficients of order n are added.
-    #[inline(always)]
-    fn product(&mut self, n: usize, newest: [Lanes<W>; 2]) -> Lanes<W> {
-        let [a, b] = &mut self.0;
-        let first = ORDERS - 1 - n;
-        (a[n], b[first]) = (newest[0], newest[1]);
-        weighted_sum(&a[..=n], &b[first..], |a, b, l| a.0[l] * b.0[l])
-    }
-}
+/// Room for the coefficients of a column. An odd number: the same order of several columns does not compete
+/// for the same lines of the cache.
+const ROOM: usize = ORDERS + 1;
 
 /// The numbers of all columns in all lanes.
 pub(crate) struct Columns<const W: usize> {
-    /// Order by order, column by column.
+    /// Column by column, order by order.
     x: Vec<Lanes<W>>,
-    /// From one order to the next.
-    stride: usize,
-    factors: Vec<Factors<W>>,
+    /// For each product what is known of its next coefficient, which is an odd one.
+    begun: Vec<Lanes<W>>,
     stills: Vec<Lanes<W>>,
     /// For each selector and each of its alternatives all bits in the lanes that stand on it.
     masks: Vec<Vec<[u64; W]>>,
@@ -45,12 +34,9 @@ impl<const W: usize> Columns<W> {
     pub(super) fn new(program: &Program, degree: usize) -> Self {
         let zero = Lanes::from(0.0);
         let masks = program.selectors.iter().map(|(_, count)| vec![[0; W]; 3usize.pow(*count as u32)]);
-        // An odd stride: the orders of a column do not compete for the same lines of the cache.
-        let stride = program.columns | 1;
         Columns {
-            x: vec![zero; stride * ORDERS],
-            stride,
-            factors: (0..program.products).map(|_| Factors([[zero; ORDERS]; 2])).collect(),
+            x: vec![zero; ROOM * program.columns],
+            begun: vec![zero; program.products],
             stills: vec![zero; program.stills.len()],
             masks: masks.collect(),
             degree,
@@ -61,11 +47,11 @@ impl<const W: usize> Columns<W> {
     /// Coefficient n of a column.
     #[inline(always)]
     pub(super) fn at(&self, column: usize, n: usize) -> &Lanes<W> {
-        &self.x[n * self.stride + column]
+        &self.x[column * ROOM + n]
     }
     #[inline(always)]
     pub(super) fn at_mut(&mut self, column: usize, n: usize) -> &mut Lanes<W> {
-        &mut self.x[n * self.stride + column]
+        &mut self.x[column * ROOM + n]
     }
 
     /// Takes the pieces of a lane, and the numbers that follow from them and from the drives of its model.
@@ -96,16 +82,15 @@ impl<const W: usize> Columns<W> {
     /// order n + 2 of the coordinates; with LATE only the instructions that distances and channels need.
     #[inline(always)]
     fn order<const FIRST: bool, const LATE: bool>(&mut self, program: &Program, n: usize) {
-        let Columns { x, stride, factors, stills, masks, .. } = self;
-        let (before, rest) = x.split_at_mut(n * *stride);
-        let (row, after) = rest.split_at_mut(*stride);
+        let Columns { x, begun, stills, masks, .. } = self;
         for instruction in &program.instructions {
             if LATE && !instruction.late {
                 continue;
             }
-            let earlier = |column: usize, n: usize| before[n * *stride + column];
+            let at = |column: usize, n: usize| x[column * ROOM + n];
+            let out = instruction.out;
             let value = match &instruction.rule {
-                Rule::Sum { like: Some((column, factor)), .. } if !FIRST => row[*column] * *factor,
+                Rule::Sum { like: Some((column, factor)), .. } if !FIRST => at(*column, n) * *factor,
                 Rule::Sum { columns, stills: constants, constant, .. } => {
                     // Two sums that do not wait for one another.
                     let constant = if FIRST { *constant } else { 0.0 };
@@ -117,21 +102,30 @@ impl<const W: usize> Columns<W> {
                     }
                     let (pairs, last) = columns.as_chunks::<2>();
                     for [(a, w), (b, z)] in pairs {
-                        sum = sum + row[*a] * *w;
-                        other = other + row[*b] * *z;
+                        sum = sum + at(*a, n) * *w;
+                        other = other + at(*b, n) * *z;
                     }
                     if let [(a, w)] = last {
-                        sum = sum + row[*a] * *w;
+                        sum = sum + at(*a, n) * *w;
                     }
                     sum + other
                 }
-                Rule::Product { a, b, place } => factors[*place].product(n, [row[*a], row[*b]]),
-                Rule::Scaled(still, a) => stills[*still] * row[*a],
+                Rule::Product { a, b, place } => {
+                    let [a, b] = [a, b].map(|column| &x[column * ROOM..][..=n]);
+                    if n.is_multiple_of(2) {
+                        let [sum, next] = sums(&a[1..], &b[..n], b[n]);
+                        begun[*place] = next;
+                        sum + a[0] * b[n]
+                    } else {
+                        begun[*place] + (a[0] * b[n] + a[n] * b[0])
+                    }
+                }
+                Rule::Scaled(still, a) => stills[*still] * at(*a, n),
                 Rule::Choice { selector, among } => {
                     let mut bits = [0; W];
                     for (mask, place) in masks[*selector].iter().zip(among) {
                         let value = match place {
-                            Place::Column(column) => row[*column],
+                            Place::Column(column) => at(*column, n),
                             Place::Still(still) if FIRST => stills[*still],
                             Place::Still(_) => continue,
                         };
@@ -142,101 +136,147 @@ impl<const W: usize> Columns<W> {
                     Lanes(bits.map(f64::from_bits))
                 }
                 Rule::Quotient(a, b) => {
-                    let mut rest = order_of::<FIRST, W>(*a, row, stills);
+                    let mut rest = order_of::<FIRST, W>(*a, n, x, stills);
                     for j in 0..n {
-                        let of_b = if j == 0 { row[*b] } else { earlier(*b, n - j) };
-                        rest = rest - earlier(instruction.out, j) * of_b;
+                        rest = rest - at(out, j) * at(*b, n - j);
                     }
-                    rest / if FIRST { row[*b] } else { earlier(*b, 0) }
+                    rest / at(*b, 0)
                 }
-                Rule::Exp(a) if FIRST => row[*a].exp(),
+                Rule::Exp(a) if FIRST => at(*a, 0).exp(),
                 Rule::Exp(a) => {
-                    let mut sum = row[*a] * n as f64 * earlier(instruction.out, 0);
+                    let mut sum = at(*a, n) * n as f64 * at(out, 0);
                     for j in 1..n {
-                        sum = sum + earlier(*a, j) * j as f64 * earlier(instruction.out, n - j);
+                        sum = sum + at(*a, j) * j as f64 * at(out, n - j);
                     }
                     sum * PER[n]
                 }
-                Rule::Ln(a) if FIRST => row[*a].ln(),
+                Rule::Ln(a) if FIRST => at(*a, 0).ln(),
                 Rule::Ln(a) => {
                     let mut sum = Lanes::from(0.0);
                     for j in 1..n {
-                        sum = sum + earlier(instruction.out, j) * j as f64 * earlier(*a, n - j);
+                        sum = sum + at(out, j) * j as f64 * at(*a, n - j);
                     }
-                    (row[*a] - sum * PER[n]) / earlier(*a, 0)
+                    (at(*a, n) - sum * PER[n]) / at(*a, 0)
                 }
                 Rule::SinCos(a) => {
                     let (sine, cosine) = if FIRST {
-                        row[*a].sin_cos()
+                        at(*a, 0).sin_cos()
                     } else {
-                        let newest = row[*a] * n as f64;
-                        let mut sums = [1, 0].map(|k| newest * earlier(instruction.out + k, 0));
+                        let newest = at(*a, n) * n as f64;
+                        let mut sums = [1, 0].map(|k| newest * at(out + k, 0));
                         for j in 1..n {
-                            let a = earlier(*a, j) * j as f64;
-                            sums[0] = sums[0] + a * earlier(instruction.out + 1, n - j);
-                            sums[1] = sums[1] + a * earlier(instruction.out, n - j);
+                            let a = at(*a, j) * j as f64;
+                            sums[0] = sums[0] + a * at(out + 1, n - j);
+                            sums[1] = sums[1] + a * at(out, n - j);
                         }
                         (sums[0] * PER[n], sums[1] * -PER[n])
                     };
-                    row[instruction.out + 1] = cosine;
+                    x[(out + 1) * ROOM + n] = cosine;
                     sine
                 }
             };
-            row[instruction.out] = value;
+            x[out * ROOM + n] = value;
         }
         if LATE {
             return;
         }
-        let (next, after) = after.split_at_mut(*stride);
         for (i, place) in program.accelerations.iter().enumerate() {
-            let v = order_of::<FIRST, W>(*place, row, stills) * PER[n + 1];
-            next[program.dof + i] = v;
-            after[i] = v * PER[n + 2];
+            let v = order_of::<FIRST, W>(*place, n, x, stills) * PER[n + 1];
+            x[(program.dof + i) * ROOM + n + 1] = v;
+            x[i * ROOM + n + 2] = v * PER[n + 2];
         }
     }
 
     /// Value of a column at the time `s` of each lane.
     #[inline(always)]
     pub(super) fn value(&self, column: usize, s: &Lanes<W>) -> Lanes<W> {
-        // The value at the start is added last: one rounding error of its size.
-        *self.at(column, 0) + self.later(column, s, |c| c)
-    }
-    /// Σ_(n>=1) |c_n| sⁿ: how far a column moves up to the time `s` of each lane, at most.
-    #[inline(always)]
-    pub(super) fn range(&self, column: usize, s: &Lanes<W>) -> Lanes<W> {
-        self.later(column, s, Lanes::abs)
-    }
-
-    /// Σ_(n>=1) f(c_n) sⁿ.
-    #[inline(always)]
-    fn later(&self, column: usize, s: &Lanes<W>, f: impl Fn(Lanes<W>) -> Lanes<W>) -> Lanes<W> {
+        let c = &self.x[column * ROOM..][..ROOM];
         // Even and odd orders apart: the sums do not wait for one another. Order `degree + 1` is not used.
         let (square, [mut even, mut odd]) = (*s * *s, [Lanes::from(0.0); 2]);
         let mut n = self.degree - self.degree % 2;
         if n < self.degree {
-            odd = f(*self.at(column, n + 1));
+            odd = c[n + 1];
         }
         while n > 0 {
-            even = even * square + f(*self.at(column, n));
-            odd = odd * square + f(*self.at(column, n - 1));
+            even = even * square + c[n];
+            odd = odd * square + c[n - 1];
             n -= 2;
         }
-        even * square + odd * *s
+        // The value at the start is added last: one rounding error of its size.
+        c[0] + (even * square + odd * *s)
+    }
+
+    /// Bounds of c(t) - c(0) for a column c at the times t in [0, s]: the smallest and the largest of 0 and
+    /// of the sums S_k = Σ_(n=1..k) c_n sⁿ. With θ = t/s it is Σ_(k<N) S_k (θᵏ - θᵏ⁺¹) + S_N θᴺ, a mean of
+    /// these numbers.
+    #[inline(always)]
+    pub(super) fn bounds(&self, column: usize, s: &Lanes<W>) -> [Lanes<W>; 2] {
+        let (mut moved, mut power) = (Moved::new(), *s);
+        for c in &self.x[column * ROOM..][1..=self.degree] {
+            moved.add(*c * power);
+            power = power * *s;
+        }
+        moved.bounds
     }
 }
 
-/// Order n of a number, whose columns of that order are `row`. `FIRST`: whether n is 0.
+/// The sum of terms so far, and the smallest and the largest of all sums before.
+pub(super) struct Moved<const W: usize> {
+    sum: Lanes<W>,
+    pub(super) bounds: [Lanes<W>; 2],
+}
+
+impl<const W: usize> Moved<W> {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        let zero = Lanes::from(0.0);
+        Moved { sum: zero, bounds: [zero; 2] }
+    }
+    #[inline(always)]
+    pub(super) fn add(&mut self, term: Lanes<W>) {
+        let Moved { sum, bounds: [low, high] } = self;
+        *sum = *sum + term;
+        for l in 0..W {
+            low.0[l] = if sum.0[l] < low.0[l] { sum.0[l] } else { low.0[l] };
+            high.0[l] = if sum.0[l] > high.0[l] { sum.0[l] } else { high.0[l] };
+        }
+    }
+}
+
+/// Order n of a number. `FIRST`: whether n is 0.
 #[inline(always)]
 fn order_of<const FIRST: bool, const W: usize>(
     place: Place,
-    row: &[Lanes<W>],
+    n: usize,
+    x: &[Lanes<W>],
     stills: &[Lanes<W>],
 ) -> Lanes<W> {
     match place {
-        Place::Column(column) => row[column],
+        Place::Column(column) => x[column * ROOM + n],
         Place::Still(still) if FIRST => stills[still],
         Place::Still(_) => Lanes::from(0.0),
     }
+}
+
+/// Σ a_j b_(m-j) and Σ a_j b_(m-j+1) over all j of `a`, which is as long as `b`; m is the last place of `b`
+/// and `beyond` the number after it.
+#[inline(always)]
+pub(super) fn sums<const W: usize>(a: &[Lanes<W>], b: &[Lanes<W>], beyond: Lanes<W>) -> [Lanes<W>; 2] {
+    // Two orders together: each number is read once. Four sums that do not wait for one another.
+    let ([mut sum, mut next, mut other, mut next_other], mut after) = ([Lanes::from(0.0); 4], beyond);
+    let ((pairs, last), (first, reversed)) = (a.as_chunks::<2>(), b.as_rchunks::<2>());
+    for ([a, c], [d, b]) in pairs.iter().zip(reversed.iter().rev()) {
+        sum = sum + *a * *b;
+        next = next + *a * after;
+        other = other + *c * *d;
+        next_other = next_other + *c * *b;
+        after = *d;
+    }
+    if let ([a], [b]) = (last, first) {
+        sum = sum + *a * *b;
+        next = next + *a * after;
+    }
+    [sum + other, next + next_other]
 }
 
 /// Σ term(a_n, b_n, lane), in each lane.

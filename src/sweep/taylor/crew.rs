@@ -30,8 +30,8 @@ struct Numbers<'p, const W: usize> {
     full: [f64; W],
     /// The lengths of the steps.
     h: Lanes<W>,
-    /// How far distances move in the step, at their columns.
-    ranges: Vec<Lanes<W>>,
+    /// Bounds of the moves of the distances in the step, at their columns.
+    moves: Vec<[Lanes<W>; 2]>,
     /// Coordinates and velocities at the end of the step.
     ends: Vec<Lanes<W>>,
 }
@@ -91,7 +91,7 @@ impl<'p, 'm, T: Task<'m>, const W: usize> Crew<'p, 'm, T, W> {
                 before: Before { last: zeros, room: zeros },
                 full: zeros,
                 h: zero,
-                ranges: vec![zero; program.columns],
+                moves: vec![[zero; 2]; program.columns],
                 ends: vec![zero; 2 * program.dof],
             },
             edges,
@@ -152,10 +152,10 @@ impl<'p, 'm, T: Task<'m>, const W: usize> Crew<'p, 'm, T, W> {
             crew.numbers.h.0[place] = h;
             Ok(Turn::Step)
         });
-        self.set.run(Ranges(&mut self.numbers));
+        self.set.run(Moves(&mut self.numbers));
         self.each(|crew, place, run| {
-            let ranges = &crew.numbers.ranges;
-            let length = run.lane.meet(&crew.view(place), |column| ranges[column].0[place])?;
+            let moves = |column: usize| crew.numbers.moves[column].map(|bound| bound.0[place]);
+            let length = run.lane.meet(&crew.view(place), moves)?;
             crew.numbers.h.0[place] = length.unwrap_or(0.0);
             if length.is_none() {
                 crew.take_pieces(place, &run.lane);
@@ -264,14 +264,14 @@ impl<const W: usize> pulp::WithSimd for Expansion<'_, '_, W> {
 }
 
 /// How far distances move.
-struct Ranges<'n, 'p, const W: usize>(&'n mut Numbers<'p, W>);
+struct Moves<'n, 'p, const W: usize>(&'n mut Numbers<'p, W>);
 
-impl<const W: usize> pulp::WithSimd for Ranges<'_, '_, W> {
+impl<const W: usize> pulp::WithSimd for Moves<'_, '_, W> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Numbers { columns, pace, h, ranges, .. } = self.0;
-        pace.ranges(columns, h, ranges);
+        let Numbers { columns, pace, h, moves, .. } = self.0;
+        pace.moves(columns, h, moves);
     }
 }
 

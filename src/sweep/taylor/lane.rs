@@ -129,10 +129,10 @@ impl<'m> Lane<'m> {
     pub(super) fn meet<const W: usize>(
         &mut self,
         view: &LaneView<'_, W>,
-        range: impl Fn(usize) -> f64,
+        moves: impl Fn(usize) -> [f64; 2],
     ) -> Result<Option<f64>, IntegrateError> {
         let Course { e, passage } = &mut self.course;
-        self.found = first_exit(view, e, &passage.locator, range, self.aim[1])?;
+        self.found = first_exit(view, e, &passage.locator, moves, self.aim[1])?;
         self.course.meet(self.found, self.aim)
     }
 

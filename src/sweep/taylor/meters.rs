@@ -11,7 +11,7 @@ use crate::ode::taylor::expansion::sums::SECOND;
 use crate::ode::taylor::positive::Polynomial;
 use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
-use crate::sweep::taylor::columns::{Columns, weighted_sum};
+use crate::sweep::taylor::columns::{Columns, Moved, sums, weighted_sum};
 
 /// Number of instants at which a step is sampled: evenly spread in it, the last at its end.
 const SAMPLES: usize = 8;
@@ -104,12 +104,13 @@ impl<const W: usize> Meters<W> {
         self.open.clear();
         for (i, (column, running)) in self.columns.iter().zip(&mut self.running).enumerate() {
             // x(s h) = Σ g_n sⁿ with s in [0, 1].
-            let (mut power, mut range, start) = (h, zero, *c.at(*column, 0));
+            let (mut power, mut moved, start) = (h, Moved::new(), *c.at(*column, 0));
             for n in 1..=degree {
                 g[n] = *c.at(*column, n) * power;
                 power = power * h;
-                range = range + g[n].abs();
+                moved.add(g[n]);
             }
+            let [least, most] = moved.bounds;
             let mut exceeds = [false; W];
             for l in 0..W {
                 if self.fresh[l] & (h.0[l] > 0.0) {
@@ -117,8 +118,8 @@ impl<const W: usize> Meters<W> {
                     (running.off.0[l], running.square.0[l]) = (0.0, 0.0);
                     running.extremes.iter_mut().for_each(|x| x.0[l] = start.0[l]);
                 }
-                let beyond = (start.0[l] + range.0[l] > running.extremes[1].0[l])
-                    | (start.0[l] - range.0[l] < running.extremes[0].0[l]);
+                let beyond = (start.0[l] + most.0[l] > running.extremes[1].0[l])
+                    | (start.0[l] + least.0[l] < running.extremes[0].0[l]);
                 exceeds[l] = beyond & (h.0[l] > 0.0);
             }
             g[0] = start - running.origin;
@@ -158,18 +159,20 @@ impl<const W: usize> Meters<W> {
 #[inline(always)]
 fn integrals<const W: usize>(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
     let [mut first, mut second] = [Lanes::from(0.0); 2];
-    let (degree, mut reversed) = (g.len() - 1, [Lanes::from(0.0); ORDERS]);
-    reversed.iter_mut().zip(g.iter().rev()).for_each(|(out, g)| *out = *g);
-    for m in (0..=degree + degree / 2).rev() {
-        let (least, half) = (m.saturating_sub(degree), m.div_ceil(2));
-        // Σ_j g_j g_(m-j): each product twice, but for that of the middle.
-        let (a, b) = (&g[least..half], &reversed[degree + least - m..]);
-        let mut sum = weighted_sum(a, &b[..a.len()], |a, b, l| a.0[l] * b.0[l]) * 2.0;
-        if m % 2 == 0 {
-            sum = sum + g[m / 2] * g[m / 2];
+    let degree = g.len() - 1;
+    for half in (0..=(degree + degree / 2) / 2).rev() {
+        // Σ_j g_j g_(m-j) for m and for m + 1: each product twice, but for that of the middle.
+        let m = 2 * half;
+        let least = m.saturating_sub(degree);
+        let beyond = if m < degree { g[m + 1] } else { Lanes::from(0.0) };
+        let [even, odd] = sums(&g[least..half], &g[half + 1..=m - least], beyond);
+        let even = even * 2.0 + g[half] * g[half];
+        let odd = (odd + g[half] * g[half + 1]) * 2.0;
+        let [per, per_next] = [1.0 / (m + 1) as f64, 1.0 / (m + 2) as f64];
+        second = second + (odd * per_next + even * per);
+        if m < degree {
+            first = first + g[m + 1] * per_next;
         }
-        let per = 1.0 / (m + 1) as f64;
-        second = second + sum * per;
         if m <= degree {
             first = first + g[m] * per;
         }

@@ -91,11 +91,11 @@ impl<const W: usize> Pace<W> {
         h
     }
 
-    /// Σ_(n>=1) |d_n| hⁿ of the distances, at their columns.
+    /// Bounds of the moves of the distances in the step, at their columns.
     #[inline(always)]
-    pub(super) fn ranges(&self, c: &Columns<W>, h: &Lanes<W>, out: &mut [Lanes<W>]) {
+    pub(super) fn moves(&self, c: &Columns<W>, h: &Lanes<W>, out: &mut [[Lanes<W>; 2]]) {
         for (column, _) in &self.edges {
-            out[*column] = c.range(*column, h);
+            out[*column] = c.bounds(*column, h);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The blocks of a sweep: order of the runs and storage of their rows.
+//! The workers of a sweep: order of the runs and storage of their rows.
 
 use crate::error::ParameterError;
 use crate::model::{Periodic, State};
@@ -11,8 +11,7 @@ use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::{Sweep, WarmStart};
 use crate::sweep::sweep_error::PointError;
 use crate::sweep::watch::Watch;
-use rayon::iter::ParallelIterator;
-use rayon::slice::ParallelSlice;
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering;
@@ -23,7 +22,7 @@ pub(crate) type ModelOf<'a, M> = dyn Fn(&Point<'_>) -> Result<M, PointError> + S
 /// The start state of the model of a point.
 pub(crate) type StartOf<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointError> + Sync + 'a;
 
-/// Data that all blocks of a sweep share.
+/// Data that all workers of a sweep share.
 pub(crate) struct Work<'s, M> {
     pub(crate) sweep: &'s Sweep,
     pub(crate) plan: &'s Plan,
@@ -46,28 +45,26 @@ pub(crate) struct Work<'s, M> {
 }
 
 impl<M: Periodic> Work<'_, M> {
-    /// Makes the runs of some lines, or their checks, in parallel blocks.
+    /// Makes the runs of some lines, or their checks. The workers, one on each thread, take line after line.
     pub(crate) fn all<E: SweepEngine<M>>(&self, engine: &E, lines: &[usize], checking: bool) {
-        // A block is a whole number of batches, so that lanes are empty only at the end. One thread takes all
-        // lines as one block.
-        let (batch, threads) = (engine.batch().max(1), rayon::current_num_threads());
-        let share = lines.len() / (4 * threads);
-        let block = if threads == 1 { lines.len().max(1) } else { batch * (share / batch).clamp(1, 16) };
-        lines.par_chunks(block).for_each(|lines| {
-            let mut source = LineBlock { work: self, engine, lines, taken: 0, checking, ended: Vec::new() };
+        let workers = rayon::current_num_threads().min(lines.len().div_ceil(engine.batch().max(1)));
+        let taken = AtomicUsize::new(0);
+        (0..workers).into_par_iter().with_max_len(1).for_each(|_| {
+            let taken = &taken;
+            let mut source = Worker { work: self, engine, lines, taken, checking, ended: Vec::new() };
             engine.work(self.plan, self.channels, &mut source);
             source.add_exponents();
         });
     }
 }
 
-/// A block: some lines of a sweep, whose runs one worker makes.
-struct LineBlock<'b, 's, M, E> {
+/// A worker on the lines of a sweep.
+struct Worker<'b, 's, M, E> {
     work: &'b Work<'s, M>,
     engine: &'b E,
     lines: &'b [usize],
-    /// Number of lines that were started.
-    taken: usize,
+    /// Number of lines that all workers together have started.
+    taken: &'b AtomicUsize,
     /// Whether the runs are checks.
     checking: bool,
     /// Rows that wait for their exponents.
@@ -82,7 +79,7 @@ struct Ended {
     state: Vec<f64>,
 }
 
-impl<M: Periodic, E: SweepEngine<M>> LineBlock<'_, '_, M, E> {
+impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
     /// The job of a point. `carried`: the state of a warm start, if any.
     fn job(&self, index: usize, carried: Option<&[f64]>) -> Result<Job<M>, PointError> {
         let point = self.work.sweep.points.point(index);
@@ -177,7 +174,7 @@ impl<M: Periodic, E: SweepEngine<M>> LineBlock<'_, '_, M, E> {
     }
 }
 
-impl<M: Periodic, E: SweepEngine<M>> Source<M> for LineBlock<'_, '_, M, E> {
+impl<M: Periodic, E: SweepEngine<M>> Source<M> for Worker<'_, '_, M, E> {
     fn next(&mut self, after: Option<(usize, &[f64])>) -> Option<Job<M>> {
         let mut state = after.map(|(_, state)| state).filter(|state| !state.is_empty());
         let mut next = after.and_then(|(index, _)| self.neighbour(index));
@@ -188,8 +185,7 @@ impl<M: Periodic, E: SweepEngine<M>> Source<M> for LineBlock<'_, '_, M, E> {
             let index = match next {
                 Some(index) => index,
                 None => {
-                    let line = *self.lines.get(self.taken)?;
-                    self.taken += 1;
+                    let line = *self.lines.get(self.taken.fetch_add(1, Ordering::Relaxed))?;
                     state = None;
                     let length = self.work.length;
                     if self.work.sweep.warm_start == WarmStart::Down {
