@@ -71,6 +71,17 @@ impl<M: Model> DriveRule<M> for RandomDrives {
             slots.iter().for_each(|(slot, gain)| u[*slot] += gain * x);
         }
     }
+    fn drive_nodes(&self, model: &M, times: &[f64], u: &mut [f64]) {
+        let drives = model.drives();
+        for (i, (t, u)) in times.iter().zip(u.chunks_exact_mut(drives.max(1))).enumerate() {
+            model.drive(*t, if i + 1 == times.len() { Side::Before } else { Side::After }, u);
+        }
+        for Added { path, slots } in &self.0 {
+            path.at_each(times, &mut |i, x| {
+                slots.iter().for_each(|(slot, gain)| u[drives * i + slot] += gain * x);
+            });
+        }
+    }
     fn changes(&self, _: &M, drive: usize) -> bool {
         self.0.iter().any(|added| added.slots.iter().any(|(slot, _)| *slot == drive))
     }

@@ -2,7 +2,6 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
-use crate::model::equations::redrive_each;
 use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::{Jacobian, Model, Offers};
 use crate::series::Series;
@@ -12,6 +11,14 @@ use crate::tape::recording::Recording;
 pub trait DriveRule<M: ?Sized> {
     /// Writes all drives at `t` to `u`. `side`: before or after a jump at `t`.
     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]);
+    /// Writes all drives at increasing instants to the rows of `u`: before a jump at the last one, after it at
+    /// the others. Default: [`drive`](DriveRule::drive) at each.
+    fn drive_nodes(&self, model: &M, times: &[f64], u: &mut [f64]) {
+        let drives = u.len() / times.len().max(1);
+        for (i, (t, u)) in times.iter().zip(u.chunks_exact_mut(drives.max(1))).enumerate() {
+            self.drive(model, *t, if i + 1 == times.len() { Side::Before } else { Side::After }, u);
+        }
+    }
     /// The first instant after `t` at which a drive jumps or has a kink; `None` if there is none.
     fn next_edge(&self, model: &M, t: f64) -> Option<f64>;
     /// Whether the rule changes a drive. Default: `true` for all.
@@ -103,7 +110,7 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
         self.drive(t, side, u);
     }
     fn redrive_nodes(&self, times: &[f64], u: &mut [f64]) {
-        redrive_each(self, times, u);
+        self.rule.drive_nodes(&self.model, times, &mut u[..times.len() * self.drives()]);
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.rule.next_edge(&self.model, t)

@@ -6,6 +6,7 @@ use crate::common::bands::normal_quantile;
 use crate::common::oscillators::oscillator;
 use rand_distr::{Exp, StandardNormal};
 use std::f64::consts::TAU;
+use std::ops::ControlFlow;
 
 const NAMES: [&str; 8] = [
     "held",
@@ -172,8 +173,16 @@ fn taylor_and_dop853_agree() {
     let start = State::new(0.0, &[0.3], &[0.0]);
     for name in NAMES {
         let noisy = Noisy::new(bare.clone()).add(&[(slot, 0.3)], &*process(name, 1)).unwrap();
-        let dop853 = Dop853::new().rtol(1e-12).atol(1e-14).run(&noisy, &start, 12.0, &mut ()).unwrap();
-        let taylor = Taylor::new().rtol(1e-13).atol(1e-15).run(&noisy, &start, 12.0, &mut ()).unwrap();
+        let dop853 = Dop853::new()
+            .rtol(1e-12)
+            .atol(1e-14)
+            .run(&noisy, &start, 12.0, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
+            .unwrap();
+        let taylor = Taylor::new()
+            .rtol(1e-13)
+            .atol(1e-15)
+            .run(&noisy, &start, 12.0, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
+            .unwrap();
         println!("{name}: {} crossings, {:e}", taylor.stats.crossings, dop853.state.q[0] - taylor.state.q[0]);
         assert!(taylor.stats.crossings > 2 && dop853.stats.crossings == taylor.stats.crossings, "{name}");
         assert!((dop853.state.q[0] - taylor.state.q[0]).abs() < 1e-9, "{name}");
