@@ -164,6 +164,12 @@ impl Process for FilteredNoise {
     }
 }
 
+/// The value of a cubic at a share of its cell.
+#[inline]
+fn value(cubic: &[f64; 4], share: f64) -> f64 {
+    cubic.iter().rev().fold(0.0, |sum, c| sum * share + c)
+}
+
 /// A path: cubics between the nodes.
 struct Cubics {
     deviation: f64,
@@ -194,7 +200,10 @@ impl Path for Cubics {
     fn at(&self, t: f64, _: Side) -> f64 {
         let cell = self.bridges.grid.cell(t);
         let share = self.bridges.grid.share(cell, t);
-        self.cubic(cell).iter().rev().fold(0.0, |sum, c| sum * share + c)
+        value(&self.cubic(cell), share)
+    }
+    fn at_each(&self, times: &[f64], _: Side, f: &mut dyn FnMut(usize, f64)) {
+        self.bridges.grid.each(times, |cell| self.cubic(cell), |i, cubic, share| f(i, value(cubic, share)));
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.bridges.grid.next_node(t)

@@ -5,6 +5,7 @@ use crate::excitation::Side;
 use crate::numeric::split_mix::CounterRng;
 use crate::processes::bridges::Bridges;
 use crate::processes::draws::Draws;
+use crate::processes::ornstein_uhlenbeck::line;
 use crate::processes::process::{Path, Process};
 use crate::scalar::Scalar;
 use crate::series::Series;
@@ -137,25 +138,39 @@ impl Walk {
     }
 }
 
+impl Walk {
+    /// ω t + φ(t) and its rate.
+    fn phase(&self, t: f64) -> (f64, f64) {
+        let grid = self.order.bridges.grid;
+        let cell = grid.cell(t);
+        let ends = self.ends(cell);
+        let rate = self.order.frequency + (ends[1] - ends[0]) / grid.spacing;
+        (self.order.frequency * t + line(&ends, grid.share(cell, t)), rate)
+    }
+}
+
 /// Number of turns that are tried: ±32 turns are more than ten standard deviations of a block.
 const WALKS: usize = 65;
 
 impl Path for Walk {
     fn at(&self, t: f64, _: Side) -> f64 {
-        let grid = self.order.bridges.grid;
-        let cell = grid.cell(t);
-        let (share, [left, right]) = (grid.share(cell, t), self.ends(cell));
-        self.order.amplitude * libm::cos(self.order.frequency * t + ((1.0 - share) * left + share * right))
+        self.order.amplitude * libm::cos(self.phase(t).0)
+    }
+    fn at_each(&self, times: &[f64], _: Side, f: &mut dyn FnMut(usize, f64)) {
+        let JitteredOrder { amplitude, frequency, bridges, .. } = &self.order;
+        bridges.grid.each(
+            times,
+            |cell| self.ends(cell),
+            |i, ends, share| {
+                f(i, amplitude * libm::cos(frequency * times[i] + line(ends, share)));
+            },
+        );
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.order.bridges.grid.next_node(t)
     }
     fn series(&self, t: f64, coefficients: usize) -> Series {
-        let grid = self.order.bridges.grid;
-        let cell = grid.cell(t);
-        let (share, [left, right]) = (grid.share(cell, t), self.ends(cell));
-        let phase = self.order.frequency * t + ((1.0 - share) * left + share * right);
-        let rate = self.order.frequency + (right - left) / grid.spacing;
+        let (phase, rate) = self.phase(t);
         Series::variable(phase, rate, coefficients).cos() * self.order.amplitude
     }
 }

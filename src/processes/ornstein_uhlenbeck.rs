@@ -93,6 +93,12 @@ impl Process for OrnsteinUhlenbeck {
     }
 }
 
+/// The value at a share of a cell.
+#[inline]
+pub(crate) fn line([left, right]: &[f64; 2], share: f64) -> f64 {
+    (1.0 - share) * left + share * right
+}
+
 /// A path: straight lines between the nodes.
 struct Lines {
     deviation: f64,
@@ -114,8 +120,10 @@ impl Lines {
 impl Path for Lines {
     fn at(&self, t: f64, _: Side) -> f64 {
         let cell = self.bridges.grid.cell(t);
-        let (share, [left, right]) = (self.bridges.grid.share(cell, t), self.ends(cell));
-        (1.0 - share) * left + share * right
+        line(&self.ends(cell), self.bridges.grid.share(cell, t))
+    }
+    fn at_each(&self, times: &[f64], _: Side, f: &mut dyn FnMut(usize, f64)) {
+        self.bridges.grid.each(times, |cell| self.ends(cell), |i, ends, share| f(i, line(ends, share)));
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.bridges.grid.next_node(t)

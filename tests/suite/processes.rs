@@ -124,6 +124,11 @@ fn any_order_of_calls_gives_the_same_bits() {
             times.iter().rev().map(|t| one.path(7).at(*t, Side::After).to_bits()).collect();
         backward.reverse();
         assert_eq!(forward, backward, "{name}");
+        let mut together = vec![0; times.len()];
+        path.at_each(&times, Side::After, &mut |i, x| together[i] = x.to_bits());
+        assert_eq!(forward, together, "{name}");
+        let near: Vec<f64> = (0..20).map(|k| 1.0 + 1e-3 * f64::from(k)).collect(); // nodes of one cell
+        path.at_each(&near, Side::After, &mut |i, x| assert_eq!(x, path.at(near[i], Side::After), "{name}"));
         let other = one.path(8);
         assert!(times.iter().any(|t| other.at(*t, Side::After) != path.at(*t, Side::After)), "{name}");
         let neighbour = process(name, 4).path(7);
