@@ -47,6 +47,7 @@ mod lyapunov;
 mod mesh_phases;
 mod noncircular;
 mod pages;
+mod rare_events;
 mod reference_nfg;
 mod reference_ring;
 mod results_at_edges;
@@ -71,6 +72,7 @@ mod tori_errors;
 mod trains;
 mod variation;
 mod variation_hard_cases;
+mod white_noise;
 
 #[path = "../../benches/common/mod.rs"]
 mod benchmarks;

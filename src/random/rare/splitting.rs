@@ -31,7 +31,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// ```
 /// use gear_dynamics::random::{Event, NoisySteps, Splitting, WhiteNoise};
 /// use gear_dynamics::{models::Oscillator, State};
-/// // x' = -x... as a velocity: v' = -v + √2 ξ, from v = 0 to 3 before -3: both alike, 1/2.
+/// // The particle v' = -v + √2 ξ reaches 3 before -3 from v = 0 with the probability 1/2.
 /// let free = Oscillator::new(&[("speed", 1.0)])?;
 /// let solver = NoisySteps::new(200, &[WhiteNoise::bath(0, 1.0, 2.0)?]);
 /// let event = Event::new(3.0, |at| at.v[0]);
@@ -140,7 +140,9 @@ impl<'w> Splitting<'w> {
         check::finite("level of the event", event.level())?;
         if self.floor.is_nan() || self.floor >= event.level() {
             let (name, value) = ("floor of the score".into(), self.floor);
-            return Err(ParameterError::OutOfRange { name, value, allowed: "(-∞, level of the event)" }.into());
+            return Err(
+                ParameterError::OutOfRange { name, value, allowed: "(-∞, level of the event)" }.into()
+            );
         }
         let ready = solver.ready(machine, Some(start))?;
         let last = ready.steps_in(self.periods)?;
@@ -203,7 +205,7 @@ impl<G: Shape, const W: usize> Stages<'_, '_, '_, G, W> {
         let count = self.of.particles;
         let copy = |i: usize| {
             let source = ((i as f64 + share) * from.len() as f64 / count as f64) as usize;
-            let member = (repeat << 34 | stage as u64) << 26 | i as u64;
+            let member = (repeat << 34) | ((stage as u64) << 26) | i as u64;
             Particle { member, ..from[source.min(from.len() - 1)].clone() }
         };
         (0..count).map(copy).collect()
@@ -235,35 +237,40 @@ impl<G: Shape, const W: usize> Stages<'_, '_, '_, G, W> {
                 return Ok(Some(levels));
             }
             // The same particles with the same random numbers, up to the level.
-            let Some(ends) = follow(self.ready, self.event, self.limits(level), &particles, &go_on)? else {
-                return Ok(None);
-            };
-            from = ends.into_iter().filter(|end| end.reached).map(|end| end.at).collect();
+            let Some((entered, _)) = self.pass(particles, level)? else { return Ok(None) };
+            from = entered;
         }
         Err(NoiseError::Extinct { stage: STAGES, score: levels[STAGES - 1] })
+    }
+
+    /// The states in which particles entered a level, and the number of steps; `None` if cancelled.
+    fn pass(&self, particles: Vec<Particle>, level: f64) -> Result<Option<(Vec<Particle>, u64)>, NoiseError> {
+        // A state that entered the last level far enough has entered this one, too.
+        let (mut entered, rest): (Vec<_>, Vec<_>) =
+            particles.into_iter().partition(|particle| particle.score >= level);
+        if rest.is_empty() {
+            return Ok(Some((entered, 0)));
+        }
+        let go_on = || !self.of.watch.is_cancelled();
+        let ends = follow(self.ready, self.event, self.limits(level), &rest, &go_on)?;
+        Ok(ends.map(|ends| {
+            let steps = ends.iter().zip(&rest).map(|(end, start)| end.at.number - start.number).sum();
+            entered.extend(ends.into_iter().filter(|end| end.reached).map(|end| end.at));
+            (entered, steps)
+        }))
     }
 
     /// The shares of one repeat; 0 from the stage on in which no particle reached the next level.
     fn repeat(&self, repeat: u64, levels: &[f64]) -> Result<Option<Repeat>, NoiseError> {
         let mut from = self.start();
         let mut seen = Repeat { shares: vec![0.0; levels.len()], steps: 0 };
-        let go_on = || !self.of.watch.is_cancelled();
         for (stage, &level) in levels.iter().enumerate() {
-            let mut particles = self.enter(repeat, stage, &from);
-            let count = particles.len() as f64;
-            // A state that entered the last level far enough has entered this one, too.
-            let (mut entered, rest): (Vec<_>, Vec<_>) =
-                particles.drain(..).partition(|particle| particle.score >= level);
-            if !rest.is_empty() {
-                let Some(ends) = follow(self.ready, self.event, self.limits(level), &rest, &go_on)? else {
-                    return Ok(None);
-                };
-                seen.steps += ends.iter().zip(&rest).map(|(end, start)| end.at.number - start.number).sum::<u64>();
-                entered.extend(ends.into_iter().filter(|end| end.reached).map(|end| end.at));
-            }
-            seen.shares[stage] = entered.len() as f64 / count;
+            let particles = self.enter(repeat, stage, &from);
+            let Some((entered, steps)) = self.pass(particles, level)? else { return Ok(None) };
+            seen.shares[stage] = entered.len() as f64 / self.of.particles as f64;
+            seen.steps += steps;
             if entered.is_empty() {
-                return Ok(Some(seen));
+                break;
             }
             from = entered;
         }

@@ -175,7 +175,9 @@ mod tests {
         let cubic = |x: f64| (x - 0.3) * (x + 1.0) * (2.0 - x);
         let rate = |x: f64| (x + 1.0) * (2.0 - x) + (x - 0.3) * (2.0 - x) - (x - 0.3) * (x + 1.0);
         let arc = [cubic(0.0), cubic(1.0), rate(0.0), rate(1.0)];
-        assert!((value(&arc, 0.7) - cubic(0.7)).abs() < 1e-14 && (slope(&arc, 0.7) - rate(0.7)).abs() < 1e-14);
+        assert!(
+            (value(&arc, 0.7) - cubic(0.7)).abs() < 1e-14 && (slope(&arc, 0.7) - rate(0.7)).abs() < 1e-14
+        );
         assert!((root(&arc) - 0.3).abs() < 1e-9);
         let late = [-0.729, 0.271, 0.0, 3.0]; // x³ - 0.9³
         assert!((root(&late) - 0.9).abs() < 1e-9);

@@ -28,7 +28,9 @@ pub enum NoiseError {
     #[error("no static state to start from: {0}")]
     NoStaticState(#[from] LinearError),
     /// A rigid stop: an impact needs a located edge, and fixed steps do not locate edges.
-    #[error("contact {contact} has a rigid stop: white noise in lanes has fixed steps, which do not locate impacts")]
+    #[error(
+        "contact {contact} has a rigid stop: white noise in lanes has fixed steps, which do not locate impacts"
+    )]
     StopNotLocated {
         /// Index of the contact.
         contact: usize,
@@ -52,7 +54,9 @@ pub enum NoiseError {
     },
     /// No particle of a stage of a splitting passed this score: more particles are needed, or the score does not lead
     /// to the event.
-    #[error("no particle of stage {stage} passed the score {score:?}: more particles are needed, or another score")]
+    #[error(
+        "no particle of stage {stage} passed the score {score:?}: more particles are needed, or another score"
+    )]
     Extinct {
         /// Number of the stage, from 0.
         stage: usize,

@@ -111,7 +111,8 @@ mod tests {
     /// Tabulated values: Abramowitz and Stegun 1964, Table 26.10.
     #[test]
     fn quantiles_agree_with_tables() {
-        for (level, n, t) in [(0.9, 7.0, 1.895), (0.95, 7.0, 2.365), (0.99, 7.0, 3.499), (0.95, 30.0, 2.042)] {
+        for (level, n, t) in [(0.9, 7.0, 1.895), (0.95, 7.0, 2.365), (0.99, 7.0, 3.499), (0.95, 30.0, 2.042)]
+        {
             assert!((student(level, n) - t).abs() < 1e-3, "{level} {n}: {}", student(level, n));
         }
         assert!((student(0.95, 1e9) - 1.959_964).abs() < 1e-6);

@@ -2,7 +2,7 @@
 
 use crate::contact::Contact;
 use crate::error::{ParameterError, check};
-use crate::model::{Machine, Model, Shape, State};
+use crate::model::{Machine, Shape, State};
 use crate::ode::probe::Probe;
 use crate::random::white::crossings::Crossings;
 use crate::random::white::error::NoiseError;
@@ -122,7 +122,11 @@ impl<'w> LongRun<'w> {
         let kinds = kinds(machine, &chosen)?;
         let contacts = machine.size().contacts - machine.size().kinks;
         let figures = 2 * kinds.len() + MemberFigures::OF_CONTACT * contacts;
-        check::count("members × spans × figures", &[self.members, self.spans, figures.max(1)], check::NUMBERS)?;
+        check::count(
+            "members × spans × figures",
+            &[self.members, self.spans, figures.max(1)],
+            check::NUMBERS,
+        )?;
         let ready = solver.ready(machine, self.start.as_ref())?;
         let settle = if self.settle > 0.0 { ready.steps_in(self.settle)? } else { 0 };
         let span = ready.steps_in(self.measure / self.spans as f64)?;

@@ -25,7 +25,10 @@ pub struct WhiteNoise {
 /// What a white noise acts on.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Target {
-    Bath { coordinate: usize, damping: f64 },
+    Bath {
+        coordinate: usize,
+        damping: f64,
+    },
     /// Slots with their gains.
     Drives(Vec<(usize, f64)>),
 }
@@ -125,7 +128,10 @@ impl WhiteNoise {
             });
             if let Some(i) = (0..3 * contacts).find(|&i| seen[0][i] != seen[1][i]) {
                 return Err(ParameterError::OutOfRange {
-                    name: format!("gain of white noise that moves the edges or the deflection of contact {}", i / 3),
+                    name: format!(
+                        "gain of white noise that moves the edges or the deflection of contact {}",
+                        i / 3
+                    ),
                     value: slots[0].1,
                     allowed: "[0, 0]: an edge cannot be white noise",
                 });
@@ -149,10 +155,12 @@ impl WhiteNoise {
             }
         }
         // Rows 0, 1, 2 belong to the first state, 3, 4, 5 to the one with other velocities, and so on.
-        let differs = |k: usize| (0..dof).any(|i| {
-            let [x, y] = [added[k][i], added[k + 3][i]];
-            x.is_finite() && apart(x, y, x.abs().max(y.abs()))
-        });
+        let differs = |k: usize| {
+            (0..dof).any(|i| {
+                let [x, y] = [added[k][i], added[k + 3][i]];
+                x.is_finite() && apart(x, y, x.abs().max(y.abs()))
+            })
+        };
         Ok([0, 1, 2, 6, 7, 8].into_iter().any(differs))
     }
 }

@@ -2,12 +2,12 @@
 
 use crate::contact::{ByDeflection, Contact};
 use crate::model::{Drives, Machine, Shape};
+use crate::random::white::noise::{Target, WhiteNoise};
+use crate::random::white::normal::{key, normal_pairs};
 use crate::scalar::keep_rolled;
 use crate::sweep::lanes::drive_table::DriveTable;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
-use crate::random::white::noise::{Target, WhiteNoise};
-use crate::random::white::normal::{key, normal_pairs};
 
 /// A source of noise with its numbers for half a step.
 #[derive(Clone, Debug)]
@@ -240,7 +240,15 @@ impl<'m, G: Shape, const W: usize> NoisyLanes<'m, G, W> {
         for ((source, keys), second) in self.sources.iter().zip(&self.keys).zip(&mut w.second) {
             let pair = normal_pairs(keys, &self.number);
             *second = pair[1];
-            kick(shape, source, Lanes(pair[0]), [&mut *u, &mut w.noisy], q, v, [&mut *vs, &mut *a, &mut *first, &mut *inner]);
+            kick(
+                shape,
+                source,
+                Lanes(pair[0]),
+                [&mut *u, &mut w.noisy],
+                q,
+                v,
+                [&mut *vs, &mut *a, &mut *first, &mut *inner],
+            );
         }
         for i in 0..n {
             let i = keep_rolled(i);
@@ -275,7 +283,15 @@ impl<'m, G: Shape, const W: usize> NoisyLanes<'m, G, W> {
             v1[i] = v[i];
         }
         for (source, second) in self.sources.iter().zip(&w.second).rev() {
-            kick(shape, source, Lanes(*second), [&mut *u, &mut w.noisy], q, v, [&mut *vs, &mut *a, &mut *first, &mut *inner]);
+            kick(
+                shape,
+                source,
+                Lanes(*second),
+                [&mut *u, &mut w.noisy],
+                q,
+                v,
+                [&mut *vs, &mut *a, &mut *first, &mut *inner],
+            );
         }
         for number in &mut self.number {
             *number += 1;

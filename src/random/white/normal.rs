@@ -125,7 +125,8 @@ mod tests {
             last = z[1];
         }
         let n = n as f64;
-        for ((sum, mean), variance) in moments.iter().zip([0.0, 1.0, 0.0, 3.0]).zip([1.0, 2.0, 15.0, 96.0f64]) {
+        for ((sum, mean), variance) in moments.iter().zip([0.0, 1.0, 0.0, 3.0]).zip([1.0, 2.0, 15.0, 96.0f64])
+        {
             assert!((sum / (2.0 * n) - mean).abs() < 5.0 * (variance / (2.0 * n)).sqrt(), "{moments:?}");
         }
         assert!(products.iter().all(|sum| (sum / n).abs() < 5.0 / n.sqrt()), "{products:?}");

@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::linear::static_state;
-use crate::model::{Machine, Model, Periodic, Shape, State};
+use crate::model::{Machine, Periodic, Shape, State};
 use crate::random::white::error::NoiseError;
 use crate::random::white::noise::WhiteNoise;
 use crate::random::white::noisy_lanes::{Gauge, Look, NoisyLanes};
