@@ -62,8 +62,8 @@ fn barrier_by_splitting() {
 #[ignore = "5 × 10⁹ steps: cargo test --release --test suite barriers_to_one_per_cent -- --ignored"]
 fn barriers_to_one_per_cent() {
     for b in [3.5, 4.2, 4.8, 5.4] {
-        let (ratio, error) = barrier(b, 1256, 4000, 200);
-        assert!((ratio - 1.0).abs() < 0.01 && error < 0.005, "{b}: {ratio} {error}");
+        let (ratio, error) = barrier(b, 628, 4000, 400);
+        assert!((ratio - 1.0).abs() < 0.01 && error < 0.006, "{b}: {ratio} {error}");
     }
 }
 
