@@ -18,8 +18,8 @@ fn at(x: f64) -> State {
     State::new(0.0, &[0.0], &[x])
 }
 
-/// The steps see the particle at their ends only: a level lies 0.5826 √(D h) farther away, in first order.   Source:
-/// Broadie, Glasserman and Kou 1997 (Math. Finance 7, 325).
+/// The steps see the particle at their ends only: a level lies 0.5826 √(D h) farther away, in first order.
+/// Source: Broadie, Glasserman and Kou 1997 (Math. Finance 7, 325).
 fn shift(steps: usize) -> f64 {
     0.5826 * (2.0 * TAU / steps as f64).sqrt()
 }

@@ -22,8 +22,9 @@ fn bath(damping: f64, intensity: f64) -> WhiteNoise {
 
 /// Estimates with their closed forms: P(gap), rate at each edge, mean squares of v and x, mean impact speed.
 ///
-/// p(x, v) ∝ exp(-β (v²/2 + G(x))), β = 2c/D; Z = 2b + √(2π/β). On a flank the depth has half a normal distribution of
-/// variance 1/β: ∫(b + y)² e^{-βy²/2} dy over y > 0 is s (b² + 2b √(2/(πβ)) + 1/β), s = √(π/(2β)).
+/// p(x, v) ∝ exp(-β (v²/2 + G(x))), β = 2c/D; Z = 2b + √(2π/β). On a flank the depth has half a normal
+/// distribution of variance 1/β: ∫(b + y)² e^{-βy²/2} dy over y > 0 is s (b² + 2b √(2/(πβ)) + 1/β), s =
+/// √(π/(2β)).
 fn closed_forms(seen: &NoiseStatistics, b: f64, beta: f64) -> Vec<(&'static str, Estimate, f64)> {
     let contact = seen.contact(0).unwrap();
     let z = 2.0 * b + (TAU / beta).sqrt();
@@ -41,8 +42,8 @@ fn closed_forms(seen: &NoiseStatistics, b: f64, beta: f64) -> Vec<(&'static str,
     ]
 }
 
-/// Long runs of dead zones in a bath: every closed form lies within the interval of 99.99 %, whose half width over the
-/// value is at most `width`, for impact speeds and flights too.
+/// Long runs of dead zones in a bath: every closed form lies within the interval of 99.99 %, whose half width
+/// over the value is at most `width`, for impact speeds and flights too.
 fn dead_zones_in_baths(members: usize, periods: f64, steps: usize, width: f64, cases: &[(f64, f64)]) {
     for &(c, b) in cases {
         let (solver, pair) = (NoisySteps::new(steps, &[bath(c, c)]).seed(7), dead_zone(b, 0.0));
@@ -87,9 +88,9 @@ fn impact_speeds_are_rayleigh() {
     }
 }
 
-/// The bias over the step, without chance: the step of a linear oscillator is an affine map y → A y + noise, whose
-/// matrix R is measured with intensity 0. Its stationary mean square of v follows from P = A P Aᵀ + Q. Damping in the
-/// algebra, kicks before and after.
+/// The bias over the step, without chance: the step of a linear oscillator is an affine map y → A y + noise,
+/// whose matrix R is measured with intensity 0. Its stationary mean square of v follows from P = A P Aᵀ + Q.
+/// Damping in the algebra, kicks before and after.
 #[test]
 fn bias_of_a_linear_oscillator_has_order_two() {
     let free =
@@ -143,7 +144,8 @@ fn bias_over_a_kink_has_order_two() {
     }
 }
 
-/// Intervals of 90 and 95 % contain the closed form in such a share of `repeats` runs, within 3.3 standard errors.
+/// Intervals of 90 and 95 % contain the closed form in such a share of `repeats` runs, within 3.3 standard
+/// errors.
 fn intervals_cover(repeats: u64) {
     let (pair, z) = (dead_zone(0.5, 0.0), 1.0 + PI.sqrt());
     let mut inside = [[0.0; 2]; 2];
@@ -180,9 +182,9 @@ fn intervals_cover_in_many_runs() {
     intervals_cover(2000);
 }
 
-/// Growth rate of the mean square of q'' + c q' + q = 0 with noise on one constant: the logarithm of the largest
-/// eigenvalue of the map of (q², qv, v²) over a turn. The motion is linear in its start: two starts with the same
-/// numbers give the whole map.
+/// Growth rate of the mean square of q'' + c q' + q = 0 with noise on one constant: the logarithm of the
+/// largest eigenvalue of the map of (q², qv, v²) over a turn. The motion is linear in its start: two starts
+/// with the same numbers give the whole map.
 fn growth(constant: &str, c: f64, intensity: f64, members: usize, seed: u64) -> f64 {
     let given = [("speed", 1.0), ("linear stiffness", 1.0), ("damping", c)];
     let free = Oscillator::new(&given).unwrap();
@@ -205,8 +207,8 @@ fn growth(constant: &str, c: f64, intensity: f64, members: usize, seed: u64) -> 
     factor.ln() / TAU
 }
 
-/// Intensity at which the mean square neither grows nor decays, over the closed form `exact`, with its standard error
-/// from 8 seeds. `damping`: the constant c that belongs to an intensity.
+/// Intensity at which the mean square neither grows nor decays, over the closed form `exact`, with its
+/// standard error from 8 seeds. `damping`: the constant c that belongs to an intensity.
 fn boundary(constant: &str, exact: f64, damping: impl Fn(f64) -> f64, members: usize) -> Estimate {
     let one = |seed: u64| {
         let [low, high] = [0.9, 1.1].map(|x| growth(constant, damping(x * exact), x * exact, members, seed));
@@ -215,9 +217,9 @@ fn boundary(constant: &str, exact: f64, damping: impl Fn(f64) -> f64, members: u
     Estimate::of(&(0..8).map(one).collect::<Vec<f64>>()).unwrap()
 }
 
-/// Random damping (Ito): the mean square is bounded for D < 2c. E[v²]' = -2c E[v²] - 2 E[qv] + D E[v²] with E[qv] = 0
-/// and E[v²] = E[q²] at the boundary. The solver takes the equation in the sense of Stratonovich: its damping is
-/// c + D/2. Random stiffness: D < 2 c ω² in both senses, since the noise multiplies q.
+/// Random damping (Ito): the mean square is bounded for D < 2c. E[v²]' = -2c E[v²] - 2 E[qv] + D E[v²] with
+/// E[qv] = 0 and E[v²] = E[q²] at the boundary. The solver takes the equation in the sense of Stratonovich:
+/// its damping is c + D/2. Random stiffness: D < 2 c ω² in both senses, since the noise multiplies q.
 fn boundaries_of_mean_squares(members: usize, width: f64) {
     let c = 0.1;
     for (constant, ito) in [("damping", 0.5), ("linear stiffness", 0.0)] {
@@ -270,7 +272,8 @@ fn mean_of_a_forced_linear_oscillator_is_its_response() {
     let solver = NoisySteps::new(32, &[bath(1.0, 0.02)]);
     let ends = solver.ends(&forced, &State::new(0.0, &[0.9], &[0.3]), 1.25, 128).unwrap();
     let mean = |of: &dyn Fn(&State) -> f64| ends.iter().map(of).sum::<f64>() / 128.0;
-    // Standard deviations √(D/(2 c k)) = 0.05 and √(D/(2 c)) = 0.1, over √128; the bias of 32 steps is below 0.01.
+    // Standard deviations √(D/(2 c k)) = 0.05 and √(D/(2 c)) = 0.1, over √128; the bias of 32 steps is below
+    // 0.01.
     assert!((mean(&|end| end.q[0]) - 0.3).abs() < 0.018 + 0.01, "{}", mean(&|end| end.q[0]));
     assert!((mean(&|end| end.v[0]) + 0.9).abs() < 0.036 + 0.01, "{}", mean(&|end| end.v[0]));
 }

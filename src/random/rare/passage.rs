@@ -71,8 +71,8 @@ impl<'w> FirstPassage<'w> {
         self.watch.progress = Some(Arc::new(progress));
         self
     }
-    /// Flag that cancels the run when it becomes `true`. The result contains the blocks of 256 members that were
-    /// complete.
+    /// Flag that cancels the run when it becomes `true`. The result contains the blocks of 256 members that
+    /// were complete.
     pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
         self.watch.cancel = Some(cancel);
         self
@@ -139,7 +139,8 @@ fn instant(end: &End, level: f64) -> f64 {
 
 impl PassageTimes {
     /// The times of the members that reached the event. Their [mean](Distribution::mean) has the [standard
-    /// error](Distribution::standard_error) of independent members; it is that of all members only if all reached it.
+    /// error](Distribution::standard_error) of independent members; it is that of all members only if all
+    /// reached it.
     pub fn times(&self) -> &Distribution {
         &self.times
     }

@@ -31,12 +31,13 @@ pub struct Moment<'a> {
     pub contacts: &'a [Contact],
 }
 
-/// An event: a score of the state reaches a level. The score is any function of the state that is continuous along
-/// the motion.
+/// An event: a score of the state reaches a level. The score is any function of the state that is continuous
+/// along the motion.
 ///
-/// The score is read at the end of each step. An excursion above the level between two steps is missed. For a score of
-/// coordinates and deflections such excursions are rare. A score of velocities that are noisy themselves is rough:
-/// excursions between steps shift the level by 0.5826 √(D h) (Broadie, Glasserman and Kou 1997).
+/// The score is read at the end of each step. An excursion above the level between two steps is missed. For a
+/// score of coordinates and deflections such excursions are rare. A score of velocities that are noisy
+/// themselves is rough: excursions between steps shift the level by 0.5826 √(D h) (Broadie, Glasserman and
+/// Kou 1997).
 ///
 /// ```
 /// use gear_dynamics::random::Event;

@@ -14,20 +14,20 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// The probability of a rare event by multilevel splitting: that a score reaches a level before a time has passed and
-/// before it falls to a floor.
+/// The probability of a rare event by multilevel splitting: that a score reaches a level before a time has
+/// passed and before it falls to a floor.
 ///
-/// Between start and level stand further levels. In stage k all particles start from states in which others entered
-/// level k; a share p_k of them enters level k + 1 before the time or the floor ends them. The probability is the
-/// product of all p_k. A pilot run chooses the levels so that each p_k is near 0.2. Then the levels are fixed, and the
-/// whole is repeated with other random numbers: the estimate is the mean of the repeats, without bias for any number of
-/// particles, and its error follows from their scatter.
+/// Between start and level stand further levels. In stage k all particles start from states in which others
+/// entered level k; a share p_k of them enters level k + 1 before the time or the floor ends them. The
+/// probability is the product of all p_k. A pilot run chooses the levels so that each p_k is near 0.2. Then
+/// the levels are fixed, and the whole is repeated with other random numbers: the estimate is the mean of the
+/// repeats, without bias for any number of particles, and its error follows from their scatter.
 ///
 /// Default: 1000 particles, 16 repeats, no floor.
 ///
-/// The better the score predicts the event, the smaller the error; the mean is right for any score. For a vibration the
-/// amplitude predicts, a coordinate alone does not: it returns in each cycle.   Source: Garvels,
-/// The splitting method in rare event simulation, Twente 2000 (fixed effort).
+/// The better the score predicts the event, the smaller the error; the mean is right for any score. For a
+/// vibration the amplitude predicts, a coordinate alone does not: it returns in each cycle.   Source:
+/// Garvels, The splitting method in rare event simulation, Twente 2000 (fixed effort).
 ///
 /// ```
 /// use gear_dynamics::random::{Event, NoisySteps, Splitting, WhiteNoise};
@@ -197,8 +197,8 @@ impl<G: Shape, const W: usize> Stages<'_, '_, '_, G, W> {
         Limits { level, floor: self.of.floor, last: self.last }
     }
 
-    /// The particles of a stage: copies of the states that entered it. Each state is copied as often as any other, up
-    /// to one copy, beginning at a random one.
+    /// The particles of a stage: copies of the states that entered it. Each state is copied as often as any
+    /// other, up to one copy, beginning at a random one.
     fn enter(&self, repeat: u64, stage: usize, from: &[Particle]) -> Vec<Particle> {
         let seed = self.ready.seed;
         let draw = CounterRng::new(seed, repeat, u64::MAX, stage as u64).next_u64();

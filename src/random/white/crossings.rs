@@ -8,8 +8,8 @@ use crate::sweep::lanes::number::Lanes;
 
 /// Impacts and flights of one contact in all lanes.
 ///
-/// Noise does not move the coordinates, so that the deflection within a step is the smooth arc of R: a cubic through
-/// both ends. Its roots are the crossings.
+/// Noise does not move the coordinates, so that the deflection within a step is the smooth arc of R: a cubic
+/// through both ends. Its roots are the crossings.
 pub(crate) struct Crossings<const W: usize> {
     contact: usize,
     /// Penetrations of the lower and the upper flank after the last step; NaN before the first one.
@@ -140,7 +140,8 @@ fn slope([d0, d1, s0, s1]: &[f64; 4], x: f64) -> f64 {
     6.0 * x * y * (d1 - d0) + s0 * y * (y - 2.0 * x) + s1 * x * (x - 2.0 * y)
 }
 
-/// A root of the cubic in [0, 1], by Newton's method between bounds; 0 if a jump of the drives has passed the edge.
+/// A root of the cubic in [0, 1], by Newton's method between bounds; 0 if a jump of the drives has passed the
+/// edge.
 fn root(arc: &[f64; 4]) -> f64 {
     let out = arc[0] > 0.0;
     if out == (arc[1] > 0.0) {

@@ -35,8 +35,8 @@ pub enum NoiseError {
         /// Index of the contact.
         contact: usize,
     },
-    /// A coordinate or a velocity becomes infinite or NaN: the step is too long, or the motion has no stationary
-    /// state.
+    /// A coordinate or a velocity becomes infinite or NaN: the step is too long, or the motion has no
+    /// stationary state.
     #[error("the motion of member {member} becomes infinite or NaN before t = {t:?}")]
     Diverged {
         /// Number of the member.
@@ -52,8 +52,8 @@ pub enum NoiseError {
         /// All members or repeats.
         all: u64,
     },
-    /// No particle of a stage of a splitting passed this score: more particles are needed, or the score does not lead
-    /// to the event.
+    /// No particle of a stage of a splitting passed this score: more particles are needed, or the score does
+    /// not lead to the event.
     #[error(
         "no particle of stage {stage} passed the score {score:?}: more particles are needed, or another score"
     )]

@@ -4,16 +4,17 @@ use crate::error::{ParameterError, check};
 
 /// A mean over batches, with its standard error.
 ///
-/// The batches are spans of time, of several members or of one. They count as independent: each must be much longer
-/// than the time over which the motion forgets its state, which is 1/(damping) or more. Batches of different members
-/// are independent in any case.
+/// The batches are spans of time, of several members or of one. They count as independent: each must be much
+/// longer than the time over which the motion forgets its state, which is 1/(damping) or more. Batches of
+/// different members are independent in any case.
 ///
 /// ```
 /// use gear_dynamics::random::Estimate;
 /// let estimate = Estimate::of(&[1.0, 2.0, 3.0, 2.0, 1.0, 3.0, 2.0, 2.0])?;
 /// assert_eq!(estimate.mean(), 2.0);
 /// assert!((estimate.standard_error() - (4.0f64 / 7.0 / 8.0).sqrt()).abs() < 1e-15);
-/// let [low, high] = estimate.confidence(0.95)?; // 2 ± 2.365 standard errors: Student's t with 7 degrees of freedom
+/// // 2 ± 2.365 standard errors: Student's t with 7 degrees of freedom.
+/// let [low, high] = estimate.confidence(0.95)?;
 /// assert!((high - low - 2.0 * 2.3646 * estimate.standard_error()).abs() < 1e-4);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -37,8 +38,8 @@ impl Estimate {
         Ok(Estimate::ratio(values.iter().map(|x| [*x, 1.0])))
     }
 
-    /// Σx/Σy of pairs [x, y], one for each batch. Its standard error is that of the mean of x - (Σx/Σy) y, over the
-    /// mean of y.
+    /// Σx/Σy of pairs [x, y], one for each batch. Its standard error is that of the mean of x - (Σx/Σy) y,
+    /// over the mean of y.
     pub(crate) fn ratio(pairs: impl Iterator<Item = [f64; 2]> + Clone) -> Self {
         let (count, above, below) =
             pairs.clone().fold((0, 0.0, 0.0), |(n, a, b), [x, y]| (n + 1, a + x, b + y));
@@ -65,8 +66,8 @@ impl Estimate {
         self.batches
     }
 
-    /// The interval that contains the true mean with the probability `level`, for example 0.95: the mean ± t standard
-    /// errors, with Student's t for one degree of freedom less than batches.
+    /// The interval that contains the true mean with the probability `level`, for example 0.95: the mean ± t
+    /// standard errors, with Student's t for one degree of freedom less than batches.
     ///
     /// # Errors
     /// A level outside (0, 1).
@@ -76,8 +77,8 @@ impl Estimate {
     }
 }
 
-/// The t with P(|T| < t) = level for Student's T with n degrees of freedom; for n >= 7 accurate to 3e-4 up to a level of
-/// 0.99.   Source: Abramowitz and Stegun 1964, 26.7.5.
+/// The t with P(|T| < t) = level for Student's T with n degrees of freedom; for n >= 7 accurate to 3e-4 up to
+/// a level of 0.99.   Source: Abramowitz and Stegun 1964, 26.7.5.
 fn student(level: f64, n: f64) -> f64 {
     let z = normal(level);
     let s = z * z;

@@ -18,14 +18,14 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// Long runs under white noise: means, mean squares and largest values of channels, shares of time on the flanks,
-/// rates and speeds of impacts, flights, all with their errors.
+/// Long runs under white noise: means, mean squares and largest values of channels, shares of time on the
+/// flanks, rates and speeds of impacts, flights, all with their errors.
 ///
-/// Each member settles, then it is measured for a number of spans of equal length. The spans of all members are the
-/// batches of the estimates ([`Estimate`]). Default: 64 members, 1 span for each, no channels.
+/// Each member settles, then it is measured for a number of spans of equal length. The spans of all members
+/// are the batches of the estimates ([`Estimate`]). Default: 64 members, 1 span for each, no channels.
 ///
-/// The averages over a span are those of a stationary motion. Under drives with a period they are averages over the
-/// period, too, if a span has whole periods.
+/// The averages over a span are those of a stationary motion. Under drives with a period they are averages
+/// over the period, too, if a span has whole periods.
 ///
 /// ```
 /// use gear_dynamics::random::{LongRun, NoisySteps, WhiteNoise};
@@ -33,7 +33,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// // A dead zone of half width 0.5: P(gap) = 1/Z, Z = 1 + √(2π/β) with β = 2 c/D = 2.
 /// let pair = Oscillator::new(&[("speed", 1.0), ("mesh stiffness", 1.0), ("half backlash", 0.5)])?;
 /// let solver = NoisySteps::new(30, &[WhiteNoise::bath(0, 0.5, 0.5)?]);
-/// let long = LongRun::new(10.0, 200.0)?.members(32).start(&State::at_rest(1)); // settle and measure, in periods
+/// // Settle for 10 periods, measure 200.
+/// let long = LongRun::new(10.0, 200.0)?.members(32).start(&State::at_rest(1));
 /// let seen = long.channels(&["v0"]).run(&solver, &pair)?;
 /// let z = 1.0 + std::f64::consts::PI.sqrt();
 /// let [low, high] = seen.contact(0)?.gap.confidence(0.999)?;
@@ -78,8 +79,8 @@ impl<'w> LongRun<'w> {
     pub fn members(self, members: usize) -> Self {
         LongRun { members, ..self }
     }
-    /// Number of spans into which the measured time of a member is divided. Default: 1. Members × spans must be at
-    /// least 8.
+    /// Number of spans into which the measured time of a member is divided. Default: 1. Members × spans must
+    /// be at least 8.
     pub fn spans(self, spans: usize) -> Self {
         LongRun { spans, ..self }
     }
@@ -97,8 +98,8 @@ impl<'w> LongRun<'w> {
         self.watch.progress = Some(Arc::new(progress));
         self
     }
-    /// Flag that cancels the run when it becomes `true`, checked every 4096 steps. The result contains the members
-    /// that were complete.
+    /// Flag that cancels the run when it becomes `true`, checked every 4096 steps. The result contains the
+    /// members that were complete.
     pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
         self.watch.cancel = Some(cancel);
         self

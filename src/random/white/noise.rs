@@ -6,8 +6,8 @@ use crate::excitation::Side;
 use crate::model::{Machine, Model, Shape};
 use crate::numeric::spread::weyl;
 
-/// White noise ξ of intensity D on a model: E[ξ(t) ξ(t + τ)] = δ(τ), so that the power density of √D ξ is D on both
-/// sides of frequency 0 and 2 D one-sided, in unit²/Hz.
+/// White noise ξ of intensity D on a model: E[ξ(t) ξ(t + τ)] = δ(τ), so that the power density of √D ξ is D
+/// on both sides of frequency 0 and 2 D one-sided, in unit²/Hz.
 ///
 /// ```
 /// use gear_dynamics::random::WhiteNoise;
@@ -38,9 +38,10 @@ impl WhiteNoise {
     ///
     /// q'' = a(u, q, q') - c q' + √D ξ(t)
     ///
-    /// The damping of the bath is that of this equation alone; set to 0 a damping constant of the model that means
-    /// the same. Damping in the bath is advanced exactly, so that the stationary density of a model without other
-    /// damping has no error of the splitting. c = 0: noise alone, for models whose damping is in their algebra.
+    /// The damping of the bath is that of this equation alone; set to 0 a damping constant of the model that
+    /// means the same. Damping in the bath is advanced exactly, so that the stationary density of a model
+    /// without other damping has no error of the splitting. c = 0: noise alone, for models whose damping is
+    /// in their algebra.
     ///
     /// Units: c in 1/time, D in acceleration² × time.
     ///
@@ -56,10 +57,11 @@ impl WhiteNoise {
     ///
     /// u_slot ← u_slot + gain √D ξ(t)
     ///
-    /// Slots are those of [`Machine::slot`]. The acceleration must be affine in them. Where it multiplies them by the
-    /// state, the equation is meant in the sense of **Stratonovich**: the limit of noise whose correlation time tends
-    /// to 0. With g = Σ gain ∂a/∂u_slot the equation of Ito has the additional acceleration (D/2) (∂g/∂q') g. It is 0
-    /// unless a noisy constant is a factor of a velocity: random damping c + √D ξ acts in the mean as damping c - D/2.
+    /// Slots are those of [`Machine::slot`]. The acceleration must be affine in them. Where it multiplies
+    /// them by the state, the equation is meant in the sense of **Stratonovich**: the limit of noise whose
+    /// correlation time tends to 0. With g = Σ gain ∂a/∂u_slot the equation of Ito has the additional
+    /// acceleration (D/2) (∂g/∂q') g. It is 0 unless a noisy constant is a factor of a velocity: random
+    /// damping c + √D ξ acts in the mean as damping c - D/2.
     ///
     /// # Errors
     /// An intensity that is negative or above 1e50; no slot; a gain beyond ±1e50.
@@ -77,8 +79,8 @@ impl WhiteNoise {
         self.intensity
     }
 
-    /// Checks that a machine has the coordinate or the slots, and that white noise on them has a meaning. Returns
-    /// whether the acceleration that the noise adds depends on the velocities.
+    /// Checks that a machine has the coordinate or the slots, and that white noise on them has a meaning.
+    /// Returns whether the acceleration that the noise adds depends on the velocities.
     pub(crate) fn check<G: Shape>(&self, machine: &Machine<G>) -> Result<bool, ParameterError> {
         match &self.target {
             Target::Bath { coordinate, .. } if *coordinate < machine.size().dof => Ok(false),

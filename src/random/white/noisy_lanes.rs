@@ -43,10 +43,10 @@ impl Source {
 ///
 /// N₁(h/2) ... N_d(h/2) · R(h) · N_d(h/2) ... N₁(h/2)
 ///
-/// R is a step of the classical Runge-Kutta method without noise. N_j is the flow of source j alone: of a bath
-/// exact, of noise on drives v' = (g(v)) √D ∘ξ, the flow of the field g over the time √(D h/2) Z with a normal number
-/// Z. The product is symmetric: its weak order is 2.   Source: Ninomiya and Victoir 2008 (Appl. Math. Finance 15,
-/// 107); Bou-Rabee and Owhadi 2010 (SIAM J. Numer. Anal. 48, 278).
+/// R is a step of the classical Runge-Kutta method without noise. N_j is the flow of source j alone: of a
+/// bath exact, of noise on drives v' = (g(v)) √D ∘ξ, the flow of the field g over the time √(D h/2) Z with a
+/// normal number Z. The product is symmetric: its weak order is 2.   Source: Ninomiya and Victoir 2008 (Appl.
+/// Math. Finance 15, 107); Bou-Rabee and Owhadi 2010 (SIAM J. Numer. Anal. 48, 278).
 pub(crate) struct NoisyLanes<'m, G, const W: usize> {
     shape: &'m G,
     pub(crate) table: &'m DriveTable,
@@ -55,7 +55,8 @@ pub(crate) struct NoisyLanes<'m, G, const W: usize> {
     pub(crate) h: f64,
     pub(crate) q: Vec<Lanes<W>>,
     pub(crate) v: Vec<Lanes<W>>,
-    /// Number of steps since time 0 in each lane: the time, the row of the table and the number of the random pair.
+    /// Number of steps since time 0 in each lane: the time, the row of the table and the number of the random
+    /// pair.
     pub(crate) number: [u64; W],
     /// The keys of the random numbers: for each source, of each lane.
     keys: Vec<[u64; W]>,
@@ -63,8 +64,9 @@ pub(crate) struct NoisyLanes<'m, G, const W: usize> {
     work: Work<W>,
 }
 
-/// Working vectors: the drives; the drives with noise; q and v at the start of R; q and v of a stage, its acceleration, a₁ and a₂ + a₃; v at
-/// the end of R; the normal numbers of the second half of the step, for each source.
+/// Working vectors: the drives; the drives with noise; q and v at the start of R; q and v of a stage, its
+/// acceleration, a₁ and a₂ + a₃; v at the end of R; the normal numbers of the second half of the step, for
+/// each source.
 #[derive(Clone)]
 struct Work<const W: usize> {
     u: Vec<Lanes<W>>,
@@ -201,7 +203,8 @@ impl<'m, G: Shape, const W: usize> NoisyLanes<'m, G, W> {
         }
     }
 
-    /// Puts a member with its state after `number` steps into a lane. The member determines the random numbers.
+    /// Puts a member with its state after `number` steps into a lane. The member determines the random
+    /// numbers.
     pub(crate) fn load(&mut self, lane: usize, member: u64, number: u64, q: &[f64], v: &[f64]) {
         self.q.iter_mut().zip(q).for_each(|(to, q)| to.0[lane] = *q);
         self.v.iter_mut().zip(v).for_each(|(to, v)| to.0[lane] = *v);
@@ -324,9 +327,9 @@ fn kick<G: Shape, const W: usize>(
     }
 }
 
-/// The flow v' = g(v) over the time 1 with g(v) = a(u₁, q, v) - a(u₀, q, v), the drives with and without noise; q
-/// stands still. One step of Euler if g does not depend on v, else a step of the classical Runge-Kutta method, whose error of order 5 in z has the
-/// mean 0.
+/// The flow v' = g(v) over the time 1 with g(v) = a(u₁, q, v) - a(u₀, q, v), the drives with and without
+/// noise; q stands still. One step of Euler if g does not depend on v, else a step of the classical
+/// Runge-Kutta method, whose error of order 5 in z has the mean 0.
 fn kick_drives<G: Shape, const W: usize>(
     shape: &G,
     of_velocity: bool,

@@ -19,8 +19,8 @@ pub(crate) fn key(seed: u64, member: u64, stream: u64) -> u64 {
 ///
 /// r = √(-2 ln u₁),   z₁ = r cos 2πu₂,   z₂ = r sin 2πu₂
 ///
-/// u₁ and u₂ are the numbers 2k and 2k + 1 of the SplitMix64 sequence, with 52 bits: |z| <= 8.5. Source: Box and
-/// Muller 1958 (Ann. Math. Stat. 29, 610).
+/// u₁ and u₂ are the numbers 2k and 2k + 1 of the SplitMix64 sequence, with 52 bits: |z| <= 8.5. Source: Box
+/// and Muller 1958 (Ann. Math. Stat. 29, 610).
 #[inline(always)]
 pub(crate) fn normal_pairs<const W: usize>(keys: &[u64; W], number: &[u64; W]) -> [[f64; W]; 2] {
     let [mut radius, mut angle] = [[0.0; W]; 2];

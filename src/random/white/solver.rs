@@ -13,12 +13,13 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 /// Solver for a [`Machine`] under white noise: fixed steps, W members side by side in the lanes of the vector
 /// registers. Default: 16 lanes, seed 0.
 ///
-/// Each step is half a step of the noise, a step of the classical Runge-Kutta method, and half a step of the noise.
-/// Its weak order is 2: distributions, means and rates have an error proportional to h². Edges are crossed without
-/// being located, which keeps this order (docs/random-white.md). Drive edges must fall on whole steps.
+/// Each step is half a step of the noise, a step of the classical Runge-Kutta method, and half a step of the
+/// noise. Its weak order is 2: distributions, means and rates have an error proportional to h². Edges are
+/// crossed without being located, which keeps this order (docs/random-white.md). Drive edges must fall on
+/// whole steps.
 ///
-/// Random numbers are a pure function of (seed, member, number of the source, step). Results have the same bits for
-/// any number of lanes and threads and any instruction set.
+/// Random numbers are a pure function of (seed, member, number of the source, step). Results have the same
+/// bits for any number of lanes and threads and any instruction set.
 ///
 /// ```
 /// use gear_dynamics::random::{NoisySteps, WhiteNoise};
@@ -45,8 +46,8 @@ pub(crate) const MAX_STEPS: f64 = (1u64 << 50) as f64;
 pub(crate) const STEPS_UNCHECKED: u64 = 4096;
 
 impl NoisySteps {
-    /// A solver with this number of steps in a period of the model, and these sources of noise, independent of one
-    /// another.
+    /// A solver with this number of steps in a period of the model, and these sources of noise, independent
+    /// of one another.
     pub fn new(steps: usize, noise: &[WhiteNoise]) -> Self {
         NoisySteps { steps, noise: noise.to_vec(), seed: 0, set: InstructionSet::Best }
     }
@@ -70,8 +71,8 @@ impl<const W: usize> NoisySteps<W> {
         self.steps
     }
 
-    /// The states of members 0 .. `members` after a time of `periods` periods (rounded to whole steps) from one start
-    /// at time 0.
+    /// The states of members 0 .. `members` after a time of `periods` periods (rounded to whole steps) from
+    /// one start at time 0.
     ///
     /// # Errors
     /// [`NoiseError`].

@@ -9,8 +9,9 @@ use crate::sweep::lanes::meter::ChannelMeter;
 
 /// The figures of one member: a row for each span, extremes and distributions over the whole run.
 ///
-/// A row has the mean and the mean square of each channel, then for each contact the shares of the flanks, the rates of
-/// impacts, and over time the sums of the impact speeds, of the flights, and the number of flights.
+/// A row has the mean and the mean square of each channel, then for each contact the shares of the flanks,
+/// the rates of impacts, and over time the sums of the impact speeds, of the flights, and the number of
+/// flights.
 pub(crate) struct MemberFigures {
     rows: Vec<f64>,
     /// Minimum and maximum of each channel.
@@ -114,8 +115,8 @@ pub struct ContactEstimates {
     pub gap: Estimate,
     /// Share of time on the lower and the upper flank `[1]`.
     pub flanks: [Estimate; 2],
-    /// Impacts on the lower and the upper flank over time: the rate at which the edge is crossed from the gap. It is the
-    /// rate of the separations from the flank, too.
+    /// Impacts on the lower and the upper flank over time: the rate at which the edge is crossed from the
+    /// gap. It is the rate of the separations from the flank, too.
     pub impacts: [Estimate; 2],
     /// Mean speed of approach at the impacts on each flank. NaN without impacts.
     pub speed: [Estimate; 2],

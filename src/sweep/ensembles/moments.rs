@@ -117,7 +117,8 @@ impl Distribution {
         }
     }
 
-    /// Adds the values of another distribution. Deviations of the means by Chan's formula, with the counts n and k:
+    /// Adds the values of another distribution. Deviations of the means by Chan's formula, with the counts n
+    /// and k:
     ///
     /// S' = S + T + (m - l)² n k/(n + k)
     pub(crate) fn merge(&mut self, other: &Distribution) {
