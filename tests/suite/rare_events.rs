@@ -2,6 +2,7 @@
 
 use gear_dynamics::State;
 use gear_dynamics::models::Oscillator;
+use gear_dynamics::ode::Exhausted;
 use gear_dynamics::random::{Event, FirstPassage, NoiseError, NoisySteps, Splitting, WhiteNoise};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -115,5 +116,5 @@ fn bad_input_is_refused() {
     assert!(matches!(nan, NoiseError::Diverged { .. }), "{nan}");
     let stop = Arc::new(AtomicBool::new(true));
     let cancelled = run(plain.cancel(stop), up).unwrap_err();
-    assert_eq!(cancelled, NoiseError::Cancelled { done: 0, all: 16 });
+    assert_eq!(cancelled, NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: 0, all: 16 });
 }

@@ -3,6 +3,7 @@
 use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::models::Oscillator;
+use gear_dynamics::ode::Exhausted;
 use gear_dynamics::random::{Estimate, LongRun, NoiseError, NoiseStatistics, NoisySteps, WhiteNoise};
 use gear_dynamics::sweep::InstructionSet;
 use gear_dynamics::{Backlash, Machine, ParameterError, Shape, State};
@@ -289,7 +290,7 @@ fn cancelled_runs_keep_their_members() {
     assert!((12..400).contains(&seen.members()), "{}", seen.members());
     stop.store(true, Ordering::Relaxed);
     let error = long.cancel(stop).run(&solver, &pair).unwrap_err();
-    assert_eq!(error, NoiseError::Cancelled { done: 0, all: 4000 });
+    assert_eq!(error, NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: 0, all: 4000 });
 }
 
 /// q'' = -b² q with the edges ±b: noise on b is neither affine nor on a fixed edge.

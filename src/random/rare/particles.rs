@@ -65,9 +65,9 @@ pub(crate) fn follow<G: Shape, const W: usize>(
     };
     let (mut slots, mut next, mut open) = ([usize::MAX; W], 0, 0);
     loop {
-        for lane in 0..W {
+        for (lane, held) in slots.iter_mut().enumerate() {
             if gauge.ended[lane] {
-                let slot = slots[lane];
+                let slot = *held;
                 let state = |x: &[crate::sweep::Lanes<W>]| x.iter().map(|x| x.0[lane]).collect();
                 let at = Particle {
                     member: particles[slot].member,
@@ -91,7 +91,7 @@ pub(crate) fn follow<G: Shape, const W: usize>(
                 lanes.load(lane, from.member, from.number, &from.q, &from.v);
                 (gauge.score[lane], gauge.top[lane]) = (from.score, from.score);
                 gauge.running[lane] = next < particles.len();
-                slots[lane] = next;
+                *held = next;
                 if gauge.running[lane] {
                     (next, open) = (next + 1, open + 1);
                 }

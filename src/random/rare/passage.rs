@@ -2,6 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::model::{Machine, Shape, State};
+use crate::ode::Exhausted;
 use crate::random::rare::particles::{End, Limits, Particle, follow};
 use crate::random::rare::score::Event;
 use crate::random::white::error::NoiseError;
@@ -125,7 +126,11 @@ impl<'w> FirstPassage<'w> {
             }
         }
         if seen.members == 0 {
-            return Err(NoiseError::Cancelled { done: 0, all: self.members as u64 });
+            return Err(NoiseError::Exhausted {
+                exhausted: Exhausted::Cancelled,
+                done: 0,
+                all: self.members as u64,
+            });
         }
         Ok(seen)
     }

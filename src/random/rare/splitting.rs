@@ -3,6 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::model::{Machine, Shape, State};
 use crate::numeric::split_mix::CounterRng;
+use crate::ode::Exhausted;
 use crate::random::rare::particles::{Limits, Particle, follow};
 use crate::random::rare::score::Event;
 use crate::random::white::error::NoiseError;
@@ -124,7 +125,7 @@ impl<'w> Splitting<'w> {
     ///
     /// # Errors
     /// [`NoiseError`]. [`NoiseError::Extinct`] if the pilot does not find the way to the event;
-    /// [`NoiseError::Cancelled`] if cancelled before 8 repeats.
+    /// [`NoiseError::Exhausted`] if cancelled before 8 repeats.
     pub fn run<G: Shape + Send + Sync, const W: usize>(
         &self,
         solver: &NoisySteps<W>,
@@ -148,7 +149,7 @@ impl<'w> Splitting<'w> {
         let ready = solver.ready(machine, Some(start))?;
         let last = ready.steps_in(self.periods)?;
         let stages = Stages { of: self, ready: &ready, event, last };
-        let cancelled = |done: u64| NoiseError::Cancelled { done, all };
+        let cancelled = |done: u64| NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done, all };
         let levels = stages.pilot()?.ok_or(cancelled(0))?;
         let done = AtomicUsize::new(0);
         let repeat = |repeat: usize| {

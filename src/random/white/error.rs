@@ -2,6 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::linear::LinearError;
+use crate::ode::Exhausted;
 use crate::sweep::lanes::drive_table::TableError;
 use crate::sweep::sweep_error::SweepError;
 use thiserror::Error;
@@ -45,8 +46,10 @@ pub enum NoiseError {
         t: f64,
     },
     /// Cancelled before there were enough results for an estimate with an error.
-    #[error("cancelled after {done} of {all} members or repeats: at least 8 batches are needed")]
-    Cancelled {
+    #[error("stopped after {done} of {all} members or repeats: {exhausted}")]
+    Exhausted {
+        /// The reason, [`Exhausted::Cancelled`].
+        exhausted: Exhausted,
         /// Members or repeats that were complete.
         done: u64,
         /// All members or repeats.

@@ -3,6 +3,7 @@
 use crate::contact::Contact;
 use crate::error::{ParameterError, check};
 use crate::model::{Machine, Shape, State};
+use crate::ode::Exhausted;
 use crate::ode::probe::Probe;
 use crate::random::white::crossings::Crossings;
 use crate::random::white::error::NoiseError;
@@ -108,7 +109,7 @@ impl<'w> LongRun<'w> {
     /// Runs all members.
     ///
     /// # Errors
-    /// [`NoiseError`]. [`NoiseError::Cancelled`] if cancelled before 8 spans were complete.
+    /// [`NoiseError`]. [`NoiseError::Exhausted`] if cancelled before 8 spans were complete.
     pub fn run<G: Shape + Send + Sync, const W: usize>(
         &self,
         solver: &NoisySteps<W>,
@@ -151,7 +152,7 @@ impl<'w> LongRun<'w> {
         }
         let done = statistics.members() as u64;
         if statistics.batches() < Estimate::BATCHES {
-            return Err(NoiseError::Cancelled { done, all: members });
+            return Err(NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done, all: members });
         }
         Ok(statistics)
     }
