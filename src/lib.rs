@@ -151,6 +151,9 @@ pub use num_complex;
 ///   [`LaneTaylor`](sweep::LaneTaylor) and [`Located`](sweep::Located);
 ///   [`Bifurcation`](sweep::Bifurcation), [`Attractors`](sweep::Attractors), [`Ensemble`](sweep::Ensemble),
 ///   [`RandomParameters`](sweep::RandomParameters).
+/// - **Random loads** ([white noise](guide::random_white)): [`LongRun`](random::LongRun) under
+///   [`WhiteNoise`](random::WhiteNoise), [`FirstPassage`](random::FirstPassage),
+///   [`Splitting`](random::Splitting) for rare events.
 /// - **Limits on work**: [`Budget`], for steps, wall time and cancellation.
 /// - **Background**: [`guide`].
 pub mod guide {
@@ -344,6 +347,8 @@ pub mod guide {
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/random.md")]
     pub mod random {}
+    #[doc = include_str!("../docs/random-white.md")]
+    pub mod random_white {}
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/errata.md")]
     pub mod errata {}

@@ -12,8 +12,8 @@ use crate::tape::recording::Recording;
 pub trait DriveRule<M: ?Sized> {
     /// Writes all drives at `t` to `u`. `side`: before or after a jump at `t`.
     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]);
-    /// Writes all drives at increasing instants to the rows of `u`. `last`: before or after a jump at the last
-    /// instant; at the others after it. Default: [`drive`](DriveRule::drive) for each row.
+    /// Writes all drives at increasing instants to the rows of `u`. `last`: before or after a jump at the
+    /// last instant; at the others after it. Default: [`drive`](DriveRule::drive) for each row.
     fn drive_each(&self, model: &M, times: &[f64], last: Side, u: &mut [f64])
     where
         M: Model,

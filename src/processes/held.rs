@@ -5,7 +5,7 @@ use crate::excitation::Side;
 use crate::numeric::split_mix::CounterRng;
 use crate::processes::amplitudes::{Amplitudes, Moments};
 use crate::processes::draws::Draws;
-use crate::processes::grid::Grid;
+use crate::processes::markov::grid::Grid;
 use crate::processes::process::{Path, Process};
 use crate::series::Series;
 use rand_distr::Distribution;

@@ -3,8 +3,8 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::numeric::split_mix::CounterRng;
-use crate::processes::bridges::Bridges;
 use crate::processes::draws::Draws;
+use crate::processes::markov::bridges::Bridges;
 use crate::processes::ornstein_uhlenbeck::line;
 use crate::processes::process::{Path, Process};
 use crate::scalar::Scalar;

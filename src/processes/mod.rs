@@ -5,12 +5,11 @@
 //! serves which purpose: docs/random.md.
 
 pub(crate) mod amplitudes;
-pub(crate) mod bridges;
 pub(crate) mod draws;
 pub(crate) mod filtered;
-pub(crate) mod grid;
 pub(crate) mod held;
 pub(crate) mod jittered;
+pub(crate) mod markov;
 pub(crate) mod ornstein_uhlenbeck;
 pub(crate) mod process;
 pub(crate) mod shot;

@@ -6,7 +6,7 @@ use crate::excitation::earliest::earlier;
 use crate::numeric::split_mix::CounterRng;
 use crate::processes::amplitudes::{Amplitudes, Moments};
 use crate::processes::draws::Draws;
-use crate::processes::grid::Grid;
+use crate::processes::markov::grid::Grid;
 use crate::processes::process::{Path, Process};
 use crate::series::Series;
 use rand::RngExt;

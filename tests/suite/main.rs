@@ -52,6 +52,7 @@ mod populations;
 mod process_spectra;
 mod processes;
 mod random_densities;
+mod rare_events;
 mod reference_nfg;
 mod reference_ring;
 mod results_at_edges;
@@ -78,6 +79,7 @@ mod train_refusals;
 mod trains;
 mod variation;
 mod variation_hard_cases;
+mod white_noise;
 
 #[path = "../../benches/common/mod.rs"]
 mod benchmarks;

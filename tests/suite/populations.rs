@@ -1,7 +1,7 @@
 //! Deviations from tooth to tooth, confidence intervals of shares and quantiles.
 
-use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::excitation::Excitation;
+use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::sweep::{Distribution, Proportion};
 use gear_dynamics::teeth::{InvoluteGear, QualityGrade, ToothDeviations};
 use gear_dynamics::{ParameterError, teeth::TeethError};

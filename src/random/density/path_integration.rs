@@ -11,8 +11,8 @@ use crate::random::density::grid::Grid;
 use crate::random::density::panels::Panels;
 use crate::random::density::periodic_density::PeriodicDensity;
 use crate::random::density::run::{FixedPoint, LARGEST_OUTSIDE, Problem};
-use crate::random::density::schedule::Schedule;
 use crate::random::density::state_density::{Errors, Fine, StateDensity};
+use crate::random::density::steps::schedule::Schedule;
 use std::fmt::{self, Debug, Formatter};
 use std::sync::Arc;
 

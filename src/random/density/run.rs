@@ -3,12 +3,12 @@
 use crate::error::check;
 use crate::model::Model;
 use crate::ode::budget::Meter;
-use crate::random::density::arrivals::Arrivals;
 use crate::random::density::density_error::DensityError;
 use crate::random::density::fixed_point::{Arrived, Iteration};
 use crate::random::density::grid::Grid;
-use crate::random::density::kick::Kick;
-use crate::random::density::schedule::Schedule;
+use crate::random::density::steps::arrivals::Arrivals;
+use crate::random::density::steps::kick::Kick;
+use crate::random::density::steps::schedule::Schedule;
 
 /// What all runs of a call share.
 pub(crate) struct Problem<'p> {

@@ -118,6 +118,61 @@ impl Distribution {
         }
     }
 
+    /// Adds the values of another distribution. Deviations of the means by Chan's formula, with the counts n
+    /// and k:
+    ///
+    /// S' = S + T + (m - l)² n k/(n + k)
+    pub(crate) fn merge(&mut self, other: &Distribution) {
+        if other.bins.is_empty() {
+            self.not_finite += other.not_finite;
+            other.pilot.iter().for_each(|x| self.add(*x));
+            return;
+        }
+        let kept = std::mem::take(&mut self.pilot);
+        if self.bins.is_empty() {
+            let not_finite = self.not_finite;
+            *self = other.clone();
+            self.not_finite += not_finite;
+            kept.iter().for_each(|x| self.add(*x));
+            return;
+        }
+        let unit = self.unit.min(other.unit);
+        let square = |x: &Distribution| x.square * (unit / x.unit) * (unit / x.unit);
+        let (n, k) = (self.count as f64, other.count as f64);
+        let off = other.mean * unit - self.mean * unit;
+        self.square = square(self) + square(other) + off * off * (n * (k / (n + k)));
+        self.mean += off * (k / (n + k)) / unit;
+        self.unit = unit;
+        self.count += other.count;
+        self.not_finite += other.not_finite;
+        self.min = self.min.min(other.min);
+        self.max = self.max.max(other.max);
+        let mut other = other.clone();
+        while other.width < self.width {
+            other.double();
+        }
+        while self.width < other.width || self.span_with(&other) > BINS as f64 {
+            self.double();
+            if other.width < self.width {
+                other.double();
+            }
+        }
+        while self.first > other.first {
+            self.bins.push_front(0);
+            self.first -= 1.0;
+        }
+        while self.last() < other.last() {
+            self.bins.push_back(0);
+        }
+        let offset = (other.first - self.first) as usize;
+        self.bins.iter_mut().skip(offset).zip(&other.bins).for_each(|(all, count)| *all += count);
+    }
+
+    /// Number of bins over the bins of both.
+    fn span_with(&self, other: &Distribution) -> f64 {
+        self.last().max(other.last()) - self.first.min(other.first) + 1.0
+    }
+
     /// Sorts the kept values into bins. The width is the largest power of two up to range/[`LEAST`].
     fn sort_in(&mut self) {
         // Bins narrower than 1e-12 of the largest magnitude would only resolve rounding.

@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::numeric::split_mix::CounterRng;
-use crate::processes::grid::Grid;
+use crate::processes::markov::grid::Grid;
 use nalgebra::SMatrix;
 use rand_distr::{Distribution, StandardNormal};
 

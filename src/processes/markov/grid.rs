@@ -33,8 +33,8 @@ impl Grid {
     pub(crate) fn share(&self, k: i64, t: f64) -> f64 {
         ((t - self.node(k)) / self.spacing).min(1.0)
     }
-    /// Calls `f` for each instant with its index, what `of_cell` returns for its cell and the share of the cell.
-    /// `of_cell` is called once for instants that follow one another in a cell.
+    /// Calls `f` for each instant with its index, what `of_cell` returns for its cell and the share of the
+    /// cell. `of_cell` is called once for instants that follow one another in a cell.
     #[inline]
     pub(crate) fn each<C>(
         &self,

@@ -4,7 +4,7 @@ use crate::Dop853;
 use crate::model::{Model, State};
 use crate::ode::{Finish, IntegrateError, Integrator, Step};
 use crate::random::density::grid::Grid;
-use crate::random::density::reversed::Reversed;
+use crate::random::density::steps::reversed::Reversed;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 

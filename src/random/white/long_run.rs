@@ -1,0 +1,242 @@
+//! Long runs of many members under white noise, reduced to estimates.
+
+use crate::contact::Contact;
+use crate::error::{ParameterError, check};
+use crate::model::{Machine, Shape, State};
+use crate::ode::Exhausted;
+use crate::ode::probe::Probe;
+use crate::random::white::crossings::Crossings;
+use crate::random::white::error::NoiseError;
+use crate::random::white::estimate::Estimate;
+use crate::random::white::noisy_lanes::{Gauge, Look};
+use crate::random::white::solver::{NoisySteps, Ready};
+use crate::random::white::statistics::{MemberFigures, NoiseStatistics};
+use crate::sweep::engines::sweep_engine::kinds;
+use crate::sweep::lanes::meter::{Kind, Meters, Reading};
+use crate::sweep::lanes::number::Lanes;
+use crate::sweep::watch::Watch;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// Long runs under white noise: means, mean squares and largest values of channels, shares of time on the
+/// flanks, rates and speeds of impacts, flights, all with their errors.
+///
+/// Each member settles, then it is measured for a number of spans of equal length. The spans of all members
+/// are the batches of the estimates ([`Estimate`]). Default: 64 members, 1 span for each, no channels.
+///
+/// The averages over a span are those of a stationary motion. Under drives with a period they are averages
+/// over the period, too, if a span has whole periods.
+///
+/// ```
+/// use gear_dynamics::random::{LongRun, NoisySteps, WhiteNoise};
+/// use gear_dynamics::{models::Oscillator, State};
+/// // A dead zone of half width 0.5: P(gap) = 1/Z, Z = 1 + √(2π/β) with β = 2 c/D = 2.
+/// let pair = Oscillator::new(&[("speed", 1.0), ("mesh stiffness", 1.0), ("half backlash", 0.5)])?;
+/// let solver = NoisySteps::new(30, &[WhiteNoise::bath(0, 0.5, 0.5)?]);
+/// // Settle for 10 periods, measure 200.
+/// let long = LongRun::new(10.0, 200.0)?.members(32).start(&State::at_rest(1));
+/// let seen = long.channels(&["v0"]).run(&solver, &pair)?;
+/// let z = 1.0 + std::f64::consts::PI.sqrt();
+/// let [low, high] = seen.contact(0)?.gap.confidence(0.999)?;
+/// assert!(low < 1.0 / z && 1.0 / z < high && high - low < 0.02);
+/// assert!((seen.mean_square("v0")?.mean() - 0.5).abs() < 0.02); // 1/β
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LongRun<'w> {
+    settle: f64,
+    measure: f64,
+    members: usize,
+    spans: usize,
+    channels: Vec<String>,
+    start: Option<State>,
+    watch: Watch<'w>,
+}
+
+/// Maximum number of steps in a span: what the counters of the meters hold.
+const MAX_SPAN: u64 = 1 << 26;
+
+/// Maximum number of members. Each has distributions of some ten kilobytes for each contact.
+const MAX_MEMBERS: usize = 1 << 16;
+
+impl<'w> LongRun<'w> {
+    /// Members that settle for `settle` periods of the model and are then measured for `measure` periods.
+    ///
+    /// # Errors
+    /// A negative time to settle; a time to measure that is not positive; times above 1e50.
+    pub fn new(settle: f64, measure: f64) -> Result<Self, ParameterError> {
+        Ok(LongRun {
+            settle: check::not_negative("periods to settle", settle)?,
+            measure: check::positive("periods to measure", measure)?,
+            members: 64,
+            spans: 1,
+            channels: Vec::new(),
+            start: None,
+            watch: Watch::default(),
+        })
+    }
+    /// Number of members. Default: 64. A multiple of the lanes uses them best.
+    pub fn members(self, members: usize) -> Self {
+        LongRun { members, ..self }
+    }
+    /// Number of spans into which the measured time of a member is divided. Default: 1. Members × spans must
+    /// be at least 8.
+    pub fn spans(self, spans: usize) -> Self {
+        LongRun { spans, ..self }
+    }
+    /// The channels to measure: coordinates, velocities, deflections and mesh forces, as in a
+    /// [`Sweep`](crate::Sweep) in lanes. They are sampled at the end of every step.
+    pub fn channels(self, names: &[&str]) -> Self {
+        LongRun { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
+    }
+    /// The start of all members, at time 0. Default: the [static state](crate::linear::static_state).
+    pub fn start(self, start: &State) -> Self {
+        LongRun { start: Some(start.clone()), ..self }
+    }
+    /// Function that is called after every group of members with two numbers: completed and all members.
+    pub fn progress(mut self, progress: impl Fn(usize, usize) + Send + Sync + 'w) -> Self {
+        self.watch.progress = Some(Arc::new(progress));
+        self
+    }
+    /// Flag that cancels the run when it becomes `true`, checked every 4096 steps. The result contains the
+    /// members that were complete.
+    pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
+        self.watch.cancel = Some(cancel);
+        self
+    }
+
+    /// Runs all members.
+    ///
+    /// # Errors
+    /// [`NoiseError`]. [`NoiseError::Exhausted`] if cancelled before 8 spans were complete.
+    pub fn run<G: Shape + Send + Sync, const W: usize>(
+        &self,
+        solver: &NoisySteps<W>,
+        machine: &Machine<G>,
+    ) -> Result<NoiseStatistics, NoiseError> {
+        check::at_least("members", self.members, 1)?;
+        check::at_least("spans of a member", self.spans, 1)?;
+        check::count("members", &[self.members], MAX_MEMBERS)?;
+        check::at_least("members × spans", self.members.saturating_mul(self.spans), Estimate::BATCHES)?;
+        let probe = Probe::new(machine);
+        let chosen = self.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
+        let kinds = kinds(machine, &chosen)?;
+        let contacts = machine.size().contacts - machine.size().kinks;
+        let figures = 2 * kinds.len() + MemberFigures::OF_CONTACT * contacts;
+        check::count(
+            "members × spans × figures",
+            &[self.members, self.spans, figures.max(1)],
+            check::NUMBERS,
+        )?;
+        let ready = solver.ready(machine, self.start.as_ref())?;
+        let settle = if self.settle > 0.0 { ready.steps_in(self.settle)? } else { 0 };
+        let span = ready.steps_in(self.measure / self.spans as f64)?;
+        check::count("steps in a span", &[usize::try_from(span).unwrap_or(usize::MAX)], MAX_SPAN as usize)?;
+        let (members, done) = (self.members as u64, AtomicU64::new(0));
+        let group = |group: u64| {
+            let work = Work { ready: &ready, group, settle, span, kinds: &kinds, contacts };
+            let figures = self.group(&work)?;
+            if figures.is_some() {
+                let here = (W as u64).min(members - group * W as u64);
+                let done = here + done.fetch_add(here, Ordering::Relaxed);
+                self.watch.show(done as usize, self.members);
+            }
+            Ok(figures)
+        };
+        let groups: Vec<Result<_, NoiseError>> =
+            (0..members.div_ceil(W as u64)).into_par_iter().map(group).collect();
+        let mut statistics = NoiseStatistics::new(&self.channels, contacts, span as f64 * ready.h);
+        for group in groups {
+            group?.into_iter().flatten().for_each(|member| statistics.add(member));
+        }
+        let done = statistics.members() as u64;
+        if statistics.batches() < Estimate::BATCHES {
+            return Err(NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done, all: members });
+        }
+        Ok(statistics)
+    }
+
+    /// The figures of the members of one group; `None` if cancelled.
+    fn group<G: Shape, const W: usize>(
+        &self,
+        work: &Work<'_, '_, G, W>,
+    ) -> Result<Option<Vec<MemberFigures>>, NoiseError> {
+        let Work { ready, group, .. } = *work;
+        let (members, go_on) = (self.members as u64, || !self.watch.is_cancelled());
+        let mut lanes = ready.lanes(group);
+        let mut gauge = LongGauge::<W>::new(work.kinds, work.contacts);
+        if !ready.advance(&mut lanes, group, work.settle, &mut gauge, members, &go_on)? {
+            return Ok(None);
+        }
+        gauge.meters.finish();
+        (0..W).for_each(|lane| gauge.meters.clear(lane));
+        gauge.crossings.iter_mut().for_each(Crossings::clear);
+        let here = W.min((members - group * W as u64) as usize);
+        let mut figures: Vec<MemberFigures> =
+            (0..here).map(|_| MemberFigures::new(work.kinds.len(), work.contacts)).collect();
+        for _ in 0..self.spans {
+            if !ready.advance(&mut lanes, group, work.span, &mut gauge, members, &go_on)? {
+                return Ok(None);
+            }
+            gauge.meters.finish();
+            let steps = work.span as f64;
+            for (lane, figures) in figures.iter_mut().enumerate() {
+                gauge.meters.read(lane, |reading| match reading {
+                    Reading::Channel(i, meter) => figures.channel(i, &meter, steps),
+                    Reading::Contact(i, meter) => {
+                        figures.contact(&meter, gauge.crossings[i].lane(lane), steps, steps * ready.h);
+                    }
+                });
+            }
+        }
+        for (lane, figures) in figures.iter_mut().enumerate() {
+            for (i, crossings) in gauge.crossings.iter_mut().enumerate() {
+                figures.finish(i, crossings.lane(lane));
+            }
+        }
+        Ok(Some(figures))
+    }
+}
+
+/// What a group of members needs.
+struct Work<'a, 'm, G, const W: usize> {
+    ready: &'a Ready<'m, G, W>,
+    group: u64,
+    /// Steps to settle, and in a span.
+    settle: u64,
+    span: u64,
+    kinds: &'a [Kind],
+    contacts: usize,
+}
+
+/// Meters and crossings of all lanes.
+struct LongGauge<const W: usize> {
+    meters: Meters<Lanes<W>>,
+    crossings: Vec<Crossings<W>>,
+    contacts: Vec<Contact<Lanes<W>>>,
+}
+
+impl<const W: usize> LongGauge<W> {
+    fn new(kinds: &[Kind], contacts: usize) -> Self {
+        let mut meters = Meters::new(kinds, contacts);
+        (0..W).for_each(|lane| meters.restart(lane));
+        LongGauge {
+            meters,
+            crossings: (0..contacts).map(Crossings::new).collect(),
+            contacts: vec![Contact::default(); contacts],
+        }
+    }
+}
+
+impl<G: Shape, const W: usize> Gauge<G, W> for LongGauge<W> {
+    #[inline(always)]
+    fn look(&mut self, step: &Look<'_, G, W>) -> bool {
+        for (i, crossings) in self.crossings.iter_mut().enumerate() {
+            self.contacts[i] = step.contact(i);
+            crossings.look(step, &self.contacts[i]);
+        }
+        self.meters.sample(step.q, step.v, &self.contacts);
+        true
+    }
+}

@@ -1,0 +1,168 @@
+//! Sources of white noise.
+
+use crate::contact::{Contact, Piece};
+use crate::error::{ParameterError, check};
+use crate::excitation::Side;
+use crate::model::{Machine, Model, Shape};
+use crate::numeric::spread::weyl;
+
+/// White noise ξ of intensity D on a model: E[ξ(t) ξ(t + τ)] = δ(τ), so that the power density of √D ξ is D
+/// on both sides of frequency 0 and 2 D one-sided, in unit²/Hz.
+///
+/// ```
+/// use gear_dynamics::random::WhiteNoise;
+/// let bath = WhiteNoise::bath(0, 0.1, 0.02)?; // q0'' = ... - 0.1 q0' + √0.02 ξ
+/// assert_eq!(bath.intensity(), 0.02);
+/// assert!(WhiteNoise::bath(0, -0.1, 0.02).is_err());
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct WhiteNoise {
+    pub(crate) target: Target,
+    pub(crate) intensity: f64,
+}
+
+/// What a white noise acts on.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Target {
+    Bath {
+        coordinate: usize,
+        damping: f64,
+    },
+    /// Slots with their gains.
+    Drives(Vec<(usize, f64)>),
+}
+
+impl WhiteNoise {
+    /// A bath on one coordinate: viscous damping c and noise, beside the acceleration a of the model,
+    ///
+    /// q'' = a(u, q, q') - c q' + √D ξ(t)
+    ///
+    /// The damping of the bath is that of this equation alone; set to 0 a damping constant of the model that
+    /// means the same. Damping in the bath is advanced exactly, so that the stationary density of a model
+    /// without other damping has no error of the splitting. c = 0: noise alone, for models whose damping is
+    /// in their algebra.
+    ///
+    /// Units: c in 1/time, D in acceleration² × time.
+    ///
+    /// # Errors
+    /// A damping or an intensity that is negative or above 1e50.
+    pub fn bath(coordinate: usize, damping: f64, intensity: f64) -> Result<Self, ParameterError> {
+        let damping = check::not_negative("damping of the bath", damping)?;
+        let intensity = check::not_negative("intensity of the noise", intensity)?;
+        Ok(WhiteNoise { target: Target::Bath { coordinate, damping }, intensity })
+    }
+
+    /// Noise on drives, with the same ξ for all of them: for each `(slot, gain)`
+    ///
+    /// u_slot ← u_slot + gain √D ξ(t)
+    ///
+    /// Slots are those of [`Machine::slot`]. The acceleration must be affine in them. Where it multiplies
+    /// them by the state, the equation is meant in the sense of **Stratonovich**: the limit of noise whose
+    /// correlation time tends to 0. With g = Σ gain ∂a/∂u_slot the equation of Ito has the additional
+    /// acceleration (D/2) (∂g/∂q') g. It is 0 unless a noisy constant is a factor of a velocity: random
+    /// damping c + √D ξ acts in the mean as damping c - D/2.
+    ///
+    /// # Errors
+    /// An intensity that is negative or above 1e50; no slot; a gain beyond ±1e50.
+    pub fn drives(slots: &[(usize, f64)], intensity: f64) -> Result<Self, ParameterError> {
+        if slots.is_empty() {
+            return Err(ParameterError::Empty { name: "slots of the noise".into(), min: 1 });
+        }
+        slots.iter().try_for_each(|(_, gain)| check::quantity("gain of the noise", *gain).map(drop))?;
+        let intensity = check::not_negative("intensity of the noise", intensity)?;
+        Ok(WhiteNoise { target: Target::Drives(slots.to_vec()), intensity })
+    }
+
+    /// Intensity D.
+    pub fn intensity(&self) -> f64 {
+        self.intensity
+    }
+
+    /// Checks that a machine has the coordinate or the slots, and that white noise on them has a meaning.
+    /// Returns whether the acceleration that the noise adds depends on the velocities.
+    pub(crate) fn check<G: Shape>(&self, machine: &Machine<G>) -> Result<bool, ParameterError> {
+        match &self.target {
+            Target::Bath { coordinate, .. } if *coordinate < machine.size().dof => Ok(false),
+            Target::Bath { coordinate, .. } => Err(ParameterError::OutOfRange {
+                name: "coordinate of the bath".into(),
+                value: *coordinate as f64,
+                allowed: "[0, degrees of freedom of the model)",
+            }),
+            Target::Drives(slots) => {
+                let drives = machine.drives();
+                if let Some(&(slot, _)) = slots.iter().find(|(slot, _)| *slot >= drives) {
+                    return Err(ParameterError::NoSuchSlot { slot, drives });
+                }
+                self.check_drives(machine, slots)
+            }
+        }
+    }
+
+    /// Compares accelerations and edges at some states with 0, 1 and 2 units added to the slots.
+    fn check_drives<G: Shape>(
+        &self,
+        machine: &Machine<G>,
+        slots: &[(usize, f64)],
+    ) -> Result<bool, ParameterError> {
+        let (dof, contacts) = (machine.size().dof, machine.size().contacts);
+        let mut drives = vec![0.0; machine.drives()];
+        machine.drive(0.0, Side::After, &mut drives);
+        let scale = slots.iter().map(|(slot, _)| drives[*slot].abs()).fold(0.0, f64::max);
+        let gain = slots.iter().map(|(_, gain)| gain.abs()).fold(f64::MIN_POSITIVE, f64::max);
+        let unit = if scale > 0.0 { scale / gain } else { 1.0 / gain };
+        let with = |units: f64| {
+            let mut u = drives.clone();
+            slots.iter().for_each(|(slot, gain)| u[*slot] += gain * unit * units);
+            u
+        };
+        let drives = [with(0.0), with(1.0), with(2.0)];
+        let apart = |x: f64, y: f64, size: f64| (x - y).abs() > 1e-9 * size;
+        let mut added: Vec<Vec<f64>> = Vec::new();
+        for state in 0..4 {
+            // The second state of each pair has the same coordinates and other velocities.
+            let q: Vec<f64> = (0..dof).map(|i| weyl(state / 2, 2 * i) - 0.5).collect();
+            let v: Vec<f64> = (0..dof).map(|i| weyl(state, 2 * i + 1) - 0.5).collect();
+            let seen = drives.each_ref().map(|u| {
+                let mut contact = vec![Contact::default(); contacts];
+                machine.contact(u, &q, &v, &mut contact);
+                contact.iter().flat_map(|c| [c.deflection, c.lower, c.upper]).collect::<Vec<f64>>()
+            });
+            if let Some(i) = (0..3 * contacts).find(|&i| seen[0][i] != seen[1][i]) {
+                return Err(ParameterError::OutOfRange {
+                    name: format!(
+                        "gain of white noise that moves the edges or the deflection of contact {}",
+                        i / 3
+                    ),
+                    value: slots[0].1,
+                    allowed: "[0, 0]: an edge cannot be white noise",
+                });
+            }
+            for piece in [Piece::Lower, Piece::Gap, Piece::Upper] {
+                let pieces = vec![piece; contacts];
+                let a = drives.each_ref().map(|u| {
+                    let mut a = vec![0.0; dof];
+                    machine.accel_on_pieces(&pieces, u, &q, &v, &mut a);
+                    a
+                });
+                for i in 0..dof {
+                    let size = a.iter().map(|a| a[i].abs()).fold(0.0, f64::max);
+                    if size.is_finite() && apart(a[2][i] - a[1][i], a[1][i] - a[0][i], size) {
+                        return Err(ParameterError::NotADrive {
+                            name: format!("slot {}, in which acceleration {i} is not affine", slots[0].0),
+                        });
+                    }
+                }
+                added.push((0..dof).map(|i| a[1][i] - a[0][i]).collect());
+            }
+        }
+        // Rows 0, 1, 2 belong to the first state, 3, 4, 5 to the one with other velocities, and so on.
+        let differs = |k: usize| {
+            (0..dof).any(|i| {
+                let [x, y] = [added[k][i], added[k + 3][i]];
+                x.is_finite() && apart(x, y, x.abs().max(y.abs()))
+            })
+        };
+        Ok([0, 1, 2, 6, 7, 8].into_iter().any(differs))
+    }
+}
