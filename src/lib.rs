@@ -347,6 +347,7 @@ pub mod guide {
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/random.md")]
     pub mod random {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/random-white.md")]
     pub mod random_white {}
     #[doc = include_str!("../docs/links.md")]
