@@ -25,11 +25,11 @@ use std::ops::ControlFlow;
 
 pub fn excitation(_: bool) -> Outcome<Picture> {
     let ([k, e], uncut) = (waves()?, Wave::new(tooth_stiffness()?));
-    let lines = [("model: cut after 3 harmonics", &k), ("of the teeth", &uncut)];
+    let lines = [("model: cut after 3 harmonics", &k), ("uncut, Ma et al. 2014", &uncut)];
     let first = stiffness(&lines, "mesh stiffness k(φ) [N/m]", 1.0)?.below();
     let first = first.title(format!("mesh stiffness, mean {:.0}·10⁶ N/m", 1e-6 * k.mean()));
     let first = first.y_range(0.0, 4e8)?.name_y(&[(k.mean(), "mean")])?;
-    let first = first.note((0.25, 1e8), "two pairs of teeth")?.note((0.8, 1e8), "one pair")?;
+    let first = first.note((0.25, 6e7), "two pairs of teeth")?.note((0.99, 6e7), "one pair")?;
     let second = stiffness(&[("", &e)], "static error e(φ) [m]", 1.0)?;
     let amplitude = (0..1000).map(|i| e.value(TAU * f64::from(i) / 1000.0, Side::After)).fold(0.0, f64::max);
     let names = [-1.0, 1.0]
@@ -68,12 +68,15 @@ pub fn response(_: bool) -> Outcome<Picture> {
             panel.series("linear, without gap", Mark::Line, curve(&linear))?.below().logarithmic_y()?;
         Ok(panel.name_y(&[(2.0 * deformation, "2F/k")])?.name_x(&orders)?)
     };
-    let whole = panel()?.x_range(100.0, 605.0)?;
-    let whole = whole.title("response, 300 N m, b = 40 μm; dotted: speeds at which an order meets f_n");
-    let part = panel()?
-        .x_range(172.0, 212.0)?
-        .y_range(2e-5, 6e-5)?
-        .title("the same near the speed at which order 100 meets f_n");
+    let ([left, right], [low, high]) = ([172.0, 212.0], [2e-5, 6e-5]);
+    let frame = [(left, low), (right, low), (right, high), (left, high), (left, low)];
+    let most = there(&loss, 330.0).into_iter().fold(0.0, f64::max);
+    let whole = panel()?.x_range(100.0, 605.0)?.note((330.0, most), "with contact loss")?;
+    let whole = whole.series("part (b)", Mark::Dashed, frame)?.grey();
+    let whole =
+        whole.title("response, 300 N m, b = 40 μm; dotted upright: an order meets the natural frequency");
+    let part = panel()?.x_range(left, right)?.y_range(low, high)?;
+    let part = part.title("the same near the speed at which order 100 meets the natural frequency");
     Ok(Picture::new([whole, part]).panel_size(640.0, 340.0))
 }
 
@@ -92,6 +95,7 @@ pub fn contact_loss(_: bool) -> Outcome<Picture> {
     let deflection = history(&pair, &run, "deflection [m]", 0)?.y("deflection d [m]")?;
     let force = history(&pair, &run, "mesh force [N]", 0)?
         .y("mesh force W [N]")?
+        .name_y(&[(-1e3, "−1 kN"), (1e3, "1 kN"), (300.0 / 0.070_477, "F")])?
         .title("mesh force at the same motion");
     let deflection = deflection.title("deflection at 380 rad/s, 300 N m, b = 40 μm");
     Ok(Picture::new([deflection, force]).panel_size(560.0, 260.0))
@@ -99,12 +103,12 @@ pub fn contact_loss(_: bool) -> Outcome<Picture> {
 
 pub fn orbit(_: bool) -> Outcome<Picture> {
     let (pair, run) = settled(380.0, 1.01)?;
-    let axes = ["deflection d [m]", "rate of deflection d' [m/s]"];
+    let axes = ["deflection d [m]", "rate of deflection d′ [m/s]"];
     let contact = Probe::new(&pair).read_contacts(0.0, Side::After, run.q(0), run.v(0))[0];
     let section = [(contact.deflection, contact.rate)];
     let panel =
         phase_portrait(&pair, &run, axes, 0)?.series("Poincaré section, φ = 0", Mark::Dots, section)?;
-    Ok(panel.title("one mesh period at 380 rad/s, 300 N m, b = 40 μm").into())
+    Ok(panel.name_y(&[(0.0, "d′ = 0")])?.title("one mesh period at 380 rad/s, 300 N m, b = 40 μm").into())
 }
 
 /// Peak-to-peak values of a branch at a speed, by straight lines between its points.
@@ -144,7 +148,7 @@ pub fn jumps(coarse: bool) -> Outcome<Picture> {
     };
     let panel = line.of_kind(PointKind::Fold).into_iter().try_fold(panel, jump)?;
     let panel =
-        panel.title("spur pair of 50 teeth, b = 40 μm, 300 N m: folds and sweeps").x_range(270.0, 400.0)?;
+        panel.title("spur pair of 50 teeth, b = 40 μm, 300 N m: folds and sweeps").x_range(270.0, 360.0)?;
     Ok(Picture::from(panel).panel_size(640.0, 400.0))
 }
 
@@ -157,19 +161,28 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
     ];
     let sweep = Sweep::new(Points::grid(axes)?).settle(60).measure(2).rattle();
     let runs = sweep.over(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
-    let mut panel = rattle_map(&runs, [SPEED, "torque of the driver [N m]"], 0)?;
+    let mut panel = rattle_map(&runs, [SPEED, "torque on the driver T [N m]"], 0)?;
     let line = branch_of(&pair, [270.0, 605.0])?;
     let plane = Family::over(&pair, ["speed", "drive torque"])?;
-    // Grazings lie above folds.
-    for (kind, name) in [(PointKind::Grazing, "onset of contact loss (grazing)"), (PointKind::Fold, "fold")] {
-        for point in line.of_kind(kind) {
-            for to in [145.0, 605.0] {
-                panel = panel.boundary(name, &Continuation::new(300.0, to).run(&plane, point)?)?;
-                panel = if kind == PointKind::Fold { panel.below() } else { panel };
-            }
+    let mut add = |name: &str, from: f64, ends: &[f64], point: &BranchPoint<ShootingOrbit>| -> Outcome<()> {
+        for to in ends {
+            let boundary = Continuation::new(from, *to).run(&plane, point)?;
+            panel = panel.clone().boundary(name, &boundary)?;
         }
+        Ok(())
+    };
+    // Above 250 N m the right fold and the onset are closer than a line is wide.
+    let low = branch_of(&pair.with_all(&[("drive", 250.0), ("speed", 250.0)])?, [250.0, 340.0])?;
+    let folds = [&low, &line].map(|branch| branch.of_kind(PointKind::Fold));
+    let ([right, ..], [_, left, ..]) = (&folds[0][..], &folds[1][..]) else {
+        return Err("a branch without folds".into());
+    };
+    add("fold", 250.0, &[145.0], right)?;
+    add("fold", 300.0, &[145.0, 605.0], left)?;
+    for point in line.of_kind(PointKind::Grazing) {
+        add("onset of contact loss (grazing)", 300.0, &[145.0, 605.0], point)?;
     }
-    let panel = panel.mark_rows("sensitive run", &runs, |row| row.is_sensitive())?.below();
+    let panel = panel.mark_rows("sensitive run", &runs, |row| row.is_sensitive())?;
     Ok(Picture::from(panel.title("rattle state, b = 40 μm, each run from its static state"))
         .panel_size(640.0, 400.0))
 }
@@ -242,20 +255,29 @@ pub fn law(_: bool) -> Outcome<Picture> {
     let laws = Panel::new("contact law, b = 40 μm", "deflection d [m]", "force over stiffness f(d) [m]")?
         .series("linear flanks", Mark::Line, kinks.map(ideal))?
         .black()
-        .series("preload 2 μm, stop 4 μm past the edge", Mark::Joined, kinks.map(force))?
+        .series("preload 2 μm, slope ½ up to the stop 4 μm past the edge", Mark::Joined, kinks.map(force))?
         .grey()
+        .below()
         .name_x(&[(-4e-5, "−b"), (4e-5, "b")])?
         .x_range(-4.8e-5, 4.8e-5)?
         .y_range(-9e-6, 9e-6)?;
     let linear = branch_of(&bench_pair(270.0)?, [270.0, 400.0])?;
     let other = branch_of(&with_law(sprung, 270.0)?, [270.0, 400.0])?;
-    let mut lines = branch(&[&linear, &other], [SPEED, SWING], BranchPoint::peak_to_peak)?;
-    for (line, name, at) in [(&linear, "linear flanks", 385.0), (&other, "preload, stop", 335.0)] {
-        let most = there(line, at).into_iter().fold(0.0, f64::max);
-        lines = lines.note((at, most), name)?;
-    }
-    let lines = lines.x_range(270.0, 400.0)?.title("response, 300 N m, b = 40 μm");
-    Ok(Picture::new([laws, lines]).columns(2).panel_size(350.0, 320.0))
+    let panel = |notes: [(&Branch<ShootingOrbit>, f64, &str); 2]| -> Outcome<Panel> {
+        let mut lines = branch(&[&linear, &other], [SPEED, SWING], BranchPoint::peak_to_peak)?;
+        for (line, at, name) in notes {
+            let most = there(line, at).into_iter().fold(0.0, f64::max);
+            lines = lines.note((at, most), name)?;
+        }
+        Ok(lines)
+    };
+    let whole = panel([(&linear, 360.0, "linear flanks"), (&other, 345.0, "preload, stop")])?;
+    let whole = whole.x_range(270.0, 400.0)?.title("response, 300 N m, b = 40 μm");
+    let part = branch(&[&linear, &other], [SPEED, SWING], BranchPoint::peak_to_peak)?;
+    let part = part.note((333.0, 3.3e-5), "linear flanks")?.note((338.5, 3.0e-5), "preload, stop")?;
+    let part =
+        part.x_range(328.0, 340.0)?.y_range(2.2e-5, 3.6e-5)?.title("the same near the onset of contact loss");
+    Ok(Picture::new([laws, whole, part]).panel_size(640.0, 280.0))
 }
 
 pub fn solvers(_: bool) -> Outcome<Picture> {
@@ -284,19 +306,19 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
     let dop853 = work(&|r| run(&Dop853::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let taylor = work(&|r| run(&Taylor::new().rtol(r).atol_each(&atol(r))), &tolerances)?;
     let title = "error after 50 mesh periods at 380 rad/s, 300 N m, b = 40 μm";
-    let panel = Panel::new(title, "evaluations [1]", "error of d at the end [m]")?;
+    let panel = Panel::new(title, "evaluations of the accelerations [1]", "error of d at the end [m]")?;
     let mut panel = panel.logarithmic_x()?.logarithmic_y()?.name_y(&[(floor, "references differ")])?;
-    // The first four have the colours and marks of docs/integrators.svg.
-    for (name, points) in [
-        ("Rk4", rk4),
-        ("Rk45", rk45),
-        ("Dop853", dop853),
-        ("Taylor", taylor),
-        ("Rk4, edges not located", plain),
-    ] {
-        let end = points[points.len() - 1];
+    // These have the colours and marks of docs/integrators.svg.
+    for (name, points) in [("Rk4", rk4), ("Rk45", rk45), ("Dop853", dop853), ("Taylor", taylor)] {
+        let [first, .., end] = points[..] else { return Err("a solver without two runs".into()) };
         panel = panel.series(name, Mark::Joined, points)?.note(end, name)?;
+        if name == "Dop853" {
+            panel = panel.note(first, "rtol 1e-4")?;
+        }
     }
+    let name = "Rk4, edges not located";
+    let middle = plain[2];
+    let panel = panel.series(name, Mark::Joined, plain)?.black().note(middle, name)?;
     Ok(Picture::from(panel).panel_size(640.0, 420.0))
 }
 

@@ -8,6 +8,7 @@ use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, QualityGrade, Transm
 use gear_dynamics::trains::{Bearing, Body, Members, MeshPart, ModeKind, OfMesh, Parts, Planetary, Train};
 use gear_dynamics::{Integrator, Periodic, Settle, Taylor, Wave};
 use gear_dynamics_plots::{Mark, Panel, Picture, mode};
+use std::f64::consts::TAU;
 
 /// A stage of steel gears of grade 6: teeth, profile shifts, bores [m]; module, width and centre distance [m].
 fn stage(
@@ -29,7 +30,7 @@ fn stage(
 }
 
 /// Least amplitude that is drawn [N].
-const LEAST: f64 = 1e-3;
+const LEAST: f64 = 3e-3;
 
 /// The gearbox of the ninth chapter.
 fn gearbox() -> Outcome<Train> {
@@ -50,8 +51,9 @@ pub fn orders(_: bool) -> Outcome<Picture> {
     let run = Taylor::new().sample(&train, &state, &uniform_times(state.t, end, count)?)?;
     // Which sources have an order; the first that fits.
     let is_of = |order: f64, of: f64| (order / of).fract() == 0.0;
-    let sources: [(&str, &dyn Fn(f64) -> bool); 4] = [
-        ("first mesh: 25, 50 (50 also of the second)", &|order| is_of(order, 25.0)),
+    let sources: [(&str, &dyn Fn(f64) -> bool); 5] = [
+        ("both meshes: 50", &|order| is_of(order, 50.0)),
+        ("first mesh: 25", &|order| is_of(order, 25.0)),
         ("second mesh: 10, 20, ...", &|order| is_of(order, 10.0)),
         ("products of both: 5, 15, 35, 45, ...", &|order| is_of(order, 5.0)),
         ("run-out and its sidebands: ½, 1, 24, 26, ...", &|_| true),
@@ -74,20 +76,14 @@ pub fn orders(_: bool) -> Outcome<Picture> {
         Ok(panel.y_range(0.5 * LEAST, 1000.0)?.name_x(&names)?)
     };
     let panels = [
-        panel(
-            "first mesh, 25/50 teeth; motor at 150 rad/s, 50 N m; phase between the meshes 0",
-            "mesh force 0",
-        )?,
-        panel(
-            "second mesh, 20/60 teeth; motor at 150 rad/s, 50 N m; phase between the meshes 0",
-            "mesh force 1",
-        )?,
+        panel("mesh force W of the first mesh, 25/50 teeth; motor at 150 rad/s, 50 N m", "mesh force 0")?,
+        panel("mesh force W of the second mesh, 20/60 teeth", "mesh force 1")?,
     ];
     Ok(Picture::new(panels).panel_size(640.0, 300.0))
 }
 
 pub fn campbell(coarse: bool) -> Outcome<Picture> {
-    let steps = if coarse { 11 } else { 61 };
+    let steps: u32 = if coarse { 11 } else { 61 };
     let speeds: Vec<f64> = (0..steps).map(|i| 0.01 + 399.99 * f64::from(i) / f64::from(steps - 1)).collect();
     let diagram = Campbell::of(&gearbox()?, &speeds, &[10.0, 20.0, 25.0, 50.0])?;
     let names = [
@@ -100,7 +96,18 @@ pub fn campbell(coarse: bool) -> Outcome<Picture> {
     let panel = panel
         .title("two-stage gearbox: natural frequencies with damping, |λ|/2π, and mesh orders")
         .y_range(0.0, 1600.0)?;
-    let panel = panel.name_x(&[(150.0, "operating speed")])?;
+    let mut panel = panel.name_x(&[(150.0, "operating speed")])?;
+    let off = |speed: f64| (speed - 150.0f64).abs();
+    let orders = |order: f64| names.iter().any(|(named, _)| (named - order).abs() < 1e-9);
+    let meetings = diagram.resonances().iter().filter(|meeting| orders(meeting.order));
+    if let Some(nearest) = meetings.min_by(|a, b| off(a.speed).total_cmp(&off(b.speed))) {
+        let at = (nearest.speed, nearest.frequency / TAU);
+        panel = panel.series("crossing next to the operating speed", Mark::Dots, [at])?;
+    }
+    for frequency in diagram.frequencies()[1].iter().map(|frequency| frequency / TAU).filter(|f| *f < 1600.0)
+    {
+        panel = panel.note((speeds[1], frequency), &format!("{frequency:.0} Hz"))?;
+    }
     Ok(Picture::from(panel).panel_size(640.0, 400.0))
 }
 

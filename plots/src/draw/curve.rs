@@ -79,8 +79,12 @@ pub(crate) fn marker([x, y]: [f64; 2], style: usize, size: f64) -> String {
 /// Size of an open marker.
 pub(crate) const RING: f64 = 4.4;
 
-/// Heads of arrows at a sixth, a half and five sixths of a polyline.
+/// Heads of arrows at a sixth, a half and five sixths of a polyline; of a straight line at its end.
 fn heads(points: &[[f64; 2]]) -> String {
+    if let [[ax, ay], [bx, by]] = *points {
+        let turn = (by - ay).atan2(bx - ax);
+        return head([bx - TIP * turn.cos(), by - TIP * turn.sin()], turn);
+    }
     let length = |two: &[[f64; 2]]| (two[1][0] - two[0][0]).hypot(two[1][1] - two[0][1]);
     let whole: f64 = points.windows(2).map(length).sum();
     let mut d = String::new();
@@ -100,10 +104,13 @@ fn heads(points: &[[f64; 2]]) -> String {
     d
 }
 
+/// Distance of the tip of an arrow head from its point.
+const TIP: f64 = 6.5;
+
 /// The head of an arrow at a point, towards an angle.
 pub(crate) fn head([x, y]: [f64; 2], turn: f64) -> String {
     let corner = |angle: f64, size: f64| [x + size * (turn + angle).cos(), y + size * (turn + angle).sin()];
-    path(&[corner(0.0, 6.5), corner(2.5, 5.5), corner(-2.5, 5.5)], true)
+    path(&[corner(0.0, TIP), corner(2.5, 5.5), corner(-2.5, 5.5)], true)
 }
 
 /// Draws a curve through points of the picture. `foot`: where bars start. `cased`: over a map.

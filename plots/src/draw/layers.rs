@@ -19,7 +19,7 @@ pub enum Mark {
     Line,
     /// A thin dashed curve.
     Dashed,
-    /// A solid curve with arrow heads in the order of its points.
+    /// A solid curve with arrow heads in the order of its points; of two points, one head at the second.
     Directed,
     /// Dots with a rim.
     Dots,

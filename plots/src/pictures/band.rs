@@ -40,6 +40,6 @@ pub fn band(bands: &Bands, channel: &str, quantiles: [f64; 2]) -> Result<Panel, 
     )?;
     let label = format!("mean of {} members", bands.members());
     let points = curve(bands.mean(&name)?);
-    panel.curve(&label, Curve { mark: Mark::Line, ink: Ink::Series(0), style: 0, width: 1.6, points })?;
+    panel.curve(&label, Curve { mark: Mark::Line, ink: Ink::Series(0), style: 0, width: 0.8, points })?;
     Ok(panel)
 }

@@ -64,7 +64,7 @@ pub fn campbell(diagram: &Campbell, speed: &str, orders: &[(f64, &str)]) -> Resu
     let meetings = meetings.filter(|r| orders.iter().any(|(order, _)| (order - r.order).abs() < 1e-9));
     let points: Vec<_> = meetings.map(|r| [r.speed, r.frequency / per]).collect();
     if !points.is_empty() {
-        let curve = Curve { mark: Mark::Dots, ink: Ink::Series(1), style: 0, width: 1.2, points };
+        let curve = Curve { mark: Mark::Rings, ink: Ink::Series(1), style: 0, width: 1.2, points };
         panel.curve("crossings", curve)?;
     }
     // The lines of the orders meet at the origin.

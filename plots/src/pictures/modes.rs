@@ -19,7 +19,7 @@ const CORNERS: usize = 180;
 
 /// A mode of a train: its gears as pitch circles at their places, grey at rest and coloured as they turn and move.
 ///
-/// The spoke of a gear points upwards at rest; a carrier is the polygon of the centres of its planets. The size
+/// The spoke of a gear points upwards at rest, that of a ring lies outside it; a carrier is the polygon of the centres of its planets. The size
 /// of a mode is arbitrary: turns and displacements have one scale, so that the largest displacement of a rim or
 /// a centre is a third of the mean pitch radius. A body without stated place stands beside the one that it meshes
 /// with, at the centre distance of the mesh.
@@ -76,7 +76,7 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
         rest.push(Layer::Outline { lines: lines(0.0, [*x, *y]), fill, stroke });
         let stroke = Some((Ink::Series(0), 1.6));
         moving.push(Layer::Outline { lines: lines(turn, [x + dx, y + dy]), fill: None, stroke });
-        // Names stand inside a gear or above or below it, outside a ring, above or below a hub, beside a side of a carrier.
+        // Names stand inside a gear or above or below it, below or beside a planet, outside a ring, above or below a hub, beside a side of a carrier.
         let around = |share: f64, count: usize, first: f64| {
             let at = move |k: usize| first + TAU * k as f64 / count as f64;
             (0..count).map(at).map(move |a| [share * radius * a.cos(), share * radius * a.sin()])
@@ -93,6 +93,12 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
                     .collect()
             }
             false if body.radius == 0.0 => around(1.7, 2, FRAC_PI_2).collect(),
+            // Clear of the spokes and the same in all modes: below a planet beside the carrier, else beside it.
+            false if body.carrier.is_some() => {
+                let [cx, cy] = body.carrier.map_or([0.0; 2], |carrier| places[carrier]);
+                let below = (x - cx).abs() > (y - cy).abs();
+                vec![if below { [0.0, -1.35 * radius] } else { [1.65 * radius, 0.0] }]
+            }
             false => [0.55, 0.4, 0.7, 0.25, 0.85]
                 .iter()
                 .flat_map(|share| around(*share, 24, -FRAC_PI_2))
@@ -110,17 +116,19 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
         Some([low - 1.1 * SHARE * mean, high + 1.1 * SHARE * mean])
     };
     (panel.x.range, panel.y.range) = (reach(0), reach(1));
+    // Lines show above the fills of gears.
+    rest.sort_by_key(|layer| matches!(layer, Layer::Outline { fill: None, .. }));
     // Gears that others carry find their places first.
     panel.layers.extend(rest.into_iter().chain(moving).chain(names.into_iter().rev()));
     Ok(panel)
 }
 
-/// A pitch circle and its spoke, which points upwards at the angle 0.
+/// A pitch circle and its spoke, which points upwards at the angle 0; that of an internal gear lies outside.
 fn outline([x, y]: [f64; 2], turn: f64, radius: f64, internal: bool) -> Vec<Vec<[f64; 2]>> {
     let at = |angle: f64, r: f64| [x + r * angle.cos(), y + r * angle.sin()];
     let circle = (0..=CORNERS).map(|i| at(TAU * i as f64 / CORNERS as f64, radius)).collect();
-    let from = if internal { 0.85 } else { 0.0 };
-    vec![circle, vec![at(FRAC_PI_2 + turn, from * radius), at(FRAC_PI_2 + turn, radius)]]
+    let [from, to] = if internal { [1.0, 1.12] } else { [0.0, 1.0] };
+    vec![circle, vec![at(FRAC_PI_2 + turn, from * radius), at(FRAC_PI_2 + turn, to * radius)]]
 }
 
 /// The pins of a carrier about its centre, turned.
