@@ -172,7 +172,7 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
         Ok(())
     };
     // Above 250 N m the right fold and the onset are closer than a line is wide.
-    let low = branch_of(&pair.with_all(&[("drive", 250.0), ("speed", 250.0)])?, [250.0, 340.0])?;
+    let low = branch_of(&pair.with_all(&[("drive torque", 250.0), ("speed", 250.0)])?, [250.0, 340.0])?;
     let folds = [&low, &line].map(|branch| branch.of_kind(PointKind::Fold));
     let ([right, ..], [_, left, ..]) = (&folds[0][..], &folds[1][..]) else {
         return Err("a branch without folds".into());
