@@ -48,10 +48,12 @@ impl Teeth {
 
     /// Gearbox `member` of the population of a grade.
     fn gearbox(&self, grade: QualityGrade, member: u64) -> Outcome<Train> {
-        let deviations = |gear: u64| ToothDeviations::draw(&self.gear, grade, SEED, member, gear)?.wave();
+        let deviations = |gear: u64| -> Outcome<Wave> {
+            Ok(Wave::new(ToothDeviations::draw(&self.gear, grade, SEED, member, gear)?.wave()?))
+        };
         let mesh = MeshPart::of_pair(&self.pair, self.stiffness.clone())
-            .error_of_turn(OfMesh::Driver, Wave::new(deviations(0)?))
-            .error_of_turn(OfMesh::Driven, Wave::new(deviations(1)?))
+            .error_of_turn(OfMesh::Driver, deviations(0)?)
+            .error_of_turn(OfMesh::Driven, deviations(1)?)
             .damping(2000.0)
             .half_backlash(self.backlash.sample(member)[0]);
         let body = || self.gear.blank(0.03, 7850.0).map(|blank| Body::new(blank.polar_inertia));
@@ -118,7 +120,8 @@ fn main() -> Outcome<()> {
                 onsets.quantile(0.5)?,
             );
         }
-        let rattling = hits.into_iter().map(|hits| Proportion::new(hits, members)).collect::<Result<_, _>>()?;
+        let rattling =
+            hits.into_iter().map(|hits| Proportion::new(hits, members)).collect::<Result<_, _>>()?;
         atlas.push(Population { onsets, rattling });
     }
     csv.finish()?;

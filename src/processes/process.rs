@@ -24,20 +24,20 @@ use std::sync::Arc;
 pub trait Process: Send + Sync {
     /// The path of a stream. Paths of different streams are independent.
     fn path(&self, stream: u64) -> Arc<dyn Path>;
-    /// Mean E[x], in the unit of x.
+    /// Mean ⟨x⟩, in the unit of x.
     fn mean(&self) -> Option<f64> {
         None
     }
-    /// Variance σ² = E[(x - E[x])²], in the square of the unit of x.
+    /// Variance σ² = ⟨(x - ⟨x⟩)²⟩, in the square of the unit of x.
     fn variance(&self) -> Option<f64> {
         None
     }
-    /// Correlation E[(x(t) - E[x]) (x(t + lag) - E[x])]/σ² `[1]`; 1 at lag 0.
+    /// Correlation ⟨(x(t) - ⟨x⟩) (x(t + lag) - ⟨x⟩)⟩/σ² `[1]`; 1 at lag 0.
     fn correlation(&self, lag: f64) -> Option<f64> {
         let _ = lag;
         None
     }
-    /// One-sided power density S(f) of x - E[x] at a frequency f >= 0 `[Hz]`, in the square of the unit of x
+    /// One-sided power density S(f) of x - ⟨x⟩ at a frequency f >= 0 `[Hz]`, in the square of the unit of x
     /// per hertz, as [`Welch`](crate::analysis::Welch) estimates it: ∫ S df = σ². Noise that is white up to
     /// the frequencies of a model has S = 2D; D is its two-sided intensity.
     fn density(&self, frequency: f64) -> Option<f64> {

@@ -18,14 +18,14 @@ use std::sync::Arc;
 ///
 /// ```text
 /// x(t) = Σ a_i exp(-(t - t_i)/τ) over all t_i <= t
-/// E[x] = λ τ E[a],   variance λ τ E[a²]/2,   correlation exp(-|lag|/τ),
-/// S(f) = 2 λ τ² E[a²]/(1 + (2π f τ)²)
+/// ⟨x⟩ = λ τ ⟨a⟩,   variance λ τ ⟨a²⟩/2,   correlation exp(-|lag|/τ),
+/// S(f) = 2 λ τ² ⟨a²⟩/(1 + (2π f τ)²)
 /// ```
 ///
 /// with λ pulses per time unit (a Poisson process), the sizes a_i and the decay time τ. The mean m and the
-/// standard deviation s of the sizes, E[a] = m and E[a²] = m² + s², are known if
+/// standard deviation s of the sizes, ⟨a⟩ = m and ⟨a²⟩ = m² + s², are known if
 /// [`moments`](ShotNoise::moments) states them. Far below the frequency 1/(2πτ) it is white noise of the
-/// two-sided intensity D = λ τ² E[a²].
+/// two-sided intensity D = λ τ² ⟨a²⟩.
 ///
 /// The path jumps at t_i, which are drive edges. Pulses are forgotten after 37 decay times, when e^-37 <
 /// 2^-53 of them is left. An evaluation sums all pulses of this time, 37 λ τ in the mean.

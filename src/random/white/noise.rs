@@ -6,7 +6,7 @@ use crate::excitation::Side;
 use crate::model::{Machine, Model, Shape};
 use crate::numeric::spread::weyl;
 
-/// White noise ξ of intensity D on a model: E[ξ(t) ξ(t + τ)] = δ(τ), so that the power density of √D ξ is D
+/// White noise ξ of intensity D on a model: ⟨ξ(t) ξ(t + τ)⟩ = δ(τ), so that the power density of √D ξ is D
 /// on both sides of frequency 0 and 2 D one-sided, in unit²/Hz.
 ///
 /// ```
