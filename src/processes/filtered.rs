@@ -212,6 +212,7 @@ impl Path for Cubics {
         let Bridges { grid, .. } = &*self.bridges;
         let cell = grid.cell(t);
         let share = Series::variable(grid.share(cell, t), 1.0 / grid.spacing, coefficients);
-        self.cubic(cell).iter().rev().fold(Series::from(0.0), |sum, c| sum * share + Series::from(*c))
+        let [value, linear, square, cube] = self.cubic(cell).map(Series::from);
+        ((cube * share + square) * share + linear) * share + value
     }
 }
