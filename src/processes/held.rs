@@ -25,10 +25,9 @@ use std::sync::Arc;
 /// ⟨x⟩ = m,   σ² = s²,   correlation 1 - |lag|/h up to h, then 0,   S(f) = 2 s² h (sin(π f h)/(π f h))²
 /// ```
 ///
-/// Far below the frequency 1/h it is white noise of the two-sided intensity D = s² h. As h decreases at a
-/// constant s² the noise therefore vanishes; at a constant s² h it tends to white noise, and the mean square
-/// of a linear oscillator to that under white noise with an error of order h²: (ω h)²/12 of it
-/// (docs/random.md).
+/// Far below the frequency 1/h it is white noise of the two-sided intensity D = s² h. If h decreases at
+/// constant s², the noise vanishes. At constant s² h it tends to white noise. The mean square of a linear
+/// oscillator then tends to its value under white noise; the relative error is (ω h)²/12 (docs/random.md).
 ///
 /// ```
 /// use gear_dynamics::{excitation::Side, processes::{HeldProcess, Process}};

@@ -15,7 +15,8 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 ///
 /// Each step is half a step of the noise, a step of the classical Runge-Kutta method, and half a step of the
 /// noise. Its weak order is 2: distributions, means and rates have an error proportional to h². Edges are
-/// crossed without being located, which keeps this order (docs/random-white.md). Drive edges must fall on
+/// crossed without being located. A force with a kink keeps this order; with a force that jumps at the edge,
+/// rates and speeds of impacts have order 1 (docs/random-white.md). Drive edges must fall on
 /// whole steps.
 ///
 /// Random numbers are a pure function of (seed, member, number of the source, step). Results have the same

@@ -122,7 +122,7 @@ pub struct ContactEstimates {
     pub speed: [Estimate; 2],
     /// Mean flight: the time from a separation to the next impact. NaN without flights.
     pub flight: Estimate,
-    /// Distribution of the speed of approach, for each flank.
+    /// Speeds of approach on each flank, one value for each impact.
     pub speeds: [Distribution; 2],
     /// Distribution of the flights. Flights shorter than a step are too few: noise makes very short ones.
     pub flights: Distribution,

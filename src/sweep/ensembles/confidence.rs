@@ -52,7 +52,7 @@ impl Proportion {
     /// # Errors
     /// A level outside 0 .. 1, the ends excluded.
     pub fn confidence(&self, level: f64) -> Result<[f64; 2], ParameterError> {
-        let tail = 0.5 * (1.0 - checked_level(level)?);
+        let tail = 0.5 * (1.0 - check::share("confidence level", level)?);
         let (k, n) = (self.hits as f64, self.trials as f64);
         let root = |above: &dyn Fn(f64) -> bool| Bracket { lo: 0.0, hi: 1.0 }.bisect(0.0, above).middle();
         let low = if k == 0.0 { 0.0 } else { root(&|p| at_least(k, n, p) < tail) };
@@ -61,18 +61,9 @@ impl Proportion {
     }
 }
 
-/// A confidence level in (0, 1).
-pub(crate) fn checked_level(level: f64) -> Result<f64, ParameterError> {
-    if level > 0.0 && level < 1.0 {
-        return Ok(level);
-    }
-    check::finite("confidence level", level)?;
-    Err(ParameterError::OutOfRange { name: "confidence level".into(), value: level, allowed: "(0, 1)" })
-}
-
 /// The z with P(|normal deviate| < z) = level.
 pub(crate) fn deviations_of(level: f64) -> Result<f64, ParameterError> {
-    let outside = 1.0 - checked_level(level)?;
+    let outside = 1.0 - check::share("confidence level", level)?;
     let above = |z: f64| libm::erfc(z * std::f64::consts::FRAC_1_SQRT_2) > outside;
     Ok(Bracket { lo: 0.0, hi: 40.0 }.bisect(0.0, above).middle())
 }
@@ -83,7 +74,7 @@ pub(crate) fn deviations_of(level: f64) -> Result<f64, ParameterError> {
 /// P(fewer than r values lie below) ≤ (1 - level)/2, P(at least s values do) the same.   Source: David and
 /// Nagaraja, Order Statistics, 3rd ed., Sect. 7.1.
 pub(crate) fn quantile_ranks(n: u64, p: f64, level: f64) -> Result<[u64; 2], ParameterError> {
-    let tail = 0.5 * (1.0 - checked_level(level)?);
+    let tail = 0.5 * (1.0 - check::share("confidence level", level)?);
     let least = |mut lo: u64, mut hi: u64, holds: &dyn Fn(u64) -> bool| {
         while lo < hi {
             let middle = lo + (hi - lo) / 2;

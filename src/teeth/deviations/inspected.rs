@@ -69,8 +69,9 @@ impl ToothDeviations {
         Ok(ToothDeviations { pitch: pitch.to_vec(), profile: profile.to_vec() })
     }
 
-    /// The deviations of one gear of a population, drawn so that they satisfy the grade and, unless the other
-    /// limit is reached first, not the next finer one.
+    /// The deviations of one gear of a population, drawn so that they satisfy the grade. The cumulative pitch
+    /// deviation exceeds the limit of the next finer grade unless the single pitch deviation reaches its own
+    /// limit first.
     ///
     /// - Pitch: independent normal deviations of the teeth, scaled to the single pitch deviation r_1 f_pT,
     ///   then a run-out cos(φ - ψ) of random direction, as large as the cumulative deviation r_2 F_pT

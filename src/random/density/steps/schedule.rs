@@ -27,7 +27,7 @@ impl Schedule {
         Ok(Schedule { steps, constant: false })
     }
 
-    /// Equal steps of constant drives over about `duration`.
+    /// Equal steps of the length `step`, for constant drives: as many as cover `duration`.
     pub(crate) fn of_constant(duration: f64, step: f64) -> Result<Self, ParameterError> {
         let count =
             check::count("steps per repetition", &[(duration / step).ceil().max(1.0) as usize], MOST)?;
