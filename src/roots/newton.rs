@@ -141,8 +141,8 @@ enum Damped {
     Root,
     /// The kept factors are too inaccurate to decide.
     Inaccurate,
-    /// The step goes from x to x + λ s, λ the `damping`. `contraction` is |J⁻¹ r(x + λ s)|/|s|; it is infinite if
-    /// no λ is accepted.
+    /// The step goes from x to x + λ s, λ the `damping`. `contraction` is |J⁻¹ r(x + λ s)|/|s|; it is
+    /// infinite if no λ is accepted.
     By { damping: f64, contraction: f64 },
 }
 
