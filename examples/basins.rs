@@ -15,7 +15,7 @@ use gear_dynamics::{RattleState, State, Sweep};
 use gear_dynamics_plots::{Picture, category_map};
 use support::{Outcome, coarse, csv_file, gallery};
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let side = if coarse() { 50 } else { 200 };
     let folder = gallery("basins")?;
     let mut csv = csv_file(folder.join("basins.csv"), "omega,attractor,period,q,v,share")?;

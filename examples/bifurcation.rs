@@ -23,7 +23,7 @@ fn speeds() -> Vec<f64> {
     all.step_by(if coarse() { 6 } else { 1 }).collect()
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("bifurcation")?;
     let speeds = Axis::list("omega_1", &speeds())?;
     // Exponents for a picture: 40 turns, at a tolerance of 1e-7.

@@ -56,7 +56,7 @@ impl Model for Idler {
             Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force, ..Contact::default() };
     }
 }
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("custom_model")?;
     let mut csv = csv_file(folder.join("rattle.csv"), "frequency,state,peak_to_peak,apart")?;
     let mut panels = Vec::new();

@@ -110,7 +110,7 @@ fn report(folder: &Path, folds: &mut Csv, name: &str, branch: &Branch, seconds: 
     Ok(())
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("frequency_response")?;
     let mut folds = csv_file(folder.join("folds.csv"), "problem,kind,parameter,amplitude")?;
     let mut panels = Vec::new();

@@ -34,14 +34,15 @@ const PICTURES: [Entry; 12] = [
     ("12-modes", gearbox::modes),
 ];
 
-fn main() {
+pub(crate) fn main() -> Outcome<()> {
     let (options, names): (Vec<_>, Vec<_>) = std::env::args().skip(1).partition(|arg| arg.starts_with("--"));
     let coarse = options.iter().any(|option| option == "--coarse");
     let is_asked = |name: &str| names.is_empty() || names.iter().any(|part| name.contains(part));
     if !PICTURES.iter().any(|(name, _)| is_asked(name)) {
         let all: Vec<_> = PICTURES.iter().map(|(name, _)| *name).collect();
-        println!("no picture is called {}; there are {}", names.join(" or "), all.join(", "));
-        std::process::exit(1);
+        return Err(
+            format!("no picture is called {}; there are {}", names.join(" or "), all.join(", ")).into()
+        );
     }
     let folder = Path::new("target/gallery/gallery");
     let mut failed = 0;
@@ -59,8 +60,5 @@ fn main() {
             }
         }
     }
-    if failed > 0 {
-        println!("{failed} pictures were not drawn");
-        std::process::exit(1);
-    }
+    if failed > 0 { Err(format!("{failed} pictures were not drawn").into()) } else { Ok(()) }
 }

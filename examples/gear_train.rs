@@ -202,7 +202,7 @@ fn geometry(pairs: &[GearPair; 2]) -> Outcome<()> {
     Ok(())
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("gear_train")?;
     let pairs = stages()?;
     geometry(&pairs)?;

@@ -102,7 +102,7 @@ fn panels(runs: [(&str, Vec<Solver>); 2]) -> Outcome<Vec<Panel>> {
     runs.iter().map(panel).collect()
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("integrators")?;
     let mut csv = csv_file(folder.join("integrators.csv"), "run,solver,setting,ms,error")?;
     let share = if coarse() { 0.1 } else { 1.0 };

@@ -63,7 +63,7 @@ fn report<O>(
     Ok(())
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("nfg_branches")?;
     let mut folds = csv_file(folder.join("folds.csv"), "problem,kind,parameter,amplitude")?;
     let header = "problem,speed,amplitude,largest_multiplier,stability,rattle";

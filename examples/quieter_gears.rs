@@ -190,7 +190,7 @@ fn cycle(pair: &Machine<RelievedPair>) -> Outcome<(Vec<(f64, f64)>, f64)> {
     Ok(((0..=200).map(at).collect::<Outcome<_>>()?, statistics.summary("q0")?.peak_to_peak()))
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("quieter_gears")?;
     let pair = pair()?;
     let (plain, before) = cycle(&pair)?;

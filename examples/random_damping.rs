@@ -34,7 +34,7 @@ fn process(set: &RingSet, member: u64) -> Result<HeldProcess, ParameterError> {
     Ok(HeldProcess::new(hold, Uniform::new(0.0, 1.0).expect("0 < 1"))?.seed(2020).member(member))
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("random_damping")?;
     let set = RingSet { motor_torque: 6.0, ..RingSet::set_a(3, 3000.0) };
     let ring = Ring::as_printed(&set.params()?)?;

@@ -72,7 +72,7 @@ struct Population {
     rattling: Vec<Proportion>,
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("rattle_atlas")?;
     let (members, torques, speeds) = if coarse() { (8, 3, 10) } else { (200, 11, 77) };
     let axes = vec![

@@ -187,7 +187,7 @@ fn rattle_map(pair: &NfgPair, speeds: [f64; 2], loads: [f64; 2], side: usize) ->
     Ok(rows)
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("rattle_boundary")?;
     let pair = pair()?;
     let nominal = first_loss(&pair, "speed", 148.0)?.parameter;

@@ -108,7 +108,7 @@ fn is_wrong(plain: &Row<'_>, located: &Row<'_>) -> Outcome<bool> {
     Ok(x != y || (a - b).abs() > WRONG * b)
 }
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("rattle_map")?;
     let side = if coarse() { 8 } else { 50 };
     let points = Points::grid(vec![

@@ -16,19 +16,20 @@
 //! to target/gallery/reproduce/. The program compares its tables with those of docs/reproduction.md and fails if one
 //! differs; a short run compares those that do not depend on the number of points.
 
-mod reproduce {
-    pub mod liu2021;
-    pub mod report;
-    pub mod yao2020;
-}
+#[path = "reproduce/liu2021/mod.rs"]
+mod liu2021;
+#[path = "reproduce/report.rs"]
+mod report;
 mod support;
+#[path = "reproduce/yao2020/mod.rs"]
+mod yao2020;
 
-use reproduce::liu2021::{from_rest, orders, parameters, portraits, roots, table2};
-use reproduce::report::Report;
-use reproduce::yao2020::{forces, ring};
+use liu2021::{from_rest, orders, parameters, portraits, roots, table2};
+use report::Report;
 use support::Outcome;
+use yao2020::{forces, ring};
 
-fn main() -> Outcome<()> {
+pub(crate) fn main() -> Outcome<()> {
     let mut report = Report::new("target/gallery/reproduce");
     report.part("Liu 2021, Figs. 8-10 and 13b", portraits::figures);
     report.part("Liu 2021, Table 2, Figs. 17 and 18", table2::figures);

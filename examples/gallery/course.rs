@@ -1,7 +1,7 @@
 //! The pictures of the course.
 
-use crate::Outcome;
-use crate::pair::{bench_pair, tooth_stiffness, waves, with_brake, with_law};
+use super::Outcome;
+use super::pair::{bench_pair, tooth_stiffness, waves, with_brake, with_law};
 use gear_dynamics::branches::{Branch, BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
 use gear_dynamics::drives::Noisy;

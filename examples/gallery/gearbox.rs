@@ -1,6 +1,6 @@
 //! Pictures of a two-stage gearbox and of a planetary set.
 
-use crate::Outcome;
+use super::Outcome;
 use gear_dynamics::analysis::{Spectrum, Window};
 use gear_dynamics::linear::{Campbell, Mode, Modes};
 use gear_dynamics::ode::uniform_times;

@@ -1,6 +1,6 @@
 //! The pair of gears of the course.
 
-use crate::Outcome;
+use super::Outcome;
 use gear_dynamics::Wave;
 use gear_dynamics::contact::Nonlinearity;
 use gear_dynamics::teeth::{

@@ -1,7 +1,7 @@
 //! Published planetary sets, by the inertias I/r² and torsional stiffnesses at the base circles that the papers give.
 //! The tooth numbers 30, 30, 90 are any that assemble for 3, 4, 5 and 6 planets; frequencies do not depend on them.
 
-use crate::support::Outcome;
+use super::support::Outcome;
 use gear_dynamics::Wave;
 use gear_dynamics::trains::{Bearing, Body, Members, Planetary, Train, Warning};
 

@@ -1,6 +1,6 @@
 //! The report: tables in Markdown, CSV files and pictures, and what became of them.
 
-use crate::support::{Csv, Outcome, coarse, csv_file};
+use super::support::{Csv, Outcome, coarse, csv_file};
 use gear_dynamics_plots::{Panel, Picture};
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,6 @@
 //! Errors of a continuation.
 
+use crate::branches::branch_end::BranchEnd;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::points::kind::PointKind;
 use crate::error::ParameterError;
@@ -54,7 +55,7 @@ pub enum BranchError {
     #[error("the branch does not run to infinity at a located border: {end}")]
     NoBorder {
         /// Why it ends.
-        end: String,
+        end: Box<BranchEnd>,
     },
     /// No orbit comes back from infinity.
     #[error(

@@ -50,7 +50,7 @@ pub(crate) const UPPER_RATE: usize = 6; // rate of the upper edge over φ [m]
 ///
 /// x is the displacement of the two gears relative to each other along the line of action, e(φ) the static
 /// transmission error, K(φ) the mesh stiffness, f the contact law and C the damping.   Source: Yao 2020,
-/// Eq. (1), with the time derivatives that the printed W_d lacks (docs/errata.md).
+/// Eq. (1), with the time derivatives that the printed W_d lacks ([errata](crate::guide::errata)).
 ///
 /// A [`Ring`](crate::Ring) consists of meshes, and a user-defined [`Shape`](crate::Shape) may contain them:
 /// [`waves`](Mesh::waves) computes the drives, and [`contact`](Mesh::contact) computes deflection and force

@@ -45,6 +45,16 @@ impl State {
         check::quantities("start.q", &self.q)?;
         check::quantities("start.v", &self.v)
     }
+
+    /// As [`check`](State::check), for what starts at time 0.
+    pub(crate) fn check_at_zero(&self, dof: usize) -> Result<(), ParameterError> {
+        self.check(dof)?;
+        if self.t != 0.0 {
+            let allowed = "0: runs start at time 0";
+            return Err(ParameterError::OutOfRange { name: "start.t".into(), value: self.t, allowed });
+        }
+        Ok(())
+    }
 }
 
 /// A state is a list of one state where a start may be one state, several or none.

@@ -16,7 +16,7 @@ use std::sync::Arc;
 ///
 /// With numbers drawn at every evaluation of the acceleration the result depends on the step size. With held
 /// values it converges as the step size decreases, and the hold time h is a physical parameter. Source:
-/// docs/theory.md, "Random damping".
+/// [theory](crate::guide::theory), "Random damping".
 ///
 /// With the mean m and the standard deviation s of the values, which [`moments`](HeldProcess::moments)
 /// states, and as a mean over all positions of the grid:
@@ -27,7 +27,8 @@ use std::sync::Arc;
 ///
 /// Far below the frequency 1/h it is white noise of the two-sided intensity D = s² h. If h decreases at
 /// constant s², the noise vanishes. At constant s² h it tends to white noise. The mean square of a linear
-/// oscillator then tends to its value under white noise; the relative error is (ω h)²/12 (docs/random.md).
+/// oscillator then tends to its value under white noise; the relative error is (ω h)²/12 ([random
+/// loads](crate::guide::random)).
 ///
 /// ```
 /// use gear_dynamics::{excitation::Side, processes::{HeldProcess, Process}};

@@ -2,7 +2,7 @@
 //!
 //! A [`Process`] is a law with a seed, a member and closed-form statistics; a [`Path`] is one of its
 //! functions of time. [`Noisy`](crate::drives::Noisy) adds paths to the drives of a model. Which process
-//! serves which purpose: docs/random.md.
+//! serves which purpose: [random loads](crate::guide::random).
 
 pub(crate) mod amplitudes;
 pub(crate) mod draws;

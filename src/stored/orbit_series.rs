@@ -31,7 +31,7 @@ impl<'de> Deserialize<'de> for Harmonics {
 #[serde(rename = "FourierOrbit")]
 struct StoredFourierOrbit {
     harmonics: Harmonics,
-    span: f64,
+    period: f64,
     /// One list for each coordinate.
     coefficients: Vec<Vec<f64>>,
     mean_acceleration: Vec<f64>,
@@ -46,7 +46,7 @@ impl Serialize for FourierOrbit {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let stored = StoredFourierOrbit {
             harmonics: self.harmonics().clone(),
-            span: self.span(),
+            period: self.period(),
             coefficients: (0..self.dof()).map(|j| self.coefficients(j).to_vec()).collect(),
             mean_acceleration: self.mean_acceleration.clone(),
             notes: self.notes.clone(),
@@ -61,7 +61,7 @@ impl Serialize for FourierOrbit {
 impl<'de> Deserialize<'de> for FourierOrbit {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let stored = StoredFourierOrbit::deserialize(deserializer)?;
-        let orbit = FourierOrbit::new(&stored.harmonics, stored.span, &stored.coefficients);
+        let orbit = FourierOrbit::new(&stored.harmonics, stored.period, &stored.coefficients);
         let orbit = orbit.map_err(D::Error::custom)?;
         let mean_acceleration = stored.mean_acceleration;
         check::length("mean accelerations", mean_acceleration.len(), orbit.dof())

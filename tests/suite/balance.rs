@@ -437,10 +437,10 @@ fn subharmonic_orbit_over_two_periods() {
     let harmonics = Harmonics::up_to(60).with_period_multiple(2).unwrap();
     let guess = FourierOrbit::project(&solver, &model, &steady.state, &harmonics).unwrap();
     let orbit = Balance::new(harmonics).solve(&model, &guess).unwrap();
-    assert!(orbit.amplitude(0, 1) > 0.05 && (orbit.span() - 2.0 * model.period()).abs() < 1e-12);
+    assert!(orbit.amplitude(0, 1) > 0.05 && (orbit.period() - 2.0 * model.period()).abs() < 1e-12);
     let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
     assert_eq!(cycle.least_period_multiple(), 2);
-    let at = steady.state.t % orbit.span();
+    let at = steady.state.t % orbit.period();
     assert!((orbit.at(at).q[0] - steady.state.q[0]).abs() < 1e-3);
     assert!((cycle.at(&model, at).unwrap().q[0] - steady.state.q[0]).abs() < 1e-6);
 }

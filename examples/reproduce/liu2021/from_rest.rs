@@ -1,8 +1,8 @@
 //! The face gear pair of Liu 2021 from the static start, integrated in time with located edges: the onsets of
 //! rattle, and the model of two degrees of freedom.
 
-use crate::reproduce::report::{Kind, Report};
-use crate::support::{Outcome, coarse, progress};
+use super::super::report::{Kind, Report};
+use super::super::support::{Outcome, coarse, progress};
 use gear_dynamics::analysis::{SettleError, Summary};
 use gear_dynamics::models::nfg::{NfgPair2, NfgReading};
 use gear_dynamics::ode::uniform_times;

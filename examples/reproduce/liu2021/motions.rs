@@ -1,6 +1,6 @@
 //! Motions of the pair: by the harmonic balance of Liu 2021, and converged.
 
-use crate::support::Outcome;
+use super::super::support::Outcome;
 use gear_dynamics::analysis::{SettleError, Summary};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;

@@ -4,8 +4,8 @@
 //! The reference is the orbit polished by shooting. Its projection is the guess at every H, so that the error
 //! is that of the equations and not of the search. Errors are shares of the peak-to-peak value.
 
-use crate::reproduce::report::{Kind, Report};
-use crate::support::{Outcome, coarse, progress};
+use super::super::report::{Kind, Report};
+use super::super::support::{Outcome, coarse, progress};
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::{FourierOrbit, Integrals, Proof};
 use gear_dynamics::roots::Residual;

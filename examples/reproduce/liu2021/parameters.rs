@@ -1,10 +1,10 @@
 //! Figs. 11-15 of Liu 2021: rattle state and peak-to-peak values over speed, error, eccentricity, stiffness and
 //! load.
 
+use super::super::report::{Kind, Report};
+use super::super::support::{Outcome, progress};
 use super::motions::Point;
 use super::sweeps::{BRANCHES, READINGS, SWEEPS, follow, jumps, misses, onset, spans, trend};
-use crate::reproduce::report::{Kind, Report};
-use crate::support::{Outcome, progress};
 use gear_dynamics_plots::{Mark, Panel};
 use rayon::prelude::*;
 

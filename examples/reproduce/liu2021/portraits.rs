@@ -1,12 +1,12 @@
 //! Figs. 8-10 and 13b of Liu 2021: time history, phase portrait and spectrum of one turn, by the balance P and
 //! converged.
 
+use super::super::report::{Kind, Report};
+use super::super::support::Outcome;
 use super::motions::{
     MEASURE, Point, SETTLE, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point,
     run, solver,
 };
-use crate::reproduce::report::{Kind, Report};
-use crate::support::Outcome;
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::{BalanceError, FourierOrbit};

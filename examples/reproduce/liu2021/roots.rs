@@ -1,8 +1,8 @@
 //! What the balance P leaves open: its roots at one speed, and its limits over the load.
 
+use super::super::report::{Kind, Report};
+use super::super::support::{Outcome, coarse};
 use super::motions::{MESH, Point, broyden, pair, paper, paper_point, solver};
-use crate::reproduce::report::{Kind, Report};
-use crate::support::{Outcome, coarse};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::periodic::{FourierOrbit, Integrals};
 use gear_dynamics::processes::HeldProcess;

@@ -1,7 +1,7 @@
 //! Sweeps over one parameter, and their evaluation in words.
 
+use super::super::support::{Outcome, coarse};
 use super::motions::{Point, converged, paper, paper_orbit, paper_point};
-use crate::support::{Outcome, coarse};
 use gear_dynamics::models::nfg::NfgReading;
 use gear_dynamics::periodic::FourierOrbit;
 use gear_dynamics::{NfgPair, NfgParams, RattleState};

@@ -1,9 +1,9 @@
 //! Table 2, Fig. 17 and Fig. 18 of Liu 2021: amplitudes at the frequencies of the centre and of the mesh.
 
+use super::super::report::{Kind, Report};
+use super::super::support::Outcome;
 use super::motions::{ELASTIC, MESH, pair, paper, shooting, solver};
 use super::sweeps::READINGS;
-use crate::reproduce::report::{Kind, Report};
-use crate::support::Outcome;
 use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::models::nfg::NfgReading;

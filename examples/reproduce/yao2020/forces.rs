@@ -1,8 +1,8 @@
 //! Figs. 11-13 of Yao 2020: the mesh force with constant and random mesh damping, torque and clearance.
 
+use super::super::report::{Kind, Report};
+use super::super::support::{Outcome, progress};
 use super::ring::{History, SETS, history, ring, solver, with_damping};
-use crate::reproduce::report::{Kind, Report};
-use crate::support::{Outcome, progress};
 use gear_dynamics::analysis::Summary;
 use gear_dynamics::drives::Noisy;
 use gear_dynamics::models::ring::RingSet;

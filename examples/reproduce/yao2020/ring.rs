@@ -1,8 +1,8 @@
 //! The closed-loop gear ring of Yao 2020, Figs. 5-10: deflection of the first pair over time, its spectrum and its
 //! statistics over speed, with sets A and E of docs/models.md for the parameters that Yao 2020 does not state.
 
-use crate::reproduce::report::{Kind, Report};
-use crate::support::{Outcome, coarse, progress};
+use super::super::report::{Kind, Report};
+use super::super::support::{Outcome, coarse, progress};
 use gear_dynamics::analysis::{ContactStatistics, Spectrum, Summary, Window};
 use gear_dynamics::drives::Noisy;
 use gear_dynamics::linear::Modes;

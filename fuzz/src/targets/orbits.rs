@@ -165,7 +165,7 @@ pub fn orders(case: &mut Case) -> Run {
     let (dof, span, size) = (case.below(3), case.number(1.0), case.number(1.0));
     let coefficients: Vec<Vec<f64>> = (0..dof).map(|_| case.list(kept.unknowns(), size)).collect();
     let orbit = FourierOrbit::new(&kept, span, &coefficients)?;
-    all_finite("span, frequency", &[orbit.span(), orbit.frequency()])?;
+    all_finite("period, frequency", &[orbit.period(), orbit.frequency()])?;
     for state in orbit.states(case.effort(10))? {
         all_finite("q of an orbit", &state.q)?;
         all_finite("v of an orbit", &state.v)?;

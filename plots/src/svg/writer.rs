@@ -32,11 +32,17 @@ pub(crate) fn number(x: f64) -> String {
     if text == "-0" || text.is_empty() { "0".into() } else { text.into() }
 }
 
-/// The points of a path, absolute.
+/// The points of a path: the first, then steps from point to point. Steps are taken between rounded points, so that their
+/// rounding does not add up.
 pub(crate) fn path(points: &[[f64; 2]], closed: bool) -> String {
     let mut d = String::with_capacity(12 * points.len());
-    for (i, [x, y]) in points.iter().enumerate() {
-        let _ = write!(d, "{}{} {}", if i == 0 { "M" } else { "L" }, number(*x), number(*y));
+    let mut last = [0.0; 2];
+    for (i, point) in points.iter().enumerate() {
+        let rounded = point.map(|x| (100.0 * x).round());
+        let command = if i == 0 { "M" } else { "l" };
+        let [x, y] = [0, 1].map(|k| number((rounded[k] - last[k]) / 100.0));
+        let _ = write!(d, "{command}{x} {y}");
+        last = rounded;
     }
     if closed {
         d.push('Z');
@@ -163,5 +169,23 @@ impl Svg {
              font-family=\"Helvetica,Arial,'DejaVu Sans',sans-serif\">\n\
              <rect width=\"{w}\" height=\"{h}\" fill=\"{background}\"/>\n{body}</svg>\n"
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 300 steps of 0.004, each shorter than the rounding: their sum ends at the last point.
+    #[test]
+    fn the_rounding_of_steps_does_not_add_up() {
+        let points: Vec<[f64; 2]> = (0..=300).map(|i| [0.004 * f64::from(i), 5.0]).collect();
+        let d = path(&points, false);
+        let (start, steps) = d.split_once('l').unwrap();
+        assert_eq!(start, "M0 5");
+        let sum: f64 =
+            steps.split('l').map(|step| step.split(' ').next().unwrap().parse::<f64>().unwrap()).sum();
+        assert!((sum - 1.2).abs() < 0.005, "{sum}");
+        assert!(path(&points, true).ends_with('Z'));
     }
 }

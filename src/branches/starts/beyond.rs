@@ -53,7 +53,7 @@ impl Start for Beyond<'_> {
     ) -> Result<Following<'f>, BranchError> {
         let Beyond(branch) = self;
         let BranchEnd::Unbounded { border: Some(border), .. } = branch.end else {
-            return Err(BranchError::NoBorder { end: branch.end.to_string() });
+            return Err(BranchError::NoBorder { end: Box::new(branch.end.clone()) });
         };
         let last = branch.points.last().ok_or(BranchError::NoPoints)?;
         let opposite = |state: &State| State {

@@ -9,7 +9,7 @@ use crate::series::Series;
 /// The instantaneous centre of an eccentric gear with the eccentric ratio ε `[1]`, over the phase x `[rad]`.
 ///
 /// All curves have exact first and second derivatives.   Source: Liu 2021, Eqs. (8), (18), (20), corrected
-/// (docs/errata.md).
+/// ([errata](crate::guide::errata)).
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, InstantCentre};

@@ -338,8 +338,8 @@ pub enum Damping {
     ConstantCoefficient,
 }
 
-/// An interpretation of Liu 2021, Eq. (9). Default: [`exact`](NfgReading::exact). docs/models.md, "Readings",
-/// compares the options.
+/// An interpretation of Liu 2021, Eq. (9). Default: [`exact`](NfgReading::exact).
+/// [models](crate::guide::models), "Readings", compares the options.
 ///
 /// The error forcing has the sign that follows from the derivation. Eqs. (21) and (22) print the opposite
 /// sign, which is that of an error shifted by half a mesh period. To obtain it, reverse the signs of
@@ -382,7 +382,7 @@ impl NfgReading {
         }
     }
     /// The reading [`published`](NfgReading::published) with the base radius in L; called reading A in
-    /// docs/models.md.
+    /// [models](crate::guide::models).
     pub fn published_on_base_radius() -> Self {
         NfgReading { radius: Radius::Base, ..NfgReading::published() }
     }

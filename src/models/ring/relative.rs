@@ -152,7 +152,7 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
     /// stiffnesses of the motor shaft, the n meshes and the n output shafts; U = diag(1 rad for shafts, b_e
     /// for meshes); b_e, ω_n: the arguments of [`Ring::relative`]. The given stiffnesses [N/m] are those of
     /// the n meshes; the others are those of the ring.   Source: Yao 2020, coefficient list under Eq. (2),
-    /// corrected (docs/errata.md).
+    /// corrected ([errata](crate::guide::errata)).
     ///
     /// # Errors
     /// A number of stiffnesses other than n; a stiffness that is negative or above 1e50.

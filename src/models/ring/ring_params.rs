@@ -163,7 +163,7 @@ impl<N: Nonlinearity> RingParams<N> {
 /// K_i = k (1 + Σ_h a_h cos h(ωt + φ_i)), e_i = e sin(ωt + φ_i), ω = 2π z n/60 with the speed n [r/min].
 ///
 /// Yao 2020 omits many of the values. Sets [`a`](RingSet::set_a) and [`e`](RingSet::set_e) supply them;
-/// docs/models.md gives their origin.
+/// [models](crate::guide::models) gives their origin.
 ///
 /// ```
 /// use gear_dynamics::{Ring, models::ring::RingSet};

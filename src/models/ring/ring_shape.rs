@@ -39,7 +39,7 @@ pub enum Frame {
 /// The closed-loop ring of n gears.
 ///
 /// Time in seconds; the coordinates are the angles [θ_M, θ_1, θ_L1, ..., θ_n, θ_Ln] `[rad]`. Source: Yao
-/// 2020, Eq. (1), corrected; see docs/errata.md.
+/// 2020, Eq. (1), corrected; see [errata](crate::guide::errata).
 ///
 /// d_i = R_i θ_i - R_{i+1} θ_{i+1} - e_i(φ),   W_i = C_i d_i' + K_i(φ) g(d_i),   φ = ω t,   indices cyclic
 /// J_i θ_i'' + (motor shaft at i = 1) + R_i (W_i - W_{i-1}) + C_si (θ_i' - θ_Li') + K_si (θ_i - θ_Li) = 0

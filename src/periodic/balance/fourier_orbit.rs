@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 #[derive(Clone, PartialEq)]
 pub struct FourierOrbit {
     pub(crate) harmonics: Harmonics,
-    pub(crate) span: f64,
+    pub(crate) period: f64,
     pub(crate) coefficients: Vec<f64>,
     pub(crate) mean_acceleration: Vec<f64>,
     pub(crate) notes: Vec<BalanceNote>,
@@ -37,7 +37,7 @@ impl std::fmt::Debug for FourierOrbit {
             .field("dof", &self.dof())
             .field("orders", &self.harmonics.orders().len())
             .field("highest", &self.harmonics.highest())
-            .field("span", &self.span)
+            .field("period", &self.period)
             .field("iterations", &self.iterations)
             .field("residual", &self.residual)
             .field("notes", &self.notes)
@@ -46,26 +46,30 @@ impl std::fmt::Debug for FourierOrbit {
 }
 
 impl FourierOrbit {
-    /// Orbit from the coefficients of every coordinate, in the sequence of [`Harmonics`]. `span` is the
+    /// Orbit from the coefficients of every coordinate, in the sequence of [`Harmonics`]. `period` is the
     /// period of the orbit, in the time unit of the model.
     ///
     /// # Errors
-    /// [`ParameterError`] for a span that is not in [1e-50, 1e50], lists of the wrong length, coefficients
+    /// [`ParameterError`] for a period that is not in [1e-50, 1e50], lists of the wrong length, coefficients
     /// beyond ±1e50, or orders above [`Harmonics::HIGHEST`].
-    pub fn new(harmonics: &Harmonics, span: f64, coefficients: &[Vec<f64>]) -> Result<Self, ParameterError> {
+    pub fn new(
+        harmonics: &Harmonics,
+        period: f64,
+        coefficients: &[Vec<f64>],
+    ) -> Result<Self, ParameterError> {
         harmonics.check()?;
-        check::scale("span", span)?;
+        check::scale("period", period)?;
         for (j, list) in coefficients.iter().enumerate() {
             check::length(format!("coefficients of coordinate {j}"), list.len(), harmonics.unknowns())?;
             check::quantities(&format!("coefficients of coordinate {j}"), list)?;
         }
-        Ok(FourierOrbit::of(harmonics, span, coefficients.concat(), coefficients.len()))
+        Ok(FourierOrbit::of(harmonics, period, coefficients.concat(), coefficients.len()))
     }
 
-    pub(crate) fn of(harmonics: &Harmonics, span: f64, coefficients: Vec<f64>, dof: usize) -> Self {
+    pub(crate) fn of(harmonics: &Harmonics, period: f64, coefficients: Vec<f64>, dof: usize) -> Self {
         FourierOrbit {
             harmonics: harmonics.clone(),
-            span,
+            period,
             coefficients,
             mean_acceleration: vec![0.0; dof],
             notes: Vec::new(),
@@ -91,7 +95,7 @@ impl FourierOrbit {
         }
         FourierOrbit {
             mean_acceleration: self.mean_acceleration.clone(),
-            ..FourierOrbit::of(harmonics, self.span / mine as f64 * theirs as f64, coefficients, n)
+            ..FourierOrbit::of(harmonics, self.period / mine as f64 * theirs as f64, coefficients, n)
         }
     }
 
@@ -115,13 +119,13 @@ impl FourierOrbit {
     }
 
     /// Period of the orbit: p periods of the model.
-    pub fn span(&self) -> f64 {
-        self.span
+    pub fn period(&self) -> f64 {
+        self.period
     }
 
-    /// Base frequency ω = 2π/span, in radians per time unit of the model.
+    /// Base frequency ω = 2π/period, in radians per time unit of the model.
     pub fn frequency(&self) -> f64 {
-        TAU / self.span
+        TAU / self.period
     }
 
     /// Coefficients of coordinate j: [mean, c_k, s_k, ...] with increasing k; no mean without order 0.
@@ -176,7 +180,7 @@ impl FourierOrbit {
 
     /// Computes coordinates and velocities at time `t`.
     pub(crate) fn motion(&self, t: f64, q: &mut [f64], v: &mut [f64]) {
-        self.motions([t], turned([t / self.span]), q.as_chunks_mut().0, v.as_chunks_mut().0);
+        self.motions([t], turned([t / self.period]), q.as_chunks_mut().0, v.as_chunks_mut().0);
     }
 
     /// Computes coordinates and velocities at several instants together. `turn` holds sin ωt and cos ωt at
@@ -193,7 +197,7 @@ impl FourierOrbit {
         let first = orders.first().copied().unwrap_or(0);
         let at_first = match first {
             0 | 1 => turn,
-            _ => turned(t.map(|t| first as f64 * (t / self.span).fract())),
+            _ => turned(t.map(|t| first as f64 * (t / self.period).fract())),
         };
         for (j, rigid) in self.mean_acceleration.iter().enumerate() {
             let (mean, pairs) = self.coefficients(j).split_at(means);
@@ -201,7 +205,7 @@ impl FourierOrbit {
             let ([mut sin, mut cos], mut here) = (at_first, first);
             for (&order, pair) in orders.iter().zip(pairs.as_chunks::<2>().0) {
                 if order - here > FAR {
-                    [sin, cos] = turned(t.map(|t| order as f64 * (t / self.span).fract()));
+                    [sin, cos] = turned(t.map(|t| order as f64 * (t / self.period).fract()));
                     here = order;
                 }
                 while here < order {
@@ -224,14 +228,14 @@ impl FourierOrbit {
         }
     }
 
-    /// States at `count` uniform instants over one span, from t = 0: a guess for
+    /// States at `count` uniform instants over one period, from t = 0: a guess for
     /// [`Shooting`](crate::Shooting).
     ///
     /// # Errors
     /// [`ParameterError`] for more than 2²⁶ numbers.
     pub fn states(&self, count: usize) -> Result<Vec<State>, ParameterError> {
         check::count("numbers of the states", &[count, 2 * self.dof()], check::NUMBERS)?;
-        Ok((0..count).map(|i| self.at(self.span * i as f64 / count as f64)).collect())
+        Ok((0..count).map(|i| self.at(self.period * i as f64 / count as f64)).collect())
     }
 
     /// Mean acceleration of every coordinate. It is zero unless the model has a rigid motion and the torques
@@ -267,11 +271,11 @@ impl FourierOrbit {
         self.notes.iter().any(BalanceNote::is_warning)
     }
 
-    /// max_j max_t |q_j - r_j|/range_j `[1]`: the distance of two orbits q and r over one span.
+    /// max_j max_t |q_j - r_j|/range_j `[1]`: the distance of two orbits q and r over one period.
     ///
     /// range_j is the peak-to-peak value of q_j. For a coordinate at rest it is the largest peak-to-peak
     /// value, and if all are at rest the largest |mean|. The orbits are compared at equal shares of their
-    /// spans. Rigid motions in the series count; [`mean_acceleration`](FourierOrbit::mean_acceleration) does
+    /// periods. Rigid motions in the series count; [`mean_acceleration`](FourierOrbit::mean_acceleration) does
     /// not. Infinite if the numbers of coordinates differ or a difference is not finite.
     pub fn distance(&self, other: &FourierOrbit) -> f64 {
         let n = self.dof();

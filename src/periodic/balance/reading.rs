@@ -82,7 +82,7 @@ impl FourierOrbit {
         let mut trajectory = Trajectory::empty(n, 0.0);
         let mut y = vec![0.0; 2 * n];
         for s in 0..samples {
-            let (at, t) = (s * (fine / samples), self.span * s as f64 / samples as f64);
+            let (at, t) = (s * (fine / samples), self.period * s as f64 / samples as f64);
             for j in 0..n {
                 let rigid = self.mean_acceleration[j];
                 (y[j], y[n + j]) = (z[j][at].re + 0.5 * rigid * t * t, z[j][at].im + rigid * t);
@@ -100,7 +100,7 @@ impl FourierOrbit {
         let mut z = vec![Complex64::ZERO; samples_for(self.harmonics.highest())];
         spread(self.coefficients(j), &self.harmonics, self.frequency(), &mut z);
         Transform::new(z.len()).synthesise(&mut z);
-        let h = self.span / z.len() as f64;
+        let h = self.period / z.len() as f64;
         let range = (0..z.len()).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], s| {
             let (a, b) = (z[s], z[(s + 1) % z.len()]);
             let inner = if a.im * b.im < 0.0 { hermite_extreme(a, b, h) } else { a.re };
@@ -120,6 +120,6 @@ impl FourierOrbit {
         let mut crossings = Crossings::new(model.contacts(), grid.samples());
         crossings.locate(&mut grid);
         let touching = model.offers().touching(model.contacts());
-        Ok((0..touching).map(|c| ContactHistory::new(&crossings, c, self.span)).collect())
+        Ok((0..touching).map(|c| ContactHistory::new(&crossings, c, self.period)).collect())
     }
 }

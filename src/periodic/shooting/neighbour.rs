@@ -51,7 +51,7 @@ impl Neighbour for FourierOrbit {
         self.harmonics().period_multiple()
     }
     fn period(&self) -> f64 {
-        self.span()
+        self.period()
     }
     fn nodes(&self) -> Result<Vec<State>, ParameterError> {
         self.states((self.harmonics().highest() / ORDERS).clamp(1, MAX_NODES))

@@ -16,8 +16,8 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 /// Each step is half a step of the noise, a step of the classical Runge-Kutta method, and half a step of the
 /// noise. Its weak order is 2: distributions, means and rates have an error proportional to h². Edges are
 /// crossed without being located. A force with a kink keeps this order; with a force that jumps at the edge,
-/// rates and speeds of impacts have order 1 (docs/random-white.md). Drive edges must fall on
-/// whole steps.
+/// rates and speeds of impacts have order 1 ([white noise](crate::guide::random_white)). Drive edges must
+/// fall on whole steps.
 ///
 /// Random numbers are a pure function of (seed, member, number of the source, step). Results have the same
 /// bits for any number of lanes and threads and any instruction set.
@@ -118,15 +118,7 @@ impl<const W: usize> NoisySteps<W> {
             Some(start) => start.clone(),
             None => static_state(machine, 0.0)?.state,
         };
-        check::length("start.q", start.q.len(), machine.size().dof)?;
-        check::length("start.v", start.v.len(), machine.size().dof)?;
-        check::quantities("start.q", &start.q)?;
-        check::quantities("start.v", &start.v)?;
-        if start.t != 0.0 {
-            let (name, value) = ("start.t".into(), start.t);
-            let allowed = "[0, 0]: every member starts at time 0";
-            return Err(ParameterError::OutOfRange { name, value, allowed }.into());
-        }
+        start.check_at_zero(machine.size().dof)?;
         let table = DriveTable::of_waves(machine, self.steps, || true)?;
         let table = table.ok_or(TableError::Size { steps: self.steps, drives: machine.size().waves })?;
         let h = machine.period() / self.steps as f64;

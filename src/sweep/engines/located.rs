@@ -42,7 +42,7 @@ impl<I: Integrator + Sync, M: Periodic> SweepEngine<M> for Located<I> {
             let Some(Job { index, model, start }) = next.pop_front().or_else(|| source.next(None)) else {
                 return;
             };
-            match self.one(plan, channels, index, &model, &start, &*source) {
+            match self.one(plan, channels, &model, &start, &*source) {
                 Ok(None) => return,
                 Ok(Some((row, state))) => {
                     source.put(index, Ok((row, &state)));
@@ -65,7 +65,6 @@ impl<I: Integrator> Located<I> {
         &self,
         plan: &Plan,
         channels: &[usize],
-        index: usize,
         model: &M,
         start: &State,
         source: &dyn Source<M>,
@@ -78,7 +77,7 @@ impl<I: Integrator> Located<I> {
         let mut counted = rattle.contacts().to_vec();
         let mut state = start.clone();
         let period = model.period();
-        let with_model: &WithModel<'_> = &|read| source.with_model(index, read);
+        let with_model: &WithModel<'_> = &|read| read(model);
         loop {
             let end = start.t + (track.periods + 1) as f64 * period;
             let (measuring, ranging) = (track.measuring(), track.ranging());

@@ -225,15 +225,7 @@ impl<'w> Ensemble<'w> {
         member: u64,
     ) -> Result<Option<MemberResults>, PointError> {
         let (model, start) = family(member).map_err(|e| PointError::Model(e.into()))?;
-        start.check(model.dof()).map_err(PointError::Parameter)?;
-        if start.t != 0.0 {
-            let (name, value) = ("start.t".into(), start.t);
-            return Err(PointError::Parameter(ParameterError::OutOfRange {
-                name,
-                value,
-                allowed: "[0, 0]: every member starts at time 0",
-            }));
-        }
+        start.check_at_zero(model.dof()).map_err(PointError::Parameter)?;
         let mut probe = Probe::new(&model);
         let chosen = self
             .channels

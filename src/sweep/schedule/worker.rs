@@ -1,6 +1,5 @@
 //! The workers of a sweep: order of the runs and storage of their rows.
 
-use crate::error::ParameterError;
 use crate::model::{Periodic, State};
 use crate::periodic::lyapunov::exponents::Exponents;
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
@@ -96,15 +95,7 @@ impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
             Some(state) => State::new(0.0, &state[..found[0]], &state[found[0]..]),
             None => (self.work.start)(&point, &model)?,
         };
-        start.check(found[0]).map_err(PointError::Parameter)?;
-        if start.t != 0.0 {
-            let (name, value) = ("start.t".into(), start.t);
-            return Err(PointError::Parameter(ParameterError::OutOfRange {
-                name,
-                value,
-                allowed: "[0, 0]: every run starts at time 0",
-            }));
-        }
+        start.check_at_zero(found[0]).map_err(PointError::Parameter)?;
         Ok(Job { index, model, start })
     }
 

@@ -19,10 +19,10 @@ pub enum Reading {
     /// begins at the tip of the driven gear. The root angle is that of the transition curve. The foundation
     /// is loaded where the line of action crosses the centre line of the tooth.
     Exact,
-    /// As the code of ROSS 2 (docs/errata.md): the pressure angle itself grows in proportion to the rotation,
-    /// from the start of the involute of the driving gear to its tip and, on the driven gear, downwards from
-    /// the tip; the root angle takes the addendum for the dedendum; the foundation is loaded at the height of
-    /// the point of contact.
+    /// As the code of ROSS 2 ([errata](crate::guide::errata)): the pressure angle itself grows in proportion
+    /// to the rotation, from the start of the involute of the driving gear to its tip and, on the driven
+    /// gear, downwards from the tip; the root angle takes the addendum for the dedendum; the
+    /// foundation is loaded at the height of the point of contact.
     Ross,
 }
 

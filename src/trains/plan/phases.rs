@@ -3,8 +3,9 @@
 
 use crate::contact::Nonlinearity;
 use crate::trains::parts::mesh_part::{Kind, Phase};
-use crate::trains::plan::places::{Centres, Planets, SAME, snapped};
+use crate::trains::plan::places::{Centres, Planets, snapped};
 use crate::trains::plan::topology::Gearing;
+use crate::trains::plan::turning::SAME;
 use crate::trains::plan::turning::kinematics::Kinematics;
 use crate::trains::train_error::TrainError;
 use std::collections::HashMap;

@@ -3,6 +3,7 @@
 use crate::error::check;
 use crate::trains::parts::mesh_part::{Kind, MeshGears};
 use crate::trains::plan::topology::Topology;
+use crate::trains::plan::turning::SAME;
 use crate::trains::plan::turning::kinematics::Kinematics;
 use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
@@ -19,9 +20,6 @@ pub(crate) struct Planet {
 
 /// The planets among the bodies, by their places.
 pub(crate) type Planets = Vec<Option<Planet>>;
-
-/// Relative difference up to which radii count as equal.
-pub(crate) const SAME: f64 = 1e-6;
 
 /// Phases within this distance of a multiple of 1/5040 are this multiple: planets in phase have equal waves.
 const SNAP: f64 = 1e-9;

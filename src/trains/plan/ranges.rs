@@ -6,7 +6,7 @@ use crate::excitation::{Side, Wave};
 use crate::trains::parts::characteristic::Characteristic;
 use crate::trains::parts::collection::{Course, Parts};
 use crate::trains::parts::mesh_part::{MeshPart, Phase};
-use crate::trains::plan::places::SAME;
+use crate::trains::plan::turning::SAME;
 use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
 

@@ -177,8 +177,8 @@ impl<'f> BalanceCurve<'f> {
                 equations.work.crossings.list().iter().map(move |crossing| of(crossing.into()))
             };
             let ends = |crossings: Vec<f64>| {
-                let mut ends = drive_edges(model, orbit.span());
-                ends.extend(crossings.into_iter().chain([0.0, orbit.span()]));
+                let mut ends = drive_edges(model, orbit.period());
+                ends.extend(crossings.into_iter().chain([0.0, orbit.period()]));
                 ends.sort_by(f64::total_cmp);
                 ends
             };

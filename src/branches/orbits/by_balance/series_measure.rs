@@ -132,7 +132,7 @@ impl<M: Periodic + ?Sized> Reader<'_, M> {
 
     /// The channel at a share of the span.
     fn at(&mut self, channel: usize, share: f64) -> f64 {
-        let t = self.orbit.span() * share;
+        let t = self.orbit.period() * share;
         self.orbit.motion(t, &mut self.q, &mut self.v);
         self.model.drive(t, Side::After, &mut self.u);
         self.value(channel)

@@ -135,7 +135,7 @@ impl FourierOrbit {
         let n = self.dof();
         let (mut q, mut v, mut u) = (vec![0.0; n], vec![0.0; n], vec![0.0; model.drives()]);
         let mut contacts = vec![Contact::default(); model.contacts()];
-        let reach = self.span() / (TAU * self.harmonics().highest().max(1) as f64);
+        let reach = self.period() / (TAU * self.harmonics().highest().max(1) as f64);
         let touching = model.offers().touching(contacts.len());
         let mut distance = |crossing: &CrossingTime, t: f64| {
             self.motion(t, &mut q, &mut v);
@@ -164,8 +164,8 @@ impl FourierOrbit {
     /// Ends of the smooth intervals of one span, and whether an acceleration jumps at a crossing. Y then
     /// jumps too; the collocation does not contain that jump.
     fn breaks<M: Periodic + ?Sized>(&self, model: &M) -> (Vec<f64>, bool) {
-        let mut breaks = drive_edges(model, self.span());
-        breaks.extend([0.0, self.span()]);
+        let mut breaks = drive_edges(model, self.period());
+        breaks.extend([0.0, self.period()]);
         let mut jumps = false;
         if model.contacts() > 0 {
             let mut grid = Grid::new(model, self.harmonics(), samples_for(self.harmonics().highest()));

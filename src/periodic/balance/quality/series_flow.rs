@@ -110,7 +110,7 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
             self.meter.spend()?;
             // Equal steps to the end of the interval, at most `step` radians of the highest frequency so far.
             // That frequency counts as at least the base frequency.
-            let longest = step / fastest.max(TAU / orbit.span());
+            let longest = step / fastest.max(TAU / orbit.period());
             if h > longest {
                 h = (end - t) / ((end - t) / longest).ceil().max(1.0);
             }
@@ -142,9 +142,9 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
         let mut fastest = 0.0f64;
         let times = self.rule.nodes.map(|c| t + c * h);
         if self.ahead.0 != h {
-            self.ahead = (h, turned(self.rule.nodes.map(|c| c * h / orbit.span())));
+            self.ahead = (h, turned(self.rule.nodes.map(|c| c * h / orbit.period())));
         }
-        let ([[sin], [cos]], [ahead_sin, ahead_cos]) = (turned([t / orbit.span()]), &self.ahead.1);
+        let ([[sin], [cos]], [ahead_sin, ahead_cos]) = (turned([t / orbit.period()]), &self.ahead.1);
         let phases = [
             std::array::from_fn(|stage| sin * ahead_cos[stage] + cos * ahead_sin[stage]),
             std::array::from_fn(|stage| cos * ahead_cos[stage] - sin * ahead_sin[stage]),
