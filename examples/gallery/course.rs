@@ -43,7 +43,7 @@ pub fn excitation(_: bool) -> Outcome<Picture> {
 /// The branch of the pair over its speed.
 fn branch_of<N: Nonlinearity>(pair: &Train<N>, [from, to]: [f64; 2]) -> Outcome<Branch<ShootingOrbit>> {
     let start = static_state(pair, 0.0)?.state;
-    Ok(Continuation::new(from, to).max_step(0.005).run(&Family::over(pair, ["speed"])?, &[start])?)
+    Ok(Continuation::new(from, to).max_step(0.002).run(&Family::over(pair, ["speed"])?, &[start])?)
 }
 
 const SPEED: &str = "speed of the driver [rad/s]";
@@ -70,8 +70,8 @@ pub fn response(_: bool) -> Outcome<Picture> {
     };
     let ([left, right], [low, high]) = ([172.0, 212.0], [2e-5, 6e-5]);
     let frame = [(left, low), (right, low), (right, high), (left, high), (left, low)];
-    let most = there(&loss, 330.0).into_iter().fold(0.0, f64::max);
-    let whole = panel()?.x_range(100.0, 605.0)?.note((330.0, most), "with contact loss")?;
+    let most = there(&loss, 460.0).into_iter().fold(0.0, f64::max);
+    let whole = panel()?.x_range(100.0, 605.0)?.note((460.0, most), "with contact loss")?;
     let whole = whole.series("part (b)", Mark::Dashed, frame)?.grey();
     let whole =
         whole.title("response, 300 N m, b = 40 μm; dotted upright: an order meets the natural frequency");
@@ -96,7 +96,7 @@ pub fn contact_loss(_: bool) -> Outcome<Picture> {
     let force = history(&pair, &run, "mesh force [N]", 0)?
         .y("mesh force W [N]")?
         .name_y(&[(-1e3, "−1 kN"), (1e3, "1 kN"), (300.0 / 0.070_477, "F")])?
-        .title("mesh force at the same motion");
+        .title("mesh force of the same motion");
     let deflection = deflection.title("deflection at 380 rad/s, 300 N m, b = 40 μm");
     Ok(Picture::new([deflection, force]).panel_size(560.0, 260.0))
 }
@@ -272,11 +272,14 @@ pub fn law(_: bool) -> Outcome<Picture> {
         Ok(lines)
     };
     let whole = panel([(&linear, 360.0, "linear flanks"), (&other, 345.0, "preload, stop")])?;
+    let ([left, right], [low, high]) = ([328.0, 340.0], [2.2e-5, 3.6e-5]);
+    let frame = [(left, low), (right, low), (right, high), (left, high), (left, low)];
+    let whole = whole.series("part (c)", Mark::Dashed, frame)?.grey();
     let whole = whole.x_range(270.0, 400.0)?.title("response, 300 N m, b = 40 μm");
     let part = branch(&[&linear, &other], [SPEED, SWING], BranchPoint::peak_to_peak)?;
     let part = part.note((333.0, 3.3e-5), "linear flanks")?.note((338.5, 3.0e-5), "preload, stop")?;
     let part =
-        part.x_range(328.0, 340.0)?.y_range(2.2e-5, 3.6e-5)?.title("the same near the onset of contact loss");
+        part.x_range(left, right)?.y_range(low, high)?.title("the same near the onset of contact loss");
     Ok(Picture::new([laws, whole, part]).panel_size(640.0, 280.0))
 }
 
@@ -313,7 +316,7 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
         let [first, .., end] = points[..] else { return Err("a solver without two runs".into()) };
         panel = panel.series(name, Mark::Joined, points)?.note(end, name)?;
         if name == "Dop853" {
-            panel = panel.note(first, "rtol 1e-4")?;
+            panel = panel.note(first, "Dop853, rtol 1e-4")?;
         }
     }
     let name = "Rk4, edges not located";

@@ -97,20 +97,39 @@ pub(crate) fn pair() -> Machine<Rattling> {
 
 #[test]
 fn rows_of_the_pair_are_those_of_single_runs() {
-    let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, 12);
+    rows_of_pairs([6, 4], [3, 2]);
+}
+
+/// Needs 30 s of processor time: `cargo test --test suite more_rows_of_the_pair -- --ignored`.
+#[test]
+#[ignore = "30 s of processor time"]
+fn more_rows_of_the_pair_are_those_of_single_runs() {
+    rows_of_pairs([12, 8], [6, 4]);
+}
+
+/// `points` of the pair and of the face gear pair, of which at least as many as `periodic` are compared.
+fn rows_of_pairs([points, faces]: [usize; 2], periodic: [usize; 2]) {
+    let points = axis("wc", 0.15 / 63.0, 0.36 / 63.0, points);
     // The error of v1 is that of q1 times a frequency, far above the tolerance of v1 itself. The fourth motion passes for
     // periodic after 25 turns, although a single run is off by 2e-7; after 50 turns it does not repeat.
-    rows_agree(&pair(), &Pair::start(), points, &["q0", "mesh force", "deflection"], [50, 2, 2], 6);
+    rows_agree(&pair(), &Pair::start(), points, &["q0", "mesh force", "deflection"], [50, 2, 2], periodic[0]);
     let nfg = NfgPair::new(&NfgParams::table1()).unwrap();
     let start = nfg.on_drive_flank().unwrap();
-    rows_agree(&nfg, &start, axis("speed", 80.0, 150.0, 8), &["q0", "mesh force"], [12, 1, 1], 4);
+    rows_agree(
+        &nfg,
+        &start,
+        axis("speed", 80.0, 150.0, faces),
+        &["q0", "mesh force"],
+        [12, 1, 1],
+        periodic[1],
+    );
 }
 
 #[test]
 fn rows_of_a_ring_are_those_of_single_runs() {
     let ring = ring(3, 2.0);
     let omega = ring.speed();
-    let points = axis("mesh frequency", 0.5 * omega, omega, 5);
+    let points = axis("mesh frequency", 0.5 * omega, omega, 3);
     rows_agree(&ring, &State::at_rest(ring.dof()), points, &["deflection 0", "mesh force 1"], [400, 3, 2], 2);
 }
 
@@ -135,14 +154,13 @@ fn rows_of_a_planetary_set_are_those_of_single_runs() {
 
 #[test]
 fn the_same_bits_however_it_is_run() {
-    let sweep = Sweep::new(axis("wc", 0.15 / 63.0, 0.36 / 63.0, 11)).settle(1).measure(2);
+    let sweep = Sweep::new(axis("wc", 0.15 / 63.0, 0.36 / 63.0, 11)).settle(0).measure(2);
     let sweep = sweep.channels(&["q0", "v0", "mesh force"]).rattle().strobe(2);
     let (machine, start, engine) = (pair(), Pair::start(), LaneTaylor::new(tolerant()));
     let hash = |engine: &dyn Fn(&Sweep) -> Rows, sweep: &Sweep| engine(sweep).fingerprint();
     let expected = rows(&sweep, &engine, &machine, &start).fingerprint();
-    let widths: [&dyn Fn(&Sweep) -> Rows; 4] = [
+    let widths: [&dyn Fn(&Sweep) -> Rows; 3] = [
         &|sweep| rows(sweep, &engine.clone().lanes::<1>(), &machine, &start),
-        &|sweep| rows(sweep, &engine.clone().lanes::<2>(), &machine, &start),
         &|sweep| rows(sweep, &engine.clone().lanes::<4>(), &machine, &start),
         &|sweep| rows(sweep, &engine.clone().lanes::<16>(), &machine, &start),
     ];
@@ -175,7 +193,7 @@ fn the_same_bits_however_it_is_run() {
     assert_eq!(expected, runner.resume(partial).unwrap().fingerprint());
     // The points in another order, and neighbours of another shape.
     let reversed: Vec<Vec<f64>> = (0..11).rev().map(|i| sweep.points().point(i).values().to_vec()).collect();
-    let other = Sweep::new(Points::list(&["wc"], &reversed).unwrap()).settle(1).measure(2);
+    let other = Sweep::new(Points::list(&["wc"], &reversed).unwrap()).settle(0).measure(2);
     let other = other.channels(&["q0", "v0", "mesh force"]).rattle().strobe(2);
     let (there, here) = (rows(&other, &engine, &machine, &start), rows(&sweep, &engine, &machine, &start));
     for i in 0..11 {

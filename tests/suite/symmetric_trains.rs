@@ -36,7 +36,7 @@ fn sizes(train: &Train, guess: &State, method: FlowMethod) -> Vec<f64> {
 
 #[test]
 fn equal_planets_have_the_same_orbits_in_relative_coordinates() {
-    for (planets, half_backlash) in [(2, 2e-5), (3, 2e-5), (4, 2e-5), (3, 0.0)] {
+    for (planets, half_backlash) in [(2, 2e-5), (3, 2e-5), (3, 0.0)] {
         let [inertial, relative] =
             [Coordinates::Inertial, Coordinates::Relative].map(|frame| set(planets, half_backlash, frame));
         let settle = Settle::new().tolerance(1e-9);
@@ -225,14 +225,14 @@ fn equal_planets_have_tori_in_relative_coordinates() {
     let ripple = Wave::new(Fourier::new(0.0, &[[0.1 * u[slot], 0.0]]).unwrap());
     let frequency = std::f64::consts::SQRT_2 * 700.0;
     let model = WithShafts::new(train).add(slot, frequency, ripple).unwrap();
-    let vectors = WaveVectors::in_box(&[10, 3]).unwrap();
+    let vectors = WaveVectors::in_box(&[8, 2]).unwrap();
     let guess = Torus::constant(&vectors, &model.frequencies(), &rest).unwrap();
     let torus = TorusBalance::new(vectors).solve(&model, &guess).unwrap();
     let start = torus.at(0.0);
     let end = Dop853::new().rtol(1e-11).atol(1e-18).end(&model, &start, 0.05).unwrap();
     let (expected, size) = (torus.at(0.05), torus.peak_to_peak(0, 64).unwrap());
     assert!(size > 0.0 && (end.q[0] - expected.q[0]).abs() < 1e-6 * size, "{end:?} {expected:?}");
-    let circle = torus.section(0, 17).unwrap();
+    let circle = torus.section(0, 11).unwrap();
     let found = CircleShooting::new().solve(&model, &circle).unwrap();
     let off = found.curve().at(0.7).q[0] - circle.at(0.7).q[0];
     assert!(off.abs() < 1e-6 * size, "{off:e} {size:e}");
