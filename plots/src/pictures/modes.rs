@@ -15,7 +15,7 @@ const SHARE: f64 = 0.35;
 const REST: f64 = 3.6;
 
 /// Corners of a drawn circle.
-const CORNERS: usize = 180;
+const CORNERS: usize = 96;
 
 /// A mode of a train: its gears as pitch circles at their places, grey at rest and coloured as they turn and move.
 ///
