@@ -5,7 +5,6 @@ use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::excitation::earliest::earlier;
 use crate::model::Model;
-use crate::model::equations::each_row;
 use crate::processes::{Path, Process};
 use crate::series::Series;
 use std::fmt;
@@ -70,15 +69,6 @@ impl<M: Model> DriveRule<M> for RandomDrives {
         for Added { path, slots } in &self.0 {
             let x = path.at(t, side);
             slots.iter().for_each(|(slot, gain)| u[*slot] += gain * x);
-        }
-    }
-    fn drive_each(&self, model: &M, times: &[f64], last: Side, u: &mut [f64]) {
-        let drives = model.drives();
-        each_row(drives, times, last, u, |t, side, u| model.drive(t, side, u));
-        for Added { path, slots } in &self.0 {
-            path.at_each(times, last, &mut |i, x| {
-                slots.iter().for_each(|(slot, gain)| u[drives * i + slot] += gain * x);
-            });
         }
     }
     fn changes(&self, _: &M, drive: usize) -> bool {

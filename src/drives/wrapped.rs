@@ -12,14 +12,6 @@ use crate::tape::recording::Recording;
 pub trait DriveRule<M: ?Sized> {
     /// Writes all drives at `t` to `u`. `side`: before or after a jump at `t`.
     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]);
-    /// Writes all drives at increasing instants to the rows of `u`. `last`: before or after a jump at the
-    /// last instant; at the others after it. Default: [`drive`](DriveRule::drive) for each row.
-    fn drive_each(&self, model: &M, times: &[f64], last: Side, u: &mut [f64])
-    where
-        M: Model,
-    {
-        each_row(model.drives(), times, last, u, |t, side, u| self.drive(model, t, side, u));
-    }
     /// The first instant after `t` at which a drive jumps or has a kink; `None` if there is none.
     fn next_edge(&self, model: &M, t: f64) -> Option<f64>;
     /// Whether the rule changes a drive. Default: `true` for all.
@@ -108,7 +100,7 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
         self.rule.drive(&self.model, t, side, u);
     }
     fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
-        self.rule.drive_each(&self.model, times, last, u);
+        each_row(self.drives(), times, last, u, |t, side, u| self.drive(t, side, u));
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.rule.next_edge(&self.model, t)

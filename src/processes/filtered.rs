@@ -6,6 +6,7 @@ use crate::numeric::gauss;
 use crate::numeric::split_mix::CounterRng;
 use crate::processes::draws::Draws;
 use crate::processes::markov::bridges::{Bridges, Flow, normals};
+use crate::processes::markov::last_cell::LastCell;
 use crate::processes::process::{Path, Process};
 use crate::series::Series;
 use nalgebra::Matrix2;
@@ -145,6 +146,7 @@ impl Process for FilteredNoise {
             omega: self.filter.omega,
             bridges: self.bridges.clone(),
             stream: self.draws.stream(stream),
+            last: LastCell::new(),
         })
     }
     fn mean(&self) -> Option<f64> {
@@ -176,12 +178,16 @@ struct Cubics {
     omega: f64,
     bridges: Arc<Bridges<2>>,
     stream: CounterRng,
+    last: LastCell<[f64; 4]>,
 }
 
 impl Cubics {
     /// The coefficients of the cubic of a cell over the share of it.
     #[inline]
     fn cubic(&self, cell: i64) -> [f64; 4] {
+        self.last.of(cell, || self.draw(cell))
+    }
+    fn draw(&self, cell: i64) -> [f64; 4] {
         let block = self.bridges.block(cell);
         let draws = [block, block + 1].map(|b| self.stream.child(b as u64));
         // In the stationary state x/σ and x'/(σω) are independent, of variance 1.
@@ -201,9 +207,6 @@ impl Path for Cubics {
         let cell = self.bridges.grid.cell(t);
         let share = self.bridges.grid.share(cell, t);
         value(&self.cubic(cell), share)
-    }
-    fn at_each(&self, times: &[f64], _: Side, f: &mut dyn FnMut(usize, f64)) {
-        self.bridges.grid.each(times, |cell| self.cubic(cell), |i, cubic, share| f(i, value(cubic, share)));
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.bridges.grid.next_node(t)

@@ -5,6 +5,7 @@ use crate::excitation::Side;
 use crate::numeric::split_mix::CounterRng;
 use crate::processes::draws::Draws;
 use crate::processes::markov::bridges::Bridges;
+use crate::processes::markov::last_cell::LastCell;
 use crate::processes::ornstein_uhlenbeck::line;
 use crate::processes::process::{Path, Process};
 use crate::scalar::Scalar;
@@ -82,7 +83,7 @@ impl JitteredOrder {
 
 impl Process for JitteredOrder {
     fn path(&self, stream: u64) -> Arc<dyn Path> {
-        Arc::new(Walk { order: self.clone(), stream: self.draws.stream(stream) })
+        Arc::new(Walk { order: self.clone(), stream: self.draws.stream(stream), last: LastCell::new() })
     }
     fn mean(&self) -> Option<f64> {
         Some(0.0)
@@ -107,6 +108,7 @@ impl Process for JitteredOrder {
 struct Walk {
     order: JitteredOrder,
     stream: CounterRng,
+    last: LastCell<[f64; 2]>,
 }
 
 impl Walk {
@@ -115,7 +117,7 @@ impl Walk {
     /// The phases at the ends of blocks are uniform and independent: their distribution modulo 2π forgets as
     /// e^(-D t). The walk from one to the next is δ + 2πk, with their difference δ, and k of the probability
     /// that a normal walk of the variance 2D L of the block has.
-    fn ends(&self, cell: i64) -> [f64; 2] {
+    fn draw(&self, cell: i64) -> [f64; 2] {
         let bridges = &self.order.bridges;
         let block = bridges.block(cell);
         let draws = [block, block + 1].map(|b| self.stream.child(b as u64));
@@ -143,7 +145,7 @@ impl Walk {
     fn phase(&self, t: f64) -> (f64, f64) {
         let grid = self.order.bridges.grid;
         let cell = grid.cell(t);
-        let ends = self.ends(cell);
+        let ends = self.last.of(cell, || self.draw(cell));
         let rate = self.order.frequency + (ends[1] - ends[0]) / grid.spacing;
         (self.order.frequency * t + line(&ends, grid.share(cell, t)), rate)
     }
@@ -155,16 +157,6 @@ const WALKS: usize = 65;
 impl Path for Walk {
     fn at(&self, t: f64, _: Side) -> f64 {
         self.order.amplitude * libm::cos(self.phase(t).0)
-    }
-    fn at_each(&self, times: &[f64], _: Side, f: &mut dyn FnMut(usize, f64)) {
-        let JitteredOrder { amplitude, frequency, bridges, .. } = &self.order;
-        bridges.grid.each(
-            times,
-            |cell| self.ends(cell),
-            |i, ends, share| {
-                f(i, amplitude * libm::cos(frequency * times[i] + line(ends, share)));
-            },
-        );
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.order.bridges.grid.next_node(t)

@@ -5,6 +5,7 @@ use crate::excitation::Side;
 use crate::numeric::split_mix::CounterRng;
 use crate::processes::draws::Draws;
 use crate::processes::markov::bridges::{Bridges, normals};
+use crate::processes::markov::last_cell::LastCell;
 use crate::processes::process::{Path, Process};
 use crate::series::Series;
 use nalgebra::SMatrix;
@@ -76,7 +77,7 @@ impl OrnsteinUhlenbeck {
 impl Process for OrnsteinUhlenbeck {
     fn path(&self, stream: u64) -> Arc<dyn Path> {
         let (deviation, bridges) = (self.deviation, self.bridges.clone());
-        Arc::new(Lines { deviation, bridges, stream: self.draws.stream(stream) })
+        Arc::new(Lines { deviation, bridges, stream: self.draws.stream(stream), last: LastCell::new() })
     }
     fn mean(&self) -> Option<f64> {
         Some(0.0)
@@ -104,12 +105,16 @@ struct Lines {
     deviation: f64,
     bridges: Arc<Bridges<1>>,
     stream: CounterRng,
+    last: LastCell<[f64; 2]>,
 }
 
 impl Lines {
     /// The values at both ends of a cell.
     #[inline]
     fn ends(&self, cell: i64) -> [f64; 2] {
+        self.last.of(cell, || self.draw(cell))
+    }
+    fn draw(&self, cell: i64) -> [f64; 2] {
         let block = self.bridges.block(cell);
         let draws = [block, block + 1].map(|b| self.stream.child(b as u64));
         let ends = [&draws[0], &draws[1]].map(|draws| normals(&mut draws.child(0)));
@@ -121,9 +126,6 @@ impl Path for Lines {
     fn at(&self, t: f64, _: Side) -> f64 {
         let cell = self.bridges.grid.cell(t);
         line(&self.ends(cell), self.bridges.grid.share(cell, t))
-    }
-    fn at_each(&self, times: &[f64], _: Side, f: &mut dyn FnMut(usize, f64)) {
-        self.bridges.grid.each(times, |cell| self.ends(cell), |i, ends, share| f(i, line(ends, share)));
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.bridges.grid.next_node(t)

@@ -60,14 +60,6 @@ pub trait Process: Send + Sync {
 pub trait Path: Send + Sync {
     /// The value x(t). `side`: before or after a jump at `t`.
     fn at(&self, t: f64, side: Side) -> f64;
-    /// Passes the values at increasing instants, with their indices, to `f`. `last`: before or after a jump
-    /// at the last instant; at the others after it. Same bits as [`at`](Path::at); a path may save work that
-    /// instants share.
-    fn at_each(&self, times: &[f64], last: Side, f: &mut dyn FnMut(usize, f64)) {
-        for (i, t) in times.iter().enumerate() {
-            f(i, self.at(*t, if i + 1 == times.len() { last } else { Side::After }));
-        }
-    }
     /// The first instant after `t` at which x or one of its derivatives jumps; `None` if there is none.
     fn next_edge(&self, t: f64) -> Option<f64>;
     /// x after `t` as a series over the time after `t`, for [`Taylor`](crate::Taylor), with at most this

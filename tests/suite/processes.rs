@@ -111,24 +111,31 @@ fn densities_are_transforms_of_correlations() {
     }
 }
 
-/// A value is a function of process, stream and time alone.
+/// A value is a function of process, stream and time alone, although a path keeps what it drew last.
 #[test]
 fn any_order_of_calls_gives_the_same_bits() {
-    let times: Vec<f64> = (0..300).map(|k| -20.0 + 0.37 * f64::from(k)).collect();
+    // Many instants of a cell, in many cells.
+    let times: Vec<f64> = (0..600).map(|k| -20.0 + 0.07 * f64::from(k)).collect();
     for name in NAMES {
         let one = process(name, 3);
         let path = one.path(7);
-        let read = |t: &f64| path.at(*t, Side::After).to_bits();
-        let forward: Vec<u64> = times.iter().map(read).collect();
-        let mut backward: Vec<u64> =
-            times.iter().rev().map(|t| one.path(7).at(*t, Side::After).to_bits()).collect();
-        backward.reverse();
-        assert_eq!(forward, backward, "{name}");
-        let mut together = vec![0; times.len()];
-        path.at_each(&times, Side::After, &mut |i, x| together[i] = x.to_bits());
-        assert_eq!(forward, together, "{name}");
-        let near: Vec<f64> = (0..20).map(|k| 1.0 + 1e-3 * f64::from(k)).collect(); // nodes of one cell
-        path.at_each(&near, Side::After, &mut |i, x| assert_eq!(x, path.at(near[i], Side::After), "{name}"));
+        let bits = |path: &dyn Path, t: f64| path.at(t, Side::After).to_bits();
+        let fresh: Vec<u64> = times.iter().map(|t| bits(&*one.path(7), *t)).collect();
+        let forward: Vec<u64> = times.iter().map(|t| bits(&*path, *t)).collect();
+        assert_eq!(fresh, forward, "{name}");
+        let far_and_near = (0..times.len()).map(|k| (7 * k) % times.len());
+        far_and_near.for_each(|k| assert_eq!(bits(&*path, times[k]), fresh[k], "{name}"));
+        // Threads that read one path at different instants.
+        std::thread::scope(|scope| {
+            for thread in 0..4 {
+                let (path, times, fresh) = (&path, &times, &fresh);
+                scope.spawn(move || {
+                    for k in (0..times.len()).map(|k| (k + 150 * thread) % times.len()) {
+                        assert_eq!(bits(&**path, times[k]), fresh[k], "{name}");
+                    }
+                });
+            }
+        });
         let other = one.path(8);
         assert!(times.iter().any(|t| other.at(*t, Side::After) != path.at(*t, Side::After)), "{name}");
         let neighbour = process(name, 4).path(7);

@@ -33,26 +33,6 @@ impl Grid {
     pub(crate) fn share(&self, k: i64, t: f64) -> f64 {
         ((t - self.node(k)) / self.spacing).min(1.0)
     }
-    /// Calls `f` for each instant with its index, what `of_cell` returns for its cell and the share of the
-    /// cell. `of_cell` is called once for instants that follow one another in a cell.
-    #[inline]
-    pub(crate) fn each<C>(
-        &self,
-        times: &[f64],
-        of_cell: impl Fn(i64) -> C,
-        mut f: impl FnMut(usize, &C, f64),
-    ) {
-        let mut known = None;
-        for (i, &t) in times.iter().enumerate() {
-            let cell = self.cell(t);
-            let of = match known.take() {
-                Some((last, of)) if last == cell => of,
-                _ => of_cell(cell),
-            };
-            f(i, &of, self.share(cell, t));
-            known = Some((cell, of));
-        }
-    }
     /// The first node after `t`; `None` beyond the last cell.
     pub(crate) fn next_node(&self, t: f64) -> Option<f64> {
         let node = self.node(self.cell(t) + 1);
