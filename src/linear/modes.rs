@@ -52,6 +52,16 @@ pub enum LinearError {
         /// Largest acceleration that is left, over the largest acceleration at rest.
         residual: f64,
     },
+    /// The linearised motion does not decay: it has no stationary moments.
+    #[error("the linearised motion does not decay: the largest growth rate is {rate:?}")]
+    Grows {
+        /// Largest real part of an eigenvalue [1/time]. A rigid motion has 0.
+        rate: f64,
+    },
+    /// Noise that multiplies the state lets the mean square of the linearised motion grow without bound,
+    /// although the mean decays.
+    #[error("the mean square of the linearised motion grows without bound under noise on its coefficients")]
+    MeanSquareGrows,
 }
 
 /// One mode.

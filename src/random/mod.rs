@@ -5,8 +5,10 @@
 //! - **First passages and rare events**: [`FirstPassage`] and [`Splitting`].
 //! - **Densities without sampling** of one degree of freedom: [`PathIntegration`] finds the stationary or the
 //!   periodic density of deflection and velocity ([`StateDensity`]) with its error.
+//! - **Moments of a linearised model**: [`LinearMoments`] solves for mean and covariance.
 
 pub(crate) mod density;
+pub(crate) mod linear_moments;
 pub(crate) mod rare;
 pub(crate) mod white;
 
@@ -14,6 +16,7 @@ pub use crate::random::density::density_error::DensityError;
 pub use crate::random::density::path_integration::PathIntegration;
 pub use crate::random::density::periodic_density::PeriodicDensity;
 pub use crate::random::density::state_density::StateDensity;
+pub use crate::random::linear_moments::LinearMoments;
 pub use crate::random::rare::passage::{FirstPassage, PassageTimes};
 pub use crate::random::rare::score::{Event, Moment};
 pub use crate::random::rare::splitting::{RareEvent, Splitting};

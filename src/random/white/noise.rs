@@ -3,7 +3,8 @@
 use crate::contact::{Contact, Piece};
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
-use crate::model::{Machine, Model, Shape};
+use crate::model::Model;
+use crate::model::structure::slopes::accelerate;
 use crate::numeric::spread::weyl;
 
 /// White noise ξ of intensity D on a model: ⟨ξ(t) ξ(t + τ)⟩ = δ(τ), so that the power density of √D ξ is D
@@ -79,44 +80,46 @@ impl WhiteNoise {
         self.intensity
     }
 
-    /// Checks that a machine has the coordinate or the slots, and that white noise on them has a meaning.
+    /// Checks that a model has the coordinate or the slots, and that white noise on them has a meaning.
     /// Returns whether the acceleration that the noise adds depends on the velocities.
-    pub(crate) fn check<G: Shape>(&self, machine: &Machine<G>) -> Result<bool, ParameterError> {
+    pub(crate) fn check(&self, model: &dyn Model) -> Result<bool, ParameterError> {
         match &self.target {
-            Target::Bath { coordinate, .. } if *coordinate < machine.size().dof => Ok(false),
+            Target::Bath { coordinate, .. } if *coordinate < model.dof() => Ok(false),
             Target::Bath { coordinate, .. } => Err(ParameterError::OutOfRange {
                 name: "coordinate of the bath".into(),
                 value: *coordinate as f64,
                 allowed: "[0, degrees of freedom of the model)",
             }),
             Target::Drives(slots) => {
-                let drives = machine.drives();
+                let drives = model.drives();
                 if let Some(&(slot, _)) = slots.iter().find(|(slot, _)| *slot >= drives) {
                     return Err(ParameterError::NoSuchSlot { slot, drives });
                 }
-                self.check_drives(machine, slots)
+                self.check_drives(model, slots)
             }
         }
     }
 
-    /// Compares accelerations and edges at some states with 0, 1 and 2 units added to the slots.
-    fn check_drives<G: Shape>(
-        &self,
-        machine: &Machine<G>,
-        slots: &[(usize, f64)],
-    ) -> Result<bool, ParameterError> {
-        let (dof, contacts) = (machine.size().dof, machine.size().contacts);
-        let mut drives = vec![0.0; machine.drives()];
-        machine.drive(0.0, Side::After, &mut drives);
+    /// The drives with one unit of noise added to the slots, and that unit: the size of the drives over that
+    /// of the gains.
+    pub(crate) fn unit_on(slots: &[(usize, f64)], drives: &[f64]) -> (Vec<f64>, f64) {
         let scale = slots.iter().map(|(slot, _)| drives[*slot].abs()).fold(0.0, f64::max);
         let gain = slots.iter().map(|(_, gain)| gain.abs()).fold(f64::MIN_POSITIVE, f64::max);
         let unit = if scale > 0.0 { scale / gain } else { 1.0 / gain };
-        let with = |units: f64| {
-            let mut u = drives.clone();
-            slots.iter().for_each(|(slot, gain)| u[*slot] += gain * unit * units);
-            u
-        };
-        let drives = [with(0.0), with(1.0), with(2.0)];
+        let mut u = drives.to_vec();
+        slots.iter().for_each(|(slot, gain)| u[*slot] += gain * unit);
+        (u, unit)
+    }
+
+    /// Compares accelerations and edges at some states with 0, 1 and 2 units added to the slots.
+    fn check_drives(&self, model: &dyn Model, slots: &[(usize, f64)]) -> Result<bool, ParameterError> {
+        let (dof, contacts) = (model.dof(), model.contacts());
+        let mut drives = vec![0.0; model.drives()];
+        model.drive(0.0, Side::After, &mut drives);
+        let (one, unit) = WhiteNoise::unit_on(slots, &drives);
+        let mut two = one.clone();
+        slots.iter().for_each(|(slot, gain)| two[*slot] += gain * unit);
+        let drives = [drives, one, two];
         let apart = |x: f64, y: f64, size: f64| (x - y).abs() > 1e-9 * size;
         let mut added: Vec<Vec<f64>> = Vec::new();
         for state in 0..4 {
@@ -125,7 +128,7 @@ impl WhiteNoise {
             let v: Vec<f64> = (0..dof).map(|i| weyl(state, 2 * i + 1) - 0.5).collect();
             let seen = drives.each_ref().map(|u| {
                 let mut contact = vec![Contact::default(); contacts];
-                machine.contact(u, &q, &v, &mut contact);
+                model.contact(u, &q, &v, &mut contact);
                 contact.iter().flat_map(|c| [c.deflection, c.lower, c.upper]).collect::<Vec<f64>>()
             });
             if let Some(i) = (0..3 * contacts).find(|&i| seen[0][i] != seen[1][i]) {
@@ -142,7 +145,7 @@ impl WhiteNoise {
                 let pieces = vec![piece; contacts];
                 let a = drives.each_ref().map(|u| {
                     let mut a = vec![0.0; dof];
-                    machine.accel_on_pieces(&pieces, u, &q, &v, &mut a);
+                    accelerate(model, Some(&pieces), u, &q, &v, &mut a);
                     a
                 });
                 for i in 0..dof {
