@@ -52,6 +52,7 @@ mod populations;
 mod process_spectra;
 mod processes;
 mod random_densities;
+mod random_moments;
 mod rare_events;
 mod reference_nfg;
 mod reference_ring;

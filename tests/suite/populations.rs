@@ -129,6 +129,7 @@ fn shares_and_levels_are_checked() {
             matches!(refused, Err(ParameterError::OutOfRange { .. } | ParameterError::NotFinite { .. })),
             "{level}: {refused:?}"
         );
-        assert!(Distribution::from_samples([1.0, 2.0]).confidence(level).is_err());
+        let samples = Distribution::from_samples([1.0, 2.0]);
+        assert!(samples.confidence(level).is_err() && samples.quantile_confidence(0.5, level).is_err());
     }
 }

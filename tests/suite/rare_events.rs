@@ -6,7 +6,7 @@ use gear_dynamics::ode::Exhausted;
 use gear_dynamics::random::{Event, FirstPassage, NoiseError, NoisySteps, Splitting, WhiteNoise};
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// An overdamped particle x' = -x + √2 ξ, as the velocity of a coordinate without a spring: U = x²/2, β = 1.
 fn particle(steps: usize) -> (Oscillator, NoisySteps) {
@@ -114,7 +114,38 @@ fn bad_input_is_refused() {
     assert!(matches!(stuck, NoiseError::Extinct { stage: 1, .. }), "{stuck}");
     let nan = run(plain.clone(), Event::new(1.0, |_| f64::NAN)).unwrap_err();
     assert!(matches!(nan, NoiseError::Diverged { .. }), "{nan}");
-    let stop = Arc::new(AtomicBool::new(true));
-    let cancelled = run(plain.cancel(stop), up).unwrap_err();
-    assert_eq!(cancelled, NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: 0, all: 16 });
+    assert!(FirstPassage::new(1.0).unwrap().members(0).run(&solver, &free, &at(0.0), &up).is_err());
+}
+
+/// A cancelled run keeps the members so far, in blocks of 256, and the repeats so far, if they are 8.
+#[test]
+fn cancelled_runs_keep_what_was_complete() {
+    let ((free, solver), stop) = (particle(50), Arc::new(AtomicBool::new(false)));
+    let (start, event) = (at(0.0), Event::new(2.0, |at| at.v[0]));
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let until = |number: usize| {
+        let stop = stop.clone();
+        stop.store(false, Ordering::Relaxed);
+        move |done: usize, _: usize| stop.store(done >= number, Ordering::Relaxed)
+    };
+
+    let passage = FirstPassage::new(2.0).unwrap().members(700);
+    let whole = passage.run(&solver, &free, &start, &event).unwrap();
+    let watched = passage.clone().progress(until(700)).cancel(stop.clone());
+    assert_eq!(watched.run(&solver, &free, &start, &event).unwrap(), whole);
+    let watched = passage.progress(until(256)).cancel(stop.clone());
+    let some = one.install(|| watched.run(&solver, &free, &start, &event)).unwrap();
+    assert_eq!((some.members(), whole.members()), (256, 700));
+    assert!(some.reached() > 0 && some.reached() < whole.reached());
+    let none = watched.run(&solver, &free, &start, &event).unwrap_err();
+    assert_eq!(none, NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: 0, all: 700 });
+
+    let splitting = Splitting::new(10.0).unwrap().floor(-1.0).particles(20).repeats(30);
+    let run = |splitting: Splitting<'_>| one.install(|| splitting.run(&solver, &free, &start, &event));
+    let some = run(splitting.clone().progress(until(9)).cancel(stop.clone())).unwrap();
+    assert_eq!(some.probability().batches(), 9);
+    let few = run(splitting.clone().progress(until(7)).cancel(stop.clone())).unwrap_err();
+    assert_eq!(few, NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: 7, all: 30 });
+    let none = run(splitting.cancel(stop.clone())).unwrap_err();
+    assert_eq!(none, NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: 0, all: 30 });
 }

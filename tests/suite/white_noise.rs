@@ -353,7 +353,13 @@ fn bad_input_is_refused() {
     assert!(solver.ends(&pair, &State::new(1.0, &[0.0], &[0.0]), 1.0, 1).is_err());
     let seen = long(0.0, 1.0).run(&solver, &pair).unwrap();
     assert!(seen.contact(1).is_err() && seen.mean("q0").is_err());
-    assert!(seen.contact(0).unwrap().gap.confidence(1.0).is_err());
+    for level in [0.0, 1.0, -0.5, f64::NAN] {
+        assert!(seen.contact(0).unwrap().gap.confidence(level).is_err(), "{level}");
+    }
+    // Intensities that overflow are refused; the largest that is allowed lets the motion diverge or is finite.
+    assert!(WhiteNoise::bath(0, 0.1, 1e51).is_err() && WhiteNoise::drives(&[(1, 1.0)], 1e308).is_err());
+    let most = NoisySteps::new(8, &[bath(0.1, 1e50)]).ends(&pair, &start, 1.0, 1).unwrap();
+    assert!(most[0].q[0].is_finite() && most[0].v[0].is_finite());
     // A spring that pushes away: the motion grows without bound.
     let away = Oscillator::new(&[("speed", 1.0), ("linear stiffness", -9.0)]).unwrap();
     let error = LongRun::new(0.0, 100.0).unwrap().start(&start).run(&solver, &away).unwrap_err();

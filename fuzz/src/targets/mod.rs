@@ -7,6 +7,7 @@ mod flows;
 pub mod laws;
 mod orbits;
 mod processes;
+mod random;
 mod roots;
 mod samples;
 pub mod shapes;
@@ -29,7 +30,7 @@ const fn target(name: &'static str, batch: u64, run: fn(&mut Case) -> Run) -> Ta
 }
 
 /// All targets. A case is named by its target, so that the order may change.
-pub const TARGETS: [Target; 45] = [
+pub const TARGETS: [Target; 50] = [
     target("excitation", 200, excitations::any),
     target("table", 200, excitations::tables),
     target("law", 200, laws::any),
@@ -45,10 +46,12 @@ pub const TARGETS: [Target; 45] = [
     target("spectrum", 50, samples::spectra),
     target("density", 50, samples::densities),
     target("distribution", 100, samples::distributions),
+    target("proportion", 100, samples::proportions),
     target("pair", 100, build::pair),
     target("pair2", 100, build::pair2),
     target("ring", 20, build::ring),
     target("held-model", 50, build::held),
+    target("noisy", 20, random::noisy),
     target("driven", 20, shapes::driven),
     target("shape", 20, shapes::own),
     target("names", 50, shapes::names),
@@ -75,4 +78,7 @@ pub const TARGETS: [Target; 45] = [
     target("lanes", 5, sweeps::lanes),
     target("bifurcation", 5, sweeps::bifurcation),
     target("ensemble", 5, sweeps::ensembles),
+    target("moments", 20, random::moments),
+    target("noise", 20, random::lanes),
+    target("path", 2, random::path),
 ];

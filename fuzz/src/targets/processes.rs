@@ -7,7 +7,7 @@ use gear_dynamics::processes::{
 };
 
 /// Any process but the held one.
-fn process(case: &mut Case) -> Result<Box<dyn Process>, Stop> {
+pub fn process(case: &mut Case) -> Result<Box<dyn Process>, Stop> {
     let (seed, member) = (case.seed(), case.seed());
     let (size, time, spacing) = (case.number(1.0), case.number(1.0), case.number(0.1));
     let turn = case.number(1.0);

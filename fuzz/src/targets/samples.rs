@@ -3,7 +3,7 @@
 use crate::case::{Case, Run, all_finite, finite, holds};
 
 use gear_dynamics::analysis::{Spectrum, Summary, Welch, Window};
-use gear_dynamics::sweep::Distribution;
+use gear_dynamics::sweep::{Distribution, Proportion};
 
 /// Mean, RMS, extremes and deviation of any samples.
 pub fn summaries(case: &mut Case) -> Run {
@@ -88,6 +88,10 @@ pub fn distributions(case: &mut Case) -> Run {
         all_finite("variance, error", &[all.variance()?, all.standard_error()])?;
         all_finite("confidence", &all.confidence(0.95)?)?;
     }
+    let (share, level) = (case.number(0.5), case.number(0.5));
+    if let Some([low, high]) = case.accept(all.quantile_confidence(share, level)) {
+        holds(low <= high, || format!("{low} .. {high} at {share}, {level}"))?;
+    }
     let quantile = all.quantile(p)?;
     finite("quantile", quantile)?;
     holds((all.min()..=all.max()).contains(&quantile), || {
@@ -99,4 +103,15 @@ pub fn distributions(case: &mut Case) -> Run {
     holds(spans == 0 || total == all.count(), || {
         format!("histogram of {spans} spans counts {total} of {}", all.count())
     })
+}
+
+/// Shares of trials and their intervals.
+pub fn proportions(case: &mut Case) -> Run {
+    let trials = case.count(50) as u64;
+    let hits = if case.hostile() { case.count(10) as u64 } else { (case.unit() * trials as f64) as u64 };
+    let level = case.number(0.5);
+    case.note(|| format!("{hits} of {trials} at {level:e}"));
+    let seen = Proportion::new(hits, trials)?;
+    let ([low, high], share) = (seen.confidence(level)?, seen.share());
+    holds(0.0 <= low && low <= share && share <= high && high <= 1.0, || format!("{low} .. {high} of {share}"))
 }

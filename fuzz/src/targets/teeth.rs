@@ -4,7 +4,7 @@ use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 use gear_dynamics::excitation::{Excitation, Side};
 use gear_dynamics::teeth::{
     Foundation, GearPair, InvoluteGear, LossShape, MethodB, PotentialEnergy, QualityGrade, Reading,
-    TipRelief, ToothLoss, ToothModel, TransmissionError,
+    TipRelief, ToothDeviations, ToothLoss, ToothModel, TransmissionError,
 };
 use gear_dynamics::trains::SpurPair;
 use gear_dynamics::{Model, ParameterError, Wave};
@@ -114,7 +114,7 @@ fn train(case: &mut Case, pair: &GearPair) -> Run {
 /// Faults, reliefs, grades and errors.
 pub fn deviations(case: &mut Case) -> Run {
     let pair = pair(case)?;
-    match case.below(3) {
+    match case.below(4) {
         0 => {
             let teeth = case.count(20) as u32;
             let loss = ToothLoss::new(teeth, case.count(5) as u32, case.number(0.2))?;
@@ -136,6 +136,7 @@ pub fn deviations(case: &mut Case) -> Run {
             let value = wave.value(TAU * case.unit());
             holds(value >= -1e-12 && value <= amounts[0] + amounts[1], || format!("{relief:?}: {value}"))
         }
+        2 => inspected(case, &pair.gears()[0]),
         _ => {
             let grades = [QualityGrade::new(case.count(6) as u32)?, QualityGrade::new(case.count(6) as u32)?];
             let error = TransmissionError::of_grade(&pair, grades)?;
@@ -146,4 +147,26 @@ pub fn deviations(case: &mut Case) -> Run {
             finite("error", whole?.value(TAU * case.unit()))
         }
     }
+}
+
+/// Deviations of every tooth, measured or drawn.
+fn inspected(case: &mut Case, gear: &InvoluteGear) -> Run {
+    let teeth = if case.chance(0.5) {
+        let z = case.effort(30);
+        let (pitch, profile) = (case.list(z, 1e-5), case.list(z, 1e-5));
+        ToothDeviations::measured(&pitch, &profile)?
+    } else {
+        let grade = QualityGrade::new(case.count(6) as u32)?;
+        let drawn = ToothDeviations::draw(gear, grade, case.seed(), case.seed(), case.seed())?;
+        let (limits, within) = (grade.tolerances(gear)?, 1.0 + 1e-12);
+        holds(drawn.single_pitch() <= within * limits.single_pitch, || "single pitch".into())?;
+        holds(drawn.cumulative_pitch() <= within * limits.cumulative_pitch, || "cumulative pitch".into())?;
+        holds(drawn.profile_slope() <= within * limits.profile_slope, || "profile slope".into())?;
+        drawn
+    };
+    let (wave, middle) = (teeth.wave()?, TAU * 0.5 / teeth.pitch().len() as f64);
+    let (value, scale) = (wave.jet(middle).value, teeth.cumulative_pitch() + teeth.profile_slope());
+    finite("error in the middle of a tooth", value)?;
+    let off = value - teeth.pitch()[0];
+    holds(off.abs() <= 1e-9 * (scale + teeth.pitch()[0].abs()), || format!("{value:e}, off by {off:e}"))
 }

@@ -2,16 +2,15 @@
 
 use crate::error::{ParameterError, check};
 use crate::model::{Machine, Shape, State};
-use crate::ode::Exhausted;
 use crate::random::rare::particles::{End, Limits, Particle, follow};
 use crate::random::rare::score::Event;
 use crate::random::white::error::NoiseError;
 use crate::random::white::solver::NoisySteps;
 use crate::sweep::Distribution;
 use crate::sweep::watch::Watch;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// First passage: the time at which an [`Event`] happens for the first time, for many members from one start.
 ///
@@ -96,9 +95,7 @@ impl<'w> FirstPassage<'w> {
         let ready = solver.ready(machine, Some(start))?;
         let last = ready.steps_in(self.periods)?;
         let limits = Limits { level: event.level(), floor: f64::NEG_INFINITY, last };
-        let done = AtomicUsize::new(0);
-        let block = |block: usize| {
-            let members = block * BLOCK..((block + 1) * BLOCK).min(self.members);
+        let block = |members: Range<usize>| {
             let particle = |member: usize| Particle {
                 member: member as u64,
                 number: 0,
@@ -106,31 +103,19 @@ impl<'w> FirstPassage<'w> {
                 q: ready.start.q.clone(),
                 v: ready.start.v.clone(),
             };
-            let particles: Vec<Particle> = members.clone().map(particle).collect();
-            let ends = follow(&ready, event, limits, &particles, &|| !self.watch.is_cancelled())?;
-            if ends.is_some() {
-                let here = members.len();
-                self.watch.show(here + done.fetch_add(here, Ordering::Relaxed), self.members);
-            }
-            Ok(ends)
+            let particles: Vec<Particle> = members.map(particle).collect();
+            follow(&ready, event, limits, &particles, &|| !self.watch.is_cancelled())
         };
-        let blocks: Vec<Result<Option<Vec<End>>, NoiseError>> =
-            (0..self.members.div_ceil(BLOCK)).into_par_iter().map(block).collect();
+        let ends = self.watch.begin(0, self.members).blocks(0..self.members, BLOCK, block)?;
         let mut seen = PassageTimes { times: Distribution::new(), members: 0 };
-        for ends in blocks {
-            for end in ends?.into_iter().flatten() {
-                seen.members += 1;
-                if end.reached {
-                    seen.times.add(instant(&end, event.level()) * ready.h);
-                }
+        for end in ends.into_iter().flatten() {
+            seen.members += 1;
+            if end.reached {
+                seen.times.add(instant(&end, event.level()) * ready.h);
             }
         }
         if seen.members == 0 {
-            return Err(NoiseError::Exhausted {
-                exhausted: Exhausted::Cancelled,
-                done: 0,
-                all: self.members as u64,
-            });
+            return Err(NoiseError::cancelled(0, self.members));
         }
         Ok(seen)
     }

@@ -3,7 +3,6 @@
 use crate::error::{ParameterError, check};
 use crate::model::{Machine, Shape, State};
 use crate::numeric::split_mix::CounterRng;
-use crate::ode::Exhausted;
 use crate::random::rare::particles::{Limits, Particle, follow};
 use crate::random::rare::score::Event;
 use crate::random::white::error::NoiseError;
@@ -11,9 +10,9 @@ use crate::random::white::estimate::Estimate;
 use crate::random::white::solver::{NoisySteps, Ready};
 use crate::sweep::watch::Watch;
 use rand::Rng;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// The probability of a rare event by multilevel splitting: that a score reaches a level before a time has
 /// passed and before it falls to a floor.
@@ -133,7 +132,6 @@ impl<'w> Splitting<'w> {
         start: &State,
         event: &Event,
     ) -> Result<RareEvent, NoiseError> {
-        let all = self.repeats as u64;
         check::at_least("particles", self.particles, 20)?;
         check::count("particles", &[self.particles], MAX_PARTICLES)?;
         check::count("particles × coordinates", &[self.particles, machine.size().dof], check::NUMBERS)?;
@@ -149,22 +147,11 @@ impl<'w> Splitting<'w> {
         let ready = solver.ready(machine, Some(start))?;
         let last = ready.steps_in(self.periods)?;
         let stages = Stages { of: self, ready: &ready, event, last };
-        let cancelled = |done: u64| NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done, all };
-        let levels = stages.pilot()?.ok_or(cancelled(0))?;
-        let done = AtomicUsize::new(0);
-        let repeat = |repeat: usize| {
-            let shares = stages.repeat(repeat as u64 + 1, &levels)?;
-            if shares.is_some() {
-                self.watch.show(1 + done.fetch_add(1, Ordering::Relaxed), self.repeats);
-            }
-            Ok(shares)
-        };
-        let repeats: Vec<Result<Option<Repeat>, NoiseError>> =
-            (0..self.repeats).into_par_iter().map(repeat).collect();
-        let repeats: Result<Vec<Option<Repeat>>, NoiseError> = repeats.into_iter().collect();
-        let repeats: Vec<Repeat> = repeats?.into_iter().flatten().collect();
+        let levels = stages.pilot()?.ok_or(NoiseError::cancelled(0, self.repeats))?;
+        let repeat = |repeats: Range<usize>| stages.repeat(repeats.end as u64, &levels);
+        let repeats = self.watch.begin(0, self.repeats).blocks(0..self.repeats, 1, repeat)?;
         if repeats.len() < Estimate::BATCHES {
-            return Err(cancelled(repeats.len() as u64));
+            return Err(NoiseError::cancelled(repeats.len(), self.repeats));
         }
         let products: Vec<f64> = repeats.iter().map(|repeat| repeat.shares.iter().product()).collect();
         let mean = |stage: usize| {
@@ -262,7 +249,8 @@ impl<G: Shape, const W: usize> Stages<'_, '_, '_, G, W> {
         }))
     }
 
-    /// The shares of one repeat; 0 from the stage on in which no particle reached the next level.
+    /// The shares of one repeat, counted from 1; 0 from the stage on in which no particle reached the next
+    /// level.
     fn repeat(&self, repeat: u64, levels: &[f64]) -> Result<Option<Repeat>, NoiseError> {
         let mut from = self.start();
         let mut seen = Repeat { shares: vec![0.0; levels.len()], steps: 0 };

@@ -67,3 +67,10 @@ pub enum NoiseError {
         score: f64,
     },
 }
+
+impl NoiseError {
+    /// Cancelled after `done` of `all` members or repeats.
+    pub(crate) fn cancelled(done: usize, all: usize) -> Self {
+        NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: done as u64, all: all as u64 }
+    }
+}

@@ -3,7 +3,6 @@
 use crate::contact::Contact;
 use crate::error::{ParameterError, check};
 use crate::model::{Machine, Shape, State};
-use crate::ode::Exhausted;
 use crate::ode::probe::Probe;
 use crate::random::white::crossings::Crossings;
 use crate::random::white::error::NoiseError;
@@ -15,9 +14,9 @@ use crate::sweep::engines::sweep_engine::kinds;
 use crate::sweep::lanes::meter::{Kind, Meters, Reading};
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::watch::Watch;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// Long runs under white noise: means, mean squares and largest values of channels, shares of time on the
 /// flanks, rates and speeds of impacts, flights, all with their errors.
@@ -133,26 +132,15 @@ impl<'w> LongRun<'w> {
         let settle = if self.settle > 0.0 { ready.steps_in(self.settle)? } else { 0 };
         let span = ready.steps_in(self.measure / self.spans as f64)?;
         check::count("steps in a span", &[usize::try_from(span).unwrap_or(usize::MAX)], MAX_SPAN as usize)?;
-        let (members, done) = (self.members as u64, AtomicU64::new(0));
-        let group = |group: u64| {
-            let work = Work { ready: &ready, group, settle, span, kinds: &kinds, contacts };
-            let figures = self.group(&work)?;
-            if figures.is_some() {
-                let here = (W as u64).min(members - group * W as u64);
-                let done = here + done.fetch_add(here, Ordering::Relaxed);
-                self.watch.show(done as usize, self.members);
-            }
-            Ok(figures)
+        let group = |members: Range<usize>| {
+            let group = (members.start / W) as u64;
+            self.group(&Work { ready: &ready, group, settle, span, kinds: &kinds, contacts })
         };
-        let groups: Vec<Result<_, NoiseError>> =
-            (0..members.div_ceil(W as u64)).into_par_iter().map(group).collect();
+        let groups = self.watch.begin(0, self.members).blocks(0..self.members, W, group)?;
         let mut statistics = NoiseStatistics::new(&self.channels, contacts, span as f64 * ready.h);
-        for group in groups {
-            group?.into_iter().flatten().for_each(|member| statistics.add(member));
-        }
-        let done = statistics.members() as u64;
+        groups.into_iter().flatten().for_each(|member| statistics.add(member));
         if statistics.batches() < Estimate::BATCHES {
-            return Err(NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done, all: members });
+            return Err(NoiseError::cancelled(statistics.members(), self.members));
         }
         Ok(statistics)
     }

@@ -8,7 +8,9 @@ use crate::random::white::noise::WhiteNoise;
 use crate::random::white::noisy_lanes::{Gauge, Look, NoisyLanes};
 use crate::sweep::lanes::drive_table::{DriveTable, TableError};
 use crate::sweep::lanes::instructions::InstructionSet;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use crate::sweep::lanes::number::Lanes;
+use crate::sweep::watch::Watch;
+use std::ops::Range;
 
 /// Solver for a [`Machine`] under white noise: fixed steps, W members side by side in the lanes of the vector
 /// registers. Default: 16 lanes, seed 0.
@@ -88,19 +90,17 @@ impl<const W: usize> NoisySteps<W> {
         check::count("members × coordinates", &[members, machine.size().dof], check::NUMBERS)?;
         let ready = self.ready(machine, Some(start))?;
         let steps = ready.steps_in(periods)?;
-        let group = |group: usize| {
-            let mut lanes = ready.lanes(group as u64);
-            ready.advance(&mut lanes, group as u64, steps, &mut Blind, members as u64, &|| true)?;
-            let state = |lane: usize| {
-                let values =
-                    |x: &[crate::sweep::bounds::Lanes<W>]| x.iter().map(|x| x.0[lane]).collect::<Vec<f64>>();
-                State { t: steps as f64 * ready.h, q: values(&lanes.q), v: values(&lanes.v) }
-            };
-            Ok((0..W.min(members - group * W)).map(state).collect::<Vec<State>>())
+        let group = |here: Range<usize>| {
+            let group = (here.start / W) as u64;
+            let mut lanes = ready.lanes(group);
+            ready.advance(&mut lanes, group, steps, &mut Blind, members as u64, &|| true)?;
+            let values = |x: &[Lanes<W>], lane: usize| x.iter().map(|x| x.0[lane]).collect();
+            let t = steps as f64 * ready.h;
+            let state = |lane: usize| State { t, q: values(&lanes.q, lane), v: values(&lanes.v, lane) };
+            Ok::<_, NoiseError>(Some((0..here.len()).map(state).collect::<Vec<State>>()))
         };
-        let groups: Result<Vec<Vec<State>>, NoiseError> =
-            (0..members.div_ceil(W)).into_par_iter().map(group).collect();
-        Ok(groups?.into_iter().flatten().collect())
+        let groups = Watch::default().begin(0, members).blocks(0..members, W, group)?;
+        Ok(groups.into_iter().flatten().collect())
     }
 
     /// Checks the model and the start, and computes the table.

@@ -9,10 +9,10 @@ use crate::ode::{Exhausted, Integrator, Observer, Step, uniform_times};
 use crate::sweep::ensembles::bands::{Bands, FailedMember, MemberResults};
 use crate::sweep::sweep_error::{FamilyError, PointError};
 use crate::sweep::watch::Watch;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
-use std::ops::ControlFlow;
+use std::convert::Infallible;
+use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::AtomicBool;
 use thiserror::Error;
 
 /// Runs many members of a random model and keeps the distributions of channels, peaks and impact counts. The
@@ -78,7 +78,7 @@ pub enum EnsembleError {
 
 /// Maximum number of members per thread in one batch. The results of a batch are added in the order of the
 /// member numbers, so that sums do not depend on the number of threads.
-const WAITING: u64 = 128;
+const WAITING: usize = 128;
 
 /// Maximum number of members. At 1 µs for each member they take more than an hour.
 const MAX_MEMBERS: u64 = u32::MAX as u64;
@@ -181,26 +181,23 @@ impl<'w> Ensemble<'w> {
             return Err(EnsembleError::AllFailed { members: self.members, first });
         }
         let mut bands = Bands::new(&self.times, &self.channels, &self.peaks);
-        let (mut next, shown) = (0, AtomicUsize::new(0));
-        while next < self.members && !watch.is_cancelled() {
+        let all = self.members as usize;
+        let (mut next, progress) = (0, watch.begin(0, all));
+        let run = |members: Range<usize>| {
+            let member = members.start as u64;
+            let seen = self.member(solver, &family, member).transpose();
+            Ok::<_, Infallible>(seen.map(|seen| (member, seen)))
+        };
+        while next < all && !watch.is_cancelled() {
             // A batch has fewer members if there are more distributions. This bounds the memory of the
             // results that are not added yet.
-            let waiting = ((1 << 20) / (figures as u64 + 1)).clamp(1, WAITING);
-            let until = (next + waiting * rayon::current_num_threads() as u64).min(self.members);
-            let run = |member| {
-                let seen = self.member(solver, &family, member).transpose();
-                if seen.is_some() {
-                    watch.show(1 + shown.fetch_add(1, Ordering::Relaxed), self.members as usize);
-                }
-                seen
-            };
-            let seen: Vec<Option<Result<MemberResults, PointError>>> =
-                (next..until).into_par_iter().map(run).collect();
-            for (member, seen) in (next..until).zip(seen) {
+            let waiting = ((1 << 20) / (figures + 1)).clamp(1, WAITING);
+            let until = (next + waiting * rayon::current_num_threads()).min(all);
+            let Ok(seen) = progress.blocks(next..until, 1, run);
+            for (member, seen) in seen {
                 match seen {
-                    Some(Ok(seen)) => bands.add(&seen),
-                    Some(Err(error)) => bands.fail(member, error),
-                    None => {}
+                    Ok(seen) => bands.add(&seen),
+                    Err(error) => bands.fail(member, error),
                 }
             }
             next = until;

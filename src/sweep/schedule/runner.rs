@@ -17,7 +17,7 @@ use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};
 use crate::sweep::watch::Watch;
-use std::sync::atomic::{AtomicBool, AtomicUsize};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 
 /// A sweep with its engine and its family of models: runs the points, all or in chunks.
@@ -232,8 +232,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
             start: &*self.start,
             watch: &self.watch,
             bare: self.watch.rows.as_ref().map(|_| Rows::new(sweep, &plan.layout, 0..0)),
-            done: AtomicUsize::new(total - sweep.line() * (lines.len() + checks.len())),
-            total,
+            progress: self.watch.begin(total - sweep.line() * (lines.len() + checks.len()), total),
             rows: Mutex::new(rows),
         };
         work.all(engine, &lines, false);
@@ -247,8 +246,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
     /// errors of those points of `rows` that precede it. `None` if no point has a model, or if cancelled.
     fn first_model(&self, rows: &mut Rows, total: usize) -> Option<M> {
         let sweep = self.sweep;
-        let (length, missing) = (sweep.line(), sweep.missing(rows));
-        let mut done = 0;
+        let (length, missing, progress) = (sweep.line(), sweep.missing(rows), self.watch.begin(0, total));
         for index in 0..sweep.points.len() {
             if self.watch.is_cancelled() {
                 return None;
@@ -259,8 +257,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
                 Err(_) => {}
             }
             if (index + 1).is_multiple_of(length) && missing.binary_search(&(index / length)).is_ok() {
-                done += length;
-                self.watch.show(done, total);
+                progress.add(length);
             }
         }
         None

@@ -9,7 +9,7 @@ use crate::sweep::rows::row::Row;
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::{Sweep, WarmStart};
 use crate::sweep::sweep_error::PointError;
-use crate::sweep::watch::Watch;
+use crate::sweep::watch::{Progress, Watch};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicUsize;
@@ -37,10 +37,8 @@ pub(crate) struct Work<'s, M> {
     pub(crate) rows: Mutex<&'s mut Rows>,
     /// Rows without points, with names and layout, for the rows that are watched.
     pub(crate) bare: Option<Rows>,
-    /// Number of completed runs.
-    pub(crate) done: AtomicUsize,
-    /// Number of all runs, checks included.
-    pub(crate) total: usize,
+    /// Completed runs, checks included.
+    pub(crate) progress: Progress<'s>,
 }
 
 impl<M: Periodic> Work<'_, M> {
@@ -151,7 +149,7 @@ impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
         if let (Some(show), Some(rows), Some(data)) = (&work.watch.rows, &work.bare, &made) {
             show(&Row { rows, index, data });
         }
-        work.watch.show(1 + work.done.fetch_add(1, Ordering::Relaxed), work.total);
+        work.progress.add(1);
     }
 
     /// The next point of the line; `None` at the end of the line or without a warm start.

@@ -95,7 +95,7 @@ impl ToothDeviations {
     ) -> Result<Self, TeethError> {
         let limits = grade.tolerances(gear)?;
         // The streams of a gear follow those of random parameters, which begin at 2³².
-        let stream = (1 << 33) + 2 * gear_number;
+        let stream = (1u64 << 33).wrapping_add(gear_number.wrapping_mul(2));
         let mut rng = CounterRng::new(seed, member, stream, 0);
         let z = gear.teeth() as usize;
         let mut uniform = |low: f64, high: f64| {
