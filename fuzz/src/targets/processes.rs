@@ -6,8 +6,9 @@ use gear_dynamics::processes::{
     FilteredNoise, JitteredOrder, OrnsteinUhlenbeck, Process, ShotNoise, SpectralProcess,
 };
 
-/// Any process but the held one.
-pub fn process(case: &mut Case) -> Result<Box<dyn Process>, Stop> {
+/// Any process but the held one. A value of shot noise sums some 37 times as many pulses as fall into its
+/// decay time: at most `pulses`.
+pub fn process(case: &mut Case, pulses: f64) -> Result<Box<dyn Process>, Stop> {
     let (seed, member) = (case.seed(), case.seed());
     let (size, time, spacing) = (case.number(1.0), case.number(1.0), case.number(0.1));
     let turn = case.number(1.0);
@@ -21,7 +22,8 @@ pub fn process(case: &mut Case) -> Result<Box<dyn Process>, Stop> {
         2 => Box::new(JitteredOrder::new(size, turn, time, spacing)?.seed(seed).member(member)),
         3 => {
             let sizes = rand_distr::Normal::new(0.0, case.quantity(1.0))?;
-            Box::new(ShotNoise::new(turn, time, sizes)?.moments(0.0, size)?.seed(seed).member(member))
+            let rate = if turn * time > pulses { pulses / time } else { turn };
+            Box::new(ShotNoise::new(rate, time, sizes)?.moments(0.0, size)?.seed(seed).member(member))
         }
         _ => {
             let harmonics = case.count(50);
@@ -34,7 +36,7 @@ pub fn process(case: &mut Case) -> Result<Box<dyn Process>, Stop> {
 
 /// Paths, series, edges and statistics.
 pub fn processes(case: &mut Case) -> Run {
-    let process = process(case)?;
+    let process = process(case, f64::INFINITY)?;
     let path = process.path(case.seed());
     for _ in 0..5 {
         let (t, lag) = (case.number(1.0) * case.signed(), case.number(1.0));

@@ -86,7 +86,7 @@ fn in_lanes<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>) -> Ru
     let start = models::state(case, State::at_rest(machine.dof()));
     case.note(|| format!("{steps} steps, {periods:e} periods, {members} members, {start:?}"));
     // What is accepted and would run for long.
-    let long = |periods: f64, members: usize| periods * steps as f64 * members as f64 > 1e5;
+    let long = |periods: f64, members: usize| (periods * steps as f64).max(1.0) * members as f64 > 1e5;
     match case.below(4) {
         0 if !long(periods, members) => {
             for end in solver.ends(machine, &start, periods, members)? {
@@ -127,7 +127,7 @@ fn in_lanes<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>) -> Ru
             if seen.reached() > 0 { finite("mean time", seen.times().mean()) } else { Ok(()) }
         }
         3 => {
-            let (particles, repeats) = (20 + case.count(10), 8 + case.count(2));
+            let (particles, repeats) = (case.count(10).saturating_add(19), case.count(2).saturating_add(7));
             let run = Splitting::new(periods)?.particles(particles).repeats(repeats).floor(-case.number(2.0));
             // Up to 255 stages, of which each may last until the end.
             if long(20.0 * periods, particles.saturating_mul(repeats)) {
@@ -198,7 +198,7 @@ pub fn noisy(case: &mut Case) -> Run {
     let (start, period) = (pair.on_drive_flank()?, pair.period());
     let mut noisy = Noisy::new(pair);
     for _ in 0..1 + case.below(2) {
-        let process = process(case)?;
+        let process = process(case, 10.0)?;
         let slots: Vec<(usize, f64)> =
             (0..1 + case.below(2)).map(|_| (case.count(3).wrapping_sub(1), case.number(0.1))).collect();
         case.note(|| format!("slots {slots:?}"));

@@ -36,8 +36,8 @@ pub enum NoiseError {
         /// Index of the contact.
         contact: usize,
     },
-    /// A coordinate or a velocity becomes infinite or NaN: the step is too long, or the motion has no
-    /// stationary state.
+    /// A coordinate or a velocity becomes infinite or NaN, or so large that its mean square has no finite
+    /// error: the step is too long, or the motion has no stationary state.
     #[error("the motion of member {member} becomes infinite or NaN before t = {t:?}")]
     Diverged {
         /// Number of the member.

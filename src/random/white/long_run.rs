@@ -177,6 +177,10 @@ impl<'w> LongRun<'w> {
                     }
                 });
             }
+            if let Some(lane) = figures.iter().position(|figures| !figures.has_squares()) {
+                let t = lanes.number[lane] as f64 * ready.h;
+                return Err(NoiseError::Diverged { member: group * W as u64 + lane as u64, t });
+            }
         }
         for (lane, figures) in figures.iter_mut().enumerate() {
             for (i, crossings) in gauge.crossings.iter_mut().enumerate() {

@@ -53,6 +53,10 @@ impl MemberFigures {
         self.rows.extend(meter.impacts.iter().chain(&seen.batch).map(|sum| sum / time));
         seen.batch = [0.0; 4];
     }
+    /// Whether squares of the figures are finite, as the errors of the estimates need.
+    pub(crate) fn has_squares(&self) -> bool {
+        self.rows.iter().all(|x| x.abs() < 1e140)
+    }
     /// Takes the distributions of contact `i`.
     pub(crate) fn finish(&mut self, i: usize, seen: &mut LaneCrossings) {
         self.events[i] = Events {

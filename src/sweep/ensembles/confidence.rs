@@ -23,11 +23,11 @@ impl Proportion {
     /// `hits` of `trials`.
     ///
     /// # Errors
-    /// No trials or more than 2⁵³; more hits than trials.
+    /// No trials or more than 2³²; more hits than trials.
     pub fn new(hits: u64, trials: u64) -> Result<Self, ParameterError> {
         let count = |x: u64| usize::try_from(x).unwrap_or(usize::MAX);
         check::at_least("trials", count(trials), 1)?;
-        check::count("trials", &[count(trials)], 1 << 53)?;
+        check::count("trials", &[count(trials)], TRIALS)?;
         check::count("hits", &[count(hits)], count(trials))?;
         Ok(Proportion { hits, trials })
     }
@@ -57,9 +57,13 @@ impl Proportion {
         let root = |above: &dyn Fn(f64) -> bool| Bracket { lo: 0.0, hi: 1.0 }.bisect(0.0, above).middle();
         let low = if k == 0.0 { 0.0 } else { root(&|p| at_least(k, n, p) < tail) };
         let high = if k == n { 1.0 } else { root(&|p| 1.0 - at_least(k + 1.0, n, p) > tail) };
-        Ok([low, high])
+        // Rounding aside, the share lies between them.
+        Ok([low.min(self.share()), high.max(self.share())])
     }
 }
+
+/// Maximum number of trials. Beyond it, rounding of ln Γ changes the incomplete beta function visibly.
+const TRIALS: usize = 1 << 32;
 
 /// The z with P(|normal deviate| < z) = level.
 pub(crate) fn deviations_of(level: f64) -> Result<f64, ParameterError> {
@@ -74,6 +78,7 @@ pub(crate) fn deviations_of(level: f64) -> Result<f64, ParameterError> {
 /// P(fewer than r values lie below) ≤ (1 - level)/2, P(at least s values do) the same.   Source: David and
 /// Nagaraja, Order Statistics, 3rd ed., Sect. 7.1.
 pub(crate) fn quantile_ranks(n: u64, p: f64, level: f64) -> Result<[u64; 2], ParameterError> {
+    check::count("values", &[usize::try_from(n).unwrap_or(usize::MAX)], TRIALS)?;
     let tail = 0.5 * (1.0 - check::share("confidence level", level)?);
     let least = |mut lo: u64, mut hi: u64, holds: &dyn Fn(u64) -> bool| {
         while lo < hi {

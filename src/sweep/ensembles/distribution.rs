@@ -336,7 +336,8 @@ impl Distribution {
     /// ```
     ///
     /// # Errors
-    /// As [`quantile`](Distribution::quantile); a level outside 0 .. 1, the ends excluded.
+    /// As [`quantile`](Distribution::quantile); a level outside 0 .. 1, the ends excluded; more than 2³²
+    /// values.
     pub fn quantile_confidence(&self, p: f64, level: f64) -> Result<[f64; 2], ParameterError> {
         self.quantile(p)?;
         let [low, high] = quantile_ranks(self.count, p, level)?;
