@@ -153,7 +153,8 @@ pub use num_complex;
 ///   [`RandomParameters`](sweep::RandomParameters).
 /// - **Random loads** ([white noise](guide::random_white)): [`LongRun`](random::LongRun) under
 ///   [`WhiteNoise`](random::WhiteNoise), [`FirstPassage`](random::FirstPassage),
-///   [`Splitting`](random::Splitting) for rare events.
+///   [`Splitting`](random::Splitting) for rare events, [`LinearMoments`](random::LinearMoments) without
+///   sampling.
 /// - **Limits on work**: [`Budget`], for steps, wall time and cancellation.
 /// - **Background**: [`guide`].
 pub mod guide {

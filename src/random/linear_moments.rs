@@ -24,8 +24,8 @@ use nalgebra::{DMatrix, DVector};
 /// ([`WhiteNoise::drives`]), A contains D B²/2 and b contains D B g/2.
 ///
 /// The moments exist if A is stable and the mean square does not grow: if and only if the last line with the
-/// identity in place of Σ D h hᵀ has a positive definite solution.   Source: Gardiner, Stochastic Methods,
-/// 4th ed., Sect. 4.5; Damm 2004.
+/// identity in place of Σ D h hᵀ has a positive definite solution.   Source: Gardiner 2009, chapter 4; Damm
+/// 2004.
 ///
 /// All contacts stay on the pieces on which the state stands, and all drives keep their values at the time
 /// of the state. The moments are those of the model if the motion rarely leaves these pieces: compare the
@@ -60,7 +60,7 @@ impl LinearMoments {
     pub fn about(model: &dyn Model, state: &State, noise: &[WhiteNoise]) -> Result<Self, LinearError> {
         let n = model.dof();
         check::at_least("degrees of freedom", n, 1)?;
-        let unknowns = n.saturating_mul(2 * n + 1);
+        let unknowns = n.saturating_mul(n.saturating_mul(2).saturating_add(1));
         check::count("second moments of the model, squared", &[unknowns, unknowns], check::NUMBERS)?;
         state.check(n)?;
         noise.iter().try_for_each(|noise| noise.check(model).map(drop))?;
@@ -72,7 +72,10 @@ impl LinearMoments {
         check::representable("covariance of the model", largest, noise.iter().map(|noise| &noise.intensity))?;
         let (q, v) = mean.as_slice().split_at(n);
         let plus = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x + y).collect();
-        Ok(LinearMoments { mean: State { t: state.t, q: plus(&state.q, q), v: plus(&state.v, v) }, covariance })
+        Ok(LinearMoments {
+            mean: State { t: state.t, q: plus(&state.q, q), v: plus(&state.v, v) },
+            covariance,
+        })
     }
 
     /// The mean of coordinates and velocities.

@@ -517,6 +517,29 @@ fn edges_at_start_and_end() {
     });
 }
 
+/// A mass starts on an edge that moves as 1 + A sin t, with its velocity. A small acceleration -ε pulls it
+/// away: the distance ε t²/2 - A (t - sin t) is positive at first and vanishes near 3ε/A.
+#[test]
+fn a_start_at_rest_on_an_edge_belongs_to_the_piece_into_which_it_moves() {
+    let shake = 0.1;
+    for pull in [1e-3, 3e-3, 1e-2] {
+        let stop = Stop { edge: 1.0, stiffness: 4.0, shake: [shake, 1.0, 0.0], ..Stop::default() };
+        let model = Stops { pull: -pull, all: vec![stop], jumps: None };
+        let (mut low, mut high) = (pull / shake, 6.0 * pull / shake);
+        for _ in 0..60 {
+            let t: f64 = 0.5 * (low + high);
+            let apart = 0.5 * pull * t * t - shake * (t - t.sin());
+            if apart > 0.0 { low = t } else { high = t }
+        }
+        // An edge counts as met within 1e-10.
+        let close_to = 1e-8 + 2e-10 / (shake * (1.0 - low.cos()) - pull * low);
+        each(1e-3, |name, run| {
+            let seen = run(&model, &State::new(0.0, &[1.0], &[shake]), &[0.5]);
+            close(&format!("{name}, {pull}"), &seen.times(), &[low], close_to);
+        });
+    }
+}
+
 /// An edge that jumps into a mass at rest and back again pushes it in between: parabolas and arcs in closed
 /// form.
 #[test]

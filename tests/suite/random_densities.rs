@@ -309,6 +309,9 @@ fn bad_input_gives_typed_errors() {
     assert_eq!(method.stationary(&two), Err(DensityError::Dof { dof: 2 }));
     let wrong = from_fn(1, |_, _, _, a| a[0] = f64::NAN).unwrap();
     assert!(method.stationary(&wrong).is_err());
+    // Damping so strong that its differences are rounding: the motions never end their step.
+    let stiff = method.stationary(&oscillator(&[("damping", 9e15), ("linear stiffness", 1.0)]));
+    assert!(matches!(stiff, Err(DensityError::Integrate(_) | DensityError::Parameter(_))), "{stiff:?}");
     // A range that the motion leaves: x'' = 1 - 0.1 v.
     let driven = from_fn(1, |_, _, v, a| a[0] = 1.0 - 0.1 * v[0]).unwrap();
     assert!(matches!(method.stationary(&driven), Err(DensityError::Leaves { .. })));

@@ -43,7 +43,8 @@ fn baths_of_one_temperature() {
     let found = LinearMoments::about(&chain.unwrap(), &State::at_rest(n), &noise).unwrap();
     assert_eq!(found.mean(), &State::at_rest(n));
     let compliance = stiffness.try_inverse().unwrap() * temperature;
-    let size = |i: usize| if i < n { compliance[(i, i)].sqrt() } else { (temperature / masses[i - n]).sqrt() };
+    let size =
+        |i: usize| if i < n { compliance[(i, i)].sqrt() } else { (temperature / masses[i - n]).sqrt() };
     for (i, j) in (0..2 * n).flat_map(|i| (0..2 * n).map(move |j| (i, j))) {
         let exact = match (i < n, j < n) {
             (true, true) => compliance[(i, j)],
@@ -73,11 +74,9 @@ fn noise_on_damping_and_stiffness() {
         let found = LinearMoments::about(&model, &State::at_rest(1), &noise).unwrap();
         assert!((found.mean().q[0] - mean).abs() < 1e-12 && found.mean().v[0].abs() < 1e-12);
         let covariance = found.covariance();
-        for (value, exact) in [
-            (covariance[(0, 0)], exact / square),
-            (covariance[(0, 1)], 0.0),
-            (covariance[(1, 1)], exact),
-        ] {
+        for (value, exact) in
+            [(covariance[(0, 0)], exact / square), (covariance[(0, 1)], 0.0), (covariance[(1, 1)], exact)]
+        {
             assert!((value - exact).abs() < 1e-12, "{constant}: {value} {exact}");
         }
     }
@@ -194,7 +193,8 @@ fn what_has_no_moments_is_refused() {
         LinearMoments::about(model, &State::at_rest(model.dof()), noise).unwrap_err()
     };
     let noise = [bath(0, 0.1, 0.1)];
-    // A body without a spring diffuses; one on a spring that pushes leaves; one without damping keeps its energy.
+    // A body without a spring diffuses, one on a spring that pushes leaves, one without damping keeps its
+    // energy.
     assert!(matches!(about(&oscillator(&[]), &noise), LinearError::Grows { rate } if rate.abs() < 1e-12));
     let away = about(&oscillator(&[("linear stiffness", -9.0)]), &noise);
     assert!(matches!(away, LinearError::Grows { rate } if (rate - 2.95).abs() < 0.01), "{away}"); // √9 - c/2

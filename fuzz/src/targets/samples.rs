@@ -113,5 +113,7 @@ pub fn proportions(case: &mut Case) -> Run {
     case.note(|| format!("{hits} of {trials} at {level:e}"));
     let seen = Proportion::new(hits, trials)?;
     let ([low, high], share) = (seen.confidence(level)?, seen.share());
-    holds(0.0 <= low && low <= share && share <= high && high <= 1.0, || format!("{low} .. {high} of {share}"))
+    holds(0.0 <= low && low <= share && share <= high && high <= 1.0, || {
+        format!("{low} .. {high} of {share}")
+    })
 }

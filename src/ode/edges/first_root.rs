@@ -51,14 +51,22 @@ pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
     };
     let (mut a, mut da) = (0.0, d0);
     // A contact that starts on its edge, or just past it, either has just entered or leaves at once. It
-    // leaves if it moves outwards and is past the edge at the end of the step or at the lowest point of the
-    // cubic.
+    // leaves if it moves outwards and is past the edge where it first is off it: at an extremum of the cubic
+    // or, without extrema, at the end of the step or in its middle. A contact at rest on its edge may enter
+    // and leave again in one step.
     let on_edge = d0.value <= slack;
-    if on_edge
-        && d0.rate <= 0.0
-        && (d1.value < -slack || look(hermite.lowest().unwrap_or(0.5)).value < -slack)
-    {
-        return Some(0.0);
+    if on_edge && d0.rate <= 0.0 {
+        let leaves = match hermite.extrema() {
+            [None, None] => d1.value < -slack || look(0.5).value < -slack,
+            extrema => {
+                let mut inside = extrema.into_iter().flatten().map(|theta| look(theta).value);
+                let off = inside.find(|value| value.abs() > slack).unwrap_or(d1.value);
+                off < -slack
+            }
+        };
+        if leaves {
+            return Some(0.0);
+        }
     }
     // If locating left the contact outside its edge by δ, δ is tolerated for this step.
     let slack = if on_edge { slack.max(-d0.value) } else { slack };

@@ -2,6 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
+use crate::model::equations::each_row;
 use crate::model::{Model, Offers};
 
 /// A model of one degree of freedom run backwards from the time `end`, without its mean damping κ:
@@ -45,6 +46,12 @@ impl Model for Reversed<'_> {
     }
     fn drive(&self, s: f64, side: Side, u: &mut [f64]) {
         self.base.drive(self.end - s, opposite(side), u);
+    }
+    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
+        // Row by row, since the sides of a jump change places.
+        each_row(self.drives(), times, last, u, |s, side, u| {
+            self.base.redrive(&[self.end - s], opposite(side), u);
+        });
     }
     fn contacts(&self) -> usize {
         self.base.contacts()
