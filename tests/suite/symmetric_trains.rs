@@ -225,7 +225,7 @@ fn equal_planets_have_tori_in_relative_coordinates() {
     let ripple = Wave::new(Fourier::new(0.0, &[[0.1 * u[slot], 0.0]]).unwrap());
     let frequency = std::f64::consts::SQRT_2 * 700.0;
     let model = WithShafts::new(train).add(slot, frequency, ripple).unwrap();
-    let vectors = WaveVectors::in_box(&[8, 2]).unwrap();
+    let vectors = WaveVectors::in_box(&[10, 3]).unwrap();
     let guess = Torus::constant(&vectors, &model.frequencies(), &rest).unwrap();
     let torus = TorusBalance::new(vectors).solve(&model, &guess).unwrap();
     let start = torus.at(0.0);
