@@ -120,6 +120,12 @@ fn quantile_intervals_of_many_values() {
 fn shares_and_levels_are_checked() {
     assert!(matches!(Proportion::new(0, 0), Err(ParameterError::TooFew { .. })));
     assert!(matches!(Proportion::new(3, 2), Err(ParameterError::TooMany { .. })));
+    assert!(matches!(Proportion::new(3, (1 << 32) + 1), Err(ParameterError::TooMany { .. })));
+    let many = Proportion::new(1 << 31, 1 << 32).unwrap().confidence(0.95).unwrap();
+    for end in many {
+        // Half of 2³² trials: ±1.96 standard deviations of 1/2¹⁷.
+        assert!(((end - 0.5).abs() * 131_072.0 - 1.96).abs() < 1e-3, "{many:?}");
+    }
     let none = Proportion::new(0, 59).unwrap().confidence(0.9).unwrap();
     assert_eq!(none[0], 0.0);
     assert!((none[1] - (1.0 - 0.05f64.powf(1.0 / 59.0))).abs() < 1e-12); // (1 - p)^59 = 0.05

@@ -364,4 +364,7 @@ fn bad_input_is_refused() {
     let away = Oscillator::new(&[("speed", 1.0), ("linear stiffness", -9.0)]).unwrap();
     let error = LongRun::new(0.0, 100.0).unwrap().start(&start).run(&solver, &away).unwrap_err();
     assert!(matches!(error, NoiseError::Diverged { member: 0, .. }), "{error}");
+    // After 15 turns q is e^(3 · 94) = 10^122: finite, but the error of its mean square is not.
+    let far = LongRun::new(0.0, 15.0).unwrap().start(&start).channels(&["q0"]).run(&solver, &away);
+    assert!(matches!(far, Err(NoiseError::Diverged { member: 0, .. })), "{far:?}");
 }
