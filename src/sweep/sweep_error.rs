@@ -3,7 +3,7 @@
 use crate::error::ParameterError;
 use crate::linear::LinearError;
 use crate::ode::IntegrateError;
-use crate::periodic::LyapunovError;
+use crate::periodic::{LyapunovError, ShootingError};
 use crate::sweep::lanes::drive_table::TableError;
 use std::error::Error as AnyError;
 use std::fmt::{self, Display, Formatter};
@@ -140,6 +140,10 @@ pub enum PointError {
     /// contains the other results.
     #[error("Lyapunov exponent: {0}")]
     Lyapunov(#[from] LyapunovError),
+    /// The multipliers failed: no orbit closes near the motion. It is stored in
+    /// [`Rows::exponent_errors`](crate::sweep::Rows::exponent_errors), too.
+    #[error("multipliers: {0}")]
+    Multipliers(#[from] ShootingError),
     /// A coordinate, a velocity or a sum of a measured channel becomes infinite or NaN.
     #[error("the motion becomes infinite or NaN in period {period}")]
     Diverged {

@@ -1,6 +1,7 @@
 //! A motion and its directions, part by part.
 
 use crate::model::State;
+use crate::periodic::flow::pursuit::Pursuit;
 use crate::periodic::lyapunov::directions::{Directions, Failure};
 use crate::periodic::lyapunov::exponents::Exponents;
 use crate::periodic::lyapunov::growth::Growth;
@@ -13,9 +14,7 @@ const SHORTEST_DIRECTION: f64 = 1e-3;
 /// Maximum number of halvings of a part of a period.
 const HALVINGS: u32 = 40;
 
-/// The exponents of one motion while they are computed. Whoever integrates the flow with its derivative asks
-/// for the next [`target`](Progress::target), integrates from [`state`](Progress::state) to it and reports
-/// the [`arrive`](Progress::arrive)d state.
+/// The exponents of one motion while they are computed.
 ///
 /// A part of a period is halved, and the directions are made orthonormal after each interval, until no
 /// direction shrinks below [`SHORTEST_DIRECTION`].
@@ -32,6 +31,8 @@ pub(crate) struct Progress<'s> {
     periods: [usize; 2],
     /// Completed parts.
     parts: usize,
+    /// Local error of the flow.
+    tolerance: f64,
     /// Share of the current part that is done, a multiple of 2^-halvings.
     done: f64,
     /// Current number of halvings of a part.
@@ -48,6 +49,7 @@ impl<'s> Progress<'s> {
         scale: &'s [f64],
         renormalisations: usize,
         periods: [usize; 2],
+        tolerance: f64,
     ) -> Self {
         let mut directions = Directions::new(exponents.grown.len(), scale);
         directions.draw(start, &mut state);
@@ -60,48 +62,10 @@ impl<'s> Progress<'s> {
             renormalisations,
             periods,
             parts: 0,
+            tolerance,
             done: 0.0,
             halvings: 0,
         }
-    }
-
-    /// Motion and directions at the start of the interval.
-    pub(crate) fn state(&self) -> &State {
-        &self.state
-    }
-
-    /// The end of the interval; `None` if all periods are over.
-    pub(crate) fn target(&self) -> Option<f64> {
-        let periods = self.periods[0].saturating_add(self.periods[1]);
-        if self.parts / self.renormalisations >= periods {
-            return None;
-        }
-        let next = self.done + self.share();
-        let end = self.end_of(self.parts + 1);
-        let begin = self.end_of(self.parts);
-        Some(if next < 1.0 { begin + (end - begin) * next } else { end })
-    }
-
-    /// Takes the state at the target. Returns whether it is accepted: if not, the interval is halved.
-    ///
-    /// # Errors
-    /// A direction that vanishes.
-    pub(crate) fn arrive(&mut self, ahead: &State) -> Result<bool, Failure> {
-        let (shortest, length) = self.directions.measure(ahead);
-        if length >= SHORTEST_DIRECTION || (length > 0.0 && self.halvings == HALVINGS) {
-            self.state.clone_from(ahead);
-            self.directions.accept(&mut self.state);
-            self.done += self.share();
-            if self.done >= 1.0 {
-                self.end_part();
-            }
-            return Ok(true);
-        }
-        if self.halvings == HALVINGS {
-            return Err(Failure::Vanished { direction: shortest, t: self.state.t });
-        }
-        self.halvings += 1;
-        Ok(false)
     }
 
     /// The share of the interval in its part.
@@ -137,5 +101,41 @@ impl<'s> Progress<'s> {
         }
         self.done = 0.0;
         self.halvings = self.halvings.saturating_sub(1);
+    }
+}
+
+impl Pursuit for Progress<'_> {
+    fn state(&self) -> &State {
+        &self.state
+    }
+    fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+    fn target(&self) -> Option<f64> {
+        let periods = self.periods[0].saturating_add(self.periods[1]);
+        if self.parts / self.renormalisations >= periods {
+            return None;
+        }
+        let next = self.done + self.share();
+        let end = self.end_of(self.parts + 1);
+        let begin = self.end_of(self.parts);
+        Some(if next < 1.0 { begin + (end - begin) * next } else { end })
+    }
+    fn arrive(&mut self, ahead: &State) -> Result<bool, Failure> {
+        let (shortest, length) = self.directions.measure(ahead);
+        if length >= SHORTEST_DIRECTION || (length > 0.0 && self.halvings == HALVINGS) {
+            self.state.clone_from(ahead);
+            self.directions.accept(&mut self.state);
+            self.done += self.share();
+            if self.done >= 1.0 {
+                self.end_part();
+            }
+            return Ok(true);
+        }
+        if self.halvings == HALVINGS {
+            return Err(Failure::Vanished { direction: shortest, t: self.state.t });
+        }
+        self.halvings += 1;
+        Ok(false)
     }
 }

@@ -8,6 +8,7 @@ use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
 use crate::ode::{Budget, Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::flow::pursuit::Pursuit;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::coarse_run;
 use crate::periodic::lyapunov::directions::Failure;
@@ -251,7 +252,7 @@ impl Lyapunov {
         let exponents = Exponents { method, ..settled.exponents.clone() };
         let state = tangent.start(&exponents.state);
         let periods = [self.align, self.periods];
-        Progress::new(exponents, state, start, &settled.scale, self.renormalisations, periods)
+        Progress::new(exponents, state, start, &settled.scale, self.renormalisations, periods, self.flow_tolerance)
     }
 
     /// Integrates the settling periods; `state` is always the last state reached. `motion` is measured over

@@ -1,5 +1,6 @@
 //! Multiple shooting.
 
+pub(crate) mod closing;
 pub(crate) mod cyclic;
 pub(crate) mod failure;
 pub(crate) mod guess;

@@ -63,7 +63,7 @@ const MIN_DAMPING: f64 = 1.0 / 1024.0;
 
 /// A correction below this that no longer decreases is noise of the flow: rounding and the error of located
 /// edges.
-const NOISE: f64 = 1e-9;
+pub(crate) const NOISE: f64 = 1e-9;
 
 /// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
 pub(crate) const LOOSER: f64 = 100.0;
@@ -183,15 +183,42 @@ impl Shooting {
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
         self.check(model.dof())?;
-        let plan = NodePlan {
+        self.newton(model, Guess::of(model, &self.plan(), guess, meter)?, meter)
+    }
+
+    /// The plan of an orbit in one segment from a nearly closed motion.
+    ///
+    /// # Errors
+    /// Those of the settings, and of the run that measures the ranges of motion.
+    pub(crate) fn one_segment<'m>(
+        &self,
+        model: &'m dyn Periodic,
+        start: &State,
+        meter: &Meter<'_>,
+    ) -> Result<Segments<'m, dyn Model + 'm>, ShootingError> {
+        self.check(model.dof())?;
+        let plan = NodePlan { segments: Some(1), ..self.plan() };
+        let guess = Guess::of(model, &plan, std::slice::from_ref(start), meter)?;
+        Ok(Segments::new(model, guess.scales, &guess.rigid, guess.end, Vec::new(), Expansion::none()))
+    }
+    fn plan(&self) -> NodePlan {
+        NodePlan {
             multiple: self.period_multiple,
             segments: self.segments,
             flow_tolerance: self.flow_tolerance,
             method: self.method,
-        };
-        self.newton(model, Guess::of(model, &plan, guess, meter)?, meter)
+        }
     }
-
+    /// The work of one call.
+    pub(crate) fn meter(&self) -> Meter<'_> {
+        self.budget.begin()
+    }
+    pub(crate) fn iterations(&self) -> usize {
+        self.max_iterations
+    }
+    pub(crate) fn tolerance_of_flow(&self) -> f64 {
+        self.flow_tolerance
+    }
     pub(crate) fn correction_tolerance(&self) -> f64 {
         self.tolerance
     }
@@ -236,10 +263,6 @@ impl Shooting {
         let fail = |states: &[State], corrections: &[f64]| Iterate {
             states: states.to_vec(),
             corrections: corrections.to_vec(),
-        };
-        let not_converged = |(component, share): (usize, f64), last: Iterate| {
-            let range = segments.range()[component];
-            ShootingError::NotConverged { component, range, correction: share * range, last }
         };
         let mut here = segments.round(&guess.states, None, self.flow_tolerance, meter).map_err(
             |SegmentError { segment, error }| {
@@ -291,10 +314,10 @@ impl Shooting {
                 None if size <= NOISE => {
                     return self.finish(model, &segments, here, first, corrections, meter);
                 }
-                None => return Err(not_converged(largest, last(&corrections))),
+                None => return Err(segments.not_converged(largest, last(&corrections))),
             };
         }
-        Err(not_converged(largest, fail(&here.states, &corrections)))
+        Err(segments.not_converged(largest, fail(&here.states, &corrections)))
     }
 
     /// The orbit of a converged round.

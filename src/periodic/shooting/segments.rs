@@ -8,6 +8,7 @@ use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::transition;
 use crate::periodic::flow::walk::{SegmentError, segments};
+use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
@@ -126,6 +127,28 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
             found.map(|(end, ..)| end).map_err(|error| SegmentError { segment, error })
         };
         segments(states, self.end).map(end).collect()
+    }
+
+    /// The round of one segment that was integrated from `start` to `end`.
+    pub(crate) fn closed(
+        &self,
+        start: State,
+        end: &State,
+        transition: DMatrix<f64>,
+        slack: Option<&DVector<f64>>,
+    ) -> Round {
+        let mut defect = self.difference(&start, end);
+        let slack = slack.cloned().unwrap_or_else(|| -self.rigid.tr_mul(&defect));
+        defect += &self.rigid * &slack;
+        let (transitions, defects) = (vec![transition], vec![defect]);
+        Round { states: vec![start], slack, transitions, defects, by_parameters: Vec::new(), crossings: 0 }
+    }
+
+    /// The error for corrections that do not become small; `largest`: that of
+    /// [`largest_change`](Segments::largest_change) for the last one.
+    pub(crate) fn not_converged(&self, largest: (usize, f64), last: Iterate) -> ShootingError {
+        let ((component, share), range) = (largest, self.range[largest.0]);
+        ShootingError::NotConverged { component, range, correction: share * range, last }
     }
 
     /// a - b in units of `scale`.

@@ -5,7 +5,7 @@ use crate::model::{Machine, Model, Periodic, Shape};
 use crate::ode::{IntegrateError, Taylor};
 use crate::periodic::Lyapunov;
 use crate::sweep::engines::batch::refuse;
-use crate::sweep::engines::sweep_engine::{Exponent, Job, Source, SweepEngine, kinds};
+use crate::sweep::engines::sweep_engine::{Exponent, Job, Orbit, OrbitJob, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::meter::Kind;
@@ -13,6 +13,7 @@ use crate::sweep::sweep_error::{PointError, SweepError};
 use crate::sweep::taylor::crew::Crew;
 use crate::sweep::taylor::exponents::exponents;
 use crate::sweep::taylor::lane::Motion;
+use crate::sweep::taylor::orbits::multipliers;
 use crate::sweep::taylor::program::Program;
 use crate::sweep::taylor::tasks::row_task::RowTask;
 use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
@@ -102,6 +103,9 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneTaylor<W> {
         go_on: &dyn Fn() -> bool,
     ) -> Vec<Exponent> {
         exponents::<G, W>(lyapunov, self.set, jobs, go_on)
+    }
+    fn multipliers(&self, jobs: &[OrbitJob<Machine<G>>], go_on: &dyn Fn() -> bool) -> Vec<Orbit> {
+        multipliers::<G, W>(self.set, jobs, go_on)
     }
     fn exponents_at_once(&self) -> usize {
         KEPT * W

@@ -4,6 +4,9 @@ use crate::model::{Model, Periodic, State};
 use crate::ode::probe::Probe;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::run::Lyapunov;
+use crate::periodic::multipliers::Multipliers;
+use crate::periodic::shooting::failure::ShootingError;
+use crate::periodic::shooting::multiple::Shooting;
 use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::meter::Kind;
 use crate::sweep::sweep_error::{PointError, SweepError};
@@ -65,7 +68,15 @@ pub trait SweepEngine<M: Model>: Sync {
     {
         jobs.iter().map(|job| one_by_one(lyapunov, job, go_on)).collect()
     }
-    /// Number of motions whose exponents are computed together. Default: 1.
+    /// The multipliers of the orbits near the starts of some jobs. Default: one by one.
+    #[doc(hidden)]
+    fn multipliers(&self, jobs: &[OrbitJob<M>], go_on: &dyn Fn() -> bool) -> Vec<Orbit>
+    where
+        M: Periodic,
+    {
+        jobs.iter().map(|job| close_one(job, go_on)).collect()
+    }
+    /// Number of motions whose exponents or multipliers are computed together. Default: 1.
     #[doc(hidden)]
     fn exponents_at_once(&self) -> usize {
         1
@@ -83,6 +94,23 @@ pub(crate) fn one_by_one<M: Periodic>(
 ) -> Exponent {
     let found = lyapunov.run_while(&job.model, &job.start, job.model.period(), go_on);
     (found.is_err() || go_on()).then_some(found)
+}
+
+/// The multipliers of an orbit; `None` if cancelled.
+pub type Orbit = Option<Result<Multipliers, ShootingError>>;
+
+/// A run, and the period multiple of the motion in which it ended.
+pub type OrbitJob<M> = (Job<M>, usize);
+
+/// The settings of the shooting of a motion.
+pub(crate) fn shooting(period_multiple: usize) -> Shooting {
+    Shooting::new().period_multiple(period_multiple)
+}
+
+/// The multipliers of one orbit.
+pub(crate) fn close_one<M: Periodic>((job, multiple): &OrbitJob<M>, go_on: &dyn Fn() -> bool) -> Orbit {
+    let found = go_on().then(|| shooting(*multiple).solve(&job.model, [&job.start]))?;
+    Some(found.map(|orbit| orbit.multipliers().clone()))
 }
 
 /// The source of jobs and the destination of their rows.

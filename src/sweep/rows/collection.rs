@@ -61,7 +61,7 @@ pub struct Rows {
     pub(crate) errors: BTreeMap<usize, PointError>,
     /// Results of the checks, for checked points that have a row.
     pub(crate) checks: BTreeMap<usize, Result<Vec<f64>, PointError>>,
-    /// Errors of the Lyapunov exponent, for points that have a row without it.
+    /// Errors of the Lyapunov exponent or the multipliers, for points that have a row without them.
     pub(crate) exponent_errors: BTreeMap<usize, PointError>,
     /// Number of points that ran alone, without other lanes.
     pub(crate) alone: usize,
@@ -198,8 +198,9 @@ impl Rows {
         self.alone
     }
 
-    /// Errors of the [Lyapunov exponent](crate::sweep::Row::lyapunov), by the index of the point. The rows
-    /// contain all other results of these points.
+    /// Errors of the [Lyapunov exponent](crate::sweep::Row::lyapunov) and of the
+    /// [multipliers](crate::sweep::Row::multipliers), by the index of the point; that of the exponent if both
+    /// failed. The rows contain all other results of these points.
     pub fn exponent_errors(&self) -> &BTreeMap<usize, PointError> {
         &self.exponent_errors
     }

@@ -4,7 +4,7 @@
 use crate::sweep::settings::sweep::Sweep;
 
 /// Layout of a row, a list of numbers. It begins with groups of five numbers: the head, one for each channel,
-/// one for each contact. Lyapunov exponent and strobed periods follow.
+/// one for each contact. Lyapunov exponent, multipliers and strobed periods follow.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Layout {
@@ -15,6 +15,9 @@ pub(crate) struct Layout {
     pub(crate) strobes: usize,
     /// Number of values of the Lyapunov exponent: 2 (exponent, standard error) or 0.
     pub(crate) exponents: usize,
+    /// Number of values of the multipliers: the parts of each, then their error, or 0.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) multipliers: usize,
 }
 
 impl Layout {
@@ -46,15 +49,19 @@ impl Layout {
     pub(crate) fn exponent(&self) -> usize {
         Layout::GROUP * self.contact(self.contacts)
     }
+    /// Position of the multipliers.
+    pub(crate) fn multiplier(&self) -> usize {
+        self.exponent() + self.exponents
+    }
     /// Position of strobed period `i`.
     pub(crate) fn strobe(&self, i: usize) -> usize {
-        self.exponent() + self.exponents + self.strobe_width() * i
+        self.multiplier() + self.multipliers + self.strobe_width() * i
     }
     /// The [`stride`](Layout::stride); `None` if it exceeds `usize::MAX`.
     pub(crate) fn stride_checked(&self) -> Option<usize> {
         let strobes = self.channels.checked_add(self.dof)?.checked_mul(2)?.checked_mul(self.strobes)?;
         let groups = self.channels.checked_add(self.contacts)?.checked_add(1)?;
-        strobes.checked_add(groups.checked_mul(Layout::GROUP)?)?.checked_add(self.exponents)
+        strobes.checked_add(groups.checked_mul(Layout::GROUP)?)?.checked_add(self.exponents)?.checked_add(self.multipliers)
     }
     /// Whether this is the layout of some model in the sweep.
     #[cfg(feature = "serde")]
@@ -63,6 +70,7 @@ impl Layout {
             && self.channels == sweep.names().len()
             && self.strobes == sweep.strobes.min(sweep.measure)
             && self.exponents == sweep.exponents()
+            && self.multipliers == sweep.multipliers_of(self.dof)
             && (sweep.rattle || self.contacts == 0)
     }
     /// Number of values of a row.

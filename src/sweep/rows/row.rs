@@ -2,10 +2,12 @@
 
 use crate::analysis::{ContactStatistics, Summary};
 use crate::error::{ParameterError, check};
+use crate::periodic::multipliers::Multipliers;
 use crate::sweep::rows::collection::Rows;
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::settings::points::Point;
 use crate::sweep::sweep_error::PointError;
+use num_complex::Complex64;
 
 /// The results of one point of a sweep.
 ///
@@ -89,6 +91,17 @@ impl Row<'_> {
     /// [`Exponents::standard_error`](crate::periodic::Exponents::standard_error).
     pub fn lyapunov_standard_error(&self) -> Option<f64> {
         self.exponents().get(1).copied().filter(|x| !x.is_nan())
+    }
+    /// The Floquet multipliers of the orbit near the last state of the run, with their error as in
+    /// [`ShootingOrbit::multipliers`](crate::periodic::ShootingOrbit::multipliers). `None` without
+    /// [`multipliers`](crate::Sweep::multipliers), for a motion that does not repeat, or if no orbit was
+    /// found; [`Rows::exponent_errors`] has the error.
+    pub fn multipliers(&self) -> Option<Multipliers> {
+        let layout = &self.rows.layout;
+        let (error, parts) = self.data[layout.multiplier()..][..layout.multipliers].split_last()?;
+        let parts = parts.as_chunks().0.iter().filter(|[re, _]| !re.is_nan());
+        let values = parts.map(|&[re, im]| Complex64::new(re, im)).collect();
+        (!error.is_nan()).then(|| Multipliers::new(values, *error))
     }
     /// The exponent and its standard error; empty if not requested.
     fn exponents(&self) -> &[f64] {

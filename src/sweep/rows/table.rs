@@ -16,7 +16,8 @@ impl Rows {
     /// - with [`rattle`](crate::Sweep::rattle) for each contact: `lower 0`, `gap 0`, `upper 0`
     ///   (shares of the time), `impacts lower 0`, `impacts upper 0`, `rattle state 0`
     ///   ([`rsv`](crate::RattleState::rsv));
-    /// - with [`lyapunov`](crate::Sweep::lyapunov): `lyapunov`, `lyapunov error`.
+    /// - with [`lyapunov`](crate::Sweep::lyapunov): `lyapunov`, `lyapunov error`;
+    /// - with [`multipliers`](crate::Sweep::multipliers): `largest multiplier`, `multiplier error`.
     ///
     /// Strobed states, checks and the texts of errors are not in the table.
     ///
@@ -54,6 +55,9 @@ impl Rows {
         if self.layout.exponents > 0 {
             columns.extend(["lyapunov", "lyapunov error"].map(ratio));
         }
+        if self.layout.multipliers > 0 {
+            columns.extend(["largest multiplier", "multiplier error"].map(ratio));
+        }
         let width = columns.len();
         let mut table = ResultTable::new(columns)?;
         let mut line = Vec::with_capacity(width);
@@ -90,6 +94,10 @@ impl Rows {
         }
         if self.layout.exponents > 0 {
             line.extend([row.lyapunov(), row.lyapunov_standard_error()].map(|x| x.unwrap_or(f64::NAN)));
+        }
+        if self.layout.multipliers > 0 {
+            let found = row.multipliers();
+            line.extend(found.map_or([f64::NAN; 2], |found| [found.largest(), found.value_error()]));
         }
         Ok(())
     }

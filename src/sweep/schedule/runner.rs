@@ -208,6 +208,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
             contacts: if sweep.rattle { model.offers().touching(model.contacts()) } else { 0 },
             strobes: sweep.strobes.min(sweep.measure),
             exponents: sweep.exponents(),
+            multipliers: sweep.multipliers_of(model.dof()),
         };
         let plan = Plan {
             settle: sweep.settle,

@@ -1,10 +1,11 @@
 //! The workers of a sweep: order of the runs and storage of their rows.
 
 use crate::model::{Periodic, State};
-use crate::periodic::lyapunov::exponents::Exponents;
+use crate::periodic::multipliers::Multipliers;
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::rows::collection::Rows;
+use crate::sweep::rows::layout::Layout;
 use crate::sweep::rows::row::Row;
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::{Sweep, WarmStart};
@@ -68,12 +69,33 @@ struct Worker<'b, 's, M, E> {
     ended: Vec<Ended>,
 }
 
-/// A run without its exponent.
+/// Whether the exponent and the multipliers of a row were found; `None` if cancelled.
+type Outcome = Option<Result<(), PointError>>;
+
+/// Writes multipliers and their error into their place in a row.
+fn write(found: &Multipliers, place: &mut [f64]) {
+    if let Some((error, parts)) = place.split_last_mut() {
+        *error = found.value_error();
+        for (part, value) in parts.as_chunks_mut().0.iter_mut().zip(found.values()) {
+            *part = [value.re, value.im];
+        }
+    }
+}
+
+/// A run without its exponent and multipliers.
 struct Ended {
     index: usize,
     row: Vec<f64>,
     /// Its last state: coordinates, then velocities.
     state: Vec<f64>,
+}
+
+impl Ended {
+    /// Period multiple of the motion; 0 if it does not repeat.
+    fn multiple(&self) -> usize {
+        let [multiple, ..] = Layout::group(&self.row, Layout::HEAD);
+        *multiple as usize
+    }
 }
 
 impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
@@ -97,39 +119,52 @@ impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
         Ok(Job { index, model, start })
     }
 
-    /// Computes the exponents of the rows that wait for them, and stores the rows. Rows whose exponent is
-    /// cancelled are dropped.
+    /// Computes the exponents and the multipliers of the rows that wait for them, and stores the rows. Rows
+    /// for which they are cancelled are dropped.
     fn add_exponents(&mut self) {
         let work = self.work;
-        let Some(lyapunov) = &work.sweep.lyapunov else { return };
+        let (sweep, layout) = (work.sweep, &work.plan.layout);
+        let go_on = || !work.watch.is_cancelled();
         let (mut jobs, mut waiting) = (Vec::new(), Vec::new());
-        for ended in std::mem::take(&mut self.ended) {
-            match (work.family)(&work.sweep.points.point(ended.index)) {
+        for mut ended in std::mem::take(&mut self.ended) {
+            ended.row[layout.exponent()..layout.strobe(0)].fill(f64::NAN);
+            match (work.family)(&sweep.points.point(ended.index)) {
                 Ok(model) => {
-                    let (q, v) = ended.state.split_at(work.plan.layout.dof);
+                    let (q, v) = ended.state.split_at(layout.dof);
                     jobs.push(Job { index: ended.index, model, start: State::new(0.0, q, v) });
                     waiting.push(ended);
                 }
-                Err(error) => self.add_exponent(ended, Err(error)),
+                Err(error) => self.store(ended.index, Ok(ended.row), Some(error)),
             }
         }
-        let found = self.engine.exponents(lyapunov, &jobs, &|| !work.watch.is_cancelled());
-        for (ended, found) in waiting.into_iter().zip(found) {
-            if let Some(found) = found {
-                self.add_exponent(ended, found.map_err(PointError::from));
+        let mut outcomes: Vec<Outcome> = waiting.iter().map(|_| Some(Ok(()))).collect();
+        if let Some(lyapunov) = &sweep.lyapunov {
+            let found = self.engine.exponents(lyapunov, &jobs, &go_on);
+            for ((ended, found), outcome) in waiting.iter_mut().zip(found).zip(&mut outcomes) {
+                *outcome = found.map(|found| {
+                    let found = found?;
+                    let figures = [found.per_period()[0], found.standard_error()[0]];
+                    ended.row[layout.exponent()..][..figures.len()].copy_from_slice(&figures);
+                    Ok(())
+                });
             }
         }
-    }
-
-    /// Stores a row with its exponent. Without one its other results remain valid.
-    fn add_exponent(&self, Ended { index, mut row, .. }: Ended, found: Result<Exponents, PointError>) {
-        let layout = &self.work.plan.layout;
-        let (figures, error) = match found {
-            Ok(found) => (vec![found.per_period()[0], found.standard_error()[0]], None),
-            Err(error) => (vec![f64::NAN; layout.exponents], Some(error)),
-        };
-        row[layout.exponent()..][..layout.exponents].copy_from_slice(&figures);
-        self.store(index, Ok(row), error);
+        if sweep.multipliers {
+            let multiples: Vec<usize> = waiting.iter().map(|ended| ended.multiple()).collect();
+            let jobs = jobs.into_iter().zip(&multiples).filter(|(_, multiple)| **multiple > 0);
+            let jobs: Vec<_> = jobs.map(|(job, multiple)| (job, *multiple)).collect();
+            let repeating = waiting.iter_mut().zip(&mut outcomes).filter(|(ended, _)| ended.multiple() > 0);
+            for ((ended, outcome), found) in repeating.zip(self.engine.multipliers(&jobs, &go_on)) {
+                let place = &mut ended.row[layout.multiplier()..][..layout.multipliers];
+                let found = found.map(|found| Ok(write(&found?, place)));
+                *outcome = outcome.take().zip(found).map(|(before, found)| before.and(found));
+            }
+        }
+        for (ended, outcome) in waiting.into_iter().zip(outcomes) {
+            if let Some(outcome) = outcome {
+                self.store(ended.index, Ok(ended.row), outcome.err());
+            }
+        }
     }
 
     /// Stores a row, and the error of its exponent, and reports them.
@@ -198,7 +233,7 @@ impl<M: Periodic, E: SweepEngine<M>> Source<M> for Worker<'_, '_, M, E> {
     fn put(&mut self, index: usize, run: Result<(Vec<f64>, &[f64]), PointError>) {
         match run {
             Err(error) => self.store(index, Err(error), None),
-            Ok((row, state)) if self.work.sweep.lyapunov.is_some() => {
+            Ok((row, state)) if self.work.plan.layout.strobe(0) > self.work.plan.layout.exponent() => {
                 self.ended.push(Ended { index, row, state: state.to_vec() });
                 if self.ended.len() >= self.engine.exponents_at_once() {
                     self.add_exponents();

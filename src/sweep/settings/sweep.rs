@@ -43,8 +43,8 @@ impl Sweep {
     /// A sweep over these points: an [`Axis`](crate::sweep::Axis) or [`Points`].
     ///
     /// Defaults: 60 settling periods, 40 measured periods, tolerance 1e-6 of a periodic motion, no early end
-    /// of settling, no channels, no rattle, no strobed states, no Lyapunov exponent, no warm start, no
-    /// checks.
+    /// of settling, no channels, no rattle, no strobed states, no Lyapunov exponent, no multipliers, no
+    /// warm start, no checks.
     pub fn new(points: impl Into<Points>) -> Self {
         Sweep {
             points: points.into(),
@@ -56,6 +56,7 @@ impl Sweep {
             rattle: false,
             strobes: 0,
             lyapunov: None,
+            multipliers: false,
             warm_start: WarmStart::No,
             check_every: 0,
         }
@@ -118,6 +119,16 @@ impl Sweep {
         Sweep { lyapunov: Some(lyapunov.of_sweep()), ..self }
     }
 
+    /// Requests the Floquet multipliers of every motion that repeats after p periods. Default: not computed.
+    ///
+    /// The last state of the run is the guess of [`Shooting`](crate::Shooting) with its default settings and
+    /// the period multiple p; the multipliers are those of the orbit that it finds.
+    /// [`LaneTaylor`](crate::sweep::LaneTaylor) closes the orbits side by side, the other engines one by one.
+    /// The runs of [checks](Sweep::check_every) have multipliers, too.
+    pub fn multipliers(self) -> Self {
+        Sweep { multipliers: true, ..self }
+    }
+
     /// The start of the runs. Default: [`WarmStart::No`].
     pub fn warm_start(self, warm_start: WarmStart) -> Self {
         Sweep { warm_start, ..self }
@@ -144,6 +155,11 @@ impl Sweep {
     /// Number of values of the Lyapunov exponent in a row.
     pub(crate) fn exponents(&self) -> usize {
         if self.lyapunov.is_some() { 2 } else { 0 }
+    }
+
+    /// Number of values of the multipliers in a row: real and imaginary part of each, and their error.
+    pub(crate) fn multipliers_of(&self, dof: usize) -> usize {
+        if self.multipliers { dof.saturating_mul(4).saturating_add(1) } else { 0 }
     }
 
     /// The points.
@@ -205,6 +221,8 @@ pub struct Sweep {
     pub(crate) rattle: bool,
     pub(crate) strobes: usize,
     pub(crate) lyapunov: Option<Lyapunov>,
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) multipliers: bool,
     pub(crate) warm_start: WarmStart,
     pub(crate) check_every: usize,
 }

@@ -4,17 +4,19 @@ use crate::model::{Machine, Model, Periodic, Shape};
 use crate::ode::Taylor;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::periodic::flow::pursuit::Pursuit;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::tangent_tape::tangent;
 use crate::periodic::flow::walk::NONE;
 use crate::periodic::lyapunov::directions::Failure;
+use crate::periodic::lyapunov::progress::Progress;
 use crate::periodic::lyapunov::run::{Lyapunov, Settled};
 use crate::sweep::engines::sweep_engine::{Exponent, Job, one_by_one};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::taylor::crew::Crew;
 use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
-use crate::sweep::taylor::tasks::exponent_task::ExponentTask;
+use crate::sweep::taylor::tasks::tangent_task::TangentTask;
 use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 use std::iter::Zip;
 use std::slice::Iter;
@@ -82,6 +84,9 @@ fn side_by_side<G: Shape, const W: usize>(
 /// A motion after settling: its job and its work so far.
 type Settling<'b> = (usize, &'b Meter<'b>, Settled);
 
+/// The task of a motion.
+type ExponentTask<'m, 't> = TangentTask<'m, 't, Progress<'m>>;
+
 /// The motions that wait for a lane, and the exponents found.
 struct Waiting<'m, 't, 'w, G> {
     lyapunov: &'m Lyapunov,
@@ -97,7 +102,7 @@ impl<'m, 't: 'm, G: Shape> Queue<'m, ExponentTask<'m, 't>> for Waiting<'m, 't, '
         let Job { model, start, .. } = &self.jobs[*index];
         let progress = self.lyapunov.progress(settled, start, flow, FlowMethod::Taylor);
         let until = progress.target()?;
-        let task = ExponentTask::new(flow, progress, meter, self.lyapunov.tolerance(), until);
+        let task = TangentTask::new(flow, progress, meter, until);
         let (start, speed) = (task.state().clone(), model.speed());
         let motion = Motion { model: flow, expanded: model, speed, start, until };
         Some(LaneJob { index: *index, motion, task })
@@ -108,7 +113,7 @@ impl<'m, 't: 'm, G: Shape> Queue<'m, ExponentTask<'m, 't>> for Waiting<'m, 't, '
         task: ExponentTask<'m, 't>,
         outcome: Result<(), Failure>,
     ) -> Option<LaneJob<'m, ExponentTask<'m, 't>>> {
-        let exponents = task.progress.exponents.in_order();
+        let exponents = task.pursuit.exponents.in_order();
         self.found[index] = Some(match outcome {
             Ok(()) => Ok(exponents),
             Err(failure) => Err(failure.with(exponents)),

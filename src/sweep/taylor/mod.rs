@@ -5,6 +5,7 @@ pub(crate) mod crew;
 pub(crate) mod exponents;
 pub(crate) mod lane;
 pub(crate) mod meters;
+pub(crate) mod orbits;
 pub(crate) mod pace;
 pub(crate) mod program;
 pub(crate) mod still;

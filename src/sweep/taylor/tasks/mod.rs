@@ -1,5 +1,5 @@
 //! What the motion of a lane is for.
 
-pub(crate) mod exponent_task;
 pub(crate) mod row_task;
+pub(crate) mod tangent_task;
 pub(crate) mod task;

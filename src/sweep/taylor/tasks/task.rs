@@ -6,7 +6,7 @@ use crate::sweep::taylor::meters::Meters;
 use crate::sweep::taylor::pace::Pace;
 use crate::sweep::taylor::view::LaneView;
 
-/// What the motion of a lane is for: a row of a sweep, or exponents.
+/// What the motion of a lane is for: a row of a sweep, exponents or an orbit.
 pub(crate) trait Task<'m> {
     /// Why a run ends without a result.
     type Error: From<IntegrateError>;

@@ -1,24 +1,23 @@
-//! A motion whose directions of growth are followed.
+//! A motion whose small differences are followed.
 
 use crate::model::{Model, State};
 use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::continued::Continued;
+use crate::periodic::flow::pursuit::Pursuit;
 use crate::periodic::flow::saltation::Saltation;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::lyapunov::directions::Failure;
-use crate::periodic::lyapunov::progress::Progress;
 use crate::sweep::taylor::lane::Lane;
 use crate::sweep::taylor::tasks::task::{Ended, Task};
 
-/// The exponents of a motion. Coordinates and velocities are those of a [`Tangent`]: the motion, then its
+/// The exponents of a motion, or its orbit. Coordinates and velocities are those of a [`Tangent`]: the motion, then its
 /// differences, which jump at edges.
-pub(crate) struct ExponentTask<'m, 't> {
+pub(crate) struct TangentTask<'m, 't, P> {
     tangent: &'m Tangent<'t, dyn Model + 't>,
-    pub(crate) progress: Progress<'m>,
+    pub(crate) pursuit: P,
     saltation: Saltation<'m, Continued<'t, dyn Model + 't>>,
     meter: &'m Meter<'m>,
-    tolerance: f64,
     atol: Vec<f64>,
     /// The time to which the flow runs.
     target: f64,
@@ -26,19 +25,18 @@ pub(crate) struct ExponentTask<'m, 't> {
     state: State,
 }
 
-impl<'m, 't> ExponentTask<'m, 't> {
-    /// `tolerance`: local error of the flow; `target`: the first target of `progress`.
+impl<'m, 't, P: Pursuit> TangentTask<'m, 't, P> {
+    /// `target`: the first target of `pursuit`.
     pub(crate) fn new(
         tangent: &'m Tangent<'t, dyn Model + 't>,
-        progress: Progress<'m>,
+        pursuit: P,
         meter: &'m Meter<'m>,
-        tolerance: f64,
         target: f64,
     ) -> Self {
-        let (mut saltation, mut state) = (Saltation::new(tangent), progress.state().clone());
+        let (mut saltation, mut state) = (Saltation::new(tangent), pursuit.state().clone());
         saltation.begin(&mut state);
-        let atol = tangent.fixed_tolerances(tolerance, &state);
-        ExponentTask { tangent, progress, saltation, meter, tolerance, atol, target, state }
+        let atol = tangent.fixed_tolerances(pursuit.tolerance(), &state);
+        TangentTask { tangent, pursuit, saltation, meter, atol, target, state }
     }
 
     /// Motion and differences at the start of the first step.
@@ -64,9 +62,9 @@ impl<'m, 't> ExponentTask<'m, 't> {
         self.state.t = e.t;
         self.state.q.copy_from_slice(&e.y.slice()[..n]);
         self.state.v.copy_from_slice(&e.y.slice()[n..]);
-        let accepted = self.progress.arrive(&self.state)?;
-        let Some(target) = self.progress.target() else { return Ok(true) };
-        let state = self.progress.state();
+        let accepted = self.pursuit.arrive(&self.state)?;
+        let Some(target) = self.pursuit.target() else { return Ok(true) };
+        let state = self.pursuit.state();
         self.target = target;
         if accepted {
             e.y.slice_mut()[..n].copy_from_slice(&state.q);
@@ -75,14 +73,14 @@ impl<'m, 't> ExponentTask<'m, 't> {
         } else {
             lane.go_back(state, target)?;
         }
-        self.atol = self.tangent.fixed_tolerances(self.tolerance, state);
+        self.atol = self.tangent.fixed_tolerances(self.pursuit.tolerance(), state);
         ended.pace.set_lane(ended.view.lane, &self.atol);
         lane.attempts = 0;
         Ok(false)
     }
 }
 
-impl<'m> Task<'m> for ExponentTask<'m, '_> {
+impl<'m, P: Pursuit> Task<'m> for TangentTask<'m, '_, P> {
     type Error = Failure;
 
     fn tolerances(&self) -> &[f64] {

@@ -1,0 +1,127 @@
+//! Multipliers of many orbits, side by side.
+
+use crate::model::{Machine, Model, Shape};
+use crate::ode::Taylor;
+use crate::ode::budget::Meter;
+use crate::periodic::flow::flow_method::Expansion;
+use crate::periodic::flow::tangent::Tangent;
+use crate::periodic::flow::tangent_tape::tangent;
+use crate::periodic::flow::walk::NONE;
+use crate::periodic::lyapunov::directions::Failure;
+use crate::periodic::shooting::closing::Closing;
+use crate::periodic::shooting::multiple::Shooting;
+use crate::periodic::shooting::segments::Segments;
+use crate::sweep::engines::sweep_engine::{Orbit, OrbitJob, close_one, shooting};
+use crate::sweep::lanes::instructions::InstructionSet;
+use crate::sweep::taylor::crew::Crew;
+use crate::sweep::taylor::lane::Motion;
+use crate::sweep::taylor::program::Program;
+use crate::sweep::taylor::tasks::tangent_task::TangentTask;
+use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
+use std::slice::Iter;
+
+/// The multipliers of the orbits near motions of machines: shooting with the flow and its derivative in W
+/// lanes, each orbit in one segment. Machines of equal shapes share lanes. Orbits that lanes do not run are
+/// found one by one.
+pub(crate) fn multipliers<G: Shape, const W: usize>(
+    set: InstructionSet,
+    jobs: &[OrbitJob<Machine<G>>],
+    go_on: &dyn Fn() -> bool,
+) -> Vec<Orbit> {
+    let mut found: Vec<Orbit> = jobs.iter().map(|_| None).collect();
+    let mut open: Vec<usize> = (0..jobs.len()).collect();
+    while let Some(&first) = open.first() {
+        let leader = &jobs[first].0.model;
+        let (equal, others): (Vec<usize>, _) =
+            open.iter().partition(|i| leader.shares_lanes_with(&jobs[**i].0.model));
+        open = others;
+        let tape = tangent(&leader.record_shape().0, 2 * leader.dof(), &[]);
+        match Program::new(&tape, leader.size().waves, &[]) {
+            Ok(program) => side_by_side::<G, W>(set, &program, jobs, &equal, go_on, &mut found),
+            Err(_) => equal.into_iter().for_each(|i| found[i] = close_one(&jobs[i], go_on)),
+        }
+    }
+    found
+}
+
+/// An orbit that waits for a lane.
+struct Prepared<'j> {
+    index: usize,
+    shooting: Shooting,
+    segments: Segments<'j, dyn Model + 'j>,
+}
+
+/// The multipliers of machines of one shape; `chosen`: their jobs.
+fn side_by_side<G: Shape, const W: usize>(
+    set: InstructionSet,
+    program: &Program,
+    jobs: &[OrbitJob<Machine<G>>],
+    chosen: &[usize],
+    go_on: &dyn Fn() -> bool,
+    found: &mut [Orbit],
+) {
+    let settings = shooting(1);
+    let meters: Vec<Meter<'_>> = chosen.iter().map(|_| settings.meter()).collect();
+    let mut prepared = Vec::new();
+    for (&index, meter) in chosen.iter().zip(&meters) {
+        let (job, multiple) = &jobs[index];
+        if !go_on() {
+            return;
+        }
+        let shooting = shooting(*multiple);
+        match shooting.one_segment(&job.model, &job.start, meter) {
+            Ok(segments) => prepared.push((Prepared { index, shooting, segments }, meter)),
+            Err(error) => found[index] = Some(Err(error)),
+        }
+    }
+    let none = Expansion::none();
+    let tolerance = settings.tolerance_of_flow();
+    let mut flows: Vec<Tangent<'_, dyn Model + '_>> = Vec::new();
+    for (orbit, _) in &prepared {
+        let model: &dyn Model = &jobs[orbit.index].0.model;
+        flows.push(Tangent::new(model, 2 * model.dof(), &[], orbit.segments.scale(), tolerance, &none));
+    }
+    let mut waiting = Waiting { jobs, waiting: prepared.iter(), flows: flows.iter(), found, go_on };
+    let Some(first) = waiting.next() else { return };
+    let order = Taylor::order_for(tolerance);
+    let waves = jobs[first.index].0.model.wave_series();
+    let taylor = Taylor::new().rtol(NONE).order(order);
+    Crew::<_, W>::new(&taylor, set, program, waves, order).run(first, &mut waiting);
+}
+
+/// The orbits that wait for a lane, and the multipliers found.
+struct Waiting<'m, 't, 'w, G> {
+    jobs: &'m [OrbitJob<Machine<G>>],
+    waiting: Iter<'m, (Prepared<'m>, &'m Meter<'m>)>,
+    flows: Iter<'m, Tangent<'t, dyn Model + 't>>,
+    found: &'w mut [Orbit],
+    go_on: &'w dyn Fn() -> bool,
+}
+
+/// The task of an orbit.
+type OrbitTask<'m, 't> = TangentTask<'m, 't, Closing<'m, 't>>;
+
+impl<'m, 't: 'm, G: Shape> Queue<'m, OrbitTask<'m, 't>> for Waiting<'m, 't, '_, G> {
+    fn next(&mut self) -> Option<LaneJob<'m, OrbitTask<'m, 't>>> {
+        let ((orbit, meter), flow) = (self.waiting.next()?, self.flows.next()?);
+        let (job, _) = &self.jobs[orbit.index];
+        let closing = Closing::new(&orbit.shooting, &orbit.segments, flow, &job.start);
+        let until = orbit.segments.end();
+        let task = TangentTask::new(flow, closing, meter, until);
+        let (start, speed) = (task.state().clone(), job.model.speed());
+        let motion = Motion { model: flow, expanded: &job.model, speed, start, until };
+        Some(LaneJob { index: orbit.index, motion, task })
+    }
+    fn over(
+        &mut self,
+        index: usize,
+        task: OrbitTask<'m, 't>,
+        outcome: Result<(), Failure>,
+    ) -> Option<LaneJob<'m, OrbitTask<'m, 't>>> {
+        self.found[index] = Some(task.pursuit.finish(outcome.err()));
+        self.next()
+    }
+    fn is_cancelled(&self) -> bool {
+        !(self.go_on)()
+    }
+}
