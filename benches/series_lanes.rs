@@ -184,6 +184,30 @@ fn exponents<G: Shape + Send + Sync>(name: &str, points: Points, machine: &Machi
     println!("ratio lanes-taylor one-by-one exponents of {name} {:.2}", one / wide);
 }
 
+/// Prints the time of multipliers in lanes and one by one, without that of the runs before.
+fn multipliers<G: Shape + Send + Sync>(name: &str, points: Points, machine: &Machine<G>, settle: usize) {
+    let plain = Sweep::new(points).settle(settle).measure(2).periodic_tolerance(1e-3);
+    let sweep = plain.clone().multipliers();
+    let taylor = Taylor::new().rtol(1e-10).atol(1e-15);
+    let (lanes, single) = (LaneTaylor::new(taylor.clone()), Located(taylor));
+    let in_lanes = |sweep: &Sweep| sweep.over(&lanes, machine).expect("constants").run().expect("it runs");
+    let one_by_one = |sweep: &Sweep| sweep.over(&single, machine).expect("constants").run().expect("it runs");
+    let count = in_lanes(&sweep).iter().filter(|row| row.multipliers().is_some()).count();
+    let times = least(
+        2,
+        [
+            &mut || drop(in_lanes(&sweep)),
+            &mut || drop(in_lanes(&plain)),
+            &mut || drop(one_by_one(&sweep)),
+            &mut || drop(one_by_one(&plain)),
+        ],
+    );
+    let [wide, one] = [times[0] - times[1], times[2] - times[3]];
+    let each = |time: f64| 1e3 * time / count as f64;
+    println!("multipliers of {name}: {count} orbits, {:.2} ms each, {:.2} one by one", each(wide), each(one));
+    println!("ratio lanes-shooting scalar {name} {:.2}", one / wide);
+}
+
 /// Points of a map of the face gear pair.
 fn map_of_the_face_gear_pair(side: usize) -> Points {
     let axis = |name: &str, from, to| Axis::linear(name, from, to, side).expect("the range is in order");
@@ -231,7 +255,7 @@ fn main() {
     let quick = asked("quick");
     let rounds = if quick { 1 } else { 5 };
     // Without a name all parts are measured.
-    let parts = ["A", "exponents", "map"];
+    let parts = ["A", "exponents", "multipliers", "map"];
     let part = |what: &str| asked(what) || !parts.iter().any(|part| asked(part));
     if asked("memory") {
         return memory();
@@ -252,6 +276,17 @@ fn main() {
             exponents("planetary", axis("speed", 200.0, 600.0, if quick { 16 } else { 64 }), &set, 1);
             let face = NfgPair::new(&NfgParams::table1()).expect("the pair of the table");
             exponents("the face gear pair", map_of_the_face_gear_pair(if quick { 4 } else { 8 }), &face, 1);
+        }
+        if part("multipliers") {
+            let wc = axis("wc", 0.15 / 63.0, 0.36 / 63.0, if quick { 16 } else { 64 });
+            multipliers("A", wc, &pair_of_64.machine, 30);
+            let face = NfgPair::new(&NfgParams::table1()).expect("the pair of the table");
+            multipliers(
+                "the face gear pair",
+                map_of_the_face_gear_pair(if quick { 4 } else { 8 }),
+                &face,
+                12,
+            );
         }
     });
     if part("") && !quick {

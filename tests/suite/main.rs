@@ -38,6 +38,7 @@ mod inner_kinks;
 mod input_ranges;
 mod invariant_circles;
 mod lane_exponents;
+mod lane_orbits;
 mod lane_sharing;
 mod lane_taylor;
 mod laws;

@@ -252,7 +252,15 @@ impl Lyapunov {
         let exponents = Exponents { method, ..settled.exponents.clone() };
         let state = tangent.start(&exponents.state);
         let periods = [self.align, self.periods];
-        Progress::new(exponents, state, start, &settled.scale, self.renormalisations, periods, self.flow_tolerance)
+        Progress::new(
+            exponents,
+            state,
+            start,
+            &settled.scale,
+            self.renormalisations,
+            periods,
+            self.flow_tolerance,
+        )
     }
 
     /// Integrates the settling periods; `state` is always the last state reached. `motion` is measured over

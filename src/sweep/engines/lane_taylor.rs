@@ -32,8 +32,8 @@ use std::collections::VecDeque;
 /// A row depends on its point only, with a warm start on its line: its bits are the same for any W,
 /// instruction set, number of threads, order and neighbouring lanes.
 ///
-/// [Lyapunov exponents](crate::Sweep::lyapunov) are computed in lanes, too: the flow with its derivative is
-/// the same engine on a larger tape.
+/// [Lyapunov exponents](crate::Sweep::lyapunov) and [multipliers](crate::Sweep::multipliers) are computed in
+/// lanes, too: the flow with its derivative is the same engine on a larger tape.
 ///
 /// A shape without series, or with a root or a power of something that varies (a contact of Hertz), gives the
 /// error of its point: [`Located`](crate::sweep::Located) runs it.

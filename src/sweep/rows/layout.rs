@@ -61,7 +61,10 @@ impl Layout {
     pub(crate) fn stride_checked(&self) -> Option<usize> {
         let strobes = self.channels.checked_add(self.dof)?.checked_mul(2)?.checked_mul(self.strobes)?;
         let groups = self.channels.checked_add(self.contacts)?.checked_add(1)?;
-        strobes.checked_add(groups.checked_mul(Layout::GROUP)?)?.checked_add(self.exponents)?.checked_add(self.multipliers)
+        strobes
+            .checked_add(groups.checked_mul(Layout::GROUP)?)?
+            .checked_add(self.exponents)?
+            .checked_add(self.multipliers)
     }
     /// Whether this is the layout of some model in the sweep.
     #[cfg(feature = "serde")]

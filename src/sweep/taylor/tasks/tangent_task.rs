@@ -71,7 +71,9 @@ impl<'m, 't, P: Pursuit> TangentTask<'m, 't, P> {
             e.y.slice_mut()[n..].copy_from_slice(&state.v);
             lane.course.passage.extend(target);
         } else {
-            lane.go_back(state, target)?;
+            self.state.clone_from(state);
+            self.saltation.begin(&mut self.state);
+            lane.go_back(&self.state, target)?;
         }
         self.atol = self.tangent.fixed_tolerances(self.pursuit.tolerance(), state);
         ended.pace.set_lane(ended.view.lane, &self.atol);
