@@ -1,4 +1,5 @@
-//! Twelve pictures: one for each chapter of the course, a Campbell diagram and a mode of a planetary set.
+//! Fourteen pictures: one for each chapter of the course, a Campbell diagram, a mode of a planetary set, and two of random
+//! loads.
 //! `cargo run --release -p examples --example gallery`, with `-- NAME` for the pictures whose name contains NAME, with
 //! `-- --coarse` for fewer points. The SVG files are written to `target/gallery/gallery/`; `docs/pictures/` has copies.
 
@@ -8,6 +9,8 @@ mod course;
 mod gearbox;
 #[path = "gallery/pair.rs"]
 mod pair;
+#[path = "gallery/random.rs"]
+mod random;
 
 use gear_dynamics_plots::Picture;
 use std::error::Error;
@@ -19,7 +22,7 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 type Entry = (&'static str, fn(bool) -> Outcome<Picture>);
 
 /// docs/gallery.md says what they show.
-const PICTURES: [Entry; 12] = [
+const PICTURES: [Entry; 14] = [
     ("01-excitation", course::excitation),
     ("02-response", course::response),
     ("03-contact-loss", course::contact_loss),
@@ -32,6 +35,8 @@ const PICTURES: [Entry; 12] = [
     ("10-solvers", course::solvers),
     ("11-campbell", gearbox::campbell),
     ("12-modes", gearbox::modes),
+    ("13-paths", random::paths),
+    ("14-chances", random::chances),
 ];
 
 pub(crate) fn main() -> Outcome<()> {

@@ -134,8 +134,14 @@ pub(crate) fn main() -> Outcome<()> {
     let mut onset = Panel::new("onset of contact loss, 5 % to 95 %", "drive torque [N m]", "speed [rad/s]")?;
     for (grade, population) in GRADES.iter().zip(&atlas) {
         let name = format!("grade {grade}");
-        let shares = speed_at.iter().zip(&population.rattling);
-        risk = risk.series(&name, Mark::Line, shares.map(|(speed, share)| (*speed, share.share())))?;
+        let shares = || speed_at.iter().copied().zip(&population.rattling);
+        let ends = shares()
+            .map(|(speed, share)| Ok((speed, share.confidence(LEVEL)?)))
+            .collect::<Outcome<Vec<_>>>()?;
+        let low = ends.iter().map(|(speed, [low, _])| (*speed, *low));
+        let high = ends.iter().rev().map(|(speed, [_, high])| (*speed, *high));
+        risk = risk.series(&name, Mark::Area, low.chain(high))?;
+        risk = risk.series(&name, Mark::Line, shares().map(|(speed, share)| (speed, share.share())))?;
         let known = || torque_at.iter().zip(&population.onsets).filter(|(_, onsets)| onsets.count() > 0);
         for p in [0.5, 0.05, 0.95] {
             let curve: Vec<_> =
