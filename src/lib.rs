@@ -238,7 +238,7 @@ pub mod guide {
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/robot-joint.md")]
     pub mod robot_joint {}
-    /// Twelve pictures; `examples/gallery/` has a function for each.
+    /// Fourteen pictures; `examples/gallery/` has a function for each.
     ///
     /// `cargo run --release -p examples --example gallery` redraws all.
     ///
@@ -289,6 +289,14 @@ pub mod guide {
     /// # 12. Modes of a planetary set
     ///
     #[doc = include_str!("../docs/pictures/12-modes.svg")]
+    ///
+    /// # 13. Random torques and their power densities
+    ///
+    #[doc = include_str!("../docs/pictures/13-paths.svg")]
+    ///
+    /// # 14. A density of deflections, and rare events by splitting
+    ///
+    #[doc = include_str!("../docs/pictures/14-chances.svg")]
     pub mod gallery {}
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/start.md")]
@@ -345,6 +353,14 @@ pub mod guide {
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/sweeps.md")]
     pub mod sweeps {}
+    /// With what probability teeth part, and how sure that is. Pictures 1 to 3 of the page:
+    ///
+    #[doc = include_str!("../docs/pictures/13-paths.svg")]
+    ///
+    #[doc = include_str!("../docs/pictures/rattle-atlas.svg")]
+    ///
+    #[doc = include_str!("../docs/pictures/14-chances.svg")]
+    ///
     #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/random.md")]
     pub mod random {}
