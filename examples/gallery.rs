@@ -1,7 +1,7 @@
-//! Fourteen pictures: one for each chapter of the course, a Campbell diagram, a mode of a planetary set, and two of random
-//! loads.
-//! `cargo run --release -p examples --example gallery`, with `-- NAME` for the pictures whose name contains NAME, with
-//! `-- --coarse` for fewer points. The SVG files are written to `target/gallery/gallery/`; `docs/pictures/` has copies.
+//! Fourteen pictures: one for each chapter of the course, a Campbell diagram, a mode of a planetary set, and
+//! two of random loads. `cargo run --release -p examples --example gallery`, with `-- NAME` for the pictures
+//! whose name contains NAME, with `-- --coarse` for fewer points. The SVG files are written to
+//! `target/gallery/gallery/`; `docs/pictures/` has copies.
 
 #[path = "gallery/course.rs"]
 mod course;

@@ -1,21 +1,22 @@
-//! Random mesh damping in the closed-loop ring of Yao 2020: values that are held for one mesh period, as in Fig. 11, and
-//! what they tend to if they change faster.
+//! Random mesh damping in the closed-loop ring of Yao 2020: values that are held for one mesh period, as in
+//! Fig. 11, and what they tend to if they change faster.
 //!
-//! First the paper: the distribution of the maximum mesh force over 1000 members, the impacts, and the convergence of the
-//! mean. The pictures show mean and 5 % to 95 % band of the mesh force and of the transmission error over time, the
-//! held values of one member, and the histogram of the maximum force; `bands.csv` contains the bands of the force.
+//! First the paper: the distribution of the maximum mesh force over 1000 members, the impacts, and the
+//! convergence of the mean. The pictures show mean and 5 % to 95 % band of the mesh force and of the
+//! transmission error over time, the held values of one member, and the histogram of the maximum force;
+//! `bands.csv` contains the bands of the force.
 //!
 //! Then a table, `laws.csv`, of other laws with the same intensity D = s² h (variance s², hold time h): an
-//! Ornstein-Uhlenbeck process of the correlation time τ with D = 2 σ² τ, and its limit, white noise. C + √D ξ multiplies
-//! a velocity: the limit is the equation of Stratonovich. In the sense of Ito the same numbers mean a damping that is
-//! larger by D/2m, m the reduced mass of the mesh. The mean square stays finite for D < C m (Stratonovich) or
-//! D < 2 C m (Ito), a mesh by itself.
+//! Ornstein-Uhlenbeck process of the correlation time τ with D = 2 σ² τ, and its limit, white noise. C + √D ξ
+//! multiplies a velocity: the limit is the equation of Stratonovich. In the sense of Ito the same numbers
+//! mean a damping that is larger by D/2m, m the reduced mass of the mesh. The mean square stays finite for D
+//! < C m (Stratonovich) or D < 2 C m (Ito), a mesh by itself.
 //!
-//! A reader learns: the law of a random damping takes a correlation time, not a distribution alone. And: white noise
-//! on a damping needs a statement, since both senses differ by a mean damping.
+//! A reader learns: the law of a random damping takes a correlation time, not a distribution alone. And:
+//! white noise on a damping needs a statement, since both senses differ by a mean damping.
 //!
-//! `cargo run --release -p examples --example random_damping`, with `-- --coarse` for fewer members; everything is
-//! written to target/gallery/random_damping/.
+//! `cargo run --release -p examples --example random_damping`, with `-- --coarse` for fewer members;
+//! everything is written to target/gallery/random_damping/.
 
 mod support;
 
@@ -56,7 +57,8 @@ fn noisy(ring: &Ring, process: &dyn Process) -> Result<(Noisy<Ring>, State), Par
     Ok(((0..3).try_fold(Noisy::new(ring.clone()), add)?, State::at_rest(ring.dof())))
 }
 
-/// A row of the table: how deep the teeth press at most, d - b with d the largest deflection of a run, and the impacts.
+/// A row of the table: how deep the teeth press at most, d - b with d the largest deflection of a run, and the
+/// impacts.
 fn print_law(csv: &mut Csv, name: &str, largest: &Distribution, impacts: f64) -> Outcome<()> {
     let depths = [largest.mean(), largest.quantile(0.05)?, largest.quantile(0.95)?];
     let [mean, low, high] = depths.map(|d| 1e6 * (d - HALF_BACKLASH));
