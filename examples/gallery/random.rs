@@ -1,6 +1,6 @@
 //! The pictures of the page on random loads.
 
-use crate::Outcome;
+use super::Outcome;
 use gear_dynamics::State;
 use gear_dynamics::excitation::Side;
 use gear_dynamics::models::Oscillator;
