@@ -156,8 +156,11 @@ impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
             let repeating = waiting.iter_mut().zip(&mut outcomes).filter(|(ended, _)| ended.multiple() > 0);
             for ((ended, outcome), found) in repeating.zip(self.engine.multipliers(&jobs, &go_on)) {
                 let place = &mut ended.row[layout.multiplier()..][..layout.multipliers];
-                let found = found.map(|found| found.map(|found| write(&found, place)));
-                *outcome = outcome.take().zip(found).map(|(before, found)| before.and(Ok(found?)));
+                let found = found.map(|found| -> Result<(), PointError> {
+                    write(&found?, place);
+                    Ok(())
+                });
+                *outcome = outcome.take().zip(found).map(|(before, found)| before.and(found));
             }
         }
         for (ended, outcome) in waiting.into_iter().zip(outcomes) {
