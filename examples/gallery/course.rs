@@ -95,7 +95,7 @@ pub fn contact_loss(_: bool) -> Outcome<Picture> {
     let deflection = history(&pair, &run, "deflection [m]", 0)?.y("deflection d [m]")?;
     let force = history(&pair, &run, "mesh force [N]", 0)?
         .y("mesh force W [N]")?
-        .name_y(&[(-1e3, "−1 kN"), (1e3, "1 kN"), (300.0 / 0.070_477, "F")])?
+        .name_y(&[(0.0, "0"), (300.0 / 0.070_477, "F")])?
         .title("mesh force of the same motion");
     let deflection = deflection.title("deflection at 380 rad/s, 300 N m, b = 40 μm");
     Ok(Picture::new([deflection, force]).panel_size(560.0, 260.0))
@@ -313,11 +313,8 @@ pub fn solvers(_: bool) -> Outcome<Picture> {
     let mut panel = panel.logarithmic_x()?.logarithmic_y()?.name_y(&[(floor, "references differ")])?;
     // These have the colours and marks of docs/integrators.svg.
     for (name, points) in [("Rk4", rk4), ("Rk45", rk45), ("Dop853", dop853), ("Taylor", taylor)] {
-        let [first, .., end] = points[..] else { return Err("a solver without two runs".into()) };
+        let end = *points.last().ok_or("a solver without runs")?;
         panel = panel.series(name, Mark::Joined, points)?.note(end, name)?;
-        if name == "Dop853" {
-            panel = panel.note(first, "Dop853, rtol 1e-4")?;
-        }
     }
     let name = "Rk4, edges not located";
     let middle = plain[2];

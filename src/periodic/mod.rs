@@ -11,6 +11,7 @@ pub(crate) mod flow;
 pub(crate) mod lyapunov;
 pub(crate) mod metered;
 pub(crate) mod multipliers;
+pub(crate) mod pursuit;
 pub(crate) mod shooting;
 
 pub use crate::periodic::balance::balance_error::BalanceError;

@@ -64,7 +64,8 @@ impl std::fmt::Display for RattleState {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ContactStatistics {
-    /// Times on the lower flank, in the gap and on the upper flank, in the model's time unit.
+    /// Times on the lower flank, in the gap and on the upper flank, in the model's time unit. Those of a
+    /// [`Row`](crate::sweep::Row) are shares of the measured time.
     pub time: [f64; 3],
     /// Number of impacts on the lower and on the upper flank. An impact is an entry from the gap, if the gap
     /// has a width, or a rebound from a rigid stop.

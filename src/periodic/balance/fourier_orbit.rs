@@ -276,7 +276,8 @@ impl FourierOrbit {
     /// range_j is the peak-to-peak value of q_j. For a coordinate at rest it is the largest peak-to-peak
     /// value, and if all are at rest the largest |mean|. The orbits are compared at equal shares of their
     /// periods. Rigid motions in the series count;
-    /// [`mean_acceleration`](FourierOrbit::mean_acceleration) does not. Infinite if the numbers of coordinates differ or a difference is not finite.
+    /// [`mean_acceleration`](FourierOrbit::mean_acceleration) does not. Infinite if the numbers of
+    /// coordinates differ or a difference is not finite.
     pub fn distance(&self, other: &FourierOrbit) -> f64 {
         let n = self.dof();
         if other.dof() != n {

@@ -1,10 +1,10 @@
 //! A motion and its directions, part by part.
 
 use crate::model::State;
-use crate::periodic::flow::pursuit::Pursuit;
 use crate::periodic::lyapunov::directions::{Directions, Failure};
 use crate::periodic::lyapunov::exponents::Exponents;
 use crate::periodic::lyapunov::growth::Growth;
+use crate::periodic::pursuit::Pursuit;
 
 /// Minimum length of a direction after a part of a period, without its components along the directions before
 /// it `[1]`. The directions start with length 1. The error of the integration is relative to that length, so

@@ -8,13 +8,13 @@ use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
 use crate::ode::{Budget, Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
-use crate::periodic::flow::pursuit::Pursuit;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::coarse_run;
 use crate::periodic::lyapunov::directions::Failure;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::growth::Growth;
 use crate::periodic::lyapunov::progress::Progress;
+use crate::periodic::pursuit::Pursuit;
 use std::ops::ControlFlow;
 
 /// Lyapunov exponents by QR.

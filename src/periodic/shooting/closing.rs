@@ -1,10 +1,10 @@
 //! Newton's method for an orbit of one segment, whose flow is integrated by others.
 
 use crate::model::{Model, State};
-use crate::periodic::flow::pursuit::Pursuit;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::lyapunov::directions::Failure;
 use crate::periodic::multipliers::Multipliers;
+use crate::periodic::pursuit::Pursuit;
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::multiple::{LOOSER, NOISE, Shooting};

@@ -4,15 +4,15 @@ use crate::model::{Model, State};
 use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::continued::Continued;
-use crate::periodic::flow::pursuit::Pursuit;
 use crate::periodic::flow::saltation::Saltation;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::lyapunov::directions::Failure;
+use crate::periodic::pursuit::Pursuit;
 use crate::sweep::taylor::lane::Lane;
 use crate::sweep::taylor::tasks::task::{Ended, Task};
 
-/// The exponents of a motion, or its orbit. Coordinates and velocities are those of a [`Tangent`]: the motion, then its
-/// differences, which jump at edges.
+/// The exponents of a motion, or its orbit. Coordinates and velocities are those of a [`Tangent`]: the motion,
+/// then its differences, which jump at edges.
 pub(crate) struct TangentTask<'m, 't, P> {
     tangent: &'m Tangent<'t, dyn Model + 't>,
     pub(crate) pursuit: P,
