@@ -93,16 +93,12 @@ pub fn mode<N: Nonlinearity>(train: &Train<N>, shape: &[f64]) -> Result<Panel, P
                     .collect()
             }
             false if body.radius == 0.0 => around(1.7, 2, FRAC_PI_2).collect(),
-            // Clear of the spokes and the same in all modes: outwards and below a planet beside the carrier, else
-            // beside it.
+            // Clear of the spokes: in the lower half of a planet beside the carrier, else beside it.
             false if body.carrier.is_some() => {
                 let [cx, cy] = body.carrier.map_or([0.0; 2], |carrier| places[carrier]);
                 let below = (x - cx).abs() > (y - cy).abs();
-                vec![if below {
-                    [0.75 * radius * (x - cx).signum(), -1.35 * radius]
-                } else {
-                    [1.65 * radius, 0.0]
-                }]
+                let inside = [-0.5, -0.6, -0.4].map(|y| [0.2 * radius * (x - cx).signum(), y * radius]);
+                if below { inside.to_vec() } else { vec![[1.65 * radius, 0.0]] }
             }
             false => [0.55, 0.4, 0.7, 0.25, 0.85]
                 .iter()
