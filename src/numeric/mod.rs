@@ -1,5 +1,6 @@
 //! Numerical tools that several modules use.
 
+pub(crate) mod chi_square;
 pub(crate) mod extremes;
 pub(crate) mod gauss;
 pub(crate) mod lagrange;

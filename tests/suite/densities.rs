@@ -167,3 +167,41 @@ fn refused_input() {
         assert!(density.decibels(wrong).is_err() && density.orders(wrong).is_err());
     }
 }
+
+/// Independent normal values have the density 2 σ² Δt on all lines. Of the intervals of all lines of 60 records the
+/// stated share contains it. Segments overlap by half; lines beside each other are correlated, so that some 2500
+/// intervals count as independent.
+#[test]
+fn intervals_of_densities_cover() {
+    let (spacing, deviation) = (0.25, 3.0);
+    let normal = rand_distr::Normal::new(0.0, deviation).unwrap();
+    let process = HeldProcess::new(spacing, normal).unwrap();
+    let truth = 2.0 * deviation * deviation * spacing;
+    let densities: Vec<_> = (0..60)
+        .map(|member| {
+            let path = process.clone().member(member).path(0);
+            let samples: Vec<f64> =
+                (0..128 * 12).map(|i| path.at((f64::from(i) + 0.5) * spacing, Side::After)).collect();
+            Welch::new(128).density(&samples, spacing).unwrap()
+        })
+        .collect();
+    // 23 segments; one in two overlaps the next: their correlation is (1/6)².
+    let degrees = densities[0].degrees_of_freedom();
+    assert!((degrees - 46.0 / (1.0 + 2.0 * (22.0 / 23.0) / 36.0)).abs() < 0.02, "{degrees}");
+    for level in [0.9, 0.95] {
+        let (mut inside, mut all) = (0, 0);
+        for density in &densities {
+            let [low, high] = density.confidence(level).unwrap();
+            let values = density.values();
+            for value in &values[2..values.len() - 2] {
+                all += 1;
+                inside += usize::from(low * value < truth && truth < high * value);
+            }
+        }
+        let share = inside as f64 / all as f64;
+        // Three standard deviations of a share of 2500.
+        let slack = 3.0 * (level * (1.0 - level) / 2500.0).sqrt();
+        assert!((share - level).abs() < slack, "{share} at {level}");
+    }
+    assert!(densities[0].confidence(1.0).is_err() && densities[0].confidence(f64::NAN).is_err());
+}

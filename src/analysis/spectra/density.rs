@@ -3,6 +3,7 @@
 use crate::analysis::spectra::spectrum::{orders, sided};
 use crate::error::{ParameterError, check};
 use crate::export::ResultTable;
+use crate::numeric::chi_square::quantile;
 
 /// A one-sided power density S(f), in the square of the unit of the samples per hertz.
 ///
@@ -30,6 +31,7 @@ pub struct Density {
     pub(crate) samples: usize,
     pub(crate) bandwidth: f64,
     pub(crate) segments: usize,
+    pub(crate) degrees: f64,
 }
 
 impl Density {
@@ -44,6 +46,35 @@ impl Density {
     /// Number of segments in the mean.
     pub fn segments(&self) -> usize {
         self.segments
+    }
+    /// Degrees of freedom ν of a line: twice the number of segments, less where they overlap,
+    ///
+    /// ν = 2 K/(1 + 2 Σ_j (1 - j/K) ρ_j²),   ρ_j = Σ_m w_m w_{m + j stride}/Σ_m w_m²
+    ///
+    /// for K segments. The lines k = 0 and k = n/2 have ν/2.   Source: Welch 1967.
+    pub fn degrees_of_freedom(&self) -> f64 {
+        self.degrees
+    }
+    /// The factors [ν/χ²(1 - α/2), ν/χ²(α/2)] of S, with α = 1 - level: of the expected density of a stationary
+    /// normal process, this share of intervals contains the value of a line. Each holds for its line alone,
+    /// not for all lines together, nor for k = 0 and k = n/2; lines of a periodic motion do not scatter so.
+    ///
+    /// Source: Bendat and Piersol, Random Data, 4th ed., Sect. 8.5.
+    ///
+    /// ```
+    /// use gear_dynamics::analysis::Welch;
+    /// let samples: Vec<f64> = (0..160).map(|i| f64::from(i * i % 17)).collect();
+    /// let density = Welch::new(32).overlap(0.0).density(&samples, 0.1)?; // five segments: ν = 10
+    /// let [low, high] = density.confidence(0.95)?;
+    /// assert!((low - 10.0 / 20.483177).abs() < 1e-7 && (high - 10.0 / 3.246973).abs() < 1e-5);
+    /// # Ok::<(), gear_dynamics::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A level outside (0, 1).
+    pub fn confidence(&self, level: f64) -> Result<[f64; 2], ParameterError> {
+        let tail = 0.5 * (1.0 - check::share("confidence level", level)?);
+        Ok([1.0 - tail, tail].map(|p| self.degrees / quantile(p, self.degrees)))
     }
     /// Equivalent noise bandwidth B = Σ w²/((Σ w)² Δt) of the window `[Hz]`: 1.5 lines for the Hann window.
     pub fn noise_bandwidth(&self) -> f64 {

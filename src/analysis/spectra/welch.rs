@@ -92,6 +92,19 @@ impl Welch {
             samples: n,
             bandwidth: square / (gain * gain * spacing),
             segments,
+            degrees: degrees_of_freedom(&w, stride, segments),
         })
     }
+}
+
+/// Degrees of freedom of an average over windowed segments.
+fn degrees_of_freedom(w: &[f64], stride: usize, segments: usize) -> f64 {
+    let square: f64 = w.iter().map(|w| w * w).sum();
+    let count = segments as f64;
+    let common = |j: usize| {
+        let product: f64 = w.iter().zip(&w[j * stride..]).map(|(a, b)| a * b).sum();
+        (1.0 - j as f64 / count) * (product / square).powi(2)
+    };
+    let overlaps = (1..segments).take_while(|j| j * stride < w.len()).map(common).sum::<f64>();
+    2.0 * count / (1.0 + 2.0 * overlaps)
 }
