@@ -4,9 +4,8 @@ use thiserror::Error;
 
 /// The reason why a parameter is not allowed.
 ///
-/// Physical quantities must lie in [-1e50, 1e50]. Quantities that are divisors (an inertia, a radius, a
-/// period, a frequency) must lie in [1e-50, 1e50]. Products of several of them then remain far below the
-/// largest `f64`, 1.8e308.
+/// Physical quantities must lie in [-1e50, 1e50], divisors (an inertia, a radius, a period, a frequency) in
+/// [1e-50, 1e50]. Products of several of them then remain far below the largest `f64`.
 ///
 /// ```
 /// use gear_dynamics::{Backlash, ParameterError};
@@ -174,8 +173,7 @@ pub enum ParameterError {
         /// Name of the constant.
         name: String,
     },
-    /// A constant has no slot among the drives: the algebra uses values derived from it, or it is the speed
-    /// of the angle.
+    /// A constant has no slot among the drives.
     #[error(
         "constant \"{name}\" has no slot among the drives: the algebra uses values derived from it, or it is \
          the speed of the angle (see VaryingSpeed)"
@@ -183,6 +181,14 @@ pub enum ParameterError {
     NotADrive {
         /// Name of the constant.
         name: String,
+    },
+    /// White noise on these slots has no meaning.
+    #[error("slot {slot} cannot take white noise: {why}")]
+    NoWhiteNoise {
+        /// The first slot of the source.
+        slot: usize,
+        /// What does not allow it.
+        why: String,
     },
     /// The model has no contact with this index; for a shape, its algebra evaluates one beyond its `Size`.
     #[error("contact {contact} does not exist: the model has {contacts} contacts; contacts count from 0")]
@@ -235,8 +241,7 @@ pub(crate) mod check {
     pub(crate) const NUMBERS: usize = 1 << 26;
     /// Maximum order of a Fourier series. All orders are summed at every evaluation.
     pub(crate) const ORDERS: usize = 10_000;
-    /// Maximum number of periods of a wave in a turn. Beyond it, rounding of the phase of a mesh makes
-    /// derivatives inaccurate.
+    /// Maximum number of periods of a wave in a turn: beyond it, rounding of the phase makes slopes inaccurate.
     pub(crate) const TEETH: usize = 1_000_000;
     /// Largest magnitude of a physical quantity.
     const LARGEST: f64 = 1e50;

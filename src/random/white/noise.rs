@@ -132,14 +132,8 @@ impl WhiteNoise {
                 contact.iter().flat_map(|c| [c.deflection, c.lower, c.upper]).collect::<Vec<f64>>()
             });
             if let Some(i) = (0..3 * contacts).find(|&i| seen[0][i] != seen[1][i]) {
-                return Err(ParameterError::OutOfRange {
-                    name: format!(
-                        "gain of white noise that moves the edges or the deflection of contact {}",
-                        i / 3
-                    ),
-                    value: slots[0].1,
-                    allowed: "[0, 0]: an edge cannot be white noise",
-                });
+                let why = format!("it moves the edges or the deflection of contact {}", i / 3);
+                return Err(ParameterError::NoWhiteNoise { slot: slots[0].0, why });
             }
             for piece in [Piece::Lower, Piece::Gap, Piece::Upper] {
                 let pieces = vec![piece; contacts];
@@ -151,9 +145,8 @@ impl WhiteNoise {
                 for i in 0..dof {
                     let size = a.iter().map(|a| a[i].abs()).fold(0.0, f64::max);
                     if size.is_finite() && apart(a[2][i] - a[1][i], a[1][i] - a[0][i], size) {
-                        return Err(ParameterError::NotADrive {
-                            name: format!("slot {}, in which acceleration {i} is not affine", slots[0].0),
-                        });
+                        let why = format!("acceleration {i} is not affine in it");
+                        return Err(ParameterError::NoWhiteNoise { slot: slots[0].0, why });
                     }
                 }
                 added.push((0..dof).map(|i| a[1][i] - a[0][i]).collect());
