@@ -241,7 +241,7 @@ pub(crate) mod check {
     pub(crate) const NUMBERS: usize = 1 << 26;
     /// Maximum order of a Fourier series. All orders are summed at every evaluation.
     pub(crate) const ORDERS: usize = 10_000;
-    /// Maximum number of periods of a wave in a turn: beyond it, rounding of the phase makes slopes inaccurate.
+    /// Maximum number of periods of a wave in a turn: beyond it, rounding of the phase spoils slopes.
     pub(crate) const TEETH: usize = 1_000_000;
     /// Largest magnitude of a physical quantity.
     const LARGEST: f64 = 1e50;

@@ -55,9 +55,10 @@ impl Density {
     pub fn degrees_of_freedom(&self) -> f64 {
         self.degrees
     }
-    /// The factors [ν/χ²(1 - α/2), ν/χ²(α/2)] of S, with α = 1 - level: of the expected density of a stationary
-    /// normal process, this share of intervals contains the value of a line. Each holds for its line alone,
-    /// not for all lines together, nor for k = 0 and k = n/2; lines of a periodic motion do not scatter so.
+    /// The factors [ν/χ²(1 - α/2), ν/χ²(α/2)] of S, with α = 1 - level. For a stationary normal process the
+    /// interval from the first to the second times S contains the expected density of a line with this
+    /// probability. It holds for its line alone, not for all lines together, nor for k = 0 and k = n/2; lines
+    /// of a periodic motion do not scatter so.
     ///
     /// Source: Bendat and Piersol, Random Data, 4th ed., Sect. 8.5.
     ///

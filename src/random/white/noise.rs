@@ -59,10 +59,10 @@ impl WhiteNoise {
     /// u_slot ← u_slot + gain √D ξ(t)
     ///
     /// Slots are those of [`Machine::slot`](crate::model::Machine::slot). The acceleration must be affine in
-    /// them. Where it multiplies them by the state, the equation is meant in the sense of **Stratonovich**: the
-    /// limit of noise whose correlation time tends to 0. With g = Σ gain ∂a/∂u_slot the equation of Ito has the additional
-    /// acceleration (D/2) (∂g/∂q') g. It is 0 unless a noisy constant is a factor of a velocity: random
-    /// damping c + √D ξ acts in the mean as damping c - D/2.
+    /// them. Where it multiplies them by the state, the equation is meant in the sense of **Stratonovich**:
+    /// the limit of noise whose correlation time tends to 0. With g = Σ gain ∂a/∂u_slot the equation of Ito
+    /// has the additional acceleration (D/2) (∂g/∂q') g. It is 0 unless a noisy constant is a factor of a
+    /// velocity: random damping c + √D ξ acts in the mean as damping c - D/2.
     ///
     /// # Errors
     /// An intensity that is negative or above 1e50; no slot; a gain beyond ±1e50.

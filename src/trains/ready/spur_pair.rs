@@ -104,12 +104,12 @@ impl SpurPair {
     /// number of harmonics after which the mesh stiffness is cut.
     ///
     /// - I_j: [`InvoluteGear::blank`](crate::teeth::InvoluteGear::blank) of 7850 kg/m³;
-    /// - k(φ): [`PotentialEnergy::ma_2014`], its Fourier series: uncut it jumps. The fillet foundation is stated
-    ///   for gears of about 26 teeth or more, and extrapolated for smaller ones
+    /// - k(φ): [`PotentialEnergy::ma_2014`], its Fourier series: uncut it jumps. The fillet foundation is
+    ///   stated for gears of about 26 teeth or more, and extrapolated for smaller ones
     ///   ([`extrapolated`](PotentialEnergy::extrapolated));
     /// - e(φ): [`TransmissionError::of_grade`], the term of the mesh cycle, without run-out;
-    /// - b: half of the backlash of the pair along the line of action, as [`MeshPart::of_pair`]. **At the nominal
-    ///   centre distance of uncorrected gears it is 0**: then teeth never part.
+    /// - b: half of the backlash of the pair along the line of action, as [`MeshPart::of_pair`]. **At the
+    ///   nominal centre distance of uncorrected gears it is 0**: then teeth never part.
     ///
     /// [`error`](SpurPair::error) and [`half_backlash`](SpurPair::half_backlash) replace the last two. A pair
     /// of other inertias or of another stiffness: [`new`](SpurPair::new). Defaults: no damping and no load.

@@ -11,8 +11,8 @@ use crate::periodic::pursuit::Pursuit;
 use crate::sweep::taylor::lane::Lane;
 use crate::sweep::taylor::tasks::task::{Ended, Task};
 
-/// The exponents of a motion, or its orbit. Coordinates and velocities are those of a [`Tangent`]: the motion,
-/// then its differences, which jump at edges.
+/// The exponents of a motion, or its orbit. Coordinates and velocities are those of a [`Tangent`]: the
+/// motion, then its differences, which jump at edges.
 pub(crate) struct TangentTask<'m, 't, P> {
     tangent: &'m Tangent<'t, dyn Model + 't>,
     pub(crate) pursuit: P,
