@@ -17,7 +17,7 @@ use std::sync::Arc;
 ///
 /// ```text
 /// x'' + 2 ζ ω x' + ω² x = √D ξ(t),   D = 4 ζ ω³ σ²
-/// ⟨x⟩ = 0,   variance σ²,   S(f) = 2 D/((ω² - φ²)² + (2 ζ ω φ)²) with φ = 2π f
+/// mean 0,   variance σ²,   S(f) = 2 D/((ω² - φ²)² + (2 ζ ω φ)²) with φ = 2π f
 /// correlation e^(-ζωs) (cos ω_d s + (ζω/ω_d) sin ω_d s) with s = |lag|, ω_d = ω √(1 - ζ²)
 /// ```
 ///

@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// states, and as a mean over all positions of the grid:
 ///
 /// ```text
-/// ⟨x⟩ = m,   σ² = s²,   correlation 1 - |lag|/h up to h, then 0,   S(f) = 2 s² h (sin(π f h)/(π f h))²
+/// mean m,   σ² = s²,   correlation 1 - |lag|/h up to h, then 0,   S(f) = 2 s² h (sin(π f h)/(π f h))²
 /// ```
 ///
 /// Far below the frequency 1/h it is white noise of the two-sided intensity D = s² h. If h decreases at

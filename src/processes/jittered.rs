@@ -19,7 +19,7 @@ use std::sync::Arc;
 ///
 /// ```text
 /// x(t) = a cos(ω t + φ(t)),   φ' = √(2D) ξ(t),   φ(0) uniform
-/// ⟨x⟩ = 0,   variance a²/2,   correlation exp(-D |lag|) cos(ω lag)
+/// mean 0,   variance a²/2,   correlation exp(-D |lag|) cos(ω lag)
 /// S(f) = a² (L(2π f - ω) + L(2π f + ω)),   L(φ) = D/(D² + φ²)
 /// ```
 ///

@@ -16,7 +16,7 @@ use std::sync::Arc;
 ///
 /// ```text
 /// τ x' + x = σ √(2τ) ξ(t)
-/// ⟨x⟩ = 0,   variance σ²,   correlation exp(-|lag|/τ),   S(f) = 4 σ² τ/(1 + (2π f τ)²)
+/// mean 0,   variance σ²,   correlation exp(-|lag|/τ),   S(f) = 4 σ² τ/(1 + (2π f τ)²)
 /// ```
 ///
 /// with white noise ξ of intensity 1. Far below the frequency 1/(2πτ) it is white noise of the two-sided

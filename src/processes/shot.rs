@@ -18,7 +18,7 @@ use std::sync::Arc;
 ///
 /// ```text
 /// x(t) = Σ a_i exp(-(t - t_i)/τ) over all t_i <= t
-/// ⟨x⟩ = λ τ ⟨a⟩,   variance λ τ ⟨a²⟩/2,   correlation exp(-|lag|/τ),
+/// mean λ τ ⟨a⟩,   variance λ τ ⟨a²⟩/2,   correlation exp(-|lag|/τ),
 /// S(f) = 2 λ τ² ⟨a²⟩/(1 + (2π f τ)²)
 /// ```
 ///

@@ -14,7 +14,7 @@ use std::sync::Arc;
 ///
 /// ```text
 /// x(t) = Σ_j a_j cos(2π f_j t + φ_j),   f_j = f0 + (j + 1/2) Δf,   a_j² / 2 = ∫ S df over cell j
-/// ⟨x⟩ = 0,   variance Σ a_j²/2,   correlation Σ a_j² cos(2π f_j lag)/Σ a_j²
+/// mean 0,   variance Σ a_j²/2,   correlation Σ a_j² cos(2π f_j lag)/Σ a_j²
 /// ```
 ///
 /// The band f0 .. f1 is divided into N cells of the width Δf; the phases φ_j are uniform and independent.

@@ -43,7 +43,6 @@ impl Form {
         let mut terms = Vec::with_capacity(self.terms.len() + other.terms.len());
         loop {
             let term = match (a.peek(), b.peek()) {
-                (None, None) => break,
                 (Some(x), Some(y)) if x.0 == y.0 => {
                     let sum = (x.0, x.1 + factor * y.1);
                     a.next();
@@ -60,7 +59,7 @@ impl Form {
                     b.next();
                     from_other
                 }
-                (Some(_), None) => unreachable!("covered by the arm before"),
+                (_, None) => break,
             };
             if term.1 != 0.0 {
                 terms.push(term);

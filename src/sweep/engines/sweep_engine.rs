@@ -60,7 +60,7 @@ pub trait SweepEngine<M: Model>: Sync {
     fn batch(&self) -> usize {
         1
     }
-    /// The exponents of the motions from the starts of some jobs. Default: one by one.
+    /// Computes the exponents of the motion from the start of each job. Default: one after the other.
     #[doc(hidden)]
     fn exponents(&self, lyapunov: &Lyapunov, jobs: &[Job<M>], go_on: &dyn Fn() -> bool) -> Vec<Exponent>
     where
@@ -68,7 +68,7 @@ pub trait SweepEngine<M: Model>: Sync {
     {
         jobs.iter().map(|job| one_by_one(lyapunov, job, go_on)).collect()
     }
-    /// The multipliers of the orbits near the starts of some jobs. Default: one by one.
+    /// Computes the multipliers of the orbit near the start of each job. Default: one after the other.
     #[doc(hidden)]
     fn multipliers(&self, jobs: &[OrbitJob<M>], go_on: &dyn Fn() -> bool) -> Vec<Orbit>
     where

@@ -61,7 +61,7 @@ pub struct Rows {
     pub(crate) errors: BTreeMap<usize, PointError>,
     /// Results of the checks, for checked points that have a row.
     pub(crate) checks: BTreeMap<usize, Result<Vec<f64>, PointError>>,
-    /// Errors of the Lyapunov exponent or the multipliers, for points that have a row without them.
+    /// The errors of Lyapunov exponents and of multipliers. The row of such a point lacks these figures.
     pub(crate) exponent_errors: BTreeMap<usize, PointError>,
     /// Number of points that ran alone, without other lanes.
     pub(crate) alone: usize,

@@ -69,7 +69,7 @@ struct Worker<'b, 's, M, E> {
     ended: Vec<Ended>,
 }
 
-/// Whether the exponent and the multipliers of a row were found; `None` if cancelled.
+/// The exponent and the multipliers of a row were found, or why not. `None`: the sweep was cancelled.
 type Outcome = Option<Result<(), PointError>>;
 
 /// Writes multipliers and their error into their place in a row.

@@ -13,7 +13,7 @@ use crate::periodic::lyapunov::run::{Lyapunov, Settled};
 use crate::periodic::pursuit::Pursuit;
 use crate::sweep::engines::sweep_engine::{Exponent, Job, one_by_one};
 use crate::sweep::lanes::instructions::InstructionSet;
-use crate::sweep::taylor::crew::Crew;
+use crate::sweep::taylor::crew::{Crew, of_equal_shapes};
 use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
 use crate::sweep::taylor::tasks::tangent_task::TangentTask;
@@ -31,11 +31,8 @@ pub(crate) fn exponents<G: Shape, const W: usize>(
     go_on: &dyn Fn() -> bool,
 ) -> Vec<Exponent> {
     let mut found: Vec<Exponent> = jobs.iter().map(|_| None).collect();
-    let mut open: Vec<usize> = (0..jobs.len()).collect();
-    while let Some(&first) = open.first() {
-        let leader = &jobs[first].model;
-        let (equal, others) = open.iter().partition(|i| leader.shares_lanes_with(&jobs[**i].model));
-        open = others;
+    for equal in of_equal_shapes(jobs, |job| &job.model) {
+        let leader = &jobs[equal[0]].model;
         let count = lyapunov.count_for(leader.dof());
         let tape = tangent(&leader.record_shape().0, count, &[]);
         match Program::new(&tape, leader.size().waves, &[]) {

@@ -13,7 +13,7 @@ use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::segments::Segments;
 use crate::sweep::engines::sweep_engine::{Orbit, OrbitJob, close_one, shooting};
 use crate::sweep::lanes::instructions::InstructionSet;
-use crate::sweep::taylor::crew::Crew;
+use crate::sweep::taylor::crew::{Crew, of_equal_shapes};
 use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
 use crate::sweep::taylor::tasks::tangent_task::TangentTask;
@@ -29,12 +29,8 @@ pub(crate) fn multipliers<G: Shape, const W: usize>(
     go_on: &dyn Fn() -> bool,
 ) -> Vec<Orbit> {
     let mut found: Vec<Orbit> = jobs.iter().map(|_| None).collect();
-    let mut open: Vec<usize> = (0..jobs.len()).collect();
-    while let Some(&first) = open.first() {
-        let leader = &jobs[first].0.model;
-        let (equal, others): (Vec<usize>, _) =
-            open.iter().partition(|i| leader.shares_lanes_with(&jobs[**i].0.model));
-        open = others;
+    for equal in of_equal_shapes(jobs, |(job, _)| &job.model) {
+        let leader = &jobs[equal[0]].0.model;
         let tape = tangent(&leader.record_shape().0, 2 * leader.dof(), &[]);
         match Program::new(&tape, leader.size().waves, &[]) {
             Ok(program) => side_by_side::<G, W>(set, &program, jobs, &equal, go_on, &mut found),
