@@ -10,6 +10,7 @@
 
 pub mod analysis;
 pub mod branches;
+pub mod certify;
 pub mod check;
 pub mod contact;
 pub mod drives;
@@ -17,6 +18,7 @@ mod dual;
 mod error;
 pub mod excitation;
 pub mod export;
+mod interval;
 pub mod linear;
 pub mod model;
 pub mod models;

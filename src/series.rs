@@ -23,9 +23,18 @@ use std::ops::Sub;
 /// assert!((wave.at(0.25) - 1f64.sin()).abs() < 2e-3);
 /// assert_eq!(t.abs().refusal(), Some("the absolute value of something that varies"));
 /// ```
+pub type Series = PowerSeries<f64>;
+
+/// A truncated power series over any number type: [`Series`] over `f64`, enclosures over intervals.
+///
+/// ```
+/// use gear_dynamics::{certify::Interval, model::{PowerSeries, Scalar}};
+/// let t = PowerSeries::variable(Interval::from(0.0), Interval::from(1.0), 4);
+/// assert!(t.exp().coefficients()[2].contains(0.5)); // 1 + t + t²/2 + ...
+/// ```
 #[derive(Clone, Copy)]
-pub struct Series {
-    c: [f64; Series::CAPACITY],
+pub struct PowerSeries<C> {
+    c: [C; CAPACITY],
     /// Number of coefficients; all further ones are 0.
     len: usize,
     /// Number of coefficients that a function of this series gets; 1 for a constant.
@@ -35,21 +44,32 @@ pub struct Series {
     refusal: Option<&'static str>,
 }
 
-impl Series {
+/// Maximum number of coefficients.
+const CAPACITY: usize = 32;
+
+impl<C: Scalar> PowerSeries<C> {
     /// Maximum number of coefficients.
-    pub const CAPACITY: usize = 32;
+    pub const CAPACITY: usize = CAPACITY;
 
     /// c_0 + c_1 t, from its value and its rate. Functions of it have `coefficients` coefficients, at most
-    /// [`CAPACITY`](Series::CAPACITY) and at least 2.
-    pub fn variable(value: f64, rate: f64, coefficients: usize) -> Self {
-        let mut series = Series { len: 2, full: coefficients.clamp(2, Self::CAPACITY), ..value.into() };
+    /// [`CAPACITY`](PowerSeries::CAPACITY) and at least 2.
+    pub fn variable(value: C, rate: C, coefficients: usize) -> Self {
+        let mut series =
+            PowerSeries { len: 2, full: coefficients.clamp(2, CAPACITY), ..PowerSeries::constant(value) };
         series.c[1] = rate;
         series
+    }
+    /// A series of one coefficient.
+    #[inline]
+    pub(crate) fn constant(value: C) -> Self {
+        let mut c = [C::from(0.0); CAPACITY];
+        c[0] = value;
+        PowerSeries { c, len: 1, full: 1, until: f64::INFINITY, refusal: None }
     }
 
     /// A series that stands for a function without one; `reason` says which function.
     pub fn refused(reason: &'static str) -> Self {
-        Series { refusal: Some(reason), ..f64::NAN.into() }
+        PowerSeries { refusal: Some(reason), ..PowerSeries::constant(f64::NAN.into()) }
     }
     /// The reason why there is no series; `None` if there is one.
     pub fn refusal(&self) -> Option<&'static str> {
@@ -58,22 +78,90 @@ impl Series {
 
     /// The coefficients c_0, c_1, ...; all further ones are 0.
     #[inline]
-    pub fn coefficients(&self) -> &[f64] {
+    pub fn coefficients(&self) -> &[C] {
         &self.c[..self.len]
     }
+    /// The value at the time `t` after the instant.
+    pub fn at(&self, t: C) -> C {
+        self.coefficients().iter().rev().fold(C::from(0.0), |sum, c| sum * t + *c)
+    }
+    /// The series with the coefficients that `next` returns one after the other.
+    pub(crate) fn from_coefficients(of: &Self, mut next: impl FnMut(usize) -> C) -> Self {
+        let mut series = of.like(of.full);
+        for n in 0..of.full {
+            series.c[n] = next(n);
+        }
+        series
+    }
+
+    /// A series of zeros with `len` coefficients and the limits of this one.
+    #[inline]
+    fn like(&self, len: usize) -> Self {
+        PowerSeries { c: [C::from(0.0); CAPACITY], len, ..*self }
+    }
+    /// A series of zeros with `len` coefficients and the limits of both.
+    #[inline]
+    fn of_both(&self, o: &Self, len: usize) -> Self {
+        PowerSeries {
+            c: [C::from(0.0); CAPACITY],
+            len,
+            full: self.full.max(o.full),
+            until: self.until.min(o.until),
+            refusal: self.refusal.or(o.refusal),
+        }
+    }
+
+    /// The constant f(c_0), or the series whose coefficient n >= 1 is `next(n, this, result)`.
+    #[inline]
+    fn function(self, f: C, next: impl Fn(usize, &[C], &[C]) -> C) -> Self {
+        let len = if self.len == 1 { 1 } else { self.full };
+        let mut out = self.like(len);
+        out.c[0] = f;
+        for n in 1..len {
+            out.c[n] = next(n, &self.c, &out.c);
+        }
+        out
+    }
+
+    /// f(c_0) for a constant. Any other series is refused for this reason.
+    fn constant_or(self, reason: &'static str, f: impl Fn(C) -> C) -> Self {
+        if self.len > 1 { Self::refused(reason) } else { self.function(f(self.c[0]), |_, _, _| C::from(0.0)) }
+    }
+    /// The function of two constants. Any other series are refused for this reason.
+    fn constants_or(self, o: Self, reason: &'static str, f: impl Fn(C, C) -> C) -> Self {
+        let varies = self.len.max(o.len) > 1;
+        if varies {
+            Self::refused(reason)
+        } else {
+            self.of_both(&o, 1).function(f(self.c[0], o.c[0]), |_, _, _| C::from(0.0))
+        }
+    }
+
+    /// The series of a power whose value is `first`: n a_0 c_n = Σ_j (j (p + 1) - n) a_j c_(n-j).
+    fn power(self, first: C, p: f64) -> Self {
+        self.function(first, |n, a, c| {
+            let terms = (1..=n).map(|j| a[j] * (j as f64 * (p + 1.0) - n as f64) * c[n - j]);
+            sum(terms) / (a[0] * n as f64)
+        })
+    }
+}
+
+/// The sum of terms, one after the other.
+#[inline]
+fn sum<C: Scalar>(terms: impl Iterator<Item = C>) -> C {
+    terms.fold(C::from(-0.0), |sum, term| sum + term)
+}
+
+impl Series {
     /// All coefficients up to the maximum number.
     #[inline(always)]
-    pub(crate) fn padded(&self) -> &[f64; Self::CAPACITY] {
+    pub(crate) fn padded(&self) -> &[f64; CAPACITY] {
         &self.c
     }
     /// The value at the instant.
     #[inline(always)]
     pub(crate) fn first(&self) -> f64 {
         self.c[0]
-    }
-    /// The value at the time `t` after the instant.
-    pub fn at(&self, t: f64) -> f64 {
-        self.coefficients().iter().rev().fold(0.0, |sum, c| sum * t + c)
     }
     /// The same series, valid up to the time `until` after the instant.
     pub(crate) fn valid_until(self, until: f64) -> Self {
@@ -114,48 +202,6 @@ impl Series {
             *c = 0.0;
         }
         (self.len, self.full, self.until, self.refusal) = (len, len, f64::INFINITY, None);
-    }
-    /// The series with the coefficients that `next` returns one after the other.
-    pub(crate) fn from_coefficients(of: &Series, mut next: impl FnMut(usize) -> f64) -> Self {
-        let mut series = of.like(of.full);
-        for n in 0..of.full {
-            series.c[n] = next(n);
-        }
-        series
-    }
-
-    /// A series of zeros with `len` coefficients and the limits of this one.
-    #[inline]
-    fn like(&self, len: usize) -> Self {
-        Series { c: [0.0; Self::CAPACITY], len, ..*self }
-    }
-    /// A series of zeros with `len` coefficients and the limits of both.
-    #[inline]
-    fn of_both(&self, o: &Series, len: usize) -> Self {
-        Series {
-            c: [0.0; Self::CAPACITY],
-            len,
-            full: self.full.max(o.full),
-            until: self.until.min(o.until),
-            refusal: self.refusal.or(o.refusal),
-        }
-    }
-
-    /// The constant f(c_0), or the series whose coefficient n >= 1 is `next(n, this, result)`.
-    #[inline]
-    fn function(self, f: f64, next: impl Fn(usize, &[f64], &[f64]) -> f64) -> Self {
-        let len = if self.len == 1 { 1 } else { self.full };
-        let mut out = self.like(len);
-        out.c[0] = f;
-        for n in 1..len {
-            out.c[n] = next(n, &self.c, &out.c);
-        }
-        out
-    }
-
-    /// f(c_0) for a constant. Any other series is refused for this reason.
-    fn constant_or(self, reason: &'static str, f: impl Fn(f64) -> f64) -> Self {
-        if self.len > 1 { Series::refused(reason) } else { self.function(f(self.c[0]), |_, _, _| 0.0) }
     }
 }
 
@@ -201,7 +247,7 @@ impl fmt::Debug for WaveWeights {
     }
 }
 
-impl fmt::Debug for Series {
+impl<C: Scalar> fmt::Debug for PowerSeries<C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.refusal {
             Some(reason) => write!(f, "no series: {reason}"),
@@ -210,26 +256,24 @@ impl fmt::Debug for Series {
     }
 }
 
-impl From<f64> for Series {
+impl<C: Scalar> From<f64> for PowerSeries<C> {
     #[inline]
     fn from(value: f64) -> Self {
-        let mut c = [0.0; Self::CAPACITY];
-        c[0] = value;
-        Series { c, len: 1, full: 1, until: f64::INFINITY, refusal: None }
+        PowerSeries::constant(value.into())
     }
 }
 
-impl Add for Series {
+impl<C: Scalar> Add for PowerSeries<C> {
     type Output = Self;
     #[inline]
     fn add(self, o: Self) -> Self {
         let mut sum = self.of_both(&o, self.len.max(o.len));
-        sum.c.iter_mut().zip(self.c.iter().zip(&o.c)).for_each(|(sum, (a, b))| *sum = a + b);
+        sum.c.iter_mut().zip(self.c.iter().zip(&o.c)).for_each(|(sum, (a, b))| *sum = *a + *b);
         sum
     }
 }
 
-impl Sub for Series {
+impl<C: Scalar> Sub for PowerSeries<C> {
     type Output = Self;
     #[inline]
     fn sub(self, o: Self) -> Self {
@@ -237,7 +281,7 @@ impl Sub for Series {
     }
 }
 
-impl Neg for Series {
+impl<C: Scalar> Neg for PowerSeries<C> {
     type Output = Self;
     #[inline]
     fn neg(mut self) -> Self {
@@ -246,16 +290,16 @@ impl Neg for Series {
     }
 }
 
-impl Mul<f64> for Series {
+impl<C: Scalar> Mul<f64> for PowerSeries<C> {
     type Output = Self;
     #[inline]
     fn mul(mut self, o: f64) -> Self {
-        self.c[..self.len].iter_mut().for_each(|c| *c *= o);
+        self.c[..self.len].iter_mut().for_each(|c| *c = *c * o);
         self
     }
 }
 
-impl Mul for Series {
+impl<C: Scalar> Mul for PowerSeries<C> {
     type Output = Self;
     #[inline]
     fn mul(self, o: Self) -> Self {
@@ -264,19 +308,19 @@ impl Mul for Series {
         let (short, long) = if self.len < o.len { (&self, &o) } else { (&o, &self) };
         for (j, a) in short.coefficients().iter().enumerate() {
             let sums = &mut product.c[j..full];
-            sums.iter_mut().zip(&long.c[..long.len]).for_each(|(sum, b)| *sum += a * b);
+            sums.iter_mut().zip(&long.c[..long.len]).for_each(|(sum, b)| *sum = *sum + *a * *b);
         }
         product
     }
 }
 
-impl Div for Series {
+impl<C: Scalar> Div for PowerSeries<C> {
     type Output = Self;
     #[inline]
     fn div(self, o: Self) -> Self {
         if o.len == 1 {
             let mut quotient = self.of_both(&o, self.len);
-            quotient.c.iter_mut().zip(&self.c).for_each(|(q, a)| *q = a / o.c[0]);
+            quotient.c.iter_mut().zip(&self.c).for_each(|(q, a)| *q = *a / o.c[0]);
             return quotient;
         }
         let full = self.full.max(o.full);
@@ -285,63 +329,55 @@ impl Div for Series {
         rest.c = self.c;
         for n in 0..full {
             let (done, open) = rest.c[n..full].split_at_mut(1);
-            done[0] /= o.c[0];
-            open.iter_mut().zip(&o.c[1..]).for_each(|(rest, b)| *rest -= done[0] * b);
+            done[0] = done[0] / o.c[0];
+            open.iter_mut().zip(&o.c[1..]).for_each(|(rest, b)| *rest = *rest - done[0] * *b);
         }
         rest
     }
 }
 
-impl Scalar for Series {
+impl<C: Scalar> Scalar for PowerSeries<C> {
     fn sqrt(self) -> Self {
         self.function(self.c[0].sqrt(), |n, a, s| {
-            let sum: f64 = (1..n).map(|j| s[j] * s[n - j]).sum();
-            (a[n] - sum) / (2.0 * s[0])
+            (a[n] - sum((1..n).map(|j| s[j] * s[n - j]))) / (s[0] * 2.0)
         })
     }
     fn abs(self) -> Self {
-        self.constant_or("the absolute value of something that varies", f64::abs)
+        self.constant_or("the absolute value of something that varies", C::abs)
     }
     fn min(self, o: Self) -> Self {
-        if self.len.max(o.len) > 1 {
-            return Series::refused("the smaller of two numbers that vary");
-        }
-        if self.c[0] < o.c[0] { self } else { o }
+        self.constants_or(o, "the smaller of two numbers that vary", C::min)
     }
     fn max(self, o: Self) -> Self {
-        if self.len.max(o.len) > 1 {
-            return Series::refused("the larger of two numbers that vary");
-        }
-        if self.c[0] > o.c[0] { self } else { o }
+        self.constants_or(o, "the larger of two numbers that vary", C::max)
     }
     fn step(self) -> Self {
-        self.constant_or("the step of something that varies", Scalar::step)
+        self.constant_or("the step of something that varies", C::step)
     }
     fn powf(self, p: f64) -> Self {
         if is_product(p) {
-            let power = (0..p.abs() as usize).fold(Series::from(1.0), |power, _| power * self);
-            return if p < 0.0 { Series::from(1.0) / power } else { power };
+            let power = (0..p.abs() as usize).fold(Self::from(1.0), |power, _| power * self);
+            return if p < 0.0 { Self::from(1.0) / power } else { power };
         }
-        self.function(libm::pow(self.c[0], p), |n, a, c| {
-            let sum: f64 = (1..=n).map(|j| (j as f64 * (p + 1.0) - n as f64) * a[j] * c[n - j]).sum();
-            sum / (n as f64 * a[0])
-        })
+        self.power(self.c[0].powf(p), p)
     }
     fn abs_powf(self, p: f64) -> Self {
-        if self.len > 1 && p % 2.0 == 1.0 {
-            return Series::refused("an odd power of an absolute value that varies");
+        match self.len {
+            1 => self.abs().powf(p),
+            _ if p % 2.0 == 1.0 => Self::refused("an odd power of an absolute value that varies"),
+            _ if is_product(p) => self.powf(p),
+            _ => self.power(self.c[0].abs().powf(p), p),
         }
-        if self.c[0] < 0.0 { (-self).powf(p) } else { self.powf(p) }
     }
     fn exp(self) -> Self {
-        self.function(libm::exp(self.c[0]), |n, a, e| {
-            (1..=n).map(|j| j as f64 * a[j] * e[n - j]).sum::<f64>() / n as f64
+        self.function(self.c[0].exp(), |n, a, e| {
+            sum((1..=n).map(|j| a[j] * j as f64 * e[n - j])) / C::from(n as f64)
         })
     }
     fn ln(self) -> Self {
-        self.function(libm::log(self.c[0]), |n, a, l| {
-            let sum: f64 = (1..n).map(|j| j as f64 * l[j] * a[n - j]).sum();
-            (a[n] - sum / n as f64) / a[0]
+        self.function(self.c[0].ln(), |n, a, l| {
+            let sum = sum((1..n).map(|j| l[j] * j as f64 * a[n - j]));
+            (a[n] - sum / C::from(n as f64)) / a[0]
         })
     }
     fn sin(self) -> Self {
@@ -353,15 +389,15 @@ impl Scalar for Series {
     fn sin_cos(self) -> (Self, Self) {
         let len = if self.len == 1 { 1 } else { self.full };
         let (mut s, mut c) = (self.like(len), self.like(len));
-        (s.c[0], c.c[0]) = libm::sincos(self.c[0]);
+        (s.c[0], c.c[0]) = self.c[0].sin_cos();
         for n in 1..len {
-            let (mut ds, mut dc) = (0.0, 0.0);
+            let [mut ds, mut dc] = [C::from(0.0); 2];
             for j in 1..=n.min(self.len - 1) {
-                let a = j as f64 * self.c[j];
-                ds += a * c.c[n - j];
-                dc -= a * s.c[n - j];
+                let a = self.c[j] * j as f64;
+                ds = ds + a * c.c[n - j];
+                dc = dc - a * s.c[n - j];
             }
-            (s.c[n], c.c[n]) = (ds / n as f64, dc / n as f64);
+            (s.c[n], c.c[n]) = (ds / C::from(n as f64), dc / C::from(n as f64));
         }
         (s, c)
     }

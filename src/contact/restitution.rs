@@ -1,6 +1,7 @@
 //! Rigid stops: velocities jump when a contact reaches an edge.
 
 use crate::error::{ParameterError, check};
+use crate::scalar::Scalar;
 
 /// Newton's law of restitution for a rigid stop: v⁺ - w = -e (v - w), with the velocity w of the stop and
 /// 0 <= e <= 1.
@@ -57,8 +58,8 @@ impl Restitution {
     }
     /// v⁺ = w - e (v - w): the velocity after an impact on a stop that moves at the velocity w. The
     /// deflection must be a coordinate; otherwise use [`impulse`](Restitution::impulse).
-    pub fn rebound(&self, v: f64, w: f64) -> f64 {
-        w - self.coefficient * (v - w)
+    pub fn rebound<S: Scalar>(&self, v: S, w: S) -> S {
+        w - (v - w) * self.coefficient
     }
     /// v⁺ = v - (1 + e) s/(bᵀm) m: the velocities after an impact of a deflection d that depends on several
     /// coordinates.
@@ -76,8 +77,8 @@ impl Restitution {
     /// ```
     ///
     /// # Panics
-    /// If b, m and v differ in length, or if bᵀm is not positive.
-    pub fn impulse(&self, s: f64, b: &[f64], m: &[f64], v: &mut [f64]) {
+    /// If b, m and v differ in length.
+    pub fn impulse<S: Scalar>(&self, s: S, b: &[S], m: &[S], v: &mut [S]) {
         assert!(
             b.len() == m.len() && m.len() == v.len(),
             "b, m and v have {}, {} and {} entries: their lengths must be equal",
@@ -85,9 +86,8 @@ impl Restitution {
             m.len(),
             v.len()
         );
-        let along: f64 = b.iter().zip(m).map(|(b, m)| b * m).sum();
-        assert!(along > 0.0, "bᵀm is {along}: it must be positive");
-        let share = (1.0 + self.coefficient) * s / along;
-        v.iter_mut().zip(m).for_each(|(v, m)| *v -= share * m);
+        let along = b.iter().zip(m).fold(S::from(0.0), |sum, (b, m)| sum + *b * *m);
+        let share = s * (1.0 + self.coefficient) / along;
+        v.iter_mut().zip(m).for_each(|(v, m)| *v = *v - share * *m);
     }
 }

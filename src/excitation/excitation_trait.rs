@@ -1,7 +1,9 @@
 //! Functions of an angle.
 
+use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::jet::Jet;
-use crate::series::Series;
+use crate::interval::number::Interval;
+use crate::series::{PowerSeries, Series};
 use std::any::Any;
 use std::fmt::Debug;
 
@@ -40,6 +42,12 @@ pub trait Excitation: Any + Debug + Send + Sync {
     /// Returns the series of f alone. Default: from [`series`](Excitation::series).
     fn value_series(&self, angle: &Series) -> Series {
         self.series(angle).value
+    }
+    /// Returns enclosures of f, f' and f'' as Taylor series over a stretch of time, from the enclosed angle. A
+    /// [certificate](crate::certify) requires it. Default: refused.
+    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+        let _ = angle;
+        Jet::constant(PowerSeries::refused("an excitation without `Excitation::enclosure`"))
     }
     /// Returns mean and pairs (c_n, s_n) of f as a finite Fourier series, if it is one with at most 64 waves.
     /// Products of such excitations are expanded once. Default: `None`.

@@ -8,6 +8,7 @@
 
 pub(crate) mod angle;
 pub(crate) mod earliest;
+pub(crate) mod enclosed_angle;
 pub(crate) mod excitation_trait;
 pub(crate) mod functions;
 pub(crate) mod jet;
@@ -16,6 +17,7 @@ pub(crate) mod wave;
 
 pub use crate::excitation::angle::Angle;
 pub use crate::excitation::earliest::earliest;
+pub use crate::excitation::enclosed_angle::EnclosedAngle;
 pub use crate::excitation::excitation_trait::{Excitation, same};
 pub use crate::excitation::functions::centre::{CentreCurve, InstantCentre};
 pub use crate::excitation::functions::combine::{Function, Product, Scaled, Sum};

@@ -1,12 +1,14 @@
 //! Waves: excitations on a shaft.
 
 use crate::error::{ParameterError, check};
+use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::excitation_trait::Excitation;
 use crate::excitation::functions::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
+use crate::interval::number::Interval;
 use crate::numeric::gauss;
-use crate::series::Series;
+use crate::series::{PowerSeries, Series};
 use std::any::Any;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -167,6 +169,11 @@ impl Wave {
     pub(crate) fn own_series(&self, angle: Series, side: Side) -> (&dyn Excitation, Series) {
         let own = self.own(angle.at(0.0), side);
         (&*self.excitation, (angle * f64::from(self.order)).moved_to(own))
+    }
+
+    /// The enclosure of the excitation at its own angle n φ + ψ.
+    pub(crate) fn enclosure(&self, own: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+        self.excitation.enclosure(own)
     }
 
     /// The wave as a finite Fourier series over the angle of the shaft, if it is one.

@@ -28,7 +28,7 @@ pub use crate::model::shapes::machine::Machine;
 pub use crate::model::shapes::shape::{Drives, Shape, Size};
 pub use crate::model::state::State;
 pub use crate::scalar::{Scalar, keep_rolled};
-pub use crate::series::Series;
+pub use crate::series::{PowerSeries, Series};
 
 /// What a machine knows about its algebra beyond its values: a tape of it, named constants, the terms of
 /// its equations, the values of its contact laws. A model of your own needs none of it, unless
@@ -36,6 +36,7 @@ pub use crate::series::Series;
 pub mod recording {
     pub use crate::model::drive_slope::DriveSlope;
     pub use crate::model::equations::Constants;
+    pub use crate::model::expansion::enclosed::Enclosed;
     pub use crate::model::expansion::every_piece::EveryPiece;
     pub use crate::model::expansion::expand::{Expand, Recorded};
     pub use crate::model::laws::Laws;

@@ -52,8 +52,8 @@ impl Shape for Stop {
     fn stops(&self) -> &[[bool; 2]] {
         &[[true, true]]
     }
-    fn impact(&self, _: usize, _: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) {
-        v[0] = self.restitution.rebound(v[0], 0.0);
+    fn impact<S: Scalar>(&self, _: usize, _: Piece, _: Drives<'_, S>, _: &[S], v: &mut [S]) {
+        v[0] = self.restitution.rebound(v[0], S::from(0.0));
     }
 }
 

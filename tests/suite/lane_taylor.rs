@@ -297,7 +297,7 @@ impl Shape for Stops {
     fn stops(&self) -> &[[bool; 2]] {
         &self.both
     }
-    fn impact(&self, i: usize, _: Piece, u: Drives<'_, f64>, _: &[f64], v: &mut [f64]) {
+    fn impact<S: Scalar>(&self, i: usize, _: Piece, u: Drives<'_, S>, _: &[S], v: &mut [S]) {
         let [_, rate] = u.waves_from::<2>(2 * i);
         v[0] = self.rigid.as_ref().unwrap().rebound(v[0], rate * u.speed());
     }

@@ -447,7 +447,7 @@ fn lanes_refuse_rigid_stops() {
         ) -> Contact<S> {
             Contact { deflection: q[0], rate: v[0], lower: S::from(0.0), ..Contact::default() }
         }
-        fn impact(&self, _: usize, _: Piece, _: Drives<'_, f64>, _: &[f64], v: &mut [f64]) {
+        fn impact<S: Scalar>(&self, _: usize, _: Piece, _: Drives<'_, S>, _: &[S], v: &mut [S]) {
             v[0] = -v[0];
         }
     }

@@ -1,10 +1,13 @@
 //! The instantaneous centre of a noncircular gear.
 
 use crate::error::{ParameterError, check};
+use crate::excitation::angle::Angle;
+use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::jet::Jet;
+use crate::interval::number::Interval;
 use crate::scalar::Scalar;
-use crate::series::Series;
+use crate::series::{PowerSeries, Series};
 
 /// The instantaneous centre of an eccentric gear with the eccentric ratio ε `[1]`, over the phase x `[rad]`.
 ///
@@ -144,6 +147,9 @@ impl Excitation for CentreCurve {
     }
     fn series(&self, angle: &Series) -> Jet<Series> {
         self.curve(*angle)
+    }
+    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+        self.curve(angle.number())
     }
     fn same_as(&self, other: &dyn Excitation) -> bool {
         same(self, other)

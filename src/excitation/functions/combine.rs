@@ -1,12 +1,14 @@
 //! Excitations composed of waves, and excitations given by closures.
 
 use crate::error::{ParameterError, check};
+use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::functions::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
-use crate::series::Series;
+use crate::interval::number::Interval;
+use crate::series::{PowerSeries, Series};
 use std::fmt;
 
 /// The sum f(φ) + g(φ) + ... of waves.
@@ -56,6 +58,10 @@ impl Excitation for Sum {
                 self.terms.iter().fold(zero, |sum, f| sum + f.jet(*angle, Side::After))
             }
         }
+    }
+    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+        let zero = Jet::constant(0.0.into());
+        self.terms.iter().fold(zero, |sum, f| sum + f.jet(angle, Side::After))
     }
     fn value_series(&self, angle: &Series) -> Series {
         match &self.expanded {
@@ -111,6 +117,10 @@ impl Excitation for Product {
             }
         }
     }
+    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+        let one = Jet::constant(1.0.into());
+        self.factors.iter().fold(one, |product, f| product * f.jet(angle, Side::After))
+    }
     fn value_series(&self, angle: &Series) -> Series {
         match &self.expanded {
             Some(expanded) if turns_evenly(angle) => expanded.value_series(angle),
@@ -139,6 +149,10 @@ impl Excitation for Quotient {
     }
     fn series(&self, angle: &Series) -> Jet<Series> {
         let [f, g] = self.0.each_ref().map(|wave| wave.jet(*angle, Side::After));
+        f / g
+    }
+    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+        let [f, g] = self.0.each_ref().map(|wave| wave.jet(angle, Side::After));
         f / g
     }
     fn edges(&self) -> Vec<f64> {
@@ -178,6 +192,9 @@ impl Excitation for Scaled {
     }
     fn series(&self, angle: &Series) -> Jet<Series> {
         self.inner.jet(*angle, Side::After) * self.factor
+    }
+    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+        self.inner.jet(angle, Side::After) * self.factor
     }
     fn value_series(&self, angle: &Series) -> Series {
         self.inner.value(*angle, Side::After) * self.factor

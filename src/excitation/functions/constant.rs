@@ -1,9 +1,11 @@
 //! A constant excitation.
 
 use crate::error::{ParameterError, check};
+use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::jet::Jet;
-use crate::series::Series;
+use crate::interval::number::Interval;
+use crate::series::{PowerSeries, Series};
 
 /// A constant excitation.
 ///
@@ -34,6 +36,9 @@ impl Excitation for Constant {
         Jet::constant(self.0)
     }
     fn series(&self, _: &Series) -> Jet<Series> {
+        Jet::constant(self.0.into())
+    }
+    fn enclosure(&self, _: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
         Jet::constant(self.0.into())
     }
     fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {

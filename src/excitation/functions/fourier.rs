@@ -1,10 +1,12 @@
 //! Fourier series.
 
 use crate::error::{ParameterError, check};
+use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::jet::Jet;
+use crate::interval::number::Interval;
 use crate::scalar::Scalar;
-use crate::series::{BLOCKS, EIGHT, Series, WaveWeights};
+use crate::series::{BLOCKS, EIGHT, PowerSeries, Series, WaveWeights};
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
@@ -267,6 +269,17 @@ impl Excitation for Fourier {
             [_, w] => self.turning(angle, w, false).value,
             _ => self.jet_of(angle.sin_cos(), 1.0).value,
         }
+    }
+    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+        let mut jet = Jet::constant(PowerSeries::from(self.mean));
+        for (n, _) in &self.weights {
+            let ([sin, cos], [a, b], n) = (angle.sin_cos(*n as f64), self.pairs[n - 1], *n as f64);
+            let wave = cos * a + sin * b;
+            jet.value = jet.value + wave;
+            jet.rate = jet.rate + (cos * b - sin * a) * n;
+            jet.second = jet.second - wave * n * n;
+        }
+        jet
     }
     fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
         self.clone().if_short().map(|short| (short.mean, short.pairs))

@@ -1,10 +1,12 @@
 //! Rectangular waves: the mesh stiffness of a contact ratio.
 
 use crate::error::{ParameterError, check};
+use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::functions::fourier::Fourier;
 use crate::excitation::jet::Jet;
-use crate::series::Series;
+use crate::interval::number::Interval;
+use crate::series::{PowerSeries, Series};
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
@@ -102,6 +104,9 @@ impl Excitation for RectangularWave {
     }
     fn series(&self, angle: &Series) -> Jet<Series> {
         Jet::constant(self.level(angle.at(0.0)).into())
+    }
+    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+        Jet::constant(self.level(angle.inside()).into())
     }
     fn edges(&self) -> Vec<f64> {
         if self.duty > 0.0 && self.low != self.high {

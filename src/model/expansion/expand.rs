@@ -1,6 +1,9 @@
 //! The trait of models with a Taylor series.
 
 use crate::contact::Contact;
+use crate::error::ParameterError;
+use crate::interval::number::Interval;
+use crate::model::expansion::enclosed::Enclosed;
 use crate::model::expansion::every_piece::EveryPiece;
 use crate::series::Series;
 use crate::tape::node::Node;
@@ -35,6 +38,16 @@ pub trait Expand {
     fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
         let _ = needed;
         self.drive_series(t, coefficients, u);
+    }
+    /// The model with enclosed drives, for a [certificate](crate::certify). `given`: constants by name that
+    /// are intervals; all others are the numbers of the model. Default: `None`, a model that cannot be
+    /// enclosed.
+    ///
+    /// # Errors
+    /// A name that the model does not have.
+    fn enclosed(&self, given: &[(&str, Interval)]) -> Result<Option<Box<dyn Enclosed + '_>>, ParameterError> {
+        let _ = given;
+        Ok(None)
     }
 }
 

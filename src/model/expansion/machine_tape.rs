@@ -1,6 +1,9 @@
 //! Machines as tapes.
 
+use crate::error::ParameterError;
 use crate::excitation::Side;
+use crate::interval::number::Interval;
+use crate::model::expansion::enclosed::{Enclosed, EnclosedMachine};
 use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
@@ -51,5 +54,8 @@ impl<G: Shape> Expand for Machine<G> {
         }
         let angle = Series::variable(speed * t, speed, coefficients);
         self.shape().waves_again(angle, Side::After, &mut u[..waves]);
+    }
+    fn enclosed(&self, given: &[(&str, Interval)]) -> Result<Option<Box<dyn Enclosed + '_>>, ParameterError> {
+        Ok(Some(Box::new(EnclosedMachine::new(self, given)?)))
     }
 }

@@ -1,5 +1,6 @@
 //! What a model offers to [`Taylor`](crate::Taylor): its algebra as a tape, its drives as series.
 
+pub(crate) mod enclosed;
 pub(crate) mod every_piece;
 pub(crate) mod expand;
 pub(crate) mod fourier_angle;

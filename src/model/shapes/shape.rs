@@ -282,9 +282,9 @@ pub trait Shape: PartialEq {
     /// Applies the impact of contact `contact` on a rigid stop at the edge of flank `on`: replaces the
     /// velocities `v`. It is called for the [`stops`](Shape::stops). Default: NaN. See
     /// [`Model::impact`](crate::Model::impact) and [`Restitution`](crate::contact::Restitution).
-    fn impact(&self, contact: usize, on: Piece, u: Drives<'_, f64>, q: &[f64], v: &mut [f64]) {
+    fn impact<S: Scalar>(&self, contact: usize, on: Piece, u: Drives<'_, S>, q: &[S], v: &mut [S]) {
         let _ = (contact, on, u, q);
-        v.fill(f64::NAN);
+        v.fill(f64::NAN.into());
     }
 
     /// Channels of this model in addition to those that every model has. Default: none.

@@ -1,0 +1,307 @@
+//! Certificates of periodic orbits.
+
+use crate::certify::contraction::Newton;
+use crate::certify::leg::{Leg, image};
+use crate::certify::multipliers::{Disc, discs, stability};
+use crate::certify::proposal::Proposal;
+use crate::certify::stretch::{Field, Square};
+use crate::certify::unproved::Unproved;
+use crate::contact::Piece;
+use crate::interval::number::Interval;
+use crate::model::Periodic;
+use crate::periodic::{ShootingOrbit, Stability};
+
+/// Order of the Taylor polynomials of a step.
+const ORDER: usize = 24;
+
+/// Half widths of the first boxes, and the largest ones that are tried, as shares of the range of motion `[1]`.
+const FIRST_RADIUS: f64 = 1e-14;
+const LARGEST_RADIUS: f64 = 1e-3;
+
+/// Newton steps of the nodes before the proof, and widths of boxes that are tried.
+const POLISHING: usize = 3;
+const ATTEMPTS: usize = 8;
+
+/// A crossing of the certified orbit.
+///
+/// ```
+/// use gear_dynamics::{certify::{CertifiedCrossing, Interval}, contact::Piece};
+/// let crossing = CertifiedCrossing { contact: 0, to: Piece::Gap, time: Interval::new(1.0, 1.1)? };
+/// assert!(crossing.time.contains(1.05));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CertifiedCrossing {
+    /// Index of the contact, from 0.
+    pub contact: usize,
+    /// The piece that the contact enters; at a rigid stop the flank of the stop.
+    pub to: Piece,
+    /// The time of the crossing.
+    pub time: Interval,
+}
+
+/// A proof that a periodic orbit exists. The page certificates has the theorem and
+/// its assumptions.
+///
+/// In the product of the boxes there is exactly one periodic orbit of the model with this sequence of crossings.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Certificate {
+    proposal: Proposal,
+    /// Half widths of the boxes.
+    radii: Vec<Vec<f64>>,
+    constants: Vec<(String, Interval)>,
+    period: Interval,
+    crossings: Vec<CertifiedCrossing>,
+    multipliers: Vec<Disc>,
+}
+
+impl Certificate {
+    /// Times of the nodes at the centres of the boxes.
+    pub fn times(&self) -> Vec<f64> {
+        self.proposal.legs.iter().map(|leg| leg.start.middle()).collect()
+    }
+    /// The box of node `i`: coordinates, then velocities.
+    pub fn state(&self, i: usize) -> Vec<Interval> {
+        let pairs = self.proposal.nodes[i].iter().zip(&self.radii[i]);
+        pairs.map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect()
+    }
+    /// The largest half width of all boxes, in the units of the model.
+    pub fn radius(&self) -> f64 {
+        self.radii.iter().flatten().fold(0.0, |most, r| most.max(*r))
+    }
+    /// The period of the orbit.
+    pub fn period(&self) -> Interval {
+        self.period
+    }
+    /// All crossings in one period of the orbit, in the order of time.
+    pub fn crossings(&self) -> &[CertifiedCrossing] {
+        &self.crossings
+    }
+    /// Discs that contain the Floquet multipliers; empty if they could not be enclosed.
+    pub fn multipliers(&self) -> &[Disc] {
+        &self.multipliers
+    }
+    /// Stable if all multipliers are proved to lie inside the unit circle, unstable if one is proved to lie
+    /// outside, otherwise undecided.
+    pub fn stability(&self) -> Stability {
+        if self.multipliers.is_empty() { Stability::Undecided } else { stability(&self.multipliers) }
+    }
+
+    /// Checks the certificate again for a model: encloses the motion of every box by its legs and proves the
+    /// inclusion once more, without the search that found the boxes.
+    ///
+    /// # Errors
+    /// What does not hold.
+    pub fn check(&self, model: &dyn Periodic) -> Result<(), Unproved> {
+        let constants: Vec<(&str, Interval)> =
+            self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let field = field(model, &constants)?;
+        let differs = |what: &str| Unproved::Differs { what: what.into() };
+        let legs = &self.proposal.legs;
+        let turns = (self.period / field.drives.period()).middle().round();
+        let own = field.drives.period() * turns;
+        if legs.is_empty() || turns < 1.0 || !own.lies_in(self.period) || !self.is_closed(&field) {
+            return Err(differs("period, nodes or pieces"));
+        }
+        let proved = prove(&field, &self.proposal, &self.radii)?.inclusion()?;
+        let agree = self.crossings.len() == proved.crossings.len()
+            && self.crossings.iter().zip(&proved.crossings).all(|(own, proved)| {
+                (own.contact, own.to) == (proved.contact, proved.to) && proved.time.lies_in(own.time)
+            });
+        if !agree {
+            return Err(differs("crossings"));
+        }
+        let rounding = |disc: &Disc| Disc { radius: disc.radius * (1.0 + 1e-6) + 1e-15, ..*disc };
+        match self.multipliers.is_empty()
+            || proved
+                .multipliers()
+                .iter()
+                .all(|disc| self.multipliers.iter().any(|own| rounding(own).contains(disc)))
+        {
+            true => Ok(()),
+            false => Err(differs("multipliers")),
+        }
+    }
+
+    /// Whether the legs follow one another in time and on their pieces, over one period.
+    fn is_closed(&self, field: &Field<'_>) -> bool {
+        let Proposal { legs, nodes } = &self.proposal;
+        let sizes = nodes.len() == legs.len()
+            && self.radii.len() == legs.len()
+            && nodes.iter().chain(&self.radii).all(|node| node.len() == 2 * field.n);
+        let contacts = field.motion.tape.distances.len();
+        let (first, last) = (&legs[0], &legs[legs.len() - 1]);
+        let follows = |(leg, next): (&Leg, &Leg)| {
+            let mut pieces = leg.pieces.clone();
+            if let Some(event) = leg.event.filter(|event| !event.rebounds && event.contact < contacts) {
+                pieces[event.contact] = event.to;
+            }
+            pieces == next.pieces
+        };
+        let in_time = legs.windows(2).all(|pair| pair[0].end == pair[1].start);
+        sizes
+            && in_time
+            && legs.iter().all(|leg| leg.pieces.len() == contacts)
+            && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
+            && first.start.low() == first.start.high()
+            && (first.start + self.period)
+                .lies_in(last.end + Interval::symmetric(f64::EPSILON * last.end.magnitude()))
+    }
+}
+
+/// The equations of a model on intervals.
+fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)]) -> Result<Field<'m>, Unproved> {
+    let none = |what: &str| Unproved::NoEnclosure { what: what.into() };
+    let expanded = model.offers().expansion.ok_or_else(|| none("a model that is no `Machine`"))?;
+    let drives = expanded.enclosed(constants)?.ok_or_else(|| none("a model that is no `Machine`"))?;
+    let tape = expanded.record(&|_| true).0;
+    if let Some((place, what)) = tape.kink() {
+        return Err(none(&format!("{what}, in {place},")));
+    }
+    let needed = tape.needed();
+    let field = Field::new(tape, drives, ORDER);
+    let period = field.drives.period();
+    let inside = field.drive_series(Interval::from(1e-3 * period.middle()), 1e-3 * period.middle(), 2);
+    let refused = inside
+        .iter()
+        .enumerate()
+        .find_map(|(d, series)| needed[2 * field.n + d].then(|| series.refusal()).flatten());
+    refused.map_or(Ok(field), |what| Err(none(what)))
+}
+
+/// All images of a chain of boxes.
+struct Images<'p> {
+    proposal: &'p Proposal,
+    radii: &'p [Vec<f64>],
+    defects: Vec<Vec<Interval>>,
+    slopes: Vec<Square>,
+    crossings: Vec<CertifiedCrossing>,
+}
+
+fn prove<'p>(
+    field: &Field<'_>,
+    proposal: &'p Proposal,
+    radii: &'p [Vec<f64>],
+) -> Result<Images<'p>, Unproved> {
+    let count = proposal.legs.len();
+    let (mut defects, mut slopes, mut crossings) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, leg) in proposal.legs.iter().enumerate() {
+        let m = &proposal.nodes[i];
+        let x: Vec<Interval> =
+            m.iter().zip(&radii[i]).map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect();
+        let image = image(field, leg, &x, m)?;
+        let next = &proposal.nodes[(i + 1) % count];
+        defects.push(image.middle.iter().zip(next).map(|(x, next)| *x - Interval::from(*next)).collect());
+        slopes.push(image.slope);
+        if let (Some(event), Some(time)) = (&leg.event, image.crossing) {
+            crossings.push(CertifiedCrossing { contact: event.contact, to: event.to, time });
+        }
+    }
+    Ok(Images { proposal, radii, defects, slopes, crossings })
+}
+
+impl Images<'_> {
+    fn newton(&self) -> Newton<'_> {
+        Newton::new(&self.defects, &self.slopes)
+    }
+    /// The half widths of the images of all boxes.
+    fn bounds(&self) -> Result<Vec<Vec<f64>>, Unproved> {
+        let newton = self.newton();
+        let singular = |i: usize| Unproved::NotContracting {
+            t: self.proposal.legs[i].start.middle(),
+            needed: f64::INFINITY,
+        };
+        (0..self.slopes.len()).map(|i| newton.bound(i, self.radii).ok_or(singular(i))).collect()
+    }
+    /// The proof that the Newton operator maps the boxes into themselves.
+    fn inclusion(self) -> Result<Self, Unproved> {
+        let bounds = self.bounds()?;
+        let mut worst = (0, 0.0);
+        for (i, (bounds, radii)) in bounds.iter().zip(self.radii).enumerate() {
+            for (bound, radius) in bounds.iter().zip(radii) {
+                let needed = bound / radius;
+                // A NaN counts as not proved.
+                if !(needed < worst.1) {
+                    worst = (i, needed);
+                }
+            }
+        }
+        match worst.1 < 1.0 {
+            true => Ok(self),
+            false => Err(Unproved::NotContracting {
+                t: self.proposal.legs[worst.0].start.middle(),
+                needed: worst.1,
+            }),
+        }
+    }
+    fn multipliers(&self) -> Vec<Disc> {
+        discs(&self.slopes, &self.newton().turn_from(0)).unwrap_or_default()
+    }
+}
+
+impl ShootingOrbit {
+    /// Proves that the orbit exists: in small boxes around it there is exactly one periodic orbit of the model, it
+    /// makes exactly these crossings, and its multipliers lie in these discs.
+    ///
+    /// # Errors
+    /// [`Unproved`]: what could not be shown.
+    pub fn certify(&self, model: &dyn Periodic) -> Result<Certificate, Unproved> {
+        self.certify_with(model, &[])
+    }
+
+    /// [`certify`](ShootingOrbit::certify) for all values of some constants within intervals: for each of them
+    /// there is exactly one orbit in the boxes.
+    ///
+    /// # Errors
+    /// As there; a name that the model does not have.
+    pub fn certify_with(
+        &self,
+        model: &dyn Periodic,
+        constants: &[(&str, Interval)],
+    ) -> Result<Certificate, Unproved> {
+        let field = field(model, constants)?;
+        let range: Vec<f64> = self.range().iter().map(|r| r.max(f64::MIN_POSITIVE)).collect();
+        let mut proposal = Proposal::along(self, model, &field, &range)?;
+        let count = proposal.legs.len();
+        let boxes = |share: f64| vec![range.iter().map(|r| share * r).collect::<Vec<f64>>(); count];
+        for _ in 0..POLISHING {
+            let radii = boxes(FIRST_RADIUS);
+            let images = prove(&field, &proposal, &radii)?;
+            let newton = images.newton();
+            let corrections: Option<Vec<Vec<f64>>> = (0..count).map(|i| newton.correction(i)).collect();
+            let Some(corrections) = corrections else { break };
+            for (node, correction) in proposal.nodes.iter_mut().zip(&corrections) {
+                node.iter_mut().zip(correction).for_each(|(x, dx)| *x += dx);
+            }
+        }
+        let mut radii = boxes(FIRST_RADIUS);
+        let mut failure = None;
+        for _ in 0..ATTEMPTS {
+            let images = prove(&field, &proposal, &radii)?;
+            let bounds = images.bounds()?;
+            match images.inclusion() {
+                Ok(proved) => {
+                    let (crossings, multipliers) = (proved.crossings.clone(), proved.multipliers());
+                    let constants =
+                        constants.iter().map(|(name, value)| (name.to_string(), *value)).collect();
+                    let period = field.drives.period() * self.period_multiple() as f64;
+                    return Ok(Certificate { proposal, radii, constants, period, crossings, multipliers });
+                }
+                Err(error) => failure = Some(error),
+            }
+            let mut share = 0.0f64;
+            for (radii, bounds) in radii.iter_mut().zip(&bounds) {
+                for ((radius, bound), range) in radii.iter_mut().zip(bounds).zip(&range) {
+                    *radius = (2.0 * bound).max(*radius);
+                    share = share.max(*radius / range);
+                }
+            }
+            if share.is_nan() || share > LARGEST_RADIUS {
+                break;
+            }
+        }
+        Err(failure.unwrap_or(Unproved::NotContracting { t: self.states()[0].t, needed: f64::INFINITY }))
+    }
+}

@@ -1,0 +1,15 @@
+//! Proofs: periodic motions with tooth contacts, shown to exist.
+
+pub(crate) mod algebra;
+pub(crate) mod certificate;
+pub(crate) mod contraction;
+pub(crate) mod leg;
+pub(crate) mod multipliers;
+pub(crate) mod proposal;
+pub(crate) mod stretch;
+pub(crate) mod unproved;
+
+pub use crate::certify::certificate::{Certificate, CertifiedCrossing};
+pub use crate::certify::multipliers::Disc;
+pub use crate::certify::unproved::Unproved;
+pub use crate::interval::number::Interval;

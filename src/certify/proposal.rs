@@ -1,0 +1,232 @@
+//! What a proof begins with: nodes, legs and the sequence of contacts, in plain numbers.
+
+use crate::certify::leg::{Event, Leg};
+use crate::certify::stretch::Field;
+use crate::certify::unproved::Unproved;
+use crate::contact::{Contact, Piece};
+use crate::excitation::Side;
+use crate::interval::number::Interval;
+use crate::model::{Model, Periodic, State};
+use crate::ode::Step;
+use crate::periodic::ShootingOrbit;
+use std::ops::ControlFlow;
+
+/// Nodes of a closed chain with the legs between them.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Proposal {
+    pub(super) legs: Vec<Leg>,
+    /// Coordinates, then velocities, at the start of each leg.
+    pub(super) nodes: Vec<Vec<f64>>,
+}
+
+/// What ends a part of the motion.
+#[derive(Clone, Copy, Debug)]
+enum Mark {
+    Crossing(Event),
+    DriveEdge(f64),
+    End,
+}
+
+/// Share of the range of motion that the last term of a step may have `[1]`.
+const LAST_TERM: f64 = 1e-18;
+
+/// Share of the step by that rule that is taken, since the terms over a box are larger.
+const CAUTION: f64 = 0.6;
+
+/// Marks closer to each other than this share of the period are not ordered `[1]`.
+const APART: f64 = 1e-9;
+
+/// Largest number of legs.
+const MOST_LEGS: usize = 100_000;
+
+impl Proposal {
+    /// The chain along an orbit. `scale`: ranges of coordinates and velocities.
+    pub(super) fn along(
+        orbit: &ShootingOrbit,
+        model: &dyn Periodic,
+        field: &Field<'_>,
+        scale: &[f64],
+    ) -> Result<Self, Unproved> {
+        let turns = orbit.period_multiple() as f64;
+        let period = field.drives.period() * turns;
+        let mut marks = marks(orbit, model)?;
+        let from = orbit.states()[0].t;
+        // The chain starts in the middle of the longest part without a mark.
+        let (mut longest, mut start, mut last) = (0.0, from, from);
+        for &(t, _) in marks.iter().chain([&(from + orbit.period(), Mark::End)]) {
+            if t - last > longest {
+                (longest, start) = (t - last, 0.5 * (t + last));
+            }
+            last = t;
+        }
+        let first = if marks.is_empty() { orbit.states()[0].clone() } else { orbit.at(model, start)? };
+        let start = first.t;
+        for (t, mark) in &mut marks {
+            if *t <= start {
+                *t += orbit.period();
+                match mark {
+                    Mark::Crossing(event) => event.near += orbit.period(),
+                    Mark::DriveEdge(at) => *at += orbit.period(),
+                    Mark::End => {}
+                }
+            }
+        }
+        marks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let end = Interval::from(start) + period;
+        marks.push((start + orbit.period(), Mark::End));
+        if let Some(close) = marks.windows(2).find(|pair| pair[1].0 - pair[0].0 < APART * orbit.period()) {
+            return Err(Unproved::Together { t: close[0].0, after: close[1].0 });
+        }
+        let mut walk = Walk {
+            field,
+            scale,
+            legs: Vec::new(),
+            nodes: Vec::new(),
+            time: Interval::from(start),
+            x: first.q.iter().chain(&first.v).copied().collect(),
+            pieces: pieces(model, &first),
+        };
+        walk.through(&marks, end)?;
+        Ok(Proposal { legs: walk.legs, nodes: walk.nodes })
+    }
+}
+
+/// The pieces of all contacts at a state.
+fn pieces(model: &dyn Model, state: &State) -> Vec<Piece> {
+    let mut contacts = vec![Contact::default(); model.contacts()];
+    let mut u = vec![0.0; model.drives()];
+    model.drive(state.t, Side::After, &mut u);
+    model.contact(&u, &state.q, &state.v, &mut contacts);
+    contacts.iter().map(Contact::piece).collect()
+}
+
+/// Crossings and drive edges along an orbit, by time.
+fn marks(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Vec<(f64, Mark)>, Unproved> {
+    let mut marks = Vec::new();
+    let mut collect = |step: &mut Step<'_>| {
+        let t = step.t1();
+        marks.extend(step.crossings().iter().map(|c| {
+            (t, Mark::Crossing(Event { contact: c.contact, to: c.to, rebounds: c.rebounds, near: t }))
+        }));
+        ControlFlow::Continue(())
+    };
+    orbit.observe(model, &mut collect)?;
+    let (from, until) = (orbit.states()[0].t, orbit.states()[0].t + orbit.period());
+    let mut t = from;
+    while let Some(edge) = model.next_edge(t).filter(|edge| *edge <= until) {
+        marks.push((edge, Mark::DriveEdge(edge)));
+        t = edge;
+    }
+    marks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(marks)
+}
+
+struct Walk<'w, 'm> {
+    field: &'w Field<'m>,
+    scale: &'w [f64],
+    legs: Vec<Leg>,
+    nodes: Vec<Vec<f64>>,
+    time: Interval,
+    x: Vec<f64>,
+    pieces: Vec<Piece>,
+}
+
+impl Walk<'_, '_> {
+    fn through(&mut self, marks: &[(f64, Mark)], end: Interval) -> Result<(), Unproved> {
+        for (i, &(t, mark)) in marks.iter().enumerate() {
+            let until = match mark {
+                Mark::Crossing(_) => Interval::from(t),
+                Mark::DriveEdge(at) => self.field.drives.edge(at),
+                Mark::End => end,
+            };
+            self.plain_to(until, matches!(mark, Mark::Crossing(_)))?;
+            if let Mark::Crossing(event) = mark {
+                let (next, other) = marks[i + 1];
+                let next = if matches!(other, Mark::Crossing(_)) { 0.5 * (next + t) } else { next };
+                self.across(event, next)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Plain legs up to a time; before a crossing the last part stays open.
+    fn plain_to(&mut self, until: Interval, crossing: bool) -> Result<(), Unproved> {
+        loop {
+            let t = self.time.middle();
+            let left = until.middle() - t;
+            let step = self.step(t);
+            let count = (left / step).ceil();
+            if crossing && count <= 1.0 {
+                return Ok(());
+            }
+            if count <= 1.0 {
+                return self.leg_to(until, None);
+            }
+            self.leg_to(Interval::from(t + left / count), None)?;
+        }
+    }
+
+    /// A leg over a crossing, up to a node before `next`.
+    fn across(&mut self, event: Event, next: f64) -> Result<(), Unproved> {
+        let (leg, start) = (self.pieces.clone(), (self.time, self.x.clone()));
+        self.move_by(event.near - self.time.middle());
+        if event.rebounds {
+            let impact = self.field.impact(event.contact, event.to)?;
+            let n = self.field.n;
+            let box_of: Vec<Interval> = self.x.iter().map(|x| Interval::from(*x)).collect();
+            let u = self.field.drive_series(Interval::from(event.near), event.near, 2);
+            let columns = crate::certify::stretch::Square::identity(2 * n);
+            let c = impact.expand(&leg, &self.field.with_columns(&box_of, &columns), &u, 0);
+            for i in 0..n {
+                self.x[n + i] = c.form(impact.tape.accelerations[i], 0).middle();
+            }
+        } else {
+            self.pieces[event.contact] = event.to;
+        }
+        self.time = Interval::from(event.near);
+        let step = self.step(event.near).min(next - event.near);
+        let end = event.near + step * if next - event.near - step < 0.3 * step { 0.5 } else { 1.0 };
+        self.move_by(end - event.near);
+        self.nodes.push(start.1);
+        self.legs.push(Leg { start: start.0, end: Interval::from(end), pieces: leg, event: Some(event) });
+        self.time = Interval::from(end);
+        Ok(())
+    }
+
+    fn leg_to(&mut self, end: Interval, event: Option<Event>) -> Result<(), Unproved> {
+        if self.legs.len() >= MOST_LEGS {
+            return Err(Unproved::Wrapping { t: self.time.middle(), length: (end - self.time).middle() });
+        }
+        self.nodes.push(self.x.clone());
+        self.legs.push(Leg { start: self.time, end, pieces: self.pieces.clone(), event });
+        self.move_by((end - self.time).middle());
+        self.time = end;
+        Ok(())
+    }
+
+    /// Coefficients from the present state.
+    fn coefficients(&self, t: f64) -> crate::certify::algebra::Coefficients {
+        let x: Vec<Interval> = self.x.iter().map(|x| Interval::from(*x)).collect();
+        let inside = t + f64::EPSILON * t.abs();
+        let u = self.field.drive_series(self.time, inside, self.field.order + 1);
+        self.field.motion.expand(&self.pieces, &x, &u, self.field.order)
+    }
+
+    /// A step over which the last terms are negligible.
+    fn step(&self, t: f64) -> f64 {
+        let (c, order) = (self.coefficients(t), self.field.order);
+        let last = |k: usize| {
+            let share = (0..self.x.len()).map(|i| c.slot(i, k).magnitude() / self.scale[i]);
+            (LAST_TERM / share.fold(f64::MIN_POSITIVE, f64::max)).powf(1.0 / k as f64)
+        };
+        CAUTION * last(order).min(last(order - 1))
+    }
+
+    fn move_by(&mut self, h: f64) {
+        let c = self.coefficients(self.time.middle());
+        for (i, x) in self.x.iter_mut().enumerate() {
+            *x = (0..=self.field.order).rev().fold(0.0, |sum, k| sum * h + c.slot(i, k).middle());
+        }
+    }
+}

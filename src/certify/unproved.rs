@@ -1,0 +1,85 @@
+//! Reasons why a periodic motion could not be proved.
+
+use crate::error::ParameterError;
+use crate::ode::IntegrateError;
+use thiserror::Error;
+
+/// Why [`certify`](crate::periodic::ShootingOrbit::certify) proves nothing. None of these says that there is no
+/// orbit.
+///
+/// ```
+/// use gear_dynamics::{certify::Unproved, model::from_fn, Shooting, State};
+/// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 0.1 * v[0] - q[0])?;
+/// let swing = swing.with_period(std::f64::consts::PI)?;
+/// let orbit = Shooting::new().solve(&swing, &State::at_rest(1))?;
+/// assert!(matches!(orbit.certify(&swing), Err(Unproved::NoEnclosure { .. }))); // a closure on plain numbers
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Unproved {
+    /// A setting, or the name of a constant, is not valid.
+    #[error("certificate: {0}")]
+    Parameter(#[from] ParameterError),
+    /// The integration along the orbit failed, from which the proof takes the sequence of contacts.
+    #[error("certificate: {0}")]
+    Integrate(#[from] IntegrateError),
+    /// A part of the model has no enclosure.
+    #[error("certificate: {what} has no enclosure")]
+    NoEnclosure {
+        /// The part.
+        what: String,
+    },
+    /// The motion within the boxes has no enclosure over a step.
+    #[error(
+        "certificate: no enclosure of the motion from t = {t:?} over {length:?}: the boxes grow too fast"
+    )]
+    Wrapping {
+        /// Start of the step.
+        t: f64,
+        /// Its length.
+        length: f64,
+    },
+    /// Another contact than that of the sequence may leave its piece.
+    #[error(
+        "certificate: contact {contact} may leave its piece near t = {t:?}, outside of the sequence of contacts"
+    )]
+    Leaves {
+        /// Index of the contact, from 0.
+        contact: usize,
+        /// Time.
+        t: f64,
+    },
+    /// A contact crosses its edge too slowly for the width of the boxes.
+    #[error("certificate: contact {contact} may graze its edge near t = {t:?}")]
+    NearGrazing {
+        /// Index of the contact, from 0.
+        contact: usize,
+        /// Time.
+        t: f64,
+    },
+    /// Two crossings, or a crossing and a drive edge, follow each other too closely to be ordered.
+    #[error("certificate: the crossings at t = {t:?} and {after:?} are too close to be ordered")]
+    Together {
+        /// The first time.
+        t: f64,
+        /// The second time.
+        after: f64,
+    },
+    /// The Newton operator does not map the boxes into themselves.
+    #[error(
+        "certificate: the Newton operator does not contract: at t = {t:?} a box of width 1 needs {needed:?}"
+    )]
+    NotContracting {
+        /// Time of the worst box.
+        t: f64,
+        /// Width of its image over its own width.
+        needed: f64,
+    },
+    /// A certificate that was checked again does not hold for this model.
+    #[error("certificate: {what} differ from those that are proved")]
+    Differs {
+        /// What differs.
+        what: String,
+    },
+}

@@ -1,0 +1,4 @@
+//! Intervals: numbers with proven bounds.
+
+pub(crate) mod functions;
+pub(crate) mod number;

@@ -1,0 +1,74 @@
+//! Models with enclosed drives.
+
+use crate::contact::Piece;
+use crate::error::ParameterError;
+use crate::excitation::{EnclosedAngle, Side};
+use crate::interval::number::Interval;
+use crate::model::channel::place_of;
+use crate::model::expansion::expand::Recorded;
+use crate::model::shapes::machine::Machine;
+use crate::model::shapes::shape::{Drives, Shape, Size};
+use crate::series::PowerSeries;
+
+/// Relative rounding of a drive edge: of its angle by [`Wave::next_edge`](crate::Wave::next_edge) and of the
+/// division by the speed.
+const EDGE_ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// The drives of a model and its period as enclosures: what a [certificate](crate::certify) reads.
+pub trait Enclosed {
+    /// The period of the drives.
+    fn period(&self) -> Interval;
+    /// Writes the drives as enclosed Taylor series over the time after `time`. `inside`: a time within the
+    /// stretch, between the same drive edges.
+    fn drives(&self, time: Interval, inside: f64, coefficients: usize, u: &mut [PowerSeries<Interval>]);
+    /// The exact instant of the drive edge that the model finds at `time`.
+    fn edge(&self, time: f64) -> Interval;
+    /// The velocities after an impact on a rigid stop, recorded in place of the accelerations.
+    fn impact(&self, contact: usize, on: Piece) -> Recorded;
+}
+
+/// A machine with constants that are intervals.
+pub(crate) struct EnclosedMachine<'m, G: Shape> {
+    machine: &'m Machine<G>,
+    /// Constants as the algebra reads them; the first one is φ'.
+    constants: Vec<Interval>,
+}
+
+impl<'m, G: Shape> EnclosedMachine<'m, G> {
+    /// # Errors
+    /// A name that the machine does not have.
+    pub(crate) fn new(machine: &'m Machine<G>, given: &[(&str, Interval)]) -> Result<Self, ParameterError> {
+        let mut constants: Vec<Interval> = machine.values().iter().map(|x| Interval::from(*x)).collect();
+        for (name, value) in given {
+            constants[place_of(machine.names(), name)?] = *value;
+        }
+        Ok(EnclosedMachine { machine, constants: machine.shape().prepare(&constants) })
+    }
+}
+
+impl<G: Shape> Enclosed for EnclosedMachine<'_, G> {
+    fn period(&self) -> Interval {
+        Interval::PI * 2.0 / (self.constants[0] * f64::from(self.machine.shape().repeats()))
+    }
+    fn drives(&self, time: Interval, inside: f64, coefficients: usize, u: &mut [PowerSeries<Interval>]) {
+        let (speed, waves) = (self.constants[0], self.machine.size().waves);
+        let angle = EnclosedAngle::new(speed * time, speed, self.machine.speed() * inside, coefficients);
+        let (of_angle, rest) = u.split_at_mut(waves);
+        self.machine.shape().waves(angle, Side::After, of_angle);
+        let constants = [speed, Interval::from(0.0)].into_iter().chain(self.constants[1..].iter().copied());
+        rest.iter_mut().zip(constants).for_each(|(u, constant)| *u = PowerSeries::constant(constant));
+    }
+    fn edge(&self, time: f64) -> Interval {
+        let angle = self.machine.speed() * time;
+        let rounding = Interval::symmetric(angle.abs() * EDGE_ROUNDING + f64::MIN_POSITIVE);
+        (Interval::from(angle) + rounding) / self.constants[0]
+    }
+    fn impact(&self, contact: usize, on: Piece) -> Recorded {
+        let Size { dof, waves, .. } = self.machine.size();
+        Recorded::of(dof, self.machine.size().drives(), &|_| None, |_, u, q, v, after| {
+            after.copy_from_slice(v);
+            self.machine.shape().impact(contact, on, Drives::new(waves, u), q, after);
+            Vec::new()
+        })
+    }
+}
