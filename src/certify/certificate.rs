@@ -2,7 +2,7 @@
 
 use crate::certify::contraction::Newton;
 use crate::certify::leg::{Leg, image};
-use crate::certify::multipliers::{Disc, discs, stability};
+use crate::certify::multipliers::{Disc, discs, stability, within};
 use crate::certify::proposal::Proposal;
 use crate::certify::stretch::{Field, Square};
 use crate::certify::unproved::Unproved;
@@ -15,11 +15,12 @@ use crate::periodic::{ShootingOrbit, Stability};
 const ORDER: usize = 24;
 
 /// Half widths of the first boxes, and the largest ones that are tried, as shares of the range of motion `[1]`.
-const FIRST_RADIUS: f64 = 1e-14;
+const FIRST_RADIUS: f64 = 1e-13;
 const LARGEST_RADIUS: f64 = 1e-3;
 
-/// Newton steps of the nodes before the proof, and widths of boxes that are tried.
-const POLISHING: usize = 3;
+/// Newton steps of the nodes before the proof, and widths of boxes that are tried. One step suffices, since the
+/// nodes come from an orbit.
+const POLISHING: usize = 1;
 const ATTEMPTS: usize = 8;
 
 /// A crossing of the certified orbit.
@@ -237,7 +238,13 @@ impl Images<'_> {
         }
     }
     fn multipliers(&self) -> Vec<Disc> {
-        discs(&self.slopes, &self.newton().turn_from(0)).unwrap_or_default()
+        let turn = self.newton().turn_from(0);
+        let apart = discs(&self.slopes, &turn).unwrap_or_default();
+        // Multipliers that are not separated may still be bounded together.
+        match apart.is_empty() || stability(&apart) == Stability::Undecided {
+            true => within(&self.slopes).unwrap_or(apart),
+            false => apart,
+        }
     }
 }
 
@@ -261,6 +268,9 @@ impl ShootingOrbit {
         model: &dyn Periodic,
         constants: &[(&str, Interval)],
     ) -> Result<Certificate, Unproved> {
+        if self.multipliers().values().len() < 2 * model.dof() {
+            return Err(Unproved::RigidMotion);
+        }
         let field = field(model, constants)?;
         let range: Vec<f64> = self.range().iter().map(|r| r.max(f64::MIN_POSITIVE)).collect();
         let mut proposal = Proposal::along(self, model, &field, &range)?;
@@ -269,9 +279,7 @@ impl ShootingOrbit {
         for _ in 0..POLISHING {
             let radii = boxes(FIRST_RADIUS);
             let images = prove(&field, &proposal, &radii)?;
-            let newton = images.newton();
-            let corrections: Option<Vec<Vec<f64>>> = (0..count).map(|i| newton.correction(i)).collect();
-            let Some(corrections) = corrections else { break };
+            let Some(corrections) = images.newton().corrections() else { break };
             for (node, correction) in proposal.nodes.iter_mut().zip(&corrections) {
                 node.iter_mut().zip(correction).for_each(|(x, dx)| *x += dx);
             }

@@ -92,6 +92,35 @@ pub(super) fn discs(slopes: &[Square], turn: &DMatrix<f64>) -> Option<Vec<Disc>>
     gershgorin(&similar, &pairs)
 }
 
+/// Squarings of the derivative over a turn.
+const SQUARINGS: u32 = 12;
+
+/// One disc around 0 for all multipliers, if it lies inside the unit circle: |μ| <= |M^k|^(1/k), with orthogonal
+/// frames in place of those of the solutions. `None` otherwise.
+pub(super) fn within(slopes: &[Square]) -> Option<Vec<Disc>> {
+    let d = slopes.first()?.size;
+    let mut frame = DMatrix::identity(d, d);
+    let mut product = Square::identity(d);
+    for slope in slopes {
+        let next = (slope.middle() * &frame).qr().q();
+        product = inverse(&next)?.times(&slope.times(&exact(&frame))).times(&product);
+        frame = next;
+    }
+    let mut power = exact(&frame).times(&product);
+    for squared in 0..SQUARINGS {
+        let rows = (0..d).map(|i| {
+            (0..d).fold(Interval::ZERO, |sum, j| sum + Interval::from(power.at(i, j).magnitude())).high()
+        });
+        let norm = rows.fold(0.0, f64::max);
+        if norm < 1.0 {
+            let root = (0..squared).fold(Interval::from(norm), |norm, _| norm.sqrt());
+            return Some(vec![Disc { re: 0.0, im: 0.0, radius: root.high() }; d]);
+        }
+        power = power.times(&power);
+    }
+    None
+}
+
 /// Columns of real eigenvectors and of real and imaginary parts of complex ones; whether a column begins such a
 /// pair.
 fn first_frame(turn: &DMatrix<f64>) -> Option<(DMatrix<f64>, Vec<bool>)> {

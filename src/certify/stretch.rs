@@ -118,6 +118,8 @@ pub(super) struct Stretch<'f, 'm> {
     pub(super) length: f64,
     time: Interval,
     inside: f64,
+    /// Drives after the start.
+    drives: Vec<PowerSeries<Interval>>,
     pieces: Vec<Piece>,
 }
 
@@ -160,7 +162,7 @@ impl<'f, 'm> Stretch<'f, 'm> {
             let proved = |(i, x): (usize, &Interval)| (*x + power * rest.slot(i, order)).lies_in(guess[i]);
             if polynomial.iter().enumerate().all(proved) {
                 let pieces = pieces.to_vec();
-                return Some(Stretch { field, wide, rest, length, time, inside, pieces });
+                return Some(Stretch { field, wide, rest, length, time, inside, drives, pieces });
             }
         }
         None
@@ -206,8 +208,14 @@ impl<'f, 'm> Stretch<'f, 'm> {
     /// The states after the times `s` from the points `x` at a time within that of the stretch, both narrower
     /// than those of the stretch.
     pub(super) fn narrow(&self, time: Interval, x: &[Interval]) -> Narrow<'_, 'f, 'm> {
-        let drives = self.field.drive_series(time, self.inside, self.field.order + 1);
-        Narrow { stretch: self, c: self.field.motion.expand(&self.pieces, x, &drives, self.field.order - 1) }
+        let own = |drives: &[PowerSeries<Interval>]| {
+            self.field.motion.expand(&self.pieces, x, drives, self.field.order - 1)
+        };
+        let c = match time == self.time {
+            true => own(&self.drives),
+            false => own(&self.field.drive_series(time, self.inside, self.field.order + 1)),
+        };
+        Narrow { stretch: self, c }
     }
     pub(super) fn start(&self) -> Interval {
         self.time

@@ -24,6 +24,9 @@ pub enum Unproved {
     /// The integration along the orbit failed, from which the proof takes the sequence of contacts.
     #[error("certificate: {0}")]
     Integrate(#[from] IntegrateError),
+    /// The coordinates contain a rigid motion, whose multipliers are 1. Relative coordinates have none.
+    #[error("certificate: the model has a rigid motion: use relative coordinates")]
+    RigidMotion,
     /// A part of the model has no enclosure.
     #[error("certificate: {what} has no enclosure")]
     NoEnclosure {

@@ -27,6 +27,7 @@ use std::ops::Sub;
 /// ```
 #[derive(Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "[f64; 2]", into = "[f64; 2]"))]
 pub struct Interval {
     low: f64,
     high: f64,
@@ -158,6 +159,18 @@ impl fmt::Display for Interval {
     }
 }
 
+impl From<Interval> for [f64; 2] {
+    fn from(x: Interval) -> Self {
+        [x.low, x.high]
+    }
+}
+impl TryFrom<[f64; 2]> for Interval {
+    type Error = crate::ParameterError;
+    fn try_from([low, high]: [f64; 2]) -> Result<Self, Self::Error> {
+        Interval::new(low, high)
+    }
+}
+
 impl From<f64> for Interval {
     /// The interval of one number; the whole line for NaN.
     #[inline(always)]
@@ -200,6 +213,10 @@ impl Mul for Interval {
     fn mul(self, o: Self) -> Self {
         if self.is_zero() && o.is_bounded() || o.is_zero() && self.is_bounded() {
             return Interval::ZERO;
+        }
+        if o.low == o.high {
+            let (a, b) = (self.low * o.low, self.high * o.low);
+            return if a <= b { Interval::outwards(a, b) } else { Interval::outwards(b, a) };
         }
         let [a, b, c, d] = [self.low * o.low, self.low * o.high, self.high * o.low, self.high * o.high];
         // 0 times infinity is NaN, which `min` and `max` would pass over.
