@@ -326,6 +326,9 @@ pub mod guide {
     #[doc = include_str!("../docs/results.md")]
     pub mod results {}
     #[doc = include_str!("../docs/links.md")]
+    #[doc = include_str!("../docs/certificates.md")]
+    pub mod certificates {}
+    #[doc = include_str!("../docs/links.md")]
     #[doc = include_str!("../docs/contact-laws.md")]
     pub mod contact_laws {}
     #[doc = include_str!("../docs/links.md")]

@@ -42,10 +42,20 @@ pub struct CertifiedCrossing {
     pub time: Interval,
 }
 
-/// A proof that a periodic orbit exists. The page certificates has the theorem and
+/// A proof that a periodic orbit exists. The page [certificates](crate::guide::certificates) has the theorem and
 /// its assumptions.
 ///
 /// In the product of the boxes there is exactly one periodic orbit of the model with this sequence of crossings.
+///
+/// ```
+/// use gear_dynamics::{periodic::Stability, trains::SpurPair, Shooting, State};
+/// let pair = SpurPair::of_numbers(0.05, 0.1, &[-0.2], &[])?.parts()?.build("driver", 0.85)?;
+/// let orbit = Shooting::new().solve(&pair, &State::new(0.0, &[1.17], &[0.017]))?;
+/// let certificate = orbit.certify(&pair)?;
+/// assert!(certificate.radius() < 1e-12 && certificate.crossings().is_empty());
+/// assert_eq!(certificate.stability(), Stability::Stable);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Certificate {

@@ -20,6 +20,7 @@ mod branches;
 mod branches_beside_grazings;
 mod branches_by_balance;
 mod branches_to_infinity;
+mod certificates;
 mod check_findings;
 mod check_own_models;
 mod chunks_and_resuming;

@@ -15,6 +15,14 @@ use crate::series::PowerSeries;
 const EDGE_ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// The drives of a model and its period as enclosures: what a [certificate](crate::certify) reads.
+///
+/// ```
+/// use gear_dynamics::{Model, NfgPair, NfgParams, Periodic};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let enclosed = pair.offers().expansion.expect("a machine can be expanded").enclosed(&[])?;
+/// assert!(enclosed.expect("a machine can be enclosed").period().contains(pair.period()));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
 pub trait Enclosed {
     /// The period of the drives.
     fn period(&self) -> Interval;
