@@ -239,7 +239,8 @@ fn memory() {
     // Points of a grid: its axes take no memory to speak of.
     for (count, chunks) in [(10_000, 1), (100_000, 10), (1_000_000, 100), (100_000, 1)] {
         let Workload { machine, start, .. } = pair(2);
-        let axis = |name, from, to, count| Axis::linear(name, from, to, count).expect("the range is in order");
+        let axis =
+            |name, from, to, count| Axis::linear(name, from, to, count).expect("the range is in order");
         let axes = vec![axis("wc", 0.15 / 63.0, 0.36 / 63.0, count / 100), axis("run", 1.0, 100.0, 100)];
         let points = Points::grid(axes).expect("the axes differ");
         let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]).rattle();
