@@ -236,9 +236,14 @@ fn memory() {
         line.map_or("not known".to_owned(), |line| line.trim().to_owned())
     };
     let engine = LaneTaylor::new(Taylor::new().rtol(1e-9).atol(1e-14));
+    // Points of a grid: its axes take no memory to speak of.
     for (count, chunks) in [(10_000, 1), (100_000, 10), (1_000_000, 100), (100_000, 1)] {
-        let Workload { machine, sweep, start, .. } = pair(count);
-        let sweep = sweep.measure(1);
+        let Workload { machine, start, .. } = pair(2);
+        let axis =
+            |name, from, to, count| Axis::linear(name, from, to, count).expect("the range is in order");
+        let axes = vec![axis("wc", 0.15 / 63.0, 0.36 / 63.0, count / 100), axis("run", 1.0, 100.0, 100)];
+        let points = Points::grid(axes).expect("the axes differ");
+        let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]).rattle();
         let family = |p: &Point<'_>| machine.with("wc", p["wc"]);
         let begin = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(start.clone());
         let (runner, begun, mut rows) = (sweep.of(&engine, family).start(begin), Instant::now(), 0);

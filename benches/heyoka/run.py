@@ -138,7 +138,7 @@ def main():
             )
             best = min(best, each)
     root = Path(__file__).resolve().parents[2]
-    command = ["cargo", "bench", "--bench", "series_lanes", "--", "A"]
+    command = ["cargo", "bench", "-p", "benches", "--bench", "series_lanes", "--", "A"]
     out = subprocess.run(command, cwd=root, check=True, capture_output=True, text=True).stdout
     print(out, end="")
     lanes = float(re.search(r"^A: .*, ([\d.]+) ms a row;", out, re.M).group(1))
