@@ -127,16 +127,6 @@ impl<C: Scalar> PowerSeries<C> {
     fn constant_or(self, reason: &'static str, f: impl Fn(C) -> C) -> Self {
         if self.len > 1 { Self::refused(reason) } else { self.function(f(self.c[0]), |_, _, _| C::from(0.0)) }
     }
-    /// The function of two constants. Any other series are refused for this reason.
-    fn constants_or(self, o: Self, reason: &'static str, f: impl Fn(C, C) -> C) -> Self {
-        let varies = self.len.max(o.len) > 1;
-        if varies {
-            Self::refused(reason)
-        } else {
-            self.of_both(&o, 1).function(f(self.c[0], o.c[0]), |_, _, _| C::from(0.0))
-        }
-    }
-
     /// The series of a power whose value is `first`: n a_0 c_n = Σ_j (j (p + 1) - n) a_j c_(n-j).
     fn power(self, first: C, p: f64) -> Self {
         self.function(first, |n, a, c| {
@@ -346,10 +336,10 @@ impl<C: Scalar> Scalar for PowerSeries<C> {
         self.constant_or("the absolute value of something that varies", C::abs)
     }
     fn min(self, o: Self) -> Self {
-        self.constants_or(o, "the smaller of two numbers that vary", C::min)
+        (self + o).constant_or("the smaller of two numbers that vary", |_| self.c[0].min(o.c[0]))
     }
     fn max(self, o: Self) -> Self {
-        self.constants_or(o, "the larger of two numbers that vary", C::max)
+        (self + o).constant_or("the larger of two numbers that vary", |_| self.c[0].max(o.c[0]))
     }
     fn step(self) -> Self {
         self.constant_or("the step of something that varies", C::step)

@@ -14,12 +14,13 @@ use crate::periodic::{ShootingOrbit, Stability};
 /// Order of the Taylor polynomials of a step.
 const ORDER: usize = 24;
 
-/// Half widths of the first boxes, and the largest ones that are tried, as shares of the range of motion `[1]`.
+/// Half widths of the first boxes, and the largest ones that are tried, as shares of the range of motion
+/// `[1]`.
 const FIRST_RADIUS: f64 = 1e-13;
 const LARGEST_RADIUS: f64 = 1e-3;
 
-/// Newton steps of the nodes before the proof, and widths of boxes that are tried. One step suffices, since the
-/// nodes come from an orbit.
+/// Newton steps of the nodes before the proof, and widths of boxes that are tried. One step suffices, since
+/// the nodes come from an orbit.
 const POLISHING: usize = 1;
 const ATTEMPTS: usize = 8;
 
@@ -42,10 +43,11 @@ pub struct CertifiedCrossing {
     pub time: Interval,
 }
 
-/// A proof that a periodic orbit exists. The page [certificates](crate::guide::certificates) has the theorem and
-/// its assumptions.
+/// A proof that a periodic orbit exists. The page [certificates](crate::guide::certificates) has the theorem
+/// and its assumptions.
 ///
-/// In the product of the boxes there is exactly one periodic orbit of the model with this sequence of crossings.
+/// In the product of the boxes there is exactly one periodic orbit of the model with this sequence of
+/// crossings.
 ///
 /// ```
 /// use gear_dynamics::{periodic::Stability, trains::SpurPair, Shooting, State};
@@ -116,7 +118,7 @@ impl Certificate {
         if legs.is_empty() || turns < 1.0 || !own.lies_in(self.period) || !self.is_closed(&field) {
             return Err(differs("period, nodes or pieces"));
         }
-        let proved = prove(&field, &self.proposal, &self.radii)?.inclusion()?;
+        let proved = prove(model, &field, &self.proposal, &self.radii)?.inclusion()?;
         let agree = self.crossings.len() == proved.crossings.len()
             && self.crossings.iter().zip(&proved.crossings).all(|(own, proved)| {
                 (own.contact, own.to) == (proved.contact, proved.to) && proved.time.lies_in(own.time)
@@ -146,7 +148,7 @@ impl Certificate {
         let (first, last) = (&legs[0], &legs[legs.len() - 1]);
         let follows = |(leg, next): (&Leg, &Leg)| {
             let mut pieces = leg.pieces.clone();
-            if let Some(event) = leg.event.filter(|event| !event.rebounds && event.contact < contacts) {
+            if let Some(event) = leg.event.filter(|event| !event.rebounds) {
                 pieces[event.contact] = event.to;
             }
             pieces == next.pieces
@@ -154,11 +156,12 @@ impl Certificate {
         let in_time = legs.windows(2).all(|pair| pair[0].end == pair[1].start);
         sizes
             && in_time
-            && legs.iter().all(|leg| leg.pieces.len() == contacts)
+            && legs.iter().all(|leg| {
+                leg.pieces.len() == contacts && leg.event.is_none_or(|event| event.contact < contacts)
+            })
             && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
             && first.start.low() == first.start.high()
-            && (first.start + self.period)
-                .lies_in(last.end + Interval::symmetric(f64::EPSILON * last.end.magnitude()))
+            && (first.start + self.period).lies_in(last.end)
     }
 }
 
@@ -172,7 +175,7 @@ fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)]) -> Result<
         return Err(none(&format!("{what}, in {place},")));
     }
     let needed = tape.needed();
-    let field = Field::new(tape, drives, ORDER);
+    let field = Field::new(tape, model.offers().stops, drives, ORDER);
     let period = field.drives.period();
     let inside = field.drive_series(Interval::from(1e-3 * period.middle()), 1e-3 * period.middle(), 2);
     let refused = inside
@@ -180,6 +183,21 @@ fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)]) -> Result<
         .enumerate()
         .find_map(|(d, series)| needed[2 * field.n + d].then(|| series.refusal()).flatten());
     refused.map_or(Ok(field), |what| Err(none(what)))
+}
+
+/// A drive edge between the nodes of a leg: the drives have no series over it.
+fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg) -> Option<f64> {
+    let mut from = leg.start.high();
+    // The first edge may be that of the node itself, found again by rounding.
+    for _ in 0..2 {
+        let edge = model.next_edge(from)?;
+        let at = field.drives.edge(edge);
+        if at.common(leg.start).is_none() {
+            return (at.high() < leg.end.low()).then_some(edge);
+        }
+        from = edge.max(at.high()).next_up();
+    }
+    None
 }
 
 /// All images of a chain of boxes.
@@ -192,6 +210,7 @@ struct Images<'p> {
 }
 
 fn prove<'p>(
+    model: &dyn Periodic,
     field: &Field<'_>,
     proposal: &'p Proposal,
     radii: &'p [Vec<f64>],
@@ -199,6 +218,9 @@ fn prove<'p>(
     let count = proposal.legs.len();
     let (mut defects, mut slopes, mut crossings) = (Vec::new(), Vec::new(), Vec::new());
     for (i, leg) in proposal.legs.iter().enumerate() {
+        if let Some(t) = edge_within(model, field, leg) {
+            return Err(Unproved::Together { t, after: leg.end.middle() });
+        }
         let m = &proposal.nodes[i];
         let x: Vec<Interval> =
             m.iter().zip(&radii[i]).map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect();
@@ -259,8 +281,8 @@ impl Images<'_> {
 }
 
 impl ShootingOrbit {
-    /// Proves that the orbit exists: in small boxes around it there is exactly one periodic orbit of the model, it
-    /// makes exactly these crossings, and its multipliers lie in these discs.
+    /// Proves that the orbit exists: in small boxes around it there is exactly one periodic orbit of the
+    /// model, it makes exactly these crossings, and its multipliers lie in these discs.
     ///
     /// # Errors
     /// [`Unproved`]: what could not be shown.
@@ -268,8 +290,8 @@ impl ShootingOrbit {
         self.certify_with(model, &[])
     }
 
-    /// [`certify`](ShootingOrbit::certify) for all values of some constants within intervals: for each of them
-    /// there is exactly one orbit in the boxes.
+    /// [`certify`](ShootingOrbit::certify) for all values of some constants within intervals: for each of
+    /// them there is exactly one orbit in the boxes.
     ///
     /// # Errors
     /// As there; a name that the model does not have.
@@ -288,7 +310,7 @@ impl ShootingOrbit {
         let boxes = |share: f64| vec![range.iter().map(|r| share * r).collect::<Vec<f64>>(); count];
         for _ in 0..POLISHING {
             let radii = boxes(FIRST_RADIUS);
-            let images = prove(&field, &proposal, &radii)?;
+            let images = prove(model, &field, &proposal, &radii)?;
             let Some(corrections) = images.newton().corrections() else { break };
             for (node, correction) in proposal.nodes.iter_mut().zip(&corrections) {
                 node.iter_mut().zip(correction).for_each(|(x, dx)| *x += dx);
@@ -297,7 +319,7 @@ impl ShootingOrbit {
         let mut radii = boxes(FIRST_RADIUS);
         let mut failure = None;
         for _ in 0..ATTEMPTS {
-            let images = prove(&field, &proposal, &radii)?;
+            let images = prove(model, &field, &proposal, &radii)?;
             let bounds = images.bounds()?;
             match images.inclusion() {
                 Ok(proved) => {

@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 /// Bounds of the Newton operator for the equations F_j(x_j) - x_(j+1) = 0 around a closed chain of boxes.
 ///
 /// K(X) - m = G P(m) + (1 + G P'(X)) (X - m), with the defects P_j(m) = F_j(m_j) - m_(j+1) and an approximate
-/// inverse G of -P'. If K(X) lies inside X, there is exactly one solution in X.   Source: Krawczyk 1969; Rump,
-/// Acta Numerica 19, 287 (2010), Sect. 13.
+/// inverse G of -P'. If K(X) lies inside X, there is exactly one solution in X.   Source: Krawczyk 1969;
+/// Rump, Acta Numerica 19, 287 (2010), Sect. 13.
 pub(super) struct Newton<'a> {
     defects: &'a [Vec<Interval>],
     slopes: &'a [Square],
@@ -58,8 +58,9 @@ impl<'a> Newton<'a> {
         Some(all)
     }
 
-    /// An upper bound of |K(X) - m| for each component of a node, for boxes with the half widths `radii`. Blocks
-    /// G_j of the row of the node follow from one another: G_(j-1) = G_j A_j with the slopes A in plain numbers.
+    /// An upper bound of |K(X) - m| for each component of a node, for boxes with the half widths `radii`.
+    /// Blocks G_j of the row of the node follow from one another: G_(j-1) = G_j A_j with the slopes A in
+    /// plain numbers.
     pub(super) fn bound(&self, node: usize, radii: &[Vec<f64>]) -> Option<Vec<f64>> {
         let (count, d) = (self.middles.len(), self.d);
         let mut own = self.closing(node)?;

@@ -89,6 +89,9 @@ fn keeps_sign(stretch: &Stretch<'_, '_>, form: FormId, sign: f64, a: f64, b: f64
 /// The image of the box `x` with the middle `m` after a leg, with every condition on its contacts proved.
 pub(super) fn image(field: &Field<'_>, leg: &Leg, x: &[Interval], m: &[f64]) -> Result<Image, Unproved> {
     let whole = leg.end - leg.start;
+    if whole.low() <= 0.0 || !whole.is_bounded() {
+        return Err(Unproved::Differs { what: "the times of the nodes".into() });
+    }
     let m: Vec<Interval> = m.iter().map(|m| Interval::from(*m)).collect();
     match &leg.event {
         None => {
@@ -157,12 +160,19 @@ fn across(
     let grazing = Unproved::NearGrazing { contact, t: near };
     let length = (leg.end - leg.start).high();
     let about = near - leg.start.middle();
+    if !(about > 0.0 && about < length) {
+        return Err(Unproved::Differs { what: "the time of a crossing".into() });
+    }
     let first = stretch(field, &leg.pieces, leg.start, x, about + 0.5 * about.min(length - about))?;
     // The edge: that of the flank which the contact leaves or enters.
     let side = match (leg.pieces[contact], to) {
         (Piece::Lower, _) | (Piece::Gap, Piece::Lower) => 0,
         _ => 1,
     };
+    let is_stop = field.stops.get(contact).is_some_and(|stops| stops[side]);
+    if is_stop != rebounds || (rebounds && leg.pieces[contact] != Piece::Gap) {
+        return Err(Unproved::Differs { what: "the rigid stops".into() });
+    }
     let Some(form) = field.tangent.tape.distances[contact][side] else { return Err(grazing) };
     let own = field.motion.tape.distances[contact][side].unwrap_or(form);
     let sign = if leg.pieces[contact] == Piece::Gap { 1.0 } else { -1.0 };

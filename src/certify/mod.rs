@@ -1,7 +1,8 @@
 //! Proofs: periodic motions with tooth contacts, shown to exist.
 //!
-//! [`ShootingOrbit::certify`](crate::periodic::ShootingOrbit::certify) makes a [`Certificate`] in interval arithmetic
-//! ([`Interval`]), or says what is [`Unproved`]. The [guide page](crate::guide::certificates) has the theorem.
+//! [`ShootingOrbit::certify`](crate::periodic::ShootingOrbit::certify) makes a [`Certificate`] in interval
+//! arithmetic ([`Interval`]), or says what is [`Unproved`]. The [guide page](crate::guide::certificates) has
+//! the theorem.
 
 pub(crate) mod algebra;
 pub(crate) mod certificate;

@@ -72,9 +72,9 @@ pub(super) fn stability(discs: &[Disc]) -> Stability {
 
 /// Enclosures of all multipliers of the product of the slopes; `None` if they cannot be separated.
 ///
-/// Frames V_j of the approximate Floquet solutions make every V_(j+1)⁻¹ Φ_j V_j almost diagonal, so that their
-/// product does not grow by wrapping. Discs of Gershgorin around the diagonal of the product contain the
-/// multipliers. `turn`: the product in plain numbers.
+/// Frames V_j of the approximate Floquet solutions make every V_(j+1)⁻¹ Φ_j V_j almost diagonal, so that
+/// their product does not grow by wrapping. Discs of Gershgorin around the diagonal of the product contain
+/// the multipliers. `turn`: the product in plain numbers.
 pub(super) fn discs(slopes: &[Square], turn: &DMatrix<f64>) -> Option<Vec<Disc>> {
     let (mut frame, pairs) = first_frame(turn)?;
     let start = frame.clone();
@@ -95,8 +95,8 @@ pub(super) fn discs(slopes: &[Square], turn: &DMatrix<f64>) -> Option<Vec<Disc>>
 /// Squarings of the derivative over a turn.
 const SQUARINGS: u32 = 12;
 
-/// One disc around 0 for all multipliers, if it lies inside the unit circle: |μ| <= |M^k|^(1/k), with orthogonal
-/// frames in place of those of the solutions. `None` otherwise.
+/// One disc around 0 for all multipliers, if it lies inside the unit circle: |μ| <= |M^k|^(1/k), with
+/// orthogonal frames in place of those of the solutions. `None` otherwise.
 pub(super) fn within(slopes: &[Square]) -> Option<Vec<Disc>> {
     let d = slopes.first()?.size;
     let mut frame = DMatrix::identity(d, d);
@@ -121,8 +121,8 @@ pub(super) fn within(slopes: &[Square]) -> Option<Vec<Disc>> {
     None
 }
 
-/// Columns of real eigenvectors and of real and imaginary parts of complex ones; whether a column begins such a
-/// pair.
+/// Columns of real eigenvectors and of real and imaginary parts of complex ones; whether a column begins such
+/// a pair.
 fn first_frame(turn: &DMatrix<f64>) -> Option<(DMatrix<f64>, Vec<bool>)> {
     let d = turn.nrows();
     let values = turn.clone().schur().complex_eigenvalues();
@@ -173,8 +173,8 @@ fn exact(matrix: &DMatrix<f64>) -> Square {
     Square::from_fn(matrix.nrows(), |i, j| Interval::from(matrix[(i, j)]))
 }
 
-/// The inverse of a matrix: an approximate one W, with |V⁻¹ - W| bounded by ε/(1 - ε) times the largest entry of
-/// the columns of W, ε the norm of 1 - W V.
+/// The inverse of a matrix: an approximate one W, with |V⁻¹ - W| bounded by ε/(1 - ε) times the largest entry
+/// of the columns of W, ε the norm of 1 - W V.
 fn inverse(matrix: &DMatrix<f64>) -> Option<Square> {
     let approximate = exact(&matrix.clone().try_inverse()?);
     let d = matrix.nrows();

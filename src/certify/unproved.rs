@@ -4,8 +4,8 @@ use crate::error::ParameterError;
 use crate::ode::IntegrateError;
 use thiserror::Error;
 
-/// Why [`certify`](crate::periodic::ShootingOrbit::certify) proves nothing. None of these says that there is no
-/// orbit.
+/// Why [`certify`](crate::periodic::ShootingOrbit::certify) proves nothing. None of these says that there is
+/// no orbit.
 ///
 /// ```
 /// use gear_dynamics::{certify::Unproved, model::from_fn, Shooting, State};

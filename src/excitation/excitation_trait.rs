@@ -43,8 +43,8 @@ pub trait Excitation: Any + Debug + Send + Sync {
     fn value_series(&self, angle: &Series) -> Series {
         self.series(angle).value
     }
-    /// Returns enclosures of f, f' and f'' as Taylor series over a stretch of time, from the enclosed angle. A
-    /// [certificate](crate::certify) requires it. Default: refused.
+    /// Returns enclosures of f, f' and f'' as Taylor series over a stretch of time, from the enclosed angle.
+    /// A [certificate](crate::certify) requires it. Default: refused.
     fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
         let _ = angle;
         Jet::constant(PowerSeries::refused("an excitation without `Excitation::enclosure`"))

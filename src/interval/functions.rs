@@ -1,13 +1,13 @@
 //! Elementary functions of intervals, with proven bounds.
 //!
-//! Nothing rests on the accuracy of a library function: each value is a finite sum in interval arithmetic with a
-//! bound of what is left out, or is checked by one (the logarithm).
+//! Nothing rests on the accuracy of a library function: each value is a finite sum in interval arithmetic
+//! with a bound of what is left out, or is checked by one (the logarithm).
 
 use crate::interval::number::Interval;
 use crate::scalar::{Scalar, is_product};
 
-/// π/2 = the sum of these and at most [`QUARTER_REST`]. The first two have 33 bits, so that whole multiples up
-/// to 2^20 of them are exact.
+/// π/2 = the sum of these and at most [`QUARTER_REST`]. The first two have 33 bits, so that whole multiples
+/// up to 2^20 of them are exact.
 const QUARTER: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11];
 const QUARTER_REST: Interval = Interval::of_ends(2.022_266_248_795_950_6e-21, 2.022_266_248_795_951e-21);
 
@@ -22,8 +22,8 @@ const MOST_QUARTERS: f64 = (1u32 << 20) as f64;
 const TERMS: u32 = 10;
 const EXP_TERMS: u32 = 16;
 
-/// Sine and cosine of an interval of width below 0.1 with |x| <= 0.8, by their series. The series alternate with
-/// falling terms: what is left out is smaller than its first term.
+/// Sine and cosine of an interval of width below 0.1 with |x| <= 0.8, by their series. The series alternate
+/// with falling terms: what is left out is smaller than its first term.
 fn small_sin_cos(x: Interval) -> [Interval; 2] {
     let square = x.square();
     let [mut sin, mut cos] = [Interval::ONE; 2];
@@ -72,7 +72,7 @@ fn may_reach(x: Interval, place: f64) -> bool {
 /// e^x of one number.
 fn exp_at(x: f64) -> Interval {
     if x > 709.0 {
-        return Interval::of_ends(f64::MAX, f64::INFINITY);
+        return Interval::of_ends(8e307, f64::INFINITY);
     }
     if x < -700.0 {
         return Interval::of_ends(0.0, 1e-300);

@@ -9,8 +9,8 @@ use gear_dynamics::periodic::{ShootingOrbit, Stability};
 use gear_dynamics::trains::{Body, Members, Planetary};
 use gear_dynamics::{Machine, NfgPair, NfgParams, Ring, Settle, Shape, Shooting, State, Taylor, Wave};
 
-/// x'' + 2 ζ x' + k(φ) f(x) + γ x³ = F + A Ω² cos φ with half backlash b, φ = Ω t; without contact if b is 0, with a
-/// rigid stop at x = 1 in place of the law if there is a restitution.
+/// x'' + 2 ζ x' + k(φ) f(x) + γ x³ = F + A Ω² cos φ with half backlash b, φ = Ω t; without contact if b is 0,
+/// with a rigid stop at x = 1 in place of the law if there is a restitution.
 #[derive(PartialEq)]
 struct Oscillator {
     stiffness: Wave,
@@ -193,7 +193,8 @@ fn a_duffing_oscillator_is_proved() {
     assert!((product - (-0.2 * std::f64::consts::TAU / 1.3).exp()).abs() < 1e-10);
 }
 
-/// x'' + 0.1 x' + x = A cos Ωt with a stop at 1: one impact in one period and in two (tests/data/impacts.json).
+/// x'' + 0.1 x' + x = A cos Ωt with a stop at 1: one impact in one period and in two
+/// (tests/data/impacts.json).
 #[test]
 fn impacts_are_proved() {
     let stop = Some(Restitution::new(0.8).unwrap());
