@@ -19,10 +19,12 @@ const ORDER: usize = 24;
 const FIRST_RADIUS: f64 = 1e-13;
 const LARGEST_RADIUS: f64 = 1e-3;
 
-/// Newton steps of the nodes before the proof, and widths of boxes that are tried. One step suffices, since
-/// the nodes come from an orbit.
-const POLISHING: usize = 1;
+/// Largest number of Newton steps of the nodes before the proof, and number of widths that are tried.
+const POLISHING: usize = 4;
 const ATTEMPTS: usize = 8;
+
+/// A correction below this share of the range needs no further one, since each squares the error `[1]`.
+const POLISHED: f64 = 1e-10;
 
 /// A crossing of the certified orbit.
 ///
@@ -312,8 +314,15 @@ impl ShootingOrbit {
             let radii = boxes(FIRST_RADIUS);
             let images = prove(model, &field, &proposal, &radii)?;
             let Some(corrections) = images.newton().corrections() else { break };
+            let mut largest = 0.0f64;
             for (node, correction) in proposal.nodes.iter_mut().zip(&corrections) {
-                node.iter_mut().zip(correction).for_each(|(x, dx)| *x += dx);
+                for ((x, dx), range) in node.iter_mut().zip(correction).zip(&range) {
+                    *x += dx;
+                    largest = largest.max(dx.abs() / range);
+                }
+            }
+            if largest <= POLISHED {
+                break;
             }
         }
         let mut radii = boxes(FIRST_RADIUS);
