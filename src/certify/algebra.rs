@@ -205,8 +205,13 @@ fn power(x: Interval, p: f64, parity: Parity) -> Interval {
     match parity {
         Parity::Plain => x.powf(p),
         Parity::Even => x.abs().powf(p),
-        Parity::Odd if x.high() < 0.0 => -x.abs().powf(p),
-        Parity::Odd => x.powf(p),
+        Parity::Odd if x.low() >= 0.0 => x.powf(p),
+        Parity::Odd if x.high() <= 0.0 => -x.abs().powf(p),
+        Parity::Odd if p > 0.0 => {
+            let [below, above] = [-x.low(), x.high()].map(|end| Interval::from(end).powf(p));
+            (-below).hull(above)
+        }
+        Parity::Odd => Interval::LINE,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Certificates of periodic orbits.
 
 use crate::certify::contraction::Newton;
-use crate::certify::leg::{Leg, image};
+use crate::certify::leg::{Event, Leg, image};
 use crate::certify::multipliers::{Disc, discs, stability, within};
 use crate::certify::proposal::Proposal;
 use crate::certify::stretch::{Field, Square};
@@ -103,7 +103,11 @@ impl Certificate {
         let legs = &self.proposal.legs;
         let turns = (self.period / field.drives.period()).middle().round();
         let own = field.drives.period() * turns;
-        if legs.is_empty() || turns < 1.0 || !own.lies_in(self.period) || !self.is_closed(&field) {
+        if legs.is_empty()
+            || !(turns >= 1.0)
+            || !own.lies_in(self.period)
+            || !self.is_closed(&field, &model.offers().rigid_edges(model.contacts()))
+        {
             return Err(differs("period, nodes or pieces"));
         }
         let proved = prove(&field, &self.proposal, &self.radii)?.inclusion()?;
@@ -114,20 +118,18 @@ impl Certificate {
         if !agree {
             return Err(differs("crossings"));
         }
-        let rounding = |disc: &Disc| Disc { radius: disc.radius * (1.0 + 1e-6) + 1e-15, ..*disc };
-        match self.multipliers.is_empty()
-            || proved
-                .multipliers()
-                .iter()
-                .all(|disc| self.multipliers.iter().any(|own| rounding(own).contains(disc)))
-        {
+        // Each disc of this certificate contains one of those that are proved: none counts for two.
+        let multipliers = proved.multipliers();
+        let same = self.multipliers.len() == multipliers.len()
+            && self.multipliers.iter().zip(&multipliers).all(|(own, proved)| own.contains(proved));
+        match self.multipliers.is_empty() || same {
             true => Ok(()),
             false => Err(differs("multipliers")),
         }
     }
 
     /// Whether the legs follow one another in time and on their pieces, over one period.
-    fn is_closed(&self, field: &Field<'_>) -> bool {
+    fn is_closed(&self, field: &Field<'_>, rigid: &[[bool; 2]]) -> bool {
         let Proposal { legs, nodes } = &self.proposal;
         let sizes = nodes.len() == legs.len()
             && self.radii.len() == legs.len()
@@ -141,14 +143,24 @@ impl Certificate {
             }
             pieces == next.pieces
         };
+        // A contact that leaves the gap rebounds at a rigid stop, and nowhere else.
+        let impacts = |leg: &Leg, event: Event| {
+            let side = usize::from(event.to == Piece::Upper);
+            let stop = rigid.get(event.contact).is_some_and(|sides| sides[side]);
+            let enters = event.to != Piece::Gap;
+            event.contact < contacts
+                && leg.pieces.get(event.contact).is_some_and(|from| (*from == Piece::Gap) == enters)
+                && event.rebounds == (stop && enters)
+        };
         let in_time = legs.windows(2).all(|pair| pair[0].end == pair[1].start);
         sizes
             && in_time
+            && self.radii.iter().flatten().all(|radius| *radius > 0.0 && radius.is_finite())
             && legs.iter().all(|leg| leg.pieces.len() == contacts)
+            && legs.iter().all(|leg| leg.event.is_none_or(|event| impacts(leg, event)))
             && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
             && first.start.low() == first.start.high()
-            && (first.start + self.period)
-                .lies_in(last.end + Interval::symmetric(f64::EPSILON * last.end.magnitude()))
+            && (first.start + self.period).lies_in(last.end)
     }
 }
 
@@ -224,7 +236,7 @@ impl Images<'_> {
             for (bound, radius) in bounds.iter().zip(radii) {
                 let needed = bound / radius;
                 // A NaN counts as not proved.
-                if !(needed < worst.1) {
+                if !(needed <= worst.1 || worst.1.is_nan()) {
                     worst = (i, needed);
                 }
             }

@@ -84,8 +84,10 @@ impl<'a> Newton<'a> {
                     // (1 + G P')_j = δ + G_j Φ_j - G_(j-1)
                     let unit = if j == node && i == column { Interval::ONE } else { Interval::ZERO };
                     let start = unit - Interval::from(before[i * d + column]);
-                    let entry = (0..d).fold(start, |sum, l| sum + self.slopes[j].at(l, column) * own[i * d + l]);
-                    *sum = *sum + Interval::symmetric((Interval::from(entry.magnitude()) * radii[j][column]).high());
+                    let entry =
+                        (0..d).fold(start, |sum, l| sum + self.slopes[j].at(l, column) * own[i * d + l]);
+                    *sum = *sum
+                        + Interval::symmetric((Interval::from(entry.magnitude()) * radii[j][column]).high());
                 }
             }
             own.copy_from_slice(&before);

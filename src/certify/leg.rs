@@ -77,7 +77,8 @@ fn keeps_sign(stretch: &Stretch<'_, '_>, form: FormId, sign: f64, a: f64, b: f64
         if value.low() > 0.0 {
             continue;
         }
-        if b - a < SMALLEST_PART * stretch.length {
+        // A part of two neighbouring numbers has no middle.
+        if !(b - a > SMALLEST_PART * stretch.length) || middle <= a || middle >= b {
             return Err(middle);
         }
         open.push((a, middle));
@@ -89,6 +90,9 @@ fn keeps_sign(stretch: &Stretch<'_, '_>, form: FormId, sign: f64, a: f64, b: f64
 /// The image of the box `x` with the middle `m` after a leg, with every condition on its contacts proved.
 pub(super) fn image(field: &Field<'_>, leg: &Leg, x: &[Interval], m: &[f64]) -> Result<Image, Unproved> {
     let whole = leg.end - leg.start;
+    if !(whole.low() > 0.0) {
+        return Err(Unproved::Together { t: leg.start.middle(), after: leg.end.middle() });
+    }
     let m: Vec<Interval> = m.iter().map(|m| Interval::from(*m)).collect();
     match &leg.event {
         None => {
@@ -157,6 +161,9 @@ fn across(
     let grazing = Unproved::NearGrazing { contact, t: near };
     let length = (leg.end - leg.start).high();
     let about = near - leg.start.middle();
+    if !(about > 0.0 && about < length) {
+        return Err(Unproved::Together { t: leg.start.middle(), after: near });
+    }
     let first = stretch(field, &leg.pieces, leg.start, x, about + 0.5 * about.min(length - about))?;
     // The edge: that of the flank which the contact leaves or enters.
     let side = match (leg.pieces[contact], to) {
@@ -250,6 +257,9 @@ fn across(
             true => slope.at(i, k),
             false => slope.at(i, k) + (after[i - n] - jumps_before[i - n]) * along[k],
         });
+    }
+    if !((leg.end - time).low() > 0.0) {
+        return Err(Unproved::Together { t: near, after: leg.end.middle() });
     }
     let second = stretch(field, &pieces, time, &state, (leg.end - time).high())?;
     stays(field, &second, &pieces, second.length, Some((contact, side)))?;
