@@ -130,7 +130,9 @@ impl<C: Scalar> PowerSeries<C> {
     /// The series of a power whose value is `first`: n a_0 c_n = Σ_j (j (p + 1) - n) a_j c_(n-j).
     fn power(self, first: C, p: f64) -> Self {
         self.function(first, |n, a, c| {
-            let terms = (1..=n).map(|j| a[j] * (j as f64 * (p + 1.0) - n as f64) * c[n - j]);
+            // In numbers C, so that an interval contains the rounding of the weights.
+            let weight = |j: usize| (C::from(p) + C::from(1.0)) * j as f64 - C::from(n as f64);
+            let terms = (1..=n).map(|j| a[j] * weight(j) * c[n - j]);
             sum(terms) / (a[0] * n as f64)
         })
     }

@@ -175,8 +175,8 @@ impl Algebra {
                     0 => top.sin_cos(),
                     _ => {
                         let [mut ds, mut dc] = [Interval::ZERO; 2];
-                        for j in 1..=n {
-                            let rate = a[j] * j as f64;
+                        for (j, a) in a.iter().enumerate().skip(1) {
+                            let rate = *a * j as f64;
                             ds = ds + rate * c.slots[own + stride + n - j];
                             dc = dc - rate * c.slots[own + n - j];
                         }
@@ -205,8 +205,13 @@ fn power(x: Interval, p: f64, parity: Parity) -> Interval {
     match parity {
         Parity::Plain => x.powf(p),
         Parity::Even => x.abs().powf(p),
-        Parity::Odd if x.high() < 0.0 => -x.abs().powf(p),
-        Parity::Odd => x.powf(p),
+        Parity::Odd if x.low() >= 0.0 => x.powf(p),
+        Parity::Odd if x.high() <= 0.0 => -x.abs().powf(p),
+        Parity::Odd if p > 0.0 => {
+            let [below, above] = [-x.low(), x.high()].map(|end| Interval::from(end).powf(p));
+            (-below).hull(above)
+        }
+        Parity::Odd => Interval::LINE,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Certificates of periodic orbits.
 
 use crate::certify::contraction::Newton;
-use crate::certify::leg::{Leg, image};
+use crate::certify::leg::{Event, Leg, image};
 use crate::certify::multipliers::{Disc, discs, stability, within};
 use crate::certify::proposal::Proposal;
 use crate::certify::stretch::{Field, Square};
@@ -117,7 +117,12 @@ impl Certificate {
         let legs = &self.proposal.legs;
         let turns = (self.period / field.drives.period()).middle().round();
         let own = field.drives.period() * turns;
-        if legs.is_empty() || turns < 1.0 || !own.lies_in(self.period) || !self.is_closed(&field) {
+        if legs.is_empty()
+            || turns.is_nan()
+            || turns < 1.0
+            || !own.lies_in(self.period)
+            || !self.is_closed(&field, &model.offers().rigid_edges(model.contacts()))
+        {
             return Err(differs("period, nodes or pieces"));
         }
         let proved = prove(model, &field, &self.proposal, &self.radii)?.inclusion()?;
@@ -128,20 +133,18 @@ impl Certificate {
         if !agree {
             return Err(differs("crossings"));
         }
-        let rounding = |disc: &Disc| Disc { radius: disc.radius * (1.0 + 1e-6) + 1e-15, ..*disc };
-        match self.multipliers.is_empty()
-            || proved
-                .multipliers()
-                .iter()
-                .all(|disc| self.multipliers.iter().any(|own| rounding(own).contains(disc)))
-        {
+        // Each disc of this certificate contains one of those that are proved: none counts for two.
+        let multipliers = proved.multipliers();
+        let same = self.multipliers.len() == multipliers.len()
+            && self.multipliers.iter().zip(&multipliers).all(|(own, proved)| own.contains(proved));
+        match self.multipliers.is_empty() || same {
             true => Ok(()),
             false => Err(differs("multipliers")),
         }
     }
 
     /// Whether the legs follow one another in time and on their pieces, over one period.
-    fn is_closed(&self, field: &Field<'_>) -> bool {
+    fn is_closed(&self, field: &Field<'_>, rigid: &[[bool; 2]]) -> bool {
         let Proposal { legs, nodes } = &self.proposal;
         let sizes = nodes.len() == legs.len()
             && self.radii.len() == legs.len()
@@ -155,12 +158,21 @@ impl Certificate {
             }
             pieces == next.pieces
         };
+        // A contact that leaves the gap rebounds at a rigid stop, and nowhere else.
+        let impacts = |leg: &Leg, event: Event| {
+            let side = usize::from(event.to == Piece::Upper);
+            let stop = rigid.get(event.contact).is_some_and(|sides| sides[side]);
+            let enters = event.to != Piece::Gap;
+            event.contact < contacts
+                && leg.pieces.get(event.contact).is_some_and(|from| (*from == Piece::Gap) == enters)
+                && event.rebounds == (stop && enters)
+        };
         let in_time = legs.windows(2).all(|pair| pair[0].end == pair[1].start);
         sizes
             && in_time
-            && legs.iter().all(|leg| {
-                leg.pieces.len() == contacts && leg.event.is_none_or(|event| event.contact < contacts)
-            })
+            && self.radii.iter().flatten().all(|radius| *radius > 0.0 && radius.is_finite())
+            && legs.iter().all(|leg| leg.pieces.len() == contacts)
+            && legs.iter().all(|leg| leg.event.is_none_or(|event| impacts(leg, event)))
             && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
             && first.start.low() == first.start.high()
             && (first.start + self.period).lies_in(last.end)
@@ -177,7 +189,7 @@ fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)]) -> Result<
         return Err(none(&format!("{what}, in {place},")));
     }
     let needed = tape.needed();
-    let field = Field::new(tape, model.offers().stops, drives, ORDER);
+    let field = Field::new(tape, drives, ORDER);
     let period = field.drives.period();
     let inside = field.drive_series(Interval::from(1e-3 * period.middle()), 1e-3 * period.middle(), 2);
     let refused = inside
@@ -253,16 +265,14 @@ impl Images<'_> {
     /// The proof that the Newton operator maps the boxes into themselves.
     fn inclusion(self) -> Result<Self, Unproved> {
         let bounds = self.bounds()?;
-        let mut worst = (0, 0.0);
-        for (i, (bounds, radii)) in bounds.iter().zip(self.radii).enumerate() {
-            for (bound, radius) in bounds.iter().zip(radii) {
-                let needed = bound / radius;
-                // A NaN counts as not proved.
-                if !(needed < worst.1) {
-                    worst = (i, needed);
-                }
-            }
-        }
+        // A NaN counts as not proved.
+        let ratio = |(bound, radius): (&f64, &f64)| {
+            Some(bound / radius).filter(|x| !x.is_nan()).unwrap_or(f64::INFINITY)
+        };
+        let needed =
+            |(bounds, radii): (&Vec<f64>, &Vec<f64>)| bounds.iter().zip(radii).map(ratio).fold(0.0, f64::max);
+        let all = bounds.iter().zip(self.radii).map(needed).enumerate();
+        let worst = all.fold((0, 0.0), |worst, node| if node.1 > worst.1 { node } else { worst });
         match worst.1 < 1.0 {
             true => Ok(self),
             false => Err(Unproved::NotContracting {

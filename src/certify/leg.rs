@@ -77,7 +77,8 @@ fn keeps_sign(stretch: &Stretch<'_, '_>, form: FormId, sign: f64, a: f64, b: f64
         if value.low() > 0.0 {
             continue;
         }
-        if b - a < SMALLEST_PART * stretch.length {
+        // A part of two neighbouring numbers has no middle.
+        if b - a <= SMALLEST_PART * stretch.length || middle <= a || middle >= b {
             return Err(middle);
         }
         open.push((a, middle));
@@ -160,8 +161,8 @@ fn across(
     let grazing = Unproved::NearGrazing { contact, t: near };
     let length = (leg.end - leg.start).high();
     let about = near - leg.start.middle();
-    if !(about > 0.0 && about < length) {
-        return Err(Unproved::Differs { what: "the time of a crossing".into() });
+    if about <= 0.0 || about >= length {
+        return Err(Unproved::Together { t: leg.start.middle(), after: near });
     }
     let first = stretch(field, &leg.pieces, leg.start, x, about + 0.5 * about.min(length - about))?;
     // The edge: that of the flank which the contact leaves or enters.
@@ -169,10 +170,6 @@ fn across(
         (Piece::Lower, _) | (Piece::Gap, Piece::Lower) => 0,
         _ => 1,
     };
-    let is_stop = field.stops.get(contact).is_some_and(|stops| stops[side]);
-    if is_stop != rebounds || (rebounds && leg.pieces[contact] != Piece::Gap) {
-        return Err(Unproved::Differs { what: "the rigid stops".into() });
-    }
     let Some(form) = field.tangent.tape.distances[contact][side] else { return Err(grazing) };
     let own = field.motion.tape.distances[contact][side].unwrap_or(form);
     let sign = if leg.pieces[contact] == Piece::Gap { 1.0 } else { -1.0 };
@@ -260,6 +257,9 @@ fn across(
             true => slope.at(i, k),
             false => slope.at(i, k) + (after[i - n] - jumps_before[i - n]) * along[k],
         });
+    }
+    if (leg.end - time).low() <= 0.0 {
+        return Err(Unproved::Together { t: near, after: leg.end.middle() });
     }
     let second = stretch(field, &pieces, time, &state, (leg.end - time).high())?;
     stays(field, &second, &pieces, second.length, Some((contact, side)))?;

@@ -27,7 +27,7 @@ pub struct Disc {
 impl Disc {
     fn modulus(&self) -> Interval {
         let square = Interval::from(self.re).square() + Interval::from(self.im).square();
-        Interval::of_ends(square.low().max(0.0), square.high()).sqrt() + Interval::symmetric(self.radius)
+        square.max(Interval::ZERO).sqrt() + Interval::symmetric(self.radius)
     }
     /// Upper bound of |μ|.
     pub fn largest_modulus(&self) -> f64 {
@@ -39,12 +39,17 @@ impl Disc {
     }
     /// Whether the other disc lies in this one.
     pub fn contains(&self, other: &Disc) -> bool {
-        let apart = Disc { re: self.re - other.re, im: self.im - other.im, radius: 0.0 };
-        apart.largest_modulus() + other.radius <= self.radius
+        let reach = self.apart(other) + Interval::from(other.radius);
+        self == other || reach.high() <= self.radius
     }
     fn meets(&self, other: &Disc) -> bool {
-        let apart = Disc { re: self.re - other.re, im: self.im - other.im, radius: 0.0 };
-        apart.least_modulus() <= (self.radius + other.radius).next_up()
+        self.apart(other).low() <= (self.radius + other.radius).next_up()
+    }
+    /// The distance of the centres.
+    fn apart(&self, other: &Disc) -> Interval {
+        let [re, im] = [(self.re, other.re), (self.im, other.im)]
+            .map(|(own, other)| (Interval::from(own) - Interval::from(other)).square());
+        (re + im).max(Interval::ZERO).sqrt()
     }
 }
 

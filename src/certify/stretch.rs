@@ -21,20 +21,13 @@ pub(super) struct Field<'m> {
     pub(super) tangent: Algebra,
     /// The derivative of each distance.
     pub(super) edge_slopes: Vec<[Option<Algebra>; 2]>,
-    /// Edges that are rigid stops; contacts past the end have none.
-    pub(super) stops: &'m [[bool; 2]],
     pub(super) drives: Box<dyn Enclosed + 'm>,
     /// Order of the remainder.
     pub(super) order: usize,
 }
 
 impl<'m> Field<'m> {
-    pub(super) fn new(
-        tape: Tape,
-        stops: &'m [[bool; 2]],
-        drives: Box<dyn Enclosed + 'm>,
-        order: usize,
-    ) -> Self {
+    pub(super) fn new(tape: Tape, drives: Box<dyn Enclosed + 'm>, order: usize) -> Self {
         let n = tape.dof;
         let tangent = Algebra::new(tangent(&tape, 2 * n, &[]));
         // A tape whose accelerations k n are the distance (k = 0) and its differences.
@@ -43,7 +36,7 @@ impl<'m> Field<'m> {
             Algebra::new(self::tangent(&tape, 2 * n, &[]))
         };
         let edge_slopes = tape.distances.iter().map(|both| both.map(|form| form.map(slopes))).collect();
-        Field { n, motion: Algebra::new(tape), tangent, edge_slopes, stops, drives, order }
+        Field { n, motion: Algebra::new(tape), tangent, edge_slopes, drives, order }
     }
     /// The velocities after an impact, with their differences, in place of accelerations.
     pub(super) fn impact(&self, contact: usize, on: Piece) -> Result<Algebra, Unproved> {

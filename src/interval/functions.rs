@@ -72,7 +72,7 @@ fn may_reach(x: Interval, place: f64) -> bool {
 /// e^x of one number.
 fn exp_at(x: f64) -> Interval {
     if x > 709.0 {
-        return Interval::of_ends(8e307, f64::INFINITY);
+        return Interval::of_ends(8.2e307, f64::INFINITY); // e^709 = 8.218e307
     }
     if x < -700.0 {
         return Interval::of_ends(0.0, 1e-300);

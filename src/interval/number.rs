@@ -77,7 +77,13 @@ impl Interval {
     /// A number in the middle.
     #[inline]
     pub fn middle(self) -> f64 {
-        0.5 * self.low + 0.5 * self.high
+        let middle = 0.5 * self.low + 0.5 * self.high;
+        // The halves of subnormal numbers are rounded.
+        match self {
+            _ if middle < self.low => self.low,
+            _ if middle > self.high => self.high,
+            _ => middle,
+        }
     }
     /// Upper bound of the width.
     #[inline]

@@ -37,6 +37,7 @@ mod impact_lists;
 mod impacts;
 mod inner_kinks;
 mod input_ranges;
+mod intervals;
 mod invariant_circles;
 mod lane_exponents;
 mod lane_orbits;

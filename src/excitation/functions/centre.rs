@@ -119,20 +119,26 @@ impl CentreCurve {
     /// The curve for every number type.
     #[inline(always)]
     fn curve<S: Scalar>(&self, angle: S) -> Jet<S> {
-        let eps = self.centre.eccentric;
+        // Constants in numbers S, so that an interval contains their rounding.
+        let (eps, one) = (S::from(self.centre.eccentric), S::from(1.0));
+        let times = |jet: Jet<S>, by: S| Jet::new(jet.value * by, jet.rate * by, jet.second * by);
+        let plus = |jet: Jet<S>, by: S| Jet { value: jet.value + by, ..jet };
         let (sin, cos) = Jet::variable(angle).sin_cos();
-        let swing = || cos * (2.0 * eps) + (1.0 + eps * eps);
+        let swing = || plus(times(cos, eps * 2.0), one + eps * eps);
         match self.kind {
-            CurveKind::Radius(mean) => (cos * self.centre.beta() + 1.0) * mean,
-            CurveKind::Ratio(reduction) => swing() * (reduction / (1.0 - eps * eps)),
-            CurveKind::Rotation => Jet::constant(S::from(1.0 - eps * eps)) / swing(),
+            CurveKind::Radius(mean) => {
+                let beta = eps * 2.0 / (one + eps * eps);
+                plus(times(cos, beta), one) * mean
+            }
+            CurveKind::Ratio(reduction) => times(swing(), S::from(reduction) / (one - eps * eps)),
+            CurveKind::Rotation => Jet::constant(one - eps * eps) / swing(),
             CurveKind::Series(order) => {
-                let mut sum = Jet::constant(S::from(1.0));
+                let mut sum = Jet::constant(one);
                 let (mut s, mut c) = (sin, cos);
                 let mut power = -eps;
                 for _ in 1..=order {
-                    sum = sum + c * (2.0 * power);
-                    power *= -eps;
+                    sum = sum + times(c, power * 2.0);
+                    power = power * -eps;
                     (s, c) = (s * cos + c * sin, c * cos - s * sin);
                 }
                 sum

@@ -9,9 +9,10 @@ use crate::model::expansion::expand::Recorded;
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::series::PowerSeries;
+use std::f64::consts::TAU;
 
-/// Relative rounding of a drive edge: of its angle by [`Wave::next_edge`](crate::Wave::next_edge) and of the
-/// division by the speed.
+/// Rounding of a drive edge, as a share of its angle and a turn: of its angle by
+/// [`Wave::next_edge`](crate::Wave::next_edge) and of the division by the speed.
 const EDGE_ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// The drives of a model and its period as enclosures: what a [certificate](crate::certify) reads.
@@ -60,7 +61,7 @@ impl<G: Shape> Enclosed for EnclosedMachine<'_, G> {
     }
     fn drives(&self, time: Interval, inside: f64, coefficients: usize, u: &mut [PowerSeries<Interval>]) {
         let (speed, waves) = (self.constants[0], self.machine.size().waves);
-        let angle = EnclosedAngle::new(speed * time, speed, self.machine.speed() * inside, coefficients);
+        let angle = EnclosedAngle::new(speed * time, speed, speed.middle() * inside, coefficients);
         let (of_angle, rest) = u.split_at_mut(waves);
         self.machine.shape().waves(angle, Side::After, of_angle);
         let constants = [speed, Interval::from(0.0)].into_iter().chain(self.constants[1..].iter().copied());
@@ -68,7 +69,8 @@ impl<G: Shape> Enclosed for EnclosedMachine<'_, G> {
     }
     fn edge(&self, time: f64) -> Interval {
         let angle = self.machine.speed() * time;
-        let rounding = Interval::symmetric(angle.abs() * EDGE_ROUNDING + f64::MIN_POSITIVE);
+        // The edge of the excitation and the phase of the wave are rounded in a turn, also for a small angle.
+        let rounding = Interval::symmetric((angle.abs() + TAU) * EDGE_ROUNDING);
         (Interval::from(angle) + rounding) / self.constants[0]
     }
     fn impact(&self, contact: usize, on: Piece) -> Recorded {
