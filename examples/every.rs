@@ -8,6 +8,8 @@
 mod basins;
 #[path = "bifurcation.rs"]
 mod bifurcation;
+#[path = "certified.rs"]
+mod certified;
 #[path = "custom_model.rs"]
 mod custom_model;
 #[path = "frequency_response.rs"]
@@ -38,9 +40,10 @@ type Outcome = Result<(), Box<dyn std::error::Error>>;
 /// Name and program.
 type Example = (&'static str, fn() -> Outcome);
 
-const EXAMPLES: [Example; 14] = [
+const EXAMPLES: [Example; 15] = [
     ("basins", basins::main),
     ("bifurcation", bifurcation::main),
+    ("certified", certified::main),
     ("custom_model", custom_model::main),
     ("frequency_response", frequency_response::main),
     ("gallery", gallery::main),

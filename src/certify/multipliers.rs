@@ -201,7 +201,9 @@ fn inverse(matrix: &DMatrix<f64>) -> Option<Square> {
     }))
 }
 
-/// Discs around the diagonal of a matrix that is almost diagonal, up to pairs [[a, b], [-b, a]].
+/// Discs around the diagonal of a matrix that is almost diagonal, up to pairs [[a, b], [-b, a]]: the block
+/// theorem of Gershgorin in the 2-norm, in which such a pair is normal, with sums of magnitudes as bounds of
+/// the other blocks.   Source: Feingold & Varga, Pacific J. Math. 12, 1241 (1962).
 fn gershgorin(matrix: &Square, pairs: &[bool]) -> Option<Vec<Disc>> {
     let d = matrix.size;
     let mut discs = Vec::with_capacity(d);
@@ -222,7 +224,6 @@ fn gershgorin(matrix: &Square, pairs: &[bool]) -> Option<Vec<Disc>> {
             let [a, b, c, e] =
                 [(i, i), (i, i + 1), (i + 1, i), (i + 1, i + 1)].map(|(row, column)| matrix.at(row, column));
             let (re, im) = ((a + e) * 0.5, (b - c) * 0.5);
-            // In the basis (1, ±i)/√2 the rest of the block couples both multipliers.
             let rest =
                 Interval::from(((a - e) * 0.5).magnitude()) + Interval::from(((b + c) * 0.5).magnitude());
             let middle = Interval::from(0.5 * re.width()) + Interval::from(0.5 * im.width());

@@ -50,32 +50,35 @@ impl Proposal {
     ) -> Result<Self, Unproved> {
         let turns = orbit.period_multiple() as f64;
         let period = field.drives.period() * turns;
-        let mut marks = marks(orbit, model)?;
-        let from = orbit.states()[0].t;
+        let (from, turn) = (orbit.states()[0].t, orbit.period());
+        let crossings = crossings(orbit, model)?;
+        let mut all = [crossings.clone(), edges(model, from, turn)].concat();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
         // The chain starts in the middle of the longest part without a mark.
         let (mut longest, mut start, mut last) = (0.0, from, from);
-        for &(t, _) in marks.iter().chain([&(from + orbit.period(), Mark::End)]) {
+        for t in all.iter().map(|mark| mark.0).chain([from + turn]) {
             if t - last > longest {
                 (longest, start) = (t - last, 0.5 * (t + last));
             }
             last = t;
         }
-        let first = if marks.is_empty() { orbit.states()[0].clone() } else { orbit.at(model, start)? };
-        let start = first.t;
-        for (t, mark) in &mut marks {
-            if *t <= start {
-                *t += orbit.period();
-                match mark {
-                    Mark::Crossing(event) => event.near += orbit.period(),
-                    Mark::DriveEdge(at) => *at += orbit.period(),
-                    Mark::End => {}
-                }
+        let first = if all.is_empty() { orbit.states()[0].clone() } else { orbit.at(model, start)? };
+        // Moved to the first turn, where times are rounded least.
+        let back = (first.t / turn).floor() * turn;
+        let (start, behind) = (first.t - back, first.t);
+        let moved = |(t, mark): &(f64, Mark)| {
+            let later = t - back + if *t <= behind { turn } else { 0.0 };
+            match mark {
+                Mark::Crossing(event) => (later, Mark::Crossing(Event { near: later, ..*event })),
+                other => (later, *other),
             }
-        }
+        };
+        let mut marks: Vec<(f64, Mark)> = crossings.iter().map(moved).collect();
+        marks.extend(edges(model, start, turn));
         marks.sort_by(|a, b| a.0.total_cmp(&b.0));
         let end = Interval::from(start) + period;
-        marks.push((start + orbit.period(), Mark::End));
-        if let Some(close) = marks.windows(2).find(|pair| pair[1].0 - pair[0].0 < APART * orbit.period()) {
+        marks.push((start + turn, Mark::End));
+        if let Some(close) = marks.windows(2).find(|pair| pair[1].0 - pair[0].0 < APART * turn) {
             return Err(Unproved::Together { t: close[0].0, after: close[1].0 });
         }
         let mut walk = Walk {
@@ -101,8 +104,8 @@ fn pieces(model: &dyn Model, state: &State) -> Vec<Piece> {
     contacts.iter().map(Contact::piece).collect()
 }
 
-/// Crossings and drive edges along an orbit, by time.
-fn marks(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Vec<(f64, Mark)>, Unproved> {
+/// Crossings along an orbit, by time.
+fn crossings(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Vec<(f64, Mark)>, Unproved> {
     let mut marks = Vec::new();
     let mut collect = |step: &mut Step<'_>| {
         let t = step.t1();
@@ -112,14 +115,18 @@ fn marks(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Vec<(f64, Mark)>, U
         ControlFlow::Continue(())
     };
     orbit.observe(model, &mut collect)?;
-    let (from, until) = (orbit.states()[0].t, orbit.states()[0].t + orbit.period());
+    Ok(marks)
+}
+
+/// Drive edges over a turn.
+fn edges(model: &dyn Model, from: f64, turn: f64) -> Vec<(f64, Mark)> {
+    let mut marks = Vec::new();
     let mut t = from;
-    while let Some(edge) = model.next_edge(t).filter(|edge| *edge <= until) {
+    while let Some(edge) = model.next_edge(t).filter(|edge| *edge < from + turn) {
         marks.push((edge, Mark::DriveEdge(edge)));
         t = edge;
     }
-    marks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(marks)
+    marks
 }
 
 struct Walk<'w, 'm> {

@@ -1,10 +1,12 @@
 //! Waves at an angle, which is a number or a series.
 
+use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
+use crate::interval::number::Interval;
 use crate::scalar::Scalar;
-use crate::series::Series;
+use crate::series::{PowerSeries, Series};
 use std::fmt::Debug;
 
 /// An angle `[rad]` at which waves are evaluated: an `f64`, or a [`Series`] over time.
@@ -96,5 +98,26 @@ impl Angle for Series {
         let (excitation, own) = wave.own_series(self, side);
         let (jet, n) = (excitation.series(&own), f64::from(wave.order()));
         Jet { value: jet.value, rate: jet.rate * n, second: jet.second * (n * n) }
+    }
+}
+
+impl Angle for EnclosedAngle {
+    type Number = PowerSeries<Interval>;
+    fn number(self) -> PowerSeries<Interval> {
+        self.series()
+    }
+    fn times(self, factor: f64) -> Self {
+        self.moved(factor, 0.0)
+    }
+    fn by_function(self, _: impl Fn(f64) -> f64) -> PowerSeries<Interval> {
+        PowerSeries::refused("a plain function of the angle (`Angle::by_function`)")
+    }
+    fn value_of(self, wave: &Wave, side: Side) -> PowerSeries<Interval> {
+        self.jet_of(wave, side).value
+    }
+    fn jet_of(self, wave: &Wave, _: Side) -> Jet<PowerSeries<Interval>> {
+        let n = f64::from(wave.order());
+        let jet = wave.enclosure(self.moved(n, wave.phase()));
+        Jet { value: jet.value, rate: jet.rate * n, second: jet.second * n * n }
     }
 }

@@ -1,12 +1,9 @@
 //! Angles over a stretch of time, enclosed.
 
-use crate::excitation::angle::Angle;
-use crate::excitation::jet::Jet;
-use crate::excitation::side::Side;
-use crate::excitation::wave::{Wave, reduced};
 use crate::interval::number::Interval;
 use crate::scalar::Scalar;
 use crate::series::PowerSeries;
+use std::f64::consts::TAU;
 
 /// An angle over a stretch of time: enclosures of its Taylor coefficients, and an angle inside the stretch,
 /// which says between which edges the stretch lies.
@@ -39,7 +36,7 @@ impl EnclosedAngle {
     }
     /// An angle inside the stretch, in [0, 2π).
     pub(crate) fn inside(&self) -> f64 {
-        reduced(self.inside)
+        self.inside.rem_euclid(TAU) % TAU
     }
     /// Enclosures of sin nφ and cos nφ. At a constant speed w their coefficients k are (n w)^k/k! times
     /// ± sine or cosine.
@@ -60,28 +57,12 @@ impl EnclosedAngle {
         };
         [turned([sin, cos, -sin, -cos]), turned([cos, -sin, -cos, sin])]
     }
-}
-
-impl Angle for EnclosedAngle {
-    type Number = PowerSeries<Interval>;
-    fn number(self) -> PowerSeries<Interval> {
+    /// The series of the angle.
+    pub(crate) fn series(&self) -> PowerSeries<Interval> {
         self.series
     }
-    fn times(self, factor: f64) -> Self {
-        EnclosedAngle { series: self.series * factor, inside: self.inside * factor }
-    }
-    fn by_function(self, _: impl Fn(f64) -> f64) -> PowerSeries<Interval> {
-        PowerSeries::refused("a plain function of the angle (`Angle::by_function`)")
-    }
-    fn value_of(self, wave: &Wave, side: Side) -> PowerSeries<Interval> {
-        self.jet_of(wave, side).value
-    }
-    fn jet_of(self, wave: &Wave, _: Side) -> Jet<PowerSeries<Interval>> {
-        let n = f64::from(wave.order());
-        let mut own = self.times(n);
-        own.series = own.series + PowerSeries::from(wave.phase());
-        own.inside += wave.phase();
-        let jet = wave.enclosure(own);
-        Jet { value: jet.value, rate: jet.rate * n, second: jet.second * n * n }
+    /// n φ + ψ.
+    pub(crate) fn moved(self, n: f64, phase: f64) -> Self {
+        EnclosedAngle { series: self.series * n + PowerSeries::from(phase), inside: self.inside * n + phase }
     }
 }

@@ -281,7 +281,7 @@ pub(crate) fn gcd(a: u32, b: u32) -> u32 {
 
 /// An angle reduced to [0, 2π).
 #[inline]
-pub(crate) fn reduced(angle: f64) -> f64 {
+fn reduced(angle: f64) -> f64 {
     if (0.0..TAU).contains(&angle) {
         return angle;
     }

@@ -36,9 +36,8 @@ pub use crate::series::{PowerSeries, Series};
 pub mod recording {
     pub use crate::model::drive_slope::DriveSlope;
     pub use crate::model::equations::Constants;
-    pub use crate::model::expansion::enclosed::Enclosed;
     pub use crate::model::expansion::every_piece::EveryPiece;
-    pub use crate::model::expansion::expand::{Expand, Recorded};
+    pub use crate::model::expansion::expand::{Enclosed, Expand, Recorded};
     pub use crate::model::laws::Laws;
     pub use crate::model::terms::{Terms, TermsScratch};
     pub use crate::tape::node::Node;

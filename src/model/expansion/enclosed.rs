@@ -1,11 +1,11 @@
-//! Models with enclosed drives.
+//! Machines with enclosed drives.
 
 use crate::contact::Piece;
 use crate::error::ParameterError;
 use crate::excitation::{EnclosedAngle, Side};
 use crate::interval::number::Interval;
 use crate::model::channel::place_of;
-use crate::model::expansion::expand::Recorded;
+use crate::model::expansion::expand::{Enclosed, Recorded};
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::series::PowerSeries;
@@ -14,27 +14,6 @@ use std::f64::consts::TAU;
 /// Rounding of a drive edge, as a share of its angle and a turn: of its angle by
 /// [`Wave::next_edge`](crate::Wave::next_edge) and of the division by the speed.
 const EDGE_ROUNDING: f64 = 32.0 * f64::EPSILON;
-
-/// The drives of a model and its period as enclosures: what a [certificate](crate::certify) reads.
-///
-/// ```
-/// use gear_dynamics::{Model, NfgPair, NfgParams, Periodic};
-/// let pair = NfgPair::new(&NfgParams::table1())?;
-/// let enclosed = pair.offers().expansion.expect("a machine can be expanded").enclosed(&[])?;
-/// assert!(enclosed.expect("a machine can be enclosed").period().contains(pair.period()));
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-pub trait Enclosed {
-    /// The period of the drives.
-    fn period(&self) -> Interval;
-    /// Writes the drives as enclosed Taylor series over the time after `time`. `inside`: a time within the
-    /// stretch, between the same drive edges.
-    fn drives(&self, time: Interval, inside: f64, coefficients: usize, u: &mut [PowerSeries<Interval>]);
-    /// The exact instant of the drive edge that the model finds at `time`.
-    fn edge(&self, time: f64) -> Interval;
-    /// The velocities after an impact on a rigid stop, recorded in place of the accelerations.
-    fn impact(&self, contact: usize, on: Piece) -> Recorded;
-}
 
 /// A machine with constants that are intervals.
 pub(crate) struct EnclosedMachine<'m, G: Shape> {

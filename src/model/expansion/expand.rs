@@ -1,11 +1,10 @@
 //! The trait of models with a Taylor series.
 
-use crate::contact::Contact;
+use crate::contact::{Contact, Piece};
 use crate::error::ParameterError;
 use crate::interval::number::Interval;
-use crate::model::expansion::enclosed::Enclosed;
 use crate::model::expansion::every_piece::EveryPiece;
-use crate::series::Series;
+use crate::series::{PowerSeries, Series};
 use crate::tape::node::Node;
 use crate::tape::operations::Tape;
 use crate::tape::recording::Recording;
@@ -49,6 +48,27 @@ pub trait Expand {
         let _ = given;
         Ok(None)
     }
+}
+
+/// The drives of a model and its period as enclosures: what a [certificate](crate::certify) reads.
+///
+/// ```
+/// use gear_dynamics::{Model, NfgPair, NfgParams, Periodic};
+/// let pair = NfgPair::new(&NfgParams::table1())?;
+/// let enclosed = pair.offers().expansion.expect("a machine can be expanded").enclosed(&[])?;
+/// assert!(enclosed.expect("a machine can be enclosed").period().contains(pair.period()));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+pub trait Enclosed {
+    /// The period of the drives.
+    fn period(&self) -> Interval;
+    /// Writes the drives as enclosed Taylor series over the time after `time`. `inside`: a time within the
+    /// stretch, between the same drive edges.
+    fn drives(&self, time: Interval, inside: f64, coefficients: usize, u: &mut [PowerSeries<Interval>]);
+    /// The exact instant of the drive edge that the model finds at `time`.
+    fn edge(&self, time: f64) -> Interval;
+    /// The velocities after an impact on a rigid stop, recorded in place of the accelerations.
+    fn impact(&self, contact: usize, on: Piece) -> Recorded;
 }
 
 /// A recorded algebra. Only [`Taylor`](crate::Taylor) reads it.
