@@ -1,7 +1,7 @@
 //! Orbits along a branch, proved to exist: the pair of Kahraman and Singh (1990) from contact to contact loss.
 //!
-//! The table has every tenth orbit with what is proved: the half width of its boxes, its crossings, its
-//! stability. Next to a grazing a crossing is too slow for the width of the boxes, and the proof says so.
+//! The table has every twentieth orbit, and those left open, with what is proved: the half width of its boxes,
+//! its crossings, its stability. Next to a grazing a crossing is too slow for the width of the boxes, and the proof says so.
 //! `certified.csv` contains all orbits.
 //!
 //! `cargo run --release -p examples --example certified`, with `-- --coarse` for every fourth orbit; everything is
