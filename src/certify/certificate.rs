@@ -78,6 +78,9 @@ impl Certificate {
         self.proposal.legs.iter().map(|leg| leg.start.middle()).collect()
     }
     /// The box of node `i`: coordinates, then velocities.
+    ///
+    /// # Panics
+    /// If `i` is not below the number of [`times`](Certificate::times).
     pub fn state(&self, i: usize) -> Vec<Interval> {
         let pairs = self.proposal.nodes[i].iter().zip(&self.radii[i]);
         pairs.map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect()
@@ -125,7 +128,9 @@ impl Certificate {
         {
             return Err(differs("period, nodes or pieces"));
         }
-        let proved = prove(model, &field, &self.proposal, &self.radii)?.inclusion()?;
+        let images = prove(model, &field, &self.proposal, &self.radii)?;
+        let bounds = images.bounds()?;
+        let proved = images.inclusion(&bounds)?;
         let agree = self.crossings.len() == proved.crossings.len()
             && self.crossings.iter().zip(&proved.crossings).all(|(own, proved)| {
                 (own.contact, own.to) == (proved.contact, proved.to) && proved.time.lies_in(own.time)
@@ -263,8 +268,7 @@ impl Images<'_> {
         (0..self.slopes.len()).map(|i| newton.bound(i, self.radii).ok_or(singular(i))).collect()
     }
     /// The proof that the Newton operator maps the boxes into themselves.
-    fn inclusion(self) -> Result<Self, Unproved> {
-        let bounds = self.bounds()?;
+    fn inclusion(self, bounds: &[Vec<f64>]) -> Result<Self, Unproved> {
         // A NaN counts as not proved.
         let ratio = |(bound, radius): (&f64, &f64)| {
             Some(bound / radius).filter(|x| !x.is_nan()).unwrap_or(f64::INFINITY)
@@ -340,7 +344,7 @@ impl ShootingOrbit {
         for _ in 0..ATTEMPTS {
             let images = prove(model, &field, &proposal, &radii)?;
             let bounds = images.bounds()?;
-            match images.inclusion() {
+            match images.inclusion(&bounds) {
                 Ok(proved) => {
                     let (crossings, multipliers) = (proved.crossings.clone(), proved.multipliers());
                     let constants =

@@ -168,9 +168,9 @@ impl Walk<'_, '_> {
                 return Ok(());
             }
             if count <= 1.0 {
-                return self.leg_to(until, None);
+                return self.leg_to(until);
             }
-            self.leg_to(Interval::from(t + left / count), None)?;
+            self.leg_to(Interval::from(t + left / count))?;
         }
     }
 
@@ -201,12 +201,12 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    fn leg_to(&mut self, end: Interval, event: Option<Event>) -> Result<(), Unproved> {
+    fn leg_to(&mut self, end: Interval) -> Result<(), Unproved> {
         if self.legs.len() >= MOST_LEGS {
             return Err(Unproved::Wrapping { t: self.time.middle(), length: (end - self.time).middle() });
         }
         self.nodes.push(self.x.clone());
-        self.legs.push(Leg { start: self.time, end, pieces: self.pieces.clone(), event });
+        self.legs.push(Leg { start: self.time, end, pieces: self.pieces.clone(), event: None });
         self.move_by((end - self.time).middle());
         self.time = end;
         Ok(())
