@@ -251,6 +251,54 @@ fn lanes_are_refilled_as_they_finish() {
     });
 }
 
+/// Motions that repeat are not run to their end, and their rows are those of full runs, with the impacts of all
+/// measured periods; motions that do not repeat are run in full.
+#[test]
+fn periods_of_a_motion_that_repeats_count_again() {
+    let full = Sweep::new(frequencies(24)).settle(60).measure(13).channels(&["q0", "v0"]).rattle().strobe(5);
+    let early = full.clone().until_repeats(1e-10);
+    fn compare(engine: &impl SweepEngine<LanePair>, [full, early]: [&Sweep; 2]) -> Vec<usize> {
+        let run = |sweep: &Sweep| sweep.of(engine, pair).start(rest).run().unwrap();
+        let (full, early) = (run(full), run(early));
+        let mut multiples = Vec::new();
+        for (full, early) in full.iter().zip(early.iter()) {
+            assert_eq!(full.period_multiple(), early.period_multiple(), "{}", full.index());
+            let Some(p) = full.period_multiple() else { continue };
+            // The strobed states of both runs are those of the same turns, up to the phase within p turns.
+            multiples.push(p);
+            for channel in ["q0", "v0"] {
+                let [a, b] = [full, early].map(|row| row.channel(channel).unwrap());
+                let range = a.peak_to_peak();
+                let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-5 * range, "{channel}, {p}: {a} {b}");
+                near(a.min, b.min);
+                near(a.max, b.max);
+                // The 13 periods are no multiple of p above 1: they begin at different ones of p.
+                if p == 1 {
+                    near(a.mean, b.mean);
+                    near(a.rms, b.rms);
+                    near(a.deviation, b.deviation);
+                }
+            }
+            for (a, b) in full.contacts().iter().zip(early.contacts()) {
+                let apart = a.impact_count().abs_diff(b.impact_count());
+                assert!(apart == 0 || p > 1 && apart < p as u64 * 10, "{p}: {a:?} {b:?}");
+            }
+            assert_eq!(early.strobes().count(), 5);
+            if p == 1 {
+                assert!(early.settled_after() < 60 && full.settled_after() == 60);
+            }
+        }
+        multiples
+    }
+    let both = [&full, &early];
+    let taylor = Taylor::new().rtol(1e-10).atol(1e-15);
+    let multiples = compare(&LaneTaylor::new(taylor.clone()), both);
+    println!("{multiples:?}");
+    assert!(multiples.len() > 12 && multiples.iter().any(|p| *p > 1), "{multiples:?}");
+    compare(&Located(taylor), both);
+    compare(&LaneRk4::new(63 * 64), both);
+}
+
 /// Checks that each row has the bits of a sweep over its point alone, which runs without lanes.
 fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
     let names: Vec<&str> = together.points().names().iter().map(String::as_str).collect();

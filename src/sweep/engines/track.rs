@@ -7,6 +7,7 @@ use crate::model::{Periodic, State};
 use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::rows::layout::Layout;
+use std::collections::VecDeque;
 
 /// The settings of a sweep that every run needs.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +55,20 @@ pub(crate) struct Track {
     depths: Vec<[f64; 3]>,
     /// The extremes of the channels and the strobed state of each of the last measured periods.
     strobes: Vec<f64>,
+    /// The period multiple whose repetition ended settling; 0 if none did.
+    cycle: usize,
+    /// What was measured in the current period, and in the last periods of a cycle.
+    readings: Readings,
+    kept: VecDeque<Readings>,
+}
+
+/// The results of one period: each with its channel or contact and its weight.
+#[derive(Clone, Default)]
+struct Readings {
+    channels: Vec<(usize, ChannelMeter<f64>, f64)>,
+    contacts: Vec<(usize, ContactMeter, f64)>,
+    state: Vec<f64>,
+    weight: f64,
 }
 
 /// Calls a function with the model of the run.
@@ -98,6 +113,9 @@ impl Track {
             spread: vec![[f64::INFINITY, f64::NEG_INFINITY]; plan.layout.channels + plan.layout.contacts],
             depths: vec![[f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY]; plan.layout.contacts],
             strobes: Vec::new(),
+            cycle: 0,
+            readings: Readings::default(),
+            kept: VecDeque::new(),
         }
     }
 
@@ -115,7 +133,13 @@ impl Track {
     /// Whether states within the current period must be sampled for the range of the motion: in the last
     /// measured period, and in all settling periods if settling may end early.
     pub(crate) fn ranging(&self) -> bool {
-        if self.measuring { self.measured + 1 == self.plan.measure } else { self.plan.repeat.is_some() }
+        if self.measuring { self.measured + 1 == self.runs() } else { self.plan.repeat.is_some() }
+    }
+
+    /// Number of measured periods that are run. After settling has ended by repetition after p periods they
+    /// are p + 1, and the last p of them count again for the others: the first one may begin at an impact.
+    fn runs(&self) -> usize {
+        if self.cycle == 0 { self.plan.measure } else { self.plan.measure.min(self.cycle + 1) }
     }
 
     /// Adds a state within the current period: coordinates, then velocities.
@@ -130,6 +154,9 @@ impl Track {
     /// Adds the values of channel `i` in the current period. `weight`: duration of the period, or its number
     /// of samples.
     pub(crate) fn add_channel(&mut self, i: usize, meter: &ChannelMeter<f64>, weight: f64) {
+        if self.cycle > 0 {
+            self.readings.channels.push((i, *meter, weight));
+        }
         // Mean m and squared deviations S of the earlier periods (weight w) and of this one (w', m', S'):
         // S ← S + S' + (m' - m)² w w'/(w + w').   Source: Chan, Golub & LeVeque, Am. Stat. 37 (1983) 242.
         let ([mean, squares], before) = (meter.moments(weight), self.weight);
@@ -154,6 +181,9 @@ impl Track {
     /// Adds the times and impacts of contact `i` in the current period. `weight`: duration of the period or
     /// its number of samples, as in `meter.samples`; the part on neither flank is the time in the gap.
     pub(crate) fn add_contact(&mut self, i: usize, meter: &ContactMeter, weight: f64) {
+        if self.cycle > 0 {
+            self.readings.contacts.push((i, *meter, weight));
+        }
         let ([lower, upper], [on_lower, on_upper]) = (meter.samples, meter.impacts);
         let added = [lower, weight - lower - upper, upper, on_lower, on_upper];
         let sums = Layout::group_mut(&mut self.row, self.plan.layout.contact(i));
@@ -188,24 +218,51 @@ impl Track {
         }
         if self.measuring {
             self.measured += 1;
-            self.weight += weight;
             let state = state.to_vec();
-            self.strobes.extend(state);
-            let (each, most) = (self.plan.layout.strobe_width(), self.plan.layout.strobes);
-            if self.strobes.len() > each * most {
-                self.strobes.drain(..each);
+            self.count(&state, weight);
+            if self.cycle > 0 {
+                self.kept.push_back(Readings { state, weight, ..std::mem::take(&mut self.readings) });
+                if self.kept.len() > self.cycle {
+                    self.kept.pop_front();
+                }
             }
-            return if self.measured == self.plan.measure { Next::Done } else { Next::Measure };
+            if self.measured < self.runs() {
+                return Next::Measure;
+            }
+            self.repeat_cycle();
+            return Next::Done;
         }
         // A call of the family may cost as much as a period: rounding is weighed after 1, 2, 4, 8, ..
         // periods.
         let weighs = self.periods.is_power_of_two();
-        let settled = self.plan.repeat.is_some_and(|at| self.multiple(at, weighs, with_model).0 > 0);
-        if self.periods >= self.plan.settle || settled {
+        self.cycle = self.plan.repeat.map_or(0, |at| self.multiple(at, weighs, with_model).0);
+        if self.periods >= self.plan.settle || self.cycle > 0 {
             self.measuring = true;
             return Next::StartMeasuring;
         }
         Next::Settle
+    }
+
+    /// Adds a measured period to the row: its strobed state and its weight.
+    fn count(&mut self, state: &[f64], weight: f64) {
+        self.weight += weight;
+        self.strobes.extend(state);
+        let (each, most) = (self.plan.layout.strobe_width(), self.plan.layout.strobes);
+        if self.strobes.len() > each * most {
+            self.strobes.drain(..each);
+        }
+    }
+
+    /// Counts the periods of a cycle again, in turn, for the measured periods that are not run.
+    fn repeat_cycle(&mut self) {
+        self.cycle = 0;
+        let kept = std::mem::take(&mut self.kept);
+        let again = self.plan.measure - self.measured;
+        for Readings { channels, contacts, state, weight } in kept.iter().cycle().take(again) {
+            channels.iter().for_each(|(i, meter, weight)| self.add_channel(*i, meter, *weight));
+            contacts.iter().for_each(|(i, meter, weight)| self.add_contact(*i, meter, *weight));
+            self.count(state, *weight);
+        }
     }
 
     /// As [`repeats`](Track::repeats). If the motion as a whole does not repeat, it is compared without rigid
