@@ -255,16 +255,16 @@ fn lanes_are_refilled_as_they_finish() {
 /// measured periods; motions that do not repeat are run in full.
 #[test]
 fn periods_of_a_motion_that_repeats_count_again() {
-    let full = Sweep::new(frequencies(24)).settle(60).measure(13).channels(&["q0", "v0"]).rattle().strobe(5);
-    let early = full.clone().until_repeats(1e-10);
+    let points = Points::from(Axis::list("we", &[0.17, 0.241_304]).unwrap());
+    let full = Sweep::new(points).settle(90).measure(9).channels(&["q0", "v0"]).rattle().strobe(5);
+    let early = full.clone().until_repeats(1e-7);
     fn compare(engine: &impl SweepEngine<LanePair>, [full, early]: [&Sweep; 2]) -> Vec<usize> {
         let run = |sweep: &Sweep| sweep.of(engine, pair).start(rest).run().unwrap();
         let (full, early) = (run(full), run(early));
-        let mut multiples = Vec::new();
+        let (mut multiples, mut ended_early) = (Vec::new(), 0);
         for (full, early) in full.iter().zip(early.iter()) {
             assert_eq!(full.period_multiple(), early.period_multiple(), "{}", full.index());
             let Some(p) = full.period_multiple() else { continue };
-            // The strobed states of both runs are those of the same turns, up to the phase within p turns.
             multiples.push(p);
             for channel in ["q0", "v0"] {
                 let [a, b] = [full, early].map(|row| row.channel(channel).unwrap());
@@ -272,7 +272,7 @@ fn periods_of_a_motion_that_repeats_count_again() {
                 let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-5 * range, "{channel}, {p}: {a} {b}");
                 near(a.min, b.min);
                 near(a.max, b.max);
-                // The 13 periods are no multiple of p above 1: they begin at different ones of p.
+                // The 9 periods are no multiple of p = 2: they begin at different ones of p.
                 if p == 1 {
                     near(a.mean, b.mean);
                     near(a.rms, b.rms);
@@ -281,21 +281,18 @@ fn periods_of_a_motion_that_repeats_count_again() {
             }
             for (a, b) in full.contacts().iter().zip(early.contacts()) {
                 let apart = a.impact_count().abs_diff(b.impact_count());
-                assert!(apart == 0 || p > 1 && apart < p as u64 * 10, "{p}: {a:?} {b:?}");
+                assert!(apart == 0 || p > 1 && apart < 20, "{p}: {a:?} {b:?}");
             }
             assert_eq!(early.strobes().count(), 5);
-            if p == 1 {
-                assert!(early.settled_after() < 60 && full.settled_after() == 60);
-            }
+            ended_early += usize::from(early.settled_after() < full.settled_after());
         }
+        assert!(ended_early == multiples.len(), "{ended_early} of {}", multiples.len());
         multiples
     }
     let both = [&full, &early];
     let taylor = Taylor::new().rtol(1e-10).atol(1e-15);
-    let multiples = compare(&LaneTaylor::new(taylor.clone()), both);
-    println!("{multiples:?}");
-    assert!(multiples.len() > 12 && multiples.iter().any(|p| *p > 1), "{multiples:?}");
-    compare(&Located(taylor), both);
+    let multiples = compare(&LaneTaylor::new(taylor), both);
+    assert!(multiples.contains(&1) && multiples.contains(&2), "{multiples:?}");
     compare(&LaneRk4::new(63 * 64), both);
 }
 
