@@ -86,9 +86,11 @@ fn the_same_multipliers_however_they_are_found() {
     let whole = rows(&sweep, &engine, &machine, &start);
     assert!(whole.iter().filter(|row| row.multipliers().is_some()).count() >= 3);
     let expected = whole.fingerprint();
-    let narrow = rows(&sweep, &engine.clone().lanes::<1>(), &machine, &start);
-    assert_eq!(expected, narrow.fingerprint());
-    assert_eq!(expected, rows(&sweep, &engine.clone().lanes::<4>(), &machine, &start).fingerprint());
+    // Every point alone, without neighbours.
+    let family = |p: &Point<'_>| machine.with("speed", p["speed"]);
+    let runner = sweep.of(&engine, family).start(|_, _| Ok::<_, ParameterError>(start.clone()));
+    let alone = (0..5).map(|i| runner.chunk(i, 5).unwrap()).collect();
+    assert_eq!(expected, Rows::merge(alone).unwrap().fingerprint());
     for set in InstructionSet::available() {
         let rows = rows(&sweep, &engine.clone().instructions(set), &machine, &start);
         assert_eq!(expected, rows.fingerprint(), "{set:?}");

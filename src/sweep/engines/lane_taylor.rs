@@ -10,6 +10,7 @@ use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::meter::Kind;
 use crate::sweep::sweep_error::{PointError, SweepError};
+use crate::sweep::taylor::columns::W;
 use crate::sweep::taylor::crew::Crew;
 use crate::sweep::taylor::exponents::exponents;
 use crate::sweep::taylor::lane::Motion;
@@ -21,7 +22,7 @@ use std::cell::OnceCell;
 use std::collections::VecDeque;
 
 /// Engine for every [`Machine`] with Taylor series: the runs of [`Located`](crate::sweep::Located) with
-/// [`Taylor`], W of them side by side in the lanes of the vector registers. Default: 8 lanes.
+/// [`Taylor`], eight of them side by side in the lanes of the vector registers.
 ///
 /// Each lane has its own time, step, pieces and edges. A lane that finds an edge ends its own step there; a
 /// lane whose run is over takes the next point. Tolerances, edges of position, moving edges, rigid stops and
@@ -29,7 +30,7 @@ use std::collections::VecDeque;
 ///
 /// Channels are those of [`LaneRk4`](crate::sweep::LaneRk4): coordinates, velocities, deflections and mesh
 /// forces. Their integrals are those of the polynomials of the steps; extremes are found inside the steps.
-/// A row depends on its point only, with a warm start on its line: its bits are the same for any W,
+/// A row depends on its point only, with a warm start on its line: its bits are the same for any
 /// instruction set, number of threads, order and neighbouring lanes.
 ///
 /// [Lyapunov exponents](crate::Sweep::lyapunov) and [multipliers](crate::Sweep::multipliers) are computed in
@@ -55,7 +56,7 @@ use std::collections::VecDeque;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct LaneTaylor<const W: usize = 8> {
+pub struct LaneTaylor {
     taylor: Taylor,
     set: InstructionSet,
 }
@@ -67,16 +68,9 @@ const FINER: f64 = 0.01;
 const KEPT: usize = 32;
 
 impl LaneTaylor {
-    /// An engine with these tolerances and limits. Defaults: 8 lanes, [`InstructionSet::Best`].
+    /// An engine with these tolerances and limits. Default: [`InstructionSet::Best`].
     pub fn new(taylor: Taylor) -> Self {
         LaneTaylor { taylor, set: InstructionSet::Best }
-    }
-}
-
-impl<const W: usize> LaneTaylor<W> {
-    /// The same engine with another number of lanes.
-    pub fn lanes<const OTHER: usize>(self) -> LaneTaylor<OTHER> {
-        LaneTaylor { taylor: self.taylor, set: self.set }
     }
     /// The instruction set. Default: [`InstructionSet::Best`].
     pub fn instructions(self, set: InstructionSet) -> Self {
@@ -84,7 +78,7 @@ impl<const W: usize> LaneTaylor<W> {
     }
 }
 
-impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneTaylor<W> {
+impl<G: Shape> SweepEngine<Machine<G>> for LaneTaylor {
     fn accepts(&self, model: &Machine<G>, channels: &[usize]) -> Result<(), SweepError> {
         self.taylor.check_rtol()?;
         self.taylor.check(2 * model.dof())?;
@@ -102,10 +96,10 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneTaylor<W> {
         jobs: &[Job<Machine<G>>],
         go_on: &dyn Fn() -> bool,
     ) -> Vec<Exponent> {
-        exponents::<G, W>(lyapunov, self.set, jobs, go_on)
+        exponents(lyapunov, self.set, jobs, go_on)
     }
     fn multipliers(&self, jobs: &[OrbitJob<Machine<G>>], go_on: &dyn Fn() -> bool) -> Vec<Orbit> {
-        multipliers::<G, W>(self.set, jobs, go_on)
+        multipliers(self.set, jobs, go_on)
     }
     fn exponents_at_once(&self) -> usize {
         KEPT * W
@@ -130,9 +124,19 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneTaylor<W> {
                 Shelf { plan, atol: &atol, models: &models, taken: 0, waiting: &mut waiting, source };
             let Some(first) = shelf.keep(leader) else { continue };
             let waves = models.first().and_then(|model| model.get()?.wave_series());
-            Crew::<_, W>::new(&self.taylor, self.set, &program, waves, degree).run(first, &mut shelf);
+            run(Crew::new(&self.taylor, self.set, &program, waves, degree), first, &mut shelf);
         }
     }
+}
+
+/// Makes the runs: compiled once, with the library.
+#[inline(never)]
+fn run<'m>(
+    mut crew: Crew<'_, 'm, RowTask<'m>>,
+    first: LaneJob<'m, RowTask<'m>>,
+    queue: &mut dyn Queue<'m, RowTask<'m>>,
+) {
+    crew.run(first, queue);
 }
 
 /// The program of the shape of a model.

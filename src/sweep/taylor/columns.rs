@@ -11,12 +11,15 @@ use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::program::{Place, Program, Rule};
 
+/// Number of runs side by side: that of the doubles in the widest vector registers.
+pub(crate) const W: usize = 8;
+
 /// Room for the coefficients of a column. An odd number: the same order of several columns does not compete
 /// for the same lines of the cache.
 const ROOM: usize = ORDERS + 1;
 
 /// The numbers of all columns in all lanes.
-pub(crate) struct Columns<const W: usize> {
+pub(crate) struct Columns {
     /// Column by column, order by order.
     x: Vec<Lanes<W>>,
     /// For each product what is known of its next coefficient, which is an odd one.
@@ -30,7 +33,7 @@ pub(crate) struct Columns<const W: usize> {
     of_lane: Vec<f64>,
 }
 
-impl<const W: usize> Columns<W> {
+impl Columns {
     pub(super) fn new(program: &Program, degree: usize) -> Self {
         let zero = Lanes::from(0.0);
         let masks = program.selectors.iter().map(|(_, count)| vec![[0; W]; 3usize.pow(*count as u32)]);
@@ -136,7 +139,7 @@ impl<const W: usize> Columns<W> {
                     Lanes(bits.map(f64::from_bits))
                 }
                 Rule::Quotient(a, b) => {
-                    let mut rest = order_of::<FIRST, W>(*a, n, x, stills);
+                    let mut rest = order_of::<FIRST>(*a, n, x, stills);
                     for j in 0..n {
                         rest = rest - at(out, j) * at(*b, n - j);
                     }
@@ -181,7 +184,7 @@ impl<const W: usize> Columns<W> {
             return;
         }
         for (i, place) in program.accelerations.iter().enumerate() {
-            let v = order_of::<FIRST, W>(*place, n, x, stills) * PER[n + 1];
+            let v = order_of::<FIRST>(*place, n, x, stills) * PER[n + 1];
             x[(program.dof + i) * ROOM + n + 1] = v;
             x[i * ROOM + n + 2] = v * PER[n + 2];
         }
@@ -221,12 +224,12 @@ impl<const W: usize> Columns<W> {
 }
 
 /// The sum of terms so far, and the smallest and the largest of all sums before.
-pub(super) struct Moved<const W: usize> {
+pub(super) struct Moved {
     sum: Lanes<W>,
     pub(super) bounds: [Lanes<W>; 2],
 }
 
-impl<const W: usize> Moved<W> {
+impl Moved {
     #[inline(always)]
     pub(super) fn new() -> Self {
         let zero = Lanes::from(0.0);
@@ -245,12 +248,7 @@ impl<const W: usize> Moved<W> {
 
 /// Order n of a number. `FIRST`: whether n is 0.
 #[inline(always)]
-fn order_of<const FIRST: bool, const W: usize>(
-    place: Place,
-    n: usize,
-    x: &[Lanes<W>],
-    stills: &[Lanes<W>],
-) -> Lanes<W> {
+fn order_of<const FIRST: bool>(place: Place, n: usize, x: &[Lanes<W>], stills: &[Lanes<W>]) -> Lanes<W> {
     match place {
         Place::Column(column) => x[column * ROOM + n],
         Place::Still(still) if FIRST => stills[still],
@@ -261,7 +259,7 @@ fn order_of<const FIRST: bool, const W: usize>(
 /// Σ a_j b_(m-j) and Σ a_j b_(m-j+1) over all j of `a`, which is as long as `b`; m is the last place of `b`
 /// and `beyond` the number after it.
 #[inline(always)]
-pub(super) fn sums<const W: usize>(a: &[Lanes<W>], b: &[Lanes<W>], beyond: Lanes<W>) -> [Lanes<W>; 2] {
+pub(super) fn sums(a: &[Lanes<W>], b: &[Lanes<W>], beyond: Lanes<W>) -> [Lanes<W>; 2] {
     // Two orders together: each number is read once. Four sums that do not wait for one another.
     let ([mut sum, mut next, mut other, mut next_other], mut after) = ([Lanes::from(0.0); 4], beyond);
     let ((pairs, last), (first, reversed)) = (a.as_chunks::<2>(), b.as_rchunks::<2>());
@@ -281,11 +279,7 @@ pub(super) fn sums<const W: usize>(a: &[Lanes<W>], b: &[Lanes<W>], beyond: Lanes
 
 /// Σ term(a_n, b_n, lane), in each lane.
 #[inline(always)]
-pub(super) fn weighted_sum<A, B, const W: usize>(
-    a: &[A],
-    b: &[B],
-    term: impl Fn(&A, &B, usize) -> f64,
-) -> Lanes<W> {
+pub(super) fn weighted_sum<A, B>(a: &[A], b: &[B], term: impl Fn(&A, &B, usize) -> f64) -> Lanes<W> {
     // Four sums that do not wait for one another.
     let mut sums = [[0.0; W]; 4];
     let ((fours, rest), (others, last)) = (a.as_chunks::<4>(), b.as_chunks::<4>());

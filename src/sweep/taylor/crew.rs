@@ -7,7 +7,7 @@ use crate::ode::taylor::expansion::plan::Edge;
 use crate::ode::{IntegrateError, Taylor};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
-use crate::sweep::taylor::columns::Columns;
+use crate::sweep::taylor::columns::{Columns, W};
 use crate::sweep::taylor::lane::Lane;
 use crate::sweep::taylor::meters::Meters;
 use crate::sweep::taylor::pace::{Before, Pace};
@@ -32,16 +32,16 @@ pub(crate) fn of_equal_shapes<'j, J, G: Shape + 'j>(
 }
 
 /// The numbers of all lanes.
-struct Numbers<'p, const W: usize> {
+struct Numbers<'p> {
     program: &'p Program,
     waves: Option<&'p FourierWaves>,
     turns: Option<Turns<W>>,
-    columns: Columns<W>,
-    pace: Pace<W>,
-    meters: Meters<W>,
+    columns: Columns,
+    pace: Pace,
+    meters: Meters,
     /// Angle of the waves, its speed.
     angles: [[f64; W]; 2],
-    before: Before<W>,
+    before: Before,
     /// The lengths that the tolerances allow.
     full: [f64; W],
     /// The lengths of the steps.
@@ -70,19 +70,19 @@ struct Run<'m, T> {
 }
 
 /// Runs side by side.
-pub(crate) struct Crew<'p, 'm, T: Task<'m>, const W: usize> {
+pub(crate) struct Crew<'p, 'm, T: Task<'m>> {
     taylor: &'p Taylor,
     set: InstructionSet,
     edges: Vec<Edge>,
     singular: Option<&'static str>,
-    numbers: Numbers<'p, W>,
+    numbers: Numbers<'p>,
     runs: [Option<Box<Run<'m, T>>>; W],
     /// How a run ended, until its lane is filled again.
     outcomes: [Option<Result<(), T::Error>>; W],
     turns: [Turn; W],
 }
 
-impl<'p, 'm, T: Task<'m>, const W: usize> Crew<'p, 'm, T, W> {
+impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
     /// `degree`: highest order of the series.
     pub(crate) fn new(
         taylor: &'p Taylor,
@@ -118,7 +118,7 @@ impl<'p, 'm, T: Task<'m>, const W: usize> Crew<'p, 'm, T, W> {
     }
 
     /// Makes runs, beginning with `first`, until none is left, or until cancelled.
-    pub(crate) fn run(&mut self, first: LaneJob<'m, T>, queue: &mut impl Queue<'m, T>) {
+    pub(crate) fn run(&mut self, first: LaneJob<'m, T>, queue: &mut dyn Queue<'m, T>) {
         let mut next = Some(first);
         for lane in 0..W {
             let job = next.take().or_else(|| queue.next());
@@ -139,7 +139,7 @@ impl<'p, 'm, T: Task<'m>, const W: usize> Crew<'p, 'm, T, W> {
     }
 
     /// Fills a lane with a run, or with the first of the next ones that can begin.
-    fn load(&mut self, place: usize, mut job: Option<LaneJob<'m, T>>, queue: &mut impl Queue<'m, T>) {
+    fn load(&mut self, place: usize, mut job: Option<LaneJob<'m, T>>, queue: &mut dyn Queue<'m, T>) {
         while let Some(LaneJob { index, motion, task }) = job {
             match Lane::new(&motion) {
                 Ok(lane) => {
@@ -203,7 +203,7 @@ impl<'p, 'm, T: Task<'m>, const W: usize> Crew<'p, 'm, T, W> {
         }
     }
 
-    fn view(&self, lane: usize) -> LaneView<'_, W> {
+    fn view(&self, lane: usize) -> LaneView<'_> {
         let (columns, singular) = (&self.numbers.columns, self.singular);
         LaneView { columns, lane, edges: &self.edges, arch: Arch::new(), singular }
     }
@@ -260,9 +260,9 @@ impl<'p, 'm, T: Task<'m>, const W: usize> Crew<'p, 'm, T, W> {
 }
 
 /// Drives, coefficients and lengths of steps.
-struct Expansion<'n, 'p, const W: usize>(&'n mut Numbers<'p, W>);
+struct Expansion<'n, 'p>(&'n mut Numbers<'p>);
 
-impl<const W: usize> pulp::WithSimd for Expansion<'_, '_, W> {
+impl pulp::WithSimd for Expansion<'_, '_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
@@ -280,9 +280,9 @@ impl<const W: usize> pulp::WithSimd for Expansion<'_, '_, W> {
 }
 
 /// How far distances move.
-struct Moves<'n, 'p, const W: usize>(&'n mut Numbers<'p, W>);
+struct Moves<'n, 'p>(&'n mut Numbers<'p>);
 
-impl<const W: usize> pulp::WithSimd for Moves<'_, '_, W> {
+impl pulp::WithSimd for Moves<'_, '_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
@@ -292,9 +292,9 @@ impl<const W: usize> pulp::WithSimd for Moves<'_, '_, W> {
 }
 
 /// The ends of the steps and, if chosen, the figures of the channels.
-struct Ends<'n, 'p, const W: usize>(&'n mut Numbers<'p, W>, bool);
+struct Ends<'n, 'p>(&'n mut Numbers<'p>, bool);
 
-impl<const W: usize> pulp::WithSimd for Ends<'_, '_, W> {
+impl pulp::WithSimd for Ends<'_, '_> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {

@@ -21,10 +21,10 @@ use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 use std::iter::Zip;
 use std::slice::Iter;
 
-/// The exponents of the motions of machines: the flow with its derivative by Taylor series in W lanes. The
+/// The exponents of the motions of machines: the flow with its derivative by Taylor series in lanes. The
 /// derivative is that of the tape of the shape, its jumps those of single runs. Machines of equal shapes
 /// share lanes. Motions that lanes do not run, or that are wanted by another method, are run one by one.
-pub(crate) fn exponents<G: Shape, const W: usize>(
+pub(crate) fn exponents<G: Shape>(
     lyapunov: &Lyapunov,
     set: InstructionSet,
     jobs: &[Job<Machine<G>>],
@@ -37,7 +37,7 @@ pub(crate) fn exponents<G: Shape, const W: usize>(
         let tape = tangent(&leader.record_shape().0, count, &[]);
         match Program::new(&tape, leader.size().waves, &[]) {
             Ok(program) if lyapunov.allows_series() => {
-                side_by_side::<G, W>(lyapunov, set, &program, jobs, &equal, go_on, &mut found);
+                side_by_side(lyapunov, set, &program, jobs, &equal, go_on, &mut found);
             }
             _ => equal.into_iter().for_each(|i| found[i] = one_by_one(lyapunov, &jobs[i], go_on)),
         }
@@ -46,7 +46,7 @@ pub(crate) fn exponents<G: Shape, const W: usize>(
 }
 
 /// The exponents of machines of one shape; `chosen`: their jobs.
-fn side_by_side<G: Shape, const W: usize>(
+fn side_by_side<G: Shape>(
     lyapunov: &Lyapunov,
     set: InstructionSet,
     program: &Program,
@@ -75,7 +75,18 @@ fn side_by_side<G: Shape, const W: usize>(
     let order = Taylor::order_for(lyapunov.tolerance());
     let waves = jobs[first.index].model.wave_series();
     let taylor = Taylor::new().rtol(NONE).order(order);
-    Crew::<_, W>::new(&taylor, set, program, waves, order).run(first, &mut waiting);
+    let crew = Crew::new(&taylor, set, program, waves, order);
+    run(crew, first, &mut waiting);
+}
+
+/// Makes the runs: compiled once, with the library.
+#[inline(never)]
+fn run<'m, 't: 'm>(
+    mut crew: Crew<'_, 'm, ExponentTask<'m, 't>>,
+    first: LaneJob<'m, ExponentTask<'m, 't>>,
+    queue: &mut dyn Queue<'m, ExponentTask<'m, 't>>,
+) {
+    crew.run(first, queue);
 }
 
 /// A motion after settling: its job and its work so far.

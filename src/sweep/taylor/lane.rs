@@ -106,11 +106,11 @@ impl<'m> Lane<'m> {
     ///
     /// # Errors
     /// A step below the resolution of the time.
-    pub(super) fn aim<const W: usize>(
+    pub(super) fn aim(
         &mut self,
         full: f64,
         longest: f64,
-        view: &LaneView<'_, W>,
+        view: &LaneView<'_>,
     ) -> Result<f64, IntegrateError> {
         if full.is_nan() || full <= RESOLUTION * self.course.e.t.abs() {
             return Err(self.shrunk(full, view));
@@ -126,9 +126,9 @@ impl<'m> Lane<'m> {
     ///
     /// # Errors
     /// Those of [`first_exit`] and [`Course::meet`].
-    pub(super) fn meet<const W: usize>(
+    pub(super) fn meet(
         &mut self,
-        view: &LaneView<'_, W>,
+        view: &LaneView<'_>,
         moves: impl Fn(usize) -> [f64; 2],
     ) -> Result<Option<f64>, IntegrateError> {
         let Course { e, passage } = &mut self.course;
@@ -141,11 +141,7 @@ impl<'m> Lane<'m> {
     ///
     /// # Errors
     /// A state that is not finite; those of [`Course::cross`].
-    pub(super) fn end_step<const W: usize>(
-        &mut self,
-        full: f64,
-        view: &LaneView<'_, W>,
-    ) -> Result<bool, IntegrateError> {
+    pub(super) fn end_step(&mut self, full: f64, view: &LaneView<'_>) -> Result<bool, IntegrateError> {
         if !self.course.e.finite() {
             let collapsed = full < COLLAPSE * self.longest;
             return Err(if collapsed { self.shrunk(self.course.e.h(), view) } else { self.not_finite() });
@@ -159,9 +155,9 @@ impl<'m> Lane<'m> {
     }
 
     /// Shows the step that has ended.
-    pub(super) fn show<const W: usize, T>(
+    pub(super) fn show<T>(
         &self,
-        view: &LaneView<'_, W>,
+        view: &LaneView<'_>,
         at_edge: bool,
         f: impl FnOnce(&mut Step<'_>) -> T,
     ) -> T {
@@ -182,7 +178,7 @@ impl<'m> Lane<'m> {
     }
 
     /// The error for a step below the resolution of the time.
-    fn shrunk<const W: usize>(&self, h: f64, view: &LaneView<'_, W>) -> IntegrateError {
+    fn shrunk(&self, h: f64, view: &LaneView<'_>) -> IntegrateError {
         let t = self.course.e.t;
         match view.singular {
             Some(what) => IntegrateError::NoSeriesAt { t, what },
@@ -198,14 +194,14 @@ impl<'m> Lane<'m> {
 }
 
 /// A step of a lane, as observers receive it.
-struct LaneStep<'s, const W: usize> {
-    view: &'s LaneView<'s, W>,
+struct LaneStep<'s> {
+    view: &'s LaneView<'s>,
     times: [f64; 2],
     ends: [&'s [f64]; 2],
     pieces: &'s [Piece],
 }
 
-impl<const W: usize> StepView for LaneStep<'_, W> {
+impl StepView for LaneStep<'_> {
     fn times(&self) -> (f64, f64) {
         (self.times[0], self.times[1])
     }

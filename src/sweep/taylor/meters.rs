@@ -11,7 +11,7 @@ use crate::ode::taylor::expansion::sums::SECOND;
 use crate::ode::taylor::positive::Polynomial;
 use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
-use crate::sweep::taylor::columns::{Columns, Moved, sums, weighted_sum};
+use crate::sweep::taylor::columns::{Columns, Moved, W, sums, weighted_sum};
 
 /// Number of instants at which a step is sampled: evenly spread in it, the last at its end.
 const SAMPLES: usize = 8;
@@ -46,7 +46,7 @@ const BENDS: [[f64; ORDERS]; SAMPLES] = {
 
 /// Figures of one channel so far, in each lane.
 #[derive(Clone, Copy)]
-struct Running<const W: usize> {
+struct Running {
     /// First value x_0.
     origin: Lanes<W>,
     /// ∫ (x - x_0) dt.
@@ -58,10 +58,10 @@ struct Running<const W: usize> {
 }
 
 /// The channels that are measured.
-pub(crate) struct Meters<const W: usize> {
+pub(crate) struct Meters {
     /// Their columns.
     columns: Vec<usize>,
-    running: Vec<Running<W>>,
+    running: Vec<Running>,
     /// The lanes whose next step is the first.
     fresh: [bool; W],
     /// Where the samples of the last step do not decide the extremes: channel, lane and, as bits, the
@@ -69,7 +69,7 @@ pub(crate) struct Meters<const W: usize> {
     open: Vec<(usize, usize, [u8; 2])>,
 }
 
-impl<const W: usize> Meters<W> {
+impl Meters {
     pub(super) fn new(columns: Vec<usize>) -> Self {
         let zero = Lanes::from(0.0);
         let running = Running { origin: zero, off: zero, square: zero, extremes: [zero; 2] };
@@ -98,7 +98,7 @@ impl<const W: usize> Meters<W> {
 
     /// Adds a step of the length `h` in each lane; a length of 0 adds nothing.
     #[inline(always)]
-    pub(super) fn add(&mut self, c: &Columns<W>, h: &[f64; W]) {
+    pub(super) fn add(&mut self, c: &Columns, h: &[f64; W]) {
         let (degree, zero, h) = (c.degree, Lanes::from(0.0), Lanes(*h));
         let mut g = [zero; ORDERS];
         self.open.clear();
@@ -138,7 +138,7 @@ impl<const W: usize> Meters<W> {
     }
 
     /// Finds the extremes between the samples of the last step.
-    pub(super) fn settle(&mut self, c: &Columns<W>, h: &[f64; W]) {
+    pub(super) fn settle(&mut self, c: &Columns, h: &[f64; W]) {
         for &(i, lane, [of_min, of_max]) in &self.open {
             let mut p = Polynomial { c: [0.0; ORDERS], degree: c.degree };
             let mut power = 1.0;
@@ -157,7 +157,7 @@ impl<const W: usize> Meters<W> {
 /// ∫ p ds and ∫ p² ds over [0, 1]. The terms of p² above 3/2 of the order of p are left out: they are far
 /// below the last terms of p.
 #[inline(always)]
-fn integrals<const W: usize>(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
+fn integrals(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
     let [mut first, mut second] = [Lanes::from(0.0); 2];
     let degree = g.len() - 1;
     for half in (0..=(degree + degree / 2) / 2).rev() {
@@ -180,7 +180,7 @@ fn integrals<const W: usize>(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
     [first, second]
 }
 
-impl<const W: usize> Running<W> {
+impl Running {
     /// Updates the extremes of the chosen lanes from samples. Returns for each lane the intervals between
     /// them, as bits, in which a value may lie below the minimum and above the maximum.
     #[inline(always)]

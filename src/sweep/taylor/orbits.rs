@@ -20,10 +20,10 @@ use crate::sweep::taylor::tasks::tangent_task::TangentTask;
 use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 use std::slice::Iter;
 
-/// The multipliers of the orbits near motions of machines: shooting with the flow and its derivative in W
+/// The multipliers of the orbits near motions of machines: shooting with the flow and its derivative in
 /// lanes, each orbit in one segment. Machines of equal shapes share lanes. Orbits that lanes do not run are
 /// found one by one.
-pub(crate) fn multipliers<G: Shape, const W: usize>(
+pub(crate) fn multipliers<G: Shape>(
     set: InstructionSet,
     jobs: &[OrbitJob<Machine<G>>],
     go_on: &dyn Fn() -> bool,
@@ -33,7 +33,7 @@ pub(crate) fn multipliers<G: Shape, const W: usize>(
         let leader = &jobs[equal[0]].0.model;
         let tape = tangent(&leader.record_shape().0, 2 * leader.dof(), &[]);
         match Program::new(&tape, leader.size().waves, &[]) {
-            Ok(program) => side_by_side::<G, W>(set, &program, jobs, &equal, go_on, &mut found),
+            Ok(program) => side_by_side(set, &program, jobs, &equal, go_on, &mut found),
             Err(_) => equal.into_iter().for_each(|i| found[i] = close_one(&jobs[i], go_on)),
         }
     }
@@ -48,7 +48,7 @@ struct Prepared<'j> {
 }
 
 /// The multipliers of machines of one shape; `chosen`: their jobs.
-fn side_by_side<G: Shape, const W: usize>(
+fn side_by_side<G: Shape>(
     set: InstructionSet,
     program: &Program,
     jobs: &[OrbitJob<Machine<G>>],
@@ -82,7 +82,18 @@ fn side_by_side<G: Shape, const W: usize>(
     let order = Taylor::order_for(tolerance);
     let waves = jobs[first.index].0.model.wave_series();
     let taylor = Taylor::new().rtol(NONE).order(order);
-    Crew::<_, W>::new(&taylor, set, program, waves, order).run(first, &mut waiting);
+    let crew = Crew::new(&taylor, set, program, waves, order);
+    run(crew, first, &mut waiting);
+}
+
+/// Makes the runs: compiled once, with the library.
+#[inline(never)]
+fn run<'m, 't: 'm>(
+    mut crew: Crew<'_, 'm, OrbitTask<'m, 't>>,
+    first: LaneJob<'m, OrbitTask<'m, 't>>,
+    queue: &mut dyn Queue<'m, OrbitTask<'m, 't>>,
+) {
+    crew.run(first, queue);
 }
 
 /// The orbits that wait for a lane, and the multipliers found.

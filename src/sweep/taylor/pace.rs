@@ -7,11 +7,11 @@
 use crate::ode::taylor::expansion::plan::Edge;
 use crate::ode::taylor::pace::{FINEST, MAX_GROWTH, max, reach};
 use crate::sweep::lanes::number::Lanes;
-use crate::sweep::taylor::columns::Columns;
+use crate::sweep::taylor::columns::{Columns, W};
 
 /// For each lane the length of the last step and the bound of the next one.
 #[derive(Clone, Copy)]
-pub(crate) struct Before<const W: usize> {
+pub(crate) struct Before {
     /// The length that the tolerances allowed for the last step; 0 before the first.
     pub(super) last: [f64; W],
     /// The longest step possible.
@@ -19,7 +19,7 @@ pub(crate) struct Before<const W: usize> {
 }
 
 /// The tolerances of all lanes.
-pub(crate) struct Pace<const W: usize> {
+pub(crate) struct Pace {
     rtol: f64,
     /// Absolute tolerance of each coordinate and velocity.
     atol: Vec<Lanes<W>>,
@@ -27,7 +27,7 @@ pub(crate) struct Pace<const W: usize> {
     edges: Vec<(usize, Option<usize>)>,
 }
 
-impl<const W: usize> Pace<W> {
+impl Pace {
     /// `components`: number of coordinates and velocities.
     pub(super) fn new(rtol: f64, components: usize, edges: &[Edge]) -> Self {
         let opposite = |edge: &Edge| {
@@ -46,7 +46,7 @@ impl<const W: usize> Pace<W> {
     /// The length at which each of the last two terms reaches its tolerance: the rule of
     /// [`Taylor`](crate::Taylor).
     #[inline(always)]
-    pub(super) fn lengths(&self, c: &Columns<W>, before: &Before<W>) -> [f64; W] {
+    pub(super) fn lengths(&self, c: &Columns, before: &Before) -> [f64; W] {
         let degree = c.degree;
         let (mut last, mut terms) = ([0.0; W], [[0.0; W]; 2]);
         for l in 0..W {
@@ -93,7 +93,7 @@ impl<const W: usize> Pace<W> {
 
     /// Bounds of the moves of the distances in the step, at their columns.
     #[inline(always)]
-    pub(super) fn moves(&self, c: &Columns<W>, h: &Lanes<W>, out: &mut [[Lanes<W>; 2]]) {
+    pub(super) fn moves(&self, c: &Columns, h: &Lanes<W>, out: &mut [[Lanes<W>; 2]]) {
         for (column, _) in &self.edges {
             out[*column] = c.bounds(*column, h);
         }
@@ -103,7 +103,7 @@ impl<const W: usize> Pace<W> {
 /// The shorter of the lengths at which the terms of the two highest orders, in tolerances, reach 1; NaN if
 /// one of them is not finite.
 #[inline(always)]
-fn shorter<const W: usize>(terms: &[[f64; W]; 2], degree: usize) -> [f64; W] {
+fn shorter(terms: &[[f64; W]; 2], degree: usize) -> [f64; W] {
     let mut h = [0.0; W];
     for l in 0..W {
         let [a, b] = [reach(terms[0][l], degree), reach(terms[1][l], degree - 1)];

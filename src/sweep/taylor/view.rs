@@ -7,8 +7,8 @@ use crate::sweep::taylor::columns::Columns;
 use pulp::Arch;
 
 /// The coefficients of all columns in one lane.
-pub(crate) struct LaneView<'c, const W: usize> {
-    pub(super) columns: &'c Columns<W>,
+pub(crate) struct LaneView<'c> {
+    pub(super) columns: &'c Columns,
     pub(super) lane: usize,
     pub(super) edges: &'c [Edge],
     pub(super) arch: Arch,
@@ -16,7 +16,7 @@ pub(crate) struct LaneView<'c, const W: usize> {
     pub(super) singular: Option<&'static str>,
 }
 
-impl<const W: usize> LaneView<'_, W> {
+impl LaneView<'_> {
     /// Writes coordinates and velocities, the first columns, at the time `s` after the start of the step.
     pub(super) fn at(&self, s: f64, y: &mut [f64]) {
         for (column, y) in y.iter_mut().enumerate() {
@@ -29,7 +29,7 @@ impl<const W: usize> LaneView<'_, W> {
     }
 }
 
-impl<const W: usize> Distances for LaneView<'_, W> {
+impl Distances for LaneView<'_> {
     fn edges(&self) -> &[Edge] {
         self.edges
     }

@@ -56,11 +56,7 @@ impl<'m> RowTask<'m> {
     }
 
     /// Ends a period. Returns whether the run is over.
-    fn end_period<const W: usize>(
-        &mut self,
-        lane: &mut Lane<'m>,
-        ended: &mut Ended<'_, W>,
-    ) -> Result<bool, PointError> {
+    fn end_period(&mut self, lane: &mut Lane<'m>, ended: &mut Ended<'_>) -> Result<bool, PointError> {
         let (period, place) = (self.period, ended.view.lane);
         if self.track.measuring() {
             for i in 0..self.measured[0] {
@@ -103,11 +99,7 @@ impl<'m> Task<'m> for RowTask<'m> {
     fn measures(&self) -> bool {
         self.track.measuring()
     }
-    fn end<const W: usize>(
-        &mut self,
-        lane: &mut Lane<'m>,
-        mut ended: Ended<'_, W>,
-    ) -> Result<bool, PointError> {
+    fn end(&mut self, lane: &mut Lane<'m>, mut ended: Ended<'_>) -> Result<bool, PointError> {
         self.steps += 1;
         if self.track.measuring() {
             let rattle = &mut self.rattle;

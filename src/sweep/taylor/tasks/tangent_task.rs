@@ -56,7 +56,7 @@ impl<'m, 't, P: Pursuit> TangentTask<'m, 't, P> {
     }
 
     /// Takes the state at the target. Returns whether the run is over.
-    fn arrive<const W: usize>(&mut self, lane: &mut Lane<'m>, ended: Ended<'_, W>) -> Result<bool, Failure> {
+    fn arrive(&mut self, lane: &mut Lane<'m>, ended: Ended<'_>) -> Result<bool, Failure> {
         self.meter.left()?;
         let (e, n) = (&mut lane.course.e, self.state.q.len());
         self.state.t = e.t;
@@ -91,7 +91,7 @@ impl<'m, P: Pursuit> Task<'m> for TangentTask<'m, '_, P> {
     fn measures(&self) -> bool {
         false
     }
-    fn end<const W: usize>(&mut self, lane: &mut Lane<'m>, ended: Ended<'_, W>) -> Result<bool, Failure> {
+    fn end(&mut self, lane: &mut Lane<'m>, ended: Ended<'_>) -> Result<bool, Failure> {
         self.meter.spend()?;
         let saltation = &mut self.saltation;
         let jumps = lane.show(&ended.view, ended.at_edge, |step| saltation.changes(step));

@@ -19,16 +19,16 @@ pub(crate) trait Task<'m> {
     ///
     /// # Errors
     /// Those of the task.
-    fn end<const W: usize>(&mut self, lane: &mut Lane<'m>, ended: Ended<'_, W>) -> Result<bool, Self::Error>;
+    fn end(&mut self, lane: &mut Lane<'m>, ended: Ended<'_>) -> Result<bool, Self::Error>;
 }
 
 /// A step that has ended, besides its lane.
-pub(crate) struct Ended<'n, const W: usize> {
-    pub(crate) view: LaneView<'n, W>,
+pub(crate) struct Ended<'n> {
+    pub(crate) view: LaneView<'n>,
     /// Whether it ended on a drive edge.
     pub(crate) at_edge: bool,
-    pub(crate) meters: &'n mut Meters<W>,
-    pub(crate) pace: &'n mut Pace<W>,
+    pub(crate) meters: &'n mut Meters,
+    pub(crate) pace: &'n mut Pace,
 }
 
 /// A run to make.
