@@ -1,7 +1,7 @@
 //! Branches that run to infinity: the size of a motion, and the border of parametric instability.
 
 use crate::branches::family::Family;
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::measured::Measured;
 use crate::branches::points::test_functions::fold;
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;

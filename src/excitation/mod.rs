@@ -7,6 +7,8 @@
 //! [`Side`] says which value counts at a jump.
 
 pub(crate) mod angle;
+pub(crate) mod centre;
+pub(crate) mod combine;
 pub(crate) mod earliest;
 pub(crate) mod enclosed_angle;
 pub(crate) mod excitation_trait;
@@ -16,11 +18,11 @@ pub(crate) mod side;
 pub(crate) mod wave;
 
 pub use crate::excitation::angle::Angle;
+pub use crate::excitation::centre::{CentreCurve, InstantCentre};
+pub use crate::excitation::combine::{Function, Product, Scaled, Sum};
 pub use crate::excitation::earliest::earliest;
 pub use crate::excitation::enclosed_angle::EnclosedAngle;
 pub use crate::excitation::excitation_trait::{Excitation, same};
-pub use crate::excitation::functions::centre::{CentreCurve, InstantCentre};
-pub use crate::excitation::functions::combine::{Function, Product, Scaled, Sum};
 pub use crate::excitation::functions::constant::Constant;
 pub use crate::excitation::functions::fourier::Fourier;
 pub use crate::excitation::functions::rectangle::RectangularWave;

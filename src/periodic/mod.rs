@@ -11,6 +11,7 @@ pub(crate) mod flow;
 pub(crate) mod lyapunov;
 pub(crate) mod metered;
 pub(crate) mod multipliers;
+pub(crate) mod proof;
 pub(crate) mod pursuit;
 pub(crate) mod shooting;
 
@@ -20,7 +21,6 @@ pub use crate::periodic::balance::equations::balance_equations::BalanceEquations
 pub use crate::periodic::balance::fourier_orbit::FourierOrbit;
 pub use crate::periodic::balance::integrals::Integrals;
 pub use crate::periodic::balance::note::BalanceNote;
-pub use crate::periodic::balance::quality::proof::Proof;
 pub use crate::periodic::balance::series::harmonics::Harmonics;
 pub use crate::periodic::balance::settings::Balance;
 pub use crate::periodic::flow::flow_method::FlowMethod;
@@ -28,6 +28,7 @@ pub use crate::periodic::flow::variation::{Transition, Variation};
 pub use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 pub use crate::periodic::lyapunov::run::Lyapunov;
 pub use crate::periodic::multipliers::{MultiplierError, Multipliers, Stability};
+pub use crate::periodic::proof::Proof;
 pub use crate::periodic::shooting::failure::{Iterate, ShootingError};
 pub use crate::periodic::shooting::multiple::Shooting;
 pub use crate::periodic::shooting::neighbour::Neighbour;

@@ -1,7 +1,7 @@
 //! The interface between the flow with its derivative and what it is integrated for.
 
 use crate::model::State;
-use crate::periodic::lyapunov::directions::Failure;
+use crate::ode::{Exhausted, IntegrateError};
 
 /// What the flow with its derivative is integrated for, interval by interval: exponents, or an orbit.
 /// Whoever integrates asks for the [`target`](Pursuit::target), integrates from [`state`](Pursuit::state) to
@@ -18,5 +18,24 @@ pub(crate) trait Pursuit {
     ///
     /// # Errors
     /// A direction that vanishes.
-    fn arrive(&mut self, ahead: &State) -> Result<bool, Failure>;
+    fn arrive(&mut self, ahead: &State) -> Result<bool, PursuitError>;
+}
+
+/// Errors of a pursuit, without what was computed before.
+pub(crate) enum PursuitError {
+    Integrate(IntegrateError),
+    Exhausted(Exhausted),
+    Vanished { direction: usize, t: f64 },
+}
+
+impl From<IntegrateError> for PursuitError {
+    fn from(error: IntegrateError) -> Self {
+        PursuitError::Integrate(error)
+    }
+}
+
+impl From<Exhausted> for PursuitError {
+    fn from(exhausted: Exhausted) -> Self {
+        PursuitError::Exhausted(exhausted)
+    }
 }

@@ -4,6 +4,9 @@ use crate::excitation::Side;
 use crate::series::Series;
 use std::sync::Arc;
 
+/// An exponential memory is rounding, e^-37 < 2^-53, after this number of correlation or decay times.
+pub(crate) const FORGOTTEN: f64 = 37.0;
+
 /// A random process x(t): a law, from which paths are drawn.
 ///
 /// [`Noisy`](crate::drives::Noisy) adds paths to the drives of a model. A path is a pure function of the

@@ -7,7 +7,7 @@ use crate::numeric::split_mix::CounterRng;
 use crate::processes::amplitudes::{Amplitudes, Moments};
 use crate::processes::draws::Draws;
 use crate::processes::markov::grid::Grid;
-use crate::processes::process::{Path, Process};
+use crate::processes::process::{FORGOTTEN, Path, Process};
 use crate::series::Series;
 use rand::RngExt;
 use rand_distr::Distribution;
@@ -50,9 +50,6 @@ pub struct ShotNoise {
     sizes: Amplitudes,
     draws: Draws,
 }
-
-/// A pulse decays to e^-37 < 2^-53 in this number of decay times.
-const FORGOTTEN: f64 = 37.0;
 
 /// Maximum number of pulses in a decay time.
 const OVERLAP: f64 = 1e4;

@@ -18,7 +18,6 @@ pub(crate) mod taylor;
 pub(crate) mod watch;
 
 pub use crate::sweep::engines::lane_rk4::LaneRk4;
-pub use crate::sweep::engines::lane_taylor::LaneTaylor;
 pub use crate::sweep::engines::located::Located;
 pub use crate::sweep::engines::table_rk4::TableRk4;
 pub use crate::sweep::ensembles::bands::{Bands, FailedMember, MeanAfter};
@@ -37,6 +36,7 @@ pub use crate::sweep::schedule::runner::Runner;
 pub use crate::sweep::settings::points::{Axis, Point, Points};
 pub use crate::sweep::settings::sweep::{Sweep, WarmStart};
 pub use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};
+pub use crate::sweep::taylor::lane_taylor::LaneTaylor;
 
 /// Names in the bounds of the interface. A program names them only where it is generic over engines or over
 /// functions that return a start, or runs a shape on the numbers of several lanes.

@@ -95,8 +95,8 @@ fn imports() -> BTreeMap<String, BTreeSet<String>> {
     imports
 }
 
-#[test]
-fn files_do_not_import_one_another_in_a_circle() {
+/// The files outside of the faces of folders, each with the files that it imports.
+fn imported_files() -> BTreeMap<String, BTreeSet<String>> {
     let modules = modules();
     let mut exported = BTreeMap::new();
     // A name on the face of a folder stands for the file that defines it.
@@ -106,32 +106,64 @@ fn files_do_not_import_one_another_in_a_circle() {
             exported.insert(format!("{face}::{name}"), path.clone());
         }
     }
-    let mut above: BTreeMap<&String, BTreeSet<&String>> = modules
-        .iter()
-        .filter(|(name, code)| *name != "lib" && !code.contains("pub(crate) mod "))
-        .map(|(name, code)| {
-            let paths = paths(code).into_iter().map(|path| exported.get(&path).cloned().unwrap_or(path));
-            (name, paths.filter_map(|path| file_of(&modules, &path)).filter(|file| *file != name).collect())
-        })
-        .collect();
-    // Files that import none of the others are taken away, then the next ones: circles remain.
+    let files = modules.iter().filter(|(name, code)| *name != "lib" && !code.contains("pub(crate) mod "));
+    let imports = |(name, code): (&String, &String)| {
+        let paths = paths(code).into_iter().map(|path| exported.get(&path).cloned().unwrap_or(path));
+        let files = paths.filter_map(|path| file_of(&modules, &path).cloned());
+        (name.clone(), files.filter(|file| file != name).collect())
+    };
+    files.map(imports).collect()
+}
+
+/// What lies on circles, and between circles, of a relation.
+fn circles(mut above: BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTreeSet<String>> {
+    // What imports none of the others is taken away, then what imports none of the rest: circles remain.
     loop {
-        let left: BTreeSet<&String> = above.keys().copied().collect();
-        above.retain(|_, files| !files.is_disjoint(&left));
+        let left: BTreeSet<String> = above.keys().cloned().collect();
+        above.retain(|_, imported| !imported.is_disjoint(&left));
         if above.len() == left.len() {
             break;
         }
     }
-    // Files that none of the others imports stand below a circle.
+    // What none of the others imports stands below a circle.
     loop {
-        let imported: BTreeSet<&String> = above.values().flatten().copied().collect();
+        let imported: BTreeSet<String> = above.values().flatten().cloned().collect();
         let before = above.len();
-        above.retain(|file, _| imported.contains(file));
+        above.retain(|name, _| imported.contains(name));
         if above.len() == before {
-            break;
+            return above;
         }
     }
-    assert!(above.is_empty(), "circles of files: {above:#?}");
+}
+
+#[test]
+fn files_do_not_import_one_another_in_a_circle() {
+    let circles = circles(imported_files());
+    assert!(circles.is_empty(), "circles of files: {circles:#?}");
+}
+
+/// An import between two files is one between the two neighbours, files or folders of one folder, in which
+/// they lie.
+#[test]
+fn neighbours_of_a_folder_do_not_import_one_another_in_a_circle() {
+    let mut folders = BTreeMap::<String, BTreeMap<String, BTreeSet<String>>>::new();
+    for (file, imported) in imported_files() {
+        for other in imported {
+            let (own, its): (Vec<_>, Vec<_>) = (file.split("::").collect(), other.split("::").collect());
+            let shared = own.iter().zip(&its).take_while(|(a, b)| a == b).count();
+            // Rooms are compared with the table of ARCHITECTURE.md.
+            if let (1.., Some(one), Some(other)) = (shared, own.get(shared), its.get(shared)) {
+                let folder = folders.entry(own[..shared].join("::")).or_default();
+                folder.entry((*one).to_owned()).or_default().insert((*other).to_owned());
+            }
+        }
+    }
+    let found: BTreeMap<_, _> = folders
+        .into_iter()
+        .map(|(folder, above)| (folder, circles(above)))
+        .filter(|(_, c)| !c.is_empty())
+        .collect();
+    assert!(found.is_empty(), "circles in folders: {found:#?}");
 }
 
 #[test]

@@ -2,9 +2,9 @@
 
 use crate::branches::boundary::slice::Slice;
 use crate::branches::curve::equations::{Curve, CurveError, Linear};
+use crate::branches::orbits::by_shooting::measure::measure;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, Slopes};
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum, Rigid};
-use crate::branches::orbits::measure::measure;
 use crate::branches::points::test_functions::{doubling, fold, torus};
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;

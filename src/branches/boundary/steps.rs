@@ -10,7 +10,7 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::by_shooting::orbit_curve::Passage;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::measured::Measured;
 use crate::branches::orbits::orbit_method::Orbits;
 use crate::branches::steps::node::Node;
 use crate::branches::steps::stepper::{Followed, Over, Stepper};

@@ -3,7 +3,7 @@
 pub(crate) mod by_balance;
 pub(crate) mod by_shooting;
 pub(crate) mod contact_trace;
-pub(crate) mod measure;
+pub(crate) mod measured;
 pub(crate) mod orbit_method;
 pub(crate) mod symmetries;
 pub(crate) mod without_stops;

@@ -3,7 +3,7 @@
 use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::measured::Measured;
 use crate::model::{Channel, State};
 use crate::periodic::Multipliers;
 use nalgebra::DVector;

@@ -13,7 +13,7 @@ use nalgebra::DVector;
 const CONSTANT_STEP: f64 = 1e-4;
 
 /// Shares of the step that follow if the first two derivatives differ.
-const FINER: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
+const SMALLER_STEPS: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
 
 /// Difference of two derivatives that is rounding `[1]`.
 const AGREES: f64 = 1e-6;
@@ -90,7 +90,7 @@ pub(crate) fn along_direction<'m>(
     }
     let (first, mut alike) = central(1.0)?;
     let (mut before, mut best, mut least) = (first, first, f64::INFINITY);
-    for finer in FINER {
+    for finer in SMALLER_STEPS {
         let (next, same) = central(finer)?;
         let change = (next - before).abs();
         if change <= AGREES * next.abs().max(1.0) && least == f64::INFINITY && alike {

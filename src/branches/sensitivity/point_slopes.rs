@@ -3,7 +3,7 @@
 use crate::branches::branch_error::BranchError;
 use crate::branches::curve::bordered::Bordered;
 use crate::branches::curve::equations::CurveError;
-use crate::branches::orbits::measure::measure;
+use crate::branches::orbits::by_shooting::measure::measure;
 use crate::branches::orbits::without_stops::WithoutStops;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::{Event, PointKind};

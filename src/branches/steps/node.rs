@@ -1,7 +1,7 @@
 //! Points of a curve with what is measured along their orbits.
 
 use crate::branches::curve::point::CurvePoint;
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::measured::Measured;
 use crate::branches::points::test_functions::Values;
 use crate::periodic::Multipliers;
 

@@ -8,7 +8,7 @@ use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::point::CurvePoint;
-use crate::branches::orbits::measure::{Measured, chosen_channels};
+use crate::branches::orbits::measured::{Measured, chosen_channels};
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::Event;

@@ -10,7 +10,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::following::Steps;
 use crate::branches::line::{BranchNote, Line, LinePoint};
 use crate::branches::orbits::contact_trace::Rigid;
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::measured::Measured;
 use crate::branches::orbits::orbit_method::Orbits;
 use crate::branches::points::test_functions::Values;
 use crate::branches::steps::node::Node;

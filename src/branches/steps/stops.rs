@@ -4,7 +4,7 @@ use crate::branches::branch_end::BranchEnd;
 use crate::branches::curve::equations::Curve;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::Extremum;
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::measured::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::kind::Event;
 use crate::branches::steps::node::Node;

@@ -1,7 +1,5 @@
-//! Excitations: series, curves, samples, closures and their combinations.
+//! Excitations: series, curves, samples.
 
-pub(crate) mod centre;
-pub(crate) mod combine;
 pub(crate) mod constant;
 pub(crate) mod fourier;
 pub(crate) mod rectangle;

@@ -2,6 +2,7 @@
 
 pub(crate) mod course;
 pub(crate) mod distances;
+pub(crate) mod edge_distances;
 pub(crate) mod expansion;
 pub(crate) mod integrate;
 pub(crate) mod pace;

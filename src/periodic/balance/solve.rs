@@ -7,13 +7,11 @@ use crate::ode::budget::Meter;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
+use crate::periodic::balance::quality::coarseness::MORE;
 use crate::periodic::balance::quality::notes::notes;
 use crate::periodic::balance::settings::{Balance, Roots};
 use crate::periodic::metered::{Failure, Metered};
 use crate::roots::{FirstJacobian, Newton, Residual, Root, RootError};
-
-/// Factor on the number of samples or panels that shows whether they are enough.
-pub(crate) const FINER: usize = 2;
 
 impl Balance {
     /// The equations of the balance. Their unknowns are scaled by the sizes of the coordinates of `near`.
@@ -142,7 +140,7 @@ impl Balance {
             Roots::Broyden(broyden) => broyden.solve(&mut metered, &x),
         };
         let mut orbit = self.finish(&equations, root, meter, None)?;
-        orbit.notes.extend(notes(&mut equations, &orbit, |orbit| self.set_up(model, orbit, FINER, meter)));
+        orbit.notes.extend(notes(&mut equations, &orbit, |orbit| self.set_up(model, orbit, MORE, meter)));
         Ok(orbit)
     }
 

@@ -3,38 +3,6 @@
 use crate::model::State;
 use crate::numeric::norms::dot;
 use crate::numeric::split_mix::{GOLDEN, mix};
-use crate::ode::{Exhausted, IntegrateError};
-use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
-
-/// Errors of a run, without the exponents so far.
-pub(crate) enum Failure {
-    Integrate(IntegrateError),
-    Exhausted(Exhausted),
-    Vanished { direction: usize, t: f64 },
-}
-
-impl From<IntegrateError> for Failure {
-    fn from(error: IntegrateError) -> Self {
-        Failure::Integrate(error)
-    }
-}
-
-impl From<Exhausted> for Failure {
-    fn from(exhausted: Exhausted) -> Self {
-        Failure::Exhausted(exhausted)
-    }
-}
-
-impl Failure {
-    pub(crate) fn with(self, last: Exponents) -> LyapunovError {
-        let last = Box::new(last);
-        match self {
-            Failure::Integrate(error) => LyapunovError::Integrate { error, last },
-            Failure::Exhausted(exhausted) => LyapunovError::Exhausted { exhausted, last },
-            Failure::Vanished { direction, t } => LyapunovError::Vanished { direction, t, last },
-        }
-    }
-}
 
 /// The directions of one run, in units of `scale`.
 pub(crate) struct Directions<'s> {

@@ -6,6 +6,7 @@ use crate::model::State;
 use crate::ode::{Exhausted, IntegrateError};
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::lyapunov::growth::Growth;
+use crate::periodic::pursuit::PursuitError;
 use thiserror::Error;
 
 /// Lyapunov exponents with their standard errors and their convergence.
@@ -138,6 +139,15 @@ pub enum LyapunovError {
 }
 
 impl LyapunovError {
+    /// The error of a pursuit after the exponents `last` were found.
+    pub(crate) fn after(error: PursuitError, last: Exponents) -> Self {
+        let last = Box::new(last);
+        match error {
+            PursuitError::Integrate(error) => LyapunovError::Integrate { error, last },
+            PursuitError::Exhausted(exhausted) => LyapunovError::Exhausted { exhausted, last },
+            PursuitError::Vanished { direction, t } => LyapunovError::Vanished { direction, t, last },
+        }
+    }
     /// The exponents over the periods measured before the failure; `None` for a wrong setting or start.
     pub fn last(&self) -> Option<&Exponents> {
         match self {

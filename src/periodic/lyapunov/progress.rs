@@ -1,10 +1,10 @@
 //! A motion and its directions, part by part.
 
 use crate::model::State;
-use crate::periodic::lyapunov::directions::{Directions, Failure};
+use crate::periodic::lyapunov::directions::Directions;
 use crate::periodic::lyapunov::exponents::Exponents;
 use crate::periodic::lyapunov::growth::Growth;
-use crate::periodic::pursuit::Pursuit;
+use crate::periodic::pursuit::{Pursuit, PursuitError};
 
 /// Minimum length of a direction after a part of a period, without its components along the directions before
 /// it `[1]`. The directions start with length 1. The error of the integration is relative to that length, so
@@ -121,7 +121,7 @@ impl Pursuit for Progress<'_> {
         let begin = self.end_of(self.parts);
         Some(if next < 1.0 { begin + (end - begin) * next } else { end })
     }
-    fn arrive(&mut self, ahead: &State) -> Result<bool, Failure> {
+    fn arrive(&mut self, ahead: &State) -> Result<bool, PursuitError> {
         let (shortest, length) = self.directions.measure(ahead);
         if length >= SHORTEST_DIRECTION || (length > 0.0 && self.halvings == HALVINGS) {
             self.state.clone_from(ahead);
@@ -133,7 +133,7 @@ impl Pursuit for Progress<'_> {
             return Ok(true);
         }
         if self.halvings == HALVINGS {
-            return Err(Failure::Vanished { direction: shortest, t: self.state.t });
+            return Err(PursuitError::Vanished { direction: shortest, t: self.state.t });
         }
         self.halvings += 1;
         Ok(false)

@@ -10,11 +10,10 @@ use crate::ode::{Budget, Observer, Step};
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::coarse_run;
-use crate::periodic::lyapunov::directions::Failure;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::growth::Growth;
 use crate::periodic::lyapunov::progress::Progress;
-use crate::periodic::pursuit::Pursuit;
+use crate::periodic::pursuit::{Pursuit, PursuitError};
 use std::ops::ControlFlow;
 
 /// Lyapunov exponents by QR.
@@ -162,7 +161,7 @@ impl Lyapunov {
         let count = settled.exponents.grown.len();
         let expansion = match Expansion::new(model, count, &[], self.method) {
             Ok(expansion) => expansion,
-            Err(error) => return Err(Failure::from(error).with(settled.exponents)),
+            Err(error) => return Err(LyapunovError::after(error.into(), settled.exponents)),
         };
         let tangent = self.tangent(model, &settled, &expansion);
         let mut progress = self.progress(&settled, start, &tangent, expansion.method());
@@ -173,13 +172,13 @@ impl Lyapunov {
             let state = progress.state().clone();
             let arrived = tangent
                 .flow_with_fixed_tolerances(self.flow_tolerance, state, target, &meter)
-                .map_err(Failure::from)
+                .map_err(PursuitError::from)
                 .and_then(|(ahead, _)| {
                     meter.left()?;
                     progress.arrive(&ahead)
                 });
             if let Err(failure) = arrived {
-                return Err(failure.with(progress.exponents.in_order()));
+                return Err(LyapunovError::after(failure, progress.exponents.in_order()));
             }
         }
         Ok(progress.exponents.in_order())
@@ -224,7 +223,7 @@ impl Lyapunov {
         };
         let mut motion = MotionSize::new(model.dof(), &rigid_modes(model, span));
         if let Err(failure) = self.settle_down(model, span, &mut motion, &mut exponents.state, meter) {
-            return Err(failure.with(exponents));
+            return Err(LyapunovError::after(failure, exponents));
         }
         exponents.floor = FLOOR * self.flow_tolerance;
         Ok(Settled { exponents, scale: motion.units(self.flow_tolerance) })
@@ -273,7 +272,7 @@ impl Lyapunov {
         motion: &mut MotionSize,
         state: &mut State,
         meter: &Meter<'_>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), PursuitError> {
         let settle = self.settle.unwrap_or(SETTLE);
         let settled = state.t + settle as f64 * span;
         if settle > 1 {

@@ -2,9 +2,8 @@
 
 use crate::model::{Model, State};
 use crate::periodic::flow::tangent::Tangent;
-use crate::periodic::lyapunov::directions::Failure;
 use crate::periodic::multipliers::Multipliers;
-use crate::periodic::pursuit::Pursuit;
+use crate::periodic::pursuit::{Pursuit, PursuitError};
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::multiple::{LOOSER, NOISE, Shooting};
@@ -52,13 +51,15 @@ impl<'s, 't> Closing<'s, 't> {
     }
 
     /// The multipliers of the orbit; `failure`: why the integration ended early, if it did.
-    pub(crate) fn finish(self, failure: Option<Failure>) -> Result<Multipliers, ShootingError> {
+    pub(crate) fn finish(self, failure: Option<PursuitError>) -> Result<Multipliers, ShootingError> {
         let last = self.last();
         match (self.outcome, failure) {
             // The multipliers of an orbit that is found have no error estimate without the looser run.
             (Some(outcome), _) => outcome,
-            (None, Some(Failure::Integrate(error))) => Err(ShootingError::of_segment(0, error, last)),
-            (None, Some(Failure::Exhausted(exhausted))) => Err(ShootingError::Exhausted { exhausted, last }),
+            (None, Some(PursuitError::Integrate(error))) => Err(ShootingError::of_segment(0, error, last)),
+            (None, Some(PursuitError::Exhausted(exhausted))) => {
+                Err(ShootingError::Exhausted { exhausted, last })
+            }
             (None, _) => Err(self.segments.not_converged((0, f64::NAN), last)),
         }
     }
@@ -107,7 +108,7 @@ impl Pursuit for Closing<'_, '_> {
         let looser = if self.outcome.is_some() { LOOSER } else { 1.0 };
         looser * self.shooting.tolerance_of_flow()
     }
-    fn arrive(&mut self, ahead: &State) -> Result<bool, Failure> {
+    fn arrive(&mut self, ahead: &State) -> Result<bool, PursuitError> {
         let m = 2 * self.tangent.n;
         let monodromy = DMatrix::from_fn(m, m, |i, k| self.tangent.scaled(ahead, i, k));
         match self.outcome.take() {

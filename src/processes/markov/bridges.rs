@@ -3,6 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::numeric::split_mix::CounterRng;
 use crate::processes::markov::grid::Grid;
+use crate::processes::process::FORGOTTEN;
 use nalgebra::SMatrix;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -36,9 +37,6 @@ struct Level<const D: usize> {
 
 /// The transition Φ over a time, and the covariance Q of what enters in it.
 pub(crate) type Flow<const D: usize> = (SMatrix<f64, D, D>, SMatrix<f64, D, D>);
-
-/// A process forgets by e^-37 < 2^-53 in this number of correlation times.
-const FORGOTTEN: f64 = 37.0;
 
 impl<const D: usize> Bridges<D> {
     /// A grid for a process with the correlation time `longest`, whose spacing lies between bounds that are

@@ -2,7 +2,6 @@
 
 pub(crate) mod batch;
 pub(crate) mod lane_rk4;
-pub(crate) mod lane_taylor;
 pub(crate) mod located;
 pub(crate) mod sweep_engine;
 pub(crate) mod table_rk4;

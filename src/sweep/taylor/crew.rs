@@ -1,7 +1,7 @@
 //! The loop over the steps of all lanes.
 
-use crate::model::expansion::fourier_waves::FourierWaves;
-use crate::model::expansion::waves_of_lanes::Turns;
+use crate::model::shapes::waves::fourier_waves::FourierWaves;
+use crate::model::shapes::waves::waves_of_lanes::Turns;
 use crate::model::{Machine, Shape};
 use crate::ode::taylor::expansion::plan::Edge;
 use crate::ode::{IntegrateError, Taylor};

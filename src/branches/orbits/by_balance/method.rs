@@ -5,7 +5,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::orbits::by_balance::balance_curve::{BalanceCurve, Series};
 use crate::branches::orbits::by_balance::series_measure::measure_series;
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::measured::Measured;
 use crate::branches::orbits::orbit_method::{OrbitMethod, Orbits};
 use crate::branches::stability_method::StabilityMethod;
 use crate::model::{Channel, State};

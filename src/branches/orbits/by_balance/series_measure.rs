@@ -2,7 +2,7 @@
 
 use crate::analysis::Summary;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
-use crate::branches::orbits::measure::Measured;
+use crate::branches::orbits::measured::Measured;
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Periodic;

@@ -3,9 +3,10 @@
 use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
+use crate::branches::orbits::by_shooting::measure::measure;
 use crate::branches::orbits::by_shooting::nodes::clear;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
-use crate::branches::orbits::measure::{Measured, measure};
+use crate::branches::orbits::measured::Measured;
 use crate::branches::orbits::orbit_method::{OrbitMethod, Orbits};
 use crate::branches::stability_method::StabilityMethod;
 use crate::model::{Channel, State};

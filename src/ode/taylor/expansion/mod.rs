@@ -2,7 +2,6 @@
 
 pub(crate) mod aligned;
 pub(crate) mod coefficients;
-pub(crate) mod edge_distances;
 pub(crate) mod functions;
 pub(crate) mod plan;
 pub(crate) mod products;

@@ -18,6 +18,9 @@ use num_complex::Complex64;
 /// coefficient `[1]`.
 pub(crate) const COARSE: f64 = 1e-6;
 
+/// Factor on the number of samples or panels that shows whether they are enough.
+pub(crate) const MORE: usize = 2;
+
 /// If the samples interpolate the accelerations between them to this share, finer integrals are not computed
 /// `[1]`.
 const SMOOTH: f64 = 1e-9;

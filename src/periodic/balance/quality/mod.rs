@@ -4,5 +4,4 @@ pub(crate) mod coarseness;
 pub(crate) mod collocation;
 pub(crate) mod multipliers_of_series;
 pub(crate) mod notes;
-pub(crate) mod proof;
 pub(crate) mod series_flow;

@@ -1,5 +1,4 @@
 //! What the motion of a lane is for.
 
 pub(crate) mod row_task;
-pub(crate) mod tangent_task;
 pub(crate) mod task;

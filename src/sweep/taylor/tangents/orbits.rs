@@ -7,7 +7,7 @@ use crate::periodic::flow::flow_method::Expansion;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::tangent_tape::tangent;
 use crate::periodic::flow::walk::NONE;
-use crate::periodic::lyapunov::directions::Failure;
+use crate::periodic::pursuit::PursuitError;
 use crate::periodic::shooting::closing::Closing;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::segments::Segments;
@@ -16,7 +16,7 @@ use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::taylor::crew::{Crew, of_equal_shapes};
 use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
-use crate::sweep::taylor::tasks::tangent_task::TangentTask;
+use crate::sweep::taylor::tangents::tangent_task::TangentTask;
 use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 use std::slice::Iter;
 
@@ -123,7 +123,7 @@ impl<'m, 't: 'm, G: Shape> Queue<'m, OrbitTask<'m, 't>> for Waiting<'m, 't, '_, 
         &mut self,
         index: usize,
         task: OrbitTask<'m, 't>,
-        outcome: Result<(), Failure>,
+        outcome: Result<(), PursuitError>,
     ) -> Option<LaneJob<'m, OrbitTask<'m, 't>>> {
         self.found[index] = Some(task.pursuit.finish(outcome.err()));
         self.next()

@@ -1,6 +1,6 @@
 //! The waves of a shape as Taylor series over time.
 
-use crate::model::expansion::fourier_waves::{FEW, FourierWaves, ORDERS, Turn};
+use crate::model::shapes::waves::fourier_waves::{FEW, FourierWaves, ORDERS, Turn};
 use crate::series::{BLOCKS, EIGHT, Series, WaveWeights};
 
 impl FourierWaves {

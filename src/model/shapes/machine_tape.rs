@@ -3,8 +3,8 @@
 use crate::error::ParameterError;
 use crate::excitation::Side;
 use crate::interval::number::Interval;
-use crate::model::expansion::enclosed::EnclosedMachine;
 use crate::model::expansion::expand::{Enclosed, Expand, Recorded};
+use crate::model::shapes::enclosed::EnclosedMachine;
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::series::Series;

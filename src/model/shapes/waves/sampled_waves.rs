@@ -1,9 +1,9 @@
 //! The waves of a shape as Fourier series, from samples.
 
 use crate::excitation::Side;
-use crate::model::expansion::fourier_angle::Harmonics;
-use crate::model::expansion::fourier_waves::FourierWaves;
 use crate::model::shapes::shape::Shape;
+use crate::model::shapes::waves::fourier_angle::Harmonics;
+use crate::model::shapes::waves::fourier_waves::FourierWaves;
 use crate::numeric::spread::GOLDEN_POINTS;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;

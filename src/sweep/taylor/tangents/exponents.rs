@@ -7,16 +7,16 @@ use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::tangent_tape::tangent;
 use crate::periodic::flow::walk::NONE;
-use crate::periodic::lyapunov::directions::Failure;
+use crate::periodic::lyapunov::exponents::LyapunovError;
 use crate::periodic::lyapunov::progress::Progress;
 use crate::periodic::lyapunov::run::{Lyapunov, Settled};
-use crate::periodic::pursuit::Pursuit;
+use crate::periodic::pursuit::{Pursuit, PursuitError};
 use crate::sweep::engines::sweep_engine::{Exponent, Job, one_by_one};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::taylor::crew::{Crew, of_equal_shapes};
 use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
-use crate::sweep::taylor::tasks::tangent_task::TangentTask;
+use crate::sweep::taylor::tangents::tangent_task::TangentTask;
 use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 use std::iter::Zip;
 use std::slice::Iter;
@@ -119,12 +119,12 @@ impl<'m, 't: 'm, G: Shape> Queue<'m, ExponentTask<'m, 't>> for Waiting<'m, 't, '
         &mut self,
         index: usize,
         task: ExponentTask<'m, 't>,
-        outcome: Result<(), Failure>,
+        outcome: Result<(), PursuitError>,
     ) -> Option<LaneJob<'m, ExponentTask<'m, 't>>> {
         let exponents = task.pursuit.exponents.in_order();
         self.found[index] = Some(match outcome {
             Ok(()) => Ok(exponents),
-            Err(failure) => Err(failure.with(exponents)),
+            Err(failure) => Err(LyapunovError::after(failure, exponents)),
         });
         self.next()
     }

@@ -7,9 +7,8 @@ use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::quadrature::pulses::pulses;
-use crate::periodic::balance::quality::coarseness::correction;
+use crate::periodic::balance::quality::coarseness::{MORE, correction};
 use crate::periodic::balance::settings::Balance;
-use crate::periodic::balance::solve::FINER;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 
@@ -73,7 +72,7 @@ impl Balance {
             Integrals::Sampled { .. } if model.contacts() > 0 && !self.truncated_forces => {
                 Balance::new(self.harmonics().clone()).set_up(model, orbit, 1, meter)?
             }
-            _ => self.set_up(model, orbit, FINER, meter)?,
+            _ => self.set_up(model, orbit, MORE, meter)?,
         };
         let aliasing = correction(better, orbit);
         let polished = Shooting::new().find_near(model, orbit, meter).ok();

@@ -6,8 +6,7 @@ use crate::ode::budget::Meter;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::saltation::Saltation;
 use crate::periodic::flow::tangent::Tangent;
-use crate::periodic::lyapunov::directions::Failure;
-use crate::periodic::pursuit::Pursuit;
+use crate::periodic::pursuit::{Pursuit, PursuitError};
 use crate::sweep::taylor::lane::Lane;
 use crate::sweep::taylor::tasks::task::{Ended, Task};
 
@@ -56,7 +55,7 @@ impl<'m, 't, P: Pursuit> TangentTask<'m, 't, P> {
     }
 
     /// Takes the state at the target. Returns whether the run is over.
-    fn arrive(&mut self, lane: &mut Lane<'m>, ended: Ended<'_>) -> Result<bool, Failure> {
+    fn arrive(&mut self, lane: &mut Lane<'m>, ended: Ended<'_>) -> Result<bool, PursuitError> {
         self.meter.left()?;
         let (e, n) = (&mut lane.course.e, self.state.q.len());
         self.state.t = e.t;
@@ -83,7 +82,7 @@ impl<'m, 't, P: Pursuit> TangentTask<'m, 't, P> {
 }
 
 impl<'m, P: Pursuit> Task<'m> for TangentTask<'m, '_, P> {
-    type Error = Failure;
+    type Error = PursuitError;
 
     fn tolerances(&self) -> &[f64] {
         &self.atol
@@ -91,7 +90,7 @@ impl<'m, P: Pursuit> Task<'m> for TangentTask<'m, '_, P> {
     fn measures(&self) -> bool {
         false
     }
-    fn end(&mut self, lane: &mut Lane<'m>, ended: Ended<'_>) -> Result<bool, Failure> {
+    fn end(&mut self, lane: &mut Lane<'m>, ended: Ended<'_>) -> Result<bool, PursuitError> {
         self.meter.spend()?;
         let saltation = &mut self.saltation;
         let jumps = lane.show(&ended.view, ended.at_edge, |step| saltation.changes(step));

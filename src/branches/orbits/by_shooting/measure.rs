@@ -1,31 +1,14 @@
-//! What is measured along an orbit: statistics of channels, rattle states, extremes, ranges of motion.
+//! Figures of an orbit by one integration along it.
 
 use crate::analysis::motion_size::MotionSize;
-use crate::analysis::{Rattle, RattleState, Statistics, Summary};
+use crate::analysis::{Rattle, Statistics};
 use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage};
-use crate::branches::orbits::contact_trace::{ContactTrace, Tracer};
+use crate::branches::orbits::contact_trace::Tracer;
+use crate::branches::orbits::measured::Measured;
 use crate::branches::orbits::symmetries::Symmetries;
-use crate::error::ParameterError;
 use crate::model::{Channel, Model};
-use crate::ode::probe::Probe;
 use crate::periodic::flow::walk::Walk;
-
-/// Figures of one orbit.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Measured {
-    /// One for each channel.
-    pub(crate) summaries: Vec<Summary>,
-    /// One for each contact.
-    pub(crate) rattle: Vec<RattleState>,
-    pub(crate) trace: ContactTrace,
-    /// Ranges of motion of coordinates and velocities.
-    pub(crate) ranges: Vec<f64>,
-    /// Their units in the integration: the ranges, or larger units where rounding requires them.
-    pub(crate) units: Vec<f64>,
-    /// Whether the orbit has each of its possible symmetries in time; empty where they are not compared.
-    pub(crate) symmetries: Vec<bool>,
-}
 
 /// Integrates once along an orbit, from node to node, and measures it.
 pub(crate) fn measure(
@@ -58,22 +41,4 @@ pub(crate) fn measure(
     let (ranges, units) = (motion.ranges(), motion.units(curve.flow_tolerance()));
     let symmetries = symmetries.kept(&units);
     Ok(Measured { summaries, rattle, trace: tracer.trace, ranges, units, symmetries })
-}
-
-/// The wanted channels; otherwise the first deflection, or the first coordinate of a model without contacts.
-pub(crate) fn chosen_channels(
-    wanted: Option<&[String]>,
-    model: &dyn Model,
-) -> Result<Vec<Channel>, ParameterError> {
-    let probe = Probe::new(model);
-    if let Some(wanted) = wanted {
-        if let Some(twice) =
-            wanted.iter().enumerate().find_map(|(i, name)| wanted[..i].contains(name).then_some(name))
-        {
-            return Err(ParameterError::Twice { name: twice.clone() });
-        }
-        return wanted.iter().map(|name| Ok(probe.channels()[probe.index(name)?].clone())).collect();
-    }
-    let found = probe.channels().iter().find(|channel| channel.name.starts_with("deflection"));
-    Ok(vec![found.cloned().map_or_else(|| Ok(probe.channels()[probe.index("q0")?].clone()), Ok)?])
 }

@@ -4,7 +4,7 @@
     reason = "index loops over arrays become vector instructions, iterators do not"
 )]
 
-use crate::model::expansion::fourier_waves::{FourierWaves, Turn};
+use crate::model::shapes::waves::fourier_waves::{FourierWaves, Turn};
 
 /// Scratch of [`FourierWaves::expand_lanes`].
 pub(crate) struct Turns<const W: usize> {

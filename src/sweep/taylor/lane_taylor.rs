@@ -12,10 +12,10 @@ use crate::sweep::lanes::meter::Kind;
 use crate::sweep::sweep_error::{PointError, SweepError};
 use crate::sweep::taylor::columns::W;
 use crate::sweep::taylor::crew::Crew;
-use crate::sweep::taylor::exponents::exponents;
 use crate::sweep::taylor::lane::Motion;
-use crate::sweep::taylor::orbits::multipliers;
 use crate::sweep::taylor::program::Program;
+use crate::sweep::taylor::tangents::exponents::exponents;
+use crate::sweep::taylor::tangents::orbits::multipliers;
 use crate::sweep::taylor::tasks::row_task::RowTask;
 use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 use std::cell::OnceCell;
@@ -62,7 +62,7 @@ pub struct LaneTaylor {
 }
 
 /// Factor on the tolerances of a check `[1]`.
-const FINER: f64 = 0.01;
+const TIGHTER: f64 = 0.01;
 
 /// Models that are kept until all runs with them are over, per lane.
 const KEPT: usize = 32;
@@ -85,7 +85,7 @@ impl<G: Shape> SweepEngine<Machine<G>> for LaneTaylor {
         kinds(model, channels).map(|_| ())
     }
     fn finer(&self) -> Option<Self> {
-        Some(LaneTaylor { taylor: self.taylor.finer(FINER), ..self.clone() })
+        Some(LaneTaylor { taylor: self.taylor.finer(TIGHTER), ..self.clone() })
     }
     fn batch(&self) -> usize {
         W

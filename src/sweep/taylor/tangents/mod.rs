@@ -1,0 +1,5 @@
+//! The flow with its derivative in lanes: Lyapunov exponents and orbits.
+
+pub(crate) mod exponents;
+pub(crate) mod orbits;
+pub(crate) mod tangent_task;
