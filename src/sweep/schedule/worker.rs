@@ -22,6 +22,9 @@ pub(crate) type ModelOf<'a, M> = dyn Fn(&Point<'_>) -> Result<M, PointError> + S
 /// The start state of the model of a point.
 pub(crate) type StartOf<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointError> + Sync + 'a;
 
+/// What receives each row as soon as its run is complete.
+pub(crate) type OfRows<'a> = dyn Fn(&Row<'_>) + Send + Sync + 'a;
+
 /// Data that all workers of a sweep share.
 pub(crate) struct Work<'s, M> {
     pub(crate) sweep: &'s Sweep,
@@ -36,8 +39,8 @@ pub(crate) struct Work<'s, M> {
     pub(crate) start: &'s StartOf<'s, M>,
     pub(crate) watch: &'s Watch<'s>,
     pub(crate) rows: Mutex<&'s mut Rows>,
-    /// Rows without points, with names and layout, for the rows that are watched.
-    pub(crate) bare: Option<Rows>,
+    /// What receives the rows, and rows without points, with names and layout, for them.
+    pub(crate) show: Option<(&'s OfRows<'s>, Rows)>,
     /// Completed runs, checks included.
     pub(crate) progress: Progress<'s>,
 }
@@ -184,7 +187,7 @@ impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
         };
         // The functions that watch may be slow: they must not block other threads.
         drop(rows);
-        if let (Some(show), Some(rows), Some(data)) = (&work.watch.rows, &work.bare, &made) {
+        if let (Some((show, rows)), Some(data)) = (&work.show, &made) {
             show(&Row { rows, index, data });
         }
         work.progress.add(1);
