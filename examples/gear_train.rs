@@ -12,7 +12,7 @@ mod published;
 mod support;
 
 use gear_dynamics::linear::{Campbell, Modes};
-use gear_dynamics::sweep::{Axis, LaneRk4, Points, Row};
+use gear_dynamics::sweep::{Axis, LaneRk4, Points, Row, Watch};
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, PotentialEnergy, TransmissionError};
 use gear_dynamics::trains::{Body, Members, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
 use gear_dynamics::{Model, ParameterError, Periodic, Sweep, Wave};
@@ -126,7 +126,7 @@ fn rattle_map(
     let bar = progress(name, side * side);
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows = sweep.over(&engine, train)?.progress(advance).run()?;
+    let rows = sweep.over(&engine, train)?.watch(Watch::new().progress(advance)).run()?;
     bar.finish_and_clear();
     let loss =
         |row: &Row<'_>| row.contacts().iter().map(|contact| contact.loss_fraction()).fold(0.0, f64::max);

@@ -160,8 +160,9 @@ pub(crate) fn main() -> Outcome<()> {
         });
         let noise = noise.into_iter().collect::<Result<Vec<_>, _>>()?;
         let long = LongRun::new(0.0, END / ring.period())?.members(members as usize);
-        let long = long.channels(&[DEFLECTION]).start(&State::at_rest(ring.dof()));
-        let seen = long.run(&NoisySteps::new(STEPS, &noise).seed(SEED), &ring)?;
+        let long = long.channels(&[DEFLECTION]);
+        let seen =
+            long.run(&NoisySteps::new(STEPS, &noise).seed(SEED), &ring, &State::at_rest(ring.dof()))?;
         let rate: f64 = seen.contact(0)?.impacts.iter().map(|rate| rate.mean()).sum();
         print_law(&mut csv, name, seen.largest(DEFLECTION)?, rate * END)?;
     }

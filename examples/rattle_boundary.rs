@@ -19,7 +19,7 @@ mod support;
 
 use gear_dynamics::branches::{BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::models::nfg::NfgReading;
-use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Row, Rows};
+use gear_dynamics::sweep::{Axis, LaneRk4, Point, Points, Row, Rows, Watch};
 use gear_dynamics::{
     Dop853, Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Settle, Shooting, State,
     Statistics, Sweep,
@@ -182,7 +182,7 @@ fn rattle_map(pair: &NfgPair, speeds: [f64; 2], loads: [f64; 2], side: usize) ->
     let start = |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank();
     // 64 steps per mesh period.
     let engine = LaneRk4::new(63 * 64);
-    let rows = sweep.of(&engine, model).start(start).progress(advance).run()?;
+    let rows = sweep.of(&engine, model).start(start).watch(Watch::new().progress(advance)).run()?;
     bar.finish_and_clear();
     Ok(rows)
 }

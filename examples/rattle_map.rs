@@ -13,6 +13,7 @@
 mod support;
 
 use gear_dynamics::branches::{BranchPoint, Continuation, Family};
+use gear_dynamics::sweep::Watch;
 use gear_dynamics::sweep::{Axis, LaneRk4, LaneTaylor, Point, Points, Row, Rows, bounds::SweepEngine};
 use gear_dynamics::{
     Integrator, NfgPair, NfgParams, ParameterError, Periodic, RattleState, Rk4, Shooting, State, Statistics,
@@ -57,7 +58,7 @@ fn timed(what: &str, sweep: &Sweep, engine: &impl SweepEngine<NfgPair>) -> Outco
     let bar = progress(what, sweep.points().len());
     let advance = |done: usize, _: usize| bar.set_position(done as u64);
     let began = Instant::now();
-    let rows = sweep.of(engine, pair).start(start).progress(advance).run()?;
+    let rows = sweep.of(engine, pair).start(start).watch(Watch::new().progress(advance)).run()?;
     let seconds = began.elapsed().as_secs_f64();
     bar.finish_and_clear();
     println!(

@@ -4,7 +4,7 @@ use rand::TryRng;
 use std::convert::Infallible;
 
 /// What the state advances by.
-pub(crate) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+pub(crate) const GOLDEN_GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// The number of a state.
 pub(crate) fn mix(mut z: u64) -> u64 {
@@ -27,17 +27,17 @@ impl CounterRng {
     }
     /// The generator of a seed alone.
     pub(crate) fn of_seed(seed: u64) -> Self {
-        CounterRng(mix(seed.wrapping_add(GOLDEN)))
+        CounterRng(mix(seed.wrapping_add(GOLDEN_GAMMA)))
     }
     /// The generator of the numbers of this one and one more number.
     #[inline]
     pub(crate) fn child(&self, word: u64) -> Self {
-        let word = mix(word.wrapping_add(GOLDEN).wrapping_mul(0xd134_2543_de82_ef95));
-        CounterRng(mix(self.0.wrapping_add(GOLDEN) ^ word))
+        let word = mix(word.wrapping_add(GOLDEN_GAMMA).wrapping_mul(0xd134_2543_de82_ef95));
+        CounterRng(mix(self.0.wrapping_add(GOLDEN_GAMMA) ^ word))
     }
 
     fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(GOLDEN);
+        self.0 = self.0.wrapping_add(GOLDEN_GAMMA);
         mix(self.0)
     }
 }

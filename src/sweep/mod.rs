@@ -37,6 +37,7 @@ pub use crate::sweep::settings::points::{Axis, Point, Points};
 pub use crate::sweep::settings::sweep::{Sweep, WarmStart};
 pub use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};
 pub use crate::sweep::taylor::lane_taylor::LaneTaylor;
+pub use crate::sweep::watch::Watch;
 
 /// Names in the bounds of the interface. A program names them only where it is generic over engines or over
 /// functions that return a start, or runs a shape on the numbers of several lanes.

@@ -1,6 +1,5 @@
-//! What follows the progress of many runs, the flag that cancels them, and their blocks.
+//! What follows many runs: their progress, the flag that cancels them, their blocks.
 
-use crate::sweep::rows::row::Row;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::fmt::{self, Debug, Formatter};
 use std::ops::Range;
@@ -8,14 +7,27 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 type OfProgress<'w> = Arc<dyn Fn(usize, usize) + Send + Sync + 'w>;
-type OfRows<'w> = Arc<dyn Fn(&Row<'_>) + Send + Sync + 'w>;
 
-/// Functions that receive the progress and the rows, and the flag that cancels the runs.
+/// The progress of many runs, and the flag that cancels them: a setting of sweeps, ensembles, long runs and
+/// rare events. Default: neither. A [`Budget`](crate::Budget) does the same for one call of a solver.
+///
+/// What was complete when the flag became `true` is kept.
+///
+/// ```
+/// use gear_dynamics::{model::from_fn, sweep::{Ensemble, Watch}, ParameterError, Rk4, State};
+/// use std::sync::{Arc, atomic::{AtomicBool, Ordering::Relaxed}};
+/// let stop = Arc::new(AtomicBool::new(false));
+/// let progress = |done: usize, _all: usize| stop.store(done >= 10, Relaxed);
+/// let watch = Watch::new().progress(progress).cancel(stop.clone());
+/// let spring = |_| Ok::<_, ParameterError>((from_fn(1, |_, q, _, a| a[0] = -q[0])?, State::at_rest(1)));
+/// let bands = Ensemble::new(100_000, 1.0, 1)?.watch(watch).run(&Rk4::new(0.1), spring)?;
+/// assert!((10..100_000).contains(&bands.members()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Default)]
-pub(crate) struct Watch<'w> {
-    pub(crate) progress: Option<OfProgress<'w>>,
-    pub(crate) rows: Option<OfRows<'w>>,
-    pub(crate) cancel: Option<Arc<AtomicBool>>,
+pub struct Watch<'w> {
+    progress: Option<OfProgress<'w>>,
+    cancel: Option<Arc<AtomicBool>>,
 }
 
 impl Debug for Watch<'_> {
@@ -24,7 +36,22 @@ impl Debug for Watch<'_> {
     }
 }
 
-impl Watch<'_> {
+impl<'w> Watch<'w> {
+    /// No function and no flag.
+    pub fn new() -> Self {
+        Watch::default()
+    }
+    /// Function that is called with two numbers, completed and all runs, whenever more of them are complete:
+    /// after each run of a sweep or an ensemble, each group of members of a long run, each block of members
+    /// of a first passage, each repeat of a splitting.
+    pub fn progress(self, progress: impl Fn(usize, usize) + Send + Sync + 'w) -> Self {
+        Watch { progress: Some(Arc::new(progress)), ..self }
+    }
+    /// Flag that cancels the runs when it becomes `true`.
+    pub fn cancel(self, cancel: Arc<AtomicBool>) -> Self {
+        Watch { cancel: Some(cancel), ..self }
+    }
+
     /// Begins to count the runs of a call: `done` of `all` are complete.
     pub(crate) fn begin(&self, done: usize, all: usize) -> Progress<'_> {
         Progress { watch: self, done: AtomicUsize::new(done), all }

@@ -402,7 +402,7 @@ fn progress_ends_at_the_end() {
             sweep
                 .of(&LaneRk4::new(16).lanes::<4>(), family)
                 .start(rest)
-                .progress(progress)
+                .watch(Watch::new().progress(progress))
                 .chunk(i, n)
                 .unwrap();
             (
@@ -434,8 +434,12 @@ fn a_family_without_a_model_is_left_when_cancelled() {
         stop.store(asked.fetch_add(1, Relaxed) + 1 == 10, Relaxed);
         Err::<Machine<Swing<'_>>, _>("never")
     };
-    let rows =
-        along(1000).of(&LaneRk4::new(16).lanes::<4>(), never).start(rest).cancel(stop.clone()).run().unwrap();
+    let rows = along(1000)
+        .of(&LaneRk4::new(16).lanes::<4>(), never)
+        .start(rest)
+        .watch(Watch::new().cancel(stop.clone()))
+        .run()
+        .unwrap();
     assert_eq!((asked.into_inner(), rows.errors().len(), rows.is_complete()), (10, 10, false));
     let whole = along(1000).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).resume(rows).unwrap();
     assert_eq!((whole.errors().len(), whole.iter().count()), (10, 990));
@@ -486,7 +490,9 @@ fn a_cancel_is_seen_within_64_steps() {
             made
         };
         let rows = pool(1)
-            .install(|| along(8).of(engine, family).start(rest).cancel(count.stop.clone()).run())
+            .install(|| {
+                along(8).of(engine, family).start(rest).watch(Watch::new().cancel(count.stop.clone())).run()
+            })
             .unwrap();
         assert_eq!((rows.iter().count(), rows.errors().len()), (0, 0));
         [count.drives.into_inner(), count.accelerations.into_inner()]
@@ -583,7 +589,7 @@ fn a_cancelled_run_is_resumed() {
             let progress = |done: usize, _: usize| stop.store(done >= share, Relaxed);
             let part = pool(1).install(|| {
                 let runner = || sweep.of(&engine, swing).start(rest);
-                let watched = runner().progress(progress).cancel(stop.clone());
+                let watched = runner().watch(Watch::new().progress(progress).cancel(stop.clone()));
                 let parts = [runner().chunk(0, 2).unwrap(), watched.chunk(1, 2).unwrap()];
                 Rows::merge(parts.to_vec()).unwrap()
             });
@@ -596,7 +602,12 @@ fn a_cancelled_run_is_resumed() {
                 last.fetch_max(done, Relaxed);
             };
             let read = stored(&part);
-            let resumed = sweep.of(&engine, swing).start(rest).progress(progress).resume(read).unwrap();
+            let resumed = sweep
+                .of(&engine, swing)
+                .start(rest)
+                .watch(Watch::new().progress(progress))
+                .resume(read)
+                .unwrap();
             assert_eq!((&resumed, resumed.fingerprint()), (&whole, whole.fingerprint()));
         }
     }

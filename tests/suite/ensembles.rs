@@ -160,7 +160,7 @@ fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
     let run = |ensemble: &Ensemble<'_>| one.install(|| ensemble.run(&Rk4::new(0.25), member(0.5)));
     let (shown, stop) = (AtomicUsize::new(0), Arc::new(AtomicBool::new(false)));
     let count = |done: usize, total: usize| assert_eq!((1 + shown.fetch_add(1, Relaxed), 300), (done, total));
-    assert_eq!(run(&ensemble.clone().progress(count)).unwrap().members(), 300);
+    assert_eq!(run(&ensemble.clone().watch(Watch::new().progress(count))).unwrap().members(), 300);
     assert_eq!(shown.load(Relaxed), 300);
 
     shown.store(0, Relaxed);
@@ -168,7 +168,7 @@ fn an_ensemble_is_watched_member_by_member_and_stops_when_told() {
         shown.fetch_add(1, Relaxed);
         stop.store(done >= 10, Relaxed);
     };
-    let watched = ensemble.progress(until_ten).cancel(stop.clone());
+    let watched = ensemble.watch(Watch::new().progress(until_ten).cancel(stop.clone()));
     let some = run(&watched).unwrap();
     assert_eq!((some.members(), some.failed(), shown.load(Relaxed)), (10, 0, 10));
     assert_eq!(

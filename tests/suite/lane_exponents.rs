@@ -6,6 +6,7 @@ use crate::benchmarks::{Pair, ring};
 use crate::lane_taylor::{Stops, axis, pair, planetary, rows, tolerant, wave};
 use gear_dynamics::ode::Exhausted;
 use gear_dynamics::periodic::LyapunovError;
+use gear_dynamics::sweep::Watch;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -139,7 +140,13 @@ fn the_same_exponents_however_they_are_run() {
     // A sweep that is cancelled and resumed.
     let (made, cancel) = (AtomicUsize::new(0), Arc::new(AtomicBool::new(false)));
     let stop = |_: &Row<'_>| cancel.store(made.fetch_add(1, Ordering::Relaxed) == 4, Ordering::Relaxed);
-    let partial = sweep.of(&engine, family).start(begin).rows(stop).cancel(cancel.clone()).run().unwrap();
+    let partial = sweep
+        .of(&engine, family)
+        .start(begin)
+        .rows(stop)
+        .watch(Watch::new().cancel(cancel.clone()))
+        .run()
+        .unwrap();
     assert_eq!(expected, runner.resume(partial).unwrap().fingerprint());
 }
 

@@ -4,6 +4,7 @@
 use crate::api::*;
 use crate::benchmarks::{Pair, Rattling, ring};
 use crate::common::planets::ring_locked;
+use gear_dynamics::sweep::Watch;
 use gear_dynamics::trains::{Planetary, Train};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -181,7 +182,11 @@ fn the_same_bits_however_it_is_run() {
             cancel.store(true, Ordering::Relaxed);
         }
     };
-    let partial = sweep.of(&engine, family).start(|_, _| start.clone()).rows(stop).cancel(cancel.clone());
+    let partial = sweep
+        .of(&engine, family)
+        .start(|_, _| start.clone())
+        .rows(stop)
+        .watch(Watch::new().cancel(cancel.clone()));
     let partial = partial.run().unwrap();
     assert!(partial.iter().count() < 11);
     assert_eq!(expected, runner.resume(partial).unwrap().fingerprint());

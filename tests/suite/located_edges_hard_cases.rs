@@ -535,9 +535,6 @@ fn a_start_at_rest_on_an_edge_belongs_to_the_piece_into_which_it_moves() {
         // An edge counts as met within 1e-10.
         let close_to = 1e-8 + 2e-10 / (shake * (1.0 - low.cos()) - pull * low);
         each(1e-3, |name, run| {
-            if name == "Taylor" {
-                return; // it still fails with `EdgeStall`
-            }
             let seen = run(&model, &State::new(0.0, &[1.0], &[shake]), &[0.5]);
             close(&format!("{name}, {pull}"), &seen.times(), &[low], close_to);
         });

@@ -151,8 +151,8 @@ fn long_runs_agree() {
     let rest = static_state(&model, 0.0).unwrap().state;
     let moments = LinearMoments::about(&model, &rest, &noise).unwrap();
     let channels = ["q0", "q1", "v0", "v1"];
-    let long = LongRun::new(5.0, 60.0).unwrap().members(64).channels(&channels).start(&rest);
-    let seen = long.run(&NoisySteps::new(48, &noise).seed(2), &model).unwrap();
+    let long = LongRun::new(5.0, 60.0).unwrap().members(64).channels(&channels);
+    let seen = long.run(&NoisySteps::new(48, &noise).seed(2), &model, &rest).unwrap();
     assert_eq!(seen.contact(0).unwrap().gap.mean(), 0.0);
     let means = [&moments.mean().q[..], &moments.mean().v].concat();
     for (i, channel) in channels.iter().enumerate() {

@@ -4,6 +4,7 @@ use gear_dynamics::State;
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::ode::Exhausted;
 use gear_dynamics::random::{Event, FirstPassage, NoiseError, NoisySteps, Splitting, WhiteNoise};
+use gear_dynamics::sweep::Watch;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -131,9 +132,9 @@ fn cancelled_runs_keep_what_was_complete() {
 
     let passage = FirstPassage::new(2.0).unwrap().members(700);
     let whole = passage.run(&solver, &free, &start, &event).unwrap();
-    let watched = passage.clone().progress(until(700)).cancel(stop.clone());
+    let watched = passage.clone().watch(Watch::new().progress(until(700)).cancel(stop.clone()));
     assert_eq!(watched.run(&solver, &free, &start, &event).unwrap(), whole);
-    let watched = passage.progress(until(256)).cancel(stop.clone());
+    let watched = passage.watch(Watch::new().progress(until(256)).cancel(stop.clone()));
     let some = one.install(|| watched.run(&solver, &free, &start, &event)).unwrap();
     assert_eq!((some.members(), whole.members()), (256, 700));
     assert!(some.reached() > 0 && some.reached() < whole.reached());
@@ -142,10 +143,10 @@ fn cancelled_runs_keep_what_was_complete() {
 
     let splitting = Splitting::new(10.0).unwrap().floor(-1.0).particles(20).repeats(30);
     let run = |splitting: Splitting<'_>| one.install(|| splitting.run(&solver, &free, &start, &event));
-    let some = run(splitting.clone().progress(until(9)).cancel(stop.clone())).unwrap();
+    let some = run(splitting.clone().watch(Watch::new().progress(until(9)).cancel(stop.clone()))).unwrap();
     assert_eq!(some.probability().batches(), 9);
-    let few = run(splitting.clone().progress(until(7)).cancel(stop.clone())).unwrap_err();
+    let few = run(splitting.clone().watch(Watch::new().progress(until(7)).cancel(stop.clone()))).unwrap_err();
     assert_eq!(few, NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: 7, all: 30 });
-    let none = run(splitting.cancel(stop.clone())).unwrap_err();
+    let none = run(splitting.watch(Watch::new().cancel(stop.clone()))).unwrap_err();
     assert_eq!(none, NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: 0, all: 30 });
 }

@@ -443,7 +443,7 @@ fn a_cancelled_sweep_keeps_what_is_done() {
         .of(&LaneRk4::new(STEPS).lanes::<4>(), pair)
         .start(rest)
         .rows(rows)
-        .cancel(stop.clone())
+        .watch(Watch::new().cancel(stop.clone()))
         .run()
         .unwrap();
     assert!(
@@ -464,7 +464,12 @@ fn progress_counts_every_point() {
         assert!(done <= total && total == 30);
         last.fetch_max(done, Ordering::Relaxed);
     };
-    sweep(30).of(&LaneRk4::new(STEPS).lanes::<4>(), pair).start(rest).progress(progress).run().unwrap();
+    sweep(30)
+        .of(&LaneRk4::new(STEPS).lanes::<4>(), pair)
+        .start(rest)
+        .watch(Watch::new().progress(progress))
+        .run()
+        .unwrap();
     assert_eq!(last.into_inner(), 30);
 }
 

@@ -6,6 +6,7 @@ use gear_dynamics::models::Oscillator;
 use gear_dynamics::ode::Exhausted;
 use gear_dynamics::random::{Estimate, LongRun, NoiseError, NoiseStatistics, NoisySteps, WhiteNoise};
 use gear_dynamics::sweep::InstructionSet;
+use gear_dynamics::sweep::Watch;
 use gear_dynamics::{Backlash, Machine, ParameterError, Shape, State};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -48,8 +49,8 @@ fn closed_forms(seen: &NoiseStatistics, b: f64, beta: f64) -> Vec<(&'static str,
 fn dead_zones_in_baths(members: usize, periods: f64, steps: usize, width: f64, cases: &[(f64, f64)]) {
     for &(c, b) in cases {
         let (solver, pair) = (NoisySteps::new(steps, &[bath(c, c)]).seed(7), dead_zone(b, 0.0));
-        let long = LongRun::new(4.0 / c, periods).unwrap().members(members).start(&State::at_rest(1));
-        let seen = long.channels(&["q0", "v0"]).run(&solver, &pair).unwrap();
+        let long = LongRun::new(4.0 / c, periods).unwrap().members(members);
+        let seen = long.channels(&["q0", "v0"]).run(&solver, &pair, &State::at_rest(1)).unwrap();
         for (name, estimate, exact) in closed_forms(&seen, b, 2.0) {
             let [low, high] = estimate.confidence(0.9999).unwrap();
             assert!(low < exact && exact < high, "{c} {b} {name}: {low} {exact} {high}");
@@ -75,8 +76,9 @@ fn dead_zones_to_three_per_mille() {
 /// Impact speeds have a Rayleigh distribution: its quantile p is √(-2 ln(1 - p)/β).
 #[test]
 fn impact_speeds_are_rayleigh() {
-    let long = LongRun::new(3.0, 150.0).unwrap().members(16).start(&State::at_rest(1));
-    let seen = long.run(&NoisySteps::new(20, &[bath(1.0, 1.0)]), &dead_zone(0.25, 0.0)).unwrap();
+    let long = LongRun::new(3.0, 150.0).unwrap().members(16);
+    let seen =
+        long.run(&NoisySteps::new(20, &[bath(1.0, 1.0)]), &dead_zone(0.25, 0.0), &State::at_rest(1)).unwrap();
     let speeds = &seen.contact(0).unwrap().speeds[0];
     for p in [0.25, 0.5, 0.75] {
         let (x, exact) = (speeds.quantile(p).unwrap(), (-(1.0f64 - p).ln()).sqrt());
@@ -126,8 +128,9 @@ fn bias_of_a_linear_oscillator_has_order_two() {
 fn bias_over_a_kink_has_order_two() {
     let run = |steps: usize| {
         let solver = NoisySteps::new(steps, &[bath(0.0, 1.0)]);
-        let long = LongRun::new(10.0, 8000.0).unwrap().members(1024).start(&State::at_rest(1));
-        let seen = long.channels(&["q0", "v0"]).run(&solver, &dead_zone(0.5, 0.5)).unwrap();
+        let long = LongRun::new(10.0, 8000.0).unwrap().members(1024);
+        let seen =
+            long.channels(&["q0", "v0"]).run(&solver, &dead_zone(0.5, 0.5), &State::at_rest(1)).unwrap();
         closed_forms(&seen, 0.5, 1.0)
     };
     let (coarse, fine) = (run(6), run(12));
@@ -152,9 +155,8 @@ fn intervals_cover(repeats: u64) {
     let mut inside = [[0.0; 2]; 2];
     for seed in 0..repeats {
         let solver = NoisySteps::new(12, &[bath(1.0, 1.0)]).lanes::<8>().seed(seed);
-        let long =
-            LongRun::new(1.5, 14.0).unwrap().members(8).spans(2).start(&State::new(0.0, &[0.7], &[0.5]));
-        let seen = long.channels(&["v0"]).run(&solver, &pair).unwrap();
+        let long = LongRun::new(1.5, 14.0).unwrap().members(8).spans(2);
+        let seen = long.channels(&["v0"]).run(&solver, &pair, &State::new(0.0, &[0.7], &[0.5])).unwrap();
         let estimates = [(seen.contact(0).unwrap().gap, 1.0 / z), (seen.mean_square("v0").unwrap(), 0.5)];
         for (inside, (estimate, exact)) in inside.iter_mut().zip(estimates) {
             for (inside, level) in inside.iter_mut().zip([0.9, 0.95]) {
@@ -251,18 +253,18 @@ fn lanes_and_threads_change_no_bit() {
         WhiteNoise::drives(&[(pair.slot("damping").unwrap(), 1.0)], 0.02).unwrap(),
         WhiteNoise::drives(&[(pair.slot("mean force").unwrap(), 2.0)], 0.02).unwrap(),
     ];
-    let long =
-        LongRun::new(1.0, 3.0).unwrap().members(10).channels(&["q0", "mesh force"]).start(&State::at_rest(1));
+    let long = LongRun::new(1.0, 3.0).unwrap().members(10).channels(&["q0", "mesh force"]);
+    let rest = State::at_rest(1);
     let solver = NoisySteps::new(24, &noise).seed(3);
-    let expected = long.run(&solver, &pair).unwrap();
-    assert_eq!(long.run(&solver.clone().lanes::<1>(), &pair).unwrap(), expected);
-    assert_eq!(long.run(&solver.clone().lanes::<4>(), &pair).unwrap(), expected);
+    let expected = long.run(&solver, &pair, &rest).unwrap();
+    assert_eq!(long.run(&solver.clone().lanes::<1>(), &pair, &rest).unwrap(), expected);
+    assert_eq!(long.run(&solver.clone().lanes::<4>(), &pair, &rest).unwrap(), expected);
     for set in InstructionSet::available() {
-        assert_eq!(long.run(&solver.clone().instructions(set), &pair).unwrap(), expected);
+        assert_eq!(long.run(&solver.clone().instructions(set), &pair, &rest).unwrap(), expected);
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(pool.install(|| long.run(&solver, &pair)).unwrap(), expected);
-    assert_ne!(long.run(&solver.seed(4), &pair).unwrap(), expected);
+    assert_eq!(pool.install(|| long.run(&solver, &pair, &rest)).unwrap(), expected);
+    assert_ne!(long.run(&solver.seed(4), &pair, &rest).unwrap(), expected);
 }
 
 /// The drives of a periodic model: the mean response to A cos t is that of the equation without noise.
@@ -285,11 +287,15 @@ fn cancelled_runs_keep_their_members() {
     let (pair, stop) = (dead_zone(0.5, 0.0), Arc::new(AtomicBool::new(false)));
     let solver = NoisySteps::new(12, &[bath(1.0, 1.0)]).lanes::<4>();
     let count = |done: usize, all: usize| stop.store(done >= 12 && all == 4000, Ordering::Relaxed);
-    let long = LongRun::new(1.0, 2.0).unwrap().members(4000).start(&State::at_rest(1));
-    let seen = long.clone().progress(count).cancel(stop.clone()).run(&solver, &pair).unwrap();
+    let long = LongRun::new(1.0, 2.0).unwrap().members(4000);
+    let seen = long
+        .clone()
+        .watch(Watch::new().progress(count).cancel(stop.clone()))
+        .run(&solver, &pair, &State::at_rest(1))
+        .unwrap();
     assert!((12..400).contains(&seen.members()), "{}", seen.members());
     stop.store(true, Ordering::Relaxed);
-    let error = long.cancel(stop).run(&solver, &pair).unwrap_err();
+    let error = long.watch(Watch::new().cancel(stop)).run(&solver, &pair, None).unwrap_err();
     assert_eq!(error, NoiseError::Exhausted { exhausted: Exhausted::Cancelled, done: 0, all: 4000 });
 }
 
@@ -342,16 +348,16 @@ fn bad_input_is_refused() {
     assert!(of("edge").contains("moves the edges or the deflection of contact 0"), "{}", of("edge"));
     assert!(of("factor").contains("not affine"), "{}", of("factor"));
     let solver = NoisySteps::new(8, &[bath(0.1, 0.1)]);
-    let long = |settle: f64, measure: f64| LongRun::new(settle, measure).unwrap().start(&start);
+    let long = |settle: f64, measure: f64| LongRun::new(settle, measure).unwrap();
     assert!(LongRun::new(-1.0, 1.0).is_err() && LongRun::new(0.0, 0.0).is_err());
-    let few = long(0.0, 1.0).members(7).run(&solver, &pair).unwrap_err();
+    let few = long(0.0, 1.0).members(7).run(&solver, &pair, &start).unwrap_err();
     assert_eq!(few, ParameterError::TooFew { name: "members × spans".into(), value: 7, min: 8 }.into());
-    assert!(long(0.0, 1.0).channels(&["no"]).run(&solver, &pair).is_err());
-    assert!(long(0.0, 1e20).run(&solver, &pair).is_err());
+    assert!(long(0.0, 1.0).channels(&["no"]).run(&solver, &pair, &start).is_err());
+    assert!(long(0.0, 1e20).run(&solver, &pair, &start).is_err());
     assert!(NoisySteps::new(0, &[]).ends(&pair, &start, 1.0, 1).is_err());
     assert!(solver.ends(&pair, &State::at_rest(2), 1.0, 1).is_err());
     assert!(solver.ends(&pair, &State::new(1.0, &[0.0], &[0.0]), 1.0, 1).is_err());
-    let seen = long(0.0, 1.0).run(&solver, &pair).unwrap();
+    let seen = long(0.0, 1.0).run(&solver, &pair, &start).unwrap();
     assert!(seen.contact(1).is_err() && seen.mean("q0").is_err());
     for level in [0.0, 1.0, -0.5, f64::NAN] {
         assert!(seen.contact(0).unwrap().gap.confidence(level).is_err(), "{level}");
@@ -362,9 +368,9 @@ fn bad_input_is_refused() {
     assert!(most[0].q[0].is_finite() && most[0].v[0].is_finite());
     // A spring that pushes away: the motion grows without bound.
     let away = Oscillator::new(&[("speed", 1.0), ("linear stiffness", -9.0)]).unwrap();
-    let error = LongRun::new(0.0, 100.0).unwrap().start(&start).run(&solver, &away).unwrap_err();
+    let error = LongRun::new(0.0, 100.0).unwrap().run(&solver, &away, &start).unwrap_err();
     assert!(matches!(error, NoiseError::Diverged { member: 0, .. }), "{error}");
     // After 15 turns q is e^(3 · 94) = 10^122: finite, but the error of its mean square is not.
-    let far = LongRun::new(0.0, 15.0).unwrap().start(&start).channels(&["q0"]).run(&solver, &away);
+    let far = LongRun::new(0.0, 15.0).unwrap().channels(&["q0"]).run(&solver, &away, &start);
     assert!(matches!(far, Err(NoiseError::Diverged { member: 0, .. })), "{far:?}");
 }

@@ -98,11 +98,11 @@ fn in_lanes<G: Shape + Send + Sync>(case: &mut Case, machine: &Machine<G>) -> Ru
         1 => {
             let (settle, spans) = (case.number(1.0), case.count(2));
             let run = LongRun::new(settle, periods)?.members(members).spans(spans).channels(&["q0", "v0"]);
-            let run = if case.chance(0.7) { run.start(&start) } else { run };
+            let start = case.chance(0.7).then_some(&start);
             if long(settle + periods + spans as f64 / steps as f64, members) {
                 return Ok(());
             }
-            let seen = run.run(&solver, machine)?;
+            let seen = run.run(&solver, machine, start)?;
             let mut estimates = vec![seen.mean("q0")?, seen.mean_square("q0")?, seen.mean_square("v0")?];
             for i in 0..machine.contacts() {
                 let contact = seen.contact(i)?;

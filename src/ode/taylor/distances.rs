@@ -9,7 +9,7 @@ use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::vector_blocks::Blocks;
 use crate::ode::taylor::expansion::coefficients::ORDERS;
-use crate::ode::taylor::expansion::plan::Edge;
+use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::taylor::positive::{Fall, Polynomial};
 
 /// A distance at the start of a step below this share of its range counts as near `[1]`.
@@ -18,7 +18,7 @@ const NEAR_START: f64 = 1e-9;
 /// The distances of contacts from their edges as polynomials over a step.
 pub(crate) trait Distances {
     /// The edges, with the columns of their distances.
-    fn edges(&self) -> &[Edge];
+    fn edges(&self) -> &[EdgeColumn];
     /// Highest order.
     fn degree(&self) -> usize;
     /// Coefficient n of a distance.
@@ -46,7 +46,7 @@ pub(crate) fn first_exit(
 ) -> Result<Found<Elapsed>, IntegrateError> {
     let (mut found, mut limit, mut read) = (Found::Nothing, h, false);
     for edge in c.edges() {
-        let &Edge { contact, side, column: i, sign: reversed } = edge;
+        let &EdgeColumn { contact, side, column: i, sign: reversed } = edge;
         // A contact on a flank leaves it at one edge, a contact in the gap at both.
         let piece = e.pieces[contact];
         let (sign, to) = match (piece, side) {
@@ -67,8 +67,8 @@ pub(crate) fn first_exit(
             continue;
         }
         let apart = start > near;
-        let into_gap = |edge: &Edge| edge.sign * c.coefficient(0, edge.column);
-        let gap = |other: &Edge| into_gap(edge) + into_gap(other);
+        let into_gap = |edge: &EdgeColumn| edge.sign * c.coefficient(0, edge.column);
+        let gap = |other: &EdgeColumn| into_gap(edge) + into_gap(other);
         let mut others = c.edges().iter().filter(|o| o.contact == contact && o.side != side);
         if !apart && !read && others.any(|other| gap(other) < 0.0) {
             read = contacts_at_start(e)?;
@@ -151,10 +151,11 @@ fn leaves(distance: &Polynomial, slack: f64, above: f64, h: f64) -> Option<f64> 
     if start > slack {
         return distance.first_root_after(above, beyond).or(Some(beyond));
     }
-    if distance.c[1] <= 0.0 {
+    let first = distance.first_term(beyond);
+    if distance.c[first] <= 0.0 {
         return Some(0.0);
     }
     // The contact has just entered and leaves again.
-    let other = distance.without_root_at_zero().first_root_after(above, beyond);
+    let other = (0..first).fold(*distance, |d, _| d.without_root_at_zero()).first_root_after(above, beyond);
     Some(other.unwrap_or(beyond).max(f64::MIN_POSITIVE))
 }

@@ -2,10 +2,10 @@
 
 use crate::ode::taylor::distances::Distances;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
-use crate::ode::taylor::expansion::plan::Edge;
+use crate::ode::taylor::expansion::plan::EdgeColumn;
 
 impl Distances for Coefficients {
-    fn edges(&self) -> &[Edge] {
+    fn edges(&self) -> &[EdgeColumn] {
         &self.plan.edges
     }
     fn degree(&self) -> usize {

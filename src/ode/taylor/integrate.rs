@@ -11,7 +11,7 @@ use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::taylor::course::Course;
 use crate::ode::taylor::distances::first_exit;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
-use crate::ode::taylor::pace::Pace;
+use crate::ode::taylor::pace::SeriesPace;
 use crate::ode::taylor::polynomials::Polynomials;
 use crate::ode::taylor::settings::Taylor;
 use crate::series::Series;
@@ -158,7 +158,7 @@ struct Run<'r> {
     prepared: &'r mut Prepared,
     expanded: &'r dyn Expand,
     course: Course<'r>,
-    pace: Pace,
+    pace: SeriesPace,
     degree: usize,
     /// The time after the start of the step up to which the series of the drives are valid.
     valid: f64,
@@ -181,7 +181,7 @@ impl<'r> Run<'r> {
         let expanded = expanded(model)?;
         expanded.drive_series(start.t, degree + 1, &mut prepared.series);
         Ok(Run {
-            pace: Pace::new(settings.tolerances.rtol, &atol, settings.tolerances.max, &prepared.c.plan),
+            pace: SeriesPace::new(settings.tolerances.rtol, &atol, settings.tolerances.max, &prepared.c.plan),
             expanded,
             prepared,
             course,

@@ -1,7 +1,7 @@
 //! Lengths of steps, from the last coefficients.
 
 use crate::ode::taylor::expansion::coefficients::{Coefficients, PER};
-use crate::ode::taylor::expansion::plan::{Edge, Plan};
+use crate::ode::taylor::expansion::plan::{EdgeColumn, Plan};
 use crate::ode::taylor::expansion::rows::{EIGHT, Eight};
 use pulp::Arch;
 
@@ -15,7 +15,7 @@ pub(crate) const COLLAPSE: f64 = 1e-6;
 pub(crate) const FINEST: f64 = 1e-13;
 
 /// The tolerances and the lengths of steps so far.
-pub(super) struct Pace {
+pub(super) struct SeriesPace {
     rtol: f64,
     /// Absolute tolerance of each coordinate and velocity, in their blocks of columns.
     atol: Vec<Eight>,
@@ -30,7 +30,7 @@ pub(super) struct Pace {
     per: Vec<Eight>,
     arch: Arch,
     /// The edge on the other side of the gap, for each edge.
-    opposite: Vec<Option<Edge>>,
+    opposite: Vec<Option<EdgeColumn>>,
     /// How far each distance moves in the step, at most.
     pub(super) ranges: Vec<Eight>,
 }
@@ -52,10 +52,10 @@ pub(crate) fn reach(term: f64, order: usize) -> f64 {
     if term == 0.0 { f64::INFINITY } else { exp2(-log2(term) * PER[order]) }
 }
 
-impl Pace {
+impl SeriesPace {
     pub(super) fn new(rtol: f64, atol: &[f64], max: f64, plan: &Plan) -> Self {
         let opposite = plan.edges.iter().map(|edge| {
-            let is_other = |other: &Edge| other.contact == edge.contact && other.side != edge.side;
+            let is_other = |other: &EdgeColumn| other.contact == edge.contact && other.side != edge.side;
             plan.edges.iter().copied().find(is_other)
         });
         // No number of a column without a coordinate reaches its tolerance.
@@ -63,7 +63,7 @@ impl Pace {
         for (blocks, atol) in blocks.chunks_mut(plan.half.max(1)).zip(atol.chunks(plan.dof.max(1))) {
             blocks.as_flattened_mut()[..atol.len()].copy_from_slice(atol);
         }
-        Pace {
+        SeriesPace {
             rtol,
             max,
             last: 0.0,
@@ -125,7 +125,7 @@ impl Pace {
         let (last, before) = (c.distances(degree), c.distances(degree - 1));
         let mut terms = [0.0_f64; 2];
         for (edge, opposite) in c.plan.edges.iter().zip(&self.opposite) {
-            let (i, at_start) = (edge.column, |edge: &Edge| edge.sign * start[edge.column]);
+            let (i, at_start) = (edge.column, |edge: &EdgeColumn| edge.sign * start[edge.column]);
             let gap = opposite.map_or(0.0, |other| at_start(edge) + at_start(&other));
             let size = gap.max(start[i].abs() + span * rate[i].abs());
             if share * size > f64::MIN_POSITIVE {
@@ -153,7 +153,7 @@ impl Pace {
 /// The largest of the terms of the highest order and of the one below it, measured in tolerances; NaN if one
 /// is not a number.
 struct LastTerms<'p> {
-    pace: &'p mut Pace,
+    pace: &'p mut SeriesPace,
     c: &'p Coefficients,
     /// The length of the last step.
     before: f64,
@@ -163,7 +163,7 @@ impl pulp::WithSimd for LastTerms<'_> {
     type Output = [f64; 2];
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> [f64; 2] {
-        let LastTerms { pace: Pace { per, atol, rtol, .. }, c, before } = self;
+        let LastTerms { pace: SeriesPace { per, atol, rtol, .. }, c, before } = self;
         let rows = [0, 1, c.degree, c.degree - 1].map(|order| c.motion(order));
         let mut largest = [[0.0; EIGHT]; 2];
         for (k, (per, atol)) in per.iter_mut().zip(atol).enumerate() {

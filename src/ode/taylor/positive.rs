@@ -27,6 +27,9 @@ const SHORTEST_INTERVAL: f64 = 1e-13;
 const COARSE: f64 = 1e-4;
 const MANY: u32 = 4096;
 
+/// A term below this share of the higher ones is rounding: a contact rests on its edge `[1]`.
+const AT_REST: f64 = 1e-6;
+
 impl Polynomial {
     /// Value and derivative.
     pub(crate) fn with_slope(&self, s: f64) -> (f64, f64) {
@@ -66,6 +69,19 @@ impl Polynomial {
         self.c[ORDERS - 1] = 0.0;
         self.degree = self.degree.saturating_sub(1);
         self
+    }
+
+    /// The first order n >= 1 whose term is not negligible at the time `s` beside those of higher orders.
+    pub(crate) fn first_term(&self, s: f64) -> usize {
+        let (mut first, mut higher) = (self.degree.max(1), 0.0);
+        for n in (1..=self.degree).rev() {
+            let term = self.c[n].abs() * s.powi(n as i32);
+            if term > AT_REST * higher {
+                first = n;
+            }
+            higher += term;
+        }
+        first
     }
 
     /// The first root in (a, h] of a polynomial that is positive in [0, a]; 0 if a = 0 and p(0) <= 0.

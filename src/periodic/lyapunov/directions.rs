@@ -2,7 +2,7 @@
 
 use crate::model::State;
 use crate::numeric::norms::dot;
-use crate::numeric::split_mix::{GOLDEN, mix};
+use crate::numeric::split_mix::{GOLDEN_GAMMA, mix};
 
 /// The directions of one run, in units of `scale`.
 pub(crate) struct Directions<'s> {
@@ -29,12 +29,12 @@ impl<'s> Directions<'s> {
     pub(crate) fn draw(&mut self, start: &State, all: &mut State) {
         let numbers = start.q.iter().chain(&start.v).chain([&start.t]);
         let mut seed =
-            numbers.fold(0_u64, |seed, x| mix(seed.wrapping_add(x.to_bits()).wrapping_add(GOLDEN)));
+            numbers.fold(0_u64, |seed, x| mix(seed.wrapping_add(x.to_bits()).wrapping_add(GOLDEN_GAMMA)));
         let n = self.scale.len() / 2;
         let (of_q, of_v) = self.scale.split_at(n);
         for (half, scale) in [(&mut all.q, of_q), (&mut all.v, of_v)] {
             for (x, size) in half[n..].iter_mut().zip(scale.iter().cycle()) {
-                seed = mix(seed.wrapping_add(GOLDEN));
+                seed = mix(seed.wrapping_add(GOLDEN_GAMMA));
                 *x = size * ((seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0);
             }
         }

@@ -9,8 +9,6 @@ use crate::random::white::solver::NoisySteps;
 use crate::sweep::Distribution;
 use crate::sweep::watch::Watch;
 use std::ops::Range;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// First passage: the time at which an [`Event`] happens for the first time, for many members from one start.
 ///
@@ -66,33 +64,28 @@ impl<'w> FirstPassage<'w> {
     pub fn members(self, members: usize) -> Self {
         FirstPassage { members, ..self }
     }
-    /// Function that is called after every block of members with two numbers: completed and all members.
-    pub fn progress(mut self, progress: impl Fn(usize, usize) + Send + Sync + 'w) -> Self {
-        self.watch.progress = Some(Arc::new(progress));
-        self
-    }
-    /// Flag that cancels the run when it becomes `true`. The result contains the blocks of 256 members that
-    /// were complete.
-    pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
-        self.watch.cancel = Some(cancel);
-        self
+    /// Progress by blocks of 256 members, and a flag. If cancelled, the result contains the blocks that were
+    /// complete.
+    pub fn watch(self, watch: Watch<'w>) -> Self {
+        FirstPassage { watch, ..self }
     }
 
-    /// Runs all members from one start at time 0.
+    /// Runs all members from one start at time 0. `None`: from the
+    /// [static state](crate::linear::static_state).
     ///
     /// # Errors
     /// [`NoiseError`].
-    pub fn run<G: Shape + Send + Sync, const W: usize>(
+    pub fn run<'s, G: Shape + Send + Sync, const W: usize>(
         &self,
         solver: &NoisySteps<W>,
         machine: &Machine<G>,
-        start: &State,
+        start: impl Into<Option<&'s State>>,
         event: &Event,
     ) -> Result<PassageTimes, NoiseError> {
         check::at_least("members", self.members, 1)?;
         check::count("members", &[self.members], check::NUMBERS)?;
         check::finite("level of the event", event.level())?;
-        let ready = solver.ready(machine, Some(start))?;
+        let ready = solver.ready(machine, start.into())?;
         let last = ready.steps_in(self.periods)?;
         let limits = Limits { level: event.level(), floor: f64::NEG_INFINITY, last };
         let block = |members: Range<usize>| {

@@ -11,8 +11,6 @@ use crate::random::white::solver::{NoisySteps, Ready};
 use crate::sweep::watch::Watch;
 use rand::Rng;
 use std::ops::Range;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// The probability of a rare event by multilevel splitting: that a score reaches a level before a time has
 /// passed and before it falls to a floor.
@@ -109,27 +107,22 @@ impl<'w> Splitting<'w> {
     pub fn repeats(self, repeats: usize) -> Self {
         Splitting { repeats, ..self }
     }
-    /// Function that is called after every repeat with two numbers: completed and all repeats.
-    pub fn progress(mut self, progress: impl Fn(usize, usize) + Send + Sync + 'w) -> Self {
-        self.watch.progress = Some(Arc::new(progress));
-        self
-    }
-    /// Flag that cancels the run when it becomes `true`. The result contains the repeats that were complete.
-    pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
-        self.watch.cancel = Some(cancel);
-        self
+    /// Progress by repeats, and a flag. If cancelled, the result contains the repeats that were complete.
+    pub fn watch(self, watch: Watch<'w>) -> Self {
+        Splitting { watch, ..self }
     }
 
-    /// Runs pilot and repeats from one start at time 0.
+    /// Runs pilot and repeats from one start at time 0. `None`: from the
+    /// [static state](crate::linear::static_state).
     ///
     /// # Errors
     /// [`NoiseError`]. [`NoiseError::Extinct`] if the pilot does not find the way to the event;
     /// [`NoiseError::Exhausted`] if cancelled before 8 repeats.
-    pub fn run<G: Shape + Send + Sync, const W: usize>(
+    pub fn run<'s, G: Shape + Send + Sync, const W: usize>(
         &self,
         solver: &NoisySteps<W>,
         machine: &Machine<G>,
-        start: &State,
+        start: impl Into<Option<&'s State>>,
         event: &Event,
     ) -> Result<RareEvent, NoiseError> {
         check::at_least("particles", self.particles, 20)?;
@@ -144,7 +137,7 @@ impl<'w> Splitting<'w> {
                 ParameterError::OutOfRange { name, value, allowed: "(-∞, level of the event)" }.into()
             );
         }
-        let ready = solver.ready(machine, Some(start))?;
+        let ready = solver.ready(machine, start.into())?;
         let last = ready.steps_in(self.periods)?;
         let stages = Stages { of: self, ready: &ready, event, last };
         let levels = stages.pilot()?.ok_or(NoiseError::cancelled(0, self.repeats))?;

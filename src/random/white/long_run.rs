@@ -15,8 +15,6 @@ use crate::sweep::lanes::meter::{Kind, Meters, Reading};
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::watch::Watch;
 use std::ops::Range;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Long runs under white noise: means, mean squares and largest values of channels, shares of time on the
 /// flanks, rates and speeds of impacts, flights, all with their errors.
@@ -34,8 +32,8 @@ use std::sync::atomic::AtomicBool;
 /// let pair = Oscillator::new(&[("speed", 1.0), ("mesh stiffness", 1.0), ("half backlash", 0.5)])?;
 /// let solver = NoisySteps::new(30, &[WhiteNoise::bath(0, 0.5, 0.5)?]);
 /// // Settle for 10 periods, measure 200.
-/// let long = LongRun::new(10.0, 200.0)?.members(32).start(&State::at_rest(1));
-/// let seen = long.channels(&["v0"]).run(&solver, &pair)?;
+/// let long = LongRun::new(10.0, 200.0)?.members(32);
+/// let seen = long.channels(&["v0"]).run(&solver, &pair, &State::at_rest(1))?;
 /// let z = 1.0 + std::f64::consts::PI.sqrt();
 /// let [low, high] = seen.contact(0)?.gap.confidence(0.999)?;
 /// assert!(low < 1.0 / z && 1.0 / z < high && high - low < 0.02);
@@ -49,7 +47,6 @@ pub struct LongRun<'w> {
     members: usize,
     spans: usize,
     channels: Vec<String>,
-    start: Option<State>,
     watch: Watch<'w>,
 }
 
@@ -71,7 +68,6 @@ impl<'w> LongRun<'w> {
             members: 64,
             spans: 1,
             channels: Vec::new(),
-            start: None,
             watch: Watch::default(),
         })
     }
@@ -89,30 +85,21 @@ impl<'w> LongRun<'w> {
     pub fn channels(self, names: &[&str]) -> Self {
         LongRun { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
-    /// The start of all members, at time 0. Default: the [static state](crate::linear::static_state).
-    pub fn start(self, start: &State) -> Self {
-        LongRun { start: Some(start.clone()), ..self }
-    }
-    /// Function that is called after every group of members with two numbers: completed and all members.
-    pub fn progress(mut self, progress: impl Fn(usize, usize) + Send + Sync + 'w) -> Self {
-        self.watch.progress = Some(Arc::new(progress));
-        self
-    }
-    /// Flag that cancels the run when it becomes `true`, checked every 4096 steps. The result contains the
-    /// members that were complete.
-    pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
-        self.watch.cancel = Some(cancel);
-        self
+    /// Progress by groups of members, and a flag, checked every 4096 steps. If cancelled, the result contains
+    /// the members that were complete.
+    pub fn watch(self, watch: Watch<'w>) -> Self {
+        LongRun { watch, ..self }
     }
 
-    /// Runs all members.
+    /// Runs all members from one start at time 0. `None`: from the [static state](crate::linear::static_state).
     ///
     /// # Errors
     /// [`NoiseError`]. [`NoiseError::Exhausted`] if cancelled before 8 spans were complete.
-    pub fn run<G: Shape + Send + Sync, const W: usize>(
+    pub fn run<'s, G: Shape + Send + Sync, const W: usize>(
         &self,
         solver: &NoisySteps<W>,
         machine: &Machine<G>,
+        start: impl Into<Option<&'s State>>,
     ) -> Result<NoiseStatistics, NoiseError> {
         check::at_least("members", self.members, 1)?;
         check::at_least("spans of a member", self.spans, 1)?;
@@ -128,13 +115,13 @@ impl<'w> LongRun<'w> {
             &[self.members, self.spans, figures.max(1)],
             check::NUMBERS,
         )?;
-        let ready = solver.ready(machine, self.start.as_ref())?;
+        let ready = solver.ready(machine, start.into())?;
         let settle = if self.settle > 0.0 { ready.steps_in(self.settle)? } else { 0 };
         let span = ready.steps_in(self.measure / self.spans as f64)?;
         check::count("steps in a span", &[usize::try_from(span).unwrap_or(usize::MAX)], MAX_SPAN as usize)?;
         let group = |members: Range<usize>| {
             let group = (members.start / W) as u64;
-            self.group(&Work { ready: &ready, group, settle, span, kinds: &kinds, contacts })
+            self.group(&GroupWork { ready: &ready, group, settle, span, kinds: &kinds, contacts })
         };
         let groups = self.watch.begin(0, self.members).blocks(0..self.members, W, group)?;
         let mut statistics = NoiseStatistics::new(&self.channels, contacts, span as f64 * ready.h);
@@ -148,9 +135,9 @@ impl<'w> LongRun<'w> {
     /// The figures of the members of one group; `None` if cancelled.
     fn group<G: Shape, const W: usize>(
         &self,
-        work: &Work<'_, '_, G, W>,
+        work: &GroupWork<'_, '_, G, W>,
     ) -> Result<Option<Vec<MemberFigures>>, NoiseError> {
-        let Work { ready, group, .. } = *work;
+        let GroupWork { ready, group, .. } = *work;
         let (members, go_on) = (self.members as u64, || !self.watch.is_cancelled());
         let mut lanes = ready.lanes(group);
         let mut gauge = LongGauge::<W>::new(work.kinds, work.contacts);
@@ -192,7 +179,7 @@ impl<'w> LongRun<'w> {
 }
 
 /// What a group of members needs.
-struct Work<'a, 'm, G, const W: usize> {
+struct GroupWork<'a, 'm, G, const W: usize> {
     ready: &'a Ready<'m, G, W>,
     group: u64,
     /// Steps to settle, and in a span.

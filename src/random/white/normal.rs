@@ -5,7 +5,7 @@
 )]
 
 use crate::numeric::sine::sin_cos_each;
-use crate::numeric::split_mix::{CounterRng, GOLDEN, mix};
+use crate::numeric::split_mix::{CounterRng, GOLDEN_GAMMA, mix};
 use rand::Rng;
 use std::f64::consts::TAU;
 
@@ -25,10 +25,10 @@ pub(crate) fn key(seed: u64, member: u64, stream: u64) -> u64 {
 pub(crate) fn normal_pairs<const W: usize>(keys: &[u64; W], number: &[u64; W]) -> [[f64; W]; 2] {
     let [mut radius, mut angle] = [[0.0; W]; 2];
     for i in 0..W {
-        let at = keys[i].wrapping_add(number[i].wrapping_mul(GOLDEN.wrapping_mul(2)));
+        let at = keys[i].wrapping_add(number[i].wrapping_mul(GOLDEN_GAMMA.wrapping_mul(2)));
         // In (0, 1], since the logarithm of 0 is infinite.
         radius[i] = 2.0 - one_to_two(mix(at));
-        angle[i] = TAU * (one_to_two(mix(at.wrapping_add(GOLDEN))) - 1.0);
+        angle[i] = TAU * (one_to_two(mix(at.wrapping_add(GOLDEN_GAMMA))) - 1.0);
     }
     for i in 0..W {
         radius[i] = (-2.0 * ln(radius[i])).sqrt();

@@ -79,16 +79,16 @@ impl<const W: usize> NoisySteps<W> {
     ///
     /// # Errors
     /// [`NoiseError`].
-    pub fn ends<G: Shape + Send + Sync>(
+    pub fn ends<'s, G: Shape + Send + Sync>(
         &self,
         machine: &Machine<G>,
-        start: &State,
+        start: impl Into<Option<&'s State>>,
         periods: f64,
         members: usize,
     ) -> Result<Vec<State>, NoiseError> {
         check::at_least("members", members, 1)?;
         check::count("members × coordinates", &[members, machine.size().dof], check::NUMBERS)?;
-        let ready = self.ready(machine, Some(start))?;
+        let ready = self.ready(machine, start.into())?;
         let steps = ready.steps_in(periods)?;
         let group = |here: Range<usize>| {
             let group = (here.start / W) as u64;

@@ -73,7 +73,7 @@ impl MemberFigures {
 /// use gear_dynamics::{models::Oscillator, State};
 /// let free = Oscillator::new(&[("speed", 1.0), ("linear stiffness", 4.0), ("mean force", 2.0)])?;
 /// let solver = NoisySteps::new(60, &[WhiteNoise::bath(0, 0.5, 0.5)?]);
-/// let seen = LongRun::new(10.0, 100.0)?.channels(&["q0"]).run(&solver, &free)?;
+/// let seen = LongRun::new(10.0, 100.0)?.channels(&["q0"]).run(&solver, &free, None)?;
 /// let mean = seen.mean("q0")?; // 2/4, mean square 0.25 + D/(2 c k) = 0.375
 /// assert!((mean.mean() - 0.5).abs() < 4.0 * mean.standard_error() && mean.standard_error() < 0.01);
 /// assert!((seen.mean_square("q0")?.mean() - 0.375).abs() < 0.02);
@@ -100,8 +100,8 @@ pub struct NoiseStatistics {
 /// use gear_dynamics::{models::Oscillator, State};
 /// let pair = Oscillator::new(&[("speed", 1.0), ("mesh stiffness", 1.0), ("half backlash", 0.5)])?;
 /// let solver = NoisySteps::new(40, &[WhiteNoise::bath(0, 0.5, 0.5)?]);
-/// let long = LongRun::new(10.0, 100.0)?.start(&State::at_rest(1));
-/// let contact = long.run(&solver, &pair)?.contact(0)?;
+/// let long = LongRun::new(10.0, 100.0)?;
+/// let contact = long.run(&solver, &pair, &State::at_rest(1))?.contact(0)?;
 /// let shares = contact.flanks[0].mean() + contact.gap.mean() + contact.flanks[1].mean();
 /// assert!((shares - 1.0).abs() < 1e-12);
 /// // Impact speeds have a Rayleigh distribution of mean √(π/(2 β)), β = 2.

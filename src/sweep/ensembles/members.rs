@@ -11,8 +11,6 @@ use crate::sweep::sweep_error::{FamilyError, PointError};
 use crate::sweep::watch::Watch;
 use std::convert::Infallible;
 use std::ops::{ControlFlow, Range};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use thiserror::Error;
 
 /// Runs many members of a random model and keeps the distributions of channels, peaks and impact counts. The
@@ -130,16 +128,10 @@ impl<'w> Ensemble<'w> {
     pub fn rattle(self) -> Self {
         Ensemble { rattle: true, ..self }
     }
-    /// Function that is called after every member with two numbers: completed and all members.
-    pub fn progress(mut self, progress: impl Fn(usize, usize) + Send + Sync + 'w) -> Self {
-        self.watch.progress = Some(Arc::new(progress));
-        self
-    }
-    /// Flag that cancels the ensemble when it becomes `true`, checked after every step. The result holds the
-    /// members that finished.
-    pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
-        self.watch.cancel = Some(cancel);
-        self
+    /// Progress by members, and a flag, checked after every step. If cancelled, the result holds the members
+    /// that finished.
+    pub fn watch(self, watch: Watch<'w>) -> Self {
+        Ensemble { watch, ..self }
     }
 
     /// Runs all members. `family` maps a member number to the model and its start state at time 0.

@@ -8,8 +8,6 @@ use crate::sweep::rows::row::Row;
 use crate::sweep::schedule::runner::Runner;
 use crate::sweep::settings::sweep::WarmStart;
 use crate::sweep::sweep_error::SweepError;
-use crate::sweep::watch::Watch;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A bifurcation diagram: a sweep over one parameter along the axis (up) and back (down). Each run starts
@@ -47,7 +45,7 @@ impl Bifurcation {
     }
 
     /// Runs a sweep up and down. The first run of each pass starts from the start state
-    /// of the runner. [`progress`](Runner::progress) counts both passes together, [`rows`](Runner::rows) gets
+    /// of the runner. [`watch`](Runner::watch) counts both passes together, [`rows`](Runner::rows) gets
     /// the rows of both. After cancelling, the diagram holds the points done so far.
     ///
     /// # Errors
@@ -84,7 +82,8 @@ impl Bifurcation {
                 engine: runner.engine,
                 family: Box::new(|point| (runner.family)(point)),
                 start: Box::new(|point, model| (runner.start)(point, model)),
-                watch: Watch { progress: Some(Arc::new(show)), ..watch.clone() },
+                watch: watch.clone().progress(show),
+                rows: runner.rows.clone(),
             };
             way.run()
         };

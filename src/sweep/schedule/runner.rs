@@ -12,12 +12,11 @@ use crate::sweep::rows::layout::Layout;
 use crate::sweep::rows::merge::RowsError;
 use crate::sweep::rows::row::Row;
 use crate::sweep::schedule::start::IntoStart;
-use crate::sweep::schedule::worker::{ModelOf, StartOf, Work};
+use crate::sweep::schedule::worker::{ModelOf, OfRows, StartOf, Work};
 use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};
 use crate::sweep::watch::Watch;
-use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 
 /// A sweep with its engine and its family of models: runs the points, all or in chunks.
@@ -25,7 +24,7 @@ use std::sync::{Arc, Mutex};
 /// Each run starts in the [static state](static_state) of its model, or where [`start`](Runner::start) says.
 ///
 /// ```
-/// use gear_dynamics::sweep::{Axis, LaneRk4, Rows};
+/// use gear_dynamics::sweep::{Axis, LaneRk4, Rows, Watch};
 /// use gear_dynamics::{NfgPair, NfgParams, Sweep};
 /// use std::sync::{Arc, atomic::{AtomicBool, Ordering::Relaxed}};
 /// let sweep = Sweep::new(Axis::linear("speed", 100.0, 130.0, 400)?);
@@ -39,7 +38,7 @@ use std::sync::{Arc, Mutex};
 /// // Cancelled after 20 runs, then completed:
 /// let stop = Arc::new(AtomicBool::new(false));
 /// let count = |done: usize, _total: usize| stop.store(done >= 20, Relaxed);
-/// let part = runner().progress(count).cancel(stop.clone()).run()?;
+/// let part = runner().watch(Watch::new().progress(count).cancel(stop.clone())).run()?;
 /// assert!((20..400).contains(&part.iter().count()));
 /// assert_eq!(runner().resume(part)?, whole);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -50,6 +49,7 @@ pub struct Runner<'a, M, E> {
     pub(crate) family: Box<ModelOf<'a, M>>,
     pub(crate) start: Box<StartOf<'a, M>>,
     pub(crate) watch: Watch<'a>,
+    pub(crate) rows: Option<Arc<OfRows<'a>>>,
 }
 
 impl Sweep {
@@ -70,7 +70,8 @@ impl Sweep {
             engine,
             family: Box::new(move |point| family(point).map_err(|e| PointError::Model(e.into()))),
             start: Box::new(|_, model| Ok(static_state(model, 0.0)?.state)),
-            watch: Watch::default(),
+            watch: Watch::new(),
+            rows: None,
         }
     }
 
@@ -114,28 +115,19 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         Runner { start: Box::new(start), ..self }
     }
 
-    /// Function that is called after every run with two numbers: completed runs and all runs. All runs are
-    /// the points of the chunk and their checks.
-    pub fn progress(mut self, progress: impl Fn(usize, usize) + Send + Sync + 'a) -> Self {
-        self.watch.progress = Some(Arc::new(progress));
-        self
-    }
-
     /// Function that is called with every row as soon as its run is complete, in any order. It blocks only
     /// the worker that produced the row.
-    pub fn rows(mut self, rows: impl Fn(&Row<'_>) + Send + Sync + 'a) -> Self {
-        self.watch.rows = Some(Arc::new(rows));
-        self
+    pub fn rows(self, rows: impl Fn(&Row<'_>) + Send + Sync + 'a) -> Self {
+        Runner { rows: Some(Arc::new(rows)), ..self }
     }
 
-    /// Flag that cancels the runs when it becomes `true`. Completed rows are kept: [`resume`](Runner::resume)
-    /// runs the other points.
+    /// Progress by runs, those of the points of the chunk and of their checks, and a flag. If cancelled, completed
+    /// rows are kept: [`resume`](Runner::resume) runs the other points.
     ///
     /// Fixed-step engines check the flag at least every max(64, n/24) steps, with n steps per period; drive
     /// tables every 64 rows; [`Located`](crate::sweep::Located) after every step.
-    pub fn cancel(mut self, cancel: Arc<AtomicBool>) -> Self {
-        self.watch.cancel = Some(cancel);
-        self
+    pub fn watch(self, watch: Watch<'a>) -> Self {
+        Runner { watch, ..self }
     }
 
     /// Runs all points.
@@ -232,7 +224,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
             family: &*self.family,
             start: &*self.start,
             watch: &self.watch,
-            bare: self.watch.rows.as_ref().map(|_| Rows::new(sweep, &plan.layout, 0..0)),
+            show: self.rows.as_deref().map(|show| (show, Rows::new(sweep, &plan.layout, 0..0))),
             progress: self.watch.begin(total - sweep.line() * (lines.len() + checks.len()), total),
             rows: Mutex::new(rows),
         };

@@ -22,6 +22,9 @@ pub(crate) type ModelOf<'a, M> = dyn Fn(&Point<'_>) -> Result<M, PointError> + S
 /// The start state of the model of a point.
 pub(crate) type StartOf<'a, M> = dyn Fn(&Point<'_>, &M) -> Result<State, PointError> + Sync + 'a;
 
+/// What receives each row as soon as its run is complete.
+pub(crate) type OfRows<'a> = dyn Fn(&Row<'_>) + Send + Sync + 'a;
+
 /// Data that all workers of a sweep share.
 pub(crate) struct Work<'s, M> {
     pub(crate) sweep: &'s Sweep,
@@ -36,8 +39,8 @@ pub(crate) struct Work<'s, M> {
     pub(crate) start: &'s StartOf<'s, M>,
     pub(crate) watch: &'s Watch<'s>,
     pub(crate) rows: Mutex<&'s mut Rows>,
-    /// Rows without points, with names and layout, for the rows that are watched.
-    pub(crate) bare: Option<Rows>,
+    /// What receives the rows, and rows without points, with names and layout, for them.
+    pub(crate) show: Option<(&'s OfRows<'s>, Rows)>,
     /// Completed runs, checks included.
     pub(crate) progress: Progress<'s>,
 }
@@ -66,7 +69,7 @@ struct Worker<'b, 's, M, E> {
     /// Whether the runs are checks.
     checking: bool,
     /// Rows that wait for their exponents.
-    ended: Vec<Ended>,
+    ended: Vec<EndedRun>,
 }
 
 /// The exponent and the multipliers of a row were found, or why not. `None`: the sweep was cancelled.
@@ -83,14 +86,14 @@ fn write(found: &Multipliers, place: &mut [f64]) {
 }
 
 /// A run without its exponent and multipliers.
-struct Ended {
+struct EndedRun {
     index: usize,
     row: Vec<f64>,
     /// Its last state: coordinates, then velocities.
     state: Vec<f64>,
 }
 
-impl Ended {
+impl EndedRun {
     /// Period multiple of the motion; 0 if it does not repeat.
     fn multiple(&self) -> usize {
         let [multiple, ..] = Layout::group(&self.row, Layout::HEAD);
@@ -184,7 +187,7 @@ impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
         };
         // The functions that watch may be slow: they must not block other threads.
         drop(rows);
-        if let (Some(show), Some(rows), Some(data)) = (&work.watch.rows, &work.bare, &made) {
+        if let (Some((show, rows)), Some(data)) = (&work.show, &made) {
             show(&Row { rows, index, data });
         }
         work.progress.add(1);
@@ -237,7 +240,7 @@ impl<M: Periodic, E: SweepEngine<M>> Source<M> for Worker<'_, '_, M, E> {
         match run {
             Err(error) => self.store(index, Err(error), None),
             Ok((row, state)) if self.work.plan.layout.strobe(0) > self.work.plan.layout.exponent() => {
-                self.ended.push(Ended { index, row, state: state.to_vec() });
+                self.ended.push(EndedRun { index, row, state: state.to_vec() });
                 if self.ended.len() >= self.engine.exponents_at_once() {
                     self.add_exponents();
                 }

@@ -3,13 +3,13 @@
 use crate::model::shapes::waves::fourier_waves::FourierWaves;
 use crate::model::shapes::waves::waves_of_lanes::Turns;
 use crate::model::{Machine, Shape};
-use crate::ode::taylor::expansion::plan::Edge;
+use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::{IntegrateError, Taylor};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::columns::{Columns, W};
 use crate::sweep::taylor::lane::Lane;
-use crate::sweep::taylor::meters::Meters;
+use crate::sweep::taylor::meters::SeriesMeters;
 use crate::sweep::taylor::pace::{Before, Pace};
 use crate::sweep::taylor::program::Program;
 use crate::sweep::taylor::tasks::task::{Ended, LaneJob, Queue, Task};
@@ -38,7 +38,7 @@ struct Numbers<'p> {
     turns: Option<Turns<W>>,
     columns: Columns,
     pace: Pace,
-    meters: Meters,
+    meters: SeriesMeters,
     /// Angle of the waves, its speed.
     angles: [[f64; W]; 2],
     before: Before,
@@ -73,7 +73,7 @@ struct Run<'m, T> {
 pub(crate) struct Crew<'p, 'm, T: Task<'m>> {
     taylor: &'p Taylor,
     set: InstructionSet,
-    edges: Vec<Edge>,
+    edges: Vec<EdgeColumn>,
     singular: Option<&'static str>,
     numbers: Numbers<'p>,
     runs: [Option<Box<Run<'m, T>>>; W],
@@ -102,7 +102,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
                 turns: waves.map(Turns::new),
                 columns: Columns::new(program, degree),
                 pace: Pace::new(taylor.tolerances.rtol, 2 * program.dof, &edges),
-                meters: Meters::new(program.channels.clone()),
+                meters: SeriesMeters::new(program.channels.clone()),
                 angles: [zeros; 2],
                 before: Before { last: zeros, room: zeros },
                 full: zeros,

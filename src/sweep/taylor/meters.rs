@@ -58,7 +58,7 @@ struct Running {
 }
 
 /// The channels that are measured.
-pub(crate) struct Meters {
+pub(crate) struct SeriesMeters {
     /// Their columns.
     columns: Vec<usize>,
     running: Vec<Running>,
@@ -69,12 +69,12 @@ pub(crate) struct Meters {
     open: Vec<(usize, usize, [u8; 2])>,
 }
 
-impl Meters {
+impl SeriesMeters {
     pub(super) fn new(columns: Vec<usize>) -> Self {
         let zero = Lanes::from(0.0);
         let running = Running { origin: zero, off: zero, square: zero, extremes: [zero; 2] };
         let open = Vec::with_capacity(W * columns.len());
-        Meters { running: vec![running; columns.len()], fresh: [true; W], open, columns }
+        SeriesMeters { running: vec![running; columns.len()], fresh: [true; W], open, columns }
     }
 
     /// Begins anew in a lane.

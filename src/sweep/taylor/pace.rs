@@ -4,7 +4,7 @@
     reason = "index loops over arrays become vector instructions, iterators do not"
 )]
 
-use crate::ode::taylor::expansion::plan::Edge;
+use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::taylor::pace::{FINEST, MAX_GROWTH, max, reach};
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::columns::{Columns, W};
@@ -29,8 +29,8 @@ pub(crate) struct Pace {
 
 impl Pace {
     /// `components`: number of coordinates and velocities.
-    pub(super) fn new(rtol: f64, components: usize, edges: &[Edge]) -> Self {
-        let opposite = |edge: &Edge| {
+    pub(super) fn new(rtol: f64, components: usize, edges: &[EdgeColumn]) -> Self {
+        let opposite = |edge: &EdgeColumn| {
             let other = edges.iter().find(|other| other.contact == edge.contact && other.side != edge.side);
             (edge.column, other.map(|other| other.column))
         };

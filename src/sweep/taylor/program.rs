@@ -1,6 +1,6 @@
 //! The tape of a shape as instructions for lanes.
 
-use crate::ode::taylor::expansion::plan::Edge;
+use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::sweep::lanes::meter::Kind;
 use crate::sweep::taylor::still::{Still, Stills};
 use crate::tape::form::Form;
@@ -154,10 +154,10 @@ impl Program {
     }
 
     /// The edges of the contacts, with the columns of their distances.
-    pub(super) fn edges(&self) -> Vec<Edge> {
+    pub(super) fn edges(&self) -> Vec<EdgeColumn> {
         let of_contact = |(contact, both): (usize, &[Option<usize>; 2])| {
             let edge = move |(side, column): (usize, Option<usize>)| {
-                Some(Edge { contact, side, column: column?, sign: 1.0 })
+                Some(EdgeColumn { contact, side, column: column?, sign: 1.0 })
             };
             both.iter().copied().enumerate().filter_map(edge).collect::<Vec<_>>()
         };

@@ -1,7 +1,7 @@
 //! The polynomials of one lane.
 
 use crate::ode::taylor::distances::Distances;
-use crate::ode::taylor::expansion::plan::Edge;
+use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::taylor::expansion::sums::{Samples, Sampling};
 use crate::sweep::taylor::columns::Columns;
 use pulp::Arch;
@@ -10,7 +10,7 @@ use pulp::Arch;
 pub(crate) struct LaneView<'c> {
     pub(super) columns: &'c Columns,
     pub(super) lane: usize,
-    pub(super) edges: &'c [Edge],
+    pub(super) edges: &'c [EdgeColumn],
     pub(super) arch: Arch,
     /// What has no series where its operand is 0.
     pub(super) singular: Option<&'static str>,
@@ -30,7 +30,7 @@ impl LaneView<'_> {
 }
 
 impl Distances for LaneView<'_> {
-    fn edges(&self) -> &[Edge] {
+    fn edges(&self) -> &[EdgeColumn] {
         self.edges
     }
     fn degree(&self) -> usize {

@@ -23,7 +23,7 @@ pub(crate) struct Level {
 
 /// An edge of a contact and its distance from it, positive in the gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Edge {
+pub(crate) struct EdgeColumn {
     pub(crate) contact: usize,
     /// 0: lower edge, 1: upper edge.
     pub(crate) side: usize,
@@ -67,7 +67,7 @@ pub(crate) struct Plan {
     pub(crate) distance_blocks: usize,
     /// The column that holds the numbers of each column on the present pieces.
     actual: Vec<u32>,
-    pub(crate) edges: Vec<Edge>,
+    pub(crate) edges: Vec<EdgeColumn>,
     /// Number of levels that the distances need.
     pub(crate) levels_of_distances: usize,
 }
@@ -171,12 +171,13 @@ impl Plan {
             .map(|(contact, side, form)| (contact, side, &tape.forms[form]))
             .collect();
         // If all distances are operands of the first level, they are computed there.
-        let operands: Option<Vec<Edge>> = forms.iter().map(|form| made.first()?.edge(tape, *form)).collect();
+        let operands: Option<Vec<EdgeColumn>> =
+            forms.iter().map(|form| made.first()?.edge(tape, *form)).collect();
         let own = operands.is_none() || forms.is_empty();
         let level = |slot: u32| level_of[slot as usize];
         let deepest = forms.iter().flat_map(|(.., form)| &form.terms).map(|&(slot, _)| level(slot)).max();
         let edges = operands.unwrap_or_else(|| {
-            let edge = |(column, &(contact, side, _))| Edge { contact, side, column, sign: 1.0 };
+            let edge = |(column, &(contact, side, _))| EdgeColumn { contact, side, column, sign: 1.0 };
             forms.iter().enumerate().map(edge).collect()
         });
         let own_forms: Vec<Option<&Form>> = forms.iter().filter(|_| own).map(|(.., f)| Some(*f)).collect();
@@ -312,12 +313,12 @@ impl Level {
     }
 
     /// Returns the column of a distance that this level computes as an operand; `None` if it does not.
-    fn edge(&self, tape: &Tape, (contact, side, form): (usize, usize, &Form)) -> Option<Edge> {
+    fn edge(&self, tape: &Tape, (contact, side, form): (usize, usize, &Form)) -> Option<EdgeColumn> {
         let reversed = form.times(-1.0);
         self.row_forms.iter().enumerate().find_map(|(column, &row)| {
             let row = &tape.forms[row];
             let sign = if row == form { 1.0 } else { -1.0 };
-            (row == form || *row == reversed).then_some(Edge { contact, side, column, sign })
+            (row == form || *row == reversed).then_some(EdgeColumn { contact, side, column, sign })
         })
     }
 
