@@ -842,7 +842,7 @@ fn a_spur_pair_of_teeth_is_the_train_of_its_parts() {
     let gear = |z| InvoluteGear::external(z, 0.003).unwrap().with_face_width(0.02).unwrap();
     let teeth = GearPair::at_centre_distance(&gear(40), &gear(60), 0.150_117).unwrap();
     let (bores, grades) = ([0.03, 0.05], [5, 7]);
-    let pair = SpurPair::of_teeth(&teeth, bores, grades, 3).unwrap().damping(2000.0).load(300.0);
+    let pair = SpurPair::of_teeth(&teeth, bores, grades, 3).unwrap().damping(2000.0).drive_torque(300.0);
 
     let stiffness = PotentialEnergy::ma_2014(bores).unwrap().wave(&teeth).unwrap().fourier_series(3).unwrap();
     let error =
