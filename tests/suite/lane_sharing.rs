@@ -90,7 +90,7 @@ fn trains_that_are_drawn_elsewhere_share_lanes() {
     use gear_dynamics::trains::{Body, Parts};
     let train = |x: f64| {
         let mut parts = Parts::new();
-        parts.body("motor", Body::new(0.1)).body("brake", Body::new(0.2).at([x, 0.0]));
+        parts.body("motor", Body::new(0.1)).body("brake", Body::new(0.2).centre([x, 0.0]));
         parts.shaft("shaft", "motor", "brake", 1e4, 1.0);
         parts.build("motor", 100.0).unwrap()
     };

@@ -47,6 +47,9 @@ fn setters_and_getters_have_one_noun() {
             let built = body.split_once(&format!("{of} {{")).filter(|_| body.contains("(self, "));
             let Some((fields, _)) = built.and_then(|(_, rest)| rest.split_once("..self")) else { continue };
             let field = fields.trim().split([':', ',']).next().unwrap();
+            // A preposition says nothing of what is set.
+            let first = name.split('_').next().unwrap();
+            assert!(!["at", "on"].contains(&first), "the setter {of}::{name} is no noun of {field}");
             // What is computed from the old value is not set: Wave::per_turn multiplies the order.
             if !body.contains(&format!("self.{field}")) {
                 setters.push((of.to_owned(), field.to_owned(), name.to_owned()));

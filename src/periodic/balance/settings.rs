@@ -76,13 +76,12 @@ impl Balance {
 
     /// The same balance with other orders. If Broyden's method starts from a given Jacobian, the Jacobian of
     /// the equations replaces it, since its size no longer fits.
-    pub fn on(&self, harmonics: Harmonics) -> Self {
-        let roots = match self.roots.clone() {
+    pub fn with_harmonics(self, harmonics: Harmonics) -> Self {
+        let roots = match self.roots {
             Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
             roots => roots,
         };
-        let (integrals, truncated_forces) = (self.integrals, self.truncated_forces);
-        Balance { harmonics, roots, integrals, truncated_forces, budget: self.budget.clone() }
+        Balance { harmonics, roots, ..self }
     }
 }
 

@@ -252,7 +252,7 @@ impl<N: Nonlinearity> MeshPart<N> {
     }
     /// The same mesh with the phase that follows from the teeth of a gear which it shares with another mesh:
     /// an idler, two wheels on one pinion, the ring mesh of a planet. The three bodies need places
-    /// ([`Body::at`], or planets).
+    /// ([`Body::centre`], or planets).
     ///
     /// Gears of one body with equal tooth numbers and radii count as one gear. A mesh is behind another mesh
     /// of its gear of z teeth by z (β_2 - β_1)/2π mesh cycles, with the directions β of the pitch points from
@@ -261,14 +261,14 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// mesh angles of the pitch points are aligned. It replaces [`phase`](MeshPart::phase).   Source: Parker
     /// and Lin 2004, J. Mech. Des. 126, 365, for planets.
     ///
-    /// [`Body::at`]: crate::trains::Body::at
+    /// [`Body::centre`]: crate::trains::Body::centre
     ///
     /// ```
     /// use gear_dynamics::{trains::{Body, MeshPart, Parts}, Wave};
     /// // An idler of 31 teeth between two gears, the second one 90° to the side.
     /// let mut parts = Parts::new();
     /// for (name, centre) in [("driver", [-0.09, 0.0]), ("idler", [0.0, 0.0]), ("driven", [0.0, 0.09])] {
-    ///     parts.body(name, Body::new(1e-3).at(centre));
+    ///     parts.body(name, Body::new(1e-3).centre(centre));
     /// }
     /// let mesh = || Wave::constant(2e8).map(|k| MeshPart::external([31, 31], [0.042, 0.042], k));
     /// // The idler turns clockwise from 180° to 90°: 31/4 pitches, less one half.
