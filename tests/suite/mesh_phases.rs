@@ -138,7 +138,9 @@ fn idlers_with_profile_shift() {
         let far = pairs[0].centre_distance();
         for (angle, quarter) in [(0.0, 2.0), (-0.25 * TAU, 3.0)] {
             let mut parts = Parts::new();
-            parts.body("input", Body::new(1e-3).centre([-far, 0.0])).body("idler", Body::new(1e-3).centre([0.0; 2]));
+            parts
+                .body("input", Body::new(1e-3).centre([-far, 0.0]))
+                .body("idler", Body::new(1e-3).centre([0.0; 2]));
             parts.body("output", Body::new(1e-3).centre([far * angle.cos(), far * angle.sin()]));
             let [first, second] = pairs.each_ref().map(|pair| MeshPart::of_pair(pair, steel()));
             parts.mesh("first", "input", "idler", first);

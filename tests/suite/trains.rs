@@ -390,7 +390,9 @@ fn rotating_frames_split_frequencies() {
     assert_eq!(found.len(), 2);
     // A damper at rest damps both by c/(2 m) at speed 0; the sum of all real parts does not depend on the speed.
     let mut damped = Parts::new();
-    damped.body("carrier", Body::new(1.0).bearing(Bearing::new(2.0, 8e6).damping(40.0))).rotating_with("carrier");
+    damped
+        .body("carrier", Body::new(1.0).bearing(Bearing::new(2.0, 8e6).damping(40.0)))
+        .rotating_with("carrier");
     let modes = Modes::in_contact(&damped.build("carrier", 300.0).unwrap(), 0.0).unwrap();
     let exact = num_complex::Complex64::new(-10.0, (4e6f64 - 100.0).sqrt());
     for (found, turn) in modes.eigenvalues().iter().zip([-300.0, 300.0]) {
@@ -431,7 +433,9 @@ fn forces_of_bearings_friction_and_motors() {
     near(at(&parts.build("rotor", 80.0).unwrap(), &[0.0], &[20.0])[0], (15.0 - 5.0) / 0.5);
     // Friction at the pitch point: μ W r tan α on both gears against the drive, and μ W along the line of centres.
     let mut parts = Parts::new();
-    parts.body("one", Body::new(1e-3).bearing(Bearing::new(2.0, 0.0))).body("two", Body::new(2e-3).centre([0.1, 0.0]));
+    parts
+        .body("one", Body::new(1e-3).bearing(Bearing::new(2.0, 0.0)))
+        .body("two", Body::new(2e-3).centre([0.1, 0.0]));
     parts.mesh("mesh", "one", "two", MeshPart::external([20, 30], [0.02, 0.03], k()).friction(0.1));
     let train = parts.accept(Warning::Unsupported).build("one", 10.0).unwrap();
     let without = at(&train.with("mesh friction", 0.0).unwrap(), &[1e-3, 0.0, 0.0, 0.0], &[0.0; 4]);
@@ -605,7 +609,9 @@ fn static_states_find_the_loaded_flank() {
     assert!((state.contacts[1].force + 250.0).abs() < 1e-6);
     // A body that nothing holds in space accelerates under the mesh force.
     let mut parts = Parts::new();
-    parts.body("one", Body::new(1e-3).bearing(Bearing::new(1.0, 0.0))).body("two", Body::new(2e-3).centre([0.1, 0.0]));
+    parts
+        .body("one", Body::new(1e-3).bearing(Bearing::new(1.0, 0.0)))
+        .body("two", Body::new(2e-3).centre([0.1, 0.0]));
     parts.mesh("mesh", "one", "two", MeshPart::external([20, 30], [0.02, 0.03], k()));
     parts.torque("drive", "one", 10.0).torque("load", "two", -15.0).accept(Warning::Unsupported);
     let state = static_state(&parts.build("one", 1.0).unwrap(), 0.0).unwrap();

@@ -5,7 +5,7 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::locate::Between;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
-use crate::branches::points::kind::{Event, PointKind};
+use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::branches::points::test_functions::dips;
 use crate::branches::steps::grazings::Grazings;
 use crate::branches::steps::node::Node;
@@ -72,14 +72,14 @@ impl<C: OrbitMethod> Stepper<'_, C> {
                 Change::PeriodDoubling => PointKind::PeriodDoubling,
                 Change::NeimarkSacker => PointKind::NeimarkSacker,
             };
-            all.push((sigma, point, Event::Bifurcation(kind)));
+            all.push((sigma, point, SpecialPoint::Bifurcation(kind)));
         }
         for (sigma, point, extremum) in grazed {
             let contact = extremum.contact;
             let passed =
                 places.iter().filter(|place| place.grazes && place.sigma < sigma + SAME_TIME * step).count();
             let rattle: [RattleState; 2] = [passed - 1, passed].map(|part| rattles[part][contact]);
-            all.push((sigma, point, Event::Grazing { contact, edge: extremum.edge(), rattle }));
+            all.push((sigma, point, SpecialPoint::Grazing { contact, edge: extremum.edge(), rattle }));
         }
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok((all, unexplained))
