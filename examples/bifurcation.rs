@@ -33,7 +33,7 @@ pub(crate) fn main() -> Outcome<()> {
     let diagram = Bifurcation::strobed("q0").run(
         &sweep
             .of(&engine, |p| {
-                NfgPair::with_reading(
+                NfgPair::of_reading(
                     &NfgParams { speed: p["omega_1"], ..NfgParams::table1() },
                     NfgReading::published_on_base_radius(),
                 )

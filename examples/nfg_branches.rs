@@ -25,7 +25,7 @@ use std::time::Instant;
 use support::{Csv, Outcome, coarse, csv_file, gallery};
 
 fn pair(speed: f64, reading: NfgReading) -> Result<NfgPair, gear_dynamics::ParameterError> {
-    NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading)
+    NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, reading)
 }
 
 /// One turn of the settled motion at a speed, as states at equal times.

@@ -10,7 +10,7 @@ fn reading_a() -> NfgReading {
 }
 
 pub(crate) fn pair(speed: f64) -> NfgPair {
-    NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading_a()).unwrap()
+    NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, reading_a()).unwrap()
 }
 
 /// The orbit of a settled run, projected on the given orders.
@@ -61,7 +61,7 @@ fn three_ways_to_integrate_agree() {
 #[test]
 fn closed_integrals_see_drives_of_the_mesh_order() -> Result<(), BalanceError> {
     for reading in [NfgReading::published(), NfgReading::published_on_base_radius(), NfgReading::exact()] {
-        let pair = NfgPair::with_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, reading)?;
+        let pair = NfgPair::of_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, reading)?;
         let balance = Balance::new(Harmonics::up_to(100));
         let orbit = balance.linearised(&pair, Piece::Lower)?;
         let residual = |integrals| -> Result<Vec<f64>, BalanceError> {
@@ -206,7 +206,7 @@ fn reading_p_has_the_papers_coefficients() {
             ..NfgReading::published()
         };
         let params = NfgParams { speed: case["w1"].as_f64().unwrap(), ..NfgParams::table1() };
-        let pair = NfgPair::with_reading(&params, reading).unwrap();
+        let pair = NfgPair::of_reading(&params, reading).unwrap();
         // Order of the coefficients in Eq. (13): mean; ω_c; 2 ω_c; ω_e; ω_e + ω_c; ω_e - ω_c; ω_e + 2 ω_c;
         // ω_e - 2 ω_c.
         let z: Vec<f64> = case["z"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
@@ -247,7 +247,7 @@ fn broyden_takes_the_known_counts() {
     let sampled = Integrals::Sampled { samples: 1024 };
     let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(sampled).truncated_forces(true);
     let published = |speed: f64| {
-        NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published()).unwrap()
+        NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published()).unwrap()
     };
     for (speed, from_identity, from_flank) in [
         (120.0, 19..=37, 1..=19),
@@ -301,7 +301,7 @@ fn table_2_with_one_constant() {
             .step_by(every)
             .map(|rpm| {
                 let params = NfgParams { speed: TAU * rpm / 60.0 / 1.3, ..NfgParams::table1() };
-                let pair = NfgPair::with_reading(&params, NfgReading::published()).unwrap();
+                let pair = NfgPair::of_reading(&params, NfgReading::published()).unwrap();
                 // No contact is lost: the orbit is that of the linear flank.
                 let mut orbit = balance.linearised(&pair, Piece::Lower).unwrap();
                 if truncating {
@@ -836,7 +836,7 @@ fn rings_have_linearly_many_blocks() {
 #[test]
 fn informed_broyden_can_be_proved() {
     let pair =
-        NfgPair::with_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published())
+        NfgPair::of_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published())
             .unwrap();
     let balance =
         Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(Integrals::Sampled { samples: 1024 });
@@ -870,7 +870,7 @@ fn what_was_found_is_kept_when_more_orders_fail() {
 #[test]
 fn truncated_forces_are_a_setting() {
     let pair =
-        NfgPair::with_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published())
+        NfgPair::of_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published())
             .unwrap();
     let balance =
         Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(Integrals::Sampled { samples: 1024 });

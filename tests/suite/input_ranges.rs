@@ -177,7 +177,7 @@ fn a_pair_that_is_accepted_can_be_evaluated() {
                 second(&mut params, y);
                 let of = format!("{i}: {x:e}, {j}: {y:e}");
                 for reading in readings {
-                    match NfgPair::with_reading(&params, reading) {
+                    match NfgPair::of_reading(&params, reading) {
                         Ok(pair) => {
                             accepted += 1;
                             look(&pair, &of);
@@ -195,8 +195,8 @@ fn a_pair_that_is_accepted_can_be_evaluated() {
     let inertia = NfgParams { inertia: 5e-324, ..NfgParams::table1() };
     assert!(matches!(NfgPair::new(&inertia), Err(P::OutOfRange { name, .. }) if name == "inertia"));
     let reading = NfgReading { centre_forcing: CentreForcing::Series(u32::MAX), ..NfgReading::exact() };
-    too_many("centre forcing", NfgPair::with_reading(&NfgParams::table1(), reading));
-    too_many("centre forcing", NfgPair2::with_reading(&NfgParams::table1(), 0.01, reading));
+    too_many("centre forcing", NfgPair::of_reading(&NfgParams::table1(), reading));
+    too_many("centre forcing", NfgPair2::of_reading(&NfgParams::table1(), 0.01, reading));
 }
 
 #[test]

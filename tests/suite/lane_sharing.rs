@@ -65,7 +65,7 @@ fn pairs_of_one_degree_of_freedom() {
             each_alone(what, |by| {
                 let mut params = NfgParams::table1();
                 change(&mut params, by);
-                NfgPair::with_reading(&params, reading).unwrap()
+                NfgPair::of_reading(&params, reading).unwrap()
             });
         }
     }

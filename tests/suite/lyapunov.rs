@@ -62,7 +62,7 @@ fn of_a_periodic_orbit() {
 }
 
 fn reading_a(speed: f64) -> NfgPair {
-    NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius())
+    NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius())
         .unwrap()
 }
 

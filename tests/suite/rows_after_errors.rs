@@ -125,7 +125,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
             .settle(1)
             .measure(3)
             .channels(&["q0"]);
-        let family = |_: &Point<'_>| Machine::with_constants(Far, &[("speed", 1.0)]);
+        let family = |_: &Point<'_>| Machine::of_constants(Far, &[("speed", 1.0)]);
         let start =
             |p: &Point<'_>, _: &Machine<Far>| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
         let lanes = sweep.of(&LaneRk4::new(256).lanes::<4>(), family).start(start).run().unwrap();

@@ -23,7 +23,7 @@ pub const MESH: usize = 63;
 
 /// The published equations.
 pub fn pair(params: &NfgParams) -> Outcome<NfgPair> {
-    Ok(NfgPair::with_reading(params, NfgReading::published())?)
+    Ok(NfgPair::of_reading(params, NfgReading::published())?)
 }
 
 pub fn solver() -> Dop853 {

@@ -46,7 +46,7 @@ impl Balance {
     /// use gear_dynamics::branches::{Continuation, Family, PointKind};
     /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece, models::nfg::NfgReading};
     /// let params = |speed| NfgParams { speed, ..NfgParams::table1() };
-    /// let at = |speed| NfgPair::with_reading(&params(speed), NfgReading::published());
+    /// let at = |speed| NfgPair::of_reading(&params(speed), NfgReading::published());
     /// // The 15 unknowns of Liu 2021.
     /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
     /// let guess = balance.linearised(&at(179.0)?, Piece::Lower)?;
