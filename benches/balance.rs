@@ -66,7 +66,7 @@ fn fifteen_unknowns(c: &mut Criterion) {
             .expect("valid");
     let balance = Balance::new(Harmonics::bands(63, 1, 2).expect("valid"))
         .integrals(Integrals::Sampled { samples: 1024 })
-        .truncated_forces(true);
+        .truncated_forces();
     let flank = balance.linearised(&pair, Piece::Lower).expect("regular");
     c.bench_function("pair, 15 unknowns: solve", |b| {
         b.iter(|| balance.solve(&pair, black_box(&flank)).expect("converges"))

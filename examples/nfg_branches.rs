@@ -71,7 +71,7 @@ pub(crate) fn main() -> Outcome<()> {
 
     let published = |speed| pair(speed, NfgReading::published());
     let family = Family::of([("speed", "rad/s")], |[p]| published(p));
-    let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
+    let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces();
     let begun = Instant::now();
     let flank = balance.linearised(&published(100.0)?, Piece::Lower)?;
     let continuation = Continuation::new(100.0, 250.0).max_points(if coarse() { 90 } else { 2000 });

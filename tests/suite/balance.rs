@@ -96,7 +96,7 @@ fn jacobians_agree_with_differences() {
         (Integrals::Sampled { samples: 4096 }, 2e-3),
         (Integrals::Exact, 1e-8),
     ] {
-        let balance = Balance::new(harmonics.clone()).integrals(integrals).truncated_forces(true);
+        let balance = Balance::new(harmonics.clone()).integrals(integrals).truncated_forces();
         let mut equations = balance.equations(&pair, &guess).unwrap();
         let x = equations.unknowns(&guess);
         assert!(jacobian_error(&mut equations, &x) < accuracy, "{integrals:?}");
@@ -216,7 +216,7 @@ fn reading_p_has_the_papers_coefficients() {
             expected.extend([z[1 + 2 * at], z[2 + 2 * at]]);
         }
         let sampled = Integrals::Sampled { samples: 1024 };
-        let balance = Balance::new(harmonics.clone()).integrals(sampled).truncated_forces(true);
+        let balance = Balance::new(harmonics.clone()).integrals(sampled).truncated_forces();
         let guess = if case["branch"] == "static" {
             balance.linearised(&pair, Piece::Lower).unwrap()
         } else {
@@ -245,7 +245,7 @@ fn reading_p_has_the_papers_coefficients() {
 #[test]
 fn broyden_takes_the_known_counts() {
     let sampled = Integrals::Sampled { samples: 1024 };
-    let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(sampled).truncated_forces(true);
+    let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(sampled).truncated_forces();
     let published = |speed: f64| {
         NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published()).unwrap()
     };
@@ -294,7 +294,7 @@ fn table_2_with_one_constant() {
     let ratios = |harmonics: Harmonics, truncating: bool, every: usize| -> Vec<f64> {
         let mut balance = Balance::new(harmonics);
         if truncating {
-            balance = balance.integrals(Integrals::Sampled { samples: 1024 }).truncated_forces(true);
+            balance = balance.integrals(Integrals::Sampled { samples: 1024 }).truncated_forces();
         }
         [280.0, 392.0, 504.0, 616.0, 728.0, 840.0, 952.0, 1064.0, 1176.0]
             .into_iter()
@@ -840,7 +840,7 @@ fn informed_broyden_can_be_proved() {
             .unwrap();
     let balance =
         Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(Integrals::Sampled { samples: 1024 });
-    let balance = balance.truncated_forces(true);
+    let balance = balance.truncated_forces();
     let flank = balance.linearised(&pair, Piece::Lower).unwrap();
     let first = balance.flank_jacobian(&pair, Piece::Lower, &flank).unwrap();
     let informed = balance.broyden(Broyden::new().first(first));
@@ -875,7 +875,7 @@ fn truncated_forces_are_a_setting() {
     let balance =
         Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(Integrals::Sampled { samples: 1024 });
     let flank = balance.linearised(&pair, Piece::Lower).unwrap();
-    let truncated = balance.clone().truncated_forces(true);
+    let truncated = balance.clone().truncated_forces();
     assert_eq!(truncated.linearised(&pair, Piece::Lower).unwrap(), flank);
     let residual = |balance: &Balance| {
         let mut equations = balance.equations(&pair, &flank).unwrap();
@@ -885,7 +885,6 @@ fn truncated_forces_are_a_setting() {
         r
     };
     assert_ne!(residual(&balance), residual(&truncated));
-    assert_eq!(residual(&balance), residual(&truncated.clone().truncated_forces(false)));
     // A model that does not evaluate its laws apart.
     let own = gear_dynamics::model::from_fn(1, |_, q, _, a| a[0] = 1.0 - q[0])
         .unwrap()

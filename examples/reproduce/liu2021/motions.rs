@@ -53,7 +53,7 @@ pub fn word(stability: Option<Stability>) -> &'static str {
 /// The harmonic balance of Liu 2021: 15 unknowns, 1024 samples.
 pub fn paper() -> Result<Balance, BalanceError> {
     let sampled = Integrals::Sampled { samples: 1024 };
-    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(sampled).truncated_forces(true))
+    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(sampled).truncated_forces())
 }
 
 /// The orbit by Newton's method from the linear flank. Beyond the fold, where this fails, Newton and then

@@ -28,8 +28,8 @@ impl Balance {
         Balance { integrals, ..self }
     }
 
-    /// Whether the value of each contact law is truncated to the kept orders before it is multiplied by the
-    /// stiffness.   Source: Liu 2021. Default: no. Such a balance is not one of the equation.
+    /// Truncates the value of each contact law to the kept orders before it is multiplied by the stiffness.
+    /// Source: Liu 2021. Default: values are not truncated. Such a balance is not one of the equation.
     ///
     /// With [`Integrals::Sampled`] the values are sampled, as in Liu 2021; with [`Integrals::Exact`],
     /// [`Integrals::Closed`] or [`Integrals::Kinks`] their crossings are exact: the sums over the samples are
@@ -48,15 +48,15 @@ impl Balance {
     /// let params = |speed| NfgParams { speed, ..NfgParams::table1() };
     /// let at = |speed| NfgPair::of_reading(&params(speed), NfgReading::published());
     /// // The 15 unknowns of Liu 2021.
-    /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
+    /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces();
     /// let guess = balance.linearised(&at(179.0)?, Piece::Lower)?;
     /// let range = Continuation::new(179.0, 190.0).max_points(20).balance(balance);
     /// let branch = range.run(&Family::of([("speed", "rad/s")], |[p]| at(p)), &guess)?;
     /// assert!((branch.of_kind(PointKind::Fold)[0].parameter - 179.9259).abs() < 1e-3);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn truncated_forces(self, truncated_forces: bool) -> Self {
-        Balance { truncated_forces, ..self }
+    pub fn truncated_forces(self) -> Self {
+        Balance { truncated_forces: true, ..self }
     }
 
     /// Solves by Newton's method with these settings. This is the default method.

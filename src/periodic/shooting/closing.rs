@@ -105,7 +105,7 @@ impl Pursuit for Closing<'_, '_> {
     }
     fn tolerance(&self) -> f64 {
         let looser = if self.outcome.is_some() { LOOSER } else { 1.0 };
-        looser * self.shooting.tolerance_of_flow()
+        looser * self.shooting.flow_tolerance
     }
     fn arrive(&mut self, ahead: &State) -> Result<bool, Failure> {
         let m = 2 * self.tangent.n;

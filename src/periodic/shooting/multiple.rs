@@ -39,6 +39,8 @@ use crate::roots::newton::is_monotone;
 /// # Ok::<(), gear_dynamics::periodic::ShootingError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Shooting {
     pub(crate) period_multiple: usize,
     segments: Option<usize>,
@@ -46,6 +48,7 @@ pub struct Shooting {
     pub(crate) flow_tolerance: f64,
     max_iterations: usize,
     method: Option<FlowMethod>,
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) budget: Budget,
 }
 
@@ -216,9 +219,6 @@ impl Shooting {
     pub(crate) fn iterations(&self) -> usize {
         self.max_iterations
     }
-    pub(crate) fn tolerance_of_flow(&self) -> f64 {
-        self.flow_tolerance
-    }
     pub(crate) fn correction_tolerance(&self) -> f64 {
         self.tolerance
     }
@@ -226,7 +226,18 @@ impl Shooting {
         self.method
     }
 
-    fn check(&self, dof: usize) -> Result<(), ShootingError> {
+    /// Whether an orbit in one segment, along Taylor series, is what the settings ask for.
+    pub(crate) fn suits_lanes(&self) -> bool {
+        self.segments.is_none_or(|segments| segments == 1) && self.method != Some(FlowMethod::Dop853)
+    }
+
+    /// Checks the settings in a sweep, which measures the period multiple of each motion.
+    pub(crate) fn check_of_sweep(&self) -> Result<(), ParameterError> {
+        check::count("period_multiple of the shooting in a sweep", &[self.period_multiple], 1)?;
+        self.check(1)
+    }
+
+    fn check(&self, dof: usize) -> Result<(), ParameterError> {
         let segments = self.segments.unwrap_or(1);
         let counts = [
             ("period_multiple", self.period_multiple),
@@ -235,13 +246,12 @@ impl Shooting {
             ("degrees of freedom", dof),
         ];
         if let Some(&(name, value)) = counts.iter().find(|(_, value)| *value == 0) {
-            return Err(ParameterError::TooFew { name: name.into(), value, min: 1 }.into());
+            return Err(ParameterError::TooFew { name: name.into(), value, min: 1 });
         }
         check::count("period_multiple", &[self.period_multiple], MAX_COUNT)?;
         check::count("segments", &[segments], MAX_COUNT)?;
         check::positive("tolerance", self.tolerance)?;
-        check::tolerance("flow_tolerance", self.flow_tolerance)?;
-        Ok(())
+        check::tolerance("flow_tolerance", self.flow_tolerance).map(drop)
     }
 
     /// Newton's method for the cyclic system. [`Newton`](crate::roots::Newton) does not replace it: one run

@@ -3,7 +3,7 @@
 use crate::model::expansion::expand::Expand;
 use crate::model::{Machine, Model, Periodic, Shape};
 use crate::ode::{IntegrateError, Taylor};
-use crate::periodic::Lyapunov;
+use crate::periodic::{Lyapunov, Shooting};
 use crate::sweep::engines::batch::refuse;
 use crate::sweep::engines::sweep_engine::{Exponent, Job, Orbit, OrbitJob, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
@@ -104,8 +104,13 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneTaylor<W> {
     ) -> Vec<Exponent> {
         exponents::<G, W>(lyapunov, self.set, jobs, go_on)
     }
-    fn multipliers(&self, jobs: &[OrbitJob<Machine<G>>], go_on: &dyn Fn() -> bool) -> Vec<Orbit> {
-        multipliers::<G, W>(self.set, jobs, go_on)
+    fn multipliers(
+        &self,
+        shooting: &Shooting,
+        jobs: &[OrbitJob<Machine<G>>],
+        go_on: &dyn Fn() -> bool,
+    ) -> Vec<Orbit> {
+        multipliers::<G, W>(shooting, self.set, jobs, go_on)
     }
     fn exponents_at_once(&self) -> usize {
         KEPT * W
