@@ -166,6 +166,12 @@ pub trait Model {
     }
 }
 
+/// Checks that a model has a drive.
+pub(crate) fn check_slot(model: &(impl Model + ?Sized), slot: usize) -> Result<(), ParameterError> {
+    let drives = model.drives();
+    if slot < drives { Ok(()) } else { Err(ParameterError::NoSuchSlot { slot, drives }) }
+}
+
 /// Writes the rows of drives of [`Model::redrive`] one by one.
 #[inline(always)]
 pub(crate) fn each_row(
