@@ -110,7 +110,7 @@ impl Continuation {
             range,
             softest,
         };
-        let tolerance = shooting.correction_tolerance();
+        let tolerance = shooting.tolerance;
         let mut engine =
             Engine { curve, unit: other_unit, tolerance, max_corrections: 12, at_crossing: false };
         let n = x.len();

@@ -44,9 +44,9 @@ use crate::roots::newton::is_monotone;
 pub struct Shooting {
     pub(crate) period_multiple: usize,
     segments: Option<usize>,
-    tolerance: f64,
+    pub(crate) tolerance: f64,
     pub(crate) flow_tolerance: f64,
-    max_iterations: usize,
+    pub(crate) max_iterations: usize,
     method: Option<FlowMethod>,
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) budget: Budget,
@@ -66,7 +66,7 @@ const MIN_DAMPING: f64 = 1.0 / 1024.0;
 
 /// A correction below this that no longer decreases is noise of the flow: rounding and the error of located
 /// edges.
-pub(crate) const NOISE: f64 = 1e-9;
+const NOISE: f64 = 1e-9;
 
 /// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
 pub(crate) const LOOSER: f64 = 100.0;
@@ -216,11 +216,10 @@ impl Shooting {
     pub(crate) fn meter(&self) -> Meter<'_> {
         self.budget.begin()
     }
-    pub(crate) fn iterations(&self) -> usize {
-        self.max_iterations
-    }
-    pub(crate) fn correction_tolerance(&self) -> f64 {
-        self.tolerance
+    /// Whether a correction is within the tolerance, or noise of the flow: below [`NOISE`], and no longer
+    /// half of the one before.
+    pub(crate) fn accepts(&self, size: f64, before: f64) -> bool {
+        size <= self.tolerance || (size > 0.5 * before && size <= NOISE)
     }
     pub(crate) fn method(&self) -> Option<FlowMethod> {
         self.method
@@ -293,10 +292,10 @@ impl Shooting {
                 first = segments.largest_change(&step, true).1;
             }
             largest = segments.largest_change(&step, false);
-            let stalled = size > 0.5 * before;
+            let accepted = self.accepts(size, before);
             before = size;
             corrections.push(largest.1);
-            if size <= self.tolerance || (stalled && size <= NOISE) {
+            if accepted {
                 return self.finish(model, &segments, here, first, corrections, meter);
             }
             let mut damping = 1.0;
