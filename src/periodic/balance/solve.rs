@@ -4,6 +4,7 @@ use crate::contact::Piece;
 use crate::linear::static_state;
 use crate::model::Periodic;
 use crate::ode::budget::Meter;
+use crate::periodic::balance::admission::admit_on_pieces;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
@@ -86,10 +87,7 @@ impl Balance {
         meter: &Meter<'_>,
     ) -> Result<FourierOrbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
-        crate::periodic::balance::admission::refuse_stops(model)?;
-        if model.contacts() > 0 && !model.offers().pieces {
-            return Err(BalanceError::NoPieces);
-        }
+        admit_on_pieces(model)?;
         let width = self.harmonics.unknowns();
         let rest = FourierOrbit::of(
             &self.harmonics,
@@ -160,10 +158,7 @@ impl Balance {
         flank: Piece,
         near: &FourierOrbit,
     ) -> Result<FirstJacobian, BalanceError> {
-        crate::periodic::balance::admission::refuse_stops(model)?;
-        if model.contacts() > 0 && !model.offers().pieces {
-            return Err(BalanceError::NoPieces);
-        }
+        admit_on_pieces(model)?;
         let equations = self.with_whole_forces(model, near, 1, &self.budget.begin())?;
         let mut equations = equations.on_fixed_pieces(&vec![flank; model.contacts()]);
         let mut matrix = equations.matrix();

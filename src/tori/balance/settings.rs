@@ -2,6 +2,7 @@
 
 use crate::contact::Piece;
 use crate::error::check;
+use crate::model::equations::lacks_pieces;
 use crate::ode::Budget;
 use crate::ode::budget::Meter;
 use crate::periodic::metered::{Failure, Metered};
@@ -113,7 +114,7 @@ impl TorusBalance {
         let frequencies = checked_frequencies(model)?;
         let rest = Torus::constant(&self.vectors, &frequencies, &vec![0.0; model.dof()])?;
         self.check(model, &rest, &frequencies)?;
-        if model.contacts() > 0 && !model.offers().pieces {
+        if lacks_pieces(model) {
             return Err(TorusError::NoPieces);
         }
         let meter = self.budget.begin();
