@@ -77,10 +77,10 @@ pub(crate) struct MeshGears {
     pub(crate) stiffness: Wave,
     pub(crate) error: Wave,
     /// Waves over the turns of the first and the second gear: added to the error, multiplying the stiffness.
-    pub(crate) runout: [Option<Wave>; 2],
-    pub(crate) faults: [Option<Wave>; 2],
+    pub(crate) error_of_turn: [Option<Wave>; 2],
+    pub(crate) stiffness_of_turn: [Option<Wave>; 2],
     /// Waves over the turns of noncircular gears, which multiply the base radii.
-    pub(crate) radius_factors: [Option<Wave>; 2],
+    pub(crate) radius_of_turn: [Option<Wave>; 2],
     pub(crate) contact_damping: ContactDamping,
     pub(crate) damping: f64,
     pub(crate) half_backlash: f64,
@@ -97,7 +97,7 @@ pub(crate) struct MeshGears {
 impl MeshGears {
     /// Whether both gears are round.
     pub(crate) fn is_round(&self) -> bool {
-        self.radius_factors.iter().all(Option::is_none)
+        self.radius_of_turn.iter().all(Option::is_none)
     }
 }
 
@@ -112,9 +112,9 @@ impl MeshPart {
             pressure_angle: 20f64.to_radians(),
             stiffness,
             error: Wave::new(Constant::zero()),
-            runout: [None, None],
-            faults: [None, None],
-            radius_factors: [None, None],
+            error_of_turn: [None, None],
+            stiffness_of_turn: [None, None],
+            radius_of_turn: [None, None],
             contact_damping: ContactDamping::Always,
             damping: 0.0,
             half_backlash: 0.0,
@@ -183,13 +183,13 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// The same mesh with an error `[m]` over the turn of one of its gears, added to the static transmission
     /// error: eccentricity, runout, pitch errors.
     pub fn error_of_turn(mut self, gear: OfMesh, error: Wave) -> Self {
-        self.gears.runout[gear as usize] = Some(error);
+        self.gears.error_of_turn[gear as usize] = Some(error);
         self
     }
     /// The same mesh with a factor over the turn of one of its gears that multiplies the stiffness: a cracked
     /// or spalled tooth.
     pub fn stiffness_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
-        self.gears.faults[gear as usize] = Some(factor);
+        self.gears.stiffness_of_turn[gear as usize] = Some(factor);
         self
     }
     /// Makes a gear of the mesh noncircular: its base radius is r g. r is stated with the tooth numbers,
@@ -215,7 +215,7 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn radius_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
-        self.gears.radius_factors[gear as usize] = Some(factor);
+        self.gears.radius_of_turn[gear as usize] = Some(factor);
         self
     }
     /// The same mesh with a working pressure angle `[rad]`. Default: 20°. It matters for bodies on bearings,
