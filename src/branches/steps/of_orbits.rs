@@ -22,7 +22,7 @@ use crate::model::{Channel, Periodic};
 pub(crate) const SEPARATE: f64 = 1e-3;
 
 /// Located points with their distance from the last point and what they are.
-pub(crate) type Found<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, SpecialPoint)>;
+pub(crate) type LocatedPoints<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, SpecialPoint)>;
 
 impl Continuation {
     /// Follows a branch from a point.
@@ -47,7 +47,7 @@ impl Continuation {
 
 impl<C: OrbitMethod> Stepper<'_, C> {
     /// The columns of located points.
-    pub(crate) fn located(&self, found: Found<C>) -> Result<Vec<BranchPoint<C::Orbit>>, CurveError> {
+    pub(crate) fn located(&self, found: LocatedPoints<C>) -> Result<Vec<BranchPoint<C::Orbit>>, CurveError> {
         let columns = |(sigma, point, what): (f64, CurvePoint<C::Solution>, SpecialPoint)| {
             let measured = self.measure(&point)?;
             self.engine.curve.columns(&point, measured, self.arclength + sigma, Some(what))

@@ -19,7 +19,7 @@ impl<G: Shape> Laws for Machine<G> {
         a: &mut [f64],
         laws: &mut [f64],
     ) {
-        let laws = Recorded { seen: Cell::from_mut(laws).as_slice_of_cells(), pieces };
+        let laws = LawRecorder { seen: Cell::from_mut(laws).as_slice_of_cells(), pieces };
         let u = Drives::new(self.size().waves, u);
         match given {
             None => self.shape().accel(&laws, u, q, v, a),
@@ -36,19 +36,19 @@ impl<G: Shape> Laws for Machine<G> {
         a: &mut [Dual<4>],
         laws: &mut [Dual<4>],
     ) {
-        let laws = Recorded { seen: Cell::from_mut(laws).as_slice_of_cells(), pieces };
+        let laws = LawRecorder { seen: Cell::from_mut(laws).as_slice_of_cells(), pieces };
         self.shape().accel(&Given { forces, laws }, Drives::new(self.size().waves, u), q, v, a);
     }
 }
 
 /// Evaluation that records the value of every law: by deflection, or on fixed pieces.
 #[derive(Clone, Copy)]
-struct Recorded<'a, S> {
+struct LawRecorder<'a, S> {
     seen: &'a [Cell<S>],
     pieces: Option<&'a [Piece]>,
 }
 
-impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
+impl<S: Scalar> PieceChoice<S> for LawRecorder<'_, S> {
     fn force<N: Nonlinearity>(&self, place: impl Into<Place>, law: &N, at: Deflection<S>) -> S {
         let place = place.into();
         let force = match self.pieces {
@@ -69,7 +69,7 @@ impl<S: Scalar> PieceChoice<S> for Recorded<'_, S> {
 /// Evaluation that returns given values, and records those of the laws.
 struct Given<'a, S> {
     forces: &'a [S],
-    laws: Recorded<'a, S>,
+    laws: LawRecorder<'a, S>,
 }
 
 impl<S: Scalar> PieceChoice<S> for Given<'_, S> {

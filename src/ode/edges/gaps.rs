@@ -11,7 +11,7 @@ use crate::model::Model;
 use crate::numeric::extremes::{larger, smaller};
 use crate::numeric::lagrange::cubic;
 use crate::numeric::spread::GOLDEN_POINTS;
-use crate::ode::edges::exit::{Edge, exits, scale};
+use crate::ode::edges::exit::{ExitEdge, exits, scale};
 use crate::ode::edges::hermite::{Distance, Hermite};
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::engine::{Engine, Tableau};
@@ -112,7 +112,7 @@ impl Gaps {
         let memory = self.seen.iter_mut().zip(&self.known).zip(noise);
         for ((((start, inside), end), &piece), ((seen, known), &noise)) in states.zip(memory) {
             for way in 0..exits(piece) {
-                let [d0, d, d1] = Edge::of(piece, way).distances([start, inside, end], h);
+                let [d0, d, d1] = ExitEdge::of(piece, way).distances([start, inside, end], h);
                 (seen[way].start, seen[way].end) = (d0, d1);
                 if !d.value.is_finite() {
                     continue;
@@ -168,7 +168,7 @@ impl Gaps {
             e.contacts_on_cubic(theta);
             for ((places, &piece), c) in self.places.iter_mut().zip(&e.pieces).zip(&e.contacts) {
                 for (way, place) in places[p].iter_mut().enumerate().take(exits(piece)) {
-                    *place = Edge::of(piece, way).distance(c, h).value;
+                    *place = ExitEdge::of(piece, way).distance(c, h).value;
                 }
             }
         }

@@ -5,6 +5,47 @@ use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::roots::{Broyden, Newton};
 
+/// q(t) = Σ_k c_k cos kωt + s_k sin kωt: harmonic balance of a periodic model.
+///
+/// It finds the coefficients c_k, s_k for which q'' - a(u(t), q, q') has no component at the kept orders.
+/// Source: Liu 2021, Eqs. (13)-(17), corrected. With exact integrals the series converges to the orbit of the
+/// equation as orders are added.
+///
+/// A solve evaluates the drives at a finite number of instants: the nodes of its integrals, and some
+/// beforehand to choose their number. A pulse that contains none of them is missed unless
+/// [`next_edge`](crate::Model::next_edge) reports it as drive edges and the integrals are
+/// [`Integrals::Exact`] or [`Integrals::Panels`]. `Panels` and [`prove`](Balance::prove) also search for
+/// pulses down to 1e-5 of the period.
+///
+/// ```
+/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams};
+/// let pair = NfgPair::new(&NfgParams { speed: 120.0, ..NfgParams::table1() })?;
+/// let balance = Balance::new(Harmonics::up_to(200));
+/// let orbit = balance.solve(&pair, None)?; // from the motion on the flank of the static state
+/// assert!(orbit.residual() < 1e-9);
+/// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency
+/// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
+/// ```
+///
+/// The model must be periodic: the compiler rejects any other.
+///
+/// ```compile_fail,E0277
+/// use gear_dynamics::{Balance, Harmonics, periodic::FourierOrbit, model::from_fn};
+/// fn solve(guess: &FourierOrbit) -> Result<(), Box<dyn std::error::Error>> {
+///     let pendulum = from_fn(1, |_, q, _, a| a[0] = -q[0].sin())?;
+///     Balance::new(Harmonics::up_to(3)).solve(&pendulum, guess)?; // `pendulum` has no period
+///     Ok(())
+/// }
+/// ```
+#[derive(Clone, Debug)]
+pub struct Balance {
+    pub(crate) harmonics: Harmonics,
+    pub(crate) integrals: Integrals,
+    pub(crate) truncated_forces: bool,
+    pub(crate) roots: Roots,
+    pub(crate) budget: Budget,
+}
+
 impl Balance {
     /// Defaults: [`Integrals::Exact`], Newton's method with its default settings, the default [`Budget`].
     pub fn new(harmonics: Harmonics) -> Self {
@@ -83,47 +124,6 @@ impl Balance {
         };
         Balance { harmonics, roots, ..self }
     }
-}
-
-/// q(t) = Σ_k c_k cos kωt + s_k sin kωt: harmonic balance of a periodic model.
-///
-/// It finds the coefficients c_k, s_k for which q'' - a(u(t), q, q') has no component at the kept orders.
-/// Source: Liu 2021, Eqs. (13)-(17), corrected. With exact integrals the series converges to the orbit of the
-/// equation as orders are added.
-///
-/// A solve evaluates the drives at a finite number of instants: the nodes of its integrals, and some
-/// beforehand to choose their number. A pulse that contains none of them is missed unless
-/// [`next_edge`](crate::Model::next_edge) reports it as drive edges and the integrals are
-/// [`Integrals::Exact`] or [`Integrals::Panels`]. `Panels` and [`prove`](Balance::prove) also search for
-/// pulses down to 1e-5 of the period.
-///
-/// ```
-/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams};
-/// let pair = NfgPair::new(&NfgParams { speed: 120.0, ..NfgParams::table1() })?;
-/// let balance = Balance::new(Harmonics::up_to(200));
-/// let orbit = balance.solve(&pair, None)?; // from the motion on the flank of the static state
-/// assert!(orbit.residual() < 1e-9);
-/// assert!(orbit.is_doubtful()); // 200 orders do not resolve the fastest local natural frequency
-/// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
-/// ```
-///
-/// The model must be periodic: the compiler rejects any other.
-///
-/// ```compile_fail,E0277
-/// use gear_dynamics::{Balance, Harmonics, periodic::FourierOrbit, model::from_fn};
-/// fn solve(guess: &FourierOrbit) -> Result<(), Box<dyn std::error::Error>> {
-///     let pendulum = from_fn(1, |_, q, _, a| a[0] = -q[0].sin())?;
-///     Balance::new(Harmonics::up_to(3)).solve(&pendulum, guess)?; // `pendulum` has no period
-///     Ok(())
-/// }
-/// ```
-#[derive(Clone, Debug)]
-pub struct Balance {
-    pub(crate) harmonics: Harmonics,
-    pub(crate) integrals: Integrals,
-    pub(crate) truncated_forces: bool,
-    pub(crate) roots: Roots,
-    pub(crate) budget: Budget,
 }
 
 #[derive(Clone, Debug)]

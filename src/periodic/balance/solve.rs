@@ -10,7 +10,7 @@ use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::quality::notes::notes;
 use crate::periodic::balance::settings::{Balance, Roots};
-use crate::periodic::metered::{Failure, Metered};
+use crate::periodic::metered::{Metered, RootFailure};
 use crate::roots::{FirstJacobian, Newton, Residual, Root, RootError};
 
 /// Factor on the number of samples or panels that shows whether they are enough.
@@ -186,21 +186,21 @@ impl Balance {
             Err(error) => error,
         };
         let coordinate = |unknown| equations.work.layout.coordinate(unknown);
-        let (failure, root) = Failure::of(error, meter)?;
+        let (failure, root) = RootFailure::of(error, meter)?;
         let last = Box::new(orbit(&root));
         Err(match failure {
-            Failure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last },
-            Failure::Slope { equation, unknown } => BalanceError::Slope {
+            RootFailure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last },
+            RootFailure::Slope { equation, unknown } => BalanceError::Slope {
                 acceleration: coordinate(equation),
                 coordinate: coordinate(unknown),
                 last,
             },
-            Failure::Singular { unknown } => match start_in_gap {
+            RootFailure::Singular { unknown } => match start_in_gap {
                 Some(contact) => BalanceError::StartInGap { contact },
                 None => BalanceError::Singular { coordinate: coordinate(unknown), last },
             },
-            Failure::NotConverged => BalanceError::NotConverged { last, residuals: root.residuals },
-            Failure::NotFinite => BalanceError::NotFinite { last },
+            RootFailure::NotConverged => BalanceError::NotConverged { last, residuals: root.residuals },
+            RootFailure::NotFinite => BalanceError::NotFinite { last },
         })
     }
 }

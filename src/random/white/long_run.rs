@@ -134,7 +134,7 @@ impl<'w> LongRun<'w> {
         check::count("steps in a span", &[usize::try_from(span).unwrap_or(usize::MAX)], MAX_SPAN as usize)?;
         let group = |members: Range<usize>| {
             let group = (members.start / W) as u64;
-            self.group(&Work { ready: &ready, group, settle, span, kinds: &kinds, contacts })
+            self.group(&GroupWork { ready: &ready, group, settle, span, kinds: &kinds, contacts })
         };
         let groups = self.watch.begin(0, self.members).blocks(0..self.members, W, group)?;
         let mut statistics = NoiseStatistics::new(&self.channels, contacts, span as f64 * ready.h);
@@ -148,9 +148,9 @@ impl<'w> LongRun<'w> {
     /// The figures of the members of one group; `None` if cancelled.
     fn group<G: Shape, const W: usize>(
         &self,
-        work: &Work<'_, '_, G, W>,
+        work: &GroupWork<'_, '_, G, W>,
     ) -> Result<Option<Vec<MemberFigures>>, NoiseError> {
-        let Work { ready, group, .. } = *work;
+        let GroupWork { ready, group, .. } = *work;
         let (members, go_on) = (self.members as u64, || !self.watch.is_cancelled());
         let mut lanes = ready.lanes(group);
         let mut gauge = LongGauge::<W>::new(work.kinds, work.contacts);
@@ -192,7 +192,7 @@ impl<'w> LongRun<'w> {
 }
 
 /// What a group of members needs.
-struct Work<'a, 'm, G, const W: usize> {
+struct GroupWork<'a, 'm, G, const W: usize> {
     ready: &'a Ready<'m, G, W>,
     group: u64,
     /// Steps to settle, and in a span.

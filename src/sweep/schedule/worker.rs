@@ -66,7 +66,7 @@ struct Worker<'b, 's, M, E> {
     /// Whether the runs are checks.
     checking: bool,
     /// Rows that wait for their exponents.
-    ended: Vec<Ended>,
+    ended: Vec<EndedRun>,
 }
 
 /// The exponent and the multipliers of a row were found, or why not. `None`: the sweep was cancelled.
@@ -83,14 +83,14 @@ fn write(found: &Multipliers, place: &mut [f64]) {
 }
 
 /// A run without its exponent and multipliers.
-struct Ended {
+struct EndedRun {
     index: usize,
     row: Vec<f64>,
     /// Its last state: coordinates, then velocities.
     state: Vec<f64>,
 }
 
-impl Ended {
+impl EndedRun {
     /// Period multiple of the motion; 0 if it does not repeat.
     fn multiple(&self) -> usize {
         let [multiple, ..] = Layout::group(&self.row, Layout::HEAD);
@@ -237,7 +237,7 @@ impl<M: Periodic, E: SweepEngine<M>> Source<M> for Worker<'_, '_, M, E> {
         match run {
             Err(error) => self.store(index, Err(error), None),
             Ok((row, state)) if self.work.plan.layout.strobe(0) > self.work.plan.layout.exponent() => {
-                self.ended.push(Ended { index, row, state: state.to_vec() });
+                self.ended.push(EndedRun { index, row, state: state.to_vec() });
                 if self.ended.len() >= self.engine.exponents_at_once() {
                     self.add_exponents();
                 }

@@ -39,6 +39,46 @@ pub enum WarmStart {
     Down,
 }
 
+/// Many runs of one family of models.
+///
+/// Points, settling and measured periods, requested results. Only the row of a run is stored, no trajectory.
+///
+/// Example, a map of the rattle state over speed and load:
+///
+/// ```
+/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
+/// let axes = vec![Axis::linear("speed", 120.0, 180.0, 4)?, Axis::linear("load", 20.0, 40.0, 4)?];
+/// let map = Sweep::new(Points::grid(axes)?)
+///     .settle(4)
+///     .measure(1)
+///     .channels(&["q0"])
+///     .rattle()
+///     .of(
+///         &LaneRk4::new(63 * 32),
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
+///     ).run()?;
+/// assert_eq!(map.iter().filter(|row| row.contacts()[0].rattle_state() == RattleState::Bilateral).count(), 7);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Sweep {
+    pub(crate) points: Points,
+    pub(crate) settle: usize,
+    pub(crate) measure: usize,
+    pub(crate) repeat: Option<f64>,
+    pub(crate) tolerance: f64,
+    pub(crate) channels: Vec<String>,
+    pub(crate) rattle: bool,
+    pub(crate) strobes: usize,
+    pub(crate) lyapunov: Option<Lyapunov>,
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) multipliers: Option<Shooting>,
+    pub(crate) warm_start: WarmStart,
+    pub(crate) check_every: usize,
+}
+
 impl Sweep {
     /// A sweep over these points: an [`Axis`](crate::sweep::Axis) or [`Points`].
     ///
@@ -187,44 +227,4 @@ impl Sweep {
         }
         self.multipliers.as_ref().map_or(Ok(()), Shooting::check_of_sweep)
     }
-}
-
-/// Many runs of one family of models.
-///
-/// Points, settling and measured periods, requested results. Only the row of a run is stored, no trajectory.
-///
-/// Example, a map of the rattle state over speed and load:
-///
-/// ```
-/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
-/// let axes = vec![Axis::linear("speed", 120.0, 180.0, 4)?, Axis::linear("load", 20.0, 40.0, 4)?];
-/// let map = Sweep::new(Points::grid(axes)?)
-///     .settle(4)
-///     .measure(1)
-///     .channels(&["q0"])
-///     .rattle()
-///     .of(
-///         &LaneRk4::new(63 * 32),
-///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
-///     ).run()?;
-/// assert_eq!(map.iter().filter(|row| row.contacts()[0].rattle_state() == RattleState::Bilateral).count(), 7);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct Sweep {
-    pub(crate) points: Points,
-    pub(crate) settle: usize,
-    pub(crate) measure: usize,
-    pub(crate) repeat: Option<f64>,
-    pub(crate) tolerance: f64,
-    pub(crate) channels: Vec<String>,
-    pub(crate) rattle: bool,
-    pub(crate) strobes: usize,
-    pub(crate) lyapunov: Option<Lyapunov>,
-    #[cfg_attr(feature = "serde", serde(default))]
-    pub(crate) multipliers: Option<Shooting>,
-    pub(crate) warm_start: WarmStart,
-    pub(crate) check_every: usize,
 }

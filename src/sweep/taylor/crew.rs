@@ -9,7 +9,7 @@ use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::columns::Columns;
 use crate::sweep::taylor::lane::Lane;
-use crate::sweep::taylor::meters::Meters;
+use crate::sweep::taylor::meters::ChannelMeters;
 use crate::sweep::taylor::pace::{Before, Pace};
 use crate::sweep::taylor::program::Program;
 use crate::sweep::taylor::tasks::task::{Ended, LaneJob, Queue, Task};
@@ -38,7 +38,7 @@ struct Numbers<'p, const W: usize> {
     turns: Option<Turns<W>>,
     columns: Columns<W>,
     pace: Pace<W>,
-    meters: Meters<W>,
+    meters: ChannelMeters<W>,
     /// Angle of the waves, its speed.
     angles: [[f64; W]; 2],
     before: Before<W>,
@@ -102,7 +102,7 @@ impl<'p, 'm, T: Task<'m>, const W: usize> Crew<'p, 'm, T, W> {
                 turns: waves.map(Turns::new),
                 columns: Columns::new(program, degree),
                 pace: Pace::new(taylor.tolerances.rtol, 2 * program.dof, &edges),
-                meters: Meters::new(program.channels.clone()),
+                meters: ChannelMeters::new(program.channels.clone()),
                 angles: [zeros; 2],
                 before: Before { last: zeros, room: zeros },
                 full: zeros,

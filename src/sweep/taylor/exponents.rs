@@ -70,7 +70,7 @@ fn side_by_side<G: Shape, const W: usize>(
     let none = Expansion::none();
     let flows: Vec<Tangent<'_, dyn Model + '_>> =
         settled.iter().map(|(i, _, motion)| lyapunov.tangent(&jobs[*i].model, motion, &none)).collect();
-    let mut waiting = Waiting { lyapunov, jobs, waiting: flows.iter().zip(&settled), found, go_on };
+    let mut waiting = WaitingMotions { lyapunov, jobs, waiting: flows.iter().zip(&settled), found, go_on };
     let Some(first) = waiting.next() else { return };
     let order = Taylor::order_for(lyapunov.tolerance());
     let waves = jobs[first.index].model.wave_series();
@@ -85,7 +85,7 @@ type Settling<'b> = (usize, &'b Meter<'b>, Settled);
 type ExponentTask<'m, 't> = TangentTask<'m, 't, Progress<'m>>;
 
 /// The motions that wait for a lane, and the exponents found.
-struct Waiting<'m, 't, 'w, G> {
+struct WaitingMotions<'m, 't, 'w, G> {
     lyapunov: &'m Lyapunov,
     jobs: &'m [Job<Machine<G>>],
     waiting: Zip<Iter<'m, Tangent<'t, dyn Model + 't>>, Iter<'m, Settling<'m>>>,
@@ -93,7 +93,7 @@ struct Waiting<'m, 't, 'w, G> {
     go_on: &'w dyn Fn() -> bool,
 }
 
-impl<'m, 't: 'm, G: Shape> Queue<'m, ExponentTask<'m, 't>> for Waiting<'m, 't, '_, G> {
+impl<'m, 't: 'm, G: Shape> Queue<'m, ExponentTask<'m, 't>> for WaitingMotions<'m, 't, '_, G> {
     fn next(&mut self) -> Option<LaneJob<'m, ExponentTask<'m, 't>>> {
         let (flow, (index, meter, settled)) = self.waiting.next()?;
         let Job { model, start, .. } = &self.jobs[*index];

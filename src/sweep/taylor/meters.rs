@@ -58,7 +58,7 @@ struct Running<const W: usize> {
 }
 
 /// The channels that are measured.
-pub(crate) struct Meters<const W: usize> {
+pub(crate) struct ChannelMeters<const W: usize> {
     /// Their columns.
     columns: Vec<usize>,
     running: Vec<Running<W>>,
@@ -69,12 +69,12 @@ pub(crate) struct Meters<const W: usize> {
     open: Vec<(usize, usize, [u8; 2])>,
 }
 
-impl<const W: usize> Meters<W> {
+impl<const W: usize> ChannelMeters<W> {
     pub(super) fn new(columns: Vec<usize>) -> Self {
         let zero = Lanes::from(0.0);
         let running = Running { origin: zero, off: zero, square: zero, extremes: [zero; 2] };
         let open = Vec::with_capacity(W * columns.len());
-        Meters { running: vec![running; columns.len()], fresh: [true; W], open, columns }
+        ChannelMeters { running: vec![running; columns.len()], fresh: [true; W], open, columns }
     }
 
     /// Begins anew in a lane.

@@ -81,7 +81,7 @@ fn side_by_side<G: Shape, const W: usize>(
         let model: &dyn Model = &jobs[orbit.index].0.model;
         flows.push(Tangent::new(model, 2 * model.dof(), &[], orbit.segments.scale(), tolerance, &none));
     }
-    let mut waiting = Waiting { jobs, waiting: prepared.iter(), flows: flows.iter(), found, go_on };
+    let mut waiting = WaitingOrbits { jobs, waiting: prepared.iter(), flows: flows.iter(), found, go_on };
     let Some(first) = waiting.next() else { return };
     let order = Taylor::order_for(tolerance);
     let waves = jobs[first.index].0.model.wave_series();
@@ -90,7 +90,7 @@ fn side_by_side<G: Shape, const W: usize>(
 }
 
 /// The orbits that wait for a lane, and the multipliers found.
-struct Waiting<'m, 't, 'w, G> {
+struct WaitingOrbits<'m, 't, 'w, G> {
     jobs: &'m [OrbitJob<Machine<G>>],
     waiting: Iter<'m, (Prepared<'m>, &'m Meter<'m>)>,
     flows: Iter<'m, Tangent<'t, dyn Model + 't>>,
@@ -101,7 +101,7 @@ struct Waiting<'m, 't, 'w, G> {
 /// The task of an orbit.
 type OrbitTask<'m, 't> = TangentTask<'m, 't, Closing<'m, 't>>;
 
-impl<'m, 't: 'm, G: Shape> Queue<'m, OrbitTask<'m, 't>> for Waiting<'m, 't, '_, G> {
+impl<'m, 't: 'm, G: Shape> Queue<'m, OrbitTask<'m, 't>> for WaitingOrbits<'m, 't, '_, G> {
     fn next(&mut self) -> Option<LaneJob<'m, OrbitTask<'m, 't>>> {
         let ((orbit, meter), flow) = (self.waiting.next()?, self.flows.next()?);
         let (job, _) = &self.jobs[orbit.index];

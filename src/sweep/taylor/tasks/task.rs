@@ -2,7 +2,7 @@
 
 use crate::ode::IntegrateError;
 use crate::sweep::taylor::lane::{Lane, Motion};
-use crate::sweep::taylor::meters::Meters;
+use crate::sweep::taylor::meters::ChannelMeters;
 use crate::sweep::taylor::pace::Pace;
 use crate::sweep::taylor::view::LaneView;
 
@@ -27,7 +27,7 @@ pub(crate) struct Ended<'n, const W: usize> {
     pub(crate) view: LaneView<'n, W>,
     /// Whether it ended on a drive edge.
     pub(crate) at_edge: bool,
-    pub(crate) meters: &'n mut Meters<W>,
+    pub(crate) meters: &'n mut ChannelMeters<W>,
     pub(crate) pace: &'n mut Pace<W>,
 }
 
