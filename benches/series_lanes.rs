@@ -173,7 +173,7 @@ fn planetary() -> Workload<TrainShape> {
 /// Prints the time of Lyapunov exponents in lanes and one by one. Each run of the sweep itself takes a period only.
 fn exponents<G: Shape + Send + Sync>(name: &str, points: Points, machine: &Machine<G>, rounds: usize) {
     let count = points.len();
-    let lyapunov = Lyapunov::new().align(10).periods(40);
+    let lyapunov = Lyapunov::new().align(10).measure(40);
     let sweep = Sweep::new(points).settle(0).measure(1).lyapunov(lyapunov);
     let taylor = Taylor::new().rtol(1e-10).atol(1e-15);
     let (lanes, single) = (LaneTaylor::new(taylor.clone()), Located(taylor));

@@ -308,7 +308,7 @@ fn exponents_of_a_motion_that_grows() {
             std::f64::consts::TAU
         }
     }
-    let exponents = Lyapunov::new().settle(0).align(3).periods(12).budget(Budget::new().steps(100_000));
+    let exponents = Lyapunov::new().settle(0).align(3).measure(12).budget(Budget::new().steps(100_000));
     let exponents = exponents.run(&Growing, &State::at_rest(1)).unwrap();
     let root = (1.0f64 + 0.03 * 0.03).sqrt();
     assert!((exponents.values()[0] - (root - 0.03)).abs() < 1e-7, "{exponents:?}");

@@ -47,7 +47,7 @@ fn sweep() -> Sweep {
 
 #[test]
 fn a_row_without_an_exponent_keeps_its_other_figures() {
-    let asked = sweep().lyapunov(Lyapunov::new().align(1).periods(2).flow_tolerance(1e-6));
+    let asked = sweep().lyapunov(Lyapunov::new().align(1).measure(2).flow_tolerance(1e-6));
     let rows = asked.of(&TableRk4::new(128), family).start(rest).run().unwrap();
     let plain = sweep().of(&TableRk4::new(128), family).start(rest).run().unwrap();
     assert!(rows.is_complete() && rows.errors().is_empty() && rows == rows.clone());

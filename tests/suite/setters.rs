@@ -1,5 +1,5 @@
-//! The rule of CONTRIBUTING.md for setters, read from the source: a setter is the noun of its field,
-//! and takes `with_` where that noun is the getter.
+//! The rules of CONTRIBUTING.md for names, read from the source: a setter is the noun of its field, and
+//! takes `with_` where that noun is the getter; a type has a name of its own in its room.
 
 use std::collections::BTreeMap;
 use std::fs::{read_dir, read_to_string};
@@ -68,4 +68,28 @@ fn setters_and_getters_have_one_noun() {
         pairs += 1;
     }
     assert!(pairs >= 7, "only {pairs} pairs are recognised"); // InvoluteGear alone has seven
+}
+
+/// The type that a line of code outside all blocks defines.
+fn type_of(line: &str) -> Option<&str> {
+    let line =
+        ["pub ", "pub(crate) ", "pub(super) "].iter().find_map(|it| line.strip_prefix(it)).unwrap_or(line);
+    let kinds = ["struct ", "enum ", "trait ", "type ", "union "];
+    kinds.iter().find_map(|kind| line.strip_prefix(kind))?.split(|c: char| !c.is_alphanumeric()).next()
+}
+
+#[test]
+fn types_of_a_room_have_names_of_their_own() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../src");
+    let mut types: BTreeMap<_, Vec<PathBuf>> = BTreeMap::new();
+    for path in sources(src.clone()) {
+        let file = path.strip_prefix(&src).unwrap();
+        let room = file.iter().next().unwrap().to_owned();
+        for name in read_to_string(&path).unwrap().lines().filter_map(type_of) {
+            types.entry((room.clone(), name.to_owned())).or_default().push(file.to_owned());
+        }
+    }
+    assert!(types.len() > 700, "only {} types are recognised", types.len());
+    let twice: Vec<_> = types.iter().filter(|(_, files)| files.len() > 1).collect();
+    assert!(twice.is_empty(), "{twice:#?}");
 }

@@ -107,7 +107,7 @@ pub fn lyapunov(case: &mut Case) -> Run {
     let mut lyapunov = Lyapunov::new()
         .settle(case.effort(2))
         .align(case.effort(1))
-        .periods(case.effort(3))
+        .measure(case.effort(3))
         .renormalisations(case.count(8))
         .flow_tolerance(case.number(1e-6))
         .budget(budget());

@@ -60,7 +60,7 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
     if case.chance(0.2) {
         sweep = sweep.lyapunov(
             Lyapunov::new()
-                .periods(case.effort(2))
+                .measure(case.effort(2))
                 .flow_tolerance(case.number(1e-6))
                 .budget(Budget::new().steps(20_000)),
         );
