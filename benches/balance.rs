@@ -18,7 +18,7 @@ use std::hint::black_box;
 
 fn pair(speed: f64) -> NfgPair {
     let reading = NfgReading { radius: Radius::Base, ..NfgReading::published() };
-    NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading).expect("valid parameters")
+    NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, reading).expect("valid parameters")
 }
 
 fn settled(pair: &NfgPair) -> (Dop853, State) {
@@ -62,11 +62,11 @@ fn rattling_pair(c: &mut Criterion) {
 /// The balance of Liu 2021 with 15 unknowns, from the orbit of the linear flank.
 fn fifteen_unknowns(c: &mut Criterion) {
     let pair =
-        NfgPair::with_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published())
+        NfgPair::of_reading(&NfgParams { speed: 140.0, ..NfgParams::table1() }, NfgReading::published())
             .expect("valid");
     let balance = Balance::new(Harmonics::bands(63, 1, 2).expect("valid"))
         .integrals(Integrals::Sampled { samples: 1024 })
-        .truncated_forces(true);
+        .truncated_forces();
     let flank = balance.linearised(&pair, Piece::Lower).expect("regular");
     c.bench_function("pair, 15 unknowns: solve", |b| {
         b.iter(|| balance.solve(&pair, black_box(&flank)).expect("converges"))

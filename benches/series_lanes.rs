@@ -12,7 +12,8 @@ use gear_dynamics::sweep::{
 };
 use gear_dynamics::trains::{Body, Members, Planetary, Train, TrainShape};
 use gear_dynamics::{
-    Dop853, Lyapunov, Machine, Model, NfgPair, NfgParams, ParameterError, Shape, State, Sweep, Taylor, Wave,
+    Dop853, Lyapunov, Machine, Model, NfgPair, NfgParams, ParameterError, Shape, Shooting, State, Sweep,
+    Taylor, Wave,
 };
 use std::time::Instant;
 
@@ -172,7 +173,7 @@ fn planetary() -> Workload<TrainShape> {
 /// Prints the time of Lyapunov exponents in lanes and one by one. Each run of the sweep itself takes a period only.
 fn exponents<G: Shape + Send + Sync>(name: &str, points: Points, machine: &Machine<G>, rounds: usize) {
     let count = points.len();
-    let lyapunov = Lyapunov::new().align(10).periods(40);
+    let lyapunov = Lyapunov::new().align(10).measure(40);
     let sweep = Sweep::new(points).settle(0).measure(1).lyapunov(lyapunov);
     let taylor = Taylor::new().rtol(1e-10).atol(1e-15);
     let (lanes, single) = (LaneTaylor::new(taylor.clone()), Located(taylor));
@@ -187,7 +188,7 @@ fn exponents<G: Shape + Send + Sync>(name: &str, points: Points, machine: &Machi
 /// Prints the time of multipliers in lanes and one by one, without that of the runs before.
 fn multipliers<G: Shape + Send + Sync>(name: &str, points: Points, machine: &Machine<G>, settle: usize) {
     let plain = Sweep::new(points).settle(settle).measure(2).periodic_tolerance(1e-3);
-    let sweep = plain.clone().multipliers();
+    let sweep = plain.clone().multipliers(Shooting::new());
     let taylor = Taylor::new().rtol(1e-10).atol(1e-15);
     let (lanes, single) = (LaneTaylor::new(taylor.clone()), Located(taylor));
     let in_lanes = |sweep: &Sweep| sweep.over(&lanes, machine).expect("constants").run().expect("it runs");

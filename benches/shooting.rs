@@ -9,7 +9,7 @@ use std::hint::black_box;
 /// is off by up to 1e-3 of the range.
 fn polish(c: &mut Criterion) {
     let params = NfgParams { speed: 180.0, ..NfgParams::table1() };
-    let Ok(pair) = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()) else { return };
+    let Ok(pair) = NfgPair::of_reading(&params, NfgReading::published_on_base_radius()) else { return };
     let Ok(start) = pair.on_drive_flank() else { return };
     let Ok(settled) = Settle::new().tolerance(1e-6).run(&Dop853::new(), &pair, &start) else { return };
     let Ok(cycle) = Shooting::new().segments(63).solve(&pair, &[settled.state]) else { return };

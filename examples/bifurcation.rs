@@ -27,13 +27,13 @@ pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("bifurcation")?;
     let speeds = Axis::list("omega_1", &speeds())?;
     // Exponents for a picture: 40 turns, at a tolerance of 1e-7.
-    let exponents = Lyapunov::new().align(3).periods(40).flow_tolerance(1e-7);
+    let exponents = Lyapunov::new().align(3).measure(40).flow_tolerance(1e-7);
     let sweep = Sweep::new(speeds).settle(30).measure(40).lyapunov(exponents);
     let engine = Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14]));
     let diagram = Bifurcation::strobed("q0").run(
         &sweep
             .of(&engine, |p| {
-                NfgPair::with_reading(
+                NfgPair::of_reading(
                     &NfgParams { speed: p["omega_1"], ..NfgParams::table1() },
                     NfgReading::published_on_base_radius(),
                 )

@@ -25,7 +25,7 @@ use std::time::Instant;
 use support::{Csv, Outcome, coarse, csv_file, gallery};
 
 fn pair(speed: f64, reading: NfgReading) -> Result<NfgPair, gear_dynamics::ParameterError> {
-    NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading)
+    NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, reading)
 }
 
 /// One turn of the settled motion at a speed, as states at equal times.
@@ -71,7 +71,7 @@ pub(crate) fn main() -> Outcome<()> {
 
     let published = |speed| pair(speed, NfgReading::published());
     let family = Family::of([("speed", "rad/s")], |[p]| published(p));
-    let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
+    let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces();
     let begun = Instant::now();
     let flank = balance.linearised(&published(100.0)?, Piece::Lower)?;
     let continuation = Continuation::new(100.0, 250.0).max_points(if coarse() { 90 } else { 2000 });

@@ -151,7 +151,7 @@ fn pair() -> Result<Machine<RelievedPair>, ParameterError> {
     let values = [0.7, 20.0, 0.05, 50.0, 0.0, 0.0];
     let constants: Vec<(&str, f64)> =
         NAMES.iter().zip(values).map(|((name, _), value)| (*name, value)).collect();
-    Machine::with_constants(shape, &constants)
+    Machine::of_constants(shape, &constants)
 }
 
 /// Bounds of the relief [μm] and of its phase [rad].

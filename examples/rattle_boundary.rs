@@ -43,7 +43,7 @@ struct Onset {
 /// The pair at 100 rad/s.
 fn pair() -> Result<NfgPair, ParameterError> {
     let params = NfgParams { speed: 100.0, ..NfgParams::table1() };
-    NfgPair::with_reading(&params, NfgReading::published_on_base_radius())
+    NfgPair::of_reading(&params, NfgReading::published_on_base_radius())
 }
 
 /// Without contact loss the pair is linear and its orbits are stable: one segment is enough. The tolerances

@@ -29,11 +29,11 @@ impl Pair {
     }
     /// The same equations as a machine.
     pub fn machine(&self) -> Machine<Rattling> {
-        Machine::with_constants(Rattling::new(None), &[("wc", self.wc)]).expect("the frequency is positive")
+        Machine::of_constants(Rattling::new(None), &[("wc", self.wc)]).expect("the frequency is positive")
     }
     /// The same machine with its drives given as waves, which have Taylor series.
     pub fn machine_of_waves(&self) -> Machine<Rattling> {
-        Machine::with_constants(Rattling::new(Some(Pair::waves())), &[("wc", self.wc)])
+        Machine::of_constants(Rattling::new(Some(Pair::waves())), &[("wc", self.wc)])
             .expect("the frequency is positive")
     }
     /// F and the right-hand side as waves of the slow angle.

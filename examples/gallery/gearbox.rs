@@ -114,10 +114,10 @@ pub fn campbell(coarse: bool) -> Outcome<Picture> {
 pub fn modes(_: bool) -> Outcome<Picture> {
     let wave = |k: f64| Wave::constant(k);
     let members = Members {
-        sun: (30, Body::new(1e-3).on(Bearing::new(0.4, 1e8))),
-        planet: (30, Body::new(1e-3).on(Bearing::new(0.7, 1e8))),
-        ring: (90, Body::new(5e-2).on(Bearing::new(2.0, 1e8)).grounded(1e9, 0.0)),
-        carrier: Body::new(3e-2).on(Bearing::new(5.0, 1e8)),
+        sun: (30, Body::new(1e-3).bearing(Bearing::new(0.4, 1e8))),
+        planet: (30, Body::new(1e-3).bearing(Bearing::new(0.7, 1e8))),
+        ring: (90, Body::new(5e-2).bearing(Bearing::new(2.0, 1e8)).grounded(1e9, 0.0)),
+        carrier: Body::new(3e-2).bearing(Bearing::new(5.0, 1e8)),
     };
     let set =
         Planetary::new(4, 0.03, members, [wave(2e8)?, wave(2.5e8)?])?.damping(700.0).half_backlash(3e-5);

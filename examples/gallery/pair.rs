@@ -32,12 +32,12 @@ fn unloaded() -> Outcome<SpurPair> {
 
 /// The pair on a bench, with a load on the driven gear.
 pub fn bench_pair(speed: f64) -> Outcome<Train> {
-    Ok(unloaded()?.load(300.0).parts()?.build("driver", speed)?)
+    Ok(unloaded()?.drive_torque(300.0).parts()?.build("driver", speed)?)
 }
 
 /// The same with another contact law.
 pub fn with_law<N: Nonlinearity + Clone>(law: N, speed: f64) -> Outcome<Train<N>> {
-    Ok(unloaded()?.load(300.0).parts_with_law(law)?.build("driver", speed)?)
+    Ok(unloaded()?.drive_torque(300.0).parts_with_law(law)?.build("driver", speed)?)
 }
 
 /// The same in inertial coordinates, where a torque can be random.

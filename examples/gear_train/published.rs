@@ -49,7 +49,7 @@ impl Set {
         let of = |i: usize| &self.members[i];
         let body = |i: usize| {
             let square = radii[i] * radii[i];
-            let body = Body::new(of(i).inertia * square).on(Bearing::new(of(i).mass, of(i).bearing));
+            let body = Body::new(of(i).inertia * square).bearing(Bearing::new(of(i).mass, of(i).bearing));
             body.restrained(if i == 1 { 0.0 } else { of(i).turn * square }, 0.0)
         };
         let ring = (90, body(2).grounded(of(2).turn * radii[2] * radii[2], 0.0));

@@ -21,14 +21,14 @@ pub fn any(case: &mut Case) -> Result<(Erased, State), Stop> {
         }
         2 | 3 => {
             let (params, reading) = (models::pair_params(case), models::reading(case));
-            let pair = NfgPair::with_reading(&params, reading)?;
+            let pair = NfgPair::of_reading(&params, reading)?;
             let (start, period) = (pair.on_drive_flank()?, pair.period());
             (Erased::new(pair, period), start)
         }
         4 => {
             let (params, reading) = (models::pair_params(case), models::reading(case));
-            let pair = NfgPair2::with_reading(&params, case.number(0.01), reading)?
-                .with_torque(case.number(10.0))?;
+            let pair =
+                NfgPair2::of_reading(&params, case.number(0.01), reading)?.with_torque(case.number(10.0))?;
             let (start, period) = (pair.on_drive_flank()?, pair.period());
             (Erased::new(pair, period), start)
         }

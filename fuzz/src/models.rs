@@ -292,13 +292,13 @@ fn mesh(case: &mut Case, stiffness: f64, error: f64) -> Result<Mesh<laws::Any>, 
 /// The face gear pair with such a mesh.
 pub fn own_pair(case: &mut Case) -> Result<NfgPair<laws::Any>, Stop> {
     let (params, reading, mesh) = (pair_params(case), reading(case), mesh(case, 3e8, 1e-5)?);
-    Ok(NfgPair::with_mesh(&params, reading, mesh)?)
+    Ok(NfgPair::of_mesh(&params, reading, mesh)?)
 }
 
 /// The pair of two degrees of freedom with such a mesh.
 pub fn own_pair2(case: &mut Case) -> Result<NfgPair2<laws::Any>, Stop> {
     let (params, reading, mesh) = (pair_params(case), reading(case), mesh(case, 3e8, 1e-5)?);
-    Ok(NfgPair2::with_mesh(&params, case.number(0.01), reading, mesh)?)
+    Ok(NfgPair2::of_mesh(&params, case.number(0.01), reading, mesh)?)
 }
 
 /// A ring with several contact laws, in either frame, as printed or corrected.

@@ -2,7 +2,7 @@
 
 use crate::branches::line::{Line, LinePoint};
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::kind::{Event, PointKind};
+use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::error::ParameterError;
 use crate::export::ResultTable;
 use crate::model::Channel;
@@ -46,7 +46,7 @@ impl<O> LinePoint for BranchPoint<O> {
         self.arclength = arclength;
     }
     fn reverse(&mut self) {
-        if let Some(Event::Grazing { rattle, .. }) = &mut self.located {
+        if let Some(SpecialPoint::Grazing { rattle, .. }) = &mut self.located {
             rattle.reverse();
         }
     }
@@ -82,7 +82,7 @@ impl<O> Branch<O> {
         &self.head.channels
     }
     /// The located points with what they are.
-    pub fn located(&self) -> impl Iterator<Item = (&Event, &BranchPoint<O>)> {
+    pub fn located(&self) -> impl Iterator<Item = (&SpecialPoint, &BranchPoint<O>)> {
         self.points.iter().filter_map(|point| point.located.as_ref().map(|what| (what, point)))
     }
     /// The located points of one kind: `branch.of_kind(PointKind::Fold)`.

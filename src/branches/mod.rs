@@ -39,7 +39,7 @@ pub use crate::branches::family::Family;
 pub use crate::branches::following::Following;
 pub use crate::branches::line::{BranchNote, Line};
 pub use crate::branches::points::branch_point::BranchPoint;
-pub use crate::branches::points::kind::{Event, PointKind};
+pub use crate::branches::points::kind::{PointKind, SpecialPoint};
 pub use crate::branches::sensitivity::figure::Figure;
 pub use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
 pub use crate::branches::stability_method::StabilityMethod;

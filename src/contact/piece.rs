@@ -18,3 +18,16 @@ pub enum Piece {
     /// Upper flank: the deflection is above the upper edge.
     Upper,
 }
+
+/// Σ piece_k 3^k over `count` contacts from `contact` on: the number of a combination of pieces.
+pub(crate) fn alternative(pieces: &[Piece], contact: usize, count: usize) -> usize {
+    pieces[contact..][..count].iter().rev().fold(0, |number, piece| 3 * number + *piece as usize)
+}
+
+/// Writes the combination of pieces with this number.
+pub(crate) fn set_alternative(mut number: usize, pieces: &mut [Piece]) {
+    for piece in pieces {
+        *piece = [Piece::Lower, Piece::Gap, Piece::Upper][number % 3];
+        number /= 3;
+    }
+}

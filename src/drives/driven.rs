@@ -1,10 +1,11 @@
 //! Drives given by functions of time.
 
-use crate::drives::wrapped::{DriveRule, Wrapped};
+use crate::drives::wrapped::{DriveRule, Wrapped, own_series};
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::excitation::earliest::earlier;
 use crate::model::Model;
+use crate::model::equations::check_slot;
 use crate::series::Series;
 use std::fmt;
 use std::sync::Arc;
@@ -78,9 +79,7 @@ impl<M: Model> Driven<M> {
         edges: &[f64],
     ) -> Result<Self, ParameterError> {
         self.map_rule(|model, mut rule| {
-            if slot >= model.drives() {
-                return Err(ParameterError::NoSuchSlot { slot, drives: model.drives() });
-            }
+            check_slot(model, slot)?;
             check::quantities("edges of the function", edges)?;
             rule.functions.push((slot, Arc::new(f)));
             rule.edges.extend(edges);
@@ -108,9 +107,7 @@ impl<M: Model> DriveRule<M> for TimeDrives {
         self.functions.iter().any(|(slot, _)| *slot == drive)
     }
     fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
-        if let Some(expanded) = model.offers().expansion {
-            expanded.drive_series(t, coefficients, u);
-        }
+        own_series(model, t, coefficients, u);
         for (slot, _) in &self.functions {
             u[*slot] = Series::refused("a function of time (`Driven`), which is a closure on plain numbers");
         }

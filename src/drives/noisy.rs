@@ -1,10 +1,11 @@
 //! Random processes added to the drives of a model.
 
-use crate::drives::wrapped::{DriveRule, Wrapped};
+use crate::drives::wrapped::{DriveRule, Wrapped, own_series};
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::excitation::earliest::earlier;
 use crate::model::Model;
+use crate::model::equations::check_slot;
 use crate::processes::{Path, Process};
 use crate::series::Series;
 use std::fmt;
@@ -75,9 +76,7 @@ impl<M: Model> DriveRule<M> for RandomDrives {
         self.0.iter().any(|added| added.slots.iter().any(|(slot, _)| *slot == drive))
     }
     fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
-        if let Some(expanded) = model.offers().expansion {
-            expanded.drive_series(t, coefficients, u);
-        }
+        own_series(model, t, coefficients, u);
         for Added { path, slots } in &self.0 {
             let x = path.series(t, coefficients);
             slots.iter().for_each(|(slot, gain)| u[*slot] = u[*slot] + x * *gain);
@@ -102,11 +101,8 @@ impl<M: Model> Noisy<M> {
     /// A slot that the model does not have; a gain beyond ±1e50.
     pub fn add(self, slots: &[(usize, f64)], process: &dyn Process) -> Result<Self, ParameterError> {
         self.map_rule(|model, mut rule| {
-            let drives = model.drives();
             for &(slot, gain) in slots {
-                if slot >= drives {
-                    return Err(ParameterError::NoSuchSlot { slot, drives });
-                }
+                check_slot(model, slot)?;
                 check::quantity("gain", gain)?;
             }
             rule.0.push(Added { path: process.path(rule.0.len() as u64), slots: slots.to_vec() });

@@ -78,6 +78,13 @@ impl<M, R> Wrapped<M, R> {
     }
 }
 
+/// Writes the series of the model's own drives to `u`, for rules that add to them.
+pub(crate) fn own_series(model: &impl Model, t: f64, coefficients: usize, u: &mut [Series]) {
+    if let Some(expanded) = model.offers().expansion {
+        expanded.drive_series(t, coefficients, u);
+    }
+}
+
 /// It has no named constants: [`Constants::with_values`](crate::model::recording::Constants::with_values)
 /// would return a model without the rule.
 impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {

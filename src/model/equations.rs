@@ -166,6 +166,17 @@ pub trait Model {
     }
 }
 
+/// Whether a model has contacts and does not evaluate their laws on fixed pieces.
+pub(crate) fn lacks_pieces(model: &(impl Model + ?Sized)) -> bool {
+    model.contacts() > 0 && !model.offers().pieces
+}
+
+/// Checks that a model has a drive.
+pub(crate) fn check_slot(model: &(impl Model + ?Sized), slot: usize) -> Result<(), ParameterError> {
+    let drives = model.drives();
+    if slot < drives { Ok(()) } else { Err(ParameterError::NoSuchSlot { slot, drives }) }
+}
+
 /// Writes the rows of drives of [`Model::redrive`] one by one.
 #[inline(always)]
 pub(crate) fn each_row(

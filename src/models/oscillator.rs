@@ -68,7 +68,7 @@ impl Oscillator {
         let constants: Vec<(&str, f64)> = given.iter().copied().chain(rest).collect();
         let cos = Wave::new(Fourier::new(0.0, &[[1.0, 0.0]])?);
         let law = is_given("mesh stiffness").then(Backlash::none);
-        Machine::with_constants(OscillatorShape { cos, law }, &constants)
+        Machine::of_constants(OscillatorShape { cos, law }, &constants)
     }
 }
 

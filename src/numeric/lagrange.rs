@@ -16,6 +16,13 @@ pub(crate) fn lagrange<const N: usize>(nodes: [f64; N]) -> [[f64; N]; N] {
     })
 }
 
+/// Σ_i f_i Π_{j≠i} (x - x_j)/(x_i - x_j): value at x = `at` of the cubic through four points (x_i, f_i).
+pub(crate) fn cubic(x: [f64; 4], f: [f64; 4], at: f64) -> f64 {
+    (0..4)
+        .map(|i| f[i] * (0..4).filter(|&j| j != i).map(|j| (at - x[j]) / (x[i] - x[j])).product::<f64>())
+        .sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::lagrange;

@@ -9,7 +9,7 @@ use crate::ode::edges::passage::Passage;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::step::{Observer, Step, StepView};
-use crate::ode::stepping::control::{Limits, Pace, RESOLUTION, StepRule};
+use crate::ode::stepping::control::{Limits, RESOLUTION, StepEnds, StepRule};
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::first_step::starting_step;
 use crate::ode::stepping::vector::Vector;
@@ -118,7 +118,7 @@ enum Verdict {
 /// Variables of the main loop in one run.
 struct Run<'m, M: Model + ?Sized, V: Vector> {
     e: Engine<'m, M, V>,
-    pace: Pace,
+    pace: StepEnds,
     passage: Passage,
     /// Number of consecutive steps with a result that is not finite.
     retreats: u32,
@@ -143,12 +143,12 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             StepRule::Fixed(h) if h <= RESOLUTION * start.t.abs().max(t_end.abs()) => {
                 return Err(IntegrateError::StepUnderflow { t: start.t, h });
             }
-            StepRule::Fixed(h) => Pace::new::<T>(start.t, h, None),
+            StepRule::Fixed(h) => StepEnds::new::<T>(start.t, h, None),
             StepRule::Adaptive(tolerances) => {
                 e.rtol = tolerances.rtol;
                 e.atol.slice_mut().copy_from_slice(&atol);
                 let h = tolerances.first.unwrap_or_else(|| starting_step::<T, M, V>(&mut e, t_end - start.t));
-                Pace::new::<T>(start.t, h, Some(tolerances))
+                StepEnds::new::<T>(start.t, h, Some(tolerances))
             }
         };
         Ok(Run { e, pace, passage, retreats: 0 })

@@ -34,7 +34,7 @@ impl<R: Residual + ?Sized> Residual for Metered<'_, '_, R> {
 }
 
 /// The reason why a root finder ended before a root.
-pub(crate) enum Failure {
+pub(crate) enum RootFailure {
     /// The budget is spent.
     Exhausted(Exhausted),
     /// A slope of the equations is not finite.
@@ -47,19 +47,21 @@ pub(crate) enum Failure {
     NotFinite,
 }
 
-impl Failure {
+impl RootFailure {
     /// The failure of equations that count against the budget of `meter`, and the last iterate.
     ///
     /// Error: a setting is not valid.
     pub(crate) fn of(error: RootError, meter: &Meter<'_>) -> Result<(Self, Root), ParameterError> {
         // Residuals after the end of the budget are NaN.
-        let spent = |failure| meter.exhausted().map_or(failure, Failure::Exhausted);
+        let spent = |failure| meter.exhausted().map_or(failure, RootFailure::Exhausted);
         let (failure, last) = match error {
             RootError::Parameter(error) => return Err(error),
-            RootError::Slope { equation, unknown, last, .. } => (Failure::Slope { equation, unknown }, last),
-            RootError::Singular { unknown, last } => (spent(Failure::Singular { unknown }), last),
-            RootError::NotConverged { last } => (spent(Failure::NotConverged), last),
-            RootError::NotFinite { last, .. } => (spent(Failure::NotFinite), last),
+            RootError::Slope { equation, unknown, last, .. } => {
+                (RootFailure::Slope { equation, unknown }, last)
+            }
+            RootError::Singular { unknown, last } => (spent(RootFailure::Singular { unknown }), last),
+            RootError::NotConverged { last } => (spent(RootFailure::NotConverged), last),
+            RootError::NotFinite { last, .. } => (spent(RootFailure::NotFinite), last),
         };
         Ok((failure, *last))
     }

@@ -64,7 +64,7 @@ impl Balance {
         orbit: &FourierOrbit,
         meter: &Meter<'_>,
     ) -> Result<Proof, BalanceError> {
-        let finer = self.on(self.harmonics().extended()).find(model, orbit, meter)?;
+        let finer = self.clone().with_harmonics(self.harmonics().extended()).find(model, orbit, meter)?;
         // Truncated forces are compared with those of twice the samples.
         let pulsed = !self.truncated_forces && !pulses(model, orbit, self.harmonics(), meter).is_empty();
         let better = match self.integrals {
@@ -127,7 +127,7 @@ impl Balance {
             if reached <= accuracy {
                 return Ok(proof);
             }
-            balance = balance.on(further);
+            balance = balance.with_harmonics(further);
             orbit = proof.finer;
         }
     }

@@ -54,6 +54,11 @@ pub(crate) enum Op {
 }
 
 impl Op {
+    /// What a quotient is where its operand is 0.
+    pub(crate) const DIVISION: &str = "a division by 0";
+    /// What a logarithm is where its operand is 0.
+    pub(crate) const LOGARITHM: &str = "the logarithm of 0";
+
     /// The forms that the operation reads.
     pub(crate) fn operands(&self) -> Vec<FormId> {
         match self {

@@ -1,10 +1,11 @@
 //! Periodic models with waves of other shafts added to their drives.
 
-use crate::drives::{rules::DriveRule, rules::Wrapped};
+use crate::drives::wrapped::{DriveRule, Wrapped, own_series};
 use crate::error::{ParameterError, check};
 use crate::excitation::earliest::earlier;
 use crate::excitation::{Side, Wave, earliest};
 use crate::model::Periodic;
+use crate::model::equations::check_slot;
 use crate::series::Series;
 use crate::tori::quasi_periodic::QuasiPeriodic;
 use std::f64::consts::TAU;
@@ -84,9 +85,7 @@ impl<M: Periodic> WithShafts<M> {
     /// A slot that the model does not have; a frequency outside 1e-50 .. 1e50.
     pub fn add(self, slot: usize, frequency: f64, wave: Wave) -> Result<Self, ParameterError> {
         self.map_rule(|model, mut rule| {
-            if slot >= model.drives() {
-                return Err(ParameterError::NoSuchSlot { slot, drives: model.drives() });
-            }
+            check_slot(model, slot)?;
             check::scale("frequency", frequency)?;
             let known = rule.frequencies.iter().position(|omega| *omega == frequency);
             let angle = known.unwrap_or(rule.frequencies.len());
@@ -112,9 +111,7 @@ impl<M: Periodic> DriveRule<M> for ShaftDrives {
         earlier(model.next_edge(t), added.map(|after| t + after))
     }
     fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
-        if let Some(expanded) = model.offers().expansion {
-            expanded.drive_series(t, coefficients, u);
-        }
+        own_series(model, t, coefficients, u);
         for Added { slot, angle, wave } in &self.added {
             let omega = self.frequencies[*angle];
             u[*slot] = u[*slot] + wave.value(Series::variable(omega * t, omega, coefficients), Side::After);

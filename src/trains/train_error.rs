@@ -196,7 +196,7 @@ pub enum TrainError {
         body: String,
     },
     /// Two bodies of a mesh have the same centre, and its line of action matters.
-    #[error("the gears of \"{mesh}\" have the same centre: Body::at sets it")]
+    #[error("the gears of \"{mesh}\" have the same centre: Body::centre sets it")]
     SameCentre {
         /// The mesh.
         mesh: String,
@@ -234,7 +234,7 @@ pub enum TrainError {
         body: String,
     },
     /// A planet meshes with no central gear.
-    #[error("the planet \"{planet}\" meshes with no central gear: give its radius (Body::at_radius)")]
+    #[error("the planet \"{planet}\" meshes with no central gear: give its radius (Body::radius)")]
     PlanetWithoutMesh {
         /// The planet.
         planet: String,
@@ -268,7 +268,7 @@ pub enum TrainError {
     /// The phase of a mesh does not follow from its teeth.
     #[error(
         "the phase of \"{mesh}\" does not follow from its teeth: one of its gears, with the same teeth, must be in \
-         another mesh with a phase, and all three bodies need centres of their own (Body::at)"
+         another mesh with a phase, and all three bodies need centres of their own (Body::centre)"
     )]
     PhaseUndetermined {
         /// The mesh.

@@ -25,7 +25,7 @@ fn balance_reaches_the_truth_and_knows_its_error() {
             })
             .unwrap();
         let params = NfgParams { speed, ..NfgParams::table1() };
-        let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
+        let pair = NfgPair::of_reading(&params, NfgReading::published_on_base_radius()).unwrap();
         let solver = Dop853::new().rtol(1e-10).atol(1e-15);
         let steady =
             Settle::new().tolerance(1e-7).run(&solver, &pair, &pair.on_drive_flank().unwrap()).unwrap();
@@ -70,7 +70,7 @@ fn balance_reaches_the_truth_and_knows_its_error() {
 #[test]
 #[ignore = "a minute without optimisation: cargo test --release --test suite balance_error_estimates -- --ignored"]
 fn three_ways_agree_on_five_hundred_orders() {
-    let pair = NfgPair::with_reading(
+    let pair = NfgPair::of_reading(
         &NfgParams { speed: 180.0, ..NfgParams::table1() },
         NfgReading::published_on_base_radius(),
     )

@@ -87,7 +87,7 @@ fn integrals_that_are_not_offered_are_refused() {
     let integrals = Integrals::Panels;
     let error = Balance::new(Harmonics::up_to(70))
         .integrals(integrals)
-        .truncated_forces(true)
+        .truncated_forces()
         .solve(&pair(120.0), &projected(&pair(120.0), &Harmonics::up_to(3)))
         .unwrap_err();
     assert_eq!(error, BalanceError::NoLaws { integrals });

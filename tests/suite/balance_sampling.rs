@@ -201,10 +201,10 @@ fn contact_histories_follow_moving_edges() -> Result<(), BalanceError> {
 #[test]
 fn truncated_forces_are_judged_too() -> Result<(), BalanceError> {
     let pair =
-        NfgPair::with_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published())?;
+        NfgPair::of_reading(&NfgParams { speed: 120.0, ..NfgParams::table1() }, NfgReading::published())?;
     let with = |samples| -> Result<Option<f64>, BalanceError> {
         let balance = Balance::new(Harmonics::bands(63, 1, 2)?).integrals(Integrals::Sampled { samples });
-        let balance = balance.truncated_forces(true);
+        let balance = balance.truncated_forces();
         let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
         let proof = balance.prove(&pair, &orbit)?;
         println!(

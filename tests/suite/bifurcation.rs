@@ -13,7 +13,7 @@ struct Spur {
 type SpurPair = Machine<Spur>;
 
 fn pair(omega: f64, amplitude: f64) -> Result<SpurPair, ParameterError> {
-    Machine::with_constants(Spur { law: Backlash::new(1.0)? }, &[("omega", omega), ("amplitude", amplitude)])
+    Machine::of_constants(Spur { law: Backlash::new(1.0)? }, &[("omega", omega), ("amplitude", amplitude)])
 }
 
 impl Shape for Spur {

@@ -72,7 +72,7 @@ fn oscillator(given: &[(&str, f64)]) -> Machine<Stop> {
     };
     let of = |name: &str| given.iter().find(|(other, _)| *other == name).map_or(default(name), |(_, c)| *c);
     let constants: Vec<(&str, f64)> = NAMES.iter().map(|name| (*name, of(name))).collect();
-    Machine::with_constants(shape, &constants).unwrap()
+    Machine::of_constants(shape, &constants).unwrap()
 }
 
 fn stop(speed: f64, amplitude: f64) -> Machine<Stop> {

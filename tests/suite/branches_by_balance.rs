@@ -283,10 +283,10 @@ fn folds_of_reading_p() {
 
 fn reading_p(from: f64, to: f64, integrals: Integrals) -> Branch<FourierOrbit> {
     let at =
-        |speed| NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published());
+        |speed| NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published());
     let family = Family::of([("speed", "rad/s")], |[p]| at(p));
     let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).integrals(integrals);
-    let balance = balance.truncated_forces(true);
+    let balance = balance.truncated_forces();
     let start = balance.linearised(&at(from).unwrap(), Piece::Lower).unwrap();
     let continuation = Continuation::new(from, to).max_points(if to < 200.0 { 120 } else { 2000 });
     continuation.balance(balance).run(&family, &start).unwrap()
@@ -298,7 +298,7 @@ fn reading_p(from: f64, to: f64, integrals: Integrals) -> Branch<FourierOrbit> {
 #[test]
 #[ignore = "minutes without optimisation: cargo test --release --test suite branches_by_balance -- --ignored"]
 fn bilateral_branch_by_shooting() {
-    let pair = NfgPair::with_reading(
+    let pair = NfgPair::of_reading(
         &NfgParams { speed: 180.0, ..NfgParams::table1() },
         NfgReading::published_on_base_radius(),
     )

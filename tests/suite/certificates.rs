@@ -87,7 +87,7 @@ fn pair(stiffness: f64, amplitude: f64, speed: f64) -> Machine<Oscillator> {
         ("amplitude", amplitude),
         ("cubic", 0.0),
     ];
-    Machine::with_constants(shape, &constants).unwrap()
+    Machine::of_constants(shape, &constants).unwrap()
 }
 
 /// An oscillator without backlash: force A cos φ, damping c q'.
@@ -107,7 +107,7 @@ fn smooth(
         ("amplitude", amplitude / (speed * speed)),
         ("cubic", cubic),
     ];
-    Machine::with_constants(shape, &constants).unwrap()
+    Machine::of_constants(shape, &constants).unwrap()
 }
 
 fn orbit_from(model: &Machine<Oscillator>, x: [f64; 2]) -> ShootingOrbit {

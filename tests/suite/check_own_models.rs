@@ -20,7 +20,7 @@ fn every_reading_of_the_pair() {
                         let reading =
                             NfgReading { radius, half_width, error_forcing, centre_forcing, damping };
                         let pair =
-                            NfgPair::with_reading(&NfgParams { error: 2e-6, ..NfgParams::table1() }, reading)
+                            NfgPair::of_reading(&NfgParams { error: 2e-6, ..NfgParams::table1() }, reading)
                                 .unwrap();
                         for t in [3.0, 700.0, 1500.0] {
                             assert_eq!(check_periodic(&pair, &on_flank(&pair, t)), [], "{reading:?}");
@@ -60,7 +60,7 @@ fn two_terms_are_the_series_of_order_two() {
     };
     let with = |order| {
         let reading = NfgReading { centre_forcing: CentreForcing::Series(order), ..NfgReading::exact() };
-        NfgPair::with_reading(&params, reading).unwrap()
+        NfgPair::of_reading(&params, reading).unwrap()
     };
     let exact = NfgPair::new(&params).unwrap();
     for t in [10.0, 500.0, 1234.0] {

@@ -33,7 +33,7 @@ struct Count {
 
 impl<'c> Swing<'c> {
     fn made(edge: f64, count: Option<&'c Count>, pull: f64, frequency: f64, period: f64) -> Made<'c> {
-        Machine::with_constants(
+        Machine::of_constants(
             Swing { edge, count },
             &[("speed", TAU / period), ("pull", pull), ("frequency", frequency)],
         )

@@ -141,7 +141,7 @@ struct Stiffness(Wave);
 
 impl Stiffness {
     fn machine(wave: Wave, w: f64, c: f64) -> Machine<Stiffness> {
-        Machine::with_constants(Stiffness(wave), &[("speed", w), ("damping", c)]).unwrap()
+        Machine::of_constants(Stiffness(wave), &[("speed", w), ("damping", c)]).unwrap()
     }
     /// k = mean + amplitude cos φ.
     fn cosine(mean: f64, amplitude: f64, w: f64, c: f64) -> Machine<Stiffness> {

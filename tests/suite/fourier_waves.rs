@@ -46,7 +46,7 @@ fn driven(machine: &Machine<Jets>, angle: f64, side: Side) -> Vec<f64> {
     u
 }
 fn machine(waves: Vec<Wave>) -> Machine<Jets> {
-    Machine::with_constants(Jets(waves), &[("speed", 1.0)]).unwrap()
+    Machine::of_constants(Jets(waves), &[("speed", 1.0)]).unwrap()
 }
 fn by_excitations(machine: &Machine<Jets>, angle: f64, side: Side) -> Vec<f64> {
     let mut u = vec![0.0; machine.size().waves];
@@ -170,7 +170,7 @@ impl Shape for Pushed {
 fn more_harmonics_than_the_sums_hold() {
     for eccentric in [0.3, 0.5, 0.9, 0.94, 0.95, 0.96, 0.99] {
         let wave = Wave::new(InstantCentre::new(eccentric).unwrap().rotation());
-        let machine = Machine::with_constants(Pushed(wave), &[("speed", 1.0)]).unwrap();
+        let machine = Machine::of_constants(Pushed(wave), &[("speed", 1.0)]).unwrap();
         let start = State::at_rest(1);
         let expected = Dop853::new().rtol(1e-10).end(&machine, &start, 1.0).unwrap();
         let state = Taylor::new().rtol(1e-10).end(&machine, &start, 1.0).unwrap();

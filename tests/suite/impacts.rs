@@ -661,7 +661,7 @@ fn exponents_of_a_ball_that_never_settles() {
     let ball = Ball::new(5.0, 0.8);
     let period = ball.period();
     let exponents =
-        Lyapunov::new().settle(0).align(0).periods(300).run(&ball, &State::new(0.0, &[3.0], &[0.2])).unwrap();
+        Lyapunov::new().settle(0).align(0).measure(300).run(&ball, &State::new(0.0, &[3.0], &[0.2])).unwrap();
     let bounces = impacts(
         &Dop853::new().rtol(1e-12).atol(1e-13),
         &ball,

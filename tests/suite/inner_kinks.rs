@@ -157,10 +157,10 @@ fn face_gear_pairs_locate_all_kinks() {
         Mesh::new(wave(params.stiffness, 0.1 * params.stiffness).per_turn(63).unwrap(), wave(0.0, 1e-5), law)
     };
     for reading in [NfgReading::default(), NfgReading::exact()] {
-        let pair = NfgPair::with_mesh(&params, reading, mesh()).unwrap();
+        let pair = NfgPair::of_mesh(&params, reading, mesh()).unwrap();
         agrees(&pair, 1, &State::at_rest(1), 60.0, 6);
     }
-    let pair = NfgPair2::with_mesh(&params, 0.01, NfgReading::exact(), mesh()).unwrap();
+    let pair = NfgPair2::of_mesh(&params, 0.01, NfgReading::exact(), mesh()).unwrap();
     agrees(&pair, 1, &State::at_rest(2), 0.01, 6);
 }
 

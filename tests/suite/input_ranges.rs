@@ -177,7 +177,7 @@ fn a_pair_that_is_accepted_can_be_evaluated() {
                 second(&mut params, y);
                 let of = format!("{i}: {x:e}, {j}: {y:e}");
                 for reading in readings {
-                    match NfgPair::with_reading(&params, reading) {
+                    match NfgPair::of_reading(&params, reading) {
                         Ok(pair) => {
                             accepted += 1;
                             look(&pair, &of);
@@ -195,8 +195,8 @@ fn a_pair_that_is_accepted_can_be_evaluated() {
     let inertia = NfgParams { inertia: 5e-324, ..NfgParams::table1() };
     assert!(matches!(NfgPair::new(&inertia), Err(P::OutOfRange { name, .. }) if name == "inertia"));
     let reading = NfgReading { centre_forcing: CentreForcing::Series(u32::MAX), ..NfgReading::exact() };
-    too_many("centre forcing", NfgPair::with_reading(&NfgParams::table1(), reading));
-    too_many("centre forcing", NfgPair2::with_reading(&NfgParams::table1(), 0.01, reading));
+    too_many("centre forcing", NfgPair::of_reading(&NfgParams::table1(), reading));
+    too_many("centre forcing", NfgPair2::of_reading(&NfgParams::table1(), 0.01, reading));
 }
 
 #[test]
@@ -308,7 +308,7 @@ fn exponents_of_a_motion_that_grows() {
             std::f64::consts::TAU
         }
     }
-    let exponents = Lyapunov::new().settle(0).align(3).periods(12).budget(Budget::new().steps(100_000));
+    let exponents = Lyapunov::new().settle(0).align(3).measure(12).budget(Budget::new().steps(100_000));
     let exponents = exponents.run(&Growing, &State::at_rest(1)).unwrap();
     let root = (1.0f64 + 0.03 * 0.03).sqrt();
     assert!((exponents.values()[0] - (root - 0.03)).abs() < 1e-7, "{exponents:?}");

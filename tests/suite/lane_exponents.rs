@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 const TOLERANCE: f64 = 1e-9;
 
 fn lyapunov() -> Lyapunov {
-    Lyapunov::new().align(3).periods(4).flow_tolerance(TOLERANCE)
+    Lyapunov::new().align(3).measure(4).flow_tolerance(TOLERANCE)
 }
 
 /// Exponents in lanes are those of single runs from the same state. Where the motion repeats, the error of a single run
@@ -82,7 +82,7 @@ fn differences_jump_at_stops() {
     let sweep = Sweep::new(axis("pull", -0.096, -0.09, 4)).settle(150).measure(1).rattle();
     let start = State::new(0.0, &[0.2], &[0.3]);
     exponents_agree(&table, &start, sweep.clone(), [4, 0]);
-    let long = sweep.lyapunov(Lyapunov::new().align(100).periods(200));
+    let long = sweep.lyapunov(Lyapunov::new().align(100).measure(200));
     for row in rows(&long, &LaneTaylor::new(tolerant()), &table, &start).iter() {
         assert_eq!(row.contacts()[0].impacts, [1, 0]);
         let (ours, error) = (row.lyapunov().unwrap(), row.lyapunov_standard_error().unwrap());
@@ -118,7 +118,7 @@ fn parts_are_halved_where_a_direction_shrinks() {
 #[test]
 fn the_same_exponents_however_they_are_run() {
     let sweep = Sweep::new(axis("wc", 0.15 / 63.0, 0.36 / 63.0, 11)).settle(0).measure(1);
-    let sweep = sweep.lyapunov(lyapunov().align(1).periods(2));
+    let sweep = sweep.lyapunov(lyapunov().align(1).measure(2));
     let (machine, start, engine) = (pair(), Pair::start(), LaneTaylor::new(tolerant()));
     let expected = rows(&sweep, &engine, &machine, &start).fingerprint();
     for set in InstructionSet::available() {
@@ -169,7 +169,7 @@ fn budgets_and_other_methods() {
         assert_eq!(*exhausted, Exhausted::Steps { limit: 500 });
         assert!(last.running(0).len() < 4);
     }
-    let other = lyapunov().align(1).periods(1).flow_method(FlowMethod::Dop853);
+    let other = lyapunov().align(1).measure(1).flow_method(FlowMethod::Dop853);
     let found = rows(&sweep.strobe(1).lyapunov(other.clone()), &engine, &machine, &start);
     let row = found.get(1).unwrap();
     let (q, v) = row.strobes().next().unwrap().split_at(machine.dof());

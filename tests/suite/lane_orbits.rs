@@ -4,7 +4,7 @@
 use crate::api::*;
 use crate::benchmarks::Pair;
 use crate::lane_taylor::{Stops, axis, pair, planetary, rows, tolerant, wave};
-use gear_dynamics::periodic::{ShootingError, Stability};
+use gear_dynamics::periodic::{FlowMethod, ShootingError, Stability};
 
 /// Multipliers in lanes are those of shooting from the last state of the run, within the error that both estimate.
 fn multipliers_agree<G: Shape + Send + Sync>(
@@ -13,7 +13,7 @@ fn multipliers_agree<G: Shape + Send + Sync>(
     sweep: Sweep,
     least: usize,
 ) {
-    let sweep = sweep.periodic_tolerance(1e-6).strobe(1).multipliers();
+    let sweep = sweep.periodic_tolerance(1e-6).strobe(1).multipliers(Shooting::new());
     let name = sweep.points().names()[0].clone();
     let lanes = rows(&sweep, &LaneTaylor::new(tolerant()), machine, start);
     assert!(lanes.errors().is_empty() && lanes.exponent_errors().is_empty(), "{:?}", lanes.exponent_errors());
@@ -65,8 +65,12 @@ fn multipliers_of_a_bouncing_ball_are_exact() {
     let restitution: f64 = 0.8;
     let table = Stops::rigid(&[(true, wave(0.0, 0.0, 0.09, 1))], restitution, 1.0, -0.1);
     let sweep = Sweep::new(axis("pull", -0.096, -0.09, 4)).settle(60).measure(1).periodic_tolerance(1e-3);
-    let found =
-        rows(&sweep.multipliers(), &LaneTaylor::new(tolerant()), &table, &State::new(0.0, &[0.2], &[0.3]));
+    let found = rows(
+        &sweep.multipliers(Shooting::new()),
+        &LaneTaylor::new(tolerant()),
+        &table,
+        &State::new(0.0, &[0.2], &[0.3]),
+    );
     for row in found.iter() {
         let multipliers = row.multipliers().unwrap();
         let product: f64 = multipliers.values().iter().map(|value| value.norm()).product();
@@ -80,7 +84,7 @@ fn multipliers_of_a_bouncing_ball_are_exact() {
 #[test]
 fn the_same_multipliers_however_they_are_found() {
     let sweep = Sweep::new(axis("speed", 80.0, 100.0, 5)).settle(4).measure(1).periodic_tolerance(1e-4);
-    let sweep = sweep.multipliers();
+    let sweep = sweep.multipliers(Shooting::new());
     let machine = NfgPair::new(&NfgParams::table1()).unwrap();
     let (start, engine) = (machine.on_drive_flank().unwrap(), LaneTaylor::new(tolerant()));
     let whole = rows(&sweep, &engine, &machine, &start);
@@ -106,12 +110,33 @@ fn the_same_multipliers_however_they_are_found() {
     }
 }
 
+/// The settings of the shooting are those that are stated; the period multiple is measured.
+#[test]
+fn a_sweep_shoots_with_its_settings() {
+    let sweep = Sweep::new(axis("speed", 90.0, 100.0, 2)).settle(4).measure(1).periodic_tolerance(1e-4);
+    let machine = NfgPair::new(&NfgParams::table1()).unwrap();
+    let (start, engine) = (machine.on_drive_flank().unwrap(), LaneTaylor::new(tolerant()));
+    let other = Shooting::new().flow_method(FlowMethod::Dop853).segments(2);
+    let found = rows(&sweep.clone().strobe(1).multipliers(other.clone()), &engine, &machine, &start);
+    let row = found.get(1).unwrap();
+    let (q, v) = row.strobes().next().unwrap().split_at(1);
+    let model = machine.with("speed", 100.0).unwrap();
+    let single = other.solve(&model, [&State::new(0.0, q, v)]).unwrap();
+    assert_eq!(row.multipliers().as_ref(), Some(single.multipliers()));
+    let refused = sweep.clone().multipliers(Shooting::new().period_multiple(2));
+    assert!(refused.over(&engine, &machine).unwrap().run().is_err());
+    let few = sweep.multipliers(Shooting::new().max_iterations(1).tolerance(1e-15));
+    let failed = rows(&few, &engine, &machine, &start);
+    let errors: Vec<_> = failed.exponent_errors().iter().map(|(_, error)| error.to_string()).collect();
+    assert!(errors.len() == 2 && errors.iter().all(|error| error.contains("converge")), "{errors:?}");
+}
+
 /// A mass without force rests anywhere in its gap: its orbit is not determined. Its neighbours keep their multipliers.
 #[test]
 fn an_orbit_that_is_not_determined_fails_alone() {
     let machine = Stops::machine(&[(false, Wave::constant(1.0).unwrap())], 40.0, 1.0, 1.0, 0.0);
     let pulls = Points::from(Axis::list("pull", &[0.3, 0.0, 0.4]).unwrap());
-    let sweep = Sweep::new(pulls).settle(40).measure(2).periodic_tolerance(1e-4).multipliers();
+    let sweep = Sweep::new(pulls).settle(40).measure(2).periodic_tolerance(1e-4).multipliers(Shooting::new());
     let start = State::at_rest(1);
     let found = rows(&sweep, &LaneTaylor::new(tolerant()), &machine, &start);
     let single = rows(&sweep, &Located(tolerant()), &machine, &start);

@@ -65,7 +65,7 @@ fn pairs_of_one_degree_of_freedom() {
             each_alone(what, |by| {
                 let mut params = NfgParams::table1();
                 change(&mut params, by);
-                NfgPair::with_reading(&params, reading).unwrap()
+                NfgPair::of_reading(&params, reading).unwrap()
             });
         }
     }
@@ -90,7 +90,7 @@ fn trains_that_are_drawn_elsewhere_share_lanes() {
     use gear_dynamics::trains::{Body, Parts};
     let train = |x: f64| {
         let mut parts = Parts::new();
-        parts.body("motor", Body::new(0.1)).body("brake", Body::new(0.2).at([x, 0.0]));
+        parts.body("motor", Body::new(0.1)).body("brake", Body::new(0.2).centre([x, 0.0]));
         parts.shaft("shaft", "motor", "brake", 1e4, 1.0);
         parts.build("motor", 100.0).unwrap()
     };

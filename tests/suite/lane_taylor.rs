@@ -234,13 +234,13 @@ impl Stops {
         pull: f64,
     ) -> Machine<Stops> {
         let shape = Stops { all: all.to_vec(), stiffness, damping, rigid: None, both: Vec::new() };
-        Machine::with_constants(shape, &[("speed", speed), ("pull", pull)]).unwrap()
+        Machine::of_constants(shape, &[("speed", speed), ("pull", pull)]).unwrap()
     }
     pub(crate) fn rigid(all: &[(bool, Wave)], restitution: f64, speed: f64, pull: f64) -> Machine<Stops> {
         let both = all.iter().map(|(below, _)| [*below, !below]).collect();
         let rigid = Some(Restitution::new(restitution).unwrap());
         let shape = Stops { all: all.to_vec(), stiffness: 0.0, damping: 0.0, rigid, both };
-        Machine::with_constants(shape, &[("speed", speed), ("pull", pull)]).unwrap()
+        Machine::of_constants(shape, &[("speed", speed), ("pull", pull)]).unwrap()
     }
 }
 
@@ -472,7 +472,7 @@ fn shapes_that_lanes_do_not_run_are_refused_by_name() {
     let wave = || Wave::constant(2e8).unwrap();
     let hertz = Mesh::new(wave(), Wave::constant(0.0).unwrap(), PowerLaw::new(1e-5, 1.5, 1e-5).unwrap());
     let params = NfgParams::table1();
-    let pair = NfgPair::with_mesh(&params, NfgReading::exact(), hertz).unwrap();
+    let pair = NfgPair::of_mesh(&params, NfgReading::exact(), hertz).unwrap();
     let sweep = Sweep::new(axis("speed", 100.0, 120.0, 2)).settle(0).measure(1).channels(&["q0"]);
     let start = State::new(0.0, &[-1.5e-3], &[0.0]);
     let refused = rows(&sweep, &LaneTaylor::new(tolerant()), &pair, &start);

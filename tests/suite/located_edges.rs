@@ -293,7 +293,7 @@ fn an_edge_just_left_is_not_crossed_again() {
 #[test]
 fn edges_are_met_far_from_time_zero() {
     let params = NfgParams { speed: 180.0, ..NfgParams::table1() };
-    let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
+    let pair = NfgPair::of_reading(&params, NfgReading::published_on_base_radius()).unwrap();
     let solver = Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]);
     let settled = solver.end(&pair, &pair.on_drive_flank().unwrap(), 40.0 * pair.period()).unwrap();
     let turn = |k: f64| {

@@ -23,7 +23,7 @@ fn overdamped_oscillator() {
     let exponents = Lyapunov::new()
         .settle(0)
         .align(30)
-        .periods(50)
+        .measure(50)
         .run_over(&Overdamped, &State::at_rest(1), 1.0)
         .unwrap();
     let values = exponents.values();
@@ -38,7 +38,7 @@ fn of_a_periodic_orbit() {
     let cycle = Shooting::new().solve(&model, &State::new(0.0, &[1.17], &[0.02])).unwrap();
     let growth = cycle.multipliers().growth(cycle.period());
     let exponents =
-        Lyapunov::new().settle(0).align(50).periods(1000).run(&model, &cycle.states()[0]).unwrap();
+        Lyapunov::new().settle(0).align(50).measure(1000).run(&model, &cycle.states()[0]).unwrap();
     println!("{:?} {growth:?} {:?}", exponents.values(), exponents.standard_error());
     for (ours, exact) in exponents.values().iter().zip(&growth) {
         // For a complex pair the mean converges as 1/periods.
@@ -51,7 +51,7 @@ fn of_a_periodic_orbit() {
     let exponents = Lyapunov::new()
         .settle(0)
         .align(8)
-        .periods(12)
+        .measure(12)
         .flow_tolerance(1e-12)
         .run(&duffing, &cycle.states()[0])
         .unwrap();
@@ -62,7 +62,7 @@ fn of_a_periodic_orbit() {
 }
 
 fn reading_a(speed: f64) -> NfgPair {
-    NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius())
+    NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, NfgReading::published_on_base_radius())
         .unwrap()
 }
 
@@ -82,7 +82,7 @@ fn rattling_pair(periods: usize, speeds: impl Fn(f64) -> bool) {
         let exponents = Lyapunov::new()
             .settle(40)
             .align(5)
-            .periods(periods)
+            .measure(periods)
             .run(&pair, &pair.on_drive_flank().unwrap())
             .unwrap();
         let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
@@ -129,7 +129,7 @@ fn of_the_rattling_pair_over_a_thousand_turns() {
         let exponents = Lyapunov::new()
             .count(1)
             .settle(60)
-            .periods(1000)
+            .measure(1000)
             .run(&pair, &pair.on_drive_flank().unwrap())
             .unwrap();
         let (ours, error) = (exponents.per_period()[0], exponents.standard_error()[0]);
@@ -159,7 +159,7 @@ fn window(speeds: &[f64]) {
     let sweep = Sweep::new(points)
         .settle(60)
         .measure(40)
-        .lyapunov(Lyapunov::new().align(5).periods(40).flow_tolerance(1e-7));
+        .lyapunov(Lyapunov::new().align(5).measure(40).flow_tolerance(1e-7));
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let solver = Dop853::new().rtol(1e-9).atol_each(&[1e-14, 1e-15]);
     let rows = sweep.of(&Located(solver), family).start(|_, pair| pair.on_drive_flank()).run().unwrap();
@@ -218,7 +218,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
     let start = |_: &Point<'_>, _: &Driven| Ok::<_, ParameterError>(State::at_rest(1));
     let points = Points::from(Axis::list("damping", &[3.0, 4.0]).unwrap());
     let sweep = Sweep::new(points).settle(4).measure(2).strobe(1).warm_start(WarmStart::Up);
-    let asked = sweep.clone().lyapunov(Lyapunov::new().align(10).periods(20));
+    let asked = sweep.clone().lyapunov(Lyapunov::new().align(10).measure(20));
     let period = Driven(0.0).period();
     for rows in [
         asked.of(&TableRk4::new(64), family).start(start).run().unwrap(),
@@ -233,7 +233,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
     let without = sweep.of(&TableRk4::new(64), family).start(start).run().unwrap();
     assert!(without.iter().all(|row| row.lyapunov().is_none() && row.lyapunov_standard_error().is_none()));
     for bad in [
-        Lyapunov::new().periods(0),
+        Lyapunov::new().measure(0),
         Lyapunov::new().renormalisations(0),
         Lyapunov::new().flow_tolerance(f64::NAN),
         Lyapunov::new().count(2),
@@ -250,7 +250,7 @@ fn the_largest_exponent_is_a_measure_of_sweeps() {
 fn exponents_of_sweeps_settle_as_set() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let start = |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank();
-    let lyapunov = Lyapunov::new().align(1).periods(2).flow_tolerance(1e-7).count(1);
+    let lyapunov = Lyapunov::new().align(1).measure(2).flow_tolerance(1e-7).count(1);
     let sweep = Sweep::new(Axis::list("speed", &[180.0]).unwrap());
     let sweep = sweep.settle(2).measure(1).strobe(1);
     let of = |lyapunov: Lyapunov| {
@@ -273,7 +273,7 @@ fn exponents_of_sweeps_settle_as_set() {
 fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let start = |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank();
-    let lyapunov = Lyapunov::new().align(1).periods(4).flow_tolerance(1e-7);
+    let lyapunov = Lyapunov::new().align(1).measure(4).flow_tolerance(1e-7);
     let speeds = Points::from(Axis::list("speed", &[155.0, 180.0]).unwrap());
     let sweep = Sweep::new(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
     let rows = sweep.of(&LaneRk4::new(4032).lanes::<4>(), pair).start(start).run().unwrap();
@@ -315,7 +315,7 @@ fn bad_input() {
     for lyapunov in [
         with(|l| l.count(0)),
         with(|l| l.count(3)),
-        with(|l| l.periods(0)),
+        with(|l| l.measure(0)),
         with(|l| l.renormalisations(0)),
         with(|l| l.renormalisations(usize::MAX)),
         with(|l| l.flow_tolerance(f64::NAN)),
@@ -394,7 +394,7 @@ impl Periodic for Cubic {
 #[test]
 fn a_direction_that_turns_with_the_period_is_no_certainty() {
     let model = Linear { damping: 0.05, stiffness: 1.0 };
-    let exponents = Lyapunov::new().settle(20).periods(40).run(&model, &State::at_rest(1)).unwrap();
+    let exponents = Lyapunov::new().settle(20).measure(40).run(&model, &State::at_rest(1)).unwrap();
     let (ours, errors, exact) = (exponents.per_period(), exponents.standard_error(), model.exact());
     println!("{ours:?} ± {errors:?}, exact {exact:?}");
     assert!(ours[0] >= ours[1]);
@@ -436,7 +436,7 @@ fn coverage<M: Periodic>(lyapunov: &Lyapunov, model: &M, count: u32, exact: Opti
 #[test]
 fn bars_cover_a_linear_oscillator() {
     let model = Linear { damping: 0.05, stiffness: 0.81 };
-    let lyapunov = Lyapunov::new().count(1).settle(1).align(8).periods(12).flow_tolerance(1e-7);
+    let lyapunov = Lyapunov::new().count(1).settle(1).align(8).measure(12).flow_tolerance(1e-7);
     let share = coverage(&lyapunov, &model, 24, Some(model.exact()[0]));
     assert!(share >= 0.85, "{share}");
 }
@@ -452,7 +452,7 @@ fn bars_cover_95_percent_of_200_seeds() {
     let ueda = Cubic { damping: 0.05, stiffness: 0.0, force: 7.5, omega: 1.0 };
     let shares = [
         coverage(&lyapunov, &linear, 200, Some(linear.exact()[0])),
-        coverage(&lyapunov.clone().periods(40), &linear, 200, Some(linear.exact()[0])),
+        coverage(&lyapunov.clone().measure(40), &linear, 200, Some(linear.exact()[0])),
         coverage(&lyapunov, &duffing, 200, None),
         coverage(&lyapunov, &ueda, 200, None),
     ];
@@ -465,7 +465,7 @@ fn a_stiff_model_has_its_second_exponent() {
     for damping in [300.0, 1000.0] {
         let model = Linear { damping, stiffness: 1.0 };
         let exponents =
-            Lyapunov::new().settle(0).align(0).periods(1).run(&model, &State::at_rest(1)).unwrap();
+            Lyapunov::new().settle(0).align(0).measure(1).run(&model, &State::at_rest(1)).unwrap();
         let (ours, exact) = (exponents.per_period(), model.exact());
         println!("{ours:?} {exact:?}");
         // One period is too short for the first direction to converge.
@@ -487,7 +487,7 @@ fn the_largest_exponent_is_that_of_the_whole_model() {
         }
     }
     let start = State::new(0.0, &[1.0, 1.0], &[0.0, 0.0]);
-    let solve = Lyapunov::new().settle(0).align(40).periods(10);
+    let solve = Lyapunov::new().settle(0).align(40).measure(10);
     let all = solve.run_over(&Two, &start, 1.0).unwrap().values();
     for (ours, exact) in all.iter().zip([-0.5, -1.0, -1.5, -2.0]) {
         assert!((ours - exact).abs() < 1e-6, "{all:?}");
@@ -530,7 +530,7 @@ fn a_budget_ends_any_run() {
     let most = [
         solve.clone().settle(usize::MAX),
         solve.clone().align(usize::MAX),
-        solve.clone().periods(usize::MAX),
+        solve.clone().measure(usize::MAX),
     ];
     for lyapunov in most {
         match lyapunov.budget(Budget::new().steps(600)).run(&model, &start) {

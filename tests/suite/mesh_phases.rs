@@ -43,13 +43,13 @@ fn apart(phase: f64, other: f64) -> f64 {
 fn star(sense: f64, [zs, zp]: [i32; 2], angles: &[f64], asked: &str) -> Parts {
     let (zr, far) = (zs + 2 * zp, 0.5 * MODULE * f64::from(zs + zp));
     let mut parts = Parts::new();
-    parts.body("input", Body::new(1e-2)).body("sun", Body::new(1e-3).at([0.0; 2]));
-    parts.body("ring", Body::new(1e-2).at([0.0; 2]));
+    parts.body("input", Body::new(1e-2)).body("sun", Body::new(1e-3).centre([0.0; 2]));
+    parts.body("ring", Body::new(1e-2).centre([0.0; 2]));
     // An external mesh reverses the rotation, an internal one does not.
     parts.mesh("input mesh", "input", "sun", if sense > 0.0 { mesh([30, -90]) } else { mesh([30, 90]) });
     for (p, angle) in (1..).zip(angles) {
         let planet = format!("planet {p}");
-        parts.body(&planet, Body::new(1e-3).at([far * angle.cos(), far * angle.sin()]));
+        parts.body(&planet, Body::new(1e-3).centre([far * angle.cos(), far * angle.sin()]));
         let mut add = |kind: &str, first: &str, second: &str, mesh: MeshPart, anchor: bool| {
             let name = format!("{kind} {p}");
             let mesh = if anchor { mesh } else { mesh.phase_from_teeth() };
@@ -73,7 +73,7 @@ fn wheels_round_a_sun() {
             for place in [0.3, 1.0, 2.5] {
                 let mut parts = star(sense, teeth, &[0.0], "");
                 let far = 0.5 * MODULE * f64::from(teeth[0] + teeth[1]);
-                parts.body("other", Body::new(1e-3).at([far * f64::cos(place), far * f64::sin(place)]));
+                parts.body("other", Body::new(1e-3).centre([far * f64::cos(place), far * f64::sin(place)]));
                 let asked = mesh(teeth).phase_from_teeth().stated_phase(IMPOSSIBLE);
                 let phase = computed(parts.mesh("asked", "sun", "other", asked));
                 assert!(apart(phase, -sense * z * place / TAU) < 1e-12, "{phase}");
@@ -138,8 +138,10 @@ fn idlers_with_profile_shift() {
         let far = pairs[0].centre_distance();
         for (angle, quarter) in [(0.0, 2.0), (-0.25 * TAU, 3.0)] {
             let mut parts = Parts::new();
-            parts.body("input", Body::new(1e-3).at([-far, 0.0])).body("idler", Body::new(1e-3).at([0.0; 2]));
-            parts.body("output", Body::new(1e-3).at([far * angle.cos(), far * angle.sin()]));
+            parts
+                .body("input", Body::new(1e-3).centre([-far, 0.0]))
+                .body("idler", Body::new(1e-3).centre([0.0; 2]));
+            parts.body("output", Body::new(1e-3).centre([far * angle.cos(), far * angle.sin()]));
             let [first, second] = pairs.each_ref().map(|pair| MeshPart::of_pair(pair, steel()));
             parts.mesh("first", "input", "idler", first);
             let second = second.phase_from_teeth().stated_phase(IMPOSSIBLE);
@@ -159,7 +161,7 @@ fn phases_that_do_not_follow_are_refused() {
         let mut parts = Parts::new();
         for (i, name) in ["input", "idler", "output"].into_iter().enumerate() {
             let body = Body::new(1e-3);
-            parts.body(name, if places { body.at([0.1 * i as f64, 0.0]) } else { body });
+            parts.body(name, if places { body.centre([0.1 * i as f64, 0.0]) } else { body });
         }
         parts.mesh("first", "input", "idler", mesh([30, 31]));
         parts.mesh("second", "idler", "output", mesh(second).phase_from_teeth()).build("input", 100.0)
@@ -177,7 +179,7 @@ fn stated_phases_that_contradict_teeth() {
     let build = |phase: f64| {
         let mut parts = star(1.0, [19, 17], &[0.0, 6.0 * TAU / 72.0], "");
         let far = 0.5 * MODULE * 36.0;
-        parts.body("other", Body::new(1e-3).at([0.0, far]));
+        parts.body("other", Body::new(1e-3).centre([0.0, far]));
         parts.mesh("stated", "sun", "other", mesh([19, 17]).phase(phase));
         parts.accept(Warning::Unbalanced).build("input", 100.0)
     };
@@ -196,7 +198,7 @@ fn stated_phases_that_contradict_teeth() {
 fn equal_tooth_numbers_of_different_gears() {
     let mut parts = Parts::new();
     for (i, name) in ["input", "compound", "output"].into_iter().enumerate() {
-        parts.body(name, Body::new(1e-3).at([0.1 * i as f64, 0.0]));
+        parts.body(name, Body::new(1e-3).centre([0.1 * i as f64, 0.0]));
     }
     let larger = MeshPart::external([31, 40], [0.0465, 0.06], steel()).phase_from_teeth();
     parts.mesh("first", "input", "compound", mesh([30, 31])).mesh("second", "compound", "output", larger);

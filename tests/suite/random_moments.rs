@@ -143,7 +143,7 @@ impl Shape for Pressed {
 #[test]
 fn long_runs_agree() {
     let given = [("speed", 1.0), ("force", 5.0), ("spring", 1.0)];
-    let model = Machine::with_constants(Pressed, &given).unwrap();
+    let model = Machine::of_constants(Pressed, &given).unwrap();
     let on = |name: &str, intensity: f64| {
         WhiteNoise::drives(&[(model.slot(name).unwrap(), 1.0)], intensity).unwrap()
     };

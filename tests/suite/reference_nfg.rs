@@ -96,8 +96,7 @@ fn check_periodic_cases(stride: usize) -> usize {
     for case in converged.step_by(stride) {
         count += 1;
         let name = format!("case {} {} {}", case["id"], case["params_override"], case["options"]);
-        let pair =
-            NfgPair::with_reading(&params(&case["params_override"]), reading(&case["options"])).unwrap();
+        let pair = NfgPair::of_reading(&params(&case["params_override"]), reading(&case["options"])).unwrap();
         assert!(
             (pair.natural_frequency() / number(&case["derived"]["omega_n"]) - 1.0).abs() < 1e-13,
             "{name}"
@@ -209,7 +208,7 @@ fn two_degrees_of_freedom_tend_to_one() {
 #[test]
 fn the_elastic_part_is_a_channel() {
     for reading in [NfgReading::exact(), NfgReading::published()] {
-        let pair = NfgPair::with_reading(&NfgParams::table1(), reading).unwrap();
+        let pair = NfgPair::of_reading(&NfgParams::table1(), reading).unwrap();
         let mut probe = Probe::new(&pair);
         let [elastic, radius] = ["elastic part", "base radius"].map(|name| probe.index(name).unwrap());
         for (i, q) in [-7e-4, -5.1e-4, -1e-5, 0.0, 4e-4, 2e-3].into_iter().enumerate() {

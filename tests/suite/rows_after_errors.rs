@@ -47,7 +47,7 @@ fn sweep() -> Sweep {
 
 #[test]
 fn a_row_without_an_exponent_keeps_its_other_figures() {
-    let asked = sweep().lyapunov(Lyapunov::new().align(1).periods(2).flow_tolerance(1e-6));
+    let asked = sweep().lyapunov(Lyapunov::new().align(1).measure(2).flow_tolerance(1e-6));
     let rows = asked.of(&TableRk4::new(128), family).start(rest).run().unwrap();
     let plain = sweep().of(&TableRk4::new(128), family).start(rest).run().unwrap();
     assert!(rows.is_complete() && rows.errors().is_empty() && rows == rows.clone());
@@ -125,7 +125,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
             .settle(1)
             .measure(3)
             .channels(&["q0"]);
-        let family = |_: &Point<'_>| Machine::with_constants(Far, &[("speed", 1.0)]);
+        let family = |_: &Point<'_>| Machine::of_constants(Far, &[("speed", 1.0)]);
         let start =
             |p: &Point<'_>, _: &Machine<Far>| Ok::<_, ParameterError>(State::new(0.0, &[p["mean"]], &[root]));
         let lanes = sweep.of(&LaneRk4::new(256).lanes::<4>(), family).start(start).run().unwrap();

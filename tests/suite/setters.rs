@@ -1,5 +1,5 @@
-//! The rule of CONTRIBUTING.md for setters, read from the source: a setter is the noun of its field,
-//! and takes `with_` where that noun is the getter.
+//! The rules of CONTRIBUTING.md for names, read from the source: a setter is the noun of its field, and
+//! takes `with_` where that noun is the getter; a type has a name of its own in its room.
 
 use std::collections::BTreeMap;
 use std::fs::{read_dir, read_to_string};
@@ -37,6 +37,10 @@ fn setters_and_getters_have_one_noun() {
     for path in sources(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../src")) {
         let code = read_to_string(path).unwrap();
         for (of, name, body) in methods(&code) {
+            // with_ sets: what makes a value of others is of_.
+            let sets = !name.starts_with("with_")
+                || ["(self", "(&self", "(mut self"].iter().any(|it| body.contains(it));
+            assert!(sets, "{of}::{name} is no setter");
             // fn getter(&self) -> T { self.field }
             let returned = body.split_once("{\n        self.").map(|(_, rest)| rest.trim());
             let field = returned.filter(|rest| rest.chars().all(|c| c.is_alphanumeric() || c == '_'));
@@ -47,6 +51,9 @@ fn setters_and_getters_have_one_noun() {
             let built = body.split_once(&format!("{of} {{")).filter(|_| body.contains("(self, "));
             let Some((fields, _)) = built.and_then(|(_, rest)| rest.split_once("..self")) else { continue };
             let field = fields.trim().split([':', ',']).next().unwrap();
+            // A preposition says nothing of what is set.
+            let first = name.split('_').next().unwrap();
+            assert!(!["at", "on"].contains(&first), "the setter {of}::{name} is no noun of {field}");
             // What is computed from the old value is not set: Wave::per_turn multiplies the order.
             if !body.contains(&format!("self.{field}")) {
                 setters.push((of.to_owned(), field.to_owned(), name.to_owned()));
@@ -61,4 +68,28 @@ fn setters_and_getters_have_one_noun() {
         pairs += 1;
     }
     assert!(pairs >= 7, "only {pairs} pairs are recognised"); // InvoluteGear alone has seven
+}
+
+/// The type that a line of code outside all blocks defines.
+fn type_of(line: &str) -> Option<&str> {
+    let line =
+        ["pub ", "pub(crate) ", "pub(super) "].iter().find_map(|it| line.strip_prefix(it)).unwrap_or(line);
+    let kinds = ["struct ", "enum ", "trait ", "type ", "union "];
+    kinds.iter().find_map(|kind| line.strip_prefix(kind))?.split(|c: char| !c.is_alphanumeric()).next()
+}
+
+#[test]
+fn types_of_a_room_have_names_of_their_own() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../src");
+    let mut types: BTreeMap<_, Vec<PathBuf>> = BTreeMap::new();
+    for path in sources(src.clone()) {
+        let file = path.strip_prefix(&src).unwrap();
+        let room = file.iter().next().unwrap().to_owned();
+        for name in read_to_string(&path).unwrap().lines().filter_map(type_of) {
+            types.entry((room.clone(), name.to_owned())).or_default().push(file.to_owned());
+        }
+    }
+    assert!(types.len() > 700, "only {} types are recognised", types.len());
+    let twice: Vec<_> = types.iter().filter(|(_, files)| files.len() > 1).collect();
+    assert!(twice.is_empty(), "{twice:#?}");
 }

@@ -132,7 +132,7 @@ fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
     let sweep = Sweep::new(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap()).settle(20).measure(6);
     let rows = sweep
         .of(&Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])), |p| {
-            NfgPair::with_reading(
+            NfgPair::of_reading(
                 &NfgParams { speed: p["speed"], ..NfgParams::table1() },
                 NfgReading::published_on_base_radius(),
             )

@@ -212,33 +212,28 @@ fn the_pair_takes_any_law_and_any_wave() {
         }
     }
     for reading in [NfgReading::exact(), NfgReading::published(), NfgReading::published_on_base_radius()] {
-        let own = NfgPair::with_reading(&params, reading).unwrap();
+        let own = NfgPair::of_reading(&params, reading).unwrap();
         let mesh = |law| {
             let (stiffness, error) = waves();
             Mesh::new(stiffness, error, law)
         };
-        let backlash = NfgPair::with_mesh(&params, reading, mesh(Backlash::new(5e-5).unwrap())).unwrap();
+        let backlash = NfgPair::of_mesh(&params, reading, mesh(Backlash::new(5e-5).unwrap())).unwrap();
         compare(&own, &backlash, 1e-12, "backlash");
         let asymmetric = {
             let (stiffness, error) = waves();
             Mesh::new(stiffness, error, AsymmetricBacklash::new(-5e-5, 5e-5).unwrap())
         };
-        compare(&own, &NfgPair::with_mesh(&params, reading, asymmetric).unwrap(), 1e-11, "asymmetric");
+        compare(&own, &NfgPair::of_mesh(&params, reading, asymmetric).unwrap(), 1e-11, "asymmetric");
         let varying = {
             let (stiffness, error) = waves();
             Mesh::new(stiffness, error, VaryingBacklash::new(Wave::constant(5e-5).unwrap()))
         };
-        compare(&own, &NfgPair::with_mesh(&params, reading, varying).unwrap(), 1e-11, "varying");
+        compare(&own, &NfgPair::of_mesh(&params, reading, varying).unwrap(), 1e-11, "varying");
         let power = {
             let (stiffness, error) = waves();
             Mesh::new(stiffness, error, PowerLaw::new(5e-5, 1.0, 1.0).unwrap())
         };
-        compare(
-            &own,
-            &NfgPair::with_mesh(&params, reading, power).unwrap(),
-            1e-11,
-            "power law of exponent 1",
-        );
+        compare(&own, &NfgPair::of_mesh(&params, reading, power).unwrap(), 1e-11, "power law of exponent 1");
     }
 }
 
@@ -250,7 +245,7 @@ fn moving_edges_of_the_pair() {
     let width = Wave::new(Fourier::new(5e-5, &[[1e-5, 5e-6]]).unwrap());
     let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.6, 2.4e8, 3.6e8).unwrap());
     let mesh = Mesh::new(stiffness, Wave::constant(1e-5).unwrap(), VaryingBacklash::new(width));
-    let one = NfgPair::with_mesh(&params, NfgReading::exact(), mesh.clone()).unwrap();
+    let one = NfgPair::of_mesh(&params, NfgReading::exact(), mesh.clone()).unwrap();
     assert_eq!(check_periodic(&one, &State::new(3.0, &[-8e-4], &[1e-4])), []);
     let edges = std::iter::successors(Some(0.0), |t| one.next_edge(*t))
         .skip(1)
@@ -258,7 +253,7 @@ fn moving_edges_of_the_pair() {
         .count();
     assert_eq!(edges, 2 * 63);
     let absolute = Mesh::new(Wave::constant(3e8).unwrap(), Wave::constant(1e-5).unwrap(), mesh.law().clone());
-    let two = NfgPair2::with_mesh(&params, 0.01, NfgReading::exact(), absolute).unwrap();
+    let two = NfgPair2::of_mesh(&params, 0.01, NfgReading::exact(), absolute).unwrap();
     assert_eq!(check_periodic(&two, &State::new(3e-4, &[1e-3, -2e-3], &[0.1, 0.2])), []);
     let solver = Dop853::new().rtol(1e-10).atol(1e-15);
     let (tight, loose) = (Dop853::new().rtol(1e-12).atol(1e-17), solver);
@@ -290,7 +285,7 @@ fn functions_of_time_by_a_wrapper() {
             [a[0]] = u.constants();
         }
     }
-    let free = Machine::with_constants(Free, &[("speed", 1.0), ("torque", 0.5)]).unwrap();
+    let free = Machine::of_constants(Free, &[("speed", 1.0), ("torque", 0.5)]).unwrap();
     let slot = free.slot("torque").unwrap();
     let driven = Driven::new(free).add(slot, |t| if t < 2.0 { t } else { -1.0 }, &[2.0]).unwrap();
     let end = Rk45::new().end(&driven, &State::at_rest(1), 3.0).unwrap();
@@ -319,7 +314,7 @@ impl Flawed {
         Flawed { size, names: vec!["speed", "load"], wave: f64::cos, repeats: 1, prepared: 2, reads: 1 }
     }
     fn machine_of(self) -> Result<Machine<Self>, ParameterError> {
-        Machine::with_constants(self, &[("speed", 1.0), ("load", 2.0)])
+        Machine::of_constants(self, &[("speed", 1.0), ("load", 2.0)])
     }
 }
 
@@ -379,19 +374,19 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
     assert!(matches!(of(|s| s.names = vec!["speed", "speed"]), Err(P::Twice { .. })));
     let shape = Flawed::right();
     assert_eq!(
-        Machine::with_constants(shape.clone(), &[("speed", 1.0)]).unwrap_err(),
+        Machine::of_constants(shape.clone(), &[("speed", 1.0)]).unwrap_err(),
         P::MissingConstant { name: "load".into() }
     );
     assert_eq!(
-        Machine::with_constants(shape.clone(), &[("speed", 1.0), ("speed", 2.0), ("load", 1.0)]).unwrap_err(),
+        Machine::of_constants(shape.clone(), &[("speed", 1.0), ("speed", 2.0), ("load", 1.0)]).unwrap_err(),
         P::Twice { name: "speed".into() }
     );
     assert!(matches!(
-        Machine::with_constants(shape.clone(), &[("speed", 0.0), ("load", 1.0)]),
+        Machine::of_constants(shape.clone(), &[("speed", 0.0), ("load", 1.0)]),
         Err(P::NotPositive { name, .. }) if name == "speed of the angle"
     ));
     assert!(matches!(
-        Machine::with_constants(shape, &[("speed", 1.0), ("load", f64::NAN)]),
+        Machine::of_constants(shape, &[("speed", 1.0), ("load", f64::NAN)]),
         Err(P::NotFinite { name, .. }) if name == "load"
     ));
     assert!(matches!(
@@ -451,7 +446,7 @@ fn lanes_refuse_rigid_stops() {
             v[0] = -v[0];
         }
     }
-    let family = |p: &Point<'_>| Machine::with_constants(Bouncer, &[("speed", TAU), ("weight", p["weight"])]);
+    let family = |p: &Point<'_>| Machine::of_constants(Bouncer, &[("speed", TAU), ("weight", p["weight"])]);
     let start =
         |_: &Point<'_>, _: &Machine<Bouncer>| Ok::<_, ParameterError>(State::new(0.0, &[0.5], &[0.0]));
     let sweep = Sweep::new(Axis::list("weight", &[1.0]).unwrap()).settle(0).measure(2).channels(&["q0"]);
@@ -511,7 +506,7 @@ fn contacts_that_are_forgotten_are_refused() {
     }
     let of = |contacts: usize, told: bool| {
         let shape = Forgets { contacts, told, law: Backlash::new(1.0).unwrap() };
-        Machine::with_constants(shape, &[("speed", 1.0)]).map(|_| ())
+        Machine::of_constants(shape, &[("speed", 1.0)]).map(|_| ())
     };
     assert_eq!(of(1, true), Ok(()));
     assert_eq!(of(0, true), Err(ParameterError::NoSuchContact { contact: 0, contacts: 0 }));
@@ -549,7 +544,7 @@ fn every_wave_has_its_own_size() {
             30
         }
     }
-    let refused = Machine::with_constants(Two, &[("speed", 1.0)]);
+    let refused = Machine::of_constants(Two, &[("speed", 1.0)]);
     assert!(
         matches!(refused, Err(ParameterError::NotPeriodic { name, .. }) if name == "wave 1 of the shape")
     );
@@ -585,7 +580,7 @@ fn no_edge_is_lost_by_rounding() {
         }
     }
     for speed in [0.7, 0.9, 1.0, 3.3, 100.0] {
-        let saw = Machine::with_constants(Saw, &[("speed", speed)]).unwrap();
+        let saw = Machine::of_constants(Saw, &[("speed", speed)]).unwrap();
         let edges = std::iter::successors(Some(0.0), |t| saw.next_edge(*t))
             .skip(1)
             .take_while(|t| *t < 1000.5 * saw.period());
@@ -627,8 +622,8 @@ fn laws_read_the_same_units_in_both_pairs() {
     let params = NfgParams { eccentric_ratio: 0.0, damping_ratio: 0.0, ..NfgParams::table1() };
     let law = || Damped::by_stiffness(Backlash::new(5e-5).unwrap(), 2e-6).unwrap();
     let mesh = |error: f64| Mesh::new(Wave::constant(3.1e8).unwrap(), Wave::constant(error).unwrap(), law());
-    let one = NfgPair::with_mesh(&params, NfgReading::exact(), mesh(0.0)).unwrap();
-    let two = NfgPair2::with_mesh(&params, 1e6, NfgReading::exact(), mesh(0.0)).unwrap();
+    let one = NfgPair::of_mesh(&params, NfgReading::exact(), mesh(0.0)).unwrap();
+    let two = NfgPair2::of_mesh(&params, 1e6, NfgReading::exact(), mesh(0.0)).unwrap();
     let (natural, radius) = (one.natural_frequency(), one.mean_radius());
     let (q, speed) = (-8e-4, 0.3);
     let (mut u, mut a, mut c) = (vec![0.0; one.drives()], [0.0], [Contact::default()]);
@@ -652,7 +647,7 @@ fn laws_with_missing_edges_in_the_pair() {
     fn check<N: Nonlinearity + Clone>(law: N, what: &str) {
         for reading in [NfgReading::exact(), NfgReading::published()] {
             let mesh = Mesh::new(Wave::constant(3.1e8).unwrap(), Wave::constant(0.0).unwrap(), law.clone());
-            let pair = NfgPair::with_mesh(&NfgParams::table1(), reading, mesh).unwrap();
+            let pair = NfgPair::of_mesh(&NfgParams::table1(), reading, mesh).unwrap();
             let (mut u, mut c) = (vec![0.0; pair.drives()], [Contact::default()]);
             for k in 0..5 {
                 pair.drive(211.0 * f64::from(k), Side::After, &mut u);
@@ -715,7 +710,7 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
         }
     }
     let mesh = Mesh::new(Wave::constant(3e8).unwrap(), Wave::constant(0.0).unwrap(), Hertz);
-    let refused = NfgPair2::with_mesh(&NfgParams::table1(), 0.01, NfgReading::exact(), mesh).unwrap_err();
+    let refused = NfgPair2::of_mesh(&NfgParams::table1(), 0.01, NfgReading::exact(), mesh).unwrap_err();
     assert!(refused.to_string().contains("contacts on their upper flanks"), "{refused}");
     #[derive(PartialEq)]
     struct Mass;
@@ -738,7 +733,7 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
             a[0] = S::from(1.0) / mass;
         }
     }
-    let model = Machine::with_constants(Mass, &[("speed", 1.0), ("mass", 2.0)]).unwrap();
+    let model = Machine::of_constants(Mass, &[("speed", 1.0), ("mass", 2.0)]).unwrap();
     assert!(matches!(
         model.with("mass", 0.0),
         Err(ParameterError::NotFinite { name, .. }) if name == "acceleration 0 of the shape at rest"

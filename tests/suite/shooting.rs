@@ -206,7 +206,7 @@ fn check_face_gear_pair(wanted: &[f64]) {
             })
             .unwrap();
         let params = NfgParams { speed, ..NfgParams::table1() };
-        let pair = NfgPair::with_reading(&params, NfgReading::published_on_base_radius()).unwrap();
+        let pair = NfgPair::of_reading(&params, NfgReading::published_on_base_radius()).unwrap();
         let settled = Settle::new()
             .tolerance(1e-4)
             .run(&Dop853::new(), &pair, &pair.on_drive_flank().unwrap())

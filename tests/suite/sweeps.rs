@@ -643,7 +643,7 @@ fn parts_that_do_not_fit_together() {
 }
 
 fn reading_a(p: &Point<'_>) -> Result<NfgPair, ParameterError> {
-    NfgPair::with_reading(
+    NfgPair::of_reading(
         &NfgParams { speed: p["speed"], ..NfgParams::table1() },
         NfgReading::published_on_base_radius(),
     )

@@ -80,7 +80,7 @@ fn equal_planets_pass_every_method_in_relative_coordinates() {
         }
     }
     let exact = orbit.multipliers().largest().ln() / train.period();
-    let exponents = Lyapunov::new().settle(0).align(30).periods(30).count(1).run(&train, first).unwrap();
+    let exponents = Lyapunov::new().settle(0).align(30).measure(30).count(1).run(&train, first).unwrap();
     assert!((exponents.values()[0] / exact - 1.0).abs() < 0.05, "{} {exact}", exponents.values()[0]);
 
     let balance = Balance::new(Harmonics::up_to(8));

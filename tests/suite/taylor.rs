@@ -27,7 +27,7 @@ impl<A: Algebra + PartialEq> Shape for Bare<A> {
 }
 
 fn bare<A: Algebra + PartialEq>(dof: usize, algebra: A) -> Machine<Bare<A>> {
-    Machine::with_constants(Bare(dof, algebra), &[("speed", 1.0)]).unwrap()
+    Machine::of_constants(Bare(dof, algebra), &[("speed", 1.0)]).unwrap()
 }
 
 fn end<M: Model>(model: &M, q: &[f64], v: &[f64], t: f64) -> State {
@@ -234,7 +234,7 @@ impl Shape for Bounce {
 fn hertz_contacts_in_closed_form() {
     for (p, gammas) in [(1.5, 0.887_263_817_503_075_3 / 1.068_628_702_119_319_4), (3.0, 1.0)] {
         let law = PowerLaw::new(0.0, p, 1.0).unwrap().with_edges(f64::NEG_INFINITY, 1.0).unwrap();
-        let model = Machine::with_constants(Bounce(law, 0), &[("speed", 1.0)]).unwrap();
+        let model = Machine::of_constants(Bounce(law, 0), &[("speed", 1.0)]).unwrap();
         let (v, n) = (2.0f64, p + 1.0);
         let depth = (0.5 * n * v * v).powf(1.0 / n);
         // Γ(5/4)/Γ(3/4) for p = 3.
@@ -267,7 +267,7 @@ fn hertz_contacts_in_closed_form() {
 fn derivatives_through_contacts_of_a_power() {
     for (p, gammas) in [(1.2, 0.8611925590456704), (1.6, 0.8213823427602973)] {
         let law = PowerLaw::new(0.0, p, 1.0).unwrap().with_edges(f64::NEG_INFINITY, 1.0).unwrap();
-        let model = Machine::with_constants(Bounce(law, 2), &[("speed", 1.0)]).unwrap();
+        let model = Machine::of_constants(Bounce(law, 2), &[("speed", 1.0)]).unwrap();
         let (v, n, t) = (2.0f64, p + 1.0, 5.0);
         let time = 2.0 * (0.5 * n * v * v).powf(1.0 / n) / v * PI.sqrt() * gammas;
         let start = State::new(0.0, &[0.0, 0.1, 0.2], &[v, 0.0, 0.0]);
@@ -286,7 +286,7 @@ fn starts_on_the_edge_of_a_hertz_contact() {
     let (v, depth) = (2.0f64, 8f64.powf(0.25));
     let time = 2.0 * depth / v * PI.sqrt() * 0.906_402_477_055_477 / 1.225_416_702_465_178;
     for free in [0, 6, 7, 8, 9, 20] {
-        let model = Machine::with_constants(Bounce(law, free), &[("speed", 1.0)]).unwrap();
+        let model = Machine::of_constants(Bounce(law, free), &[("speed", 1.0)]).unwrap();
         let (q, mut rates) = (vec![1.0; 1 + free], vec![0.0; 1 + free]);
         rates[0] = v;
         let last = end(&model, &q, &rates, 5.0);
@@ -426,7 +426,7 @@ fn run<I: Integrator, M: Model>(solver: &I, model: &M, start: &State, end: f64) 
 fn smooth_closures_are_sampled() {
     let spur = |stiffness: Wave| {
         let mesh = Mesh::new(stiffness, Wave::constant(0.0).unwrap(), Backlash::new(1.0).unwrap());
-        Machine::with_constants(Spur(mesh), &[("speed", 0.7), ("load", 0.1)]).unwrap()
+        Machine::of_constants(Spur(mesh), &[("speed", 0.7), ("load", 0.1)]).unwrap()
     };
     let start = State::new(0.0, &[1.3], &[0.0]);
     let smooth = spur(Wave::new(Function::new(|angle: Jet| angle.cos().exp())));
@@ -448,7 +448,7 @@ fn every_contact_law_against_dop853() {
     fn check<N: Nonlinearity>(name: &str, law: N, stiffness: Wave) {
         let error = Wave::new(Fourier::new(0.0, &[[0.0, 0.4], [0.1, 0.0]]).unwrap());
         let mesh = Mesh::new(stiffness, error, law);
-        let spur = Machine::with_constants(Spur(mesh), &[("speed", 0.7), ("load", 0.1)]).unwrap();
+        let spur = Machine::of_constants(Spur(mesh), &[("speed", 0.7), ("load", 0.1)]).unwrap();
         let start = State::new(0.0, &[1.3], &[0.0]);
         // The third derivative of a table jumps at its knots, which DOP853 does not know; the force of a power
         // law has no bounded second derivative on its edge. Both spoil its error estimate.
@@ -540,11 +540,11 @@ fn derivatives_of_the_flow() {
     let pair = NfgPair::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }).unwrap();
     check("rattling pair", &pair, &pair.on_drive_flank().unwrap(), 300.0, 1e-8);
     let law = PowerLaw::new(0.0, 1.5, 1.0).unwrap().with_edges(f64::NEG_INFINITY, 1.0).unwrap();
-    let bounce = Machine::with_constants(Bounce(law, 0), &[("speed", 1.0)]).unwrap();
+    let bounce = Machine::of_constants(Bounce(law, 0), &[("speed", 1.0)]).unwrap();
     check("Hertz contact", &bounce, &State::new(0.0, &[0.0], &[2.0]), 4.0, 1e-7);
     let rectangle = Wave::new(RectangularWave::new(0.7, 1.3, 0.55).unwrap());
     let mesh = Mesh::new(rectangle, Wave::constant(0.0).unwrap(), NoPullBacklash::new(1.0, 0.2).unwrap());
-    let spur = Machine::with_constants(Spur(mesh), &[("speed", 0.7), ("load", 0.1)]).unwrap();
+    let spur = Machine::of_constants(Spur(mesh), &[("speed", 0.7), ("load", 0.1)]).unwrap();
     check("no pull, rectangle", &spur, &State::new(0.0, &[1.8], &[0.0]), 20.0, 1e-8);
 }
 

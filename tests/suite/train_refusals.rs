@@ -66,7 +66,7 @@ fn values_out_of_range_are_refused() {
     for value in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
         parameter(refused(|parts| drop(parts.body("third", Body::new(value)).clone())));
         let bearing = Bearing::new(value, 1e8);
-        parameter(refused(|parts| drop(parts.body("third", Body::new(1.0).on(bearing)).clone())));
+        parameter(refused(|parts| drop(parts.body("third", Body::new(1.0).bearing(bearing)).clone())));
         parameter(refused(|parts| {
             let mesh = MeshPart::external([20, 40], [value, 0.06], k());
             parts.mesh("second", "pinion", "wheel", mesh);
@@ -79,9 +79,9 @@ fn values_out_of_range_are_refused() {
             body().drag(value),
             body().grounded(value, 0.0),
             body().restrained(0.0, value),
-            body().on(Bearing::new(1.0, value)),
-            body().on(Bearing::new(1.0, 1.0).damping(value)),
-            body().on(Bearing::new(1.0, 1.0).clearance(value)),
+            body().bearing(Bearing::new(1.0, value)),
+            body().bearing(Bearing::new(1.0, 1.0).damping(value)),
+            body().bearing(Bearing::new(1.0, 1.0).clearance(value)),
         ] {
             parameter(refused(|parts| drop(parts.body("third", body).clone())));
         }
@@ -104,7 +104,7 @@ fn values_out_of_range_are_refused() {
     }
     let value = f64::NAN;
     parameter(refused(|parts| drop(parts.torque("t", "pinion", value).clone())));
-    parameter(refused(|parts| drop(parts.body("third", Body::new(1.0).at([value, 0.0])).clone())));
+    parameter(refused(|parts| drop(parts.body("third", Body::new(1.0).centre([value, 0.0])).clone())));
     let mesh = MeshPart::external([20, 40], [0.03, 0.06], k());
     parameter(refused(|parts| {
         drop(parts.mesh("second", "pinion", "wheel", mesh.clone().phase(value)).clone())
@@ -149,7 +149,7 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     };
     let locked = |set: Planetary| set.parts();
     let mut parts = locked(set([30, 30, 90], 3));
-    parts.body("planet 4", Body::new(1e-3).carried_by("carrier", 0.1).at_radius(0.07));
+    parts.body("planet 4", Body::new(1e-3).carried_by("carrier", 0.1).radius(0.07));
     parts.mesh("sun 4", "sun", "planet 4", MeshPart::external([30, 30], [0.03, 0.03], k()));
     let error = parts.build("sun", 1.0).unwrap_err();
     assert!(matches!(error, TrainError::CentreDistance { .. }), "{error}");
@@ -198,7 +198,7 @@ fn phases_that_matter_are_stated() {
     let third = |stiffness: [Wave; 2], change: fn(MeshPart) -> MeshPart| {
         let mut parts = Parts::new();
         for (name, x) in [("pinion", 0.0), ("wheel", 0.1), ("third", -0.1)] {
-            parts.body(name, Body::new(1e-3).at([x, 0.0]));
+            parts.body(name, Body::new(1e-3).centre([x, 0.0]));
         }
         let mesh = |k: &Wave| MeshPart::external([20, 40], [0.03, 0.06], k.clone());
         parts.mesh("first", "pinion", "wheel", mesh(&stiffness[0]));
@@ -232,7 +232,7 @@ fn unusual_trains_are_warned_of() {
     warned(second(MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(1e5).unwrap())), unusual);
     warned(second(MeshPart::external([20, 40], [37.6, 75.2], k())), unusual); // a module of 4 m
     warned(second(MeshPart::external([20, 40], [0.03, 0.06], k()).half_backlash(50.0)), unusual);
-    let loose = Body::new(1e-3).on(Bearing::new(1.0, 0.0)).at([0.2, 0.0]);
+    let loose = Body::new(1e-3).bearing(Bearing::new(1.0, 0.0)).centre([0.2, 0.0]);
     let third = |parts: &mut Parts| {
         parts.body("third", loose.clone());
         parts.mesh("second", "wheel", "third", MeshPart::external([40, 20], [0.06, 0.03], k()));
@@ -252,7 +252,7 @@ fn further_refusals() {
     assert!(matches!(error, TrainError::NotIsotropic { .. }), "{error}");
     let mut parts = planetary(Bearing::new(1.0, 1e8));
     parts
-        .body("pinion", Body::new(1e-3).on(Bearing::new(1.0, 1e8)).at([1.0, 0.0]))
+        .body("pinion", Body::new(1e-3).bearing(Bearing::new(1.0, 1e8)).centre([1.0, 0.0]))
         .body("wheel", Body::new(1e-3));
     parts.mesh("output", "pinion", "wheel", MeshPart::external([20, 20], [0.02, 0.02], k()));
     parts.shaft("shaft", "carrier", "pinion", 1e5, 0.0).rotating_with("carrier");
@@ -277,7 +277,7 @@ fn further_refusals() {
 
 #[test]
 fn parts_that_cannot_be_placed_are_refused() {
-    let on = || Body::new(1e-3).on(Bearing::new(1.0, 1e8));
+    let on = || Body::new(1e-3).bearing(Bearing::new(1.0, 1e8));
     let mut parts = Parts::new();
     parts.body("one", on()).body("two", on());
     parts.mesh("mesh", "one", "two", MeshPart::external([20, 20], [0.02, 0.02], k()));
@@ -293,14 +293,14 @@ fn parts_that_cannot_be_placed_are_refused() {
     assert!((contact.force - 10.0).abs() < 1e-9 && (contact.deflection - 2e-3).abs() < 1e-12, "{contact:?}");
 
     let mut parts = Parts::<Backlash>::default();
-    parts.body("one", Body::new(1e-3).at_radius(0.1));
+    parts.body("one", Body::new(1e-3).radius(0.1));
     let error = parts.build("one", 1.0).unwrap_err();
     assert_eq!(error, TrainError::RadiusWithoutCarrier { body: "one".into() });
 
     let mut parts = Parts::new();
     for carrier in ["a", "b"] {
         parts.body(carrier, Body::new(1.0));
-        parts.body(&format!("planet {carrier}"), Body::new(1.0).carried_by(carrier, 0.0).at_radius(0.1));
+        parts.body(&format!("planet {carrier}"), Body::new(1.0).carried_by(carrier, 0.0).radius(0.1));
     }
     parts.mesh("mesh", "planet a", "planet b", MeshPart::external([20, 20], [0.02, 0.02], k()));
     assert_eq!(parts.build("a", 1.0).unwrap_err(), TrainError::TwoCarriers { mesh: "mesh".into() });

@@ -127,7 +127,7 @@ fn counts_of_modes_by_kind() {
 fn a_set_has_the_same_modes_at_any_place() {
     let frequencies = |centre: [f64; 2]| -> Vec<f64> {
         let members = on_bearings(ring_locked([30, 30, 90], [1e-3; 4]), [Bearing::new(1.0, 1e8); 4]);
-        let members = Members { carrier: members.carrier.clone().at(centre), ..members };
+        let members = Members { carrier: members.carrier.clone().centre(centre), ..members };
         let train =
             Planetary::new(3, 0.03, members, [k(), k()]).unwrap().parts().build("sun", 100.0).unwrap();
         Modes::in_contact(&train, 0.0).unwrap().list().iter().map(|mode| mode.frequency()).collect()
@@ -322,7 +322,7 @@ fn elaborate(clearance: f64) -> Parts {
         .friction(0.08)
         .error_of_turn(OfMesh::Driven, wave(0.0, 5e-6))
         .stiffness_of_turn(OfMesh::Driver, wave(1.0, 0.1));
-    parts.body("pinion", Body::new(2e-2).on(bearing(2.0)).at([0.5, 0.0]));
+    parts.body("pinion", Body::new(2e-2).bearing(bearing(2.0)).centre([0.5, 0.0]));
     parts.shaft("pinion shaft", "load", "pinion", 1e6, 20.0).mesh("output", "pinion", "flange", mesh);
     parts.motor("motor torque", "motor", 80.0, 0.2, 160.0);
     parts.torque_of_angle("pulse", "motor", 2.0, wave(0.0, 1.0));
@@ -380,7 +380,7 @@ fn planetary_maps_in_lanes_are_those_one_by_one() {
 #[test]
 fn rotating_frames_split_frequencies() {
     let mut parts = Parts::new();
-    parts.body("carrier", Body::new(1.0).on(Bearing::new(2.0, 8e6))).rotating_with("carrier");
+    parts.body("carrier", Body::new(1.0).bearing(Bearing::new(2.0, 8e6))).rotating_with("carrier");
     let train = parts.build("carrier", 300.0).unwrap();
     let found: Vec<f64> =
         Modes::in_contact(&train, 0.0).unwrap().eigenvalues().iter().map(|l| l.norm()).collect();
@@ -390,7 +390,9 @@ fn rotating_frames_split_frequencies() {
     assert_eq!(found.len(), 2);
     // A damper at rest damps both by c/(2 m) at speed 0; the sum of all real parts does not depend on the speed.
     let mut damped = Parts::new();
-    damped.body("carrier", Body::new(1.0).on(Bearing::new(2.0, 8e6).damping(40.0))).rotating_with("carrier");
+    damped
+        .body("carrier", Body::new(1.0).bearing(Bearing::new(2.0, 8e6).damping(40.0)))
+        .rotating_with("carrier");
     let modes = Modes::in_contact(&damped.build("carrier", 300.0).unwrap(), 0.0).unwrap();
     let exact = num_complex::Complex64::new(-10.0, (4e6f64 - 100.0).sqrt());
     for (found, turn) in modes.eigenvalues().iter().zip([-300.0, 300.0]) {
@@ -413,7 +415,7 @@ fn forces_of_bearings_friction_and_motors() {
     };
     // A shaft in a bearing of radial clearance: r = 5e-5 at (3e-5, 4e-5), 3e-5 past the clearance.
     let mut parts = Parts::new();
-    parts.body("rotor", Body::new(1.0).on(Bearing::new(2.0, 1e8).clearance(2e-5)));
+    parts.body("rotor", Body::new(1.0).bearing(Bearing::new(2.0, 1e8).clearance(2e-5)));
     let rotor = parts.build("rotor", 100.0).unwrap();
     let a = at(&rotor, &[0.0, 3e-5, 4e-5], &[0.0; 3]);
     near(a[1], -1e8 * 3e-5 * 0.6 / 2.0);
@@ -431,7 +433,9 @@ fn forces_of_bearings_friction_and_motors() {
     near(at(&parts.build("rotor", 80.0).unwrap(), &[0.0], &[20.0])[0], (15.0 - 5.0) / 0.5);
     // Friction at the pitch point: μ W r tan α on both gears against the drive, and μ W along the line of centres.
     let mut parts = Parts::new();
-    parts.body("one", Body::new(1e-3).on(Bearing::new(2.0, 0.0))).body("two", Body::new(2e-3).at([0.1, 0.0]));
+    parts
+        .body("one", Body::new(1e-3).bearing(Bearing::new(2.0, 0.0)))
+        .body("two", Body::new(2e-3).centre([0.1, 0.0]));
     parts.mesh("mesh", "one", "two", MeshPart::external([20, 30], [0.02, 0.03], k()).friction(0.1));
     let train = parts.accept(Warning::Unsupported).build("one", 10.0).unwrap();
     let without = at(&train.with("mesh friction", 0.0).unwrap(), &[1e-3, 0.0, 0.0, 0.0], &[0.0; 4]);
@@ -544,8 +548,8 @@ fn friction_resists_in_every_sense_of_rotation() {
         let mut parts = Parts::new();
         parts
             .body("in", Body::new(1e-3))
-            .body("one", Body::new(1e-3).on(Bearing::new(2.0, 0.0)).at([0.05, 0.0]));
-        parts.body("two", Body::new(2e-3).at([0.1, 0.0]));
+            .body("one", Body::new(1e-3).bearing(Bearing::new(2.0, 0.0)).centre([0.05, 0.0]));
+        parts.body("two", Body::new(2e-3).centre([0.1, 0.0]));
         // A first mesh upstream turns gear one clockwise.
         parts.mesh("upstream", "in", "one", MeshPart::external([20, 20], [0.02, 0.02], k()));
         parts.mesh("mesh", "one", "two", mesh([20, 30]));
@@ -605,7 +609,9 @@ fn static_states_find_the_loaded_flank() {
     assert!((state.contacts[1].force + 250.0).abs() < 1e-6);
     // A body that nothing holds in space accelerates under the mesh force.
     let mut parts = Parts::new();
-    parts.body("one", Body::new(1e-3).on(Bearing::new(1.0, 0.0))).body("two", Body::new(2e-3).at([0.1, 0.0]));
+    parts
+        .body("one", Body::new(1e-3).bearing(Bearing::new(1.0, 0.0)))
+        .body("two", Body::new(2e-3).centre([0.1, 0.0]));
     parts.mesh("mesh", "one", "two", MeshPart::external([20, 30], [0.02, 0.03], k()));
     parts.torque("drive", "one", 10.0).torque("load", "two", -15.0).accept(Warning::Unsupported);
     let state = static_state(&parts.build("one", 1.0).unwrap(), 0.0).unwrap();
@@ -842,7 +848,7 @@ fn a_spur_pair_of_teeth_is_the_train_of_its_parts() {
     let gear = |z| InvoluteGear::external(z, 0.003).unwrap().with_face_width(0.02).unwrap();
     let teeth = GearPair::at_centre_distance(&gear(40), &gear(60), 0.150_117).unwrap();
     let (bores, grades) = ([0.03, 0.05], [5, 7]);
-    let pair = SpurPair::of_teeth(&teeth, bores, grades, 3).unwrap().damping(2000.0).load(300.0);
+    let pair = SpurPair::of_teeth(&teeth, bores, grades, 3).unwrap().damping(2000.0).drive_torque(300.0);
 
     let stiffness = PotentialEnergy::ma_2014(bores).unwrap().wave(&teeth).unwrap().fourier_series(3).unwrap();
     let error =

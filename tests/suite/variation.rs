@@ -131,8 +131,7 @@ fn differences_where_the_force_jumps() {
 #[test]
 fn differences_of_the_pair() {
     for reading in [NfgReading::exact(), NfgReading::published_on_base_radius()] {
-        let pair =
-            NfgPair::with_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, reading).unwrap();
+        let pair = NfgPair::of_reading(&NfgParams { speed: 180.0, ..NfgParams::table1() }, reading).unwrap();
         let start = Dop853::new().end(&pair, &pair.on_drive_flank().unwrap(), 0.5 * pair.period()).unwrap();
         let worst = against_differences(&pair, &start, 0.06 * pair.period(), &[1e-4; 2]);
         assert!(worst < 1e-7, "{worst}");
@@ -163,7 +162,7 @@ fn differences_of_the_ring() {
 /// Liouville: det Φ = exp(∫ trace) for a constant damping.
 #[test]
 fn determinant() {
-    let pair = NfgPair::with_reading(
+    let pair = NfgPair::of_reading(
         &NfgParams { speed: 180.0, ..NfgParams::table1() },
         NfgReading::published_on_base_radius(),
     )

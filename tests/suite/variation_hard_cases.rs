@@ -318,9 +318,9 @@ fn one_budget_ends_flows_shooting_settling_and_balance() {
 #[test]
 fn absurd_counts_are_refused_or_cost_nothing() {
     let reading = NfgReading { centre_forcing: CentreForcing::Series(u32::MAX), ..NfgReading::exact() };
-    let error = NfgPair::with_reading(&NfgParams::table1(), reading).unwrap_err();
+    let error = NfgPair::of_reading(&NfgParams::table1(), reading).unwrap_err();
     assert!(matches!(error, ParameterError::TooMany { max: 10_000, .. }));
-    assert!(NfgPair2::with_reading(&NfgParams::table1(), 0.01, reading).is_err());
+    assert!(NfgPair2::of_reading(&NfgParams::table1(), 0.01, reading).is_err());
     for shooting in [Shooting::new().period_multiple(usize::MAX), Shooting::new().segments(usize::MAX)] {
         let error = shooting.solve(&Still(1.0), &[Still(1.0).orbit()]).unwrap_err();
         assert!(matches!(error, ShootingError::Parameter(ParameterError::TooMany { max: 1_000_000, .. })));

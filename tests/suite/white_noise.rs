@@ -340,7 +340,7 @@ fn bad_input_is_refused() {
     assert!(no_coordinate.starts_with("coordinate of the bath is 1.0"), "{no_coordinate}");
     let no_slot = ends(WhiteNoise::drives(&[(99, 1.0)], 0.1).unwrap());
     assert!(no_slot.starts_with("drive slot 99 does not exist"), "{no_slot}");
-    let odd = Machine::with_constants(Odd, &[("speed", 1.0), ("edge", 0.5), ("factor", 2.0)]).unwrap();
+    let odd = Machine::of_constants(Odd, &[("speed", 1.0), ("edge", 0.5), ("factor", 2.0)]).unwrap();
     let of = |name: &str| {
         let noise = WhiteNoise::drives(&[(odd.slot(name).unwrap(), 1.0)], 0.1).unwrap();
         NoisySteps::new(8, &[noise]).ends(&odd, &start, 1.0, 1).unwrap_err().to_string()

@@ -64,7 +64,7 @@ fn measure(pair: &NfgPair) -> Outcome<Run> {
 }
 
 fn run_at(reading: fn() -> NfgReading, speed: f64) -> Result<Run, String> {
-    let pair = NfgPair::with_reading(&NfgParams { speed, ..NfgParams::table1() }, reading())
+    let pair = NfgPair::of_reading(&NfgParams { speed, ..NfgParams::table1() }, reading())
         .map_err(|e| e.to_string())?;
     measure(&pair).map_err(|e| format!("{speed} rad/s: {e}"))
 }

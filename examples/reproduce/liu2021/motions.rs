@@ -23,7 +23,7 @@ pub const MESH: usize = 63;
 
 /// The published equations.
 pub fn pair(params: &NfgParams) -> Outcome<NfgPair> {
-    Ok(NfgPair::with_reading(params, NfgReading::published())?)
+    Ok(NfgPair::of_reading(params, NfgReading::published())?)
 }
 
 pub fn solver() -> Dop853 {
@@ -53,7 +53,7 @@ pub fn word(stability: Option<Stability>) -> &'static str {
 /// The harmonic balance of Liu 2021: 15 unknowns, 1024 samples.
 pub fn paper() -> Result<Balance, BalanceError> {
     let sampled = Integrals::Sampled { samples: 1024 };
-    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(sampled).truncated_forces(true))
+    Ok(Balance::new(Harmonics::bands(MESH, 1, 2)?).integrals(sampled).truncated_forces())
 }
 
 /// The orbit by Newton's method from the linear flank. Beyond the fold, where this fails, Newton and then

@@ -79,7 +79,7 @@ fn needed(pair: &NfgPair) -> Outcome<f64> {
 
 /// The differences of residual and Jacobian between the ways of integration, at the projected orbit.
 fn ways_of_integrating(report: &mut Report, speed: f64, highest: usize) -> Outcome<()> {
-    let pair = NfgPair::with_reading(
+    let pair = NfgPair::of_reading(
         &NfgParams { speed, ..NfgParams::table1() },
         NfgReading::published_on_base_radius(),
     )?;
@@ -124,7 +124,7 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     let mut all: Vec<(f64, Vec<Row>)> = Vec::new();
     let mut reach = Vec::new();
     for speed in SPEEDS {
-        let pair = NfgPair::with_reading(
+        let pair = NfgPair::of_reading(
             &NfgParams { speed, ..NfgParams::table1() },
             NfgReading::published_on_base_radius(),
         )?;

@@ -86,7 +86,7 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         };
         let p = paper_point(&pair, &orbit)?;
         let (truth, point, how) = converged_turn(&pair)?;
-        let (_, exact) = converged(&NfgPair::with_reading(&params, NfgReading::exact())?, None)?;
+        let (_, exact) = converged(&NfgPair::of_reading(&params, NfgReading::exact())?, None)?;
         println!("Fig. {name}: P by {way}; published by {how}");
         orbit.notes().iter().for_each(|note| println!("  P: {note}"));
         rows.push(vec![

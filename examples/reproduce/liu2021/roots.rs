@@ -98,7 +98,7 @@ pub fn load_limits(report: &mut Report) -> Outcome<()> {
         .map(|&samples| {
             let limits = || -> Outcome<(f64, f64, &str)> {
                 let balance = Balance::new(Harmonics::bands(MESH, 1, 2)?)
-                    .truncated_forces(true)
+                    .truncated_forces()
                     .integrals(Integrals::Sampled { samples });
                 let at = |i: u32| {
                     pair(&NfgParams {

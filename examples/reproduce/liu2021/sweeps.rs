@@ -120,7 +120,7 @@ impl Sweep {
         let base = NfgParams::table1();
         let speed = if self.speed.is_nan() { base.speed } else { self.speed };
         let equations = if reading == EXACT { NfgReading::exact() } else { NfgReading::published() };
-        Ok(NfgPair::with_reading(&(self.with)(x, NfgParams { speed, ..base }), equations)?)
+        Ok(NfgPair::of_reading(&(self.with)(x, NfgParams { speed, ..base }), equations)?)
     }
 }
 

@@ -58,7 +58,7 @@ fn table2_lines(rpm: f64, belt: f64, load_torque: f64) -> Outcome<Lines> {
         ))
     };
     let (published, of_published) = orbit_of(&pair)?;
-    let (_, of_exact) = orbit_of(&NfgPair::with_reading(&params, NfgReading::exact())?)?;
+    let (_, of_exact) = orbit_of(&NfgPair::of_reading(&params, NfgReading::exact())?)?;
     // Without rattle and with a constant half width q and f(q) differ by a constant only.
     let amplitudes = [[p.amplitude(0, 1), p.amplitude(0, MESH)], of_published, of_exact];
     Ok(Lines { hertz: rpm / 60.0 / belt / params.ratio, orbits: [p, published], amplitudes })
@@ -159,7 +159,7 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     report.table("table2_conditions", Kind::Fixed, &header, &rows);
     let off = TABLE2.iter().fold(0.0f64, |m, row| m.max((row[4] / row[2] / row[5] - 1.0).abs()));
     println!("the printed A_e/A_c differ from the printed ξ by up to {:.1} %", 100.0 * off);
-    let natural = NfgPair::with_reading(&NfgParams::table1(), NfgReading::published())?.natural_frequency();
+    let natural = NfgPair::of_reading(&NfgParams::table1(), NfgReading::published())?.natural_frequency();
     println!("ω_n of the published equations is {natural:.1} rad/s");
 
     let curve = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {

@@ -52,7 +52,7 @@ pub fn pair(case: &mut Case) -> Run {
         let start = own.on_drive_flank()?;
         return speaks_numbers(&own, &start);
     }
-    let pair = NfgPair::with_reading(&params, reading)?;
+    let pair = NfgPair::of_reading(&params, reading)?;
     let figures = [pair.mean_radius(), pair.natural_frequency(), pair.half_width(), pair.period()];
     all_finite("mean radius, natural frequency, half width, period", &figures)?;
     holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
@@ -69,7 +69,7 @@ pub fn pair2(case: &mut Case) -> Run {
         let start = own.on_drive_flank()?;
         return speaks_numbers(&own, &start);
     }
-    let pair = NfgPair2::with_reading(&params, case.number(0.01), reading)?.with_torque(case.number(10.0))?;
+    let pair = NfgPair2::of_reading(&params, case.number(0.01), reading)?.with_torque(case.number(10.0))?;
     all_finite("damping, period", &[pair.damping(), pair.period()])?;
     holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
     let start = pair.on_drive_flank()?;

@@ -107,7 +107,7 @@ pub fn lyapunov(case: &mut Case) -> Run {
     let mut lyapunov = Lyapunov::new()
         .settle(case.effort(2))
         .align(case.effort(1))
-        .periods(case.effort(3))
+        .measure(case.effort(3))
         .renormalisations(case.count(8))
         .flow_tolerance(case.number(1e-6))
         .budget(budget());
@@ -250,7 +250,7 @@ pub fn truncated(case: &mut Case) -> Run {
     let pair = NfgPair::new(&models::pair_params(case))?;
     let samples = case.count(400).min(1 << 16);
     let balance = Balance::new(harmonics(case)?).integrals(Integrals::Sampled { samples }).budget(budget());
-    let balance = balance.truncated_forces(true);
+    let balance = balance.truncated_forces();
     case.note(|| format!("{balance:?}"));
     let guess = balance.linearised(&Erased::new(pair.clone(), pair.period()), Piece::Lower)?;
     let orbit = balance.solve(&pair, &guess)?;

@@ -180,7 +180,7 @@ pub fn machine(case: &mut Case) -> Result<Machine<Own>, Stop> {
         }
     }
     case.note(|| format!("{constants:?}"));
-    Ok(Machine::with_constants(shape, &constants)?)
+    Ok(Machine::of_constants(shape, &constants)?)
 }
 
 /// A user's shape: an accepted one has finite numbers and runs in lanes.
@@ -254,7 +254,7 @@ pub fn names(case: &mut Case) -> Run {
         }
         2 => {
             let (params, reading) = (models::pair_params(case), models::reading(case));
-            named(case, &NfgPair::with_reading(&params, reading)?)
+            named(case, &NfgPair::of_reading(&params, reading)?)
         }
         _ => {
             let model = models::ring(case)?;

@@ -8,7 +8,7 @@ use gear_dynamics::sweep::{
     RandomParameters, Rows, TableRk4, WarmStart,
 };
 use gear_dynamics::{
-    Budget, Lyapunov, Machine, Model, NfgPair, NfgParams, ParameterError, Shape, State, Sweep,
+    Budget, Lyapunov, Machine, Model, NfgPair, NfgParams, ParameterError, Shape, Shooting, State, Sweep,
 };
 use std::f64::consts::TAU;
 
@@ -60,10 +60,15 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
     if case.chance(0.2) {
         sweep = sweep.lyapunov(
             Lyapunov::new()
-                .periods(case.effort(2))
+                .measure(case.effort(2))
                 .flow_tolerance(case.number(1e-6))
                 .budget(Budget::new().steps(20_000)),
         );
+    }
+    if case.chance(0.2) {
+        let budget = Budget::new().steps(20_000);
+        let shooting = Shooting::new().flow_tolerance(case.number(1e-10)).max_iterations(case.effort(6));
+        sweep = sweep.multipliers(shooting.segments(case.count(1)).budget(budget));
     }
     if case.chance(0.2) {
         sweep = sweep.check_every(case.count(2));

@@ -20,11 +20,11 @@ fn wave(case: &mut Case, mean: f64) -> Result<Wave, ParameterError> {
 }
 
 fn body(case: &mut Case) -> Body {
-    let mut body = Body::new(number(case, 1e-3)).at([number(case, 0.1), number(case, 0.1)]);
+    let mut body = Body::new(number(case, 1e-3)).centre([number(case, 0.1), number(case, 0.1)]);
     if case.chance(0.4) {
         let bearing = Bearing::new(number(case, 1.0), number(case, 1e8)).damping(number(case, 100.0));
         let bearing = if case.chance(0.3) { bearing.clearance(number(case, 1e-5)) } else { bearing };
-        body = body.on(if case.chance(0.2) { bearing.along_y() } else { bearing });
+        body = body.bearing(if case.chance(0.2) { bearing.along_y() } else { bearing });
     }
     match case.below(8) {
         0 => body.grounded(number(case, 1e5), number(case, 1.0)),
@@ -87,7 +87,7 @@ pub fn train(case: &mut Case) -> Run {
         let bearings = case.chance(0.5);
         let mut body = || {
             let body = Body::new(number(case, 1e-3));
-            if bearings { body.on(Bearing::new(number(case, 1.0), number(case, 1e8))) } else { body }
+            if bearings { body.bearing(Bearing::new(number(case, 1.0), number(case, 1e8))) } else { body }
         };
         let [sun, planet, ring, carrier] = [(); 4].map(|()| body());
         let ring = ring.grounded(number(case, 1e6), 0.0);

@@ -178,7 +178,7 @@ fn solvers(draw: &mut Draw) -> Outcome {
         }
     }
     // The exponents of a periodic orbit are ln|μ|/period.
-    let lyapunov = Lyapunov::new().settle(0).align(20).periods(20).count(1);
+    let lyapunov = Lyapunov::new().settle(0).align(20).measure(20).count(1);
     match lyapunov.run(&train, first) {
         Err(error) => return fails("Lyapunov exponents", error.to_string()),
         Ok(found) => {

@@ -64,7 +64,7 @@ impl<N: Nonlinearity + std::fmt::Debug> Chain<N> {
             draw.within(0.0, 0.5),
         ];
         let constants: Vec<(&str, f64)> = NAMES.into_iter().zip(values).collect();
-        Machine::with_constants(Chain { masses, law, force, stiffness, error }, &constants)
+        Machine::of_constants(Chain { masses, law, force, stiffness, error }, &constants)
     }
 
     /// Its law and its constants.

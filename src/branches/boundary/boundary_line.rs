@@ -1,7 +1,7 @@
 //! The boundary of a bifurcation or an onset in the plane of two parameters.
 
 use crate::branches::line::{Line, LinePoint};
-use crate::branches::points::kind::Event;
+use crate::branches::points::kind::SpecialPoint;
 use crate::error::ParameterError;
 use crate::export::ResultTable;
 use crate::model::Channel;
@@ -74,7 +74,7 @@ pub type BoundaryLine = Line<BoundaryPoint>;
 pub struct BoundaryHead {
     pub(crate) parameters: [Channel; 2],
     /// What happens on the boundary.
-    pub(crate) what: Event,
+    pub(crate) what: SpecialPoint,
     /// Bounds of p.
     pub(crate) across: [f64; 2],
 }
@@ -112,7 +112,7 @@ impl BoundaryLine {
         &self.head.parameters
     }
     /// What happens on the boundary.
-    pub fn what(&self) -> &Event {
+    pub fn what(&self) -> &SpecialPoint {
         &self.head.what
     }
     /// The turning points.

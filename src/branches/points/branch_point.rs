@@ -1,7 +1,7 @@
 //! The columns and the orbit of one point of a branch.
 
 use crate::analysis::{RattleState, Summary};
-use crate::branches::points::kind::{Event, PointKind};
+use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::periodic::{Multipliers, ShootingOrbit, Stability};
 
 /// One point of a [`Branch`](crate::branches::Branch). `O`: the orbit,
@@ -31,7 +31,7 @@ pub struct BranchPoint<O = ShootingOrbit> {
     /// orbit: its contact sequence.
     pub crossings: Vec<[u32; 2]>,
     /// What the point is, if it was located.
-    pub located: Option<Event>,
+    pub located: Option<SpecialPoint>,
     /// Floquet multipliers with their error.
     pub multipliers: Multipliers,
     /// The orbit, from which [`Shooting::solve_from`](crate::Shooting::solve_from) and other continuations
@@ -42,7 +42,7 @@ pub struct BranchPoint<O = ShootingOrbit> {
 impl<O> BranchPoint<O> {
     /// The kind of a located point.
     pub fn kind(&self) -> Option<PointKind> {
-        self.located.as_ref().map(Event::kind)
+        self.located.as_ref().map(SpecialPoint::kind)
     }
     /// Stability of the orbit. At a located bifurcation it is undecided.
     pub fn stability(&self) -> Stability {

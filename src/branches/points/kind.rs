@@ -50,18 +50,18 @@ impl fmt::Display for PointKind {
     }
 }
 
-/// What a located point of a branch is.
+/// What a located point of a branch is: a bifurcation or a grazing.
 ///
 /// ```
-/// use gear_dynamics::{RattleState, branches::{Event, PointKind}, contact::Piece};
+/// use gear_dynamics::{RattleState, branches::{SpecialPoint, PointKind}, contact::Piece};
 /// let rattle = [RattleState::None, RattleState::Unilateral];
-/// let onset = Event::Grazing { contact: 0, edge: Piece::Upper, rattle };
+/// let onset = SpecialPoint::Grazing { contact: 0, edge: Piece::Upper, rattle };
 /// assert_eq!((onset.kind(), onset.changes_rattle()), (PointKind::Grazing, true));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
-pub enum Event {
+pub enum SpecialPoint {
     /// A bifurcation: any kind but a grazing.
     Bifurcation(PointKind),
     /// A contact touches an edge without crossing it.
@@ -75,23 +75,23 @@ pub enum Event {
     },
 }
 
-impl Event {
+impl SpecialPoint {
     /// The kind of the point.
     pub fn kind(&self) -> PointKind {
         match self {
-            Event::Bifurcation(kind) => *kind,
-            Event::Grazing { .. } => PointKind::Grazing,
+            SpecialPoint::Bifurcation(kind) => *kind,
+            SpecialPoint::Grazing { .. } => PointKind::Grazing,
         }
     }
     /// Whether the rattle state of a contact changes: an onset of contact loss or of back contact.
     pub fn changes_rattle(&self) -> bool {
-        matches!(self, Event::Grazing { rattle: [before, after], .. } if before != after)
+        matches!(self, SpecialPoint::Grazing { rattle: [before, after], .. } if before != after)
     }
 }
 
-impl fmt::Display for Event {
+impl fmt::Display for SpecialPoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Event::Grazing { contact, edge, rattle: [before, after] } = self else {
+        let SpecialPoint::Grazing { contact, edge, rattle: [before, after] } = self else {
             return self.kind().fmt(f);
         };
         let flank = if *edge == Piece::Lower { "lower" } else { "upper" };

@@ -6,7 +6,7 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::by_shooting::measure::measure;
 use crate::branches::orbits::without_stops::WithoutStops;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::kind::{Event, PointKind};
+use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::branches::points::test_functions::{doubling, torus};
 use crate::branches::sensitivity::along::{along_direction, smooth};
 use crate::branches::sensitivity::derivatives::{Neighbours, gather};
@@ -50,18 +50,18 @@ impl Sensitivity {
         let budget = Budget::new();
         let totals = Totals::new(&*at, constants, &point.orbit, Rc::new(budget.begin()))?;
         let along: Vec<f64> = match &point.located {
-            Some(Event::Bifurcation(PointKind::Fold)) => {
+            Some(SpecialPoint::Bifurcation(PointKind::Fold)) => {
                 let w = left_null(&totals.by_x).ok_or(CurveError::Singular)?;
                 let slopes = totals.by_c.tr_mul(&w);
                 slopes.iter().zip(&totals.units).map(|(slope, unit)| slope / unit).collect()
             }
-            Some(Event::Bifurcation(PointKind::PeriodDoubling)) => {
+            Some(SpecialPoint::Bifurcation(PointKind::PeriodDoubling)) => {
                 return of_multipliers(&totals, constants, place, &|m| Some(doubling(m)));
             }
-            Some(Event::Bifurcation(PointKind::NeimarkSacker)) => {
+            Some(SpecialPoint::Bifurcation(PointKind::NeimarkSacker)) => {
                 return of_multipliers(&totals, constants, place, &torus);
             }
-            Some(Event::Grazing { contact, edge, .. }) => {
+            Some(SpecialPoint::Grazing { contact, edge, .. }) => {
                 grazing(&totals, &*at, *contact, *edge == Piece::Lower)?
             }
             _ => {
@@ -82,7 +82,7 @@ impl Sensitivity {
 /// time.
 fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -> Box<dyn Periodic + 'm> {
     match &point.located {
-        Some(Event::Grazing { contact, edge, .. })
+        Some(SpecialPoint::Grazing { contact, edge, .. })
             if point.crossings[*contact][usize::from(*edge == Piece::Upper)] == 0 =>
         {
             Box::new(WithoutStops::new(model, &[(*contact, *edge)]))

@@ -15,7 +15,7 @@ use crate::branches::orbits::by_shooting::measure::measure;
 use crate::branches::orbits::by_shooting::orbit_curve::OrbitCurve;
 use crate::branches::orbits::measured::Measured;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::kind::{Event, PointKind};
+use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::branches::starts::start::{Resume, Start};
 use crate::branches::steps::stepper::Stepper;
 use crate::contact::Piece;
@@ -59,7 +59,7 @@ impl Continuation {
     fn boundary_from<'f>(
         &'f self,
         plane: &'f Family<'f, 2>,
-        what: &Event,
+        what: &SpecialPoint,
         ([p, other], across): ([f64; 2], [f64; 2]),
         orbit: &ShootingOrbit,
         heading: f64,
@@ -111,7 +111,7 @@ impl Continuation {
             range,
             softest,
         };
-        let tolerance = shooting.correction_tolerance();
+        let tolerance = shooting.tolerance;
         let mut engine =
             Engine { curve, unit: other_unit, tolerance, max_corrections: 12, at_crossing: false };
         let n = x.len();
@@ -126,14 +126,14 @@ const HAVE_BOUNDARY: &str =
     "a fold, a period doubling, a Neimark-Sacker point, a symmetry breaking or a grazing";
 
 /// What vanishes along the boundary of a point of this kind.
-fn boundary_of(what: &Event, measured: &Measured) -> Result<Boundary, BranchError> {
+fn boundary_of(what: &SpecialPoint, measured: &Measured) -> Result<Boundary, BranchError> {
     match *what {
-        Event::Bifurcation(PointKind::Fold) => Ok(Boundary::Fold),
-        Event::Bifurcation(PointKind::PeriodDoubling) => Ok(Boundary::PeriodDoubling),
-        Event::Bifurcation(PointKind::NeimarkSacker) => Ok(Boundary::NeimarkSacker),
-        Event::Bifurcation(PointKind::SymmetryBreaking) => Ok(Boundary::SymmetryBreaking),
-        Event::Bifurcation(kind) => Err(BranchError::Kind { kind: Some(kind), wanted: HAVE_BOUNDARY }),
-        Event::Grazing { contact, edge, .. } => {
+        SpecialPoint::Bifurcation(PointKind::Fold) => Ok(Boundary::Fold),
+        SpecialPoint::Bifurcation(PointKind::PeriodDoubling) => Ok(Boundary::PeriodDoubling),
+        SpecialPoint::Bifurcation(PointKind::NeimarkSacker) => Ok(Boundary::NeimarkSacker),
+        SpecialPoint::Bifurcation(PointKind::SymmetryBreaking) => Ok(Boundary::SymmetryBreaking),
+        SpecialPoint::Bifurcation(kind) => Err(BranchError::Kind { kind: Some(kind), wanted: HAVE_BOUNDARY }),
+        SpecialPoint::Grazing { contact, edge, .. } => {
             let lower = edge == Piece::Lower;
             let of = measured.trace.extremes.iter().filter(|e| e.contact == contact && e.lower == lower);
             let nearest = of.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));

@@ -81,7 +81,7 @@ impl Continuation {
         let unit = self.unit();
         let curve = OrbitCurve::new(family.clone(), (p, unit), orbit, &shooting, meter)?;
         let curve = curve.with_stability(self.stability_or_default());
-        let tolerance = shooting.correction_tolerance();
+        let tolerance = shooting.tolerance;
         Ok(Engine { curve, unit, tolerance, max_corrections: 10, at_crossing: false })
     }
 }

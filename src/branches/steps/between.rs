@@ -5,11 +5,11 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::locate::Between;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
-use crate::branches::points::kind::{Event, PointKind};
+use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::branches::points::test_functions::dips;
 use crate::branches::steps::grazings::Grazings;
 use crate::branches::steps::node::Node;
-use crate::branches::steps::of_orbits::{Found, SEPARATE};
+use crate::branches::steps::of_orbits::{LocatedPoints, SEPARATE};
 use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::{Place, Within};
 
@@ -26,7 +26,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         &mut self,
         reached: &Node<C::Solution>,
         step: f64,
-    ) -> Result<(Found<C>, Vec<&'static str>), CurveError> {
+    ) -> Result<(LocatedPoints<C>, Vec<&'static str>), CurveError> {
         let between = Between::new(&self.last.point, &reached.point, step);
         let before = self.before.as_ref().map(|(length, values)| (*length, values.extremes.as_slice()));
         let mut grazings = Grazings::new(&mut self.engine, &between);
@@ -63,7 +63,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         let Within { found, unexplained: left, .. } = within;
         unexplained.extend(left);
         rattles.push(reached.measured.rattle.clone());
-        let mut all: Found<C> = Vec::new();
+        let mut all: LocatedPoints<C> = Vec::new();
         for (sigma, point, change) in found {
             let kind = match change {
                 Change::Fold => PointKind::Fold,
@@ -72,14 +72,14 @@ impl<C: OrbitMethod> Stepper<'_, C> {
                 Change::PeriodDoubling => PointKind::PeriodDoubling,
                 Change::NeimarkSacker => PointKind::NeimarkSacker,
             };
-            all.push((sigma, point, Event::Bifurcation(kind)));
+            all.push((sigma, point, SpecialPoint::Bifurcation(kind)));
         }
         for (sigma, point, extremum) in grazed {
             let contact = extremum.contact;
             let passed =
                 places.iter().filter(|place| place.grazes && place.sigma < sigma + SAME_TIME * step).count();
             let rattle: [RattleState; 2] = [passed - 1, passed].map(|part| rattles[part][contact]);
-            all.push((sigma, point, Event::Grazing { contact, edge: extremum.edge(), rattle }));
+            all.push((sigma, point, SpecialPoint::Grazing { contact, edge: extremum.edge(), rattle }));
         }
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok((all, unexplained))

@@ -11,7 +11,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::measured::{Measured, chosen_channels};
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::branch_point::BranchPoint;
-use crate::branches::points::kind::Event;
+use crate::branches::points::kind::SpecialPoint;
 use crate::branches::steps::node::Node;
 use crate::branches::steps::stepper::{CORNER, Followed, Over, Stepper};
 use crate::branches::steps::stops::Impacts;
@@ -22,7 +22,7 @@ use crate::model::{Channel, Periodic};
 pub(crate) const SEPARATE: f64 = 1e-3;
 
 /// Located points with their distance from the last point and what they are.
-pub(crate) type Found<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, Event)>;
+pub(crate) type LocatedPoints<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, SpecialPoint)>;
 
 impl Continuation {
     /// Follows a branch from a point.
@@ -47,8 +47,8 @@ impl Continuation {
 
 impl<C: OrbitMethod> Stepper<'_, C> {
     /// The columns of located points.
-    pub(crate) fn located(&self, found: Found<C>) -> Result<Vec<BranchPoint<C::Orbit>>, CurveError> {
-        let columns = |(sigma, point, what): (f64, CurvePoint<C::Solution>, Event)| {
+    pub(crate) fn located(&self, found: LocatedPoints<C>) -> Result<Vec<BranchPoint<C::Orbit>>, CurveError> {
+        let columns = |(sigma, point, what): (f64, CurvePoint<C::Solution>, SpecialPoint)| {
             let measured = self.measure(&point)?;
             self.engine.curve.columns(&point, measured, self.arclength + sigma, Some(what))
         };
@@ -65,7 +65,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
 
 impl<C: OrbitMethod> Followed for C {
     type Point = BranchPoint<C::Orbit>;
-    type What = Event;
+    type What = SpecialPoint;
     const FEW: usize = 6;
 
     fn channels(head: &BranchHead) -> &[Channel] {
@@ -81,7 +81,7 @@ impl<C: OrbitMethod> Followed for C {
         point: &CurvePoint<C::Solution>,
         measured: Measured,
         arclength: f64,
-        located: Option<Event>,
+        located: Option<SpecialPoint>,
     ) -> Result<BranchPoint<C::Orbit>, CurveError> {
         let (orbit, multipliers) = self.orbit(point)?;
         Ok(BranchPoint {

@@ -6,7 +6,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::Extremum;
 use crate::branches::orbits::measured::Measured;
 use crate::branches::orbits::orbit_method::OrbitMethod;
-use crate::branches::points::kind::Event;
+use crate::branches::points::kind::SpecialPoint;
 use crate::branches::steps::node::Node;
 use crate::branches::steps::stepper::{Followed, Stepper};
 
@@ -75,7 +75,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
             located = self.located(found).ok()?;
         }
         let rattle = [node.measured.rattle[extremum.contact]; 2];
-        let grazing = Event::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle };
+        let grazing = SpecialPoint::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle };
         located.push(
             self.engine.curve.columns(&node.point, node.measured, self.arclength + at, Some(grazing)).ok()?,
         );
@@ -119,7 +119,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         };
         let contact = extremum.contact;
         let rattle = [&self.last.measured, &reached.measured].map(|measured| measured.rattle[contact]);
-        let grazing = Event::Grazing { contact, edge: extremum.edge(), rattle };
+        let grazing = SpecialPoint::Grazing { contact, edge: extremum.edge(), rattle };
         match self.engine.curve.columns(
             &node.point,
             node.measured,

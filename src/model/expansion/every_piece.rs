@@ -1,5 +1,6 @@
 //! Contact laws recorded on all their pieces.
 
+use crate::contact::piece::set_alternative;
 use crate::contact::{Deflection, FixedPieces, Nonlinearity, Piece, PieceChoice, Place};
 use crate::tape::node::Node;
 use crate::tape::operations::{Guard, Op};
@@ -7,9 +8,6 @@ use crate::tape::recording::Recording;
 
 /// Maximum number of inner kinks of one law: every combination of their pieces is recorded.
 const KINKS: usize = 8;
-
-/// All pieces, in the order in which a choice counts them.
-const PIECES: [Piece; 3] = [Piece::Lower, Piece::Gap, Piece::Upper];
 
 /// Evaluation of contact laws on all their pieces, for a recording. The pieces of a run choose among them.
 ///
@@ -40,11 +38,7 @@ impl<'t> EveryPiece<'t> {
         }
         let mut pieces = vec![Piece::Lower; count];
         let forms = (0..3usize.pow(count as u32)).map(|alternative| {
-            let mut rest = alternative;
-            for piece in &mut pieces {
-                *piece = PIECES[rest % 3];
-                rest /= 3;
-            }
+            set_alternative(alternative, &mut pieces);
             let guard = Guard { contact, count, alternative };
             self.0.guarded(Some(guard), || on(&pieces)).form(self.0)
         });

@@ -76,7 +76,7 @@ impl<G: Shape> Machine<G> {
     /// A name that the shape does not have, that is missing or that is given twice; a value out of range; a
     /// shape that contradicts its [`size`](Shape::size), whose waves do not repeat, or whose contacts lack
     /// edges; an acceleration that is not finite at rest.
-    pub fn with_constants(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
+    pub fn of_constants(shape: G, given: &[(&str, f64)]) -> Result<Self, ParameterError> {
         let fixed = Fixed::new(shape);
         let names = &fixed.names;
         if let Some(twice) =

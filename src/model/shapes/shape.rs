@@ -128,7 +128,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 /// constant. A number in a field of `self` that varies makes the shapes unequal, and models of unequal
 /// shapes do not share lanes. A shape therefore derives `PartialEq`.
 ///
-/// [`Machine::with_constants`](crate::Machine::with_constants) combines a shape with the values of its
+/// [`Machine::of_constants`](crate::Machine::of_constants) combines a shape with the values of its
 /// constants to a [`Model`](crate::Model).
 ///
 /// ```
@@ -171,7 +171,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///
 /// let stiffness = Wave::new(Fourier::new(1.0, &[[0.2, 0.0]])?);
 /// let shape = OwnPair { stiffness, law: Backlash::new(1.0)? };
-/// let pair = Machine::with_constants(
+/// let pair = Machine::of_constants(
 ///     shape,
 ///     &[("speed", 0.9), ("load", 0.1), ("damping ratio", 0.05), ("half backlash", 1.0)],
 /// )?;

@@ -205,8 +205,8 @@ impl NfgParams {
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, models::nfg::{NfgReading, Radius}};
 /// let params = NfgParams::table1();
-/// let base = NfgPair::with_reading(&params, NfgReading { radius: Radius::Base, ..NfgReading::exact() })?;
-/// let pitch = NfgPair::with_reading(&params, NfgReading { radius: Radius::Pitch, ..NfgReading::exact() })?;
+/// let base = NfgPair::of_reading(&params, NfgReading { radius: Radius::Base, ..NfgReading::exact() })?;
+/// let pitch = NfgPair::of_reading(&params, NfgReading { radius: Radius::Pitch, ..NfgReading::exact() })?;
 /// assert!((base.mean_radius() / pitch.mean_radius() - 20f64.to_radians().cos()).abs() < 1e-12); // cos α
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -227,7 +227,7 @@ pub enum Radius {
 /// use gear_dynamics::models::nfg::{HalfWidth, NfgReading};
 /// let params = NfgParams::table1();
 /// let edge = |half_width| -> Result<f64, ParameterError> {
-///     let pair = NfgPair::with_reading(&params, NfgReading { half_width, ..NfgReading::exact() })?;
+///     let pair = NfgPair::of_reading(&params, NfgReading { half_width, ..NfgReading::exact() })?;
 ///     let mut probe = Probe::new(&pair);
 ///     Ok(probe.read_contacts(0.0, Side::After, &[0.0], &[0.0])[0].upper) // r_b2 b̄ [m] at x = 0
 /// };
@@ -254,7 +254,7 @@ pub enum HalfWidth {
 /// // Without load, and with e = 10 μm cos(Z2 x), the acceleration at x = 0 in the gap is ē''.
 /// let params = NfgParams { load_torque: 0.0, error_harmonics: vec![[1e-5, 0.0]], ..NfgParams::table1() };
 /// let forcing = |error_forcing| -> Result<f64, ParameterError> {
-///     let pair = NfgPair::with_reading(&params, NfgReading { error_forcing, ..NfgReading::exact() })?;
+///     let pair = NfgPair::of_reading(&params, NfgReading { error_forcing, ..NfgReading::exact() })?;
 ///     let mut u = vec![0.0; pair.drives()];
 ///     let mut a = [0.0];
 ///     pair.drive(0.0, Side::After, &mut u);
@@ -285,7 +285,7 @@ pub enum ErrorForcing {
 /// // Without load and error the acceleration in the gap is -θ2''.
 /// let params = NfgParams { load_torque: 0.0, error_harmonics: vec![], ..NfgParams::table1() };
 /// let forcing = |centre_forcing| -> Result<f64, ParameterError> {
-///     let pair = NfgPair::with_reading(&params, NfgReading { centre_forcing, ..NfgReading::exact() })?;
+///     let pair = NfgPair::of_reading(&params, NfgReading { centre_forcing, ..NfgReading::exact() })?;
 ///     let mut u = vec![0.0; pair.drives()];
 ///     let mut a = [0.0];
 ///     pair.drive(0.25 * pair.period(), Side::After, &mut u); // x = π/2
@@ -315,7 +315,7 @@ pub enum CentreForcing {
 /// // Without load and error the acceleration at x = 0, q = 0, q' = 1 is the damping term alone.
 /// let params = NfgParams { load_torque: 0.0, error_harmonics: vec![], ..NfgParams::table1() };
 /// let term = |damping| -> Result<f64, ParameterError> {
-///     let pair = NfgPair::with_reading(&params, NfgReading { damping, ..NfgReading::exact() })?;
+///     let pair = NfgPair::of_reading(&params, NfgReading { damping, ..NfgReading::exact() })?;
 ///     let mut u = vec![0.0; pair.drives()];
 ///     let mut a = [0.0];
 ///     pair.drive(0.0, Side::After, &mut u);
@@ -348,8 +348,8 @@ pub enum Damping {
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, models::nfg::NfgReading};
 /// let params = NfgParams::table1();
-/// let exact = NfgPair::with_reading(&params, NfgReading::exact())?;
-/// let published = NfgPair::with_reading(&params, NfgReading::published())?; // on the pitch radius
+/// let exact = NfgPair::of_reading(&params, NfgReading::exact())?;
+/// let published = NfgPair::of_reading(&params, NfgReading::published())?; // on the pitch radius
 /// let ratio = exact.natural_frequency() / published.natural_frequency();
 /// assert!((ratio - 20f64.to_radians().cos()).abs() < 1e-12); // cos α
 /// # Ok::<(), gear_dynamics::ParameterError>(())

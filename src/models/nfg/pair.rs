@@ -53,14 +53,14 @@ impl NfgPair {
     /// A [`ParameterError`] that names the first field outside its range, or a derived quantity that is
     /// outside its range or overflows.
     pub fn new(params: &NfgParams) -> Result<Self, ParameterError> {
-        NfgPair::with_reading(params, NfgReading::exact())
+        NfgPair::of_reading(params, NfgReading::exact())
     }
 
     /// The pair of a given reading.
     ///
     /// # Errors
     /// As [`new`](NfgPair::new).
-    pub fn with_reading(params: &NfgParams, reading: NfgReading) -> Result<Self, ParameterError> {
+    pub fn of_reading(params: &NfgParams, reading: NfgReading) -> Result<Self, ParameterError> {
         params.check()?;
         let over_mean: Vec<_> = params
             .stiffness_harmonics
@@ -93,7 +93,7 @@ impl<N: Nonlinearity> NfgPair<N> {
     ///
     /// # Errors
     /// As [`new`](NfgPair::new).
-    pub fn with_mesh(params: &NfgParams, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
+    pub fn of_mesh(params: &NfgParams, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
         params.check()?;
         let half_backlash =
             if N::HALF_WIDTH { mesh.law().edges(0.0, Side::After).upper } else { params.half_backlash };
@@ -137,7 +137,7 @@ impl<N: Nonlinearity> NfgPair<N> {
             ("damping ratio", damping_ratio),
             ("half backlash", half_backlash),
         ];
-        Machine::with_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
+        Machine::of_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
     }
 
     /// The reading of the equations.

@@ -81,14 +81,14 @@ impl NfgPair2 {
     /// A pinion inertia outside 1e-50 .. 1e50; a parameter outside its range, named by its field; a derived
     /// quantity that is outside its range or overflows.
     pub fn new(params: &NfgParams, pinion_inertia: f64) -> Result<Self, ParameterError> {
-        NfgPair2::with_reading(params, pinion_inertia, NfgReading::exact())
+        NfgPair2::of_reading(params, pinion_inertia, NfgReading::exact())
     }
 
     /// The pair of a given reading, of which only `radius` and `centre_forcing` have an effect.
     ///
     /// # Errors
     /// As [`new`](NfgPair2::new).
-    pub fn with_reading(
+    pub fn of_reading(
         params: &NfgParams,
         pinion_inertia: f64,
         reading: NfgReading,
@@ -112,7 +112,7 @@ impl<N: Nonlinearity> NfgPair2<N> {
     ///
     /// # Errors
     /// As [`new`](NfgPair2::new).
-    pub fn with_mesh(
+    pub fn of_mesh(
         params: &NfgParams,
         pinion_inertia: f64,
         reading: NfgReading,
@@ -159,7 +159,7 @@ impl<N: Nonlinearity> NfgPair2<N> {
             ("pinion inertia", pinion_inertia),
             ("half backlash", half_backlash),
         ];
-        Machine::with_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
+        Machine::of_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
     }
 
     /// The same pair with a constant torque T1 [N m] on the pinion. Default: the torque that balances the

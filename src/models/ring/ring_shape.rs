@@ -139,7 +139,7 @@ impl<N: Nonlinearity> Ring<N> {
             .chain(params.mesh_damping.iter().copied())
             .chain(loads);
         let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
-        Machine::with_constants(shape, &constants)
+        Machine::of_constants(shape, &constants)
     }
 
     /// The same ring in another frame.

@@ -49,25 +49,27 @@ impl Exit {
     /// the length `h` of a step, its rate is per unit of θ; with `h` = 1, per unit of time.
     #[inline(always)]
     pub(crate) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
-        Edge::of(from, usize::from(self.to == Piece::Upper)).distance(c, h)
+        ExitEdge::of(from, usize::from(self.to == Piece::Upper)).distance(c, h)
     }
 }
 
 /// The edge that a contact passes at an exit.
 #[derive(Clone, Copy)]
-pub(crate) struct Edge {
+pub(crate) struct ExitEdge {
     /// The lower edge of the gap, not the upper one.
     lower: bool,
     /// Makes the distance positive on the piece.
     sign: f64,
 }
 
-impl Edge {
+impl ExitEdge {
     /// The edge of an exit from the piece `from`, by the index of the exit in [`Exit::of`].
     #[inline(always)]
     pub(crate) fn of(from: Piece, way: usize) -> Self {
-        const LOWER: [Edge; 2] = [Edge { lower: true, sign: 1.0 }, Edge { lower: true, sign: -1.0 }];
-        const UPPER: [Edge; 2] = [Edge { lower: false, sign: -1.0 }, Edge { lower: false, sign: 1.0 }];
+        const LOWER: [ExitEdge; 2] =
+            [ExitEdge { lower: true, sign: 1.0 }, ExitEdge { lower: true, sign: -1.0 }];
+        const UPPER: [ExitEdge; 2] =
+            [ExitEdge { lower: false, sign: -1.0 }, ExitEdge { lower: false, sign: 1.0 }];
         // From the lower flank, the gap and the upper flank.
         [[LOWER[1]; 2], [LOWER[0], UPPER[0]], [UPPER[1]; 2]][from as usize][way]
     }

@@ -9,8 +9,9 @@
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
 use crate::numeric::extremes::{larger, smaller};
+use crate::numeric::lagrange::cubic;
 use crate::numeric::spread::GOLDEN_POINTS;
-use crate::ode::edges::exit::{Edge, exits, scale};
+use crate::ode::edges::exit::{ExitEdge, exits, scale};
 use crate::ode::edges::hermite::{Distance, Hermite};
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::engine::{Engine, Tableau};
@@ -111,7 +112,7 @@ impl Gaps {
         let memory = self.seen.iter_mut().zip(&self.known).zip(noise);
         for ((((start, inside), end), &piece), ((seen, known), &noise)) in states.zip(memory) {
             for way in 0..exits(piece) {
-                let [d0, d, d1] = Edge::of(piece, way).distances([start, inside, end], h);
+                let [d0, d, d1] = ExitEdge::of(piece, way).distances([start, inside, end], h);
                 (seen[way].start, seen[way].end) = (d0, d1);
                 if !d.value.is_finite() {
                     continue;
@@ -167,7 +168,7 @@ impl Gaps {
             e.contacts_on_cubic(theta);
             for ((places, &piece), c) in self.places.iter_mut().zip(&e.pieces).zip(&e.contacts) {
                 for (way, place) in places[p].iter_mut().enumerate().take(exits(piece)) {
-                    *place = Edge::of(piece, way).distance(c, h).value;
+                    *place = ExitEdge::of(piece, way).distance(c, h).value;
                 }
             }
         }
@@ -188,7 +189,7 @@ impl Gaps {
                 for (p, &theta) in GOLDEN_POINTS.iter().enumerate() {
                     range = [range[0].min(value(p)), range[1], range[2].max(value(p))];
                     off = off.max((value(p) - hermite.at(theta)).abs());
-                    off_values = off_values.max((value(p) - lagrange(nodes, values, theta)).abs());
+                    off_values = off_values.max((value(p) - cubic(nodes, values, theta)).abs());
                 }
                 seen.off = off;
                 if e.pieces[i] == Piece::Gap {
@@ -209,11 +210,4 @@ fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
     let [a, b, c_] = values;
     let range = larger(larger(a, b), c_) - smaller(smaller(a, b), c_);
     larger(larger(DEVIATION * range + FLOOR * scale(c), ROUNDINGS * noise), f64::MIN_POSITIVE)
-}
-
-/// Σ_i f_i Π_{j≠i} (x - x_j)/(x_i - x_j): value at x = `at` of the cubic through four points (x_i, f_i).
-fn lagrange(x: [f64; 4], f: [f64; 4], at: f64) -> f64 {
-    (0..4)
-        .map(|i| f[i] * (0..4).filter(|&j| j != i).map(|j| (at - x[j]) / (x[i] - x[j])).product::<f64>())
-        .sum()
 }

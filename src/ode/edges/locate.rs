@@ -23,7 +23,7 @@ const CLOSE: f64 = 1e-13;
 const NOISE: f64 = 4.0;
 
 /// Accepted steps between two measurements of the effect of rounding on the deflections.
-const LOOKS: u8 = 31;
+const STEPS_BETWEEN: u8 = 31;
 
 /// Largest distance from its edge, as a share of the gap `[1]`, at which a contact may cross together with
 /// the located one.
@@ -119,7 +119,7 @@ impl Locator {
     /// Measures the effect of rounding on the deflections. It grows with the coordinates.
     #[cold]
     pub(crate) fn measure_noise<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) {
-        self.countdown = LOOKS;
+        self.countdown = STEPS_BETWEEN;
         e.rounding_of_contacts(&mut self.noise);
     }
 

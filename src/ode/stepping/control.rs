@@ -76,7 +76,7 @@ impl StepRule<'_> {
 pub(crate) const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 
 /// The end of the next step: a point of the grid start + count h for a fixed step, t + h for an adaptive one.
-pub(crate) struct Pace {
+pub(crate) struct StepEnds {
     /// The fixed step, or the proposed length of the next adaptive step.
     pub(crate) h: f64,
     /// Fixed step: the next point of the grid. Adaptive step: the proposed length of the step after the next.
@@ -90,11 +90,11 @@ pub(crate) struct Pace {
     pub(crate) controller: Controller,
 }
 
-impl Pace {
+impl StepEnds {
     pub(crate) fn new<T: Tableau>(start: f64, h: f64, tolerances: Option<&Tolerances>) -> Self {
         let next = if T::ADAPTIVE { h } else { start + h };
         let (max, beta) = tolerances.map_or((h, 0.0), |tolerances| (tolerances.max, tolerances.beta));
-        Pace { h, next, start, count: 1.0, max, controller: Controller::new::<T>(beta) }
+        StepEnds { h, next, start, count: 1.0, max, controller: Controller::new::<T>(beta) }
     }
 
     /// End of the step from `t`; at the latest `stop`.

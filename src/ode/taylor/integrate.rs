@@ -94,7 +94,7 @@ impl Prepared {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         start.check(model.dof())?;
-        let mut run = Run::new(self, settings, model, start, t_end)?;
+        let mut run = TaylorRun::new(self, settings, model, start, t_end)?;
         for _ in 0..settings.limits.max_steps {
             run.expand()?;
             match run.make_step()? {
@@ -154,7 +154,7 @@ enum Made {
 }
 
 /// Variables of one run.
-struct Run<'r> {
+struct TaylorRun<'r> {
     prepared: &'r mut Prepared,
     expanded: &'r dyn Expand,
     course: Course<'r>,
@@ -166,7 +166,7 @@ struct Run<'r> {
     accelerations: [Vec<f64>; 2],
 }
 
-impl<'r> Run<'r> {
+impl<'r> TaylorRun<'r> {
     fn new(
         prepared: &'r mut Prepared,
         settings: &Taylor,
@@ -180,7 +180,7 @@ impl<'r> Run<'r> {
         prepared.c.set_pieces(&course.e.pieces);
         let expanded = expanded(model)?;
         expanded.drive_series(start.t, degree + 1, &mut prepared.series);
-        Ok(Run {
+        Ok(TaylorRun {
             pace: SeriesPace::new(settings.tolerances.rtol, &atol, settings.tolerances.max, &prepared.c.plan),
             expanded,
             prepared,

@@ -1,5 +1,6 @@
 //! Requirements of a balance on its model.
 
+use crate::model::equations::lacks_pieces;
 use crate::model::structure::rigid::rigid_motions;
 use crate::model::{Model, Periodic};
 use crate::periodic::balance::balance_error::BalanceError;
@@ -10,6 +11,12 @@ use crate::periodic::balance::balance_error::BalanceError;
 pub(crate) fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f64>>, BalanceError> {
     let rigid = rigid_motions(model, model.period());
     rigid.doubtful.map_or(Ok(rigid.modes), |share| Err(BalanceError::BarelySupported { share }))
+}
+
+/// Error if the contacts of the model cannot be fixed on pieces, or are rigid stops.
+pub(crate) fn admit_on_pieces<M: Model + ?Sized>(model: &M) -> Result<(), BalanceError> {
+    refuse_stops(model)?;
+    if lacks_pieces(model) { Err(BalanceError::NoPieces) } else { Ok(()) }
 }
 
 /// Error if the model has a rigid stop: a Fourier series cannot represent velocities that jump.

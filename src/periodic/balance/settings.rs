@@ -5,87 +5,6 @@ use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::roots::{Broyden, Newton};
 
-impl Balance {
-    /// Defaults: [`Integrals::Exact`], Newton's method with its default settings, the default [`Budget`].
-    pub fn new(harmonics: Harmonics) -> Self {
-        Balance {
-            harmonics,
-            integrals: Integrals::Exact,
-            truncated_forces: false,
-            roots: Roots::Newton(Newton::new()),
-            budget: Budget::new(),
-        }
-    }
-
-    /// Maximum number of steps and maximum time of one call. A step is a residual that the root finder
-    /// evaluates, or a step of the shooting in [`prove`](Balance::prove) and [`solve_to`](Balance::solve_to).
-    pub fn budget(self, budget: Budget) -> Self {
-        Balance { budget, ..self }
-    }
-
-    /// Way of integration. Default: [`Integrals::Exact`].
-    pub fn integrals(self, integrals: Integrals) -> Self {
-        Balance { integrals, ..self }
-    }
-
-    /// Whether the value of each contact law is truncated to the kept orders before it is multiplied by the
-    /// stiffness.   Source: Liu 2021. Default: no. Such a balance is not one of the equation.
-    ///
-    /// With [`Integrals::Sampled`] the values are sampled, as in Liu 2021; with [`Integrals::Exact`],
-    /// [`Integrals::Closed`] or [`Integrals::Kinks`] their crossings are exact: the sums over the samples are
-    /// corrected around every crossing. Panels, drive edges and models that do not evaluate their laws
-    /// ([`Offers::laws`](crate::model::Offers::laws)) are refused. The Jacobian leaves out the motion of
-    /// crossings at which the value of a law jumps, for example of damping that acts in contact only.
-    ///
-    /// A [`Proof`](crate::periodic::Proof) compares with truncated forces, too: `truncation` is the distance
-    /// from the limit of this balance for many orders, `shooting` the distance from the orbit of the
-    /// equation. Along a branch folds, branch points and grazings are located; the multipliers of the points
-    /// are those of the equation along the series, and changes of them are not located.
-    ///
-    /// ```
-    /// use gear_dynamics::branches::{Continuation, Family, PointKind};
-    /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece, models::nfg::NfgReading};
-    /// let params = |speed| NfgParams { speed, ..NfgParams::table1() };
-    /// let at = |speed| NfgPair::with_reading(&params(speed), NfgReading::published());
-    /// // The 15 unknowns of Liu 2021.
-    /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces(true);
-    /// let guess = balance.linearised(&at(179.0)?, Piece::Lower)?;
-    /// let range = Continuation::new(179.0, 190.0).max_points(20).balance(balance);
-    /// let branch = range.run(&Family::of([("speed", "rad/s")], |[p]| at(p)), &guess)?;
-    /// assert!((branch.of_kind(PointKind::Fold)[0].parameter - 179.9259).abs() < 1e-3);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn truncated_forces(self, truncated_forces: bool) -> Self {
-        Balance { truncated_forces, ..self }
-    }
-
-    /// Solves by Newton's method with these settings. This is the default method.
-    pub fn newton(self, newton: Newton) -> Self {
-        Balance { roots: Roots::Newton(newton), ..self }
-    }
-
-    /// Solves by Broyden's method with these settings.
-    pub fn broyden(self, broyden: Broyden) -> Self {
-        Balance { roots: Roots::Broyden(broyden), ..self }
-    }
-
-    /// Orders that the balance keeps.
-    pub fn harmonics(&self) -> &Harmonics {
-        &self.harmonics
-    }
-
-    /// The same balance with other orders. If Broyden's method starts from a given Jacobian, the Jacobian of
-    /// the equations replaces it, since its size no longer fits.
-    pub fn on(&self, harmonics: Harmonics) -> Self {
-        let roots = match self.roots.clone() {
-            Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
-            roots => roots,
-        };
-        let (integrals, truncated_forces) = (self.integrals, self.truncated_forces);
-        Balance { harmonics, roots, integrals, truncated_forces, budget: self.budget.clone() }
-    }
-}
-
 /// q(t) = Σ_k c_k cos kωt + s_k sin kωt: harmonic balance of a periodic model.
 ///
 /// It finds the coefficients c_k, s_k for which q'' - a(u(t), q, q') has no component at the kept orders.
@@ -125,6 +44,86 @@ pub struct Balance {
     pub(crate) truncated_forces: bool,
     pub(crate) roots: Roots,
     pub(crate) budget: Budget,
+}
+
+impl Balance {
+    /// Defaults: [`Integrals::Exact`], Newton's method with its default settings, the default [`Budget`].
+    pub fn new(harmonics: Harmonics) -> Self {
+        Balance {
+            harmonics,
+            integrals: Integrals::Exact,
+            truncated_forces: false,
+            roots: Roots::Newton(Newton::new()),
+            budget: Budget::new(),
+        }
+    }
+
+    /// Maximum number of steps and maximum time of one call. A step is a residual that the root finder
+    /// evaluates, or a step of the shooting in [`prove`](Balance::prove) and [`solve_to`](Balance::solve_to).
+    pub fn budget(self, budget: Budget) -> Self {
+        Balance { budget, ..self }
+    }
+
+    /// Way of integration. Default: [`Integrals::Exact`].
+    pub fn integrals(self, integrals: Integrals) -> Self {
+        Balance { integrals, ..self }
+    }
+
+    /// Truncates the value of each contact law to the kept orders before it is multiplied by the stiffness.
+    /// Source: Liu 2021. Default: values are not truncated. Such a balance is not one of the equation.
+    ///
+    /// With [`Integrals::Sampled`] the values are sampled, as in Liu 2021; with [`Integrals::Exact`],
+    /// [`Integrals::Closed`] or [`Integrals::Kinks`] their crossings are exact: the sums over the samples are
+    /// corrected around every crossing. Panels, drive edges and models that do not evaluate their laws
+    /// ([`Offers::laws`](crate::model::Offers::laws)) are refused. The Jacobian leaves out the motion of
+    /// crossings at which the value of a law jumps, for example of damping that acts in contact only.
+    ///
+    /// A [`Proof`](crate::periodic::Proof) compares with truncated forces, too: `truncation` is the distance
+    /// from the limit of this balance for many orders, `shooting` the distance from the orbit of the
+    /// equation. Along a branch folds, branch points and grazings are located; the multipliers of the points
+    /// are those of the equation along the series, and changes of them are not located.
+    ///
+    /// ```
+    /// use gear_dynamics::branches::{Continuation, Family, PointKind};
+    /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece, models::nfg::NfgReading};
+    /// let params = |speed| NfgParams { speed, ..NfgParams::table1() };
+    /// let at = |speed| NfgPair::of_reading(&params(speed), NfgReading::published());
+    /// // The 15 unknowns of Liu 2021.
+    /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?).truncated_forces();
+    /// let guess = balance.linearised(&at(179.0)?, Piece::Lower)?;
+    /// let range = Continuation::new(179.0, 190.0).max_points(20).balance(balance);
+    /// let branch = range.run(&Family::of([("speed", "rad/s")], |[p]| at(p)), &guess)?;
+    /// assert!((branch.of_kind(PointKind::Fold)[0].parameter - 179.9259).abs() < 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn truncated_forces(self) -> Self {
+        Balance { truncated_forces: true, ..self }
+    }
+
+    /// Solves by Newton's method with these settings. This is the default method.
+    pub fn newton(self, newton: Newton) -> Self {
+        Balance { roots: Roots::Newton(newton), ..self }
+    }
+
+    /// Solves by Broyden's method with these settings.
+    pub fn broyden(self, broyden: Broyden) -> Self {
+        Balance { roots: Roots::Broyden(broyden), ..self }
+    }
+
+    /// Orders that the balance keeps.
+    pub fn harmonics(&self) -> &Harmonics {
+        &self.harmonics
+    }
+
+    /// The same balance with other orders. If Broyden's method starts from a given Jacobian, the Jacobian of
+    /// the equations replaces it, since its size no longer fits.
+    pub fn with_harmonics(self, harmonics: Harmonics) -> Self {
+        let roots = match self.roots {
+            Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
+            roots => roots,
+        };
+        Balance { harmonics, roots, ..self }
+    }
 }
 
 #[derive(Clone, Debug)]

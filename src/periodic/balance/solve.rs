@@ -4,13 +4,14 @@ use crate::contact::Piece;
 use crate::linear::static_state;
 use crate::model::Periodic;
 use crate::ode::budget::Meter;
+use crate::periodic::balance::admission::admit_on_pieces;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::quality::coarseness::MORE;
 use crate::periodic::balance::quality::notes::notes;
 use crate::periodic::balance::settings::{Balance, Roots};
-use crate::periodic::metered::{Failure, Metered};
+use crate::periodic::metered::{Metered, RootFailure};
 use crate::roots::{FirstJacobian, Newton, Residual, Root, RootError};
 
 impl Balance {
@@ -84,10 +85,7 @@ impl Balance {
         meter: &Meter<'_>,
     ) -> Result<FourierOrbit, BalanceError> {
         crate::error::check::length("pieces", pieces.len(), model.contacts())?;
-        crate::periodic::balance::admission::refuse_stops(model)?;
-        if model.contacts() > 0 && !model.offers().pieces {
-            return Err(BalanceError::NoPieces);
-        }
+        admit_on_pieces(model)?;
         let width = self.harmonics.unknowns();
         let rest = FourierOrbit::of(
             &self.harmonics,
@@ -158,10 +156,7 @@ impl Balance {
         flank: Piece,
         near: &FourierOrbit,
     ) -> Result<FirstJacobian, BalanceError> {
-        crate::periodic::balance::admission::refuse_stops(model)?;
-        if model.contacts() > 0 && !model.offers().pieces {
-            return Err(BalanceError::NoPieces);
-        }
+        admit_on_pieces(model)?;
         let equations = self.with_whole_forces(model, near, 1, &self.budget.begin())?;
         let mut equations = equations.on_fixed_pieces(&vec![flank; model.contacts()]);
         let mut matrix = equations.matrix();
@@ -189,21 +184,21 @@ impl Balance {
             Err(error) => error,
         };
         let coordinate = |unknown| equations.work.layout.coordinate(unknown);
-        let (failure, root) = Failure::of(error, meter)?;
+        let (failure, root) = RootFailure::of(error, meter)?;
         let last = Box::new(orbit(&root));
         Err(match failure {
-            Failure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last },
-            Failure::Slope { equation, unknown } => BalanceError::Slope {
+            RootFailure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last },
+            RootFailure::Slope { equation, unknown } => BalanceError::Slope {
                 acceleration: coordinate(equation),
                 coordinate: coordinate(unknown),
                 last,
             },
-            Failure::Singular { unknown } => match start_in_gap {
+            RootFailure::Singular { unknown } => match start_in_gap {
                 Some(contact) => BalanceError::StartInGap { contact },
                 None => BalanceError::Singular { coordinate: coordinate(unknown), last },
             },
-            Failure::NotConverged => BalanceError::NotConverged { last, residuals: root.residuals },
-            Failure::NotFinite => BalanceError::NotFinite { last },
+            RootFailure::NotConverged => BalanceError::NotConverged { last, residuals: root.residuals },
+            RootFailure::NotFinite => BalanceError::NotFinite { last },
         })
     }
 }

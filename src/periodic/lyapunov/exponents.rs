@@ -14,7 +14,7 @@ use thiserror::Error;
 /// ```
 /// use gear_dynamics::{Lyapunov, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
-/// let exponents = Lyapunov::new().count(1).settle(2).align(1).periods(4).run(&pair, &pair.on_drive_flank()?)?;
+/// let exponents = Lyapunov::new().count(1).settle(2).align(1).measure(4).run(&pair, &pair.on_drive_flank()?)?;
 /// assert!(exponents.per_period()[0] < -10.0);
 /// assert_eq!(exponents.running(0).len(), 4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -34,7 +34,7 @@ use std::ops::ControlFlow;
 /// // q'' + 3 q' + 2 q = cos 2t: exponents -1 and -2
 /// let swing = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 /// let swing = swing.with_period(std::f64::consts::PI)?;
-/// let exponents = Lyapunov::new().periods(20).run(&swing, &State::at_rest(1))?;
+/// let exponents = Lyapunov::new().measure(20).run(&swing, &State::at_rest(1))?;
 /// assert!((exponents.values()[0] + 1.0).abs() < 1e-7);
 /// assert!((exponents.values().iter().sum::<f64>() + 3.0).abs() < 1e-7); // the mean divergence
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -46,7 +46,8 @@ pub struct Lyapunov {
     count: Option<usize>,
     settle: Option<usize>,
     align: usize,
-    periods: usize,
+    #[cfg_attr(feature = "serde", serde(alias = "periods"))]
+    measure: usize,
     renormalisations: usize,
     flow_tolerance: f64,
     method: Option<FlowMethod>,
@@ -68,7 +69,7 @@ impl Lyapunov {
             count: None,
             settle: None,
             align: 10,
-            periods: 200,
+            measure: 200,
             renormalisations: 16,
             flow_tolerance: 1e-9,
             method: None,
@@ -88,8 +89,8 @@ impl Lyapunov {
         Lyapunov { align, ..self }
     }
     /// Number of measured periods. Default: 200.
-    pub fn periods(self, periods: usize) -> Self {
-        Lyapunov { periods, ..self }
+    pub fn measure(self, periods: usize) -> Self {
+        Lyapunov { measure: periods, ..self }
     }
     /// Minimum number of renormalisations of the directions per period, 1 to 65536. Default: 16.
     pub fn renormalisations(self, renormalisations: usize) -> Self {
@@ -250,7 +251,7 @@ impl Lyapunov {
     ) -> Progress<'s> {
         let exponents = Exponents { method, ..settled.exponents.clone() };
         let state = tangent.start(&exponents.state);
-        let periods = [self.align, self.periods];
+        let periods = [self.align, self.measure];
         Progress::new(
             exponents,
             state,
@@ -304,7 +305,7 @@ impl Lyapunov {
     pub(crate) fn check_settings(&self) -> Result<(), ParameterError> {
         let count = self.count.unwrap_or(1);
         for (name, value) in
-            [("count", count), ("periods", self.periods), ("renormalisations", self.renormalisations)]
+            [("count", count), ("measure", self.measure), ("renormalisations", self.renormalisations)]
         {
             check::at_least(name, value, 1)?;
         }

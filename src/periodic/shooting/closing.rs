@@ -6,7 +6,7 @@ use crate::periodic::multipliers::Multipliers;
 use crate::periodic::pursuit::{Pursuit, PursuitError};
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
-use crate::periodic::shooting::multiple::{LOOSER, NOISE, Shooting};
+use crate::periodic::shooting::multiple::{LOOSER, Shooting};
 use crate::periodic::shooting::segments::Segments;
 use nalgebra::{DMatrix, DVector};
 
@@ -78,15 +78,14 @@ impl<'s, 't> Closing<'s, 't> {
         let size = self.segments.norm(&step);
         let largest = self.segments.largest_change(&step, false);
         self.corrections.push(largest.1);
-        let stalled = size > 0.5 * self.before;
-        if size <= self.shooting.correction_tolerance() || (stalled && size <= NOISE) {
+        if self.shooting.accepts(size, self.before) {
             let found = Multipliers::without(&round.monodromy(), self.segments.rigid(), f64::INFINITY)
                 .map_err(|error| ShootingError::Multipliers { error, last: self.last() })?;
             self.outcome = Some(Ok(found));
             return Ok(());
         }
         let grows = size.is_nan() || size > self.before;
-        if grows || self.corrections.len() == self.shooting.iterations() {
+        if grows || self.corrections.len() == self.shooting.max_iterations {
             return Err(self.segments.not_converged(largest, self.last()));
         }
         self.before = size;
@@ -106,7 +105,7 @@ impl Pursuit for Closing<'_, '_> {
     }
     fn tolerance(&self) -> f64 {
         let looser = if self.outcome.is_some() { LOOSER } else { 1.0 };
-        looser * self.shooting.tolerance_of_flow()
+        looser * self.shooting.flow_tolerance
     }
     fn arrive(&mut self, ahead: &State) -> Result<bool, PursuitError> {
         let m = 2 * self.tangent.n;

@@ -39,13 +39,16 @@ use crate::roots::newton::is_monotone;
 /// # Ok::<(), gear_dynamics::periodic::ShootingError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Shooting {
     pub(crate) period_multiple: usize,
     segments: Option<usize>,
-    tolerance: f64,
+    pub(crate) tolerance: f64,
     pub(crate) flow_tolerance: f64,
-    max_iterations: usize,
+    pub(crate) max_iterations: usize,
     method: Option<FlowMethod>,
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) budget: Budget,
 }
 
@@ -63,7 +66,7 @@ const MIN_DAMPING: f64 = 1.0 / 1024.0;
 
 /// A correction below this that no longer decreases is noise of the flow: rounding and the error of located
 /// edges.
-pub(crate) const NOISE: f64 = 1e-9;
+const NOISE: f64 = 1e-9;
 
 /// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
 pub(crate) const LOOSER: f64 = 100.0;
@@ -213,20 +216,27 @@ impl Shooting {
     pub(crate) fn meter(&self) -> Meter<'_> {
         self.budget.begin()
     }
-    pub(crate) fn iterations(&self) -> usize {
-        self.max_iterations
-    }
-    pub(crate) fn tolerance_of_flow(&self) -> f64 {
-        self.flow_tolerance
-    }
-    pub(crate) fn correction_tolerance(&self) -> f64 {
-        self.tolerance
+    /// Whether a correction is within the tolerance, or noise of the flow: below [`NOISE`], and no longer
+    /// half of the one before.
+    pub(crate) fn accepts(&self, size: f64, before: f64) -> bool {
+        size <= self.tolerance || (size > 0.5 * before && size <= NOISE)
     }
     pub(crate) fn method(&self) -> Option<FlowMethod> {
         self.method
     }
 
-    fn check(&self, dof: usize) -> Result<(), ShootingError> {
+    /// Whether an orbit in one segment, along Taylor series, is what the settings ask for.
+    pub(crate) fn suits_lanes(&self) -> bool {
+        self.segments.is_none_or(|segments| segments == 1) && self.method != Some(FlowMethod::Dop853)
+    }
+
+    /// Checks the settings in a sweep, which measures the period multiple of each motion.
+    pub(crate) fn check_of_sweep(&self) -> Result<(), ParameterError> {
+        check::count("period_multiple of the shooting in a sweep", &[self.period_multiple], 1)?;
+        self.check(1)
+    }
+
+    fn check(&self, dof: usize) -> Result<(), ParameterError> {
         let segments = self.segments.unwrap_or(1);
         let counts = [
             ("period_multiple", self.period_multiple),
@@ -235,13 +245,12 @@ impl Shooting {
             ("degrees of freedom", dof),
         ];
         if let Some(&(name, value)) = counts.iter().find(|(_, value)| *value == 0) {
-            return Err(ParameterError::TooFew { name: name.into(), value, min: 1 }.into());
+            return Err(ParameterError::TooFew { name: name.into(), value, min: 1 });
         }
         check::count("period_multiple", &[self.period_multiple], MAX_COUNT)?;
         check::count("segments", &[segments], MAX_COUNT)?;
         check::positive("tolerance", self.tolerance)?;
-        check::tolerance("flow_tolerance", self.flow_tolerance)?;
-        Ok(())
+        check::tolerance("flow_tolerance", self.flow_tolerance).map(drop)
     }
 
     /// Newton's method for the cyclic system. [`Newton`](crate::roots::Newton) does not replace it: one run
@@ -283,10 +292,10 @@ impl Shooting {
                 first = segments.largest_change(&step, true).1;
             }
             largest = segments.largest_change(&step, false);
-            let stalled = size > 0.5 * before;
+            let accepted = self.accepts(size, before);
             before = size;
             corrections.push(largest.1);
-            if size <= self.tolerance || (stalled && size <= NOISE) {
+            if accepted {
                 return self.finish(model, &segments, here, first, corrections, meter);
             }
             let mut damping = 1.0;

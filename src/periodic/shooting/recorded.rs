@@ -102,7 +102,7 @@ impl RecordedOrbit {
     /// Passes every step of the period to an observer, until it stops.
     pub fn replay<O: Observer + ?Sized>(&self, observer: &mut O) {
         for step in &self.steps {
-            let mut view = View { step, dof: self.dof };
+            let mut view = RecordedView { step, dof: self.dof };
             if observer.step(&mut Step::new(&mut view, step.at_drive_edge, &step.crossings)).is_break() {
                 return;
             }
@@ -129,7 +129,7 @@ impl RecordedOrbit {
         let start = self.steps.first().map_or(0.0, |step| step.times.0);
         let inside = start + (t - start).rem_euclid(self.period);
         let at = self.steps.partition_point(|step| step.times.1 < inside).min(self.steps.len() - 1);
-        let mut view = View { step: &self.steps[at], dof: self.dof };
+        let mut view = RecordedView { step: &self.steps[at], dof: self.dof };
         view.at(inside, y);
     }
 
@@ -153,12 +153,12 @@ impl RecordedOrbit {
 }
 
 /// A recorded step as a solver presents one.
-struct View<'s> {
+struct RecordedView<'s> {
     step: &'s RecordedStep,
     dof: usize,
 }
 
-impl StepView for View<'_> {
+impl StepView for RecordedView<'_> {
     fn times(&self) -> (f64, f64) {
         self.step.times
     }

@@ -33,7 +33,7 @@ pub(crate) struct FixedPoint {
 
 /// One repetition on a grid: K½ A K A ... A K½ with the kicks K and the arrivals A, the splitting of Strang
 /// 1968 of second order in the step.
-struct Steps<'g, const N: usize> {
+struct Repetition<'g, const N: usize> {
     grid: &'g Grid<N>,
     arrivals: Vec<Arrivals>,
     /// The kick before each step and after the last one; see `halves`.
@@ -43,7 +43,7 @@ struct Steps<'g, const N: usize> {
     distinct: Vec<Kick>,
 }
 
-impl<'g, const N: usize> Steps<'g, N> {
+impl<'g, const N: usize> Repetition<'g, N> {
     fn new(problem: &Problem<'_>, grid: &'g Grid<N>, schedule: &Schedule) -> Result<Self, DensityError> {
         let kinds = if schedule.constant { 1 } else { schedule.steps.len() };
         check::count("nodes of the grid times steps of a period", &[grid.len(), kinds, 3], check::NUMBERS)?;
@@ -67,7 +67,7 @@ impl<'g, const N: usize> Steps<'g, N> {
             .map(|i| kick(0.5 * (length(i) + if i > 0 { length(i - 1) } else { 0.0 })))
             .collect();
         let halves = steps.iter().map(|h| kick(0.5 * h)).collect();
-        Ok(Steps { grid, arrivals, kicks, halves, distinct })
+        Ok(Repetition { grid, arrivals, kicks, halves, distinct })
     }
 
     /// The density after one repetition. `observe` receives the number of each step, from 0, and the density
@@ -100,7 +100,7 @@ impl Problem<'_> {
         every: usize,
         mut p: Vec<f64>,
     ) -> Result<FixedPoint, DensityError> {
-        let steps = Steps::new(self, grid, schedule)?;
+        let steps = Repetition::new(self, grid, schedule)?;
         let mut kept = 1.0;
         let map = |from: &[f64]| {
             let mut to = steps.repeat(from, self.meter, |_, _| ())?;

@@ -4,6 +4,7 @@ use crate::contact::{Contact, Piece};
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::model::Model;
+use crate::model::equations::check_slot;
 use crate::model::structure::slopes::accelerate;
 use crate::numeric::spread::weyl;
 
@@ -91,10 +92,7 @@ impl WhiteNoise {
                 allowed: "[0, degrees of freedom of the model)",
             }),
             Target::Drives(slots) => {
-                let drives = model.drives();
-                if let Some(&(slot, _)) = slots.iter().find(|(slot, _)| *slot >= drives) {
-                    return Err(ParameterError::NoSuchSlot { slot, drives });
-                }
+                slots.iter().try_for_each(|(slot, _)| check_slot(model, *slot))?;
                 self.check_drives(model, slots)
             }
         }

@@ -18,7 +18,7 @@ const STEPS_UNCHECKED: usize = 64;
 
 /// Approximate number of states sampled within a period to find the range of the motion. The steps between
 /// them are irregular, so that no frequency of the motion is aliased.
-const LOOKS: usize = 48;
+const SAMPLES: usize = 48;
 
 /// Stores the error of a run that cannot be made. Returns the next job of its line, if any.
 pub(crate) fn refuse<M>(source: &mut dyn Source<M>, index: usize, error: PointError) -> Option<Job<M>> {
@@ -60,10 +60,10 @@ impl LaneRun {
 }
 
 /// Length of stretch `k` of a period in steps: 1 + round(2 (m - 1) frac(k/φ)), with mean m =
-/// max(floor(steps/[`LOOKS`]), 1) and golden ratio φ. The lengths are evenly distributed about m and do not
+/// max(floor(steps/[`SAMPLES`]), 1) and golden ratio φ. The lengths are evenly distributed about m and do not
 /// repeat.
 fn irregular(steps: usize, k: f64) -> usize {
-    let mean = (steps / LOOKS).max(1) as f64;
+    let mean = (steps / SAMPLES).max(1) as f64;
     1 + (golden(k) * 2.0 * (mean - 1.0)).round() as usize
 }
 
@@ -129,9 +129,9 @@ impl<M: Periodic> Batch<'_, M> {
     ) -> bool {
         let steps = self.table.steps();
         let ranging = slots.iter().flatten().any(|slot| slot.track.ranging());
-        let (mut from, mut looks) = (0, 0.0);
+        let (mut from, mut samples) = (0, 0.0);
         while from < steps {
-            let stretch = if ranging { irregular(steps, looks) } else { STEPS_UNCHECKED };
+            let stretch = if ranging { irregular(steps, samples) } else { STEPS_UNCHECKED };
             let to = (from + stretch).min(steps);
             Kernel { algebra, table: self.table, steps: from..to, bundle }.run(self.set);
             if self.source.is_cancelled() {
@@ -142,7 +142,7 @@ impl<M: Periodic> Batch<'_, M> {
                     slot.track.see_state(bundle.q.iter().chain(&bundle.v).map(|x| x.lane(lane)));
                 }
             }
-            (from, looks) = (to, looks + 1.0);
+            (from, samples) = (to, samples + 1.0);
         }
         true
     }

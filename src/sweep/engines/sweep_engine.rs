@@ -70,11 +70,11 @@ pub trait SweepEngine<M: Model>: Sync {
     }
     /// Computes the multipliers of the orbit near the start of each job. Default: one after the other.
     #[doc(hidden)]
-    fn multipliers(&self, jobs: &[OrbitJob<M>], go_on: &dyn Fn() -> bool) -> Vec<Orbit>
+    fn multipliers(&self, shooting: &Shooting, jobs: &[OrbitJob<M>], go_on: &dyn Fn() -> bool) -> Vec<Orbit>
     where
         M: Periodic,
     {
-        jobs.iter().map(|job| close_one(job, go_on)).collect()
+        jobs.iter().map(|job| close_one(shooting, job, go_on)).collect()
     }
     /// Number of motions whose exponents or multipliers are computed together. Default: 1.
     #[doc(hidden)]
@@ -102,14 +102,14 @@ pub type Orbit = Option<Result<Multipliers, ShootingError>>;
 /// A run, and the period multiple of the motion in which it ended.
 pub type OrbitJob<M> = (Job<M>, usize);
 
-/// The settings of the shooting of a motion.
-pub(crate) fn shooting(period_multiple: usize) -> Shooting {
-    Shooting::new().period_multiple(period_multiple)
-}
-
 /// The multipliers of one orbit.
-pub(crate) fn close_one<M: Periodic>((job, multiple): &OrbitJob<M>, go_on: &dyn Fn() -> bool) -> Orbit {
-    let found = go_on().then(|| shooting(*multiple).solve(&job.model, [&job.start]))?;
+pub(crate) fn close_one<M: Periodic>(
+    shooting: &Shooting,
+    (job, multiple): &OrbitJob<M>,
+    go_on: &dyn Fn() -> bool,
+) -> Orbit {
+    let shooting = shooting.clone().period_multiple(*multiple);
+    let found = go_on().then(|| shooting.solve(&job.model, [&job.start]))?;
     Some(found.map(|orbit| orbit.multipliers().clone()))
 }
 

@@ -152,12 +152,12 @@ impl<M: Periodic, E: SweepEngine<M>> Worker<'_, '_, M, E> {
                 });
             }
         }
-        if sweep.multipliers {
+        if let Some(shooting) = &sweep.multipliers {
             let multiples: Vec<usize> = waiting.iter().map(|ended| ended.multiple()).collect();
             let jobs = jobs.into_iter().zip(&multiples).filter(|(_, multiple)| **multiple > 0);
             let jobs: Vec<_> = jobs.map(|(job, multiple)| (job, *multiple)).collect();
             let repeating = waiting.iter_mut().zip(&mut outcomes).filter(|(ended, _)| ended.multiple() > 0);
-            for ((ended, outcome), found) in repeating.zip(self.engine.multipliers(&jobs, &go_on)) {
+            for ((ended, outcome), found) in repeating.zip(self.engine.multipliers(shooting, &jobs, &go_on)) {
                 let place = &mut ended.row[layout.multiplier()..][..layout.multipliers];
                 let found = found.map(|found| -> Result<(), PointError> {
                     write(&found?, place);

@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::ode::Budget;
-use crate::periodic::Lyapunov;
+use crate::periodic::{Lyapunov, Shooting};
 use crate::sweep::settings::points::Points;
 
 /// The start of a run: the start of its own point, or the state in which the neighbouring point ended.
@@ -39,6 +39,46 @@ pub enum WarmStart {
     Down,
 }
 
+/// Many runs of one family of models.
+///
+/// Points, settling and measured periods, requested results. Only the row of a run is stored, no trajectory.
+///
+/// Example, a map of the rattle state over speed and load:
+///
+/// ```
+/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
+/// let axes = vec![Axis::linear("speed", 120.0, 180.0, 4)?, Axis::linear("load", 20.0, 40.0, 4)?];
+/// let map = Sweep::new(Points::grid(axes)?)
+///     .settle(4)
+///     .measure(1)
+///     .channels(&["q0"])
+///     .rattle()
+///     .of(
+///         &LaneRk4::new(63 * 32),
+///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
+///     ).run()?;
+/// assert_eq!(map.iter().filter(|row| row.contacts()[0].rattle_state() == RattleState::Bilateral).count(), 7);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Sweep {
+    pub(crate) points: Points,
+    pub(crate) settle: usize,
+    pub(crate) measure: usize,
+    pub(crate) repeat: Option<f64>,
+    pub(crate) tolerance: f64,
+    pub(crate) channels: Vec<String>,
+    pub(crate) rattle: bool,
+    pub(crate) strobes: usize,
+    pub(crate) lyapunov: Option<Lyapunov>,
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(crate) multipliers: Option<Shooting>,
+    pub(crate) warm_start: WarmStart,
+    pub(crate) check_every: usize,
+}
+
 impl Sweep {
     /// A sweep over these points: an [`Axis`](crate::sweep::Axis) or [`Points`].
     ///
@@ -56,7 +96,7 @@ impl Sweep {
             rattle: false,
             strobes: 0,
             lyapunov: None,
-            multipliers: false,
+            multipliers: None,
             warm_start: WarmStart::No,
             check_every: 0,
         }
@@ -122,12 +162,13 @@ impl Sweep {
 
     /// Requests the Floquet multipliers of every motion that repeats after p periods. Default: not computed.
     ///
-    /// The last state of the run is the guess of [`Shooting`](crate::Shooting) with its default settings and
-    /// the period multiple p; the multipliers are those of the orbit that it finds.
-    /// [`LaneTaylor`](crate::sweep::LaneTaylor) closes the orbits side by side, the other engines one by one.
-    /// The runs of [checks](Sweep::check_every) have multipliers, too.
-    pub fn multipliers(self) -> Self {
-        Sweep { multipliers: true, ..self }
+    /// The last state of the run is the guess; the multipliers are those of the orbit that the shooting finds.
+    /// p is that of the motion: a [`period_multiple`](Shooting::period_multiple) above 1 is an error.
+    /// [`LaneTaylor`](crate::sweep::LaneTaylor) closes the orbits side by side, each in one segment; with more
+    /// segments or another flow method it closes them one by one, as the other engines do. The runs of
+    /// [checks](Sweep::check_every) have multipliers, too.
+    pub fn multipliers(self, shooting: Shooting) -> Self {
+        Sweep { multipliers: Some(shooting), ..self }
     }
 
     /// The start of the runs. Default: [`WarmStart::No`].
@@ -146,7 +187,8 @@ impl Sweep {
     /// The same sweep with the default budget: a budget does not change the results.
     pub(crate) fn without_budget(&self) -> Self {
         let lyapunov = self.lyapunov.clone().map(|lyapunov| lyapunov.budget(Budget::new()));
-        Sweep { lyapunov, ..self.clone() }
+        let multipliers = self.multipliers.clone().map(|shooting| shooting.budget(Budget::new()));
+        Sweep { lyapunov, multipliers, ..self.clone() }
     }
 
     pub(crate) fn names(&self) -> &[String] {
@@ -160,7 +202,7 @@ impl Sweep {
 
     /// Number of values of the multipliers in a row: real and imaginary part of each, and their error.
     pub(crate) fn multipliers_of(&self, dof: usize) -> usize {
-        if self.multipliers { dof.saturating_mul(4).saturating_add(1) } else { 0 }
+        if self.multipliers.is_some() { dof.saturating_mul(4).saturating_add(1) } else { 0 }
     }
 
     /// The points.
@@ -184,46 +226,6 @@ impl Sweep {
         if let Some(lyapunov) = &self.lyapunov {
             lyapunov.check_of_sweep()?;
         }
-        Ok(())
+        self.multipliers.as_ref().map_or(Ok(()), Shooting::check_of_sweep)
     }
-}
-
-/// Many runs of one family of models.
-///
-/// Points, settling and measured periods, requested results. Only the row of a run is stored, no trajectory.
-///
-/// Example, a map of the rattle state over speed and load:
-///
-/// ```
-/// use gear_dynamics::{sweep::{Axis, LaneRk4, Points}, NfgPair, NfgParams, RattleState, Sweep};
-/// let axes = vec![Axis::linear("speed", 120.0, 180.0, 4)?, Axis::linear("load", 20.0, 40.0, 4)?];
-/// let map = Sweep::new(Points::grid(axes)?)
-///     .settle(4)
-///     .measure(1)
-///     .channels(&["q0"])
-///     .rattle()
-///     .of(
-///         &LaneRk4::new(63 * 32),
-///         |p| NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() }),
-///     ).run()?;
-/// assert_eq!(map.iter().filter(|row| row.contacts()[0].rattle_state() == RattleState::Bilateral).count(), 7);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct Sweep {
-    pub(crate) points: Points,
-    pub(crate) settle: usize,
-    pub(crate) measure: usize,
-    pub(crate) repeat: Option<f64>,
-    pub(crate) tolerance: f64,
-    pub(crate) channels: Vec<String>,
-    pub(crate) rattle: bool,
-    pub(crate) strobes: usize,
-    pub(crate) lyapunov: Option<Lyapunov>,
-    #[cfg_attr(feature = "serde", serde(default))]
-    pub(crate) multipliers: bool,
-    pub(crate) warm_start: WarmStart,
-    pub(crate) check_every: usize,
 }

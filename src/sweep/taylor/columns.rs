@@ -5,8 +5,8 @@
 )]
 
 use crate::contact::Piece;
+use crate::contact::piece::alternative;
 use crate::ode::taylor::expansion::coefficients::{ORDERS, PER};
-use crate::ode::taylor::expansion::plan::alternative;
 use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::program::{Place, Program, Rule};

@@ -3,7 +3,7 @@
 use crate::model::expansion::expand::Expand;
 use crate::model::{Machine, Model, Periodic, Shape};
 use crate::ode::{IntegrateError, Taylor};
-use crate::periodic::Lyapunov;
+use crate::periodic::{Lyapunov, Shooting};
 use crate::sweep::engines::batch::refuse;
 use crate::sweep::engines::sweep_engine::{Exponent, Job, Orbit, OrbitJob, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
@@ -98,8 +98,13 @@ impl<G: Shape> SweepEngine<Machine<G>> for LaneTaylor {
     ) -> Vec<Exponent> {
         exponents(lyapunov, self.set, jobs, go_on)
     }
-    fn multipliers(&self, jobs: &[OrbitJob<Machine<G>>], go_on: &dyn Fn() -> bool) -> Vec<Orbit> {
-        multipliers(self.set, jobs, go_on)
+    fn multipliers(
+        &self,
+        shooting: &Shooting,
+        jobs: &[OrbitJob<Machine<G>>],
+        go_on: &dyn Fn() -> bool,
+    ) -> Vec<Orbit> {
+        multipliers(shooting, self.set, jobs, go_on)
     }
     fn exponents_at_once(&self) -> usize {
         KEPT * W

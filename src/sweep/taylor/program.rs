@@ -167,8 +167,8 @@ impl Program {
     /// What has no series where its operand is 0; `None` if all operations have one.
     pub(super) fn singular(&self) -> Option<&'static str> {
         self.instructions.iter().find_map(|instruction| match instruction.rule {
-            Rule::Quotient(..) => Some("a division by 0"),
-            Rule::Ln(_) => Some("the logarithm of 0"),
+            Rule::Quotient(..) => Some(Op::DIVISION),
+            Rule::Ln(_) => Some(Op::LOGARITHM),
             _ => None,
         })
     }

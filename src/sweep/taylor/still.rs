@@ -1,7 +1,7 @@
 //! Numbers of a lane that have no higher orders: constants of the model and what follows from them.
 
 use crate::contact::Piece;
-use crate::ode::taylor::expansion::plan::alternative;
+use crate::contact::piece::alternative;
 use crate::scalar::Scalar;
 use crate::tape::operations::Parity;
 

@@ -2,9 +2,10 @@
 
 use crate::contact::Piece;
 use crate::error::check;
+use crate::model::equations::lacks_pieces;
 use crate::ode::Budget;
 use crate::ode::budget::Meter;
-use crate::periodic::metered::{Failure, Metered};
+use crate::periodic::metered::{Metered, RootFailure};
 use crate::roots::{Newton, Residual, Root, RootError};
 use crate::tori::balance::quality::{aliasing, between, smallest_rate};
 use crate::tori::balance::torus::Torus;
@@ -113,7 +114,7 @@ impl TorusBalance {
         let frequencies = checked_frequencies(model)?;
         let rest = Torus::constant(&self.vectors, &frequencies, &vec![0.0; model.dof()])?;
         self.check(model, &rest, &frequencies)?;
-        if model.contacts() > 0 && !model.offers().pieces {
+        if lacks_pieces(model) {
             return Err(TorusError::NoPieces);
         }
         let meter = self.budget.begin();
@@ -187,18 +188,18 @@ fn finish<M: QuasiPeriodic + ?Sized>(
         Ok(root) => return Ok(torus(root)),
         Err(error) => error,
     };
-    let (failure, root) = Failure::of(error, meter)?;
+    let (failure, root) = RootFailure::of(error, meter)?;
     let last = Box::new(torus(root));
     Err(match failure {
-        Failure::Exhausted(exhausted) => TorusError::Exhausted { exhausted, last },
-        Failure::Slope { equation, unknown } => {
+        RootFailure::Exhausted(exhausted) => TorusError::Exhausted { exhausted, last },
+        RootFailure::Slope { equation, unknown } => {
             TorusError::Slope { acceleration: equation / width, coordinate: unknown / width, last }
         }
-        Failure::Singular { unknown } => {
+        RootFailure::Singular { unknown } => {
             let (coordinate, vector) = equations.meaning(unknown);
             TorusError::Singular { coordinate, vector, last }
         }
-        Failure::NotConverged => TorusError::NotConverged { last },
-        Failure::NotFinite => TorusError::NotFinite { last },
+        RootFailure::NotConverged => TorusError::NotConverged { last },
+        RootFailure::NotFinite => TorusError::NotFinite { last },
     })
 }

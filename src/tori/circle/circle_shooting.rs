@@ -5,7 +5,7 @@ use crate::model::{Periodic, State};
 use crate::ode::Budget;
 use crate::periodic::FlowMethod;
 use crate::periodic::flow::walk::SegmentError;
-use crate::periodic::metered::Failure;
+use crate::periodic::metered::RootFailure;
 use crate::roots::matrix::MAX_ENTRIES;
 use crate::roots::{Newton, Root};
 use crate::tori::circle::circle_equations::CircleEquations;
@@ -204,17 +204,17 @@ impl CircleShooting {
         let mut found = match root {
             Ok(root) => circle(&root, &equations),
             Err(error) => {
-                let (failure, root) = Failure::of(error, &meter)?;
+                let (failure, root) = RootFailure::of(error, &meter)?;
                 let last = Box::new(circle(&root, &equations));
                 return Err(match (failure, equations.failure.take()) {
-                    (Failure::Exhausted(exhausted), _) => {
+                    (RootFailure::Exhausted(exhausted), _) => {
                         CircleError::Exhausted { exhausted, last: Some(last) }
                     }
                     // The residual is NaN where an integration failed.
-                    (Failure::NotFinite | Failure::Slope { .. }, Some(failure)) => {
+                    (RootFailure::NotFinite | RootFailure::Slope { .. }, Some(failure)) => {
                         failed(failure, Some(*last))
                     }
-                    (Failure::Singular { unknown }, _) => CircleError::Singular { unknown, last },
+                    (RootFailure::Singular { unknown }, _) => CircleError::Singular { unknown, last },
                     _ => CircleError::NotConverged { last },
                 });
             }

@@ -87,7 +87,7 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         };
         let names = shape.constants.clone();
         let values: Vec<_> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
-        Ok(Machine::with_constants(shape, &values)?)
+        Ok(Machine::of_constants(shape, &values)?)
     }
 
     /// Finds whether the train is plain and, if it is, moves a shaft of its first coordinate to each mesh.

@@ -44,7 +44,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
     /// Moves the levers of noncircular gears out of the row of a mesh.
     fn levers_that_vary(&mut self, mesh: &Gearing<N>, row: &mut Row) -> Result<Range<usize>, TrainError> {
         let (start, orders) = (self.elements.varying.len(), &self.layout.plan.orders);
-        for (factor, body) in mesh.part.radius_factors.iter().zip(mesh.ends) {
+        for (factor, body) in mesh.part.radius_of_turn.iter().zip(mesh.ends) {
             let (Some(factor), Some(at)) = (factor, self.layout.angle[body]) else { continue };
             let Some(place) = row.0.iter().position(|entry| entry.at == at) else { continue };
             let lever = row.0.remove(place).by;
@@ -61,7 +61,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             let Some((half, law)) = &shaft.clearance else { continue };
             let row = self.layout.shaft(*ends);
             let contact = Mesh::new(zero(), zero(), law.clone());
-            let channel = self.contact(&shaft.name, ABOUT, shaft.damping, Some(("half backlash", *half)));
+            let channel = self.contact(&shaft.name, ABOUT, shaft.damping, Some(("half clearance", *half)));
             self.tooth(channel, &row, 0..0, [Wave::constant(shaft.stiffness)?, zero()], contact);
         }
         Ok(())

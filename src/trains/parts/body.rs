@@ -58,7 +58,7 @@ pub(crate) struct Place {
 ///
 /// ```
 /// use gear_dynamics::trains::{Bearing, Body};
-/// let sun = Body::new(3.9e-4).on(Bearing::new(0.4, 1e8));
+/// let sun = Body::new(3.9e-4).bearing(Bearing::new(0.4, 1e8));
 /// assert_eq!(sun.inertia(), 3.9e-4);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -95,11 +95,11 @@ impl Body {
         }
     }
     /// The same body on a bearing. The bearing of a planet connects it to its carrier.
-    pub fn on(self, bearing: Bearing) -> Self {
+    pub fn bearing(self, bearing: Bearing) -> Self {
         Body { bearing: Some(bearing), ..self }
     }
     /// The same body with its centre at x and y `[m]`. Only directions between centres matter.
-    pub fn at(self, centre: [f64; 2]) -> Self {
+    pub fn centre(self, centre: [f64; 2]) -> Self {
         Body { centre: Some(centre), ..self }
     }
     /// A planet on a carrier at the given angle `[rad]`. The radius of its centre follows from its meshes.
@@ -111,7 +111,7 @@ impl Body {
     /// The same planet with the radius `[m]` of its centre on the carrier. A body that no carrier carries
     /// is refused with a radius
     /// ([`TrainError::RadiusWithoutCarrier`](crate::trains::TrainError::RadiusWithoutCarrier)).
-    pub fn at_radius(self, radius: f64) -> Self {
+    pub fn radius(self, radius: f64) -> Self {
         Body { radius: Some(radius), ..self }
     }
     /// The same body held by a torsional spring [N m/rad] and damper [N m s/rad] to the ground. It does not

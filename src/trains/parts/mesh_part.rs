@@ -77,10 +77,10 @@ pub(crate) struct MeshGears {
     pub(crate) stiffness: Wave,
     pub(crate) error: Wave,
     /// Waves over the turns of the first and the second gear: added to the error, multiplying the stiffness.
-    pub(crate) runout: [Option<Wave>; 2],
-    pub(crate) faults: [Option<Wave>; 2],
+    pub(crate) error_of_turn: [Option<Wave>; 2],
+    pub(crate) stiffness_of_turn: [Option<Wave>; 2],
     /// Waves over the turns of noncircular gears, which multiply the base radii.
-    pub(crate) radius_factors: [Option<Wave>; 2],
+    pub(crate) radius_of_turn: [Option<Wave>; 2],
     pub(crate) contact_damping: ContactDamping,
     pub(crate) damping: f64,
     pub(crate) half_backlash: f64,
@@ -97,7 +97,7 @@ pub(crate) struct MeshGears {
 impl MeshGears {
     /// Whether both gears are round.
     pub(crate) fn is_round(&self) -> bool {
-        self.radius_factors.iter().all(Option::is_none)
+        self.radius_of_turn.iter().all(Option::is_none)
     }
 }
 
@@ -112,9 +112,9 @@ impl MeshPart {
             pressure_angle: 20f64.to_radians(),
             stiffness,
             error: Wave::new(Constant::zero()),
-            runout: [None, None],
-            faults: [None, None],
-            radius_factors: [None, None],
+            error_of_turn: [None, None],
+            stiffness_of_turn: [None, None],
+            radius_of_turn: [None, None],
             contact_damping: ContactDamping::Always,
             damping: 0.0,
             half_backlash: 0.0,
@@ -183,13 +183,13 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// The same mesh with an error `[m]` over the turn of one of its gears, added to the static transmission
     /// error: eccentricity, runout, pitch errors.
     pub fn error_of_turn(mut self, gear: OfMesh, error: Wave) -> Self {
-        self.gears.runout[gear as usize] = Some(error);
+        self.gears.error_of_turn[gear as usize] = Some(error);
         self
     }
     /// The same mesh with a factor over the turn of one of its gears that multiplies the stiffness: a cracked
     /// or spalled tooth.
     pub fn stiffness_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
-        self.gears.faults[gear as usize] = Some(factor);
+        self.gears.stiffness_of_turn[gear as usize] = Some(factor);
         self
     }
     /// Makes a gear of the mesh noncircular: its base radius is r g. r is stated with the tooth numbers,
@@ -215,7 +215,7 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn radius_of_turn(mut self, gear: OfMesh, factor: Wave) -> Self {
-        self.gears.radius_factors[gear as usize] = Some(factor);
+        self.gears.radius_of_turn[gear as usize] = Some(factor);
         self
     }
     /// The same mesh with a working pressure angle `[rad]`. Default: 20°. It matters for bodies on bearings,
@@ -252,7 +252,7 @@ impl<N: Nonlinearity> MeshPart<N> {
     }
     /// The same mesh with the phase that follows from the teeth of a gear which it shares with another mesh:
     /// an idler, two wheels on one pinion, the ring mesh of a planet. The three bodies need places
-    /// ([`Body::at`], or planets).
+    /// ([`Body::centre`], or planets).
     ///
     /// Gears of one body with equal tooth numbers and radii count as one gear. A mesh is behind another mesh
     /// of its gear of z teeth by z (β_2 - β_1)/2π mesh cycles, with the directions β of the pitch points from
@@ -261,14 +261,14 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// mesh angles of the pitch points are aligned. It replaces [`phase`](MeshPart::phase).   Source: Parker
     /// and Lin 2004, J. Mech. Des. 126, 365, for planets.
     ///
-    /// [`Body::at`]: crate::trains::Body::at
+    /// [`Body::centre`]: crate::trains::Body::centre
     ///
     /// ```
     /// use gear_dynamics::{trains::{Body, MeshPart, Parts}, Wave};
     /// // An idler of 31 teeth between two gears, the second one 90° to the side.
     /// let mut parts = Parts::new();
     /// for (name, centre) in [("driver", [-0.09, 0.0]), ("idler", [0.0, 0.0]), ("driven", [0.0, 0.09])] {
-    ///     parts.body(name, Body::new(1e-3).at(centre));
+    ///     parts.body(name, Body::new(1e-3).centre(centre));
     /// }
     /// let mesh = || Wave::constant(2e8).map(|k| MeshPart::external([31, 31], [0.042, 0.042], k));
     /// // The idler turns clockwise from 180° to 90°: 31/4 pitches, less one half.

@@ -88,7 +88,7 @@ impl<N: Nonlinearity> Topology<'_, N> {
     ///
     /// # Errors
     /// [`Warning::Drifts`].
-    pub(crate) fn grounded(&self) -> Result<(), TrainError> {
+    pub(crate) fn warns_of_drift(&self) -> Result<(), TrainError> {
         if self.holder().is_some() {
             return Ok(());
         }

@@ -45,7 +45,8 @@ impl<N: Nonlinearity> Plan<'_, N> {
         };
         let (mut stiffness, mut error) = (vec![over_teeth(&part.stiffness)?], vec![over_teeth(&part.error)?]);
         for gear in [0, 1] {
-            for (waves, own) in [(&mut stiffness, &part.faults), (&mut error, &part.runout)] {
+            for (waves, own) in [(&mut stiffness, &part.stiffness_of_turn), (&mut error, &part.error_of_turn)]
+            {
                 if let Some(wave) = &own[gear] {
                     waves.push(self.over_turns(mesh, gear, wave)?);
                 }
@@ -62,7 +63,7 @@ impl<N: Nonlinearity> Plan<'_, N> {
     /// Refuses waves over the teeth of a mesh without a round gear that turns evenly.
     fn teeth_turn_evenly(&self, mesh: &Gearing<N>) -> Result<(), TrainError> {
         let even = |gear: usize| self.rotations[mesh.ends[gear]].is_none();
-        let round = |gear: usize| mesh.part.radius_factors[gear].is_none();
+        let round = |gear: usize| mesh.part.radius_of_turn[gear].is_none();
         if !follows_teeth(mesh) || [0, 1].into_iter().any(|gear| round(gear) && even(gear)) {
             return Ok(());
         }

@@ -93,7 +93,7 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
         }
         let [radii, teeth] =
             [mesh.radii[0] / mesh.radii[1], f64::from(mesh.teeth[0]) / f64::from(mesh.teeth[1])];
-        for (factor, gear) in mesh.radius_factors.iter().zip(["first", "second"]) {
+        for (factor, gear) in mesh.radius_of_turn.iter().zip(["first", "second"]) {
             factor.as_ref().map_or(Ok(()), |factor| radius(name, gear, factor))?;
         }
         if mesh.is_round() && (radii / teeth - 1.0).abs() > SAME {

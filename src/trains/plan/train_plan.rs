@@ -37,7 +37,7 @@ impl<'p, N: Nonlinearity> Plan<'p, N> {
         let orders = Orders::of(&topology, &kinematics);
         let rotations = rotations(&topology, &kinematics, &orders)?;
         if rotations.iter().any(Option::is_some) {
-            topology.grounded()?;
+            topology.warns_of_drift()?;
         }
         let centres = centres(&topology, &planets);
         topology.states_phases()?;

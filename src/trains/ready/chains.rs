@@ -87,7 +87,7 @@ pub fn geared_rotor(inertias: [f64; 2], bearings: [Bearing; 2], mesh: MeshPart) 
     let distance = mesh.gears.radii.iter().sum();
     let centres = [[0.0, 0.0], [distance, 0.0]];
     for (i, name) in ["driver", "driven"].into_iter().enumerate() {
-        parts.body(name, Body::new(inertias[i]).on(bearings[i].along_y()).at(centres[i]));
+        parts.body(name, Body::new(inertias[i]).bearing(bearings[i].along_y()).centre(centres[i]));
     }
     parts.mesh("mesh", "driver", "driven", mesh.pressure_angle(0.0)).coordinates(Coordinates::Relative);
     parts

@@ -30,7 +30,7 @@ use crate::trains::parts::mesh_part::MeshPart;
 /// let pair = SpurPair::of_teeth(&GearPair::new(&gear, &gear)?, [0.03; 2], [6; 2], 3)?
 ///     .damping(2000.0) // N s/m
 ///     .half_backlash(4e-5) // m
-///     .load(300.0); // N m
+///     .drive_torque(300.0); // N m
 /// let numbers = pair.dimensionless();
 /// assert!((numbers.damping_ratio - 0.0644).abs() < 5e-5 && (numbers.mean_force - 0.3458).abs() < 5e-5);
 /// assert_eq!(pair.parts()?.build("driver", 300.0)?.dof(), 1);
@@ -44,7 +44,7 @@ pub struct SpurPair {
     mean_stiffness: f64,
     damping: Damping,
     /// `None`: no torques.
-    load: Option<f64>,
+    drive_torque: Option<f64>,
     dimensionless: bool,
 }
 
@@ -87,7 +87,7 @@ pub struct Dimensionless {
 
 impl SpurPair {
     /// The pair of the given moments of inertia [kg m²], teeth, base radii `[m]` and mesh stiffness [N/m]
-    /// over the mesh angle. Defaults: no error, damping, backlash and load.
+    /// over the mesh angle. Defaults: no error, damping, backlash and torque.
     ///
     /// # Errors
     /// An inertia or radius out of range; a mean stiffness that is not positive.
@@ -112,7 +112,7 @@ impl SpurPair {
     ///   nominal centre distance of uncorrected gears it is 0**: then teeth never part.
     ///
     /// [`error`](SpurPair::error) and [`half_backlash`](SpurPair::half_backlash) replace the last two. A pair
-    /// of other inertias or of another stiffness: [`new`](SpurPair::new). Defaults: no damping and no load.
+    /// of other inertias or of another stiffness: [`new`](SpurPair::new). Defaults: no damping and no torque.
     ///
     /// # Errors
     /// Teeth, bores or grades to which one of these methods does not apply; more than 1000 harmonics.
@@ -138,7 +138,7 @@ impl SpurPair {
         }
         let mean_stiffness = check::scale("mean mesh stiffness", mesh.gears.stiffness.mean())?;
         let damping = Damping::Coefficient(0.0);
-        Ok(SpurPair { inertias, mesh, mean_stiffness, damping, load: None, dimensionless: false })
+        Ok(SpurPair { inertias, mesh, mean_stiffness, damping, drive_torque: None, dimensionless: false })
     }
 
     /// The dimensionless pair x'' + 2 ζ x' + (1 + Σ a_j cos jφ) f(x) = F_m + W² Σ j² e_j cos jφ with half the
@@ -167,7 +167,7 @@ impl SpurPair {
         mean_force: f64,
     ) -> Result<Self, ParameterError> {
         let pair = SpurPair::new([2.0, 2.0], [1, 1], [1.0, 1.0], stiffness)?.error(error);
-        let pair = pair.damping_ratio(damping_ratio).half_backlash(1.0).load(mean_force);
+        let pair = pair.damping_ratio(damping_ratio).half_backlash(1.0).drive_torque(mean_force);
         Ok(SpurPair { dimensionless: true, ..pair })
     }
 
@@ -190,11 +190,11 @@ impl SpurPair {
     /// The same pair with a torque on the driver [N m], which the load balances, also if the constant
     /// `drive torque` is replaced. Default: no torques; those of one's own are added to the
     /// [`parts`](SpurPair::parts).
-    pub fn load(self, torque: f64) -> Self {
-        SpurPair { load: Some(torque), ..self }
+    pub fn drive_torque(self, torque: f64) -> Self {
+        SpurPair { drive_torque: Some(torque), ..self }
     }
 
-    /// Its dimensionless numbers. Without backlash the mean force of a load is infinite.
+    /// Its dimensionless numbers. Without backlash the mean force of a torque is infinite.
     pub fn dimensionless(&self) -> Dimensionless {
         let gears = &self.mesh.gears;
         let mass = 1.0 / (0..2).map(|i| gears.radii[i] * gears.radii[i] / self.inertias[i]).sum::<f64>();
@@ -204,7 +204,7 @@ impl SpurPair {
                 Damping::Coefficient(damping) => damping / (2.0 * (self.mean_stiffness * mass).sqrt()),
             },
             mean_force: self
-                .load
+                .drive_torque
                 .map_or(0.0, |torque| torque / gears.radii[0] / (gears.half_backlash * self.mean_stiffness)),
             natural_frequency: (self.mean_stiffness / mass).sqrt(),
             half_backlash: gears.half_backlash,
@@ -224,10 +224,10 @@ impl SpurPair {
         let (stiffness, error) =
             (by(1.0 / self.mean_stiffness, &gears.stiffness)?, by(1.0 / b, &gears.error)?);
         let pair = SpurPair::unit(stiffness, error, numbers.damping_ratio, numbers.mean_force)?;
-        Ok(SpurPair { load: self.load.and(pair.load), ..pair })
+        Ok(SpurPair { drive_torque: self.drive_torque.and(pair.drive_torque), ..pair })
     }
 
-    /// Its parts in relative coordinates, with the torque and the load.
+    /// Its parts in relative coordinates, with the drive torque and the load.
     ///
     /// # Errors
     /// A damping or damping ratio that is negative or not a number.
@@ -255,7 +255,7 @@ impl SpurPair {
         let mut parts = Parts::default();
         parts.body("driver", Body::new(self.inertias[0])).body("driven", Body::new(self.inertias[1]));
         parts.mesh("mesh", "driver", "driven", mesh.damping(damping)).coordinates(Coordinates::Relative);
-        if let Some(torque) = self.load {
+        if let Some(torque) = self.drive_torque {
             parts.torque("drive torque", "driver", torque).load("driven");
         }
         if self.dimensionless {

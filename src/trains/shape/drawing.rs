@@ -40,7 +40,7 @@ impl PartialEq for Shown {
 /// # use gear_dynamics::trains::{Body, MeshPart, Parts};
 /// # use gear_dynamics::Wave;
 /// let mut parts = Parts::new();
-/// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3).at([0.1, 0.0]));
+/// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3).centre([0.1, 0.0]));
 /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
 /// let train = parts.build("pinion", 100.0)?;
 /// let wheel = &train.shape().drawing().bodies[1];

@@ -21,7 +21,7 @@ use gear_dynamics::{
 
 fn knock(stiffness: f64) -> Machine<Knock> {
     let shape = Knock { stop: SoftStop { touch: 0.4, loss: 0.3 }, kick: Wave::new(Kick) };
-    Machine::with_constants(shape, &[("speed", 0.9), ("stiffness", stiffness)]).unwrap()
+    Machine::of_constants(shape, &[("speed", 0.9), ("stiffness", stiffness)]).unwrap()
 }
 
 fn start() -> State {
@@ -33,7 +33,7 @@ fn pair<N: Nonlinearity>(law: N) -> Machine<MeshedPair<N>> {
     let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.5, 1.6e8, 2.4e8).unwrap());
     let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6]]).unwrap());
     let shape = MeshedPair(Mesh::new(stiffness, error, law));
-    Machine::with_constants(
+    Machine::of_constants(
         shape,
         &[("mesh frequency", 1.6e4), ("load", 500.0), ("damping", 1000.0), ("mass", 0.5)],
     )

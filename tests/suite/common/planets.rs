@@ -22,11 +22,11 @@ pub fn ring_held(teeth: [u32; 3], inertias: [f64; 4], stiffness: f64) -> Members
 
 /// The members on bearings.
 pub fn on_bearings(members: Members, [sun, planet, ring, carrier]: [Bearing; 4]) -> Members {
-    let on = |(teeth, body): (u32, Body), bearing| (teeth, body.on(bearing));
+    let on = |(teeth, body): (u32, Body), bearing| (teeth, body.bearing(bearing));
     Members {
         sun: on(members.sun, sun),
         planet: on(members.planet, planet),
         ring: on(members.ring, ring),
-        carrier: members.carrier.on(carrier),
+        carrier: members.carrier.bearing(carrier),
     }
 }

@@ -106,7 +106,7 @@ fn orbits() {
         usize::from(shooting.solve(&pair, &settled.state).is_ok())
     };
     let exponents = |method: FlowMethod| {
-        let lyapunov = Lyapunov::new().settle(0).periods(1000).flow_method(method);
+        let lyapunov = Lyapunov::new().settle(0).measure(1000).flow_method(method);
         usize::from(lyapunov.run(&pair, &settled.state).is_ok())
     };
     let [dop853, taylor] = [FlowMethod::Dop853, FlowMethod::Taylor];

@@ -4,7 +4,7 @@
 //! Taylor methods, Experimental Mathematics 14 (2005), Prop. 2.1.
 
 use crate::scalar::Scalar;
-use crate::tape::operations::{Guard, Parity};
+use crate::tape::operations::{Guard, Op, Parity};
 
 /// A function with the columns that it reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,10 +92,10 @@ impl Placed {
     /// What happens where its operand is 0.
     pub(crate) fn name(&self) -> &'static str {
         match self.function {
-            Function::Quotient(..) => "a division by 0",
+            Function::Quotient(..) => Op::DIVISION,
             Function::Sqrt(_) => "the square root of 0",
             Function::Power(..) => "a power of 0",
-            Function::Ln(_) => "the logarithm of 0",
+            Function::Ln(_) => Op::LOGARITHM,
             Function::Exp(_) | Function::SinCos(_) => "a function",
         }
     }

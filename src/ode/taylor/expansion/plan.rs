@@ -1,6 +1,7 @@
 //! The order in which a tape is evaluated, and the columns of its numbers.
 
 use crate::contact::Piece;
+use crate::contact::piece::alternative;
 use crate::ode::taylor::expansion::functions::{Function, Grid, Placed};
 use crate::ode::taylor::expansion::products::{BATCH, Products};
 use crate::ode::taylor::expansion::rows::{Block, EIGHT, Eight, Places, Rows};
@@ -81,11 +82,6 @@ pub(crate) struct Small<'p> {
     pub(crate) operands: &'p Block,
     pub(crate) products: &'p mut Products,
     pub(crate) accelerations: &'p Block,
-}
-
-/// Σ piece_k 3^k over `count` contacts from `contact` on.
-pub(crate) fn alternative(pieces: &[Piece], contact: usize, count: usize) -> usize {
-    pieces[contact..][..count].iter().rev().fold(0, |index, piece| 3 * index + *piece as usize)
 }
 
 /// Columns that are handed out one after the other.

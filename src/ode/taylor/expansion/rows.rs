@@ -1,11 +1,11 @@
 //! Sparse matrices of weighted sums, in blocks of eight rows.
 
+pub(crate) use crate::series::EIGHT;
 use crate::tape::form::Form;
 use std::ops::Range;
 
 /// Numbers that are computed side by side: two registers of AVX2, one of AVX-512.
 pub(crate) type Eight = [f64; EIGHT];
-pub(crate) const EIGHT: usize = 8;
 
 /// Where the numbers of a sum stand.
 pub(crate) struct Places<'p> {

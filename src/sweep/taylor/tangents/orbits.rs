@@ -11,7 +11,7 @@ use crate::periodic::pursuit::PursuitError;
 use crate::periodic::shooting::closing::Closing;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::segments::Segments;
-use crate::sweep::engines::sweep_engine::{Orbit, OrbitJob, close_one, shooting};
+use crate::sweep::engines::sweep_engine::{Orbit, OrbitJob, close_one};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::taylor::crew::{Crew, of_equal_shapes};
 use crate::sweep::taylor::lane::Motion;
@@ -24,17 +24,21 @@ use std::slice::Iter;
 /// lanes, each orbit in one segment. Machines of equal shapes share lanes. Orbits that lanes do not run are
 /// found one by one.
 pub(crate) fn multipliers<G: Shape>(
+    shooting: &Shooting,
     set: InstructionSet,
     jobs: &[OrbitJob<Machine<G>>],
     go_on: &dyn Fn() -> bool,
 ) -> Vec<Orbit> {
+    if !shooting.suits_lanes() {
+        return jobs.iter().map(|job| close_one(shooting, job, go_on)).collect();
+    }
     let mut found: Vec<Orbit> = jobs.iter().map(|_| None).collect();
     for equal in of_equal_shapes(jobs, |(job, _)| &job.model) {
         let leader = &jobs[equal[0]].0.model;
         let tape = tangent(&leader.record_shape().0, 2 * leader.dof(), &[]);
         match Program::new(&tape, leader.size().waves, &[]) {
-            Ok(program) => side_by_side(set, &program, jobs, &equal, go_on, &mut found),
-            Err(_) => equal.into_iter().for_each(|i| found[i] = close_one(&jobs[i], go_on)),
+            Ok(program) => side_by_side(shooting, set, &program, jobs, &equal, go_on, &mut found),
+            Err(_) => equal.into_iter().for_each(|i| found[i] = close_one(shooting, &jobs[i], go_on)),
         }
     }
     found
@@ -49,6 +53,7 @@ struct Prepared<'j> {
 
 /// The multipliers of machines of one shape; `chosen`: their jobs.
 fn side_by_side<G: Shape>(
+    settings: &Shooting,
     set: InstructionSet,
     program: &Program,
     jobs: &[OrbitJob<Machine<G>>],
@@ -56,7 +61,6 @@ fn side_by_side<G: Shape>(
     go_on: &dyn Fn() -> bool,
     found: &mut [Orbit],
 ) {
-    let settings = shooting(1);
     let meters: Vec<Meter<'_>> = chosen.iter().map(|_| settings.meter()).collect();
     let mut prepared = Vec::new();
     for (&index, meter) in chosen.iter().zip(&meters) {
@@ -64,14 +68,14 @@ fn side_by_side<G: Shape>(
         if !go_on() {
             return;
         }
-        let shooting = shooting(*multiple);
+        let shooting = settings.clone().period_multiple(*multiple);
         match shooting.one_segment(&job.model, &job.start, meter) {
             Ok(segments) => prepared.push((Prepared { index, shooting, segments }, meter)),
             Err(error) => found[index] = Some(Err(error)),
         }
     }
     let none = Expansion::none();
-    let tolerance = settings.tolerance_of_flow();
+    let tolerance = settings.flow_tolerance;
     let mut flows: Vec<Tangent<'_, dyn Model + '_>> = Vec::new();
     for (orbit, _) in &prepared {
         let model: &dyn Model = &jobs[orbit.index].0.model;

@@ -29,7 +29,8 @@ impl Orders {
                 add(kinematics.of_teeth(mesh));
             }
             for gear in [0, 1] {
-                let waves = [&mesh.part.runout, &mesh.part.faults, &mesh.part.radius_factors];
+                let waves =
+                    [&mesh.part.error_of_turn, &mesh.part.stiffness_of_turn, &mesh.part.radius_of_turn];
                 if waves.iter().any(|waves| waves[gear].is_some()) {
                     add(kinematics.of_gear(mesh, gear));
                 }

@@ -118,7 +118,7 @@ fn ratio<N: Nonlinearity>(
     let [r1, r2] = mesh.part.radii;
     let [z1, z2] = mesh.part.teeth.map(f64::from);
     let mut radii = [vec![Wave::constant(r1 / r2 * z2 / z1)?], vec![Wave::constant(1.0)?]];
-    for ((radius, factor), body) in radii.iter_mut().zip(&mesh.part.radius_factors).zip(mesh.ends) {
+    for ((radius, factor), body) in radii.iter_mut().zip(&mesh.part.radius_of_turn).zip(mesh.ends) {
         if let Some(factor) = factor {
             radius.push(orders.wave(mesh.name, factor, orders.turn(body))?);
         }
