@@ -79,8 +79,8 @@ impl Certificate {
     pub fn times(&self) -> Vec<f64> {
         self.proposal.legs.iter().map(|leg| leg.start.middle()).collect()
     }
-    /// The box of node `i`: coordinates, then velocities; [relative](Certificate::relative_to) ones if the model
-    /// has a rigid motion.
+    /// The box of node `i`: coordinates, then velocities; [relative](Certificate::relative_to) ones if the
+    /// model has a rigid motion.
     ///
     /// # Panics
     /// If `i` is not below the number of [`times`](Certificate::times).
@@ -88,8 +88,8 @@ impl Certificate {
         let pairs = self.proposal.nodes[i].iter().zip(&self.radii[i]);
         pairs.map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect()
     }
-    /// If the model has a rigid motion r, the coordinate k to which all others are relative: the boxes contain
-    /// q_i - (r_i/r_k) q_k for i ≠ k, and their rates. The orbit closes up to the rigid motion.
+    /// If the model has a rigid motion r, the coordinate k to which all others are relative: the boxes
+    /// contain q_i - (r_i/r_k) q_k for i ≠ k, and their rates. The orbit closes up to the rigid motion.
     pub fn relative_to(&self) -> Option<usize> {
         self.proposal.relative_to
     }

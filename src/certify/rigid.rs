@@ -6,7 +6,7 @@ use crate::tape::form::Form;
 use crate::tape::operations::{FormId, Op, Tape};
 use nalgebra::DMatrix;
 
-/// Relative coordinates z_i = q_i - ρ_i q_r of a model that is unchanged by q + s ρ and v + w ρ, with ρ_r = 1.
+/// Relative coordinates z_i = q_i - ρ_i q_r of a model that is unchanged by q + s ρ and v + w ρ, ρ_r = 1.
 ///
 /// Because nothing but q_r and v_r depends on the rigid motion, z'' = a - ρ a_r at q_r = 0 and v_r = 0.
 #[derive(Clone, Debug)]
@@ -48,21 +48,20 @@ impl Relative {
         let direction = svd.v_t?.row(k).transpose();
         let motion: Vec<f64> = (0..n).map(|j| direction[j] / units[j]).collect();
         let root = (0..n).max_by(|&i, &j| direction[i].abs().total_cmp(&direction[j].abs()))?;
-        let ratio = |(j, x): (usize, &f64)| {
-            if j == root {
-                return Interval::ONE;
+        let ratio = |(j, x): (usize, &f64)| match j == root {
+            true => Interval::ONE,
+            // The direction is of length 1 and its entries have errors of roundings.
+            false => {
+                let error = ROUNDING / (units[j] * motion[root].abs());
+                Interval::from(x / motion[root]) + Interval::symmetric(error)
             }
-            // The direction has entries up to 1 with errors of roundings.
-            let still = direction[j].abs() <= ROUNDING;
-            let ratio = if still { 0.0 } else { x / motion[root] };
-            Interval::from(ratio) + Interval::symmetric(ROUNDING * ratio.abs())
         };
         let ratios: Vec<Interval> = motion.iter().enumerate().map(ratio).collect();
         ratios.iter().all(|ratio| ratio.is_bounded()).then_some(Relative { root, ratios })
     }
 
-    /// The recorded equations in relative coordinates, with the ratios as further drives; `None` if a recorded
-    /// sum is changed by the rigid motion. `moved`: the outputs are velocities, which move with it.
+    /// The recorded equations in relative coordinates, with the ratios as further drives; `None` if the rigid
+    /// motion changes a recorded sum. `moved`: the outputs are velocities, which move with it.
     pub(crate) fn tape(&self, tape: &Tape, moved: bool) -> Option<Tape> {
         let (n, root) = (tape.dof, self.root);
         if self.ratios.len() != n {
@@ -137,4 +136,38 @@ fn parts(tape: &Tape, form: FormId) -> [Vec<f64>; 2] {
         }
     }
     parts
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::certify::rigid::Relative;
+    use crate::model::recording::{Node, Recorded};
+    use crate::tape::operations::Tape;
+
+    /// Two masses with levers 1 and 3, and a third one on a spring to the ground of this stiffness.
+    fn masses(to_ground: f64) -> Tape {
+        let recorded = Recorded::of(3, 0, &|_| None, |_, _, q, v, a| {
+            let force = (q[0] - q[1] * 3.0) * 7.0 + (v[0] - v[1] * 3.0) * (q[0] - q[1] * 3.0);
+            (a[0], a[1]) = (-force, force * 3.0);
+            a[2] = q[2] * -to_ground + Node::from(1.0);
+            Vec::new()
+        });
+        recorded.0
+    }
+
+    #[test]
+    fn the_rigid_motion_is_found_and_leaves_the_equations() {
+        let tape = masses(2.0);
+        let relative = Relative::of(&tape).expect("one rigid motion");
+        for (ratio, r) in relative.ratios.iter().zip([3.0, 1.0, 0.0]) {
+            assert!(ratio.contains(r / [3.0, 1.0, 0.0][relative.root]) && ratio.width() < 1e-12, "{ratio}");
+        }
+        let reduced = relative.tape(&tape, false).expect("unchanged sums");
+        assert_eq!((reduced.dof, reduced.drives), (2, 2));
+        let ratios = relative.ratios.iter().enumerate().map(|(i, ratio)| *ratio * (1.0 + 1e-9 * i as f64));
+        let other = Relative { ratios: ratios.collect(), ..relative };
+        assert!(other.tape(&tape, false).is_none());
+        // The third mass moves freely, too: two rigid motions.
+        assert!(Relative::of(&masses(0.0)).is_none());
+    }
 }

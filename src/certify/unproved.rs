@@ -61,8 +61,8 @@ pub enum Unproved {
         /// Time.
         t: f64,
     },
-    /// A crossing and a drive edge, an impact, or a crossing of the same contact follow each other too closely
-    /// to be ordered.
+    /// A crossing and a drive edge, an impact or a crossing of the same contact follow each other too
+    /// closely to be ordered.
     #[error("certificate: the crossings at t = {t:?} and {after:?} are too close to be ordered")]
     Together {
         /// The first time.

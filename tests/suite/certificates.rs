@@ -1,13 +1,15 @@
 //! Certificates: known orbits proved, wrong ones refused.
 
-use gear_dynamics::certify::{Certificate, Interval, Unproved};
+use gear_dynamics::certify::{Certificate, CertifiedCrossing, Interval, Unproved};
 use gear_dynamics::contact::{Backlash, Contact, Deflection, Piece, PieceChoice, Restitution};
 use gear_dynamics::excitation::{Angle, Fourier, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::models::ring::RingSet;
+use gear_dynamics::ode::Step;
 use gear_dynamics::periodic::{ShootingOrbit, Stability};
 use gear_dynamics::trains::{Body, Coordinates, Members, MeshPart, Parts, Planetary};
-use gear_dynamics::{Machine, NfgPair, NfgParams, Ring, Settle, Shape, Shooting, State, Taylor, Wave};
+use gear_dynamics::{Machine, Model, NfgPair, NfgParams, Ring, Settle, Shape, Shooting, State, Taylor, Wave};
+use std::ops::ControlFlow;
 
 /// x'' + 2 ζ x' + k(φ) f(x) + γ x³ = F + A Ω² cos φ with half backlash b, φ = Ω t; without contact if b is 0,
 /// with a rigid stop at x = 1 in place of the law if there is a restitution.
@@ -463,6 +465,40 @@ fn twins_that_cross_together_are_proved() {
     }
     let (model, orbit) = twins(true, 0.0);
     assert!(matches!(orbit.certify(&model), Err(Unproved::Jumps { .. })));
+}
+
+/// One window contains the crossings of all pairs within a tolerance, whichever of the two is first.
+#[test]
+fn windows_contain_both_orders() {
+    let (model, orbit) = twins(false, 0.0);
+    let tolerance = [("difference", Interval::around(0.0, 1e-10).unwrap())];
+    let wide = orbit.certify_with(&model, &tolerance).unwrap();
+    wide.check(&model).unwrap();
+    for difference in [-1e-10, 1e-10] {
+        let (model, orbit) = twins(false, difference);
+        let mut times = Vec::new();
+        let mut collect = |step: &mut Step<'_>| {
+            times.extend(step.crossings().iter().map(|c| (c.contact, step.t1())));
+            ControlFlow::Continue(())
+        };
+        orbit.observe(&model, &mut collect).unwrap();
+        assert_eq!(times.len(), 4);
+        for (contact, t) in times {
+            let turn = orbit.period();
+            let same = |c: &&CertifiedCrossing| {
+                let apart = (t - c.time.middle()).rem_euclid(turn);
+                c.contact == contact && apart.min(turn - apart) <= 0.5 * c.time.width() + 1e-13 * turn
+            };
+            assert!(wide.crossings().iter().any(|c| same(&c)), "{contact} at {t} in {:?}", wide.crossings());
+        }
+        for (i, t) in wide.times().into_iter().enumerate() {
+            let exact = orbit.at(&model, t).unwrap();
+            for (of, x) in wide.state(i).iter().zip(exact.q.iter().chain(&exact.v)) {
+                // Shooting has an error of its own.
+                assert!((of.middle() - x).abs() <= 0.5 * of.width() + 1e-12, "t = {t}: {x} in {of}");
+            }
+        }
+    }
 }
 
 /// Windows with changed times, contacts and pieces.

@@ -80,8 +80,8 @@ impl Algebra {
     }
 
     /// The coefficients up to `order` of the motion that starts in the box `x` of coordinates and velocities,
-    /// with every contact on a given piece, or the hull of those on either of two pieces; those of accelerations
-    /// and distances, too.
+    /// with every contact on a given piece, or the hull of those on either of two pieces; those of
+    /// accelerations and distances, too.
     pub(crate) fn expand(
         &self,
         pieces: On<'_>,

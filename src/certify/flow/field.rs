@@ -109,8 +109,8 @@ impl<'m> Field<'m> {
         })
     }
 
-    /// The slot of a coordinate or velocity of the tangent tape (`part` 0) or of its derivative with respect to
-    /// component `part` - 1 of the start.
+    /// The slot of a coordinate or velocity of the tangent tape (`part` 0) or of its derivative with respect
+    /// to component `part` - 1 of the start.
     pub(crate) fn place(&self, i: usize, part: usize) -> usize {
         let (n, all) = (self.n, self.tangent.tape.dof);
         if i < n { n * part + i } else { all + n * part + i - n }

@@ -120,8 +120,8 @@ pub(crate) fn keeps_sign_up_to(stretch: &Stretch<'_, '_>, edge: &Edge, until: f6
     }
 }
 
-/// Times within which the distance of a contact falls through 0, and the instant, for the motion on the pieces
-/// before; `None` if it may graze its edge.
+/// Times within which the distance of a contact falls through 0, and the instant, for the motion on the
+/// pieces before; `None` if it may graze its edge.
 pub(crate) fn instant(stretch: &Stretch<'_, '_>, edge: &Edge, about: f64) -> Option<(Interval, Interval)> {
     let &Edge { form, sign, .. } = edge;
     let falls = |span: Interval| {

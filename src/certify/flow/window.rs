@@ -22,8 +22,8 @@ const ATTEMPTS: usize = 6;
 
 /// The motion from a box over a short time, with contacts on either of two pieces and its derivatives.
 ///
-/// Every acceleration and every slope is the hull over both pieces. The motion lies in B if X + [0, w] F(B) ⊂ B,
-/// and at the end in q + w v + w²/2 A(B), v + w A(B).
+/// Every acceleration and every slope is the hull over both pieces. The motion lies in B if X + [0, w] F(B) ⊂
+/// B, and at the end in q + w v + w²/2 A(B), v + w A(B).
 struct Window<'f, 'm> {
     field: &'f Field<'m>,
     start: Vec<Interval>,
