@@ -1,10 +1,12 @@
 //! Certificates of periodic orbits.
 
 use crate::certify::contraction::Newton;
-use crate::certify::leg::{Event, Leg, image};
+use crate::certify::flow::field::Field;
+use crate::certify::flow::image::image;
+use crate::certify::flow::leg::{Event, Leg};
 use crate::certify::multipliers::{Disc, discs, stability, within};
 use crate::certify::proposal::Proposal;
-use crate::certify::stretch::{Field, Square};
+use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
 use crate::interval::number::Interval;
@@ -41,7 +43,7 @@ pub struct CertifiedCrossing {
     pub contact: usize,
     /// The piece that the contact enters; at a rigid stop the flank of the stop.
     pub to: Piece,
-    /// The time of the crossing.
+    /// The time of the crossing: the same interval for crossings that are not ordered.
     pub time: Interval,
 }
 
@@ -77,13 +79,19 @@ impl Certificate {
     pub fn times(&self) -> Vec<f64> {
         self.proposal.legs.iter().map(|leg| leg.start.middle()).collect()
     }
-    /// The box of node `i`: coordinates, then velocities.
+    /// The box of node `i`: coordinates, then velocities; [relative](Certificate::relative_to) ones if the
+    /// model has a rigid motion.
     ///
     /// # Panics
     /// If `i` is not below the number of [`times`](Certificate::times).
     pub fn state(&self, i: usize) -> Vec<Interval> {
         let pairs = self.proposal.nodes[i].iter().zip(&self.radii[i]);
         pairs.map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect()
+    }
+    /// If the model has a rigid motion r, the coordinate k to which all others are relative: the boxes
+    /// contain q_i - (r_i/r_k) q_k for i ≠ k, and their rates. The orbit closes up to the rigid motion.
+    pub fn relative_to(&self) -> Option<usize> {
+        self.proposal.relative_to
     }
     /// The largest half width of all boxes, in the units of the model.
     pub fn radius(&self) -> f64 {
@@ -115,7 +123,7 @@ impl Certificate {
     pub fn check(&self, model: &dyn Periodic) -> Result<(), Unproved> {
         let constants: Vec<(&str, Interval)> =
             self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let field = field(model, &constants)?;
+        let field = field(model, &constants, self.relative_to().is_some())?;
         let differs = |what: &str| Unproved::Differs { what: what.into() };
         let legs = &self.proposal.legs;
         let turns = (self.period / field.drives.period()).middle().round();
@@ -150,19 +158,14 @@ impl Certificate {
 
     /// Whether the legs follow one another in time and on their pieces, over one period.
     fn is_closed(&self, field: &Field<'_>, rigid: &[[bool; 2]]) -> bool {
-        let Proposal { legs, nodes } = &self.proposal;
+        let Proposal { legs, nodes, relative_to } = &self.proposal;
         let sizes = nodes.len() == legs.len()
+            && *relative_to == field.relative.as_ref().map(|relative| relative.root)
             && self.radii.len() == legs.len()
             && nodes.iter().chain(&self.radii).all(|node| node.len() == 2 * field.n);
         let contacts = field.motion.tape.distances.len();
         let (first, last) = (&legs[0], &legs[legs.len() - 1]);
-        let follows = |(leg, next): (&Leg, &Leg)| {
-            let mut pieces = leg.pieces.clone();
-            if let Some(event) = leg.event.filter(|event| !event.rebounds) {
-                pieces[event.contact] = event.to;
-            }
-            pieces == next.pieces
-        };
+        let follows = |(leg, next): (&Leg, &Leg)| leg.pieces_after() == next.pieces;
         // A contact that leaves the gap rebounds at a rigid stop, and nowhere else.
         let impacts = |leg: &Leg, event: Event| {
             let side = usize::from(event.to == Piece::Upper);
@@ -177,7 +180,7 @@ impl Certificate {
             && in_time
             && self.radii.iter().flatten().all(|radius| *radius > 0.0 && radius.is_finite())
             && legs.iter().all(|leg| leg.pieces.len() == contacts)
-            && legs.iter().all(|leg| leg.event.is_none_or(|event| impacts(leg, event)))
+            && legs.iter().all(|leg| leg.events.iter().all(|event| impacts(leg, *event)))
             && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
             && first.start.low() == first.start.high()
             && (first.start + self.period).lies_in(last.end)
@@ -185,7 +188,11 @@ impl Certificate {
 }
 
 /// The equations of a model on intervals.
-fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)]) -> Result<Field<'m>, Unproved> {
+fn field<'m>(
+    model: &'m dyn Periodic,
+    constants: &[(&str, Interval)],
+    relative: bool,
+) -> Result<Field<'m>, Unproved> {
     let none = |what: &str| Unproved::NoEnclosure { what: what.into() };
     let expanded = model.offers().expansion.ok_or_else(|| none("a model that is no `Machine`"))?;
     let drives = expanded.enclosed(constants)?.ok_or_else(|| none("a model that is no `Machine`"))?;
@@ -193,8 +200,8 @@ fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)]) -> Result<
     if let Some((place, what)) = tape.kink() {
         return Err(none(&format!("{what}, in {place},")));
     }
-    let needed = tape.needed();
-    let field = Field::new(tape, drives, ORDER);
+    let field = Field::new(tape, drives, ORDER, relative)?;
+    let needed = field.motion.tape.needed();
     let period = field.drives.period();
     let inside = field.drive_series(Interval::from(1e-3 * period.middle()), 1e-3 * period.middle(), 2);
     let refused = inside
@@ -247,9 +254,14 @@ fn prove<'p>(
         let next = &proposal.nodes[(i + 1) % count];
         defects.push(image.middle.iter().zip(next).map(|(x, next)| *x - Interval::from(*next)).collect());
         slopes.push(image.slope);
-        if let (Some(event), Some(time)) = (&leg.event, image.crossing) {
-            crossings.push(CertifiedCrossing { contact: event.contact, to: event.to, time });
-        }
+        let of = |time: Interval| {
+            leg.events.iter().map(move |event| CertifiedCrossing {
+                contact: event.contact,
+                to: event.to,
+                time,
+            })
+        };
+        crossings.extend(image.crossing.into_iter().flat_map(of));
     }
     Ok(Images { proposal, radii, defects, slopes, crossings })
 }
@@ -316,11 +328,12 @@ impl ShootingOrbit {
         model: &dyn Periodic,
         constants: &[(&str, Interval)],
     ) -> Result<Certificate, Unproved> {
-        if self.multipliers().values().len() < 2 * model.dof() {
-            return Err(Unproved::RigidMotion);
-        }
-        let field = field(model, constants)?;
-        let range: Vec<f64> = self.range().iter().map(|r| r.max(f64::MIN_POSITIVE)).collect();
+        let field = field(model, constants, self.multipliers().values().len() < 2 * model.dof())?;
+        let range: Vec<f64> = match &field.relative {
+            None => self.range().to_vec(),
+            Some(relative) => self.range().chunks(model.dof()).flat_map(|r| relative.ranges(r)).collect(),
+        };
+        let range: Vec<f64> = range.iter().map(|r| r.max(f64::MIN_POSITIVE)).collect();
         let mut proposal = Proposal::along(self, model, &field, &range)?;
         let count = proposal.legs.len();
         let boxes = |share: f64| vec![range.iter().map(|r| share * r).collect::<Vec<f64>>(); count];

@@ -1,6 +1,6 @@
 //! The Newton operator on the cyclic system of all legs.
 
-use crate::certify::stretch::Square;
+use crate::certify::square::Square;
 use crate::interval::number::Interval;
 use nalgebra::DMatrix;
 

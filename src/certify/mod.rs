@@ -4,13 +4,14 @@
 //! arithmetic ([`Interval`]), or says what is [`Unproved`]. The [guide page](crate::guide::certificates) has
 //! the theorem.
 
-pub(crate) mod algebra;
 pub(crate) mod certificate;
 pub(crate) mod contraction;
-pub(crate) mod leg;
+pub(crate) mod flow;
 pub(crate) mod multipliers;
 pub(crate) mod proposal;
-pub(crate) mod stretch;
+pub(crate) mod rigid;
+pub(crate) mod slots;
+pub(crate) mod square;
 pub(crate) mod unproved;
 
 pub use crate::certify::certificate::{Certificate, CertifiedCrossing};

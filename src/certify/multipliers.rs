@@ -1,6 +1,6 @@
 //! Enclosures of the Floquet multipliers.
 
-use crate::certify::stretch::Square;
+use crate::certify::square::Square;
 use crate::interval::number::Interval;
 use crate::periodic::Stability;
 use crate::scalar::Scalar;

@@ -1,7 +1,9 @@
 //! What a proof begins with: nodes, legs and the sequence of contacts, in plain numbers.
 
-use crate::certify::leg::{Event, Leg};
-use crate::certify::stretch::Field;
+use crate::certify::flow::algebra::Coefficients;
+use crate::certify::flow::field::Field;
+use crate::certify::flow::leg::{Event, Leg};
+use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
@@ -16,14 +18,17 @@ use std::ops::ControlFlow;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Proposal {
     pub(super) legs: Vec<Leg>,
-    /// Coordinates, then velocities, at the start of each leg.
+    /// Coordinates, then velocities, at the start of each leg; relative ones apart from a rigid motion.
     pub(super) nodes: Vec<Vec<f64>>,
+    /// The coordinate to which all others are relative, if a rigid motion is left out.
+    pub(super) relative_to: Option<usize>,
 }
 
 /// What ends a part of the motion.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Mark {
-    Crossing(Event),
+    /// One crossing, or several within a window.
+    Crossings(Vec<Event>),
     DriveEdge(f64),
     End,
 }
@@ -34,7 +39,8 @@ const LAST_TERM: f64 = 1e-18;
 /// Share of the step by that rule that is taken, since the terms over a box are larger.
 const CAUTION: f64 = 0.6;
 
-/// Marks closer to each other than this share of the period are not ordered `[1]`.
+/// Marks closer to each other than this share of the period are not ordered: crossings are taken together
+/// `[1]`.
 const APART: f64 = 1e-9;
 
 /// Largest number of legs.
@@ -68,9 +74,10 @@ impl Proposal {
         let (start, behind) = (first.t - back, first.t);
         let moved = |(t, mark): &(f64, Mark)| {
             let later = t - back + if *t <= behind { turn } else { 0.0 };
+            let moved = |event: &Event| Event { near: event.near - t + later, ..*event };
             match mark {
-                Mark::Crossing(event) => (later, Mark::Crossing(Event { near: later, ..*event })),
-                other => (later, *other),
+                Mark::Crossings(events) => (later, Mark::Crossings(events.iter().map(moved).collect())),
+                other => (later, other.clone()),
             }
         };
         let mut marks: Vec<(f64, Mark)> = crossings.iter().map(moved).collect();
@@ -78,21 +85,43 @@ impl Proposal {
         marks.sort_by(|a, b| a.0.total_cmp(&b.0));
         let end = Interval::from(start) + period;
         marks.push((start + turn, Mark::End));
-        if let Some(close) = marks.windows(2).find(|pair| pair[1].0 - pair[0].0 < APART * turn) {
-            return Err(Unproved::Together { t: close[0].0, after: close[1].0 });
-        }
+        let marks = gathered(marks, APART * turn)?;
         let mut walk = Walk {
             field,
             scale,
             legs: Vec::new(),
             nodes: Vec::new(),
             time: Interval::from(start),
-            x: first.q.iter().chain(&first.v).copied().collect(),
+            x: match &field.relative {
+                None => first.q.iter().chain(&first.v).copied().collect(),
+                Some(relative) => [&first.q, &first.v].map(|x| relative.coordinates(x)).concat(),
+            },
             pieces: pieces(model, &first),
         };
         walk.through(&marks, end)?;
-        Ok(Proposal { legs: walk.legs, nodes: walk.nodes })
+        let relative_to = field.relative.as_ref().map(|relative| relative.root);
+        Ok(Proposal { legs: walk.legs, nodes: walk.nodes, relative_to })
     }
+}
+
+/// Crossings that are not ordered as one mark. Each contact crosses once, and none rebounds.
+fn gathered(marks: Vec<(f64, Mark)>, apart: f64) -> Result<Vec<(f64, Mark)>, Unproved> {
+    let mut all: Vec<(f64, Mark)> = Vec::with_capacity(marks.len());
+    let mut last = f64::NEG_INFINITY;
+    for (t, mark) in marks {
+        if t - last >= apart {
+            all.push((t, mark));
+        } else if let (Some((_, Mark::Crossings(events))), Mark::Crossings(more)) = (all.last_mut(), &mark)
+            && events.iter().chain(more).all(|event| !event.rebounds)
+            && more.iter().all(|event| events.iter().all(|other| other.contact != event.contact))
+        {
+            events.extend(more);
+        } else {
+            return Err(Unproved::Together { t: last, after: t });
+        }
+        last = t;
+    }
+    Ok(all)
 }
 
 /// The pieces of all contacts at a state.
@@ -110,7 +139,8 @@ fn crossings(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Vec<(f64, Mark)
     let mut collect = |step: &mut Step<'_>| {
         let t = step.t1();
         marks.extend(step.crossings().iter().map(|c| {
-            (t, Mark::Crossing(Event { contact: c.contact, to: c.to, rebounds: c.rebounds, near: t }))
+            let event = Event { contact: c.contact, to: c.to, rebounds: c.rebounds, near: t };
+            (t, Mark::Crossings(vec![event]))
         }));
         ControlFlow::Continue(())
     };
@@ -141,17 +171,18 @@ struct Walk<'w, 'm> {
 
 impl Walk<'_, '_> {
     fn through(&mut self, marks: &[(f64, Mark)], end: Interval) -> Result<(), Unproved> {
-        for (i, &(t, mark)) in marks.iter().enumerate() {
+        for (i, (t, mark)) in marks.iter().enumerate() {
             let until = match mark {
-                Mark::Crossing(_) => Interval::from(t),
-                Mark::DriveEdge(at) => self.field.drives.edge(at),
+                Mark::Crossings(_) => Interval::from(*t),
+                Mark::DriveEdge(at) => self.field.drives.edge(*at),
                 Mark::End => end,
             };
-            self.plain_to(until, matches!(mark, Mark::Crossing(_)))?;
-            if let Mark::Crossing(event) = mark {
-                let (next, other) = marks[i + 1];
-                let next = if matches!(other, Mark::Crossing(_)) { 0.5 * (next + t) } else { next };
-                self.across(event, next)?;
+            self.plain_to(until, matches!(mark, Mark::Crossings(_)))?;
+            if let Mark::Crossings(events) = mark {
+                let last = events.iter().fold(*t, |last, event| last.max(event.near));
+                let (next, other) = &marks[i + 1];
+                let between = matches!(other, Mark::Crossings(_));
+                self.across(events, last, if between { 0.5 * (next + last) } else { *next })?;
             }
         }
         Ok(())
@@ -174,30 +205,30 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// A leg over a crossing, up to a node before `next`.
-    fn across(&mut self, event: Event, next: f64) -> Result<(), Unproved> {
-        let (leg, start) = (self.pieces.clone(), (self.time, self.x.clone()));
-        self.move_by(event.near - self.time.middle());
-        if event.rebounds {
-            let impact = self.field.impact(event.contact, event.to)?;
+    /// A leg over crossings up to the time `last`, and on to a node before `next`.
+    fn across(&mut self, events: &[Event], last: f64, next: f64) -> Result<(), Unproved> {
+        let (start, node) = (self.time, self.x.clone());
+        self.move_by(last - self.time.middle());
+        let mut leg = Leg { start, end: start, pieces: self.pieces.clone(), events: events.to_vec() };
+        for event in events.iter().filter(|event| event.rebounds) {
             let n = self.field.n;
-            let box_of: Vec<Interval> = self.x.iter().map(|x| Interval::from(*x)).collect();
-            let u = self.field.drive_series(Interval::from(event.near), event.near, 2);
-            let columns = crate::certify::stretch::Square::identity(2 * n);
-            let c = impact.expand(&leg, &self.field.with_columns(&box_of, &columns), &u, 0);
-            for i in 0..n {
-                self.x[n + i] = c.form(impact.tape.accelerations[i], 0).middle();
-            }
-        } else {
-            self.pieces[event.contact] = event.to;
+            let x: Vec<Interval> = self.x.iter().map(|x| Interval::from(*x)).collect();
+            let u = self.field.drive_series(Interval::from(last), last, 2);
+            let (columns, delays) = (Square::identity(2 * n), vec![Interval::ZERO; 2 * n]);
+            let impact = (event.contact, event.to);
+            let after = self.field.rebound(impact, &leg.pieces, &x, (&columns, &delays), &u)?;
+            let velocities = after.velocities.into_iter().map(Interval::middle);
+            self.x[n..].iter_mut().zip(velocities).for_each(|(x, v)| *x = v);
         }
-        self.time = Interval::from(event.near);
-        let step = self.step(event.near).min(next - event.near);
-        let end = event.near + step * if next - event.near - step < 0.3 * step { 0.5 } else { 1.0 };
-        self.move_by(end - event.near);
-        self.nodes.push(start.1);
-        self.legs.push(Leg { start: start.0, end: Interval::from(end), pieces: leg, event: Some(event) });
-        self.time = Interval::from(end);
+        self.pieces = leg.pieces_after();
+        self.time = Interval::from(last);
+        let step = self.step(last).min(next - last);
+        let end = last + step * if next - last - step < 0.3 * step { 0.5 } else { 1.0 };
+        self.move_by(end - last);
+        leg.end = Interval::from(end);
+        self.time = leg.end;
+        self.nodes.push(node);
+        self.legs.push(leg);
         Ok(())
     }
 
@@ -206,18 +237,18 @@ impl Walk<'_, '_> {
             return Err(Unproved::Wrapping { t: self.time.middle(), length: (end - self.time).middle() });
         }
         self.nodes.push(self.x.clone());
-        self.legs.push(Leg { start: self.time, end, pieces: self.pieces.clone(), event: None });
+        self.legs.push(Leg { start: self.time, end, pieces: self.pieces.clone(), events: Vec::new() });
         self.move_by((end - self.time).middle());
         self.time = end;
         Ok(())
     }
 
     /// Coefficients from the present state.
-    fn coefficients(&self, t: f64) -> crate::certify::algebra::Coefficients {
+    fn coefficients(&self, t: f64) -> Coefficients {
         let x: Vec<Interval> = self.x.iter().map(|x| Interval::from(*x)).collect();
         let inside = t + f64::EPSILON * t.abs();
         let u = self.field.drive_series(self.time, inside, self.field.order + 1);
-        self.field.motion.expand(&self.pieces, &x, &u, self.field.order)
+        self.field.motion.expand(self.pieces[..].into(), &x, &u, self.field.order)
     }
 
     /// A step over which the last terms are negligible.

@@ -24,8 +24,8 @@ pub enum Unproved {
     /// The integration along the orbit failed, from which the proof takes the sequence of contacts.
     #[error("certificate: {0}")]
     Integrate(#[from] IntegrateError),
-    /// The coordinates contain a rigid motion, whose multipliers are 1. Relative coordinates have none.
-    #[error("certificate: the model has a rigid motion: use relative coordinates")]
+    /// The model has several rigid motions, or one that changes a recorded sum by more than its rounding.
+    #[error("certificate: the rigid motions of the model cannot be left out: use relative coordinates")]
     RigidMotion,
     /// A part of the model has no enclosure.
     #[error("certificate: {what} has no enclosure")]
@@ -61,13 +61,25 @@ pub enum Unproved {
         /// Time.
         t: f64,
     },
-    /// Two crossings, or a crossing and a drive edge, follow each other too closely to be ordered.
+    /// A crossing and a drive edge, an impact or a crossing of the same contact follow each other too
+    /// closely to be ordered.
     #[error("certificate: the crossings at t = {t:?} and {after:?} are too close to be ordered")]
     Together {
         /// The first time.
         t: f64,
         /// The second time.
         after: f64,
+    },
+    /// A contact crosses its edge together with others, and the equations are not the same on both of its
+    /// pieces there.
+    #[error(
+        "certificate: contact {contact} crosses together with others at t = {t:?}, with forces that jump"
+    )]
+    Jumps {
+        /// Index of the contact, from 0.
+        contact: usize,
+        /// Time.
+        t: f64,
     },
     /// The Newton operator does not map the boxes into themselves.
     #[error(

@@ -6,16 +6,55 @@ use crate::scalar::Scalar;
 use crate::series::PowerSeries;
 use crate::tape::operations::{FormId, Guard, Op, Parity, Tape};
 
+/// The pieces of all contacts: one of each, or two of which the motion may be on either.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct On<'p> {
+    one: &'p [Piece],
+    other: Option<&'p [Piece]>,
+}
+
+impl<'p> From<&'p [Piece]> for On<'p> {
+    fn from(one: &'p [Piece]) -> Self {
+        On { one, other: None }
+    }
+}
+
+impl<'p> On<'p> {
+    /// Each contact on its piece of the one list or of the other.
+    pub(crate) fn either(one: &'p [Piece], other: &'p [Piece]) -> Self {
+        On { one, other: Some(other) }
+    }
+    /// Both pieces of a contact.
+    pub(crate) fn pieces(&self, contact: usize) -> [Piece; 2] {
+        [self.one[contact], self.other.unwrap_or(self.one)[contact]]
+    }
+    /// The numbers that the pieces of some contacts may make in base 3.
+    pub(crate) fn alternatives(&self, contact: usize, count: usize) -> Vec<usize> {
+        (contact..contact + count).rev().fold(vec![0], |numbers, contact| {
+            let [one, other] = self.pieces(contact);
+            let digits = if one == other { vec![one] } else { vec![one, other] };
+            numbers.iter().flat_map(|number| digits.iter().map(move |d| 3 * number + *d as usize)).collect()
+        })
+    }
+    /// Whether an operation with this guard is read.
+    pub(crate) fn applies(&self, guard: Guard) -> bool {
+        match self.other {
+            None => alternative(self.one, guard.contact, guard.count) == guard.alternative,
+            Some(_) => self.alternatives(guard.contact, guard.count).contains(&guard.alternative),
+        }
+    }
+}
+
 /// A tape that is evaluated to enclosures of Taylor coefficients.
 #[derive(Debug)]
-pub(super) struct Algebra {
-    pub(super) tape: Tape,
+pub(crate) struct Algebra {
+    pub(crate) tape: Tape,
     needed: Vec<bool>,
 }
 
 /// Enclosures of the Taylor coefficients of all slots and forms of a tape.
 #[derive(Debug, Default)]
-pub(super) struct Coefficients {
+pub(crate) struct Coefficients {
     /// Room for the coefficients of one slot or form.
     stride: usize,
     slots: Vec<Interval>,
@@ -26,25 +65,26 @@ pub(super) struct Coefficients {
 
 impl Coefficients {
     /// Coefficient n of a slot: coordinates, then velocities, then drives.
-    pub(super) fn slot(&self, slot: usize, n: usize) -> Interval {
+    pub(crate) fn slot(&self, slot: usize, n: usize) -> Interval {
         self.slots[slot * self.stride + n]
     }
     /// Coefficient n of a form that was evaluated.
-    pub(super) fn form(&self, form: FormId, n: usize) -> Interval {
+    pub(crate) fn form(&self, form: FormId, n: usize) -> Interval {
         self.forms[form * self.stride + n]
     }
 }
 
 impl Algebra {
-    pub(super) fn new(tape: Tape) -> Self {
+    pub(crate) fn new(tape: Tape) -> Self {
         Algebra { needed: tape.needed(), tape }
     }
 
     /// The coefficients up to `order` of the motion that starts in the box `x` of coordinates and velocities,
-    /// with every contact on a given piece; those of accelerations and distances, too.
-    pub(super) fn expand(
+    /// with every contact on a given piece, or the hull of those on either of two pieces; those of
+    /// accelerations and distances, too.
+    pub(crate) fn expand(
         &self,
-        pieces: &[Piece],
+        pieces: On<'_>,
         x: &[Interval],
         drives: &[PowerSeries<Interval>],
         order: usize,
@@ -68,7 +108,7 @@ impl Algebra {
         }
         for n in 0..=order {
             for (i, (op, guard)) in tape.ops.iter().enumerate() {
-                if self.needed[tape.inputs() + i] && guard.is_none_or(|guard| applies(guard, pieces)) {
+                if self.needed[tape.inputs() + i] && guard.is_none_or(|guard| pieces.applies(guard)) {
                     self.operate(op, tape.inputs() + i, n, pieces, &mut c);
                 }
             }
@@ -102,7 +142,7 @@ impl Algebra {
     }
 
     /// Writes coefficient n of an operation to its slot.
-    fn operate(&self, op: &Op, slot: usize, n: usize, pieces: &[Piece], c: &mut Coefficients) {
+    fn operate(&self, op: &Op, slot: usize, n: usize, pieces: On<'_>, c: &mut Coefficients) {
         let (stride, whole) = (c.stride, |n: usize| Interval::from(n as f64));
         let own = slot * stride;
         let value = match op {
@@ -186,9 +226,14 @@ impl Algebra {
                 c.slots[own + stride + n] = cos;
                 sin
             }
-            Op::Choice { contact, count, forms } => {
-                self.evaluate(forms[alternative(pieces, *contact, *count)], n, c)
-            }
+            Op::Choice { contact, count, forms } => match pieces.other {
+                None => self.evaluate(forms[alternative(pieces.one, *contact, *count)], n, c),
+                Some(_) => {
+                    let all = pieces.alternatives(*contact, *count).into_iter();
+                    let values = all.map(|a| self.evaluate(forms[a], n, c));
+                    values.reduce(Interval::hull).unwrap_or(Interval::LINE)
+                }
+            },
             Op::Cos => return, // written with its sine
             Op::Kink(_) => Interval::LINE,
         };
@@ -218,8 +263,4 @@ fn power(x: Interval, p: f64, parity: Parity) -> Interval {
 /// The number that the pieces of some contacts make in base 3.
 fn alternative(pieces: &[Piece], contact: usize, count: usize) -> usize {
     pieces[contact..contact + count].iter().rev().fold(0, |number, piece| 3 * number + *piece as usize)
-}
-
-fn applies(guard: Guard, pieces: &[Piece]) -> bool {
-    alternative(pieces, guard.contact, guard.count) == guard.alternative
 }
