@@ -87,8 +87,17 @@ fn keeps_sign(stretch: &Stretch<'_, '_>, form: FormId, sign: f64, a: f64, b: f64
     Ok(())
 }
 
+/// Receives an enclosed stretch of the motion with its pieces and the time from its start at which it ends.
+pub(super) type Seen<'s> = dyn FnMut(&Stretch<'_, '_>, &[Piece], Interval) + 's;
+
 /// The image of the box `x` with the middle `m` after a leg, with every condition on its contacts proved.
-pub(super) fn image(field: &Field<'_>, leg: &Leg, x: &[Interval], m: &[f64]) -> Result<Image, Unproved> {
+pub(super) fn image(
+    field: &Field<'_>,
+    leg: &Leg,
+    x: &[Interval],
+    m: &[f64],
+    seen: &mut Seen<'_>,
+) -> Result<Image, Unproved> {
     let whole = leg.end - leg.start;
     if whole.low() <= 0.0 || !whole.is_bounded() {
         return Err(Unproved::Differs { what: "the times of the nodes".into() });
@@ -98,10 +107,11 @@ pub(super) fn image(field: &Field<'_>, leg: &Leg, x: &[Interval], m: &[f64]) -> 
         None => {
             let stretch = stretch(field, &leg.pieces, leg.start, x, whole.high())?;
             stays(field, &stretch, &leg.pieces, whole.high(), None)?;
+            seen(&stretch, &leg.pieces, whole);
             let middle = stretch.narrow(leg.start, &m).state(whole);
             Ok(Image { middle, slope: stretch.slope(whole), crossing: None })
         }
-        Some(event) => across(field, leg, event, x, &m),
+        Some(event) => across(field, leg, event, x, &m, seen),
     }
 }
 
@@ -155,6 +165,7 @@ fn across(
     event: &Event,
     x: &[Interval],
     m: &[Interval],
+    seen: &mut Seen<'_>,
 ) -> Result<Image, Unproved> {
     let (n, d) = (field.n, 2 * field.n);
     let &Event { contact, to, rebounds, near } = event;
@@ -263,6 +274,8 @@ fn across(
     }
     let second = stretch(field, &pieces, time, &state, (leg.end - time).high())?;
     stays(field, &second, &pieces, second.length, Some((contact, side)))?;
+    seen(&first, &leg.pieces, at);
+    seen(&second, &pieces, leg.end - time);
     let middle = second.narrow(time_middle, &middle).state(leg.end - time_middle);
     Ok(Image { middle, slope: second.slope(leg.end - time).times(&slope), crossing: Some(time) })
 }

@@ -184,6 +184,24 @@ impl<'f, 'm> Stretch<'f, 'm> {
         if i < n { i } else { all + i - n }
     }
 
+    /// The coefficients of each coordinate and velocity.
+    pub(super) fn series(&self) -> Vec<Vec<Interval>> {
+        let of = |i| (0..=self.field.order).map(|k| self.slot(self.place(i), k)).collect();
+        (0..2 * self.field.n).map(of).collect()
+    }
+    /// The coefficients of some forms of another tape of the same motion, evaluated as its distances from the
+    /// lower edges.
+    pub(super) fn series_of(&self, other: &Algebra) -> Vec<Vec<Interval>> {
+        let (field, order) = (self.field, self.field.order);
+        let x: Vec<Interval> = (0..2 * field.n).map(|i| self.slot(self.place(i), 0)).collect();
+        let wide = other.expand(&self.pieces, &x, &self.drives, order - 1);
+        let span = Interval::of_ends(0.0, self.length);
+        let during = field.drive_series(self.time + span, self.inside, order + 2);
+        let rest = other.expand(&self.pieces, &self.state(span), &during, order);
+        let of = |form| (0..=order).map(|k| if k < order { &wide } else { &rest }.form(form, k)).collect();
+        other.tape.distances.iter().filter_map(|both| both[0]).map(of).collect()
+    }
+
     /// Coordinates and velocities at the times s after the start.
     pub(super) fn state(&self, s: Interval) -> Vec<Interval> {
         (0..2 * self.field.n).map(|i| self.sum(s, |k| self.slot(self.place(i), k))).collect()
