@@ -15,6 +15,9 @@ use crate::periodic::Stability;
 /// Order of the Taylor polynomials of a step.
 const ORDER: usize = 20;
 
+/// Largest number of drive edges that are looked at for a leg, some of them found twice by rounding.
+const MOST_EDGES: usize = 64;
+
 /// The equations of a model on intervals.
 pub(super) fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)]) -> Result<Field<'m>, Unproved> {
     let none = |what: &str| Unproved::NoEnclosure { what: what.into() };
@@ -35,19 +38,24 @@ pub(super) fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)])
     refused.map_or(Ok(field), |what| Err(none(what)))
 }
 
-/// A drive edge between the nodes of a leg: the drives have no series over it.
+/// A drive edge that may lie between the nodes of a leg, over which the drives have no series. An edge whose
+/// enclosure lies in that of a node is the node.
 fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg) -> Option<f64> {
-    let mut from = leg.start.high();
-    // The first edge may be that of the node itself, found again by rounding.
-    for _ in 0..2 {
+    // Edges before the start whose enclosures may reach into the leg.
+    let reach = 2.0 * field.drives.edge(leg.start.low()).width();
+    let mut from = leg.start.low() - reach;
+    for _ in 0..MOST_EDGES {
         let edge = model.next_edge(from)?;
         let at = field.drives.edge(edge);
-        if at.common(leg.start).is_none() {
-            return (at.high() < leg.end.low()).then_some(edge);
+        if at.low() >= leg.end.high() {
+            return None;
         }
-        from = edge.max(at.high()).next_up();
+        if at.high() > leg.start.low() && !at.lies_in(leg.start) && !at.lies_in(leg.end) {
+            return Some(edge);
+        }
+        from = edge.max(from.next_up());
     }
-    None
+    Some(from)
 }
 
 /// The box with this middle and these half widths.

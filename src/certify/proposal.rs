@@ -151,7 +151,11 @@ impl Walk<'_, '_> {
         for (i, &(t, mark)) in marks.iter().enumerate() {
             let until = match mark {
                 Mark::Crossing(_) => Interval::from(t),
-                Mark::DriveEdge(at) => self.field.drives.edge(at),
+                // Wider than the edge, which may be found again with another rounding.
+                Mark::DriveEdge(at) => {
+                    let edge = self.field.drives.edge(at);
+                    edge + Interval::symmetric(edge.width())
+                }
                 Mark::End => end,
             };
             self.plain_to(until, matches!(mark, Mark::Crossing(_)))?;
