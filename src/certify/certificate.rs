@@ -1,32 +1,18 @@
 //! Certificates of periodic orbits.
 
-use crate::certify::contraction::Newton;
+use crate::certify::contraction::Defect;
 use crate::certify::flow::field::Field;
-use crate::certify::flow::image::image;
 use crate::certify::flow::leg::{Event, Leg};
-use crate::certify::multipliers::{Disc, discs, stability, within};
+use crate::certify::flow::part::Seen;
+use crate::certify::images::{Images, around, field};
+use crate::certify::multipliers::{Disc, stability};
 use crate::certify::proposal::Proposal;
-use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
 use crate::interval::number::Interval;
 use crate::model::Periodic;
-use crate::periodic::{ShootingOrbit, Stability};
-
-/// Order of the Taylor polynomials of a step.
-const ORDER: usize = 24;
-
-/// Half widths of the first boxes, and the largest ones that are tried, as shares of the range of motion
-/// `[1]`.
-const FIRST_RADIUS: f64 = 1e-13;
-const LARGEST_RADIUS: f64 = 1e-3;
-
-/// Largest number of Newton steps of the nodes before the proof, and number of widths that are tried.
-const POLISHING: usize = 4;
-const ATTEMPTS: usize = 8;
-
-/// A correction below this share of the range needs no further one, since each squares the error `[1]`.
-const POLISHED: f64 = 1e-10;
+use crate::ode::Budget;
+use crate::periodic::Stability;
 
 /// A crossing of the certified orbit.
 ///
@@ -65,13 +51,13 @@ pub struct CertifiedCrossing {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Certificate {
-    proposal: Proposal,
+    pub(super) proposal: Proposal,
     /// Half widths of the boxes.
-    radii: Vec<Vec<f64>>,
-    constants: Vec<(String, Interval)>,
-    period: Interval,
-    crossings: Vec<CertifiedCrossing>,
-    multipliers: Vec<Disc>,
+    pub(super) radii: Vec<Vec<f64>>,
+    pub(super) constants: Vec<(String, Interval)>,
+    pub(super) period: Interval,
+    pub(super) crossings: Vec<CertifiedCrossing>,
+    pub(super) multipliers: Vec<Disc>,
 }
 
 impl Certificate {
@@ -79,14 +65,10 @@ impl Certificate {
     pub fn times(&self) -> Vec<f64> {
         self.proposal.legs.iter().map(|leg| leg.start.middle()).collect()
     }
-    /// The box of node `i`: coordinates, then velocities; [relative](Certificate::relative_to) ones if the
-    /// model has a rigid motion.
-    ///
-    /// # Panics
-    /// If `i` is not below the number of [`times`](Certificate::times).
-    pub fn state(&self, i: usize) -> Vec<Interval> {
-        let pairs = self.proposal.nodes[i].iter().zip(&self.radii[i]);
-        pairs.map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect()
+    /// The box of each node: coordinates, then velocities; [relative](Certificate::relative_to)
+    /// ones if the model has a rigid motion.
+    pub fn states(&self) -> Vec<Vec<Interval>> {
+        self.proposal.nodes.iter().zip(&self.radii).map(|(node, radii)| around(node, radii)).collect()
     }
     /// If the model has a rigid motion r, the coordinate k to which all others are relative: the boxes
     /// contain q_i - (r_i/r_k) q_k for i ≠ k, and their rates. The orbit closes up to the rigid motion.
@@ -121,9 +103,17 @@ impl Certificate {
     /// # Errors
     /// What does not hold.
     pub fn check(&self, model: &dyn Periodic) -> Result<(), Unproved> {
-        let constants: Vec<(&str, Interval)> =
-            self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let field = field(model, &constants, self.relative_to().is_some())?;
+        let field = self.field(model)?;
+        self.prove(model, &field, &mut |_| {})
+    }
+
+    /// The proof once more. `seen` receives every stretch of the motion.
+    pub(super) fn prove(
+        &self,
+        model: &dyn Periodic,
+        field: &Field<'_>,
+        seen: &mut Seen<'_>,
+    ) -> Result<(), Unproved> {
         let differs = |what: &str| Unproved::Differs { what: what.into() };
         let legs = &self.proposal.legs;
         let turns = (self.period / field.drives.period()).middle().round();
@@ -132,13 +122,14 @@ impl Certificate {
             || turns.is_nan()
             || turns < 1.0
             || !own.lies_in(self.period)
-            || !self.is_closed(&field, &model.offers().rigid_edges(model.contacts()))
+            || !self.is_closed(field, &model.offers().rigid_edges(model.contacts()))
         {
             return Err(differs("period, nodes or pieces"));
         }
-        let images = prove(model, &field, &self.proposal, &self.radii)?;
-        let bounds = images.bounds()?;
-        let proved = images.inclusion(&bounds)?;
+        let budget = Budget::new();
+        let meter = budget.begin();
+        let proved = Images::new(model, field, &self.proposal, &self.radii, &meter, seen)?;
+        proved.inclusion(&proved.bounds(Defect::Whole)?)?;
         let agree = self.crossings.len() == proved.crossings.len()
             && self.crossings.iter().zip(&proved.crossings).all(|(own, proved)| {
                 (own.contact, own.to) == (proved.contact, proved.to) && proved.time.lies_in(own.time)
@@ -154,6 +145,13 @@ impl Certificate {
             true => Ok(()),
             false => Err(differs("multipliers")),
         }
+    }
+
+    /// The equations of a model with the constants of the certificate.
+    pub(super) fn field<'m>(&self, model: &'m dyn Periodic) -> Result<Field<'m>, Unproved> {
+        let constants: Vec<(&str, Interval)> =
+            self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        field(model, &constants, self.relative_to().is_some())
     }
 
     /// Whether the legs follow one another in time and on their pieces, over one period.
@@ -184,200 +182,5 @@ impl Certificate {
             && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
             && first.start.low() == first.start.high()
             && (first.start + self.period).lies_in(last.end)
-    }
-}
-
-/// The equations of a model on intervals.
-fn field<'m>(
-    model: &'m dyn Periodic,
-    constants: &[(&str, Interval)],
-    relative: bool,
-) -> Result<Field<'m>, Unproved> {
-    let none = |what: &str| Unproved::NoEnclosure { what: what.into() };
-    let expanded = model.offers().expansion.ok_or_else(|| none("a model that is no `Machine`"))?;
-    let drives = expanded.enclosed(constants)?.ok_or_else(|| none("a model that is no `Machine`"))?;
-    let tape = expanded.record(&|_| true).0;
-    if let Some((place, what)) = tape.kink() {
-        return Err(none(&format!("{what}, in {place},")));
-    }
-    let field = Field::new(tape, drives, ORDER, relative)?;
-    let needed = field.motion.tape.needed();
-    let period = field.drives.period();
-    let inside = field.drive_series(Interval::from(1e-3 * period.middle()), 1e-3 * period.middle(), 2);
-    let refused = inside
-        .iter()
-        .enumerate()
-        .find_map(|(d, series)| needed[2 * field.n + d].then(|| series.refusal()).flatten());
-    refused.map_or(Ok(field), |what| Err(none(what)))
-}
-
-/// A drive edge between the nodes of a leg: the drives have no series over it.
-fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg) -> Option<f64> {
-    let mut from = leg.start.high();
-    // The first edge may be that of the node itself, found again by rounding.
-    for _ in 0..2 {
-        let edge = model.next_edge(from)?;
-        let at = field.drives.edge(edge);
-        if at.common(leg.start).is_none() {
-            return (at.high() < leg.end.low()).then_some(edge);
-        }
-        from = edge.max(at.high()).next_up();
-    }
-    None
-}
-
-/// All images of a chain of boxes.
-struct Images<'p> {
-    proposal: &'p Proposal,
-    radii: &'p [Vec<f64>],
-    defects: Vec<Vec<Interval>>,
-    slopes: Vec<Square>,
-    crossings: Vec<CertifiedCrossing>,
-}
-
-fn prove<'p>(
-    model: &dyn Periodic,
-    field: &Field<'_>,
-    proposal: &'p Proposal,
-    radii: &'p [Vec<f64>],
-) -> Result<Images<'p>, Unproved> {
-    let count = proposal.legs.len();
-    let (mut defects, mut slopes, mut crossings) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, leg) in proposal.legs.iter().enumerate() {
-        if let Some(t) = edge_within(model, field, leg) {
-            return Err(Unproved::Together { t, after: leg.end.middle() });
-        }
-        let m = &proposal.nodes[i];
-        let x: Vec<Interval> =
-            m.iter().zip(&radii[i]).map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect();
-        let image = image(field, leg, &x, m)?;
-        let next = &proposal.nodes[(i + 1) % count];
-        defects.push(image.middle.iter().zip(next).map(|(x, next)| *x - Interval::from(*next)).collect());
-        slopes.push(image.slope);
-        let of = |time: Interval| {
-            leg.events.iter().map(move |event| CertifiedCrossing {
-                contact: event.contact,
-                to: event.to,
-                time,
-            })
-        };
-        crossings.extend(image.crossing.into_iter().flat_map(of));
-    }
-    Ok(Images { proposal, radii, defects, slopes, crossings })
-}
-
-impl Images<'_> {
-    fn newton(&self) -> Newton<'_> {
-        Newton::new(&self.defects, &self.slopes)
-    }
-    /// The half widths of the images of all boxes.
-    fn bounds(&self) -> Result<Vec<Vec<f64>>, Unproved> {
-        let newton = self.newton();
-        let singular = |i: usize| Unproved::NotContracting {
-            t: self.proposal.legs[i].start.middle(),
-            needed: f64::INFINITY,
-        };
-        (0..self.slopes.len()).map(|i| newton.bound(i, self.radii).ok_or(singular(i))).collect()
-    }
-    /// The proof that the Newton operator maps the boxes into themselves.
-    fn inclusion(self, bounds: &[Vec<f64>]) -> Result<Self, Unproved> {
-        // A NaN counts as not proved.
-        let ratio = |(bound, radius): (&f64, &f64)| {
-            Some(bound / radius).filter(|x| !x.is_nan()).unwrap_or(f64::INFINITY)
-        };
-        let needed =
-            |(bounds, radii): (&Vec<f64>, &Vec<f64>)| bounds.iter().zip(radii).map(ratio).fold(0.0, f64::max);
-        let all = bounds.iter().zip(self.radii).map(needed).enumerate();
-        let worst = all.fold((0, 0.0), |worst, node| if node.1 > worst.1 { node } else { worst });
-        match worst.1 < 1.0 {
-            true => Ok(self),
-            false => Err(Unproved::NotContracting {
-                t: self.proposal.legs[worst.0].start.middle(),
-                needed: worst.1,
-            }),
-        }
-    }
-    fn multipliers(&self) -> Vec<Disc> {
-        let turn = self.newton().turn_from(0);
-        let apart = discs(&self.slopes, &turn).unwrap_or_default();
-        // Multipliers that are not separated may still be bounded together.
-        match apart.is_empty() || stability(&apart) == Stability::Undecided {
-            true => within(&self.slopes).unwrap_or(apart),
-            false => apart,
-        }
-    }
-}
-
-impl ShootingOrbit {
-    /// Proves that the orbit exists: in small boxes around it there is exactly one periodic orbit of the
-    /// model, it makes exactly these crossings, and its multipliers lie in these discs.
-    ///
-    /// # Errors
-    /// [`Unproved`]: what could not be shown.
-    pub fn certify(&self, model: &dyn Periodic) -> Result<Certificate, Unproved> {
-        self.certify_with(model, &[])
-    }
-
-    /// [`certify`](ShootingOrbit::certify) for all values of some constants within intervals: for each of
-    /// them there is exactly one orbit in the boxes.
-    ///
-    /// # Errors
-    /// As there; a name that the model does not have.
-    pub fn certify_with(
-        &self,
-        model: &dyn Periodic,
-        constants: &[(&str, Interval)],
-    ) -> Result<Certificate, Unproved> {
-        let field = field(model, constants, self.multipliers().values().len() < 2 * model.dof())?;
-        let range: Vec<f64> = match &field.relative {
-            None => self.range().to_vec(),
-            Some(relative) => self.range().chunks(model.dof()).flat_map(|r| relative.ranges(r)).collect(),
-        };
-        let range: Vec<f64> = range.iter().map(|r| r.max(f64::MIN_POSITIVE)).collect();
-        let mut proposal = Proposal::along(self, model, &field, &range)?;
-        let count = proposal.legs.len();
-        let boxes = |share: f64| vec![range.iter().map(|r| share * r).collect::<Vec<f64>>(); count];
-        for _ in 0..POLISHING {
-            let radii = boxes(FIRST_RADIUS);
-            let images = prove(model, &field, &proposal, &radii)?;
-            let Some(corrections) = images.newton().corrections() else { break };
-            let mut largest = 0.0f64;
-            for (node, correction) in proposal.nodes.iter_mut().zip(&corrections) {
-                for ((x, dx), range) in node.iter_mut().zip(correction).zip(&range) {
-                    *x += dx;
-                    largest = largest.max(dx.abs() / range);
-                }
-            }
-            if largest <= POLISHED {
-                break;
-            }
-        }
-        let mut radii = boxes(FIRST_RADIUS);
-        let mut failure = None;
-        for _ in 0..ATTEMPTS {
-            let images = prove(model, &field, &proposal, &radii)?;
-            let bounds = images.bounds()?;
-            match images.inclusion(&bounds) {
-                Ok(proved) => {
-                    let (crossings, multipliers) = (proved.crossings.clone(), proved.multipliers());
-                    let constants =
-                        constants.iter().map(|(name, value)| (name.to_string(), *value)).collect();
-                    let period = field.drives.period() * self.period_multiple() as f64;
-                    return Ok(Certificate { proposal, radii, constants, period, crossings, multipliers });
-                }
-                Err(error) => failure = Some(error),
-            }
-            let mut share = 0.0f64;
-            for (radii, bounds) in radii.iter_mut().zip(&bounds) {
-                for ((radius, bound), range) in radii.iter_mut().zip(bounds).zip(&range) {
-                    *radius = (2.0 * bound).max(*radius);
-                    share = share.max(*radius / range);
-                }
-            }
-            if share.is_nan() || share > LARGEST_RADIUS {
-                break;
-            }
-        }
-        Err(failure.unwrap_or(Unproved::NotContracting { t: self.states()[0].t, needed: f64::INFINITY }))
     }
 }

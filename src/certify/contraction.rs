@@ -12,10 +12,19 @@ use nalgebra::DMatrix;
 pub(super) struct Newton<'a> {
     defects: &'a [Vec<Interval>],
     slopes: &'a [Square],
-    /// Slopes in plain numbers, by rows.
+    /// Slopes A in plain numbers, by rows.
     middles: Vec<Vec<f64>>,
     /// Number of components of a node.
     d: usize,
+}
+
+/// What of a defect a bound contains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Defect {
+    /// All of it.
+    Whole,
+    /// Its width alone, as if the middle were 0.
+    Width,
 }
 
 impl<'a> Newton<'a> {
@@ -24,27 +33,45 @@ impl<'a> Newton<'a> {
         Newton { defects, slopes, middles, d: slopes.first().map_or(0, |slope| slope.size) }
     }
 
-    /// The derivative of the motion over one turn from a node, in plain numbers.
-    pub(super) fn turn_from(&self, node: usize) -> DMatrix<f64> {
+    /// The derivative of the motion over one turn from each node, in plain numbers.
+    fn turns(&self) -> Vec<Vec<f64>> {
         let (count, d) = (self.middles.len(), self.d);
-        let mut turn: Vec<f64> = (0..d * d).map(|i| if i / d == i % d { 1.0 } else { 0.0 }).collect();
-        let mut product = vec![0.0; d * d];
-        for k in 0..count {
-            times(&self.middles[(node + k) % count], &turn, d, &mut product);
-            std::mem::swap(&mut turn, &mut product);
+        let unit: Vec<f64> = (0..d * d).map(|i| if i / d == i % d { 1.0 } else { 0.0 }).collect();
+        // From the first node to each, then from each to the end.
+        let mut turns = vec![unit.clone()];
+        for j in 0..count - 1 {
+            let mut next = vec![0.0; d * d];
+            times(&self.middles[j], &turns[j], d, &mut next);
+            turns.push(next);
         }
-        DMatrix::from_row_slice(d, d, &turn)
+        let (mut rest, mut next) = (unit.clone(), unit);
+        for j in (0..count).rev() {
+            times(&rest, &self.middles[j], d, &mut next);
+            std::mem::swap(&mut rest, &mut next);
+            times(&turns[j].clone(), &rest, d, &mut turns[j]);
+        }
+        turns
     }
-    /// (1 - turn)⁻¹ from a node, by rows; `None` if a turn has the multiplier 1.
-    fn closing(&self, node: usize) -> Option<Vec<f64>> {
-        let inverse = (DMatrix::identity(self.d, self.d) - self.turn_from(node)).try_inverse()?;
+    /// The derivative of the motion over one turn from the first node, in plain numbers.
+    pub(super) fn turn(&self) -> DMatrix<f64> {
+        let d = self.d;
+        let mut turn = DMatrix::identity(d, d);
+        for middle in &self.middles {
+            turn = DMatrix::from_row_slice(d, d, middle) * turn;
+        }
+        turn
+    }
+    /// (1 - turn)⁻¹ by rows; `None` if a turn has the multiplier 1.
+    fn closing(&self, turn: &[f64]) -> Option<Vec<f64>> {
+        let turn = DMatrix::from_row_slice(self.d, self.d, turn);
+        let inverse = (DMatrix::identity(self.d, self.d) - turn).try_inverse()?;
         inverse.iter().all(|x| x.is_finite()).then(|| inverse.transpose().as_slice().to_vec())
     }
 
     /// The Newton corrections of all nodes, in plain numbers.
     pub(super) fn corrections(&self) -> Option<Vec<Vec<f64>>> {
         let (count, d) = (self.middles.len(), self.d);
-        let closing = self.closing(0)?;
+        let closing = self.closing(self.turn().transpose().as_slice())?;
         let forward = |j: usize, x: &[f64]| -> Vec<f64> {
             let row = |i: usize| (0..d).map(|k| self.middles[j][i * d + k] * x[k]).sum::<f64>();
             (0..d).map(|i| row(i) + self.defects[j][i].middle()).collect()
@@ -58,42 +85,67 @@ impl<'a> Newton<'a> {
         Some(all)
     }
 
-    /// An upper bound of |K(X) - m| for each component of a node, for boxes with the half widths `radii`.
-    /// Blocks G_j of the row of the node follow from one another: G_(j-1) = G_j A_j with the slopes A in
-    /// plain numbers.
-    pub(super) fn bound(&self, node: usize, radii: &[Vec<f64>]) -> Option<Vec<f64>> {
+    /// Upper bounds of |K(X) - m| for each component of each node, for boxes with the half widths `radii`;
+    /// the number of a node without a bound as an error.
+    ///
+    /// G has the block G_(i,j) in the row of node i and the column of leg j, with G_(i,j-1) = G_(i,j) A_j up
+    /// to rounding. A row therefore sums |G_(i,j)| (|P_j(m)| + |F_j' - A_j| |X_j - m_j|), and the block of its
+    /// own node adds what does not close.
+    pub(super) fn bounds(&self, radii: &[Vec<f64>], defect: Defect) -> Result<Vec<Vec<f64>>, usize> {
         let (count, d) = (self.middles.len(), self.d);
-        let mut own = self.closing(node)?;
-        // The block before the first one closes the chain.
-        let mut before = own.clone();
-        let mut sums = vec![Interval::ZERO; d];
-        let mut next = vec![0.0; d * d];
-        let first = own.clone();
-        for back in 1..=count {
-            let j = (node + count - back) % count;
-            match back == count {
-                // G before the node itself is the first block.
-                true => next.copy_from_slice(&first),
-                false => times(&own, &self.middles[j], d, &mut next),
-            }
-            std::mem::swap(&mut before, &mut next);
-            for (i, sum) in sums.iter_mut().enumerate() {
-                for (k, defect) in self.defects[j].iter().enumerate() {
-                    *sum = *sum + *defect * own[i * d + k];
+        let spreads: Vec<Vec<f64>> = (0..count).map(|j| self.spread(j, &radii[j], defect)).collect();
+        // Sums of positive terms in plain numbers, each with some `count` d roundings, and products that are
+        // rounded to 0.
+        let rounding = 1.0 + 4.0 * f64::EPSILON * (count * d + 8) as f64;
+        let largest = radii.iter().flatten().fold(1.0, |most: f64, r| most.max(*r));
+        let mut before = vec![0.0; d * d];
+        let row = |(node, turn): (usize, &Vec<f64>)| {
+            let first = self.closing(turn).ok_or(node)?;
+            let (mut own, mut sums) = (first.clone(), vec![0.0; d]);
+            for back in 1..=count {
+                let j = (node + count - back) % count;
+                for (i, sum) in sums.iter_mut().enumerate() {
+                    *sum += (0..d).map(|l| own[i * d + l].abs() * spreads[j][l]).sum::<f64>();
                 }
-                for column in 0..d {
-                    // (1 + G P')_j = δ + G_j Φ_j - G_(j-1)
-                    let unit = if j == node && i == column { Interval::ONE } else { Interval::ZERO };
-                    let start = unit - Interval::from(before[i * d + column]);
-                    let entry =
-                        (0..d).fold(start, |sum, l| sum + self.slopes[j].at(l, column) * own[i * d + l]);
-                    *sum = *sum
-                        + Interval::symmetric((Interval::from(entry.magnitude()) * radii[j][column]).high());
+                if back < count {
+                    times(&own, &self.middles[j], d, &mut before);
+                    std::mem::swap(&mut own, &mut before);
                 }
             }
-            own.copy_from_slice(&before);
-        }
-        Some(sums.into_iter().map(Interval::magnitude).collect())
+            // |1 + G_i A_i - G_(i-1)| with the first block as G_(i-1).
+            let (middles, share) = (&self.middles[node], f64::EPSILON * (d + 4) as f64);
+            for (place, first) in first.iter().enumerate() {
+                let (i, k) = (place / d, place % d);
+                let unit = if i == k { 1.0 } else { 0.0 };
+                let terms = || (0..d).map(|l| own[i * d + l] * middles[l * d + k]);
+                let size = unit + first.abs() + terms().map(f64::abs).sum::<f64>();
+                sums[i] += ((unit + terms().sum::<f64>() - first).abs() + share * size) * radii[node][k];
+            }
+            Ok(sums.into_iter().map(|sum| sum * rounding + f64::MIN_POSITIVE * largest).collect())
+        };
+        self.turns().iter().enumerate().map(row).collect()
+    }
+
+    /// Upper bounds of |P_j(m)| + (|F_j' - A_j| + ε d |A_j|) |X_j - m_j|, where ε d |A_j| bounds the rounding
+    /// of a product with A_j.
+    fn spread(&self, j: usize, radii: &[f64], defect: Defect) -> Vec<f64> {
+        let d = self.d;
+        let share = Interval::from(f64::EPSILON * d as f64);
+        let row = |i: usize| {
+            let of = self.defects[j][i];
+            let start = match defect {
+                Defect::Whole => of.magnitude(),
+                Defect::Width => 0.5 * of.width(),
+            };
+            let sum = (0..d).fold(Interval::from(start), |sum, k| {
+                let middle = Interval::from(self.middles[j][i * d + k]);
+                let beside = (self.slopes[j].at(i, k) - middle).magnitude();
+                let whole = Interval::from(beside) + share * middle.magnitude();
+                sum + whole * radii[k]
+            });
+            sum.high()
+        };
+        (0..d).map(row).collect()
     }
 }
 

@@ -33,8 +33,15 @@ enum Mark {
     End,
 }
 
-/// Share of the range of motion that the last term of a step may have `[1]`.
-const LAST_TERM: f64 = 1e-18;
+/// Share of the size of the motion that the last term of a step may have `[1]`.
+const LAST_TERM: f64 = 1e-14;
+
+/// Share of its initial value that the last term of the derivative of the motion may have `[1]`: the Newton
+/// operator needs it to few digits.
+const LAST_SLOPE: f64 = 1e-9;
+
+/// Distance over which the derivative of the motion is estimated, as a share of the size of the motion `[1]`.
+const BESIDE: f64 = 1e-3;
 
 /// Share of the step by that rule that is taken, since the terms over a box are larger.
 const CAUTION: f64 = 0.6;
@@ -47,7 +54,7 @@ const APART: f64 = 1e-9;
 const MOST_LEGS: usize = 100_000;
 
 impl Proposal {
-    /// The chain along an orbit. `scale`: ranges of coordinates and velocities.
+    /// The chain along an orbit. `scale`: size of the motion, of coordinates and velocities.
     pub(super) fn along(
         orbit: &ShootingOrbit,
         model: &dyn Periodic,
@@ -174,7 +181,11 @@ impl Walk<'_, '_> {
         for (i, (t, mark)) in marks.iter().enumerate() {
             let until = match mark {
                 Mark::Crossings(_) => Interval::from(*t),
-                Mark::DriveEdge(at) => self.field.drives.edge(*at),
+                // Wider than the edge, which may be found again with another rounding.
+                Mark::DriveEdge(at) => {
+                    let edge = self.field.drives.edge(*at);
+                    edge + Interval::symmetric(edge.width())
+                }
                 Mark::End => end,
             };
             self.plain_to(until, matches!(mark, Mark::Crossings(_)))?;
@@ -243,26 +254,33 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    /// Coefficients from the present state.
-    fn coefficients(&self, t: f64) -> Coefficients {
-        let x: Vec<Interval> = self.x.iter().map(|x| Interval::from(*x)).collect();
+    /// Coefficients from the present state, moved by a share of the size of the motion.
+    fn coefficients(&self, t: f64, beside: f64) -> Coefficients {
+        let moved = self.x.iter().zip(self.scale).map(|(x, scale)| Interval::from(x + beside * scale));
+        let x: Vec<Interval> = moved.collect();
         let inside = t + f64::EPSILON * t.abs();
         let u = self.field.drive_series(self.time, inside, self.field.order + 1);
         self.field.motion.expand(self.pieces[..].into(), &x, &u, self.field.order)
     }
 
-    /// A step over which the last terms are negligible.
+    /// A step over which the last terms are negligible, those of the motion and of its derivative: the motion
+    /// may be almost at rest.
     fn step(&self, t: f64) -> f64 {
-        let (c, order) = (self.coefficients(t), self.field.order);
+        let order = self.field.order;
+        let [c, beside] = [0.0, BESIDE].map(|beside| self.coefficients(t, beside));
         let last = |k: usize| {
-            let share = (0..self.x.len()).map(|i| c.slot(i, k).magnitude() / self.scale[i]);
+            let share = (0..self.x.len()).map(|i| {
+                let [own, other] = [&c, &beside].map(|c| c.slot(i, k).middle());
+                // A law may end between the two states: NaN.
+                own.abs().max((other - own).abs() / BESIDE * (LAST_TERM / LAST_SLOPE)) / self.scale[i]
+            });
             (LAST_TERM / share.fold(f64::MIN_POSITIVE, f64::max)).powf(1.0 / k as f64)
         };
         CAUTION * last(order).min(last(order - 1))
     }
 
     fn move_by(&mut self, h: f64) {
-        let c = self.coefficients(self.time.middle());
+        let c = self.coefficients(self.time.middle(), 0.0);
         for (i, x) in self.x.iter_mut().enumerate() {
             *x = (0..=self.field.order).rev().fold(0.0, |sum, k| sum * h + c.slot(i, k).middle());
         }

@@ -1,7 +1,8 @@
 //! Reasons why a periodic motion could not be proved.
 
 use crate::error::ParameterError;
-use crate::ode::IntegrateError;
+use crate::ode::{Exhausted, IntegrateError};
+use crate::periodic::ShootingError;
 use thiserror::Error;
 
 /// Why [`certify`](crate::periodic::ShootingOrbit::certify) proves nothing. None of these says that there is
@@ -24,6 +25,15 @@ pub enum Unproved {
     /// The integration along the orbit failed, from which the proof takes the sequence of contacts.
     #[error("certificate: {0}")]
     Integrate(#[from] IntegrateError),
+    /// The orbit was not found from its neighbour.
+    #[error("certificate: {0}")]
+    Shooting(#[from] Box<ShootingError>),
+    /// The budget of the orbit is spent, or the call was cancelled.
+    #[error("certificate: {exhausted}")]
+    Exhausted {
+        /// The limit that was reached.
+        exhausted: Exhausted,
+    },
     /// The model has several rigid motions, or one that changes a recorded sum by more than its rounding.
     #[error("certificate: the rigid motions of the model cannot be left out: use relative coordinates")]
     RigidMotion,
@@ -97,4 +107,10 @@ pub enum Unproved {
         /// What differs.
         what: String,
     },
+}
+
+impl From<Exhausted> for Unproved {
+    fn from(exhausted: Exhausted) -> Self {
+        Unproved::Exhausted { exhausted }
+    }
 }

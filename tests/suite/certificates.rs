@@ -2,13 +2,15 @@
 
 use gear_dynamics::certify::{Certificate, CertifiedCrossing, Interval, Unproved};
 use gear_dynamics::contact::{Backlash, Contact, Deflection, Piece, PieceChoice, Restitution};
-use gear_dynamics::excitation::{Angle, Fourier, Side};
+use gear_dynamics::analysis::Rattle;
+use gear_dynamics::excitation::{Angle, Fourier, RectangularWave, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::ode::Step;
 use gear_dynamics::periodic::{ShootingOrbit, Stability};
 use gear_dynamics::trains::{Body, Coordinates, Members, MeshPart, Parts, Planetary};
-use gear_dynamics::{Machine, Model, NfgPair, NfgParams, Ring, Settle, Shape, Shooting, State, Taylor, Wave};
+use gear_dynamics::{Budget, Machine, Model, NfgPair, NfgParams, Periodic, Ring, Settle, Shape, Shooting};
+use gear_dynamics::{State, Statistics, Taylor, Wave};
 use std::ops::ControlFlow;
 
 /// x'' + 2 ζ x' + k(φ) f(x) + γ x³ = F + A Ω² cos φ with half backlash b, φ = Ω t; without contact if b is 0,
@@ -168,7 +170,7 @@ fn the_linear_oscillator_lies_in_its_boxes() {
     for (i, t) in certificate.times().into_iter().enumerate() {
         let (sin, cos) = (speed * t).sin_cos();
         let exact = [size * (re * cos + im * sin), size * speed * (im * cos - re * sin)];
-        for (of, exact) in certificate.state(i).iter().zip(exact) {
+        for (of, exact) in certificate.states()[i].iter().zip(exact) {
             // The closed form is rounded, too.
             let around = *of + Interval::new(-1e-15, 1e-15).unwrap();
             assert!(around.contains(exact), "t = {t}: {exact} in {of}");
@@ -588,7 +590,7 @@ fn constants_may_be_intervals() {
         let other = model.with("load", shifted).unwrap();
         let narrow = orbit_from(&other, [0.9988, 0.0844]);
         let at = narrow.at(&other, wide.times()[0]).unwrap();
-        for (of, x) in wide.state(0).iter().zip(at.q.iter().chain(&at.v)) {
+        for (of, x) in wide.states()[0].iter().zip(at.q.iter().chain(&at.v)) {
             assert!(of.contains(*x), "{x} in {of}");
         }
     }
@@ -620,5 +622,350 @@ fn wrong_certificates_do_not_hold() {
         }
         let wrong: Certificate = serde_json::from_value(wrong).unwrap();
         assert!(wrong.check(&model).is_err(), "trial {trial}");
+    }
+}
+
+/// The measured figures of an orbit lie in their intervals; the mean force is the load, the swing of the linear
+/// oscillator twice the amplitude of the closed form.
+#[test]
+fn figures_are_enclosed() {
+    let model = pair(-0.2, 0.0, 1.0);
+    let orbit = orbit_from(&model, [0.9988, 0.0844]);
+    let figures = orbit.certify(&model).unwrap().figures(&model).unwrap();
+    let mut statistics = Statistics::new(&model, &["q0", "v0"]).unwrap();
+    orbit.observe(&model, &mut statistics).unwrap();
+    for (enclosed, name) in figures.peak_to_peak.iter().zip(["q0", "v0"]) {
+        let measured = statistics.summary(name).unwrap().peak_to_peak();
+        assert!(enclosed.width() < 1e-11 && (enclosed.middle() - measured).abs() < 1e-10, "{enclosed}");
+    }
+    let mut rattle = Rattle::new(&model);
+    orbit.observe(&model, &mut rattle).unwrap();
+    let [contact] = figures.contacts[..] else { panic!("one contact") };
+    let measured = rattle.contacts()[0].loss_fraction();
+    assert!(contact.loss_fraction.width() < 1e-11 && (contact.loss_fraction.middle() - measured).abs() < 1e-10);
+    assert!(contact.mean_force.contains(0.1) && contact.mean_force.width() < 1e-11);
+
+    let (speed, amplitude, damping) = (0.7f64, 0.3, 0.1);
+    let model = smooth(None, speed, amplitude, damping, 0.0);
+    let figures = orbit_from(&model, [0.1, 0.1]).certify(&model).unwrap().figures(&model).unwrap();
+    let swing = 2.0 * amplitude / (1.0 - speed * speed).hypot(damping * speed);
+    for (enclosed, exact) in figures.peak_to_peak.iter().zip([swing, speed * swing]) {
+        assert!((*enclosed + Interval::new(-1e-15, 1e-15).unwrap()).contains(exact), "{exact} in {enclosed}");
+        assert!(enclosed.width() < 1e-12);
+    }
+}
+
+/// No contact is lost for any speed of a range: one branch. A range over the jump to contact loss stays open in
+/// part, and the widths say where.
+#[test]
+fn no_rattle_for_any_speed_of_a_range() {
+    let model = pair(-0.2, 0.0, 0.65);
+    let orbit = orbit_from(&model, [1.1, 0.0]);
+    let proved = orbit.certify_over(&model, "speed", Interval::new(0.6, 0.7).unwrap(), 1e-3).unwrap();
+    assert!(proved.open.is_empty(), "{:?}", proved.open);
+    let (mut from, mut widest) = (0.6, 0.0f64);
+    for (speeds, certificate) in &proved.parts {
+        assert_eq!((speeds.low(), certificate.crossings().len()), (from, 0));
+        assert_eq!(certificate.check(&model), Ok(()));
+        (from, widest) = (speeds.high(), widest.max(speeds.width()));
+        // Another speed of the part has its orbit in the boxes.
+        let other = model.with("speed", speeds.low()).unwrap();
+        let at = orbit_from(&other, [1.1, 0.0]).at(&other, certificate.times()[1]).unwrap();
+        for (of, x) in certificate.states()[1].iter().zip([at.q[0], at.v[0]]) {
+            assert!(of.contains(x), "{x} in {of}");
+        }
+    }
+    assert!(from == 0.7 && widest > 0.01);
+
+    let lost = orbit.certify_over(&model, "speed", Interval::new(0.6, 1.0).unwrap(), 0.02).unwrap();
+    assert!(!lost.open.is_empty() && !lost.parts.is_empty());
+    let covered: f64 = lost.parts.iter().map(|(speeds, _)| speeds.high() - speeds.low()).sum();
+    let open: f64 = lost.open.iter().map(|(speeds, _)| speeds.high() - speeds.low()).sum();
+    assert!((covered + open - 0.4).abs() < 1e-12);
+    let range = Interval::new(0.6, 0.7).unwrap();
+    assert!(matches!(orbit.certify_over(&model, "mass", range, 1e-3), Err(Unproved::Parameter(_))));
+    assert!(matches!(orbit.certify_over(&model, "speed", range, 0.0), Err(Unproved::Parameter(_))));
+}
+
+#[test]
+fn a_spent_budget_is_named() {
+    let model = pair(-0.2, 0.0, 1.0);
+    let orbit = orbit_from(&model, [0.9988, 0.0844]).budget(Budget::new().steps(3));
+    assert!(matches!(orbit.certify(&model), Err(Unproved::Exhausted { .. })));
+}
+
+/// x'' + 0.1 x' + x = A cos Ωt with a stop at 1. The orbit without impact has the amplitude
+/// A/√((1 - Ω²)² + (0.1 Ω)²).
+#[test]
+fn grazing_is_refused_by_name() {
+    let stop = Some(Restitution::new(0.8).unwrap());
+    let speed = 0.8f64;
+    let (re, im) = (1.0 - speed * speed, 0.1 * speed);
+    let grazing = re.hypot(im);
+    let amplitude = grazing - 1e-9;
+    let model = smooth(stop, speed, amplitude, 0.1, 0.0);
+    let size = amplitude / (re * re + im * im);
+    let orbit = orbit_from(&model, [size * re, size * speed * im]);
+    let certificate = orbit.certify(&model).unwrap();
+    assert!(certificate.crossings().is_empty() && certificate.radius() < 1e-11);
+    let square = speed * speed;
+    let over = Interval::around(amplitude / square, 2e-9 / square).unwrap();
+    let refused = orbit.certify_with(&model, &[("amplitude", over)]);
+    assert!(
+        matches!(refused, Err(Unproved::Leaves { contact: 0, .. } | Unproved::NearGrazing { contact: 0, .. })),
+        "{refused:?}"
+    );
+    let below = Interval::around(amplitude / square, 0.5e-9 / square).unwrap();
+    assert!(orbit.certify_with(&model, &[("amplitude", below)]).is_ok());
+}
+
+/// One impact a period with the velocity v at the stop, in closed form: the free motion from the impact to the
+/// next, and the forced motion that makes it hit. From v = 0.1 down to 1e-5 the derivative of the orbit grows as
+/// 1/v.
+#[test]
+fn slow_impacts_are_proved_or_refused_by_name() {
+    let (speed, damping, restitution) = (0.8f64, 0.1f64, 0.8);
+    let (period, decay) = (std::f64::consts::TAU / speed, 0.5 * damping);
+    let omega = (1.0 - decay * decay).sqrt();
+    for v in [1e-1, 1e-3, 1e-5] {
+        // e^(-decay t) (a cos ωt + b sin ωt): the same place at both ends, velocities apart by (1 + r) v.
+        let (shrink, [sin, cos]) = ((-decay * period).exp(), [(omega * period).sin(), (omega * period).cos()]);
+        let [p11, p12] = [1.0 - shrink * cos, -shrink * sin];
+        let p21 = shrink * (-decay * cos - omega * sin) + decay;
+        let p22 = shrink * (omega * cos - decay * sin) - omega;
+        let jump = (1.0 + restitution) * v;
+        let determinant = p11 * p22 - p12 * p21;
+        let [a, b] = [-p12 * jump / determinant, p11 * jump / determinant];
+        let [x, rate] = [1.0 - a, -restitution * v - (omega * b - decay * a)];
+        // x cos Ωs + rate/Ω sin Ωs, s after the impact, is the forced motion Re X e^(i(Ωs + ψ)).
+        let (re, im) = (1.0 - speed * speed, damping * speed);
+        let amplitude = x.hypot(rate / speed) * re.hypot(im);
+        let phase = (-rate / speed).atan2(x) + im.atan2(re);
+        // The state half a period after the impact.
+        let s = 0.5 * period;
+        let (e, [sin, cos]) = ((-decay * s).exp(), [(omega * s).sin(), (omega * s).cos()]);
+        let free = [e * (a * cos + b * sin), e * ((omega * b - decay * a) * cos - (omega * a + decay * b) * sin)];
+        let (sin, cos) = (speed * s).sin_cos();
+        let forced = [x * cos + rate / speed * sin, rate * cos - x * speed * sin];
+        let t = (s + phase / speed).rem_euclid(period);
+        let model = smooth(Some(Restitution::new(restitution).unwrap()), speed, amplitude, damping, 0.0);
+        let start = State::new(t, &[free[0] + forced[0]], &[free[1] + forced[1]]);
+        let orbit = Shooting::new().solve(&model, &[start]).unwrap();
+        assert_eq!(orbit.crossings(), 1, "v = {v}");
+        let proved = orbit.certify(&model);
+        println!("v = {v:e}, A = {amplitude}: {:?} {:?}", proved.as_ref().map(|c| (c.radius(), c.crossings().to_vec(), c.stability())), orbit.multipliers().values());
+    }
+}
+
+/// Rectangular stiffness: the drive edges are nodes of the chain.
+#[test]
+fn rectangular_stiffness_is_proved() {
+    for (duty, phase, speed) in [(0.6, 0.0, 0.65), (0.6, 1.0, 1.0), (0.25, -2.0, 0.65)] {
+        let rectangle = RectangularWave::new(0.9, 1.1, duty).unwrap();
+        let of = pair(0.0, 0.0, speed);
+        let shape = Oscillator {
+            stiffness: Wave::new(rectangle).with_phase(phase).unwrap(),
+            force: cosine(0.0, 1.0),
+            law: Some(Backlash::new(1.0).unwrap()),
+            stop: None,
+        };
+        let constants: Vec<(&str, f64)> =
+            of.names().iter().map(|channel| channel.name.as_str()).zip(of.values().iter().copied()).collect();
+        let model = Machine::with_constants(shape, &constants).unwrap();
+        let settled = Settle::new().run(&Taylor::new(), &model, &State::new(0.0, &[1.1], &[0.0])).unwrap();
+        let orbit = Shooting::new().solve(&model, &[settled.state]).unwrap();
+        let certificate = orbit.certify(&model).unwrap_or_else(|error| panic!("{duty} {phase}: {error}"));
+        assert!(certificate.radius() < 1e-11, "{:e}", certificate.radius());
+        assert_eq!(certificate.crossings().len() as u64, orbit.crossings());
+        assert_eq!(certificate.check(&model), Ok(()));
+        for (t, around) in certificate.times().into_iter().zip(certificate.states()) {
+            let at = orbit.at(&model, t).unwrap();
+            for (of, x) in around.iter().zip([at.q[0], at.v[0]]) {
+                assert!((of.middle() - x).abs() < 1e-10, "t = {t}: {x} in {of}");
+            }
+        }
+        // Edges move with the speed: those of other speeds are not passed over.
+        let speeds = Interval::around(speed, 1e-9).unwrap();
+        let wide = orbit.certify_with(&model, &[("speed", speeds)]).unwrap();
+        assert_eq!(wide.check(&model), Ok(()));
+    }
+}
+
+/// An almost rigid motion has steps as short as its derivative asks for.
+#[test]
+fn motions_at_rest_are_proved() {
+    let model = smooth(None, 0.1, 1e-14, 0.2, 0.0).with("load", 0.5).unwrap();
+    let orbit = orbit_from(&model, [0.5, 0.0]);
+    let certificate = orbit.certify(&model).unwrap();
+    assert!(certificate.radius() < 1e-11 && certificate.stability() == Stability::Stable);
+}
+
+/// Random changes of certificates: each is refused, or what it states is still true of the orbit.
+#[test]
+#[ignore = "a minute: cargo test --release --test suite ten_thousand_false_certificates -- --ignored"]
+fn ten_thousand_false_certificates() {
+    let stop = Some(Restitution::new(0.8).unwrap());
+    let models = [
+        (pair(-0.2, 0.0, 1.0), [0.9988, 0.0844], "load"),
+        (pair(0.0, 0.05, 0.75), [1.2287, 0.1647], "amplitude"),
+        (pair(-0.2, 0.0, 0.85), [1.1726, 0.0165], "damping ratio"),
+        (smooth(stop, 0.8, 1.0, 0.1, 0.0), [0.9, -1.4728], "speed"),
+        (smooth(None, 1.3, 0.4, 0.2, 0.5), [0.3, 0.1], "cubic"),
+    ];
+    let mut seed = 1u64;
+    let mut random = move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let (mut refused, mut true_ones) = (0, 0);
+    for (model, x, constant) in &models {
+        let start = State::new(0.0, &[x[0]], &[x[1]]);
+        let settled = Settle::new().run(&Taylor::new(), model, &start);
+        let orbit = match model.shape().stop {
+            Some(_) => Shooting::new().solve(model, &[settled.unwrap().state]).unwrap(),
+            None => orbit_from(model, *x),
+        };
+        let certificate = orbit.certify(model).unwrap();
+        let stored = serde_json::to_value(&certificate).unwrap();
+        let others = [-1e-6, 1e-6].map(|by| {
+            let value = model.values()[model.names().iter().position(|n| n.name == *constant).unwrap()];
+            (value + by, model.with(constant, value + by).unwrap())
+        });
+        let count = certificate.times().len();
+        for trial in 0..2000 {
+            let mut wrong = stored.clone();
+            let node = (random() * count as f64) as usize;
+            let component = (random() * 2.0) as usize;
+            let sign = if random() < 0.5 { -1.0 } else { 1.0 };
+            let shift = sign * 10f64.powf(-4.0 - 9.0 * random());
+            let add = |value: &mut serde_json::Value, by: f64| *value = (value.as_f64().unwrap() + by).into();
+            let with_event: Vec<usize> =
+                (0..count).filter(|i| !stored["proposal"]["legs"][*i]["event"].is_null()).collect();
+            let hit = with_event.get((random() * with_event.len() as f64) as usize).copied();
+            let mut of = model;
+            let mut never = false;
+            match (trial % 14, hit) {
+                (0, _) => {
+                    add(&mut wrong["proposal"]["nodes"][node][component], sign * 1e-6 * (1.0 + random()));
+                    never = true;
+                }
+                (1, _) => add(&mut wrong["proposal"]["nodes"][node][component], 1e-4 * shift),
+                (2, _) => {
+                    let factor = 10f64.powf(12.0 * random() - 6.0);
+                    let radius = &mut wrong["radii"][node][component];
+                    *radius = (factor * radius.as_f64().unwrap()).into();
+                }
+                (3, _) => {
+                    let factor = 10f64.powf(8.0 * random() - 2.0);
+                    for radius in wrong["radii"].as_array_mut().unwrap().iter_mut().flat_map(|r| r.as_array_mut().unwrap()) {
+                        *radius = (factor * radius.as_f64().unwrap()).into();
+                    }
+                }
+                (4, _) if stored["proposal"]["legs"][0]["pieces"].as_array().unwrap().is_empty() => {
+                    wrong["proposal"]["legs"][node]["pieces"] = serde_json::json!(["Gap"]);
+                    never = true;
+                }
+                (4, _) => {
+                    let old = stored["proposal"]["legs"][node]["pieces"][0].as_str().unwrap();
+                    let all = ["Lower", "Gap", "Upper"];
+                    let new = all.into_iter().filter(|piece| *piece != old).nth(component).unwrap();
+                    wrong["proposal"]["legs"][node]["pieces"][0] = new.into();
+                    never = true;
+                }
+                (5, Some(_)) => {
+                    let which = (random() * with_event.len() as f64) as usize;
+                    for end in 0..2 {
+                        add(&mut wrong["crossings"][which]["time"][end], shift);
+                    }
+                }
+                (6, Some(_)) => {
+                    wrong["crossings"].as_array_mut().unwrap().pop();
+                    never = true;
+                }
+                (7, Some(_)) => {
+                    let list = wrong["crossings"].as_array_mut().unwrap();
+                    list.push(list[0].clone());
+                    never = true;
+                }
+                (8, Some(hit)) => {
+                    // The crossing is skipped, in the legs and in the list.
+                    wrong["proposal"]["legs"][hit]["event"] = serde_json::Value::Null;
+                    let which = with_event.iter().position(|i| *i == hit).unwrap();
+                    wrong["crossings"].as_array_mut().unwrap().remove(which);
+                    never = true;
+                }
+                (9, Some(hit)) => match component {
+                    0 => {
+                        let old = wrong["proposal"]["legs"][hit]["event"]["rebounds"].as_bool().unwrap();
+                        wrong["proposal"]["legs"][hit]["event"]["rebounds"] = (!old).into();
+                        never = true;
+                    }
+                    _ => add(&mut wrong["proposal"]["legs"][hit]["event"]["near"], shift),
+                },
+                (10, _) => {
+                    let disc = &mut wrong["multipliers"][component];
+                    match random() < 0.5 {
+                        true => add(&mut disc["re"], shift),
+                        false => disc["radius"] = (disc["radius"].as_f64().unwrap() * 2.0 * random()).into(),
+                    }
+                }
+                (11, _) => {
+                    let end = component;
+                    add(&mut wrong["period"][end], shift);
+                }
+                (12, _) => {
+                    let next = (node + 1) % count;
+                    for end in 0..2 {
+                        add(&mut wrong["proposal"]["legs"][node]["end"][end], shift);
+                        add(&mut wrong["proposal"]["legs"][next]["start"][end], shift);
+                    }
+                }
+                (_, _) => {
+                    let (value, other) = &others[component];
+                    match random() < 0.5 {
+                        true => wrong["constants"] = serde_json::json!([[constant, [value, value]]]),
+                        false => of = other,
+                    }
+                    never = true;
+                }
+            }
+            // Ends out of order or names that do not exist are refused when they are read.
+            let Ok(wrong) = serde_json::from_value::<Certificate>(wrong) else { continue };
+            if wrong == certificate && !never {
+                continue;
+            }
+            if wrong.check(of).is_err() {
+                refused += 1;
+                continue;
+            }
+            assert!(!never, "trial {trial} of {constant}");
+            true_ones += 1;
+            is_true(&wrong, &certificate, &orbit, model);
+        }
+    }
+    println!("{refused} refused, {true_ones} true");
+    assert!(refused > 6000);
+}
+
+/// Whether what a certificate states is true of the orbit, up to the accuracy of shooting.
+fn is_true(stated: &Certificate, known: &Certificate, orbit: &ShootingOrbit, model: &Machine<Oscillator>) {
+    const ACCURACY: f64 = 1e-10;
+    for (t, around) in stated.times().into_iter().zip(stated.states()) {
+        let at = orbit.at(model, t).unwrap();
+        for (of, x) in around.iter().zip([at.q[0], at.v[0]]) {
+            assert!(of.low() - ACCURACY <= x && x <= of.high() + ACCURACY, "t = {t}: {x} in {of}");
+        }
+    }
+    assert!(stated.period().contains(known.period().middle()));
+    assert_eq!(stated.crossings().len(), known.crossings().len());
+    for (stated, known) in stated.crossings().iter().zip(known.crossings()) {
+        assert_eq!((stated.contact, stated.to), (known.contact, known.to));
+        assert!(stated.time.common(known.time).is_some(), "{stated:?} {known:?}");
+    }
+    for multiplier in orbit.multipliers().values() {
+        let near = |disc: &gear_dynamics::certify::Disc| {
+            (disc.re - multiplier.re).hypot(disc.im - multiplier.im) <= disc.radius + 1e-9
+        };
+        assert!(stated.multipliers().iter().any(near), "{multiplier}");
     }
 }

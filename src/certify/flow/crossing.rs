@@ -2,6 +2,7 @@
 
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::{Event, Image, Leg};
+use crate::certify::flow::part::{Part, Seen};
 use crate::certify::flow::signs::{Edge, edges, instant, keeps_sign, refined, stays};
 use crate::certify::flow::stretch::Stretch;
 use crate::certify::square::Square;
@@ -20,6 +21,7 @@ pub(crate) fn across(
     event: &Event,
     x: &[Interval],
     m: &[Interval],
+    seen: &mut Seen<'_>,
 ) -> Result<Image, Unproved> {
     let (n, d) = (field.n, 2 * field.n);
     let &Event { contact, to, rebounds, near } = event;
@@ -91,6 +93,8 @@ pub(crate) fn across(
     }
     let second = Stretch::new(field, &pieces, time, &state, (leg.end - time).high())?;
     stays(&second, &pieces, second.length, &[edge])?;
+    seen(Part::Stretch(&first, at));
+    seen(Part::Stretch(&second, leg.end - time));
     let middle = second.narrow(time_middle, &middle).state(leg.end - time_middle);
     Ok(Image { middle, slope: second.slope(leg.end - time).times(&slope), crossing: Some(time) })
 }

@@ -3,6 +3,7 @@
 use crate::certify::flow::crossing::across;
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::{Image, Leg};
+use crate::certify::flow::part::{Part, Seen};
 use crate::certify::flow::signs::stays;
 use crate::certify::flow::stretch::Stretch;
 use crate::certify::flow::window::together;
@@ -10,7 +11,14 @@ use crate::certify::unproved::Unproved;
 use crate::interval::number::Interval;
 
 /// The image of the box `x` with the middle `m` after a leg, with every condition on its contacts proved.
-pub(crate) fn image(field: &Field<'_>, leg: &Leg, x: &[Interval], m: &[f64]) -> Result<Image, Unproved> {
+/// `seen` receives the enclosed parts of the motion.
+pub(crate) fn image(
+    field: &Field<'_>,
+    leg: &Leg,
+    x: &[Interval],
+    m: &[f64],
+    seen: &mut Seen<'_>,
+) -> Result<Image, Unproved> {
     let whole = leg.end - leg.start;
     if whole.low() <= 0.0 || !whole.is_bounded() {
         return Err(Unproved::Differs { what: "the times of the nodes".into() });
@@ -20,10 +28,11 @@ pub(crate) fn image(field: &Field<'_>, leg: &Leg, x: &[Interval], m: &[f64]) -> 
         [] => {
             let stretch = Stretch::new(field, &leg.pieces, leg.start, x, whole.high())?;
             stays(&stretch, &leg.pieces, whole.high(), &[])?;
+            seen(Part::Stretch(&stretch, whole));
             let middle = stretch.narrow(leg.start, &m).state(whole);
             Ok(Image { middle, slope: stretch.slope(whole), crossing: None })
         }
-        [event] => across(field, leg, event, x, &m),
-        _ => together(field, leg, x, &m),
+        [event] => across(field, leg, event, x, &m, seen),
+        _ => together(field, leg, x, &m, seen),
     }
 }

@@ -1,6 +1,6 @@
 //! The flow from a box on fixed pieces, enclosed over a stretch of time.
 
-use crate::certify::flow::algebra::Coefficients;
+use crate::certify::flow::algebra::{Algebra, Coefficients};
 use crate::certify::flow::field::{Drives, Field};
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
@@ -23,7 +23,7 @@ pub(crate) struct Stretch<'f, 'm> {
     inside: f64,
     /// Drives after the start.
     drives: Drives,
-    pieces: Vec<Piece>,
+    pub(crate) pieces: Vec<Piece>,
 }
 
 impl<'f, 'm> Stretch<'f, 'm> {
@@ -88,6 +88,24 @@ impl<'f, 'm> Stretch<'f, 'm> {
     }
     fn place(&self, i: usize) -> usize {
         self.field.place(i, 0)
+    }
+
+    /// The coefficients of each coordinate and velocity.
+    pub(crate) fn series(&self) -> Vec<Vec<Interval>> {
+        let of = |i| (0..=self.field.order).map(|k| self.slot(self.place(i), k)).collect();
+        (0..2 * self.field.n).map(of).collect()
+    }
+    /// The coefficients of some forms of another tape of the same motion, evaluated as its distances from the
+    /// lower edges.
+    pub(crate) fn series_of(&self, other: &Algebra) -> Vec<Vec<Interval>> {
+        let (field, order) = (self.field, self.field.order);
+        let x: Vec<Interval> = (0..2 * field.n).map(|i| self.slot(self.place(i), 0)).collect();
+        let wide = other.expand(self.pieces[..].into(), &x, &self.drives, order - 1);
+        let span = Interval::of_ends(0.0, self.length);
+        let during = field.drive_series(self.time + span, self.inside, order + 2);
+        let rest = other.expand(self.pieces[..].into(), &self.state(span), &during, order);
+        let of = |form| (0..=order).map(|k| if k < order { &wide } else { &rest }.form(form, k)).collect();
+        other.tape.distances.iter().filter_map(|both| both[0]).map(of).collect()
     }
 
     /// Coordinates and velocities at the times s after the start.

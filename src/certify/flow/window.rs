@@ -1,9 +1,10 @@
 //! The motion over several crossings in an unknown order.
 
-use crate::certify::flow::algebra::{Coefficients, On};
+use crate::certify::flow::algebra::{Algebra, Coefficients, On};
 use crate::certify::flow::continuity::is_continuous;
-use crate::certify::flow::field::Field;
+use crate::certify::flow::field::{Drives, Field};
 use crate::certify::flow::leg::{Image, Leg};
+use crate::certify::flow::part::{Part, Seen};
 use crate::certify::flow::signs::{Edge, edges, instant, keeps_sign, keeps_sign_up_to, stays};
 use crate::certify::flow::stretch::Stretch;
 use crate::certify::square::Square;
@@ -24,10 +25,12 @@ const ATTEMPTS: usize = 6;
 ///
 /// Every acceleration and every slope is the hull over both pieces. The motion lies in B if X + [0, w] F(B) ⊂
 /// B, and at the end in q + w v + w²/2 A(B), v + w A(B).
-struct Window<'f, 'm> {
+pub(crate) struct Window<'f, 'm> {
     field: &'f Field<'m>,
+    pub(crate) on: On<'f>,
+    pub(crate) time: Interval,
     start: Vec<Interval>,
-    width: Interval,
+    pub(crate) width: Interval,
     /// Coefficients of orders 0 and 1 over the enclosure of the whole window.
     during: Coefficients,
 }
@@ -35,15 +38,14 @@ struct Window<'f, 'm> {
 impl<'f, 'm> Window<'f, 'm> {
     fn new(
         field: &'f Field<'m>,
-        on: On<'_>,
+        on: On<'f>,
         time: Interval,
         x: &[Interval],
         width: Interval,
     ) -> Option<Self> {
         let start = field.with_columns(x, &Square::identity(2 * field.n));
         let span = Interval::of_ends(0.0, width.high());
-        let inside = time.middle() + 0.5 * width.high();
-        let u = field.drive_series(time + span, inside, 3);
+        let u = drives(field, time, width);
         let mut guess = start.clone();
         for _ in 0..ATTEMPTS {
             if !guess.iter().all(|x| x.is_bounded()) {
@@ -53,7 +55,7 @@ impl<'f, 'm> Window<'f, 'm> {
             let whole = start.iter().enumerate().map(|(i, x)| *x + span * during.slot(i, 1));
             let whole: Vec<Interval> = whole.collect();
             if whole.iter().zip(&guess).all(|(x, guess)| x.lies_in(*guess)) {
-                return Some(Window { field, start, width, during });
+                return Some(Window { field, on, time, start, width, during });
             }
             let room = |(x, start): (Interval, &Interval)| {
                 let moved = (x.high() - start.high()).abs().max((start.low() - x.low()).abs());
@@ -62,6 +64,16 @@ impl<'f, 'm> Window<'f, 'm> {
             guess = whole.into_iter().zip(&start).map(room).collect();
         }
         None
+    }
+
+    /// Coordinates and velocities over the whole window.
+    pub(crate) fn during(&self) -> Vec<Interval> {
+        (0..2 * self.field.n).map(|i| self.during.slot(self.field.place(i, 0), 0)).collect()
+    }
+    /// Forms of another tape over the whole window, evaluated as its distances from the lower edges.
+    pub(crate) fn values_of(&self, other: &Algebra) -> Vec<Interval> {
+        let c = other.expand(self.on, &self.during(), &drives(self.field, self.time, self.width), 0);
+        other.tape.distances.iter().filter_map(|both| both[0]).map(|form| c.form(form, 0)).collect()
     }
 
     /// What becomes of a number in the slot of a coordinate or velocity of the tangent tape that starts with
@@ -90,6 +102,12 @@ impl<'f, 'm> Window<'f, 'm> {
     }
 }
 
+/// The drives over a window.
+fn drives(field: &Field<'_>, time: Interval, width: Interval) -> Drives {
+    let span = Interval::of_ends(0.0, width.high());
+    field.drive_series(time + span, time.middle() + 0.5 * width.high(), 3)
+}
+
 /// The image of a box over several crossings that are not ordered, all within one window [a, b].
 ///
 /// Each of these contacts is before its edge at a and beyond it at b, and its rate excludes 0 in the window:
@@ -101,6 +119,7 @@ pub(crate) fn together(
     leg: &Leg,
     x: &[Interval],
     m: &[Interval],
+    seen: &mut Seen<'_>,
 ) -> Result<Image, Unproved> {
     let (start, after) = (leg.start.middle(), leg.pieces_after());
     let length = (leg.end - leg.start).high();
@@ -137,7 +156,7 @@ pub(crate) fn together(
         if a <= 0.0 || b >= reach || (leg.end - (leg.start + Interval::from(b))).low() <= 0.0 {
             return Err(unordered);
         }
-        match through(&before, leg, m, on, &crossed, [a, b]) {
+        match through(&before, leg, m, on, &crossed, [a, b], seen) {
             Ok(image) => return Ok(image),
             Err(error) => failure = error,
         }
@@ -153,6 +172,7 @@ fn through(
     on: On<'_>,
     crossed: &[Edge],
     [a, b]: [f64; 2],
+    seen: &mut Seen<'_>,
 ) -> Result<Image, Unproved> {
     let (field, after) = (before.field, leg.pieces_after());
     let others = |pieces| edges(field, pieces).filter(|edge| !crossed.iter().any(|own| own.is_on(edge)));
@@ -182,6 +202,9 @@ fn through(
     }
     stays(&second, &after, second.length, crossed)?;
     let rest = leg.end - next;
+    seen(Part::Stretch(before, at));
+    seen(Part::Window(&window));
+    seen(Part::Stretch(&second, rest));
     let middle = window.state(&before.narrow(leg.start, m).state(at));
     Ok(Image {
         middle: second.narrow(next, &middle).state(rest),
