@@ -19,7 +19,10 @@ const ORDER: usize = 20;
 const MOST_EDGES: usize = 64;
 
 /// The equations of a model on intervals.
-pub(super) fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)]) -> Result<Field<'m>, Unproved> {
+pub(super) fn field<'m>(
+    model: &'m dyn Periodic,
+    constants: &[(&str, Interval)],
+) -> Result<Field<'m>, Unproved> {
     let none = |what: &str| Unproved::NoEnclosure { what: what.into() };
     let expanded = model.offers().expansion.ok_or_else(|| none("a model that is no `Machine`"))?;
     let drives = expanded.enclosed(constants)?.ok_or_else(|| none("a model that is no `Machine`"))?;
@@ -41,16 +44,18 @@ pub(super) fn field<'m>(model: &'m dyn Periodic, constants: &[(&str, Interval)])
 /// A drive edge that may lie between the nodes of a leg, over which the drives have no series. An edge whose
 /// enclosure lies in that of a node is the node.
 fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg) -> Option<f64> {
-    // Edges before the start whose enclosures may reach into the leg.
-    let reach = 2.0 * field.drives.edge(leg.start.low()).width();
-    let mut from = leg.start.low() - reach;
+    // The model finds its edges at its own constants, those of the proof may differ and be intervals: begin so
+    // early that no edge of the leg is passed over. Times are not negative.
+    let start = leg.start.low();
+    let reach = 2.0 * (field.drives.edge(start) - Interval::from(start)).magnitude();
+    let mut from = start - reach;
     for _ in 0..MOST_EDGES {
         let edge = model.next_edge(from)?;
         let at = field.drives.edge(edge);
         if at.low() >= leg.end.high() {
             return None;
         }
-        if at.high() > leg.start.low() && !at.lies_in(leg.start) && !at.lies_in(leg.end) {
+        if at.high() > start && !at.lies_in(leg.start) && !at.lies_in(leg.end) {
             return Some(edge);
         }
         from = edge.max(from.next_up());

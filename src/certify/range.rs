@@ -57,7 +57,8 @@ impl ShootingOrbit {
         let none = || ParameterError::NoSuchConstant { name: name.into(), known: "none".into() };
         let constants = model.offers().constants.ok_or_else(none)?;
         let family = Values { constants, place: constants.place(name)?, name, orbit: self };
-        let (mut parts, mut open): (Vec<(Interval, Certificate)>, Vec<(Interval, Unproved)>) = Default::default();
+        let (mut parts, mut open): (Vec<(Interval, Certificate)>, Vec<(Interval, Unproved)>) =
+            Default::default();
         let mut near = self.clone();
         let mut left = vec![range];
         while let Some(part) = left.pop() {
@@ -66,7 +67,9 @@ impl ShootingOrbit {
                 Ok((orbit, certificate)) => {
                     near = orbit;
                     let joint = parts.last().filter(|(before, _)| before.high() == part.low());
-                    if let Some(error) = joint.and_then(|before| family.join(&near, &before.1, &certificate, part)) {
+                    if let Some(error) =
+                        joint.and_then(|before| family.join(&near, &before.1, &certificate, part))
+                    {
                         open.push((Interval::from(part.low()), error));
                     }
                     parts.push((part, certificate));
