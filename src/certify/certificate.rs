@@ -51,13 +51,13 @@ pub struct CertifiedCrossing {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Certificate {
-    pub(super) proposal: Proposal,
+    pub(crate) proposal: Proposal,
     /// Half widths of the boxes.
-    pub(super) radii: Vec<Vec<f64>>,
-    pub(super) constants: Vec<(String, Interval)>,
-    pub(super) period: Interval,
-    pub(super) crossings: Vec<CertifiedCrossing>,
-    pub(super) multipliers: Vec<Disc>,
+    pub(crate) radii: Vec<Vec<f64>>,
+    pub(crate) constants: Vec<(String, Interval)>,
+    pub(crate) period: Interval,
+    pub(crate) crossings: Vec<CertifiedCrossing>,
+    pub(crate) multipliers: Vec<Disc>,
 }
 
 impl Certificate {
@@ -108,7 +108,7 @@ impl Certificate {
     }
 
     /// The proof once more. `seen` receives every stretch of the motion.
-    pub(super) fn prove(
+    pub(crate) fn prove(
         &self,
         model: &dyn Periodic,
         field: &Field<'_>,
@@ -148,7 +148,7 @@ impl Certificate {
     }
 
     /// The equations of a model with the constants of the certificate.
-    pub(super) fn field<'m>(&self, model: &'m dyn Periodic) -> Result<Field<'m>, Unproved> {
+    pub(crate) fn field<'m>(&self, model: &'m dyn Periodic) -> Result<Field<'m>, Unproved> {
         let constants: Vec<(&str, Interval)> =
             self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
         field(model, &constants, self.relative_to().is_some())
@@ -181,6 +181,7 @@ impl Certificate {
             && legs.iter().all(|leg| leg.events.iter().all(|event| impacts(leg, *event)))
             && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
             && first.start.low() == first.start.high()
+            && first.start.low() >= 0.0
             && (first.start + self.period).lies_in(last.end)
     }
 }

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 /// K(X) - m = G P(m) + (1 + G P'(X)) (X - m), with the defects P_j(m) = F_j(m_j) - m_(j+1) and an approximate
 /// inverse G of -P'. If K(X) lies inside X, there is exactly one solution in X.   Source: Krawczyk 1969;
 /// Rump, Acta Numerica 19, 287 (2010), Sect. 13.
-pub(super) struct Newton<'a> {
+pub(crate) struct Newton<'a> {
     defects: &'a [Vec<Interval>],
     slopes: &'a [Square],
     /// Slopes A in plain numbers, by rows.
@@ -20,7 +20,7 @@ pub(super) struct Newton<'a> {
 
 /// What of a defect a bound contains.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Defect {
+pub(crate) enum Defect {
     /// All of it.
     Whole,
     /// Its width alone, as if the middle were 0.
@@ -28,7 +28,7 @@ pub(super) enum Defect {
 }
 
 impl<'a> Newton<'a> {
-    pub(super) fn new(defects: &'a [Vec<Interval>], slopes: &'a [Square]) -> Self {
+    pub(crate) fn new(defects: &'a [Vec<Interval>], slopes: &'a [Square]) -> Self {
         let middles = slopes.iter().map(|slope| slope.entries.iter().map(|x| x.middle()).collect()).collect();
         Newton { defects, slopes, middles, d: slopes.first().map_or(0, |slope| slope.size) }
     }
@@ -53,7 +53,7 @@ impl<'a> Newton<'a> {
         turns
     }
     /// The derivative of the motion over one turn from the first node, in plain numbers.
-    pub(super) fn turn(&self) -> DMatrix<f64> {
+    pub(crate) fn turn(&self) -> DMatrix<f64> {
         let d = self.d;
         let mut turn = DMatrix::identity(d, d);
         for middle in &self.middles {
@@ -69,7 +69,7 @@ impl<'a> Newton<'a> {
     }
 
     /// The Newton corrections of all nodes, in plain numbers.
-    pub(super) fn corrections(&self) -> Option<Vec<Vec<f64>>> {
+    pub(crate) fn corrections(&self) -> Option<Vec<Vec<f64>>> {
         let (count, d) = (self.middles.len(), self.d);
         let closing = self.closing(self.turn().transpose().as_slice())?;
         let forward = |j: usize, x: &[f64]| -> Vec<f64> {
@@ -91,7 +91,7 @@ impl<'a> Newton<'a> {
     /// G has the block G_(i,j) in the row of node i and the column of leg j, with G_(i,j-1) = G_(i,j) A_j up
     /// to rounding. A row therefore sums |G_(i,j)| (|P_j(m)| + |F_j' - A_j| |X_j - m_j|), and the block of its
     /// own node adds what does not close.
-    pub(super) fn bounds(&self, radii: &[Vec<f64>], defect: Defect) -> Result<Vec<Vec<f64>>, usize> {
+    pub(crate) fn bounds(&self, radii: &[Vec<f64>], defect: Defect) -> Result<Vec<Vec<f64>>, usize> {
         let (count, d) = (self.middles.len(), self.d);
         let spreads: Vec<Vec<f64>> = (0..count).map(|j| self.spread(j, &radii[j], defect)).collect();
         // Sums of positive terms in plain numbers, each with some `count` d roundings, and products that are

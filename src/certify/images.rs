@@ -22,7 +22,7 @@ const ORDER: usize = 20;
 const MOST_EDGES: usize = 64;
 
 /// The equations of a model on intervals.
-pub(super) fn field<'m>(
+pub(crate) fn field<'m>(
     model: &'m dyn Periodic,
     constants: &[(&str, Interval)],
     relative: bool,
@@ -48,16 +48,18 @@ pub(super) fn field<'m>(
 /// A drive edge that may lie between the nodes of a leg, over which the drives have no series. An edge whose
 /// enclosure lies in that of a node is the node.
 fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg) -> Option<f64> {
-    // Edges before the start whose enclosures may reach into the leg.
-    let reach = 2.0 * field.drives.edge(leg.start.low()).width();
-    let mut from = leg.start.low() - reach;
+    // The model finds its edges at its own constants, those of the proof may differ and be intervals: begin so
+    // early that no edge of the leg is passed over. Times are not negative.
+    let start = leg.start.low();
+    let reach = 2.0 * (field.drives.edge(start) - Interval::from(start)).magnitude();
+    let mut from = start - reach;
     for _ in 0..MOST_EDGES {
         let edge = model.next_edge(from)?;
         let at = field.drives.edge(edge);
         if at.low() >= leg.end.high() {
             return None;
         }
-        if at.high() > leg.start.low() && !at.lies_in(leg.start) && !at.lies_in(leg.end) {
+        if at.high() > start && !at.lies_in(leg.start) && !at.lies_in(leg.end) {
             return Some(edge);
         }
         from = edge.max(from.next_up());
@@ -66,22 +68,22 @@ fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg) -> Option<f64
 }
 
 /// The box with this middle and these half widths.
-pub(super) fn around(middle: &[f64], radii: &[f64]) -> Vec<Interval> {
+pub(crate) fn around(middle: &[f64], radii: &[f64]) -> Vec<Interval> {
     middle.iter().zip(radii).map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect()
 }
 
 /// All images of a chain of boxes.
-pub(super) struct Images<'p> {
+pub(crate) struct Images<'p> {
     proposal: &'p Proposal,
     radii: &'p [Vec<f64>],
     defects: Vec<Vec<Interval>>,
     slopes: Vec<Square>,
-    pub(super) crossings: Vec<CertifiedCrossing>,
+    pub(crate) crossings: Vec<CertifiedCrossing>,
 }
 
 impl<'p> Images<'p> {
     /// Encloses all legs. `seen` receives every enclosed part of the motion.
-    pub(super) fn new(
+    pub(crate) fn new(
         model: &dyn Periodic,
         field: &Field<'_>,
         proposal: &'p Proposal,
@@ -113,18 +115,18 @@ impl<'p> Images<'p> {
         Ok(Images { proposal, radii, defects, slopes, crossings })
     }
 
-    pub(super) fn newton(&self) -> Newton<'_> {
+    pub(crate) fn newton(&self) -> Newton<'_> {
         Newton::new(&self.defects, &self.slopes)
     }
     /// The half widths of the images of all boxes.
-    pub(super) fn bounds(&self, defect: Defect) -> Result<Vec<Vec<f64>>, Unproved> {
+    pub(crate) fn bounds(&self, defect: Defect) -> Result<Vec<Vec<f64>>, Unproved> {
         self.newton().bounds(self.radii, defect).map_err(|node| Unproved::NotContracting {
             t: self.proposal.legs[node].start.middle(),
             needed: f64::INFINITY,
         })
     }
     /// The proof that the Newton operator maps the boxes into themselves.
-    pub(super) fn inclusion(&self, bounds: &[Vec<f64>]) -> Result<(), Unproved> {
+    pub(crate) fn inclusion(&self, bounds: &[Vec<f64>]) -> Result<(), Unproved> {
         // A NaN counts as not proved.
         let ratio = |(bound, radius): (&f64, &f64)| {
             Some(bound / radius).filter(|x| !x.is_nan()).unwrap_or(f64::INFINITY)
@@ -141,7 +143,7 @@ impl<'p> Images<'p> {
             }),
         }
     }
-    pub(super) fn multipliers(&self) -> Vec<Disc> {
+    pub(crate) fn multipliers(&self) -> Vec<Disc> {
         let apart = discs(&self.slopes, &self.newton().turn()).unwrap_or_default();
         // Multipliers that are not separated may still be bounded together.
         match apart.is_empty() || stability(&apart) == Stability::Undecided {

@@ -6,13 +6,11 @@
 
 pub(crate) mod certificate;
 pub(crate) mod contraction;
-pub(crate) mod course;
-pub(crate) mod figures;
+pub(crate) mod derived;
 pub(crate) mod flow;
 pub(crate) mod images;
 pub(crate) mod multipliers;
 pub(crate) mod proposal;
-pub(crate) mod range;
 pub(crate) mod rigid;
 pub(crate) mod search;
 pub(crate) mod slots;
@@ -20,8 +18,8 @@ pub(crate) mod square;
 pub(crate) mod unproved;
 
 pub use crate::certify::certificate::{Certificate, CertifiedCrossing};
-pub use crate::certify::figures::{CertifiedContact, CertifiedFigures};
+pub use crate::certify::derived::figures::{CertifiedContact, CertifiedFigures};
+pub use crate::certify::derived::range::CertifiedRange;
 pub use crate::certify::multipliers::Disc;
-pub use crate::certify::range::CertifiedRange;
 pub use crate::certify::unproved::Unproved;
 pub use crate::interval::number::Interval;

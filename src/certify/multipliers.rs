@@ -54,7 +54,7 @@ impl Disc {
 }
 
 /// What the discs say of the stability. A group of discs that meet contains as many multipliers as discs.
-pub(super) fn stability(discs: &[Disc]) -> Stability {
+pub(crate) fn stability(discs: &[Disc]) -> Stability {
     if discs.iter().all(|disc| disc.largest_modulus() < 1.0) {
         return Stability::Stable;
     }
@@ -80,7 +80,7 @@ pub(super) fn stability(discs: &[Disc]) -> Stability {
 /// Frames V_j of the approximate Floquet solutions make every V_(j+1)⁻¹ Φ_j V_j almost diagonal, so that
 /// their product does not grow by wrapping. Discs of Gershgorin around the diagonal of the product contain
 /// the multipliers. `turn`: the product in plain numbers.
-pub(super) fn discs(slopes: &[Square], turn: &DMatrix<f64>) -> Option<Vec<Disc>> {
+pub(crate) fn discs(slopes: &[Square], turn: &DMatrix<f64>) -> Option<Vec<Disc>> {
     let (mut frame, pairs) = first_frame(turn)?;
     let start = frame.clone();
     let d = turn.nrows();
@@ -102,7 +102,7 @@ const SQUARINGS: u32 = 12;
 
 /// One disc around 0 for all multipliers, if it lies inside the unit circle: |μ| <= |M^k|^(1/k), with
 /// orthogonal frames in place of those of the solutions. `None` otherwise.
-pub(super) fn within(slopes: &[Square]) -> Option<Vec<Disc>> {
+pub(crate) fn within(slopes: &[Square]) -> Option<Vec<Disc>> {
     let d = slopes.first()?.size;
     let mut frame = DMatrix::identity(d, d);
     let mut product = Square::identity(d);

@@ -16,12 +16,12 @@ use std::ops::ControlFlow;
 /// Nodes of a closed chain with the legs between them.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Proposal {
-    pub(super) legs: Vec<Leg>,
+pub(crate) struct Proposal {
+    pub(crate) legs: Vec<Leg>,
     /// Coordinates, then velocities, at the start of each leg; relative ones apart from a rigid motion.
-    pub(super) nodes: Vec<Vec<f64>>,
+    pub(crate) nodes: Vec<Vec<f64>>,
     /// The coordinate to which all others are relative, if a rigid motion is left out.
-    pub(super) relative_to: Option<usize>,
+    pub(crate) relative_to: Option<usize>,
 }
 
 /// What ends a part of the motion.
@@ -38,7 +38,7 @@ const LAST_TERM: f64 = 1e-14;
 
 /// Share of its initial value that the last term of the derivative of the motion may have `[1]`: the Newton
 /// operator needs it to few digits.
-const LAST_SLOPE: f64 = 1e-9;
+const LAST_SLOPE: f64 = 1e-10;
 
 /// Distance over which the derivative of the motion is estimated, as a share of the size of the motion `[1]`.
 const BESIDE: f64 = 1e-3;
@@ -54,12 +54,14 @@ const APART: f64 = 1e-9;
 const MOST_LEGS: usize = 100_000;
 
 impl Proposal {
-    /// The chain along an orbit. `scale`: size of the motion, of coordinates and velocities.
-    pub(super) fn along(
+    /// The chain along an orbit. `scale`: size of the motion, of coordinates and velocities; `shorter`: the
+    /// share of the steps that is taken.
+    pub(crate) fn along(
         orbit: &ShootingOrbit,
         model: &dyn Periodic,
         field: &Field<'_>,
         scale: &[f64],
+        shorter: f64,
     ) -> Result<Self, Unproved> {
         let turns = orbit.period_multiple() as f64;
         let period = field.drives.period() * turns;
@@ -78,7 +80,7 @@ impl Proposal {
         let first = if all.is_empty() { orbit.states()[0].clone() } else { orbit.at(model, start)? };
         // Moved to the first turn, where times are rounded least.
         let back = (first.t / turn).floor() * turn;
-        let (start, behind) = (first.t - back, first.t);
+        let (start, behind) = ((first.t - back).max(0.0), first.t);
         let moved = |(t, mark): &(f64, Mark)| {
             let later = t - back + if *t <= behind { turn } else { 0.0 };
             let moved = |event: &Event| Event { near: event.near - t + later, ..*event };
@@ -96,6 +98,7 @@ impl Proposal {
         let mut walk = Walk {
             field,
             scale,
+            caution: CAUTION * shorter,
             legs: Vec::new(),
             nodes: Vec::new(),
             time: Interval::from(start),
@@ -169,6 +172,7 @@ fn edges(model: &dyn Model, from: f64, turn: f64) -> Vec<(f64, Mark)> {
 struct Walk<'w, 'm> {
     field: &'w Field<'m>,
     scale: &'w [f64],
+    caution: f64,
     legs: Vec<Leg>,
     nodes: Vec<Vec<f64>>,
     time: Interval,
@@ -256,8 +260,11 @@ impl Walk<'_, '_> {
 
     /// Coefficients from the present state, moved by a share of the size of the motion.
     fn coefficients(&self, t: f64, beside: f64) -> Coefficients {
-        let moved = self.x.iter().zip(self.scale).map(|(x, scale)| Interval::from(x + beside * scale));
-        let x: Vec<Interval> = moved.collect();
+        // Unequal shares, since equal members may not feel equal ones.
+        let share = |i: usize| 1.0 - (i as f64 * 0.618_033_988_749_895).fract();
+        let moved = self.x.iter().zip(self.scale).enumerate();
+        let x: Vec<Interval> =
+            moved.map(|(i, (x, scale))| Interval::from(x + beside * share(i) * scale)).collect();
         let inside = t + f64::EPSILON * t.abs();
         let u = self.field.drive_series(self.time, inside, self.field.order + 1);
         self.field.motion.expand(self.pieces[..].into(), &x, &u, self.field.order)
@@ -276,7 +283,7 @@ impl Walk<'_, '_> {
             });
             (LAST_TERM / share.fold(f64::MIN_POSITIVE, f64::max)).powf(1.0 / k as f64)
         };
-        CAUTION * last(order).min(last(order - 1))
+        self.caution * last(order).min(last(order - 1))
     }
 
     fn move_by(&mut self, h: f64) {

@@ -8,6 +8,7 @@ use crate::certify::proposal::Proposal;
 use crate::certify::unproved::Unproved;
 use crate::interval::number::Interval;
 use crate::model::{Periodic, State};
+use crate::ode::budget::Meter;
 use crate::periodic::ShootingOrbit;
 
 /// Half widths of the first boxes, and the largest ones that are tried, as shares of the size of the motion
@@ -18,6 +19,9 @@ const LARGEST_RADIUS: f64 = 1.0;
 /// Number of times that the boxes are enclosed, and of those after which the nodes may still move.
 const ATTEMPTS: usize = 10;
 const MOVES: usize = 4;
+
+/// Shares of the steps that are tried, one after the other, if a motion has no enclosure over a step.
+const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Newton corrections below this share of the half widths leave the nodes where they are `[1]`.
 const NEGLIGIBLE: f64 = 0.1;
@@ -51,13 +55,32 @@ impl ShootingOrbit {
     ) -> Result<Certificate, Unproved> {
         let meter = self.budget.begin();
         let field = field(model, constants, self.multipliers().values().len() < 2 * model.dof())?;
-        let size = self.size(&field);
-        let mut proposal = Proposal::along(self, model, &field, &size)?;
+        let mut failure = Unproved::NotContracting { t: self.states()[0].t, needed: f64::INFINITY };
+        for shorter in STEPS {
+            match self.search(model, &field, constants, shorter, &meter) {
+                Err(error @ Unproved::Wrapping { .. }) => failure = error,
+                other => return other,
+            }
+        }
+        Err(failure)
+    }
+
+    /// Boxes that grow until they are proved, around nodes with a share of the full steps between them.
+    fn search(
+        &self,
+        model: &dyn Periodic,
+        field: &Field<'_>,
+        constants: &[(&str, Interval)],
+        shorter: f64,
+        meter: &Meter<'_>,
+    ) -> Result<Certificate, Unproved> {
+        let size = self.size(field);
+        let mut proposal = Proposal::along(self, model, field, &size, shorter)?;
         let mut radii =
             vec![size.iter().map(|r| FIRST_RADIUS * r).collect::<Vec<f64>>(); proposal.legs.len()];
         let mut failure = Unproved::NotContracting { t: self.states()[0].t, needed: f64::INFINITY };
         for attempt in 0..ATTEMPTS {
-            let images = Images::new(model, &field, &proposal, &radii, &meter, &mut |_| {})?;
+            let images = Images::new(model, field, &proposal, &radii, meter, &mut |_| {})?;
             // The nodes move as long as the boxes are too narrow for their errors.
             let corrections = images.newton().corrections().filter(|corrections| {
                 let pairs = corrections.iter().flatten().zip(radii.iter().flatten());

@@ -24,7 +24,7 @@ pub enum Unproved {
     Parameter(#[from] ParameterError),
     /// The integration along the orbit failed, from which the proof takes the sequence of contacts.
     #[error("certificate: {0}")]
-    Integrate(#[from] IntegrateError),
+    Integrate(IntegrateError),
     /// The orbit was not found from its neighbour.
     #[error("certificate: {0}")]
     Shooting(#[from] Box<ShootingError>),
@@ -112,5 +112,14 @@ pub enum Unproved {
 impl From<Exhausted> for Unproved {
     fn from(exhausted: Exhausted) -> Self {
         Unproved::Exhausted { exhausted }
+    }
+}
+
+impl From<IntegrateError> for Unproved {
+    fn from(error: IntegrateError) -> Self {
+        match error {
+            IntegrateError::Exhausted { exhausted, .. } => Unproved::Exhausted { exhausted },
+            other => Unproved::Integrate(other),
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Figures of certified orbits.
 
 use crate::certify::certificate::Certificate;
-use crate::certify::course::{Course, peak_to_peak};
+use crate::certify::derived::course::{Course, peak_to_peak};
 use crate::certify::flow::algebra::Algebra;
 use crate::certify::flow::field::Field;
 use crate::certify::flow::part::Part;

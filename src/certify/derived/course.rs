@@ -4,15 +4,15 @@ use crate::certify::flow::part::Part;
 use crate::interval::number::Interval;
 
 /// A stretch of the orbit: coordinates, then velocities, as enclosed polynomials in the time after its start.
-pub(super) struct Course {
-    pub(super) start: Interval,
+pub(crate) struct Course {
+    pub(crate) start: Interval,
     /// The time after the start at which the stretch ends.
-    pub(super) until: Interval,
+    pub(crate) until: Interval,
     series: Vec<Vec<Interval>>,
 }
 
 impl Course {
-    pub(super) fn new(part: &Part<'_, '_, '_>) -> Self {
+    pub(crate) fn new(part: &Part<'_, '_, '_>) -> Self {
         Course { start: part.start(), until: part.until(), series: part.series() }
     }
     /// A component at the time s after the start.
@@ -26,7 +26,7 @@ impl Course {
 }
 
 /// Largest minus least value of a component over all stretches.
-pub(super) fn peak_to_peak(courses: &[Course], component: usize) -> Interval {
+pub(crate) fn peak_to_peak(courses: &[Course], component: usize) -> Interval {
     let [most, least] = [1.0, -1.0].map(|sign| largest(courses, component, sign));
     most + least
 }
@@ -65,7 +65,7 @@ fn largest(courses: &[Course], component: usize, sign: f64) -> Interval {
 }
 
 /// The state at a time, from all stretches that may contain it; `None` if there is none.
-pub(super) fn state_at(courses: &[Course], period: Interval, t: Interval) -> Option<Vec<Interval>> {
+pub(crate) fn state_at(courses: &[Course], period: Interval, t: Interval) -> Option<Vec<Interval>> {
     let from = courses.first()?.start;
     let turns = ((t - from) / period).middle().floor();
     let mut all: Option<Vec<Interval>> = None;

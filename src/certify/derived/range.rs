@@ -1,7 +1,7 @@
 //! Orbits proved for all values of a constant in a range.
 
 use crate::certify::certificate::Certificate;
-use crate::certify::course::{Course, state_at};
+use crate::certify::derived::course::{Course, state_at};
 use crate::certify::unproved::Unproved;
 use crate::error::{ParameterError, check};
 use crate::interval::number::Interval;
