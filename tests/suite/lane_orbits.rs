@@ -127,7 +127,7 @@ fn a_sweep_shoots_with_its_settings() {
     assert!(refused.over(&engine, &machine).unwrap().run().is_err());
     let few = sweep.multipliers(Shooting::new().max_iterations(1).tolerance(1e-15));
     let failed = rows(&few, &engine, &machine, &start);
-    let errors: Vec<_> = failed.exponent_errors().iter().map(|(_, error)| error.to_string()).collect();
+    let errors: Vec<_> = failed.exponent_errors().values().map(ToString::to_string).collect();
     assert!(errors.len() == 2 && errors.iter().all(|error| error.contains("converge")), "{errors:?}");
 }
 

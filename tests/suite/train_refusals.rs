@@ -161,7 +161,7 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     assert_eq!(planet, "planet 2");
     let angles = [0.0, nearest, 2.0 * nearest];
     assert!((nearest / std::f64::consts::TAU - 0.33).abs() < 1e-12);
-    assert!(locked(set([30, 20, 70], 3).at_angles(&angles)).build("sun", 1.0).is_ok());
+    assert!(locked(set([30, 20, 70], 3).angles(&angles)).build("sun", 1.0).is_ok());
     let loose = Planetary::new(3, 0.03, turning([30, 30, 90], inertias), [k(), k()]).unwrap();
     let loose = loose.parts().build("sun", 1.0).unwrap_err();
     assert!(matches!(loose, TrainError::SpeedUndetermined { .. }), "{loose}");

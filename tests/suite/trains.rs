@@ -305,7 +305,7 @@ fn elaborate(clearance: f64) -> Parts {
     let set = Planetary::new(3, 0.03, members, [wave(2e8, 4e7), wave(3e8, 3e7)])
         .unwrap()
         .error([wave(0.0, 2e-6), wave(0.0, 1e-6)])
-        .at_angles(&[0, 39, 82].map(|place| std::f64::consts::TAU * f64::from(place) / 120.0))
+        .angles(&[0, 39, 82].map(|place| std::f64::consts::TAU * f64::from(place) / 120.0))
         .damping(2000.0)
         .half_backlash(3e-5);
     let mut parts = Parts::new();

@@ -100,7 +100,7 @@ pub fn train(case: &mut Case) -> Run {
             .half_backlash(number(case, 1e-5))
             .damping(number(case, 1e3));
         let angles = case.list(3, 1.0);
-        let set = if case.chance(0.2) { set.at_angles(&angles) } else { set };
+        let set = if case.chance(0.2) { set.angles(&angles) } else { set };
         parts.join("b0", set.parts());
     }
     let count = case.below(5);

@@ -162,10 +162,10 @@ impl Sweep {
 
     /// Requests the Floquet multipliers of every motion that repeats after p periods. Default: not computed.
     ///
-    /// The last state of the run is the guess; the multipliers are those of the orbit that the shooting finds.
-    /// p is that of the motion: a [`period_multiple`](Shooting::period_multiple) above 1 is an error.
-    /// [`LaneTaylor`](crate::sweep::LaneTaylor) closes the orbits side by side, each in one segment; with more
-    /// segments or another flow method it closes them one by one, as the other engines do. The runs of
+    /// The last state of the run is the guess; the multipliers are those of the orbit that the shooting
+    /// finds. p is that of the motion: a [`period_multiple`](Shooting::period_multiple) above 1 is an error.
+    /// [`LaneTaylor`](crate::sweep::LaneTaylor) closes the orbits side by side, each in one segment; with
+    /// more segments or another flow method it closes them one by one, as the other engines do. The runs of
     /// [checks](Sweep::check_every) have multipliers, too.
     pub fn multipliers(self, shooting: Shooting) -> Self {
         Sweep { multipliers: Some(shooting), ..self }

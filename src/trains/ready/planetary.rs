@@ -90,7 +90,7 @@ impl Planetary {
         })
     }
     /// The same set with planets at the given angles `[rad]`.
-    pub fn at_angles(self, angles: &[f64]) -> Self {
+    pub fn angles(self, angles: &[f64]) -> Self {
         Planetary { angles: angles.to_vec(), ..self }
     }
     /// The same set with the working pressure angle `[rad]` of the sun meshes. Default: 20°. That of the ring
