@@ -1,5 +1,6 @@
 //! Certificates: known orbits proved, wrong ones refused.
 
+use gear_dynamics::analysis::Rattle;
 use gear_dynamics::certify::{Certificate, CertifiedCrossing, Interval, Unproved};
 use gear_dynamics::contact::{Backlash, Contact, Deflection, Piece, PieceChoice, Restitution};
 use gear_dynamics::excitation::{Angle, Fourier, RectangularWave, Side};
@@ -456,7 +457,7 @@ fn twins_that_cross_together_are_proved() {
         }
         for (i, t) in certificate.times().into_iter().enumerate() {
             let exact = alone.at(&single, t).unwrap();
-            let of = certificate.states()[i];
+            let of = &certificate.states()[i];
             for (k, exact) in [exact.q[0], exact.q[0], exact.v[0], exact.v[0]].into_iter().enumerate() {
                 // Shooting has an error of its own, and ε displaces the orbit.
                 let room = 1e-11 + 100.0 * difference.abs();
