@@ -14,7 +14,9 @@ mod support;
 use gear_dynamics::linear::{Campbell, Modes};
 use gear_dynamics::sweep::{Axis, LaneRk4, Points, Row, Watch};
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, PotentialEnergy, TransmissionError};
-use gear_dynamics::trains::{Body, Members, MeshPart, ModeKind, Parts, Planetary, Train, two_stage};
+use gear_dynamics::trains::{
+    Body, Members, MeshPart, ModeKind, Parts, Planetary, ShaftPart, Train, two_stage,
+};
 use gear_dynamics::{Model, ParameterError, Periodic, Sweep, Wave};
 use gear_dynamics_plots::{Panel, Picture, campbell, map, mode};
 use std::f64::consts::TAU;
@@ -46,14 +48,13 @@ fn two_stages(pairs: &[GearPair; 2]) -> Outcome<Parts> {
         let mesh = MeshPart::of_pair(&pairs[i], stiffness(&pairs[i])?).error(Wave::new(error));
         Ok(mesh.damping(1500.0).half_backlash(4e-5))
     };
-    let mut parts = two_stage(inertias, 2e4, 1.0, [mesh(0)?, mesh(1)?]);
+    let mut parts = two_stage(inertias, ShaftPart::new(2e4).damping(1.0), [mesh(0)?, mesh(1)?]);
     parts.body("motor", Body::new(5e-3)).body("load", Body::new(0.1));
-    parts.shaft("input shaft", "motor", "pinion 1", 2e4, 1.0).shaft(
+    parts.shaft("input shaft", "motor", "pinion 1", ShaftPart::new(2e4).damping(1.0)).shaft(
         "output shaft",
         "wheel 2",
         "load",
-        8e4,
-        5.0,
+        ShaftPart::new(8e4).damping(5.0),
     );
     parts.torque("drive torque", "motor", 10.0).load("load");
     Ok(parts)

@@ -5,7 +5,9 @@ use gear_dynamics::analysis::{Spectrum, Window};
 use gear_dynamics::linear::{Campbell, Mode, Modes};
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::teeth::{GearPair, InvoluteGear, MethodB, QualityGrade, TransmissionError};
-use gear_dynamics::trains::{Bearing, Body, Members, MeshPart, ModeKind, OfMesh, Parts, Planetary, Train};
+use gear_dynamics::trains::{
+    Bearing, Body, Members, MeshPart, ModeKind, OfMesh, Parts, Planetary, ShaftPart, Train,
+};
 use gear_dynamics::{Integrator, Periodic, Settle, Taylor, Wave};
 use gear_dynamics_plots::{Mark, Panel, Picture, mode};
 use std::f64::consts::TAU;
@@ -39,7 +41,12 @@ fn gearbox() -> Outcome<Train> {
     let mut parts = Parts::new();
     parts.body("motor", Body::new(5e-3)).body("pinion 1", b1).body("wheel 1", b2);
     parts.body("pinion 2", b3).body("wheel 2", b4);
-    parts.shaft("input", "motor", "pinion 1", 1e4, 1.0).shaft("middle", "wheel 1", "pinion 2", 5e4, 1.0);
+    parts.shaft("input", "motor", "pinion 1", ShaftPart::new(1e4).damping(1.0)).shaft(
+        "middle",
+        "wheel 1",
+        "pinion 2",
+        ShaftPart::new(5e4).damping(1.0),
+    );
     parts.mesh("first", "pinion 1", "wheel 1", first).mesh("second", "pinion 2", "wheel 2", second);
     Ok(parts.torque("drive", "motor", 50.0).load("wheel 2").build("motor", 150.0)?)
 }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 type OfProgress<'w> = Arc<dyn Fn(usize, usize) + Send + Sync + 'w>;
 
 /// The progress of many runs, and the flag that cancels them: a setting of sweeps, ensembles, long runs and
-/// rare events. Default: neither. A [`Budget`](crate::Budget) does the same for one call of a solver.
+/// rare events. Default: neither. One call of a solver is cancelled by its [`Budget`](crate::Budget).
 ///
 /// What was complete when the flag became `true` is kept.
 ///

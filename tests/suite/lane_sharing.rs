@@ -87,11 +87,11 @@ fn pairs_of_two_degrees_of_freedom() {
 /// The drawing of a train is no part of its shape: trains that differ in a stated centre alone share lanes.
 #[test]
 fn trains_that_are_drawn_elsewhere_share_lanes() {
-    use gear_dynamics::trains::{Body, Parts};
+    use gear_dynamics::trains::{Body, Parts, ShaftPart};
     let train = |x: f64| {
         let mut parts = Parts::new();
         parts.body("motor", Body::new(0.1)).body("brake", Body::new(0.2).centre([x, 0.0]));
-        parts.shaft("shaft", "motor", "brake", 1e4, 1.0);
+        parts.shaft("shaft", "motor", "brake", ShaftPart::new(1e4).damping(1.0));
         parts.build("motor", 100.0).unwrap()
     };
     let (here, there) = (train(0.0), train(1.0));

@@ -128,7 +128,12 @@ fn chain(drum: MeshPart) -> Parts {
     {
         parts.body(name, Body::new(inertia));
     }
-    parts.shaft("input", "motor", "pinion", 1e4, 1.0).shaft("between", "second", "oval", 2e4, 2.0);
+    parts.shaft("input", "motor", "pinion", ShaftPart::new(1e4).damping(1.0)).shaft(
+        "between",
+        "second",
+        "oval",
+        ShaftPart::new(2e4).damping(2.0),
+    );
     parts.mesh("first", "pinion", "oval", centre_mesh(0.2).damping(500.0).half_backlash(2e-5));
     parts.mesh("last", "second", "drum", drum.damping(500.0).half_backlash(2e-5));
     parts
@@ -293,7 +298,7 @@ fn loops_of_noncircular_gears_must_turn_alike() {
             "right",
             centre_mesh(eccentric),
         );
-        parts.shaft("across", "left", "right", 1e4, 0.0);
+        parts.shaft("across", "left", "right", ShaftPart::new(1e4));
         parts
     };
     assert!(two(0.2).accept(Warning::Drifts).build("motor", 100.0).is_ok());
@@ -311,7 +316,7 @@ fn planetary_sets_turn_evenly() {
     assert_eq!(refused(parts), TrainError::Uneven { part: "sun 1".into(), body: "sun".into() });
     // Behind the carrier, a noncircular gear may turn other bodies.
     let mut parts = set().parts();
-    parts.body("motor", Body::new(1e-3)).shaft("input", "motor", "sun", 1e4, 0.0);
+    parts.body("motor", Body::new(1e-3)).shaft("input", "motor", "sun", ShaftPart::new(1e4));
     parts.body("oval", Body::new(1e-2)).mesh("output", "carrier", "oval", centre_mesh(0.2));
     let train = parts.accept(Warning::Drifts).build("motor", 100.0).unwrap();
     let n = train.dof();

@@ -37,7 +37,7 @@ fn wrong_names_are_refused() {
     );
     let error = refused(|parts| drop(parts.mesh("second", "wheel", "wheel", mesh()).clone()));
     assert_eq!(error, TrainError::JoinsItself { part: "second".into(), body: "wheel".into() });
-    let error = refused(|parts| drop(parts.shaft("shaft", "wheel", "wheel", 1.0, 0.0).clone()));
+    let error = refused(|parts| drop(parts.shaft("shaft", "wheel", "wheel", ShaftPart::new(1.0)).clone()));
     assert!(matches!(error, TrainError::JoinsItself { .. }));
     assert!(matches!(
         refused(|parts| drop(parts.torque("t", "axle", 1.0).clone())),
@@ -85,13 +85,43 @@ fn values_out_of_range_are_refused() {
         ] {
             parameter(refused(|parts| drop(parts.body("third", body).clone())));
         }
-        parameter(refused(|parts| drop(parts.shaft("s", "pinion", "wheel", value, 0.0).clone())));
-        parameter(refused(|parts| drop(parts.shaft("s", "pinion", "wheel", 0.0, value).clone())));
+        parameter(refused(|parts| drop(parts.shaft("s", "pinion", "wheel", ShaftPart::new(value)).clone())));
         parameter(refused(|parts| {
-            parts.shaft_with_clearance("s", "pinion", "wheel", 1.0, 0.0, value);
+            drop(parts.shaft("s", "pinion", "wheel", ShaftPart::new(0.0).damping(value)).clone())
         }));
-        parameter(refused(|parts| drop(parts.motor("m", "pinion", 1.0, value, 1.0).clone())));
-        parameter(refused(|parts| drop(parts.motor("m", "pinion", 1.0, 1.0, value).clone())));
+        parameter(refused(|parts| {
+            parts.shaft("s", "pinion", "wheel", ShaftPart::new(1.0).half_clearance(value));
+        }));
+        parameter(refused(|parts| {
+            drop(
+                parts
+                    .motor(
+                        "m",
+                        "pinion",
+                        InductionMotor {
+                            breakdown_torque: 1.0,
+                            breakdown_slip: value,
+                            synchronous_speed: 1.0,
+                        },
+                    )
+                    .clone(),
+            )
+        }));
+        parameter(refused(|parts| {
+            drop(
+                parts
+                    .motor(
+                        "m",
+                        "pinion",
+                        InductionMotor {
+                            breakdown_torque: 1.0,
+                            breakdown_slip: 1.0,
+                            synchronous_speed: value,
+                        },
+                    )
+                    .clone(),
+            )
+        }));
         let mesh = || MeshPart::external([20, 40], [0.03, 0.06], k());
         for mesh in [
             mesh().damping(value),
@@ -129,7 +159,7 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     });
     assert!(matches!(error, TrainError::Locked { .. }), "{error}");
     // A shaft between gears that turn at different speeds.
-    let error = refused(|parts| drop(parts.shaft("shaft", "pinion", "wheel", 1.0, 0.0).clone()));
+    let error = refused(|parts| drop(parts.shaft("shaft", "pinion", "wheel", ShaftPart::new(1.0)).clone()));
     assert!(matches!(error, TrainError::Locked { .. }), "{error}");
     let error = refused(|parts| {
         let mesh = MeshPart::external([20, 40], [0.03, 0.05], k());
@@ -188,7 +218,12 @@ fn a_second_load_is_refused() {
         other.torque("drive", "pinion", 10.0).load("wheel");
         other
     });
-    assert!(joined.shaft("shaft", "wheel", "other pinion", 1e4, 1.0).build("pinion", 100.0).is_ok());
+    assert!(
+        joined
+            .shaft("shaft", "wheel", "other pinion", ShaftPart::new(1e4).damping(1.0))
+            .build("pinion", 100.0)
+            .is_ok()
+    );
 }
 
 /// One of the meshes of a gear may state no phase: the others are behind it.
@@ -220,7 +255,12 @@ fn phases_that_matter_are_stated() {
     }
     let mesh = || MeshPart::external([20, 20], [0.03, 0.03], wave());
     assert!(idler([1e-3; 3], [mesh(), mesh()]).build("driver", 100.0).is_ok());
-    assert!(split_torque([1e-3; 4], 2, 1e4, 1.0, [mesh(), mesh()]).unwrap().build("input", 100.0).is_ok());
+    assert!(
+        split_torque([1e-3; 4], 2, ShaftPart::new(1e4).damping(1.0), [mesh(), mesh()])
+            .unwrap()
+            .build("input", 100.0)
+            .is_ok()
+    );
 }
 
 #[test]
@@ -255,7 +295,7 @@ fn further_refusals() {
         .body("pinion", Body::new(1e-3).bearing(Bearing::new(1.0, 1e8)).centre([1.0, 0.0]))
         .body("wheel", Body::new(1e-3));
     parts.mesh("output", "pinion", "wheel", MeshPart::external([20, 20], [0.02, 0.02], k()));
-    parts.shaft("shaft", "carrier", "pinion", 1e5, 0.0).rotating_with("carrier");
+    parts.shaft("shaft", "carrier", "pinion", ShaftPart::new(1e5)).rotating_with("carrier");
     let error = parts.build("sun", 1.0).unwrap_err();
     assert!(matches!(error, TrainError::NotRotating { .. }), "{error}");
     assert!(matches!(
@@ -269,7 +309,7 @@ fn further_refusals() {
     params.gears.pop();
     assert!(matches!(ring_parts(&params, 20), Err(TrainError::Parameter(_))));
     let relative = refused(|parts| {
-        parts.body("motor", Body::new(1.0).drag(1.0)).shaft("shaft", "motor", "pinion", 1e4, 0.0);
+        parts.body("motor", Body::new(1.0).drag(1.0)).shaft("shaft", "motor", "pinion", ShaftPart::new(1e4));
         parts.coordinates(Coordinates::Relative);
     });
     assert!(matches!(relative, TrainError::NotRelative { .. }), "{relative}");
@@ -285,7 +325,7 @@ fn parts_that_cannot_be_placed_are_refused() {
 
     let mut parts = Parts::new();
     parts.body("one", Body::new(1.0)).body("two", Body::new(1.0));
-    parts.shaft_with_clearance("coupling", "one", "two", 1e4, 1.0, 1e-3);
+    parts.shaft("coupling", "one", "two", ShaftPart::new(1e4).damping(1.0).half_clearance(1e-3));
     // A coupling needs no mesh: 10 N m turn it 10/1e4 rad past half of its clearance.
     parts.torque("drive", "one", 10.0).load("two");
     let state = static_state(&parts.accept(Warning::UnusualValue).build("one", 1.0).unwrap(), 0.0).unwrap();

@@ -314,8 +314,8 @@ fn elaborate(clearance: f64) -> Parts {
         .body("motor", Body::new(2e-2).drag(0.2))
         .body("load", Body::new(0.5))
         .body("flange", Body::new(1e-2));
-    parts.shaft_with_clearance("input shaft", "motor", "set sun", 5e4, 2.0, 1e-4);
-    parts.shaft("output shaft", "set carrier", "load", 1e6, 50.0);
+    parts.shaft("input shaft", "motor", "set sun", ShaftPart::new(5e4).damping(2.0).half_clearance(1e-4));
+    parts.shaft("output shaft", "set carrier", "load", ShaftPart::new(1e6).damping(50.0));
     let mesh = MeshPart::external([40, 60], [0.04, 0.06], wave(2e8, 5e7))
         .damping(1000.0)
         .half_backlash(2e-5)
@@ -323,8 +323,14 @@ fn elaborate(clearance: f64) -> Parts {
         .error_of_turn(OfMesh::Driven, wave(0.0, 5e-6))
         .stiffness_of_turn(OfMesh::Driver, wave(1.0, 0.1));
     parts.body("pinion", Body::new(2e-2).bearing(bearing(2.0)).centre([0.5, 0.0]));
-    parts.shaft("pinion shaft", "load", "pinion", 1e6, 20.0).mesh("output", "pinion", "flange", mesh);
-    parts.motor("motor torque", "motor", 80.0, 0.2, 160.0);
+    parts
+        .shaft("pinion shaft", "load", "pinion", ShaftPart::new(1e6).damping(20.0))
+        .mesh("output", "pinion", "flange", mesh);
+    parts.motor(
+        "motor torque",
+        "motor",
+        InductionMotor { breakdown_torque: 80.0, breakdown_slip: 0.2, synchronous_speed: 160.0 },
+    );
     parts.torque_of_angle("pulse", "motor", 2.0, wave(0.0, 1.0));
     parts.torque("load torque", "flange", -60.0);
     parts
@@ -423,7 +429,11 @@ fn forces_of_bearings_friction_and_motors() {
     assert_eq!(at(&rotor, &[0.0, 1e-5, 0.0], &[0.0; 3])[1], 0.0);
     // An induction motor at its breakdown slip, and at the synchronous speed.
     let mut parts = Parts::new();
-    parts.body("rotor", Body::new(0.5)).motor("torque", "rotor", 40.0, 0.2, 100.0);
+    parts.body("rotor", Body::new(0.5)).motor(
+        "torque",
+        "rotor",
+        InductionMotor { breakdown_torque: 40.0, breakdown_slip: 0.2, synchronous_speed: 100.0 },
+    );
     near(at(&parts.build("rotor", 80.0).unwrap(), &[0.0], &[0.0])[0], 40.0 / 0.5);
     near(at(&parts.build("rotor", 80.0).unwrap(), &[0.0], &[20.0])[0], 0.0);
     // A direct-current motor, 30 N m (1 - Ω/200), and a fan, -5 N m (Ω/100)², on one rotor.
@@ -726,7 +736,7 @@ fn joined_sets_have_kinds_of_their_own() {
         Planetary::new(n, 0.03, members, [k(), k()]).unwrap().parts()
     };
     let mut parts = Parts::new();
-    parts.join("a", set(3)).join("b", set(4)).shaft("shaft", "a carrier", "b sun", 1e5, 0.0);
+    parts.join("a", set(3)).join("b", set(4)).shaft("shaft", "a carrier", "b sun", ShaftPart::new(1e5));
     let train = parts.build("a sun", 100.0).unwrap();
     let kinds = train.kinds(&Modes::in_contact(&train, 0.0).unwrap());
     let count = |kind: ModeKind| kinds.iter().filter(|own| **own == kind).count();
@@ -792,7 +802,15 @@ fn a_load_balances_all_torques() {
     let over_turn = Wave::new(Fourier::new(1.0, &[[0.5, 0.0]]).unwrap());
     let slip = 0.01 * (2.0 + 3f64.sqrt());
     parts.torque_of_angle("engine", "pinion", 10.0, over_turn);
-    parts.motor("motor", "pinion", 40.0, 0.01, 100.0 / (1.0 - slip));
+    parts.motor(
+        "motor",
+        "pinion",
+        InductionMotor {
+            breakdown_torque: 40.0,
+            breakdown_slip: 0.01,
+            synchronous_speed: 100.0 / (1.0 - slip),
+        },
+    );
     let train = parts.build("pinion", 100.0).unwrap();
     let (mut u, mut a) = (vec![0.0; train.drives()], [0.0; 2]);
     train.drive(0.25 * train.period(), Side::After, &mut u); // cos φ = 0: the engine has its mean torque

@@ -5,7 +5,8 @@ use crate::case::{Case, Run, all_finite, holds};
 use gear_dynamics::excitation::{Fourier, InstantCentre};
 use gear_dynamics::linear::{Modes, static_state};
 use gear_dynamics::trains::{
-    Bearing, Body, Coordinates, Members, MeshPart, OfMesh, Parts, Planetary, Warning,
+    Bearing, Body, Coordinates, InductionMotor, Members, MeshPart, OfMesh, Parts, Planetary, ShaftPart,
+    Warning,
 };
 use gear_dynamics::{Model, ParameterError, State, Wave};
 
@@ -115,19 +116,30 @@ pub fn train(case: &mut Case) -> Run {
     for i in 0..case.below(3) {
         let (a, b) = (name(case), name(case));
         match case.below(4) {
-            0 => parts.shaft_with_clearance(
+            0 => parts.shaft(
                 &format!("s{i}"),
                 &a,
                 &b,
-                number(case, 1e4),
-                number(case, 1.0),
-                number(case, 1e-3),
+                ShaftPart::new(number(case, 1e4))
+                    .damping(number(case, 1.0))
+                    .half_clearance(number(case, 1e-3)),
             ),
             1 => parts.torque(&format!("t{i}"), &a, number(case, 10.0)),
-            2 => {
-                parts.motor(&format!("t{i}"), &a, number(case, 10.0), number(case, 0.2), number(case, 100.0))
-            }
-            _ => parts.shaft(&format!("s{i}"), &a, &b, number(case, 1e4), number(case, 1.0)),
+            2 => parts.motor(
+                &format!("t{i}"),
+                &a,
+                InductionMotor {
+                    breakdown_torque: number(case, 10.0),
+                    breakdown_slip: number(case, 0.2),
+                    synchronous_speed: number(case, 100.0),
+                },
+            ),
+            _ => parts.shaft(
+                &format!("s{i}"),
+                &a,
+                &b,
+                ShaftPart::new(number(case, 1e4)).damping(number(case, 1.0)),
+            ),
         };
     }
     if case.chance(0.2) {

@@ -5,7 +5,7 @@ use gear_dynamics::Wave;
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::trains::{
-    Body, Coordinates, Members, MeshPart, Parts, Planetary, Train, idler, ring_parts, split_torque,
+    Body, Coordinates, Members, MeshPart, Parts, Planetary, ShaftPart, Train, idler, ring_parts, split_torque,
 };
 
 /// A train with equal members that have the same motion, or one that is shifted in phase.
@@ -100,7 +100,9 @@ impl Symmetric {
             }
             Kind::Split(paths) => {
                 let meshes = [self.mesh(0, [20, 60], [0.02, 0.06])?, self.mesh(1, [20, 80], [0.02, 0.08])?];
-                let parts = split_torque([1e-3, 2e-2, 1e-3, 8e-2], paths, 1e5, 5.0, meshes).map_err(said)?;
+                let parts =
+                    split_torque([1e-3, 2e-2, 1e-3, 8e-2], paths, ShaftPart::new(1e5).damping(5.0), meshes)
+                        .map_err(said)?;
                 (parts, "input", [("input", 1.0), ("output", -12.0)])
             }
             Kind::Idler => {

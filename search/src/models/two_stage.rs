@@ -3,7 +3,7 @@
 use crate::draw::Draw;
 use gear_dynamics::Wave;
 use gear_dynamics::excitation::Fourier;
-use gear_dynamics::trains::{Coordinates, MeshPart, Train, two_stage};
+use gear_dynamics::trains::{Coordinates, MeshPart, ShaftPart, Train, two_stage};
 
 /// A train of two stages in relative coordinates.
 #[derive(Clone, Debug)]
@@ -46,7 +46,11 @@ impl TwoStage {
 
     /// The train at a speed of the first pinion [rad/s].
     pub fn at(&self, speed: f64) -> Result<Train, String> {
-        let mut parts = two_stage(self.inertias, self.shaft, 1.0, [self.stage(0)?, self.stage(1)?]);
+        let mut parts = two_stage(
+            self.inertias,
+            ShaftPart::new(self.shaft).damping(1.0),
+            [self.stage(0)?, self.stage(1)?],
+        );
         let ratio: f64 = self.teeth.iter().map(|[z1, z2]| f64::from(*z2) / f64::from(*z1)).product();
         parts.torque("drive", "pinion 1", self.torque).torque("load", "wheel 2", -ratio * self.torque);
         let parts = parts.coordinates(Coordinates::Relative);

@@ -151,7 +151,8 @@ fn leaves(distance: &Polynomial, slack: f64, above: f64, h: f64) -> Option<f64> 
     if start > slack {
         return distance.first_root_after(above, beyond).or(Some(beyond));
     }
-    let first = distance.first_term(beyond);
+    // A start at rest has a rate of rounding.
+    let first = if distance.c[1] > 0.0 { 1 } else { distance.first_term(beyond) };
     if distance.c[first] <= 0.0 {
         return Some(0.0);
     }

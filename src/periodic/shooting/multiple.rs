@@ -71,12 +71,15 @@ const NOISE: f64 = 1e-9;
 /// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
 pub(crate) const LOOSER: f64 = 100.0;
 
+/// Default of the steps of one call. A start far from every orbit can use all of them.
+const STEPS: u64 = 10_000_000;
+
 /// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.
 const REPEATS: f64 = 1e-8;
 
 impl Shooting {
-    /// Defaults: orbits of one period, tolerance 1e-12, flow tolerance 1e-13, 40 iterations, the default
-    /// [`Budget`].
+    /// Defaults: orbits of one period, tolerance 1e-12, flow tolerance 1e-13, 40 iterations, a [`Budget`] of
+    /// 10⁷ steps.
     pub fn new() -> Self {
         Shooting {
             period_multiple: 1,
@@ -85,7 +88,7 @@ impl Shooting {
             flow_tolerance: 1e-13,
             max_iterations: 40,
             method: None,
-            budget: Budget::new(),
+            budget: Budget::new().steps(STEPS),
         }
     }
     /// Number of periods of the drives in one period of the orbit, 1 to 10⁶. Default: 1.
@@ -123,7 +126,18 @@ impl Shooting {
         Shooting { max_iterations, ..self }
     }
 
-    /// Maximum number of steps and maximum time of one call, over all its integrations.
+    /// Maximum number of steps and maximum time of one call, over all its integrations. Default: 10⁷ steps,
+    /// which take half a minute for one degree of freedom. A solution near its guess takes far fewer.
+    ///
+    /// ```
+    /// use gear_dynamics::{Budget, NfgPair, NfgParams, Shooting, State, ode::Exhausted, periodic::ShootingError};
+    /// let pair = NfgPair::new(&NfgParams::table1())?; // its deflections are some 10⁻⁵
+    /// let shooting = Shooting::new().budget(Budget::new().steps(1000));
+    /// let far = shooting.solve(&pair, &State::new(0.0, &[1.0], &[0.0]));
+    /// let limit = Exhausted::Steps { limit: 1000 };
+    /// assert!(matches!(far, Err(ShootingError::Exhausted { exhausted, .. }) if exhausted == limit));
+    /// # Ok::<(), gear_dynamics::ParameterError>(())
+    /// ```
     pub fn budget(self, budget: Budget) -> Self {
         Shooting { budget, ..self }
     }

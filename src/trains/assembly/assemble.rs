@@ -35,9 +35,9 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
     /// Shafts without clearance, and what holds bodies to the ground.
     fn linear(&mut self) {
         let topology = &self.layout.plan.topology;
-        for (shaft, ends) in topology.shafts.iter().filter(|(shaft, _)| shaft.clearance.is_none()) {
+        for (shaft, ends) in topology.shafts.iter().filter(|(shaft, _)| shaft.part.clearance.is_none()) {
             let row = self.layout.shaft(*ends);
-            self.spring(shaft.name.clone(), &row, shaft.stiffness, shaft.damping);
+            self.spring(shaft.name.clone(), &row, shaft.part.stiffness, shaft.part.damping);
         }
         for (body, (name, part)) in topology.bodies.iter().enumerate() {
             let row = self.layout.own(body, 1.0);

@@ -58,11 +58,12 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
     pub(crate) fn couplings(&mut self) -> Result<(), TrainError> {
         let topology = &self.layout.plan.topology;
         for (shaft, ends) in &topology.shafts {
-            let Some((half, law)) = &shaft.clearance else { continue };
+            let Some((half, law)) = &shaft.part.clearance else { continue };
             let row = self.layout.shaft(*ends);
             let contact = Mesh::new(zero(), zero(), law.clone());
-            let channel = self.contact(&shaft.name, ABOUT, shaft.damping, Some(("half clearance", *half)));
-            self.tooth(channel, &row, 0..0, [Wave::constant(shaft.stiffness)?, zero()], contact);
+            let channel =
+                self.contact(&shaft.name, ABOUT, shaft.part.damping, Some(("half clearance", *half)));
+            self.tooth(channel, &row, 0..0, [Wave::constant(shaft.part.stiffness)?, zero()], contact);
         }
         Ok(())
     }

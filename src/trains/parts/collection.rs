@@ -3,19 +3,17 @@
 use crate::contact::Backlash;
 use crate::excitation::Wave;
 use crate::trains::parts::body::Body;
-use crate::trains::parts::characteristic::Characteristic;
+use crate::trains::parts::characteristic::{Characteristic, InductionMotor};
 use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::parts::shaft_part::ShaftPart;
 use crate::trains::train_error::Warning;
 
-/// A shaft between two bodies.
+/// A shaft with its name and the bodies that it joins.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct ShaftPart<N> {
+pub(crate) struct JoinedShaft<N> {
     pub(crate) name: String,
     pub(crate) ends: [String; 2],
-    pub(crate) stiffness: f64,
-    pub(crate) damping: f64,
-    /// Half of the clearance `[rad]`, and the law of the contact.
-    pub(crate) clearance: Option<(f64, N)>,
+    pub(crate) part: ShaftPart<N>,
 }
 
 /// How a torque depends on the motion.
@@ -68,11 +66,11 @@ pub enum Coordinates {
 /// [`build`](Parts::build) checks them all and makes the model. The order of the statements is free.
 ///
 /// ```
-/// use gear_dynamics::trains::{Body, MeshPart, Parts};
+/// use gear_dynamics::trains::{Body, MeshPart, Parts, ShaftPart};
 /// use gear_dynamics::{Dop853, Integrator, Model, State, Wave};
 /// let mut parts = Parts::new();
 /// parts.body("motor", Body::new(5e-2)).body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
-/// parts.shaft("input shaft", "motor", "pinion", 5e3, 0.5);
+/// parts.shaft("input shaft", "motor", "pinion", ShaftPart::new(5e3).damping(0.5));
 /// parts.mesh(
 ///     "mesh",
 ///     "pinion",
@@ -89,7 +87,7 @@ pub enum Coordinates {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parts<N = Backlash> {
     pub(crate) bodies: Vec<(String, Body)>,
-    pub(crate) shafts: Vec<ShaftPart<N>>,
+    pub(crate) shafts: Vec<JoinedShaft<N>>,
     pub(crate) meshes: Vec<(String, [String; 2], MeshPart<N>)>,
     pub(crate) torques: Vec<TorquePart>,
     /// The body on which a torque balances all others. More than one is an error of `build`.
@@ -121,23 +119,6 @@ impl Parts {
     pub fn new() -> Self {
         Parts::default()
     }
-    /// Adds a shaft or coupling with a clearance: it carries no torque while the angle between its ends is
-    /// within ±`half_clearance` `[rad]`.
-    pub fn shaft_with_clearance(
-        &mut self,
-        name: &str,
-        from: &str,
-        to: &str,
-        stiffness: f64,
-        damping: f64,
-        half_clearance: f64,
-    ) -> &mut Self {
-        self.shaft(name, from, to, stiffness, damping);
-        if let Some(shaft) = self.shafts.last_mut() {
-            shaft.clearance = Some((half_clearance, Backlash::none()));
-        }
-        self
-    }
 }
 
 impl<N> Parts<N> {
@@ -146,10 +127,9 @@ impl<N> Parts<N> {
         self.bodies.push((name.into(), body));
         self
     }
-    /// Adds a shaft between two bodies that turn alike: stiffness [N m/rad], damping [N m s/rad].
-    pub fn shaft(&mut self, name: &str, from: &str, to: &str, stiffness: f64, damping: f64) -> &mut Self {
-        let ends = [from.into(), to.into()];
-        self.shafts.push(ShaftPart { name: name.into(), ends, stiffness, damping, clearance: None });
+    /// Adds a shaft between two bodies that turn alike.
+    pub fn shaft(&mut self, name: &str, from: &str, to: &str, shaft: ShaftPart<N>) -> &mut Self {
+        self.shafts.push(JoinedShaft { name: name.into(), ends: [from.into(), to.into()], part: shaft });
         self
     }
     /// Adds a mesh. `first` drives: contact on the upper flank, W > 0, pushes `second` along its rotation.
@@ -166,17 +146,9 @@ impl<N> Parts<N> {
     pub fn torque_of_angle(&mut self, name: &str, body: &str, value: f64, factor: Wave) -> &mut Self {
         self.add_torque(name, body, value, Course::OfAngle(factor))
     }
-    /// Adds the torque of an induction motor by Kloss's equation 2 T s s_k/(s² + s_k²), with the breakdown
-    /// torque T [N m], the breakdown slip s_k and the slip s = 1 - Ω/Ω_s for the synchronous speed Ω_s
-    /// [rad/s].
-    pub fn motor(
-        &mut self,
-        name: &str,
-        body: &str,
-        breakdown_torque: f64,
-        breakdown_slip: f64,
-        synchronous: f64,
-    ) -> &mut Self {
+    /// Adds the torque of an induction motor. Its breakdown torque becomes the constant `name`.
+    pub fn motor(&mut self, name: &str, body: &str, motor: InductionMotor) -> &mut Self {
+        let InductionMotor { breakdown_torque, breakdown_slip, synchronous_speed: synchronous } = motor;
         let course = Course::OfSpeed(Characteristic::Induction { breakdown_slip, synchronous });
         self.add_torque(name, body, breakdown_torque, course)
     }
@@ -266,7 +238,7 @@ impl<N> Parts<N> {
             }
             (renamed(own), body)
         }));
-        self.shafts.extend(shafts.into_iter().map(|shaft| ShaftPart {
+        self.shafts.extend(shafts.into_iter().map(|shaft| JoinedShaft {
             name: renamed(shaft.name),
             ends: shaft.ends.map(renamed),
             ..shaft

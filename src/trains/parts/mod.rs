@@ -4,3 +4,4 @@ pub(crate) mod body;
 pub(crate) mod characteristic;
 pub(crate) mod collection;
 pub(crate) mod mesh_part;
+pub(crate) mod shaft_part;

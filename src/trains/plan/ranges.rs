@@ -43,11 +43,11 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
         }
     }
     for shaft in &parts.shafts {
-        check::not_negative(format!("stiffness of \"{}\"", shaft.name), shaft.stiffness)?;
-        check::not_negative(format!("damping of \"{}\"", shaft.name), shaft.damping)?;
+        check::not_negative(format!("stiffness of \"{}\"", shaft.name), shaft.part.stiffness)?;
+        check::not_negative(format!("damping of \"{}\"", shaft.name), shaft.part.damping)?;
         check::not_negative(
             format!("clearance of \"{}\"", shaft.name),
-            shaft.clearance.as_ref().map_or(0.0, |(half, _)| *half),
+            shaft.part.clearance.as_ref().map_or(0.0, |(half, _)| *half),
         )?;
     }
     for torque in &parts.torques {

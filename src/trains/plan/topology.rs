@@ -1,7 +1,7 @@
 //! Which bodies each part joins: the parts of a train with places of bodies in the place of their names.
 
 use crate::trains::parts::body::Body;
-use crate::trains::parts::collection::{Coordinates, Parts, ShaftPart, TorquePart};
+use crate::trains::parts::collection::{Coordinates, JoinedShaft, Parts, TorquePart};
 use crate::trains::parts::mesh_part::{MeshGears, MeshPart};
 use crate::trains::train_error::{TrainError, Warning};
 use std::collections::{BTreeMap, HashSet};
@@ -12,7 +12,7 @@ pub(crate) struct Topology<'p, N> {
     /// The carrier of each planet.
     pub(crate) carriers: Vec<Option<usize>>,
     pub(crate) meshes: Vec<Gearing<'p, N>>,
-    pub(crate) shafts: Vec<(&'p ShaftPart<N>, [usize; 2])>,
+    pub(crate) shafts: Vec<(&'p JoinedShaft<N>, [usize; 2])>,
     pub(crate) torques: Vec<(&'p TorquePart, usize)>,
     /// The body whose speed is given.
     pub(crate) reference: usize,
@@ -83,7 +83,7 @@ impl<'p, N> Topology<'p, N> {
             Ok(Gearing { name, ends, carrier, part: &part.gears, law: &part.law })
         };
         let meshes = parts.meshes.iter().map(gearing).collect::<Result<_, _>>()?;
-        let shaft = |shaft: &'p ShaftPart<N>| Ok((shaft, pair(&shaft.name, &shaft.ends)?));
+        let shaft = |shaft: &'p JoinedShaft<N>| Ok((shaft, pair(&shaft.name, &shaft.ends)?));
         let torque = |torque: &'p TorquePart| Ok((torque, place(&torque.name, &torque.body)?));
         Ok(Topology {
             bodies: &parts.bodies,

@@ -5,6 +5,7 @@ use crate::excitation::Wave;
 use crate::trains::parts::body::{Bearing, Body};
 use crate::trains::parts::collection::{Coordinates, Parts};
 use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::parts::shaft_part::ShaftPart;
 use crate::trains::train_error::Warning;
 
 /// An idler train: `driver`, `idler` and `driven` of the moments of inertia J [kg m²], with the meshes
@@ -42,24 +43,24 @@ pub fn idler(inertias: [f64; 3], [first, second]: [MeshPart; 2]) -> Parts {
 /// `stage 1` and `stage 2`; shaft: `shaft`.
 ///
 /// ```
-/// use gear_dynamics::trains::{MeshPart, two_stage};
+/// use gear_dynamics::trains::{MeshPart, ShaftPart, two_stage};
 /// use gear_dynamics::{Periodic, Wave, excitation::Fourier};
 /// let k = || Ok::<_, gear_dynamics::ParameterError>(Wave::new(Fourier::new(3e8, &[[6e7, 0.0]])?));
 /// let meshes = [
 ///     MeshPart::external([20, 50], [0.02, 0.05], k()?),
 ///     MeshPart::external([18, 45], [0.027, 0.0675], k()?),
 /// ];
-/// let train = two_stage([1e-3, 2e-2, 1e-3, 6e-2], 1e5, 1.0, meshes).build("pinion 1", 100.0)?;
+/// let train = two_stage([1e-3, 2e-2, 1e-3, 6e-2], ShaftPart::new(1e5).damping(1.0), meshes).build("pinion 1", 100.0)?;
 /// // Mesh frequencies 20 and 18 x 20/50 = 7.2 times the speed: both repeat after 0.8 of it.
 /// assert!((train.shape().ratio() - 0.8).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn two_stage(inertias: [f64; 4], stiffness: f64, damping: f64, [first, second]: [MeshPart; 2]) -> Parts {
+pub fn two_stage(inertias: [f64; 4], shaft: ShaftPart, [first, second]: [MeshPart; 2]) -> Parts {
     let mut parts = Parts::new();
     for (name, inertia) in ["pinion 1", "wheel 1", "pinion 2", "wheel 2"].into_iter().zip(inertias) {
         parts.body(name, Body::new(inertia));
     }
-    parts.shaft("shaft", "wheel 1", "pinion 2", stiffness, damping);
+    parts.shaft("shaft", "wheel 1", "pinion 2", shaft);
     parts.mesh("stage 1", "pinion 1", "wheel 1", first).mesh("stage 2", "pinion 2", "wheel 2", second);
     parts
 }
@@ -136,19 +137,18 @@ pub fn robot_joint(
 /// No path or more than 100.
 ///
 /// ```
-/// use gear_dynamics::trains::{MeshPart, split_torque};
+/// use gear_dynamics::trains::{MeshPart, ShaftPart, split_torque};
 /// use gear_dynamics::{Model, Wave};
 /// let first = MeshPart::external([20, 60], [0.02, 0.06], Wave::constant(2e8)?);
 /// let second = MeshPart::external([20, 80], [0.02, 0.08], Wave::constant(2e8)?);
-/// let train = split_torque([1e-3, 2e-2, 1e-3, 8e-2], 2, 1e5, 1.0, [first, second])?.build("input", 300.0)?;
+/// let train = split_torque([1e-3, 2e-2, 1e-3, 8e-2], 2, ShaftPart::new(1e5).damping(1.0), [first, second])?.build("input", 300.0)?;
 /// assert_eq!((train.dof(), train.contacts()), (6, 4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn split_torque(
     [input, first, second, output]: [f64; 4],
     paths: usize,
-    stiffness: f64,
-    damping: f64,
+    shaft: ShaftPart,
     [inner, outer]: [MeshPart; 2],
 ) -> Result<Parts, ParameterError> {
     check::at_least("paths", paths, 1)?;
@@ -159,7 +159,7 @@ pub fn split_torque(
     for i in 1..=paths {
         let [one, two] = ["first", "second"].map(|name| format!("{name} {i}"));
         parts.body(&one, Body::new(first)).body(&two, Body::new(second));
-        parts.shaft(&format!("shaft {i}"), &one, &two, stiffness, damping);
+        parts.shaft(&format!("shaft {i}"), &one, &two, shaft.clone());
         parts.mesh(&format!("input {i}"), "input", &one, inner.clone());
         parts.mesh(&format!("output {i}"), &two, "output", outer.clone());
     }

@@ -5,6 +5,7 @@ use crate::models::ring::ring_params::RingParams;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::MeshPart;
+use crate::trains::parts::shaft_part::ShaftPart;
 use crate::trains::train_error::TrainError;
 
 /// The parts of a [`Ring`](crate::Ring) by [`Ring::as_printed`](crate::Ring::as_printed): the same
@@ -33,7 +34,7 @@ pub fn ring_parts(params: &RingParams<Backlash>, teeth: u32) -> Result<Parts, Tr
     let n = params.gears.len();
     let shaft = params.motor.shaft;
     parts.body("motor", Body::new(params.motor.inertia));
-    parts.shaft("motor shaft", "motor", "gear 1", shaft.stiffness, shaft.damping);
+    parts.shaft("motor shaft", "motor", "gear 1", ShaftPart::new(shaft.stiffness).damping(shaft.damping));
     parts.torque("motor torque", "motor", params.motor.torque);
     let radius = |i: usize| params.gears[i].base_radius;
     let whole = |i: usize| f64::from(teeth) * radius(i) / radius(0);
@@ -41,7 +42,12 @@ pub fn ring_parts(params: &RingParams<Backlash>, teeth: u32) -> Result<Parts, Tr
         let [own, load] = ["gear", "load"].map(|name| format!("{name} {}", i + 1));
         parts.body(&own, Body::new(gear.inertia)).body(&load, Body::new(gear.load.inertia));
         let shaft = gear.load.shaft;
-        parts.shaft(&format!("output shaft {}", i + 1), &own, &load, shaft.stiffness, shaft.damping);
+        parts.shaft(
+            &format!("output shaft {}", i + 1),
+            &own,
+            &load,
+            ShaftPart::new(shaft.stiffness).damping(shaft.damping),
+        );
         parts.torque(&format!("load torque {}", i + 1), &load, -gear.load.torque);
     }
     for (i, mesh) in params.meshes.iter().enumerate() {

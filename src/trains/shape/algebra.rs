@@ -217,7 +217,7 @@ mod tests {
     use crate::trains::parts::collection::{Coordinates, Parts};
     use crate::trains::parts::mesh_part::MeshPart;
     use crate::trains::shape::train_shape::TrainShape;
-    use crate::trains::{Train, Warning};
+    use crate::trains::{ShaftPart, Train, Warning};
 
     fn mesh(teeth: [u32; 2], error: f64) -> MeshPart {
         let wave = |mean, a| Wave::new(Fourier::new(mean, &[[a, 0.3 * a]]).unwrap());
@@ -275,8 +275,18 @@ mod tests {
         for (name, inertia) in [("left", 1e-3), ("right", 2e-3), ("far", 4e-3), ("next", 5e-3)] {
             parts.body(name, Body::new(inertia));
         }
-        parts.shaft("input", "motor", "wheel", 2e5, 3.0).shaft("output", "load", "wheel", 1e5, 2.0);
-        parts.shaft("side", "far", "right", 4e4, 1.0).shaft("end", "last", "drum", 3e4, 1.0);
+        parts.shaft("input", "motor", "wheel", ShaftPart::new(2e5).damping(3.0)).shaft(
+            "output",
+            "load",
+            "wheel",
+            ShaftPart::new(1e5).damping(2.0),
+        );
+        parts.shaft("side", "far", "right", ShaftPart::new(4e4).damping(1.0)).shaft(
+            "end",
+            "last",
+            "drum",
+            ShaftPart::new(3e4).damping(1.0),
+        );
         parts.mesh("first", "wheel", "left", mesh([60, 20], 2e-6));
         parts.mesh("second", "wheel", "right", mesh([60, 30], 3e-6));
         parts.mesh("third", "right", "next", mesh([30, 40], 2e-6));

@@ -1,6 +1,6 @@
 //! Mean speeds of all bodies, exact from tooth numbers.
 
-use crate::trains::parts::collection::ShaftPart;
+use crate::trains::parts::collection::JoinedShaft;
 use crate::trains::parts::mesh_part::Kind;
 use crate::trains::plan::topology::{Gearing, Topology};
 use crate::trains::plan::turning::fraction::Fraction;
@@ -164,7 +164,7 @@ fn eliminate(relations: &[Relation], speeds: &[Option<Fraction>]) -> Vec<(usize,
 
 /// The relations of all shafts and meshes.
 fn relations<N>(topology: &Topology<N>) -> Vec<Relation> {
-    let shaft = |(shaft, [a, b]): &(&ShaftPart<N>, [usize; 2])| {
+    let shaft = |(shaft, [a, b]): &(&JoinedShaft<N>, [usize; 2])| {
         let terms = vec![(*a, Fraction::ONE), (*b, Fraction::whole(-1))];
         Relation { part: shaft.name.clone(), terms }
     };

@@ -1,0 +1,43 @@
+//! Shafts and couplings.
+
+use crate::contact::Backlash;
+
+/// A shaft or coupling between two bodies: a torsional spring k [N m/rad], by default without damping and
+/// without clearance.
+///
+/// ```
+/// use gear_dynamics::trains::{Body, Parts, ShaftPart};
+/// use gear_dynamics::{Model, linear::Modes};
+/// let mut parts = Parts::new();
+/// parts.body("motor", Body::new(0.02)).body("load", Body::new(0.02));
+/// parts.shaft("shaft", "motor", "load", ShaftPart::new(1e4).damping(0.1)); // N m/rad, N m s/rad
+/// let train = parts.build("motor", 100.0)?;
+/// assert_eq!((train.constant("shaft stiffness")?, train.constant("shaft damping")?), (1e4, 0.1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShaftPart<N = Backlash> {
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    /// Half of the clearance `[rad]`, and the law of the contact.
+    pub(crate) clearance: Option<(f64, N)>,
+}
+
+impl<N> ShaftPart<N> {
+    /// A shaft with the stiffness k [N m/rad].
+    pub fn new(stiffness: f64) -> Self {
+        ShaftPart { stiffness, damping: 0.0, clearance: None }
+    }
+    /// Damping c [N m s/rad]. Default: 0.
+    pub fn damping(self, damping: f64) -> Self {
+        ShaftPart { damping, ..self }
+    }
+}
+
+impl ShaftPart {
+    /// Half of the clearance `[rad]`: the shaft carries no torque while the angle between its ends is within
+    /// ± this angle. Default: none.
+    pub fn half_clearance(self, half_clearance: f64) -> Self {
+        ShaftPart { clearance: Some((half_clearance, Backlash::none())), ..self }
+    }
+}
