@@ -4,7 +4,7 @@ use crate::certify::contraction::Defect;
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::{Event, Leg};
 use crate::certify::flow::part::Seen;
-use crate::certify::images::{Images, around, field};
+use crate::certify::images::{CertifiedCrossing, Images, around, field};
 use crate::certify::multipliers::{Disc, stability};
 use crate::certify::proposal::Proposal;
 use crate::certify::unproved::Unproved;
@@ -13,25 +13,6 @@ use crate::interval::number::Interval;
 use crate::model::Periodic;
 use crate::ode::Budget;
 use crate::periodic::Stability;
-
-/// A crossing of the certified orbit.
-///
-/// ```
-/// use gear_dynamics::{certify::{CertifiedCrossing, Interval}, contact::Piece};
-/// let crossing = CertifiedCrossing { contact: 0, to: Piece::Gap, time: Interval::new(1.0, 1.1)? };
-/// assert!(crossing.time.contains(1.05));
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct CertifiedCrossing {
-    /// Index of the contact, from 0.
-    pub contact: usize,
-    /// The piece that the contact enters; at a rigid stop the flank of the stop.
-    pub to: Piece,
-    /// The time of the crossing: the same interval for crossings that are not ordered.
-    pub time: Interval,
-}
 
 /// A proof that a periodic orbit exists. The page [certificates](crate::guide::certificates) has the theorem
 /// and its assumptions.

@@ -89,8 +89,8 @@ impl<'a> Newton<'a> {
     /// the number of a node without a bound as an error.
     ///
     /// G has the block G_(i,j) in the row of node i and the column of leg j, with G_(i,j-1) = G_(i,j) A_j up
-    /// to rounding. A row therefore sums |G_(i,j)| (|P_j(m)| + |F_j' - A_j| |X_j - m_j|), and the block of its
-    /// own node adds what does not close.
+    /// to rounding. A row therefore sums |G_(i,j)| (|P_j(m)| + |F_j' - A_j| |X_j - m_j|), and the block of
+    /// its own node adds what does not close.
     pub(crate) fn bounds(&self, radii: &[Vec<f64>], defect: Defect) -> Result<Vec<Vec<f64>>, usize> {
         let (count, d) = (self.middles.len(), self.d);
         let spreads: Vec<Vec<f64>> = (0..count).map(|j| self.spread(j, &radii[j], defect)).collect();

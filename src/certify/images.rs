@@ -1,6 +1,5 @@
 //! The images of a chain of boxes, and what they prove.
 
-use crate::certify::certificate::CertifiedCrossing;
 use crate::certify::contraction::{Defect, Newton};
 use crate::certify::flow::field::Field;
 use crate::certify::flow::image::image;
@@ -10,6 +9,7 @@ use crate::certify::multipliers::{Disc, discs, stability, within};
 use crate::certify::proposal::Proposal;
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
+use crate::contact::Piece;
 use crate::interval::number::Interval;
 use crate::model::Periodic;
 use crate::ode::budget::Meter;
@@ -48,8 +48,8 @@ pub(crate) fn field<'m>(
 /// A drive edge that may lie between the nodes of a leg, over which the drives have no series. An edge whose
 /// enclosure lies in that of a node is the node.
 fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg) -> Option<f64> {
-    // The model finds its edges at its own constants, those of the proof may differ and be intervals: begin so
-    // early that no edge of the leg is passed over. Times are not negative.
+    // The model finds its edges at its own constants, those of the proof may differ and be intervals: begin
+    // so early that no edge of the leg is passed over. Times are not negative.
     let start = leg.start.low();
     let reach = 2.0 * (field.drives.edge(start) - Interval::from(start)).magnitude();
     let mut from = start - reach;
@@ -70,6 +70,25 @@ fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg) -> Option<f64
 /// The box with this middle and these half widths.
 pub(crate) fn around(middle: &[f64], radii: &[f64]) -> Vec<Interval> {
     middle.iter().zip(radii).map(|(m, r)| Interval::from(*m) + Interval::symmetric(*r)).collect()
+}
+
+/// A crossing of the certified orbit.
+///
+/// ```
+/// use gear_dynamics::{certify::{CertifiedCrossing, Interval}, contact::Piece};
+/// let crossing = CertifiedCrossing { contact: 0, to: Piece::Gap, time: Interval::new(1.0, 1.1)? };
+/// assert!(crossing.time.contains(1.05));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CertifiedCrossing {
+    /// Index of the contact, from 0.
+    pub contact: usize,
+    /// The piece that the contact enters; at a rigid stop the flank of the stop.
+    pub to: Piece,
+    /// The time of the crossing: the same interval for crossings that are not ordered.
+    pub time: Interval,
 }
 
 /// All images of a chain of boxes.

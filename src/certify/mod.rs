@@ -17,9 +17,10 @@ pub(crate) mod slots;
 pub(crate) mod square;
 pub(crate) mod unproved;
 
-pub use crate::certify::certificate::{Certificate, CertifiedCrossing};
+pub use crate::certify::certificate::Certificate;
 pub use crate::certify::derived::figures::{CertifiedContact, CertifiedFigures};
 pub use crate::certify::derived::range::CertifiedRange;
+pub use crate::certify::images::CertifiedCrossing;
 pub use crate::certify::multipliers::Disc;
 pub use crate::certify::unproved::Unproved;
 pub use crate::interval::number::Interval;

@@ -39,6 +39,9 @@ impl Shape for Oscillator {
         u[0] = self.stiffness.value(angle, side);
         u[1] = self.force.value(angle, side);
     }
+    fn next_edge(&self, angle: f64) -> Option<f64> {
+        self.stiffness.next_edge(angle)
+    }
     fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
         law: &L,

@@ -23,8 +23,8 @@ use crate::periodic::{Shooting, ShootingOrbit};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct CertifiedRange {
-    /// Values of the constant, increasing, with the certificate of the orbits for all of them. Where two parts
-    /// meet, the orbit of one is proved to be that of the other, unless `open` has the value.
+    /// Values of the constant, increasing, with the certificate of the orbits for all of them. Where two
+    /// parts meet, the orbit of one is proved to be that of the other, unless `open` has the value.
     pub parts: Vec<(Interval, Certificate)>,
     /// Values that are left open, increasing, and why.
     pub open: Vec<(Interval, Unproved)>,
@@ -33,7 +33,8 @@ pub struct CertifiedRange {
 impl ShootingOrbit {
     /// Proves the orbits for all values of the constant `name` in a range: by
     /// [`certify_with`](ShootingOrbit::certify_with) on parts of the range, bisected until each is proved or
-    /// not wider than `least`. Each part begins with shooting at its middle, from the orbit of the part before.
+    /// not wider than `least`. Each part begins with shooting at its middle, from the orbit of the part
+    /// before.
     ///
     /// Neighbouring parts are joined by a certificate at their common value c: if the course of its orbit
     /// passes through all boxes of both, it is the only orbit at c in each of them. Parts that are all joined
@@ -43,7 +44,8 @@ impl ShootingOrbit {
     ///
     /// # Errors
     /// [`Unproved::Parameter`]: a constant that the model does not have; a range that is not finite; a least
-    /// width that is not positive. What could not be proved is no error, but is left [open](CertifiedRange::open).
+    /// width that is not positive. What could not be proved is no error, but is left
+    /// [open](CertifiedRange::open).
     pub fn certify_over(
         &self,
         model: &dyn Periodic,
@@ -113,7 +115,8 @@ impl Values<'_> {
         Ok((orbit, certificate))
     }
 
-    /// Proves that the orbits of two parts are the same at the value where `right` begins. Otherwise: why not.
+    /// Proves that the orbits of two parts are the same at the value where `right` begins. Otherwise: why
+    /// not.
     fn join(
         &self,
         near: &ShootingOrbit,
