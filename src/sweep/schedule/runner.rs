@@ -121,8 +121,8 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
         Runner { rows: Some(Arc::new(rows)), ..self }
     }
 
-    /// Progress by runs, those of the points of the chunk and of their checks, and a flag. If cancelled, completed
-    /// rows are kept: [`resume`](Runner::resume) runs the other points.
+    /// Progress by runs, those of the points of the chunk and of their checks, and a flag. If cancelled,
+    /// completed rows are kept: [`resume`](Runner::resume) runs the other points.
     ///
     /// Fixed-step engines check the flag at least every max(64, n/24) steps, with n steps per period; drive
     /// tables every 64 rows; [`Located`](crate::sweep::Located) after every step.

@@ -61,7 +61,8 @@ impl Coefficients {
     pub(crate) fn motion(&self, n: usize) -> &[Eight] {
         &self.x[n * self.plan.width..][..2 * self.plan.half]
     }
-    /// The columns of the distances in order n. See [`EdgeColumn`](crate::ode::taylor::expansion::plan::EdgeColumn).
+    /// The columns of the distances in order n. See
+    /// [`EdgeColumn`](crate::ode::taylor::expansion::plan::EdgeColumn).
     #[inline(always)]
     pub(crate) fn distances(&self, n: usize) -> &[f64] {
         &self.block_on(n, self.plan.distances)[..self.plan.distance_blocks * EIGHT]
