@@ -1,8 +1,7 @@
 //! Gear trains from bodies, shafts, bearings, meshes and torques.
 //!
 //! [`Parts`] collects a train and builds it: [`Body`], [`Bearing`], [`ShaftPart`] and [`MeshPart`] are its
-//! parts, a
-//! [`Train`] the model. [`SpurPair`] and [`Planetary`] are ready, as are [`idler`], [`two_stage`],
+//! parts, a [`Train`] the model. [`SpurPair`] and [`Planetary`] are ready, as are [`idler`], [`two_stage`],
 //! [`split_torque`], [`geared_rotor`] and [`robot_joint`]. Speeds and phases of meshes follow from tooth
 //! numbers. [`Coordinates`] chooses whether the common rotation is a coordinate, a [`Drawing`] shows the
 //! train. The guide has pages on [parts](crate::guide::trains) and on [ready

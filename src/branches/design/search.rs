@@ -87,7 +87,7 @@ impl Space {
 pub(crate) type Evaluate<'e> = dyn Fn(&[f64]) -> Result<(f64, Vec<f64>), DesignError> + 'e;
 
 /// A place and the value of the objective there.
-pub(crate) struct Optimum {
+pub(crate) struct Minimum {
     pub(crate) x: Vec<f64>,
     pub(crate) value: f64,
     pub(crate) evaluations: usize,
@@ -136,7 +136,7 @@ impl<T> Search<T> {
         space: &Space,
         start: &[f64],
         evaluate: &Evaluate<'_>,
-    ) -> Result<Optimum, DesignError> {
+    ) -> Result<Minimum, DesignError> {
         let (tolerance, max_evaluations) = (self.tolerance, self.max_evaluations);
         check::positive("tolerance", tolerance)?;
         check::at_least("max_evaluations", max_evaluations, 1)?;
@@ -201,7 +201,7 @@ impl<T> Search<T> {
                 "the maximum number of evaluations is reached".to_owned()
             }
             // Rounding limits the search only where it has converged.
-            Ok(_) | Err((FailStatus::RoundoffLimited, ..)) => return Ok(Optimum { x, value, evaluations }),
+            Ok(_) | Err((FailStatus::RoundoffLimited, ..)) => return Ok(Minimum { x, value, evaluations }),
             Err((status, ..)) => format!("{status:?}"),
         };
         let constants = space.named(&x);

@@ -91,8 +91,8 @@ impl<'w> LongRun<'w> {
         LongRun { watch, ..self }
     }
 
-    /// Runs all members from one start at time 0. `None`: from the [static
-    /// state](crate::linear::static_state).
+    /// Runs all members from one start at time 0. `None`: from the
+    /// [static state](crate::linear::static_state).
     ///
     /// # Errors
     /// [`NoiseError`]. [`NoiseError::Exhausted`] if cancelled before 8 spans were complete.
