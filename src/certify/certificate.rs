@@ -162,7 +162,7 @@ impl Certificate {
             && legs.iter().all(|leg| leg.events.iter().all(|event| impacts(leg, *event)))
             && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
             && first.start.low() == first.start.high()
-            && first.start.low() >= 0.0
+            && (0.0..=2.0 * self.period.low()).contains(&first.start.low())
             && (first.start + self.period).lies_in(last.end)
     }
 }
