@@ -60,6 +60,10 @@ impl Certificate {
     pub fn radius(&self) -> f64 {
         self.radii.iter().flatten().fold(0.0, |most, r| most.max(*r))
     }
+    /// The constants that the proof takes as intervals, in place of those of the model.
+    pub fn constants(&self) -> &[(String, Interval)] {
+        &self.constants
+    }
     /// The period of the orbit.
     pub fn period(&self) -> Interval {
         self.period
@@ -78,7 +82,8 @@ impl Certificate {
         if self.multipliers.is_empty() { Stability::Undecided } else { stability(&self.multipliers) }
     }
 
-    /// Checks the certificate again for a model: encloses the motion of every box by its legs and proves the
+    /// Checks the certificate again for a model, with its own [constants](Certificate::constants) in place of
+    /// those of the model: encloses the motion of every box by its legs and proves the
     /// inclusion once more, without the search that found the boxes.
     ///
     /// # Errors
@@ -154,11 +159,23 @@ impl Certificate {
                 && leg.pieces.get(event.contact).is_some_and(|from| (*from == Piece::Gap) == enters)
                 && event.rebounds == (stop && enters)
         };
+        // A contact stands on a flank that it has, and not beyond a rigid stop.
+        let stands = |leg: &Leg| {
+            leg.pieces.iter().enumerate().all(|(contact, piece)| {
+                let side = match piece {
+                    Piece::Gap => return true,
+                    Piece::Lower => 0,
+                    Piece::Upper => 1,
+                };
+                let stop = rigid.get(contact).is_some_and(|sides| sides[side]);
+                field.motion.tape.distances[contact][side].is_some() && !stop
+            })
+        };
         let in_time = legs.windows(2).all(|pair| pair[0].end == pair[1].start);
         sizes
             && in_time
             && self.radii.iter().flatten().all(|radius| *radius > 0.0 && radius.is_finite())
-            && legs.iter().all(|leg| leg.pieces.len() == contacts)
+            && legs.iter().all(|leg| leg.pieces.len() == contacts && stands(leg))
             && legs.iter().all(|leg| leg.events.iter().all(|event| impacts(leg, *event)))
             && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
             && first.start.low() == first.start.high()

@@ -21,6 +21,9 @@ const ORDER: usize = 20;
 /// Largest number of drive edges that are looked at for a leg, some of them found twice by rounding.
 const MOST_EDGES: usize = 64;
 
+/// The model does not look for edges so close behind a time, as a share of a period `[1]`.
+const NEAR: f64 = 1e-12;
+
 /// The equations of a model on intervals.
 pub(crate) fn field<'m>(
     model: &'m dyn Periodic,
@@ -47,20 +50,27 @@ pub(crate) fn field<'m>(
 
 /// A drive edge that may lie between the nodes of a leg, over which the drives have no series. An edge whose
 /// enclosure lies in that of a node is the node.
-fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg) -> Option<f64> {
+fn edge_within(model: &dyn Periodic, field: &Field<'_>, leg: &Leg, turn_ends: Interval) -> Option<f64> {
     // The model finds its edges at its own constants, those of the proof may differ and be intervals: begin
     // so early that no edge of the leg is passed over. Times are not negative.
     let start = leg.start.low();
     let reach = 2.0 * (field.drives.edge(start) - Interval::from(start)).magnitude();
-    let mut from = start - reach;
+    let mut from = start - reach - NEAR * field.drives.period().magnitude();
+    // Each node stands for one edge at most, and the end of the turn for none.
+    let mut of_nodes: [Option<Interval>; 2] = [None, (leg.end == turn_ends).then_some(Interval::LINE)];
     for _ in 0..MOST_EDGES {
         let edge = model.next_edge(from)?;
         let at = field.drives.edge(edge);
         if at.low() >= leg.end.high() {
             return None;
         }
-        if at.high() > start && !at.lies_in(leg.start) && !at.lies_in(leg.end) {
-            return Some(edge);
+        if at.high() > start {
+            let node = [leg.start, leg.end].iter().position(|node| at.lies_in(*node));
+            let Some(node) = node else { return Some(edge) };
+            match of_nodes[node] {
+                Some(other) if other.common(at).is_none() || !other.is_bounded() => return Some(edge),
+                _ => of_nodes[node] = Some(at),
+            }
         }
         from = edge.max(from.next_up());
     }
@@ -114,7 +124,7 @@ impl<'p> Images<'p> {
         let (mut defects, mut slopes, mut crossings) = (Vec::new(), Vec::new(), Vec::new());
         for (i, leg) in proposal.legs.iter().enumerate() {
             meter.spend_slowly()?;
-            if let Some(t) = edge_within(model, field, leg) {
+            if let Some(t) = edge_within(model, field, leg, proposal.legs[count - 1].end) {
                 return Err(Unproved::Together { t, after: leg.end.middle() });
             }
             let m = &proposal.nodes[i];

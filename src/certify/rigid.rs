@@ -97,6 +97,16 @@ impl Relative {
         Some(relative)
     }
 
+    /// Whether the contact forces of the recorded model are unchanged, too.
+    pub(crate) fn keeps_forces(&self, tape: &Tape) -> bool {
+        let forces: Vec<FormId> = tape.measured.iter().map(|&[_, force]| force).collect();
+        let needed = tape.needed_with(&forces);
+        let ops = tape.ops.iter().enumerate().filter(|(i, _)| needed[tape.inputs() + i]);
+        let read = ops.flat_map(|(_, (op, _))| op.operands());
+        read.chain(forces.iter().copied())
+            .all(|form| parts(tape, form).iter().all(|half| self.moves(half, 0.0)))
+    }
+
     /// All coordinates but r.
     pub(crate) fn others(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.ratios.len()).filter(|i| *i != self.root)

@@ -23,6 +23,9 @@ const MOVES: usize = 4;
 /// Shares of the steps that are tried, one after the other, if a motion has no enclosure over a step.
 const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
 
+/// Newton corrections above this share of the size of the motion lead to another orbit `[1]`.
+const FARTHEST: f64 = 1e-3;
+
 /// Newton corrections below this share of the half widths leave the nodes where they are `[1]`.
 const NEGLIGIBLE: f64 = 0.1;
 
@@ -110,6 +113,11 @@ impl ShootingOrbit {
                 }
                 Some(corrections) => {
                     let bounds = images.bounds(Defect::Width)?;
+                    let shares = corrections.iter().flat_map(|dx| dx.iter().zip(&size));
+                    let share = shares.map(|(dx, size)| dx.abs() / size).fold(0.0, f64::max);
+                    if share > FARTHEST {
+                        break;
+                    }
                     let moved = proposal.nodes.iter_mut().flatten().zip(corrections.iter().flatten());
                     moved.for_each(|(x, dx)| *x += dx);
                     bounds

@@ -46,6 +46,11 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Lower bound of that rounding `[rad]`.
 const NEAR: f64 = 1e-13;
 
+/// Distance from an edge within which an angle lies on it: its rounding and that of the edge.
+fn near(far: f64) -> f64 {
+    2.0 * NEAR.max(ROUNDING * far.abs())
+}
+
 /// Distance from an edge at which the values before and after it are evaluated `[rad]`.
 const ASIDE: f64 = 1e-12;
 
@@ -196,11 +201,10 @@ impl Wave {
     /// An angle in [0, 2π), moved to one side of an edge on which it lies. `far`: n φ + ψ, whose rounding
     /// counts.
     fn aside(&self, own: f64, far: f64, side: Side) -> f64 {
-        let near = NEAR.max(ROUNDING * far.abs());
         let next = self.edges.partition_point(|edge| *edge < own);
         let [before, after] = self.neighbours(next);
         let edge = if (after - own).abs() <= (own - before).abs() { after } else { before };
-        if (edge - own).abs() > near {
+        if (edge - own).abs() > near(far) {
             return own;
         }
         reduced(edge + if side == Side::Before { -ASIDE } else { ASIDE })
@@ -223,9 +227,8 @@ impl Wave {
             return None;
         }
         // An edge on which the angle lies, within rounding, is not after it.
-        let near = NEAR.max(ROUNDING * far.abs());
         let turns = (far / TAU).floor();
-        let own = far - turns * TAU + 2.0 * near;
+        let own = far - turns * TAU + near(far);
         let next = self.edges.partition_point(|edge| *edge <= own);
         let edge = match self.edges.get(next) {
             Some(edge) => *edge,

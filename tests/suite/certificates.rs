@@ -3,7 +3,7 @@
 use gear_dynamics::analysis::Rattle;
 use gear_dynamics::certify::{Certificate, CertifiedCrossing, Interval, Unproved};
 use gear_dynamics::contact::{Backlash, Contact, Deflection, Piece, PieceChoice, Restitution};
-use gear_dynamics::excitation::{Angle, Fourier, RectangularWave, Side};
+use gear_dynamics::excitation::{Angle, Fourier, RectangularWave, Side, earliest};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::models::ring::RingSet;
 use gear_dynamics::ode::Step;
@@ -40,7 +40,7 @@ impl Shape for Oscillator {
         u[1] = self.force.value(angle, side);
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
-        self.stiffness.next_edge(angle)
+        earliest([self.stiffness.next_edge(angle), self.force.next_edge(angle)])
     }
     fn contact<S: Scalar, L: PieceChoice<S>>(
         &self,
@@ -819,6 +819,85 @@ fn motions_at_rest_are_proved() {
     let orbit = orbit_from(&model, [0.5, 0.0]);
     let certificate = orbit.certify(&model).unwrap();
     assert!(certificate.radius() < 1e-11 && certificate.stability() == Stability::Stable);
+}
+
+/// Certificates that were forged as a whole: contacts without their edges, and nodes that hide drive edges.
+#[test]
+fn forged_certificates_are_refused() {
+    let changed = |certificate: &Certificate, change: &dyn Fn(&mut serde_json::Value)| -> Certificate {
+        let mut stored = serde_json::to_value(certificate).unwrap();
+        change(&mut stored);
+        serde_json::from_value(stored).unwrap()
+    };
+    // A free motion of amplitude 2 passes a rigid stop at 1; another one lies beyond it.
+    for (load, amplitude) in [(0.0, 1.0), (5.0, 0.1)] {
+        let free = smooth(None, 1.0, amplitude, 0.5, 0.0).with("load", load).unwrap();
+        let certificate = orbit_from(&free, [load, 0.0]).certify(&free).unwrap();
+        let stop = Some(Restitution::new(0.8).unwrap());
+        let stopped = smooth(stop, 1.0, amplitude, 0.5, 0.0).with("load", load).unwrap();
+        for piece in ["Lower", "Upper", "Gap"] {
+            let forged = changed(&certificate, &|stored| {
+                for leg in stored["proposal"]["legs"].as_array_mut().unwrap() {
+                    leg["pieces"] = serde_json::json!([piece]);
+                }
+            });
+            assert!(forged.check(&stopped).is_err(), "{load} {piece}");
+        }
+    }
+    // A pulse of 10 over a hundredth of a turn is hidden in nodes of a motion at rest, or lies far away.
+    let rest = smooth(None, 1.0, 1e-14, 1.0, 0.0).with("load", 0.5).unwrap();
+    let shape = Oscillator {
+        stiffness: cosine(1.0, 0.0),
+        force: Wave::new(RectangularWave::new(0.0, 1.0, 0.01).unwrap()),
+        law: None,
+        stop: None,
+    };
+    let constants = [
+        ("speed", 1.0),
+        ("load", 0.5),
+        ("damping ratio", 0.5),
+        ("half backlash", 0.0),
+        ("amplitude", 10.0),
+        ("cubic", 0.0),
+    ];
+    let pulsed = Machine::of_constants(shape, &constants).unwrap();
+    orbit_from(&pulsed, [0.5, 0.0]).certify(&pulsed).unwrap();
+    let certificate = orbit_from(&rest, [0.5, 0.0]).certify(&rest).unwrap();
+    let period = certificate.period();
+    let (turn, edge) = (std::f64::consts::TAU, 0.01 * std::f64::consts::PI);
+    let nodes = |from: f64| -> Vec<[f64; 2]> {
+        let end = |t: f64, past: f64| [t - past * f64::EPSILON * t, t + past * f64::EPSILON * t];
+        let inner = (0..20).map(|i| end(from + turn * i as f64 / 20.0, 0.0));
+        inner.chain([end(from + period.middle(), 8.0)]).collect()
+    };
+    let both = |mut times: Vec<[f64; 2]>| {
+        times[10] = [turn - 0.05, turn + 0.05];
+        times
+    };
+    let apart = |mut times: Vec<[f64; 2]>| {
+        times[10] = [turn - edge - 1e-6, turn - edge + 1e-6];
+        times.insert(11, [turn + edge - 1e-3, turn + edge + 0.08]);
+        times
+    };
+    let last = |mut times: Vec<[f64; 2]>| {
+        times.iter_mut().for_each(|time| *time = [time[0] - 0.5 * turn + 0.02, time[1] - 0.5 * turn + 0.02]);
+        times[20] = [turn - 0.05, turn + 0.05];
+        times
+    };
+    let half = 0.5 * turn;
+    for times in [nodes(half), both(nodes(half)), apart(nodes(half)), last(nodes(half)), nodes(1e13)] {
+        let count = times.len() - 1;
+        let forged = changed(&certificate, &|stored| {
+            let leg = |i: usize| serde_json::json!({"start": times[i], "end": times[i + 1], "pieces": [], "events": []});
+            stored["proposal"]["legs"] = (0..count).map(leg).collect();
+            stored["proposal"]["nodes"] = (0..count).map(|_| serde_json::json!([0.5, 0.0])).collect();
+            stored["radii"] = (0..count).map(|_| serde_json::json!([1e-9, 1e-9])).collect();
+            stored["multipliers"] = serde_json::json!([]);
+        });
+        // The motion at rest has such a certificate.
+        assert_eq!(forged.check(&rest).is_ok(), times[0][0] < 1e12, "{times:?}");
+        assert!(forged.check(&pulsed).is_err(), "{times:?}");
+    }
 }
 
 /// Random changes of certificates: each is refused, or what it states is still true of the orbit.

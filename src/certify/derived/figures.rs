@@ -94,6 +94,9 @@ impl Certificate {
 
 /// The tape of the motion with the contact forces in place of the distances.
 fn forces(field: &Field<'_>) -> Result<Algebra, Unproved> {
+    if !field.keeps_forces {
+        return Err(Unproved::NoEnclosure { what: "a contact force that the rigid motion changes".into() });
+    }
     let tape = &field.motion.tape;
     let distances = tape.measured.iter().map(|&[_, force]| [Some(force), None]).collect();
     let tape = Tape { distances, ..tape.clone() };

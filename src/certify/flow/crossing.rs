@@ -29,11 +29,11 @@ pub(crate) fn across(
     let length = (leg.end - leg.start).high();
     let about = near - leg.start.middle();
     // Also a time that is NaN.
-    if !(about > 0.0 && about < length) {
+    if !(about > 0.0 && about < length && leg.start.high() < near && near < leg.end.low()) {
         return Err(Unproved::Together { t: leg.start.middle(), after: near });
     }
     let reach = about + 0.5 * about.min(length - about);
-    let first = Stretch::new(field, &leg.pieces, leg.start, x, reach)?;
+    let first = Stretch::new(field, &leg.pieces, (leg.start, leg.inside()), x, reach)?;
     let Some(edge) = Edge::of(field, &leg.pieces, event) else { return Err(grazing) };
     let own = field.motion.tape.distances[contact][edge.side].unwrap_or(edge.form);
     let (span, at) = instant(&first, &edge, about).ok_or(grazing.clone())?;
@@ -51,7 +51,7 @@ pub(crate) fn across(
     let mut slope = first.slope(at);
 
     // f⁻, f⁺, ∇h Φ⁻ and the jump.
-    let u = field.drive_series(time, near, 2);
+    let u = field.drive_series(time, leg.inside(), 2);
     let columns = field.with_columns(&state, &slope);
     let along = field.edge_slope((contact, edge.side), &leg.pieces, &columns, &u).ok_or(grazing)?;
     let along: Vec<Interval> = along.into_iter().map(|slope| slope / rate).collect();
@@ -62,6 +62,13 @@ pub(crate) fn across(
     let pieces = leg.pieces_after();
     let before = accelerations(&leg.pieces, &state);
     if rebounds {
+        // Velocities jump there: the distance may not.
+        let unit = field.with_columns(&state, &Square::identity(d));
+        let slopes = field.edge_slope((contact, edge.side), &leg.pieces, &unit, &u).unwrap_or_default();
+        if slopes.iter().skip(n).any(|slope| *slope != Interval::ZERO) {
+            let what = format!("the edge of contact {contact}, which depends on velocities,");
+            return Err(Unproved::NoEnclosure { what });
+        }
         // Neighbours arrive later by -∇h δ/h': moved to the edge, thrown back, moved to the common instant.
         let moved = Square::from_fn(d, |i, k| {
             let rate = if i < n { state[n + i] } else { before[i - n] };
@@ -91,7 +98,7 @@ pub(crate) fn across(
     if (leg.end - time).low() <= 0.0 {
         return Err(Unproved::Together { t: near, after: leg.end.middle() });
     }
-    let second = Stretch::new(field, &pieces, time, &state, (leg.end - time).high())?;
+    let second = Stretch::new(field, &pieces, (time, leg.inside()), &state, (leg.end - time).high())?;
     stays(&second, &pieces, second.length, &[edge])?;
     seen(Part::Stretch(&first, at));
     seen(Part::Stretch(&second, leg.end - time));

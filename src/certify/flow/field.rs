@@ -28,6 +28,8 @@ pub(crate) struct Field<'m> {
     pub(crate) drives: Box<dyn Enclosed + 'm>,
     /// The rigid motion that is left out.
     pub(crate) relative: Option<Relative>,
+    /// Whether it leaves the contact forces unchanged.
+    pub(crate) keeps_forces: bool,
     /// Order of the remainder.
     pub(crate) order: usize,
     /// The derivative of each distance.
@@ -68,11 +70,14 @@ impl<'m> Field<'m> {
     ) -> Result<Self, Unproved> {
         let of = |tape: &Tape| {
             let relative = Relative::of(tape)?;
-            Some((relative.tape(tape, false)?, relative))
+            let keeps_forces = relative.keeps_forces(tape);
+            Some((relative.tape(tape, false)?, relative, keeps_forces))
         };
-        let (tape, relative) = match relative {
-            false => (tape, None),
-            true => of(&tape).map(|(tape, rigid)| (tape, Some(rigid))).ok_or(Unproved::RigidMotion)?,
+        let (tape, relative, keeps_forces) = match relative {
+            false => (tape, None, true),
+            true => of(&tape)
+                .map(|(tape, rigid, keeps)| (tape, Some(rigid), keeps))
+                .ok_or(Unproved::RigidMotion)?,
         };
         let (n, contacts) = (tape.dof, tape.distances.len());
         Ok(Field {
@@ -81,6 +86,7 @@ impl<'m> Field<'m> {
             motion: Algebra::new(tape),
             drives,
             relative,
+            keeps_forces,
             order,
             edge_slopes: (0..contacts).map(|_| Default::default()).collect(),
             impacts: (0..contacts).map(|_| Default::default()).collect(),

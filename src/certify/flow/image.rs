@@ -26,7 +26,7 @@ pub(crate) fn image(
     let m: Vec<Interval> = m.iter().map(|m| Interval::from(*m)).collect();
     match &leg.events[..] {
         [] => {
-            let stretch = Stretch::new(field, &leg.pieces, leg.start, x, whole.high())?;
+            let stretch = Stretch::new(field, &leg.pieces, (leg.start, leg.inside()), x, whole.high())?;
             stays(&stretch, &leg.pieces, whole.high(), &[])?;
             seen(Part::Stretch(&stretch, whole));
             let middle = stretch.narrow(leg.start, &m).state(whole);

@@ -29,6 +29,10 @@ pub(crate) struct Leg {
 }
 
 impl Leg {
+    /// A time between the nodes, wherever in their intervals these are.
+    pub(crate) fn inside(&self) -> f64 {
+        0.5 * (self.start.high() + self.end.low())
+    }
     /// Pieces of all contacts at the end.
     pub(crate) fn pieces_after(&self) -> Vec<Piece> {
         let mut pieces = self.pieces.clone();

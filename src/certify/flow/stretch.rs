@@ -27,7 +27,7 @@ pub(crate) struct Stretch<'f, 'm> {
 }
 
 impl<'f, 'm> Stretch<'f, 'm> {
-    /// The stretch from a box at a time.
+    /// The stretch from a box at a time. `inside`: a time between the drive edges between which it lies.
     ///
     /// An enclosure B is proved by the inclusion X + Σ [0, h]^j X_j + [0, h]^K B_K ⊂ B.   Source: Nedialkov,
     /// Jackson & Pryce, Reliable Computing 7, 449 (2001).
@@ -37,13 +37,12 @@ impl<'f, 'm> Stretch<'f, 'm> {
     pub(crate) fn new(
         field: &'f Field<'m>,
         pieces: &[Piece],
-        time: Interval,
+        (time, inside): (Interval, f64),
         x: &[Interval],
         length: f64,
     ) -> Result<Self, Unproved> {
         let wrapping = Unproved::Wrapping { t: time.middle(), length };
         let (tape, order) = (&field.tangent.tape, field.order);
-        let inside = time.middle() + 0.5 * length;
         let start = field.with_columns(x, &Square::identity(2 * field.n));
         let drives = field.kept_drives(time, inside, order + 2);
         let wide = field.tangent.expand(pieces.into(), &start, &drives, order - 1);

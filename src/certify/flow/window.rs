@@ -29,6 +29,7 @@ pub(crate) struct Window<'f, 'm> {
     field: &'f Field<'m>,
     pub(crate) on: On<'f>,
     pub(crate) time: Interval,
+    inside: f64,
     start: Vec<Interval>,
     pub(crate) width: Interval,
     /// Coefficients of orders 0 and 1 over the enclosure of the whole window.
@@ -39,13 +40,13 @@ impl<'f, 'm> Window<'f, 'm> {
     fn new(
         field: &'f Field<'m>,
         on: On<'f>,
-        time: Interval,
+        (time, inside): (Interval, f64),
         x: &[Interval],
         width: Interval,
     ) -> Option<Self> {
         let start = field.with_columns(x, &Square::identity(2 * field.n));
         let span = Interval::of_ends(0.0, width.high());
-        let u = drives(field, time, width);
+        let u = drives(field, (time, inside), width);
         let mut guess = start.clone();
         for _ in 0..ATTEMPTS {
             if !guess.iter().all(|x| x.is_bounded()) {
@@ -55,7 +56,7 @@ impl<'f, 'm> Window<'f, 'm> {
             let whole = start.iter().enumerate().map(|(i, x)| *x + span * during.slot(i, 1));
             let whole: Vec<Interval> = whole.collect();
             if whole.iter().zip(&guess).all(|(x, guess)| x.lies_in(*guess)) {
-                return Some(Window { field, on, time, start, width, during });
+                return Some(Window { field, on, time, inside, start, width, during });
             }
             let room = |(x, start): (Interval, &Interval)| {
                 let moved = (x.high() - start.high()).abs().max((start.low() - x.low()).abs());
@@ -72,7 +73,12 @@ impl<'f, 'm> Window<'f, 'm> {
     }
     /// Forms of another tape over the whole window, evaluated as its distances from the lower edges.
     pub(crate) fn values_of(&self, other: &Algebra) -> Vec<Interval> {
-        let c = other.expand(self.on, &self.during(), &drives(self.field, self.time, self.width), 0);
+        let c = other.expand(
+            self.on,
+            &self.during(),
+            &drives(self.field, (self.time, self.inside), self.width),
+            0,
+        );
         other.tape.distances.iter().filter_map(|both| both[0]).map(|form| c.form(form, 0)).collect()
     }
 
@@ -103,9 +109,9 @@ impl<'f, 'm> Window<'f, 'm> {
 }
 
 /// The drives over a window.
-fn drives(field: &Field<'_>, time: Interval, width: Interval) -> Drives {
+fn drives(field: &Field<'_>, (time, inside): (Interval, f64), width: Interval) -> Drives {
     let span = Interval::of_ends(0.0, width.high());
-    field.drive_series(time + span, time.middle() + 0.5 * width.high(), 3)
+    field.drive_series(time + span, inside, 3)
 }
 
 /// The image of a box over several crossings that are not ordered, all within one window [a, b].
@@ -128,13 +134,13 @@ pub(crate) fn together(
     let unordered = Unproved::Together { t: start + first, after: start + last };
     let repeated = (1..leg.events.len())
         .any(|i| leg.events[..i].iter().any(|event| event.contact == leg.events[i].contact));
-    let inside = abouts().all(|about| about > 0.0 && about < length);
+    let inside = leg.events.iter().all(|event| leg.start.high() < event.near && event.near < leg.end.low());
     if !inside || repeated || leg.events.iter().any(|event| event.rebounds) {
         return Err(unordered);
     }
     let on = On::either(&leg.pieces, &after);
     let reach = last + 0.5 * first.min(length - last);
-    let before = Stretch::new(field, &leg.pieces, leg.start, x, reach)?;
+    let before = Stretch::new(field, &leg.pieces, (leg.start, leg.inside()), x, reach)?;
     let mut crossed: Vec<Edge> = Vec::new();
     let mut window: Option<Interval> = None;
     for event in &leg.events {
@@ -182,7 +188,7 @@ fn through(
     let (time, next, width) = (leg.start + at, leg.start + until, until - at);
     let wrapping = Unproved::Wrapping { t: time.middle(), length: width.high() };
     let state = before.state(at);
-    let window = Window::new(field, on, time, &state, width).ok_or(wrapping)?;
+    let window = Window::new(field, on, (time, leg.inside()), &state, width).ok_or(wrapping)?;
     let grazing = |edge: &Edge| Unproved::NearGrazing { contact: edge.contact, t: time.middle() };
     for edge in crossed {
         if (window.during.form(edge.form, 1) * edge.sign).high() >= 0.0 {
@@ -194,7 +200,8 @@ fn through(
             return Err(Unproved::Leaves { contact: edge.contact, t: time.middle() });
         }
     }
-    let second = Stretch::new(field, &after, next, &window.state(&state), (leg.end - next).high())?;
+    let second =
+        Stretch::new(field, &after, (next, leg.inside()), &window.state(&state), (leg.end - next).high())?;
     for edge in crossed {
         if (second.distance(edge.form, Interval::ZERO) * edge.sign).high() >= 0.0 {
             return Err(grazing(edge));
