@@ -506,6 +506,9 @@ fn windows_contain_both_orders() {
     }
 }
 
+/// A change of a stored certificate.
+type Change<'c> = &'c dyn Fn(&mut serde_json::Value);
+
 /// Windows with changed times, contacts and pieces.
 #[test]
 fn falsified_windows_do_not_hold() {
@@ -516,7 +519,7 @@ fn falsified_windows_do_not_hold() {
     let own = legs.iter().position(|leg| leg["events"].as_array().unwrap().len() == 2).unwrap();
     let [low, high] = [0, 1].map(|end| stored["crossings"][0]["time"][end].as_f64().unwrap());
     let middle = 0.5 * (low + high);
-    let changes: [(&str, &dyn Fn(&mut serde_json::Value)); 8] = [
+    let changes: [(&str, Change); 8] = [
         ("half a window", &|c| c["crossings"][0]["time"] = serde_json::json!([low, middle])),
         ("an instant", &|c| c["crossings"][1]["time"] = serde_json::json!([middle, middle])),
         ("a crossing left out", &|c| _ = c["crossings"].as_array_mut().unwrap().pop()),

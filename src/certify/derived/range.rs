@@ -59,8 +59,8 @@ impl ShootingOrbit {
         let none = || ParameterError::NoSuchConstant { name: name.into(), known: "none".into() };
         let constants = model.offers().constants.ok_or_else(none)?;
         let family = Values { constants, place: constants.place(name)?, name, orbit: self };
-        let (mut parts, mut open): (Vec<(Interval, Certificate)>, Vec<(Interval, Unproved)>) =
-            Default::default();
+        let mut parts: Vec<(Interval, Certificate)> = Vec::new();
+        let mut open: Vec<(Interval, Unproved)> = Vec::new();
         let mut near = self.clone();
         let mut left = vec![range];
         while let Some(part) = left.pop() {
