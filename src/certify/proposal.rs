@@ -265,7 +265,8 @@ impl Walk<'_, '_> {
         let moved = self.x.iter().zip(self.scale).enumerate();
         let x: Vec<Interval> =
             moved.map(|(i, (x, scale))| Interval::from(x + beside * share(i) * scale)).collect();
-        let inside = t + f64::EPSILON * t.abs();
+        // Behind the edge on which the node may lie, and before the next mark.
+        let inside = self.time.high().max(t) + 0.5 * APART * self.field.drives.period().middle();
         let u = self.field.drive_series(self.time, inside, self.field.order + 1);
         self.field.motion.expand(self.pieces[..].into(), &x, &u, self.field.order)
     }

@@ -24,7 +24,7 @@ const MOVES: usize = 4;
 const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Newton corrections above this share of the size of the motion lead to another orbit `[1]`.
-const FARTHEST: f64 = 1e-3;
+const FARTHEST: f64 = 0.1;
 
 /// Newton corrections below this share of the half widths leave the nodes where they are `[1]`.
 const NEGLIGIBLE: f64 = 0.1;

@@ -12,7 +12,7 @@ pub(crate) struct Course {
 }
 
 impl Course {
-    pub(crate) fn new(part: &Part<'_, '_, '_>) -> Self {
+    pub(crate) fn new(part: &dyn Part) -> Self {
         Course { start: part.start(), until: part.until(), series: part.series() }
     }
     /// A component at the time s after the start.

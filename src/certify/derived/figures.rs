@@ -68,9 +68,9 @@ impl Certificate {
         let forces = forces(&field)?;
         let (mut courses, mut impulses, mut flights) =
             (Vec::new(), vec![Interval::ZERO; gaps.len()], vec![Interval::ZERO; gaps.len()]);
-        self.prove(model, &field, &mut |part: Part<'_, '_, '_>| {
+        self.prove(model, &field, &mut |part: &dyn Part| {
             let until = part.until();
-            courses.push(Course::new(&part));
+            courses.push(Course::new(part));
             for (impulse, force) in impulses.iter_mut().zip(part.series_of(&forces)) {
                 *impulse = *impulse + integral(&force, until);
             }

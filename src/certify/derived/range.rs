@@ -130,7 +130,7 @@ impl Values<'_> {
             let (_, joint) = self.proved(near, value, Interval::from(value))?;
             let mut courses = Vec::new();
             joint.prove(&*model, &joint.field(&*model)?, &mut |part| {
-                courses.push(Course::new(&part));
+                courses.push(Course::new(part));
             })?;
             let inside = |certificate: &Certificate| {
                 certificate.proposal.legs.iter().zip(certificate.states()).all(|(leg, around)| {

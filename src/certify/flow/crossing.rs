@@ -2,9 +2,9 @@
 
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::{Event, Image, Leg};
-use crate::certify::flow::part::{Part, Seen};
+use crate::certify::flow::part::Seen;
 use crate::certify::flow::signs::{Edge, edges, instant, keeps_sign, refined, stays};
-use crate::certify::flow::stretch::Stretch;
+use crate::certify::flow::stretch::{Stretch, Until};
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
@@ -100,8 +100,8 @@ pub(crate) fn across(
     }
     let second = Stretch::new(field, &pieces, (time, leg.inside()), &state, (leg.end - time).high())?;
     stays(&second, &pieces, second.length, &[edge])?;
-    seen(Part::Stretch(&first, at));
-    seen(Part::Stretch(&second, leg.end - time));
+    seen(&Until(&first, at));
+    seen(&Until(&second, leg.end - time));
     let middle = second.narrow(time_middle, &middle).state(leg.end - time_middle);
     Ok(Image { middle, slope: second.slope(leg.end - time).times(&slope), crossing: Some(time) })
 }

@@ -3,9 +3,9 @@
 use crate::certify::flow::crossing::across;
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::{Image, Leg};
-use crate::certify::flow::part::{Part, Seen};
+use crate::certify::flow::part::Seen;
 use crate::certify::flow::signs::stays;
-use crate::certify::flow::stretch::Stretch;
+use crate::certify::flow::stretch::{Stretch, Until};
 use crate::certify::flow::window::together;
 use crate::certify::unproved::Unproved;
 use crate::interval::number::Interval;
@@ -28,7 +28,7 @@ pub(crate) fn image(
         [] => {
             let stretch = Stretch::new(field, &leg.pieces, (leg.start, leg.inside()), x, whole.high())?;
             stays(&stretch, &leg.pieces, whole.high(), &[])?;
-            seen(Part::Stretch(&stretch, whole));
+            seen(&Until(&stretch, whole));
             let middle = stretch.narrow(leg.start, &m).state(whole);
             Ok(Image { middle, slope: stretch.slope(whole), crossing: None })
         }

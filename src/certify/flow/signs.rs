@@ -76,7 +76,7 @@ pub(crate) fn keeps_sign(stretch: &Stretch<'_, '_>, edge: &Edge, a: f64, b: f64)
         }
         // A part of two neighbouring numbers has no middle.
         if b - a <= SMALLEST_PART * stretch.length || middle <= a || middle >= b {
-            return Err(Unproved::Leaves { contact, t: stretch.start().middle() + middle });
+            return Err(Unproved::Leaves { contact, t: stretch.time.middle() + middle });
         }
         open.push((a, middle));
         open.push((middle, b));
@@ -98,7 +98,7 @@ pub(crate) fn stays(
             let rises =
                 |from: f64| (stretch.rate(edge.form, Interval::of_ends(0.0, from)) * edge.sign).low() > 0.0;
             let near = || {
-                let t = stretch.start().middle();
+                let t = stretch.time.middle();
                 Unproved::NearGrazing { contact: edge.contact, t }
             };
             from = spans(until).find(|from| rises(*from)).ok_or_else(near)?;
@@ -111,7 +111,7 @@ pub(crate) fn stays(
 /// Proves that a distance keeps its sign up to a time `until` at which it has it, near a crossing.
 pub(crate) fn keeps_sign_up_to(stretch: &Stretch<'_, '_>, edge: &Edge, until: f64) -> Result<(), Unproved> {
     let &Edge { contact, form, sign, .. } = edge;
-    let grazing = Unproved::NearGrazing { contact, t: stretch.start().middle() + until };
+    let grazing = Unproved::NearGrazing { contact, t: stretch.time.middle() + until };
     let falls = |from: f64| (stretch.rate(form, Interval::of_ends(from, until)) * sign).high() < 0.0;
     let from = spans(until).map(|span| until - span).find(|from| falls(*from)).ok_or(grazing.clone())?;
     match (stretch.distance(form, Interval::from(until)) * sign).low() > 0.0 {

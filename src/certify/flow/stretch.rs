@@ -2,6 +2,7 @@
 
 use crate::certify::flow::algebra::{Algebra, Coefficients};
 use crate::certify::flow::field::{Drives, Field};
+use crate::certify::flow::part::Part;
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
@@ -19,11 +20,11 @@ pub(crate) struct Stretch<'f, 'm> {
     /// The last coefficients, over the enclosure of the whole stretch.
     rest: Coefficients,
     pub(crate) length: f64,
-    time: Interval,
+    pub(crate) time: Interval,
     inside: f64,
     /// Drives after the start.
     drives: Drives,
-    pub(crate) pieces: Vec<Piece>,
+    pieces: Vec<Piece>,
 }
 
 impl<'f, 'm> Stretch<'f, 'm> {
@@ -89,24 +90,6 @@ impl<'f, 'm> Stretch<'f, 'm> {
         self.field.place(i, 0)
     }
 
-    /// The coefficients of each coordinate and velocity.
-    pub(crate) fn series(&self) -> Vec<Vec<Interval>> {
-        let of = |i| (0..=self.field.order).map(|k| self.slot(self.place(i), k)).collect();
-        (0..2 * self.field.n).map(of).collect()
-    }
-    /// The coefficients of some forms of another tape of the same motion, evaluated as its distances from the
-    /// lower edges.
-    pub(crate) fn series_of(&self, other: &Algebra) -> Vec<Vec<Interval>> {
-        let (field, order) = (self.field, self.field.order);
-        let x: Vec<Interval> = (0..2 * field.n).map(|i| self.slot(self.place(i), 0)).collect();
-        let wide = other.expand(self.pieces[..].into(), &x, &self.drives, order - 1);
-        let span = Interval::of_ends(0.0, self.length);
-        let during = field.drive_series(self.time + span, self.inside, order + 2);
-        let rest = other.expand(self.pieces[..].into(), &self.state(span), &during, order);
-        let of = |form| (0..=order).map(|k| if k < order { &wide } else { &rest }.form(form, k)).collect();
-        other.tape.distances.iter().filter_map(|both| both[0]).map(of).collect()
-    }
-
     /// Coordinates and velocities at the times s after the start.
     pub(crate) fn state(&self, s: Interval) -> Vec<Interval> {
         (0..2 * self.field.n).map(|i| self.sum(s, |k| self.slot(self.place(i), k))).collect()
@@ -137,8 +120,36 @@ impl<'f, 'm> Stretch<'f, 'm> {
         let c = self.field.motion.expand(self.pieces[..].into(), x, &drives, self.field.order - 1);
         Narrow { stretch: self, c }
     }
-    pub(crate) fn start(&self) -> Interval {
-        self.time
+}
+
+/// A stretch up to a time after its start.
+pub(crate) struct Until<'s, 'f, 'm>(pub(crate) &'s Stretch<'f, 'm>, pub(crate) Interval);
+
+impl Part for Until<'_, '_, '_> {
+    fn start(&self) -> Interval {
+        self.0.time
+    }
+    fn until(&self) -> Interval {
+        self.1
+    }
+    fn pieces(&self, contact: usize) -> [Piece; 2] {
+        [self.0.pieces[contact]; 2]
+    }
+    fn series(&self) -> Vec<Vec<Interval>> {
+        let stretch = self.0;
+        let of = |i| (0..=stretch.field.order).map(|k| stretch.slot(stretch.place(i), k)).collect();
+        (0..2 * stretch.field.n).map(of).collect()
+    }
+    fn series_of(&self, other: &Algebra) -> Vec<Vec<Interval>> {
+        let stretch = self.0;
+        let (field, order, pieces) = (stretch.field, stretch.field.order, &stretch.pieces[..]);
+        let x: Vec<Interval> = (0..2 * field.n).map(|i| stretch.slot(stretch.place(i), 0)).collect();
+        let wide = other.expand(pieces.into(), &x, &stretch.drives, order - 1);
+        let span = Interval::of_ends(0.0, stretch.length);
+        let during = field.drive_series(stretch.time + span, stretch.inside, order + 2);
+        let rest = other.expand(pieces.into(), &stretch.state(span), &during, order);
+        let of = |form| (0..=order).map(|k| if k < order { &wide } else { &rest }.form(form, k)).collect();
+        other.tape.distances.iter().filter_map(|both| both[0]).map(of).collect()
     }
 }
 

@@ -6,9 +6,10 @@ use crate::certify::flow::field::{Drives, Field};
 use crate::certify::flow::leg::{Image, Leg};
 use crate::certify::flow::part::{Part, Seen};
 use crate::certify::flow::signs::{Edge, edges, instant, keeps_sign, keeps_sign_up_to, stays};
-use crate::certify::flow::stretch::Stretch;
+use crate::certify::flow::stretch::{Stretch, Until};
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
+use crate::contact::Piece;
 use crate::interval::number::Interval;
 
 /// Margins of a window on both sides in its attempts, as shares of its width on the pieces before `[1]`.
@@ -25,13 +26,13 @@ const ATTEMPTS: usize = 6;
 ///
 /// Every acceleration and every slope is the hull over both pieces. The motion lies in B if X + [0, w] F(B) ⊂
 /// B, and at the end in q + w v + w²/2 A(B), v + w A(B).
-pub(crate) struct Window<'f, 'm> {
+struct Window<'f, 'm> {
     field: &'f Field<'m>,
-    pub(crate) on: On<'f>,
-    pub(crate) time: Interval,
+    on: On<'f>,
+    time: Interval,
     inside: f64,
     start: Vec<Interval>,
-    pub(crate) width: Interval,
+    width: Interval,
     /// Coefficients of orders 0 and 1 over the enclosure of the whole window.
     during: Coefficients,
 }
@@ -68,18 +69,8 @@ impl<'f, 'm> Window<'f, 'm> {
     }
 
     /// Coordinates and velocities over the whole window.
-    pub(crate) fn during(&self) -> Vec<Interval> {
+    fn box_of_all(&self) -> Vec<Interval> {
         (0..2 * self.field.n).map(|i| self.during.slot(self.field.place(i, 0), 0)).collect()
-    }
-    /// Forms of another tape over the whole window, evaluated as its distances from the lower edges.
-    pub(crate) fn values_of(&self, other: &Algebra) -> Vec<Interval> {
-        let c = other.expand(
-            self.on,
-            &self.during(),
-            &drives(self.field, (self.time, self.inside), self.width),
-            0,
-        );
-        other.tape.distances.iter().filter_map(|both| both[0]).map(|form| c.form(form, 0)).collect()
     }
 
     /// What becomes of a number in the slot of a coordinate or velocity of the tangent tape that starts with
@@ -105,6 +96,26 @@ impl<'f, 'm> Window<'f, 'm> {
             let rate = if i < n { of(n + i) } else { Interval::ZERO };
             self.end(self.field.place(i, 1 + j), of(i), rate)
         })
+    }
+}
+
+impl Part for Window<'_, '_> {
+    fn start(&self) -> Interval {
+        self.time
+    }
+    fn until(&self) -> Interval {
+        self.width
+    }
+    fn pieces(&self, contact: usize) -> [Piece; 2] {
+        self.on.pieces(contact)
+    }
+    fn series(&self) -> Vec<Vec<Interval>> {
+        self.box_of_all().into_iter().map(|x| vec![x]).collect()
+    }
+    fn series_of(&self, other: &Algebra) -> Vec<Vec<Interval>> {
+        let u = drives(self.field, (self.time, self.inside), self.width);
+        let c = other.expand(self.on, &self.box_of_all(), &u, 0);
+        other.tape.distances.iter().filter_map(|both| both[0]).map(|form| vec![c.form(form, 0)]).collect()
     }
 }
 
@@ -209,9 +220,9 @@ fn through(
     }
     stays(&second, &after, second.length, crossed)?;
     let rest = leg.end - next;
-    seen(Part::Stretch(before, at));
-    seen(Part::Window(&window));
-    seen(Part::Stretch(&second, rest));
+    seen(&Until(before, at));
+    seen(&window);
+    seen(&Until(&second, rest));
     let middle = window.state(&before.narrow(leg.start, m).state(at));
     Ok(Image {
         middle: second.narrow(next, &middle).state(rest),
