@@ -59,7 +59,7 @@ fn density(coarse: bool) -> Outcome<Panel> {
     let members = if coarse { 2000 } else { 20_000 };
     let solver = NoisySteps::new(40, &[WhiteNoise::bath(0, 0.2, 0.2)?]);
     let ends = solver.ends(&dead_zone(0.0)?, &State::at_rest(1), 20.0, members)?;
-    let seen = Distribution::from_samples(ends.iter().map(|end| end.q[0]));
+    let seen = Distribution::of_samples(ends.iter().map(|end| end.q[0]));
     let spans = seen.histogram(40)?;
     let width = spans[1].middle - spans[0].middle;
     let bars = spans.iter().map(|span| (span.middle, span.count as f64 / (members as f64 * width)));

@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 /// Mean, RMS, extremes and deviation of a channel over a time T, in the unit of the channel.
 ///
 /// ```
-/// let summary = gear_dynamics::analysis::Summary::from_samples(&[1.0, 3.0])?;
+/// let summary = gear_dynamics::analysis::Summary::of_samples(&[1.0, 3.0])?;
 /// assert_eq!((summary.mean, summary.peak_to_peak()), (2.0, 2.0));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -38,7 +38,7 @@ impl Summary {
     /// # Errors
     /// [`ParameterError::Empty`] without samples; [`ParameterError::NotFinite`] for a sample that is NaN or
     /// infinite; [`ParameterError::Overflow`] if the sum or the mean square overflows.
-    pub fn from_samples(samples: &[f64]) -> Result<Self, ParameterError> {
+    pub fn of_samples(samples: &[f64]) -> Result<Self, ParameterError> {
         if samples.is_empty() {
             return Err(ParameterError::Empty { name: "samples".into(), min: 1 });
         }

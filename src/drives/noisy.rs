@@ -47,7 +47,7 @@ pub type Noisy<M> = Wrapped<M, RandomDrives>;
 /// use gear_dynamics::processes::HeldProcess;
 /// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?;
 /// let slots = [ring.slot("mesh damping 0")?, ring.slot("mesh damping 1")?];
-/// let process = HeldProcess::from_values(1e-3, &[0.0, 1.0])?;
+/// let process = HeldProcess::of_values(1e-3, &[0.0, 1.0])?;
 /// let noisy = Noisy::new(ring).add(&slots.map(|slot| (slot, 500.0)), &process)?;
 /// let [mut before, mut after] = [vec![0.0; noisy.drives()], vec![0.0; noisy.drives()]];
 /// noisy.drive(0.0005, Side::After, &mut before);

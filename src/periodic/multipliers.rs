@@ -93,7 +93,7 @@ pub enum MultiplierError {
 /// ```
 /// use gear_dynamics::periodic::{Multipliers, Stability};
 /// let turn = nalgebra::DMatrix::from_row_slice(2, 2, &[0.0, 0.5, -0.5, 0.0]);
-/// let multipliers = Multipliers::from_monodromy(&turn, 1e-9)?;
+/// let multipliers = Multipliers::of_monodromy(&turn, 1e-9)?;
 /// assert!((multipliers.values()[0].im.abs() - 0.5).abs() < 1e-15);
 /// assert_eq!(multipliers.stability(), Stability::Stable);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -120,7 +120,7 @@ impl Multipliers {
     /// # Errors
     /// A matrix that is not square; an entry that is not finite; an error that is NaN; eigenvalues that
     /// overflow.
-    pub fn from_monodromy(monodromy: &DMatrix<f64>, error: f64) -> Result<Self, ParameterError> {
+    pub fn of_monodromy(monodromy: &DMatrix<f64>, error: f64) -> Result<Self, ParameterError> {
         check::length("columns of the monodromy matrix", monodromy.ncols(), monodromy.nrows())?;
         check::all_finite("monodromy matrix", monodromy.as_slice())?;
         if error.is_nan() {
@@ -167,14 +167,14 @@ impl Multipliers {
         error: f64,
     ) -> Result<Self, ParameterError> {
         if rigid.ncols() == 0 {
-            return Multipliers::from_monodromy(monodromy, error);
+            return Multipliers::of_monodromy(monodromy, error);
         }
         // [R Z] is orthogonal and the span of R is invariant: Zᵀ M Z has the other eigenvalues.
         let (m, k) = rigid.shape();
         let mut basis = DMatrix::identity(m, m);
         rigid.clone().qr().q_tr_mul(&mut basis);
         let z = basis.rows(k, m - k).transpose();
-        Multipliers::from_monodromy(&(z.transpose() * monodromy * z), error)
+        Multipliers::of_monodromy(&(z.transpose() * monodromy * z), error)
     }
 
     /// All multipliers, the largest |μ| first.

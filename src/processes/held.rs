@@ -38,7 +38,7 @@ use std::sync::Arc;
 /// assert_eq!(path.at(0.1, Side::After), path.at(0.4, Side::After));
 /// assert_ne!(path.at(0.5, Side::Before), path.at(0.5, Side::After));
 /// assert!((process.density(0.0).expect("stated moments") - 1.0 / 12.0).abs() < 1e-15); // 2 s² h
-/// let given = HeldProcess::from_values(0.5, &[3.0, 5.0])?;
+/// let given = HeldProcess::of_values(0.5, &[3.0, 5.0])?;
 /// assert_eq!(given.path(0).at(0.7, Side::After), 5.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -77,7 +77,7 @@ impl HeldProcess {
     ///
     /// # Errors
     /// A hold time outside 1e-50 .. 1e50; an empty list; a value beyond ±1e50.
-    pub fn from_values(hold: f64, values: &[f64]) -> Result<Self, ParameterError> {
+    pub fn of_values(hold: f64, values: &[f64]) -> Result<Self, ParameterError> {
         let grid = Grid { spacing: check::scale("hold time", hold)? };
         if values.is_empty() {
             return Err(ParameterError::Empty { name: "held values".into(), min: 1 });

@@ -53,7 +53,7 @@ pub trait Process: Send + Sync {
 ///
 /// ```
 /// use gear_dynamics::{excitation::Side, processes::{HeldProcess, Process}};
-/// let path = HeldProcess::from_values(0.5, &[3.0, 5.0])?.path(0);
+/// let path = HeldProcess::of_values(0.5, &[3.0, 5.0])?.path(0);
 /// assert_eq!(path.at(0.5, Side::Before), 3.0);
 /// assert_eq!(path.at(0.5, Side::After), 5.0);
 /// assert_eq!(path.next_edge(0.2), Some(0.5));

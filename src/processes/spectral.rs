@@ -88,7 +88,7 @@ impl SpectralProcess {
     ///
     /// # Errors
     /// Those of [`new`](SpectralProcess::new); fewer than two points; frequencies that do not increase.
-    pub fn from_table(table: &[[f64; 2]], harmonics: usize) -> Result<Self, ParameterError> {
+    pub fn of_table(table: &[[f64; 2]], harmonics: usize) -> Result<Self, ParameterError> {
         check::at_least("points of the density", table.len(), 2)?;
         for (i, pair) in table.windows(2).enumerate() {
             check::positive(format!("frequency step after point {i}"), pair[1][0] - pair[0][0])?;

@@ -58,8 +58,8 @@ fn negative_backlash_damping_hold_time() {
     assert_eq!(pair(|p| p.half_backlash = -5e-5), negative("half_backlash", -5e-5));
     assert_eq!(pair(|p| p.damping_ratio = -0.01), negative("damping_ratio", -0.01));
     assert_eq!(pair(|p| p.load_torque = -30.0), negative("load_torque", -30.0));
-    assert_eq!(HeldProcess::from_values(-0.1, &[1.0]).unwrap_err(), not_positive("hold time", -0.1));
-    assert_eq!(HeldProcess::from_values(0.0, &[1.0]).unwrap_err(), not_positive("hold time", 0.0));
+    assert_eq!(HeldProcess::of_values(-0.1, &[1.0]).unwrap_err(), not_positive("hold time", -0.1));
+    assert_eq!(HeldProcess::of_values(0.0, &[1.0]).unwrap_err(), not_positive("hold time", 0.0));
 }
 
 #[test]
@@ -130,12 +130,12 @@ fn nan_and_infinity_anywhere() {
         not_finite(pair(|p| p.error_harmonics = vec![[bad, 0.0]]), "error_harmonics[0][0]");
         not_finite(Constant::new(bad).unwrap_err(), "constant excitation");
         not_finite(Fourier::new(bad, &[]).unwrap_err(), "mean");
-        not_finite(Fourier::from_amplitudes(0.0, &[[1.0, bad]]).unwrap_err(), "phase of order 1");
+        not_finite(Fourier::of_amplitudes(0.0, &[[1.0, bad]]).unwrap_err(), "phase of order 1");
         not_finite(Table::new(&[0.0, bad, 1.0]).unwrap_err(), "samples[1]");
         not_finite(RectangularWave::new(bad, 1.0, 0.5).unwrap_err(), "low level");
         not_finite(Scaled::new(bad, Wave::new(Constant::new(1.0).unwrap())).unwrap_err(), "factor");
         not_finite(Cubic::new(1.0, bad).unwrap_err(), "cubic coefficient");
-        not_finite(HeldProcess::from_values(1.0, &[0.0, bad]).unwrap_err(), "held values[1]");
+        not_finite(HeldProcess::of_values(1.0, &[0.0, bad]).unwrap_err(), "held values[1]");
         not_finite(Spectrum::new(&[0.0, bad], 1.0, Window::Hann).unwrap_err(), "samples[1]");
     }
 }
@@ -143,10 +143,10 @@ fn nan_and_infinity_anywhere() {
 #[test]
 fn empty_and_mismatched_lists() {
     assert_eq!(
-        HeldProcess::from_values(1.0, &[]).unwrap_err(),
+        HeldProcess::of_values(1.0, &[]).unwrap_err(),
         P::Empty { name: "held values".into(), min: 1 }
     );
-    assert_eq!(Summary::from_samples(&[]).unwrap_err(), P::Empty { name: "samples".into(), min: 1 });
+    assert_eq!(Summary::of_samples(&[]).unwrap_err(), P::Empty { name: "samples".into(), min: 1 });
     assert_eq!(ring(|p| drop(p.meshes.pop())), P::Length { name: "meshes".into(), expected: 4, found: 3 });
     assert_eq!(
         RingSet { phases: vec![0.0], ..set() }.params().unwrap_err(),
@@ -158,7 +158,7 @@ fn empty_and_mismatched_lists() {
         P::TooFew { name: "samples".into(), value: 4, min: 5 }
     );
     let held = Noisy::new(NfgPair::new(&NfgParams::table1()).unwrap());
-    let process = HeldProcess::from_values(1.0, &[1.0]).unwrap();
+    let process = HeldProcess::of_values(1.0, &[1.0]).unwrap();
     assert_eq!(held.clone().add(&[(99, 1.0)], &process).unwrap_err(), P::NoSuchSlot { slot: 99, drives: 13 });
     assert!(matches!(held.add(&[(1, f64::NAN)], &process), Err(P::NotFinite { .. })));
 }
@@ -175,7 +175,7 @@ fn ratios_and_teeth() {
     outside(pair(|p| p.eccentric_ratio = -0.1), "eccentric_ratio", -0.1);
     outside(InstantCentre::new(1.5).unwrap_err(), "eccentric ratio", 1.5);
     outside(pair(|p| p.ratio = 3.51), "face gear teeth", 3.51 * 18.0);
-    outside(RectangularWave::from_contact_ratio(0.9, 1.0, 2.0).unwrap_err(), "contact ratio", 0.9);
+    outside(RectangularWave::of_contact_ratio(0.9, 1.0, 2.0).unwrap_err(), "contact ratio", 0.9);
     outside(RectangularWave::new(1.0, 2.0, 1.0).unwrap_err(), "duty", 1.0);
     assert_eq!(pair(|p| p.pinion_teeth = 0), P::TooFew { name: "pinion_teeth".into(), value: 0, min: 1 });
     assert_eq!(
@@ -528,7 +528,7 @@ proptest! {
             let _ = Damped::by_stiffness(law.clone(), x[2]).map(|l| l.at(x[4]));
             let _ = Damped::by_force(law, x[3]).map(|l| l.slope(x[5]));
         }
-        if let Ok(process) = HeldProcess::from_values(x[0], &x[1..]) {
+        if let Ok(process) = HeldProcess::of_values(x[0], &x[1..]) {
             prop_assert!(process.path(0).at(t, Side::Before).is_finite());
             let pair = NfgPair::new(&NfgParams::table1()).unwrap();
             let slots = [(x[1].abs() as usize) % 20, 3];
@@ -546,11 +546,11 @@ proptest! {
             let _ = Scaled::new(x[4], k);
         }
         let _ = Function::new(|x: Jet| x).with_edges(&x);
-        let _ = RectangularWave::from_contact_ratio(x[0], x[1], x[2]);
-        let _ = Fourier::from_amplitudes(x[0], &[[x[1], x[2]]]);
+        let _ = RectangularWave::of_contact_ratio(x[0], x[1], x[2]);
+        let _ = Fourier::of_amplitudes(x[0], &[[x[1], x[2]]]);
         let _ = Fourier::fit(&x, x[0].abs() as usize);
         let _ = Table::new(&x);
-        let _ = (Summary::from_samples(&x), Spectrum::new(&x, x[0], Window::Blackman));
+        let _ = (Summary::of_samples(&x), Spectrum::new(&x, x[0], Window::Blackman));
     }
 
     /// Any setting of a solver gives a result or a typed error within the given number of steps.

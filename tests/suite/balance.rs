@@ -576,7 +576,7 @@ impl Periodic for Stepped {
 /// At drive edges the integrals are split, and the balance converges to the orbit of the equation.
 #[test]
 fn stiffness_steps_split_the_integrals() {
-    let model = Stepped { stiffness: Wave::new(RectangularWave::from_contact_ratio(1.4, 0.8, 1.3).unwrap()) };
+    let model = Stepped { stiffness: Wave::new(RectangularWave::of_contact_ratio(1.4, 0.8, 1.3).unwrap()) };
     let solver = Dop853::new().rtol(1e-11).atol(1e-13);
     let steady = Settle::new().run(&solver, &model, &State::new(0.0, &[1.2], &[0.0])).unwrap();
     let mut errors = Vec::new();

@@ -184,7 +184,7 @@ fn turn(model: &Machine<Stiffness>, method: FlowMethod) -> DMatrix<f64> {
 
 /// Distance of the nearest multiplier from ±1.
 fn nearest(matrix: &DMatrix<f64>, sign: f64) -> f64 {
-    let multipliers = Multipliers::from_monodromy(matrix, 1e-9).unwrap();
+    let multipliers = Multipliers::of_monodromy(matrix, 1e-9).unwrap();
     multipliers.values().iter().map(|m| (m - sign).norm()).fold(f64::INFINITY, f64::min)
 }
 
@@ -248,7 +248,7 @@ fn tongues_of_a_rectangular_stiffness() {
         // everywhere near 2/n.
         let largest = |w: f64| {
             let matrix = turn(&Stiffness::rectangle(&value, w), FlowMethod::Taylor);
-            Multipliers::from_monodromy(&matrix, 1e-9).unwrap().largest()
+            Multipliers::of_monodromy(&matrix, 1e-9).unwrap().largest()
         };
         match list[..] {
             [lower, upper] => {

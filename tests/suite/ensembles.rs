@@ -217,7 +217,7 @@ fn quantiles_are_off_by_a_bin_at_most() {
     let values: Vec<f64> = (0..20_000u64)
         .map(|k| RandomParameters::new(3).with("x", rand_distr::StandardNormal).sample(k)[0])
         .collect();
-    let all = Distribution::from_samples(values.iter().copied());
+    let all = Distribution::of_samples(values.iter().copied());
     let mut sorted = values.clone();
     sorted.sort_by(f64::total_cmp);
     for p in [0.001, 0.05, 0.5, 0.95, 0.999] {
@@ -241,7 +241,7 @@ fn quantiles_are_off_by_a_bin_at_most() {
 /// Checks that quantiles are within one bin of the sorted values and that a bin is at most 1/256 of the range
 /// of all values.
 fn check_quantiles(values: &[f64]) {
-    let all = Distribution::from_samples(values.iter().copied());
+    let all = Distribution::of_samples(values.iter().copied());
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let range = sorted[sorted.len() - 1] / 256.0 - sorted[0] / 256.0;
@@ -276,7 +276,7 @@ fn quantiles_hold_for_values_far_from_the_first_ones() {
     let mut turned = values.clone();
     turned[512..].reverse();
     let quantiles = |values: &[f64]| {
-        [0.05, 0.5, 0.95].map(|p| Distribution::from_samples(values.iter().copied()).quantile(p).unwrap())
+        [0.05, 0.5, 0.95].map(|p| Distribution::of_samples(values.iter().copied()).quantile(p).unwrap())
     };
     assert_eq!(quantiles(&values), quantiles(&turned));
 }
@@ -288,13 +288,13 @@ fn values_that_are_not_finite_are_counted_apart() {
             [usize::from(i % 100 == 0) * (i / 100 % 4) as usize]
     });
     let finite: Vec<f64> = values.clone().filter(|x| x.is_finite()).collect();
-    let (all, good) = (Distribution::from_samples(values), Distribution::from_samples(finite));
+    let (all, good) = (Distribution::of_samples(values), Distribution::of_samples(finite));
     assert_eq!((all.count(), all.not_finite()), (1985, 15));
     assert_eq!(
         (all.mean(), all.variance(), all.quantile(0.5)),
         (good.mean(), good.variance(), good.quantile(0.5))
     );
-    let none = Distribution::from_samples([f64::NAN]);
+    let none = Distribution::of_samples([f64::NAN]);
     assert!(none.mean().is_nan() && none.quantile(0.5).is_err());
 }
 

@@ -12,7 +12,7 @@ fn all() -> Vec<(&'static str, Wave)> {
     let wave = Wave::new(fourier.clone());
     vec![
         ("fourier", wave.clone()),
-        ("amplitudes", Wave::new(Fourier::from_amplitudes(1.0, &[[0.4, 0.7], [0.2, -1.0]]).unwrap())),
+        ("amplitudes", Wave::new(Fourier::of_amplitudes(1.0, &[[0.4, 0.7], [0.2, -1.0]]).unwrap())),
         ("ahead", wave.clone().per_turn(3).unwrap().with_phase(0.9).unwrap()),
         ("radius", Wave::new(centre.radius(0.08).unwrap())),
         ("ratio", Wave::new(centre.ratio(3.5).unwrap())),
@@ -121,8 +121,7 @@ fn rectangular_wave_and_its_series() {
     let data = crate::data::read("classics.json");
     let example = &data["rect_fourier"]["example"];
     let number = |key: &str| example[key].as_f64().unwrap();
-    let rectangle =
-        RectangularWave::from_contact_ratio(number("eps"), number("kmin"), number("kmax")).unwrap();
+    let rectangle = RectangularWave::of_contact_ratio(number("eps"), number("kmin"), number("kmax")).unwrap();
     assert_eq!(rectangle.mean(), number("a0"));
     let series = rectangle.series(5).unwrap();
     for (pair, a) in series.pairs().iter().zip(example["a"].as_array().unwrap()) {

@@ -106,7 +106,7 @@ fn meissner() {
             model.trace()
         );
         let expected = if model.trace().abs() > 2.0 { Stability::Unstable } else { Stability::Undecided };
-        assert_eq!(Multipliers::from_monodromy(&turn.matrix, 1e-9).unwrap().stability(), expected);
+        assert_eq!(Multipliers::of_monodromy(&turn.matrix, 1e-9).unwrap().stability(), expected);
     }
     // The boundary near δ = 1/4, where the trace is -2, by bisection on the closed form.
     let trace = |delta: f64| Meissner { delta, epsilon: 0.2, zeta: 0.0 }.trace();
@@ -121,7 +121,7 @@ fn meissner() {
             .flow_tolerance(1e-13)
             .run(&Meissner { delta, epsilon: 0.2, zeta: 0.0 }, &State::at_rest(1), TAU)
             .unwrap();
-        assert_eq!(Multipliers::from_monodromy(&turn.matrix, 1e-9).unwrap().stability(), expected, "{delta}");
+        assert_eq!(Multipliers::of_monodromy(&turn.matrix, 1e-9).unwrap().stability(), expected, "{delta}");
     }
     // With damping the orbit is stable.
     let damped = Shooting::new()
@@ -132,8 +132,8 @@ fn meissner() {
 
 #[test]
 fn multipliers_of_anything() {
-    assert!(Multipliers::from_monodromy(&nalgebra::DMatrix::from_element(2, 2, f64::NAN), 0.0).is_err());
-    assert!(Multipliers::from_monodromy(&nalgebra::DMatrix::zeros(2, 3), 0.0).is_err());
+    assert!(Multipliers::of_monodromy(&nalgebra::DMatrix::from_element(2, 2, f64::NAN), 0.0).is_err());
+    assert!(Multipliers::of_monodromy(&nalgebra::DMatrix::zeros(2, 3), 0.0).is_err());
     let none = Multipliers::new(Vec::new(), 0.0);
     assert_eq!((none.largest(), none.stability()), (0.0, Stability::Stable));
     let close = |error| Multipliers::new(vec![Complex64::new(0.0, 0.999), Complex64::new(-0.5, 0.0)], error);

@@ -45,7 +45,7 @@ fn ensemble_energies() {
         let energies: Vec<f64> = (0..count)
             .map(|k| energy(&solver.end(&member(hold, k), &State::new(0.0, &[1.0], &[0.0]), 40.0).unwrap()))
             .collect();
-        let s = Summary::from_samples(&energies).unwrap();
+        let s = Summary::of_samples(&energies).unwrap();
         let error = s.deviation / (count as f64).sqrt();
         println!("h = {hold}: {} ± {error:.1e} against {expected}", s.mean);
         assert!((s.mean - expected).abs() < 3.0 * error);

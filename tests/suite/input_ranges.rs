@@ -37,7 +37,7 @@ fn counts_without_bound_are_refused_by_name() {
         too_many("times", uniform_times(0.0, 1.0, count));
         too_many("spans of an ensemble", Ensemble::new(1, 1.0, count));
         too_many("members", Ensemble::new(count as u64, 1.0, 1));
-        too_many("histogram", Distribution::from_samples([1.0, 2.0]).histogram(count));
+        too_many("histogram", Distribution::of_samples([1.0, 2.0]).histogram(count));
         let uncertain = RandomParameters::new(1).with("x", StandardNormal).with("y", StandardNormal);
         too_many("samples", uncertain.points(count));
         too_many("samples of a Sobol design", uncertain.sobol(count));
@@ -226,8 +226,8 @@ fn figures_that_overflow_are_errors() {
     let overflows = |what: &str, error: Option<P>| {
         assert!(matches!(error, Some(P::Overflow { .. })), "{what}: {error:?}")
     };
-    overflows("mean", Summary::from_samples(&[f64::MAX, f64::MAX]).err());
-    overflows("mean square", Summary::from_samples(&[1e200, -1e200]).err());
+    overflows("mean", Summary::of_samples(&[f64::MAX, f64::MAX]).err());
+    overflows("mean square", Summary::of_samples(&[1e200, -1e200]).err());
     overflows(
         "amplitude",
         Spectrum::new(&[f64::MAX, f64::MAX, -f64::MAX, f64::MAX], 1.0, Window::Rectangular).err(),
@@ -246,7 +246,7 @@ fn figures_that_overflow_are_errors() {
     );
     // Values of any size have a mean and its standard error; their variance may overflow.
     for values in [[f64::MAX, -f64::MAX, f64::MAX, f64::MAX], [1.0, 2.0, 1e160, -1e160], [f64::MAX; 4]] {
-        let all = Distribution::from_samples(values);
+        let all = Distribution::of_samples(values);
         let exact = values.iter().map(|x| x / 4.0).sum::<f64>();
         assert!((all.mean() - exact).abs() <= 1e-12 * all.max().abs(), "{values:?}: {}", all.mean());
         let squares: f64 = values.iter().map(|x| (x / 1e200 - exact / 1e200).powi(2)).sum();
@@ -258,8 +258,8 @@ fn figures_that_overflow_are_errors() {
         );
         assert!(all.quantile(0.4).unwrap().is_finite());
     }
-    overflows("variance", Distribution::from_samples([1e160, -1e160]).variance().err());
-    let small = Distribution::from_samples([1.0, 2.0, 4.0]);
+    overflows("variance", Distribution::of_samples([1e160, -1e160]).variance().err());
+    let small = Distribution::of_samples([1.0, 2.0, 4.0]);
     assert!((small.variance().unwrap() - 7.0 / 3.0).abs() < 1e-15);
 }
 
@@ -365,11 +365,11 @@ fn times_of_phases_at_any_scale() {
 #[test]
 fn multipliers_with_an_error_that_is_no_number_are_none() {
     let matrix = nalgebra::DMatrix::identity(2, 2);
-    assert!(Multipliers::from_monodromy(&matrix, f64::NAN).is_err());
-    assert!(Multipliers::from_monodromy(&matrix, 0.0).is_ok());
+    assert!(Multipliers::of_monodromy(&matrix, f64::NAN).is_err());
+    assert!(Multipliers::of_monodromy(&matrix, 0.0).is_ok());
     // Entries whose squares overflow: the eigenvalues are 3e200 and -1e200.
     let large = nalgebra::DMatrix::from_row_slice(2, 2, &[1e200, 2e200, 2e200, 1e200]);
-    let values = Multipliers::from_monodromy(&large, 0.0).unwrap();
+    let values = Multipliers::of_monodromy(&large, 0.0).unwrap();
     assert!(
         (values.values()[0].re / 3e200 - 1.0).abs() < 1e-14
             && (values.values()[1].re / 1e200 + 1.0).abs() < 1e-14

@@ -92,7 +92,7 @@ fn intervals_cover() {
             let within = |[low, high]: [f64; 2], truth: f64| usize::from(low <= truth && truth <= high);
             let hits = x.iter().filter(|x| **x < 0.13).count() as u64;
             shares += within(Proportion::new(hits, n as u64).unwrap().confidence(level).unwrap(), 0.13);
-            let all = Distribution::from_samples(x);
+            let all = Distribution::of_samples(x);
             quantiles += within(all.quantile_confidence(0.4, level).unwrap(), 0.4);
             means += within(all.confidence(level).unwrap(), 0.5);
         }
@@ -111,7 +111,7 @@ fn intervals_cover() {
 fn quantile_intervals_of_many_values() {
     let n = 20_000_u64;
     let values = (0..n).map(|i| (i * 7919 % n) as f64);
-    let [low, high] = Distribution::from_samples(values).quantile_confidence(0.05, 0.95).unwrap();
+    let [low, high] = Distribution::of_samples(values).quantile_confidence(0.05, 0.95).unwrap();
     // 1000 ± 1.96 √(20000 · 0.05 · 0.95) = 60.4 ranks, and up to two bins of 128.
     assert!((640.0..=940.0).contains(&low) && (1060.0..=1360.0).contains(&high), "{low} {high}");
 }
@@ -135,7 +135,7 @@ fn shares_and_levels_are_checked() {
             matches!(refused, Err(ParameterError::OutOfRange { .. } | ParameterError::NotFinite { .. })),
             "{level}: {refused:?}"
         );
-        let samples = Distribution::from_samples([1.0, 2.0]);
+        let samples = Distribution::of_samples([1.0, 2.0]);
         assert!(samples.confidence(level).is_err() && samples.quantile_confidence(0.5, level).is_err());
     }
 }

@@ -150,7 +150,7 @@ fn held_noise_tends_to_white_noise() {
     let parts = 8u32; // positions within a hold time
     let mut errors = Vec::new();
     for h in [0.8, 0.4, 0.2] {
-        let pulse = HeldProcess::from_values(h, &[1.0, 0.0]).unwrap();
+        let pulse = HeldProcess::of_values(h, &[1.0, 0.0]).unwrap();
         let noisy = Noisy::new(bare.clone()).add(&[(slot, 1.0)], &pulse).unwrap();
         let (mut state, mut squares, mut k) = (State::at_rest(1), 0.0, 0u32);
         while f64::from(k) * h < 20.0 / zeta {
@@ -185,7 +185,7 @@ fn members_under_held_noise() {
         Dop853::new().rtol(1e-6).atol(1e-8).end(&noisy, &State::at_rest(1), end).unwrap().q[0]
     };
     let squares: Vec<f64> = (0..1000).map(|member| end_of(member).powi(2)).collect();
-    let seen = Summary::from_samples(&squares).unwrap();
+    let seen = Summary::of_samples(&squares).unwrap();
     let error = seen.deviation / (squares.len() as f64).sqrt();
     let exact = (1.0 - h * h / 12.0) / (4.0 * zeta);
     println!("{} ± {error} against {exact}", seen.mean);

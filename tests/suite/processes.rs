@@ -69,7 +69,7 @@ fn moments_over_members() {
             let exact = lags.iter().map(|lag| variance * exact_of.correlation(*lag).unwrap());
             let exact = [mean, variance].into_iter().chain(exact);
             for (k, (samples, exact)) in samples.iter().zip(exact).enumerate() {
-                let seen = Summary::from_samples(samples).unwrap();
+                let seen = Summary::of_samples(samples).unwrap();
                 let error = seen.deviation / (members as f64).sqrt();
                 println!("{name}, {start}, {k}: {} ± {error:.1e} against {exact}", seen.mean);
                 assert!((seen.mean - exact).abs() < z * error, "{name}, quantity {k} at {start}");
@@ -242,10 +242,10 @@ fn refused_processes() {
             && SpectralProcess::new(|_| 1.0, [-1.0, 1.0], 4).is_err()
     );
     assert!(SpectralProcess::new(|_| 1.0, [0.0, 1.0], 0).is_err());
-    assert!(SpectralProcess::from_table(&[[0.0, 1.0], [0.0, 2.0]], 4).is_err());
-    assert!(SpectralProcess::from_table(&[[0.0, 1.0]], 4).is_err());
-    assert!(SpectralProcess::from_table(&[[0.0, 1.0], [1.0, -2.0]], 4).is_err());
-    let table = SpectralProcess::from_table(&[[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]], 10).unwrap();
+    assert!(SpectralProcess::of_table(&[[0.0, 1.0], [0.0, 2.0]], 4).is_err());
+    assert!(SpectralProcess::of_table(&[[0.0, 1.0]], 4).is_err());
+    assert!(SpectralProcess::of_table(&[[0.0, 1.0], [1.0, -2.0]], 4).is_err());
+    let table = SpectralProcess::of_table(&[[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]], 10).unwrap();
     assert!((table.variance().unwrap() - 2.0).abs() < 1e-14);
     let often = text(ShotNoise::new(1e6, 1.0, StandardNormal).unwrap_err());
     assert_eq!(often, "pulses in a decay time is 1000000.0: it must lie in [0, 1e4]");

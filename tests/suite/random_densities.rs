@@ -259,7 +259,7 @@ fn a_forced_dead_zone_against_monte_carlo() {
     }
     for (i, computed) in computed.iter().enumerate() {
         let values: Vec<f64> = batches.iter().map(|batch| batch[i]).collect();
-        let sampled = Summary::from_samples(&values).unwrap();
+        let sampled = Summary::of_samples(&values).unwrap();
         let error = sampled.deviation / 10.0;
         println!("{computed:.6} against {:.6} ± {error:.6}", sampled.mean);
         // Three standard errors: 1.3 % of five values lie outside in correct runs. Below them lies the error

@@ -162,7 +162,7 @@ fn the_exact_reading() {
         let run = solver
             .sample(&pair, &orbit.steady.state, &uniform_times(start, start + pair.period(), m).unwrap())
             .unwrap();
-        let sampled = Summary::from_samples(&run.channel(&pair, "deflection").unwrap()).unwrap();
+        let sampled = Summary::of_samples(&run.channel(&pair, "deflection").unwrap()).unwrap();
         for (ours, theirs) in [(sampled.min, &case["defl_min_m"]), (sampled.max, &case["defl_max_m"])] {
             assert!(
                 (ours / number(theirs) - 1.0).abs() < 1e-6,
@@ -196,7 +196,7 @@ fn two_degrees_of_freedom_tend_to_one() {
             .channel(&two, "deflection")
             .unwrap();
         let tail = &x1[20_000..];
-        let ppv = Summary::from_samples(tail).unwrap().peak_to_peak();
+        let ppv = Summary::of_samples(tail).unwrap().peak_to_peak();
         let worst = x1.iter().zip(&x2).fold(0.0, |m: f64, (a, b)| m.max((a + b).abs())) / ppv;
         println!("{speed} rad/s, I1 = {inertia}: {worst:.2e} against {expected:.2e}");
         assert!((0.8..1.25).contains(&(worst / expected)), "{speed} rad/s, I1 = {inertia}: {worst}");

@@ -96,7 +96,7 @@ fn every_trajectory() {
         if held.is_null() {
             compare(&ring, case, name);
         } else {
-            let process = HeldProcess::from_values(number(&held["hold_s"]), &list(&held["values"])).unwrap();
+            let process = HeldProcess::of_values(number(&held["hold_s"]), &list(&held["values"])).unwrap();
             let scale = number(&held["scale_Ns_per_m"]);
             let slot = |i: usize| (ring.slot(&format!("mesh damping {i}")).unwrap(), scale);
             let slots: Vec<(usize, f64)> = (0..ring.gears()).map(slot).collect();

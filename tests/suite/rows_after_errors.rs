@@ -140,7 +140,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
     }
     let samples: Vec<f64> =
         (0..1000).map(|i| 1e9 + root * (f64::from(i) * std::f64::consts::TAU / 1000.0).sin()).collect();
-    assert!((Summary::from_samples(&samples).unwrap().deviation - 1.0).abs() < 1e-7);
+    assert!((Summary::of_samples(&samples).unwrap().deviation - 1.0).abs() < 1e-7);
 }
 
 /// A stop on one side: a law with an infinite edge gives the results of a law with an edge out of reach.

@@ -40,7 +40,7 @@ fn setters_and_getters_have_one_noun() {
             // with_ sets: what makes a value of others is of_.
             let sets = !name.starts_with("with_")
                 || ["(self", "(&self", "(mut self"].iter().any(|it| body.contains(it));
-            assert!(sets, "{of}::{name} is no setter");
+            assert!(sets && !name.starts_with("from_"), "{of}::{name} is neither a setter nor of_ something");
             // fn getter(&self) -> T { self.field }
             let returned = body.split_once("{\n        self.").map(|(_, rest)| rest.trim());
             let field = returned.filter(|rest| rest.chars().all(|c| c.is_alphanumeric() || c == '_'));

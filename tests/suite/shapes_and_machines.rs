@@ -243,7 +243,7 @@ fn the_pair_takes_any_law_and_any_wave() {
 fn moving_edges_of_the_pair() {
     let params = NfgParams::table1();
     let width = Wave::new(Fourier::new(5e-5, &[[1e-5, 5e-6]]).unwrap());
-    let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.6, 2.4e8, 3.6e8).unwrap());
+    let stiffness = Wave::new(RectangularWave::of_contact_ratio(1.6, 2.4e8, 3.6e8).unwrap());
     let mesh = Mesh::new(stiffness, Wave::constant(1e-5).unwrap(), VaryingBacklash::new(width));
     let one = NfgPair::of_mesh(&params, NfgReading::exact(), mesh.clone()).unwrap();
     assert_eq!(check_periodic(&one, &State::new(3.0, &[-8e-4], &[1e-4])), []);

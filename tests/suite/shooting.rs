@@ -72,7 +72,7 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
         let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
         let turn =
             Variation::new().flow_tolerance(1e-13).run(&model, &state(0.0, &x0), model.period()).unwrap();
-        let multipliers = Multipliers::from_monodromy(&turn.matrix, 1e-9).unwrap();
+        let multipliers = Multipliers::of_monodromy(&turn.matrix, 1e-9).unwrap();
         let error = apart(multipliers.values(), &complex(&point["multipliers"]));
         println!("{system} {} {}: {error:.1e}", point["type"], point["Omega"]);
         // At a fold one multiplier is 1 and the other stays away from it, so that both are accurate.

@@ -364,7 +364,7 @@ fn varying_speed_and_held_processes() {
     agree("fluctuation", &VaryingSpeed::new(pair, law), &start, 100.0, 1e-9);
     let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap();
     let (slot, dof) = (ring.slot("mesh damping 1").unwrap(), ring.dof());
-    let process = HeldProcess::from_values(1e-4, &[0.0, 300.0, 100.0, 500.0]).unwrap();
+    let process = HeldProcess::of_values(1e-4, &[0.0, 300.0, 100.0, 500.0]).unwrap();
     let noisy = Noisy::new(ring).add(&[(slot, 1.0)], &process).unwrap();
     agree("held", &noisy, &State::at_rest(dof), 3e-3, 1e-9);
 }

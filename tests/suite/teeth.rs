@@ -471,7 +471,7 @@ proptest! {
 fn the_series_of_the_rectangular_wave() {
     let example = &read("teeth.json")["rect_fourier"]["example"];
     let (low, high) = (number(&example["kmin"]), number(&example["kmax"]));
-    let wave = RectangularWave::from_contact_ratio(number(&example["eps"]), low, high).unwrap();
+    let wave = RectangularWave::of_contact_ratio(number(&example["eps"]), low, high).unwrap();
     let series = wave.series(5).unwrap();
     close(series.mean(), number(&example["a0"]), 1e-15);
     for (pair, a) in series.pairs().iter().zip(numbers(&example["a"])) {

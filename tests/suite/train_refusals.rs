@@ -81,7 +81,7 @@ fn values_out_of_range_are_refused() {
             body().restrained(0.0, value),
             body().bearing(Bearing::new(1.0, value)),
             body().bearing(Bearing::new(1.0, 1.0).damping(value)),
-            body().bearing(Bearing::new(1.0, 1.0).clearance(value)),
+            body().bearing(Bearing::new(1.0, 1.0).half_clearance(value)),
         ] {
             parameter(refused(|parts| drop(parts.body("third", body).clone())));
         }

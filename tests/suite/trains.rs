@@ -296,8 +296,8 @@ fn elaborate(clearance: f64) -> Parts {
     let wave = |mean: f64, a: f64| Wave::new(Fourier::new(mean, &[[a, 0.3 * a]]).unwrap());
     let bearing = |mass: f64| Bearing::new(mass, 1e8).damping(300.0);
     let bearings = [
-        bearing(1.0).clearance(clearance),
-        bearing(0.6).clearance(2.0 * clearance),
+        bearing(1.0).half_clearance(clearance),
+        bearing(0.6).half_clearance(2.0 * clearance),
         bearing(3.0),
         bearing(4.0),
     ];
@@ -421,7 +421,7 @@ fn forces_of_bearings_friction_and_motors() {
     };
     // A shaft in a bearing of radial clearance: r = 5e-5 at (3e-5, 4e-5), 3e-5 past the clearance.
     let mut parts = Parts::new();
-    parts.body("rotor", Body::new(1.0).bearing(Bearing::new(2.0, 1e8).clearance(2e-5)));
+    parts.body("rotor", Body::new(1.0).bearing(Bearing::new(2.0, 1e8).half_clearance(2e-5)));
     let rotor = parts.build("rotor", 100.0).unwrap();
     let a = at(&rotor, &[0.0, 3e-5, 4e-5], &[0.0; 3]);
     near(a[1], -1e8 * 3e-5 * 0.6 / 2.0);
@@ -763,7 +763,7 @@ fn resonances_lie_on_orders() {
 #[test]
 fn clearances_along_the_line_of_action_have_static_states_and_modes() {
     let mesh = MeshPart::external([28, 28], [0.0445, 0.0445], k()).half_backlash(5e-5);
-    let mut parts = geared_rotor([1.15e-3; 2], [Bearing::new(1.84, 1e8).clearance(1e-5); 2], mesh);
+    let mut parts = geared_rotor([1.15e-3; 2], [Bearing::new(1.84, 1e8).half_clearance(1e-5); 2], mesh);
     parts.torque("drive", "driver", 44.5).torque("load", "driven", -44.5);
     let rotor = parts.build("driver", 100.0).unwrap();
     let state = static_state(&rotor, 0.0).unwrap();

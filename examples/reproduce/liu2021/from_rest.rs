@@ -181,7 +181,7 @@ pub fn two_degrees_of_freedom(report: &mut Report) -> Outcome<()> {
             // The drive flank is the lower one in the first model and the upper one in the second, so that
             // the deflections have opposite signs.
             let worst = x1.iter().zip(&x2).fold(0.0, |m: f64, (a, b)| m.max((a + b).abs()));
-            let share = worst / Summary::from_samples(&x1[20_000..])?.peak_to_peak();
+            let share = worst / Summary::of_samples(&x1[20_000..])?.peak_to_peak();
             cells.push(format!("{share:.1e}"));
         }
         rows.push(cells);

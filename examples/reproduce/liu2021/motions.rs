@@ -94,7 +94,7 @@ pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {
     /// 500 samples in a period of the highest order: the extremes are accurate to 2e-5 of its amplitude.
     const SAMPLES: usize = 32_768;
     let state = orbit.contacts(pair)?[0].statistics.rattle_state();
-    let elastic = Summary::from_samples(&orbit.history(SAMPLES)?.channel(pair, ELASTIC)?)?.peak_to_peak();
+    let elastic = Summary::of_samples(&orbit.history(SAMPLES)?.channel(pair, ELASTIC)?)?.peak_to_peak();
     // Multipliers of the published equations linearised along the series; Liu 2021 does not state stability.
     let multipliers = Balance::new(orbit.harmonics().clone()).multipliers(pair, orbit);
     let stable = word(multipliers.ok().map(|m| m.stability()));

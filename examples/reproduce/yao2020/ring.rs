@@ -106,7 +106,7 @@ pub fn transmission_error(report: &mut Report) -> Outcome<()> {
     for (((name, _), b), run) in cases.iter().zip(runs) {
         let (times, values) = run?;
         let (early, late) =
-            (Summary::from_samples(&values[0][..10_000])?, Summary::from_samples(&values[0][90_000..])?);
+            (Summary::of_samples(&values[0][..10_000])?, Summary::of_samples(&values[0][90_000..])?);
         rows.push(vec![
             (*name).to_owned(),
             format!("{}", 1e6 * b),

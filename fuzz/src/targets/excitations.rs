@@ -19,12 +19,12 @@ pub fn wave(case: &mut Case, levels: usize, mean: f64) -> Result<Wave, Stop> {
         }
         2 => {
             let (mean, pairs) = (case.number(mean), case.pairs(3, 0.2 * mean));
-            Wave::new(Fourier::from_amplitudes(mean, &pairs)?)
+            Wave::new(Fourier::of_amplitudes(mean, &pairs)?)
         }
         3 => Wave::new(RectangularWave::new(case.number(0.5 * mean), case.number(mean), case.number(0.4))?),
         4 => {
             let (ratio, low, high) = (case.number(1.5), case.number(0.5 * mean), case.number(mean));
-            let rectangle = RectangularWave::from_contact_ratio(ratio, low, high)?;
+            let rectangle = RectangularWave::of_contact_ratio(ratio, low, high)?;
             finite("mean of a wave", rectangle.mean())?;
             if case.chance(0.5) { Wave::new(rectangle) } else { Wave::new(rectangle.series(case.count(5))?) }
         }

@@ -57,7 +57,7 @@ fn channels(case: &mut Case, model: &Erased, trajectory: &Trajectory) -> Run {
         let values = trajectory.channel(model, name)?;
         all_finite(format_args!("channel {name}"), &values)?;
         if !values.is_empty() {
-            let summary = Summary::from_samples(&values)?;
+            let summary = Summary::of_samples(&values)?;
             finite("standard deviation", summary.deviation)?;
         }
     }

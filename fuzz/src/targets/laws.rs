@@ -146,7 +146,7 @@ pub fn process(case: &mut Case, hold: f64, size: f64) -> Result<HeldProcess, Sto
     let hold = case.number(hold);
     let process = if case.chance(0.5) {
         let values = case.list(5, size);
-        HeldProcess::from_values(hold, &values)?
+        HeldProcess::of_values(hold, &values)?
     } else if case.chance(0.5) {
         HeldProcess::new(hold, rand_distr::Normal::new(0.0, case.quantity(size))?)?
     } else {

@@ -95,7 +95,7 @@ pub fn variation(case: &mut Case) -> Run {
     all_finite("q", &transition.state.q)?;
     all_finite("matrix", transition.matrix.as_slice())?;
     let error = case.number(1e-9);
-    match case.accept(Multipliers::from_monodromy(&transition.matrix, error)) {
+    match case.accept(Multipliers::of_monodromy(&transition.matrix, error)) {
         Some(all) => multipliers(&all),
         None => Ok(()),
     }

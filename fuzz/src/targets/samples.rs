@@ -10,7 +10,7 @@ pub fn summaries(case: &mut Case) -> Run {
     let (length, size) = (1 + case.below(50), case.number(1.0));
     let samples = case.list(length, size);
     case.note(|| format!("samples {samples:?}"));
-    let summary = Summary::from_samples(&samples)?;
+    let summary = Summary::of_samples(&samples)?;
     case.note(|| format!("{summary:?}"));
     all_finite("summary", &[summary.mean, summary.rms, summary.min, summary.max])?;
     all_finite("range and deviation", &[summary.peak_to_peak(), summary.deviation])?;
@@ -74,7 +74,7 @@ pub fn distributions(case: &mut Case) -> Run {
     let (length, size) = (1 + case.below(200), case.number(1.0));
     let values = case.list(length, size);
     case.note(|| format!("values {values:?}"));
-    let mut all = Distribution::from_samples(values.iter().copied());
+    let mut all = Distribution::of_samples(values.iter().copied());
     all.add(case.number(size));
     let (p, spans) = (case.number(0.5), case.count(10).min(1 << 40));
     holds(all.count() + all.not_finite() == values.len() as u64 + 1, || {

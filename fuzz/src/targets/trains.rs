@@ -24,7 +24,7 @@ fn body(case: &mut Case) -> Body {
     let mut body = Body::new(number(case, 1e-3)).centre([number(case, 0.1), number(case, 0.1)]);
     if case.chance(0.4) {
         let bearing = Bearing::new(number(case, 1.0), number(case, 1e8)).damping(number(case, 100.0));
-        let bearing = if case.chance(0.3) { bearing.clearance(number(case, 1e-5)) } else { bearing };
+        let bearing = if case.chance(0.3) { bearing.half_clearance(number(case, 1e-5)) } else { bearing };
         body = body.bearing(if case.chance(0.2) { bearing.along_y() } else { bearing });
     }
     match case.below(8) {

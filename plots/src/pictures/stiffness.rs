@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 /// ```
 /// use gear_dynamics::{Wave, excitation::RectangularWave};
 /// use gear_dynamics_plots::{Picture, stiffness};
-/// let wave = Wave::new(RectangularWave::from_contact_ratio(1.6, 2e8, 3e8)?);
+/// let wave = Wave::new(RectangularWave::of_contact_ratio(1.6, 2e8, 3e8)?);
 /// let svg = Picture::from(stiffness(&[("stage 1", &wave)], "mesh stiffness k [N/m]", 2.0)?).to_svg();
 /// assert!(svg.contains("mesh stiffness k [10⁶ N/m]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

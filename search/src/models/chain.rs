@@ -51,7 +51,7 @@ impl<N: Nonlinearity + std::fmt::Debug> Chain<N> {
         let error = (0..masses).map(|_| wave(0.0, 0.1)).collect::<Result<Vec<_>, _>>()?;
         let mut stiffness = (0..masses).map(|_| wave(1.0, 0.1)).collect::<Result<Vec<_>, _>>()?;
         if draw.below(3) == 0 {
-            stiffness[0] = Wave::new(RectangularWave::from_contact_ratio(draw.within(1.1, 1.9), 0.8, 1.2)?);
+            stiffness[0] = Wave::new(RectangularWave::of_contact_ratio(draw.within(1.1, 1.9), 0.8, 1.2)?);
         }
         let force = Wave::new(Fourier::new(0.0, &[[1.0, 0.0]])?);
         let values = [

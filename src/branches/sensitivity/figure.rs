@@ -6,7 +6,7 @@ use crate::analysis::Summary;
 ///
 /// ```
 /// use gear_dynamics::{analysis::Summary, branches::Figure};
-/// let summary = Summary::from_samples(&[1.0, 3.0])?;
+/// let summary = Summary::of_samples(&[1.0, 3.0])?;
 /// assert_eq!(Figure::PeakToPeak.of(&summary), 2.0);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```

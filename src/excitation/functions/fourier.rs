@@ -46,7 +46,7 @@ impl Fourier {
     ///
     /// # Errors
     /// A mean, amplitude or phase beyond ±1e50; more than 10 000 orders.
-    pub fn from_amplitudes(mean: f64, amplitudes: &[[f64; 2]]) -> Result<Self, ParameterError> {
+    pub fn of_amplitudes(mean: f64, amplitudes: &[[f64; 2]]) -> Result<Self, ParameterError> {
         for (i, pair) in amplitudes.iter().enumerate() {
             check::quantity(format!("amplitude of order {}", i + 1), pair[0])?;
             check::quantity(format!("phase of order {}", i + 1), pair[1])?;

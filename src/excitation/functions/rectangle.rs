@@ -19,7 +19,7 @@ use std::f64::consts::TAU;
 /// ```
 /// use gear_dynamics::{excitation::{Excitation, RectangularWave, Side}, Wave};
 /// use std::f64::consts::{FRAC_PI_2, PI};
-/// let rectangle = RectangularWave::from_contact_ratio(1.5, 0.8, 1.2)?;
+/// let rectangle = RectangularWave::of_contact_ratio(1.5, 0.8, 1.2)?;
 /// assert!((rectangle.series(1)?.pairs()[0][0] - 0.8 / PI).abs() < 1e-15);
 /// let wave = Wave::new(rectangle);
 /// assert_eq!(wave.next_edge(0.0), Some(FRAC_PI_2));
@@ -51,7 +51,7 @@ impl RectangularWave {
     ///
     /// # Errors
     /// A contact ratio below 1 or above 1e50; levels as in [`new`](RectangularWave::new).
-    pub fn from_contact_ratio(contact_ratio: f64, low: f64, high: f64) -> Result<Self, ParameterError> {
+    pub fn of_contact_ratio(contact_ratio: f64, low: f64, high: f64) -> Result<Self, ParameterError> {
         let name = "contact ratio";
         if check::quantity(name, contact_ratio)? < 1.0 {
             return Err(ParameterError::OutOfRange {

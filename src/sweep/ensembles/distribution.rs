@@ -84,7 +84,7 @@ impl Distribution {
     }
 
     /// The distribution of given values.
-    pub fn from_samples(values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn of_samples(values: impl IntoIterator<Item = f64>) -> Self {
         let mut all = Distribution::new();
         values.into_iter().for_each(|x| all.add(x));
         all
@@ -329,7 +329,7 @@ impl Distribution {
     ///
     /// ```
     /// use gear_dynamics::sweep::Distribution;
-    /// let x = Distribution::from_samples((1..=10).map(f64::from));
+    /// let x = Distribution::of_samples((1..=10).map(f64::from));
     /// assert_eq!(x.quantile_confidence(0.5, 0.95)?, [2.0, 9.0]); // with 97.9 %
     /// assert_eq!(x.quantile_confidence(0.05, 0.95)?, [f64::NEG_INFINITY, 3.0]);
     /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -381,7 +381,7 @@ impl Distribution {
 ///
 /// ```
 /// use gear_dynamics::sweep::Distribution;
-/// let last = Distribution::from_samples([0.0, 1.0, 4.0]).histogram(2)?[1];
+/// let last = Distribution::of_samples([0.0, 1.0, 4.0]).histogram(2)?[1];
 /// assert_eq!((last.middle, last.count), (3.0, 1));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```

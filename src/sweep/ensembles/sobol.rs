@@ -175,14 +175,14 @@ impl SobolDesign {
         let samples: Vec<&[f64]> =
             measure.chunks_exact(n + 2).filter(|sample| sample.iter().all(|x| x.is_finite())).collect();
         check::at_least("good samples", samples.len(), 2)?;
-        let both = crate::sweep::ensembles::distribution::Distribution::from_samples(
+        let both = crate::sweep::ensembles::distribution::Distribution::of_samples(
             samples.iter().flat_map(|s| [s[n], s[n + 1]]),
         );
         let (mean, variance) = (both.mean(), check::scale("variance of the measure", both.variance()?)?);
         Ok((0..n)
             .map(|i| {
                 let average = |f: &dyn Fn(f64, f64, f64) -> f64| {
-                    crate::sweep::ensembles::distribution::Distribution::from_samples(
+                    crate::sweep::ensembles::distribution::Distribution::of_samples(
                         samples.iter().map(|s| f(s[i], s[n], s[n + 1]) / variance),
                     )
                     .mean()

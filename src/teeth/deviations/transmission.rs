@@ -36,7 +36,7 @@ impl TransmissionError {
     pub fn of_harmonics(amplitudes: &[[f64; 2]]) -> Result<Self, ParameterError> {
         let none = Fourier::new(0.0, &[])?;
         Ok(TransmissionError {
-            tooth: Fourier::from_amplitudes(0.0, amplitudes)?,
+            tooth: Fourier::of_amplitudes(0.0, amplitudes)?,
             shafts: [none.clone(), none],
         })
     }

@@ -256,7 +256,7 @@ impl GearPair {
     /// # Errors
     /// A level beyond ±1e50.
     pub fn rectangular(&self, low: f64, high: f64) -> Result<RectangularWave, ParameterError> {
-        RectangularWave::from_contact_ratio(self.contact_ratio, low, high)
+        RectangularWave::of_contact_ratio(self.contact_ratio, low, high)
     }
 }
 

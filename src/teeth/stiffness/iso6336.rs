@@ -219,11 +219,11 @@ impl MethodBStiffness {
     /// φ = 0.
     ///
     /// # Errors
-    /// None for the result of a pair; those of [`RectangularWave::from_contact_ratio`].
+    /// None for the result of a pair; those of [`RectangularWave::of_contact_ratio`].
     pub fn rectangular(&self) -> Result<RectangularWave, ParameterError> {
         let level = |pairs: f64| self.single * self.width * (0.75 * pairs + 0.25);
         let pairs = self.contact_ratio.floor();
-        RectangularWave::from_contact_ratio(self.contact_ratio, level(pairs), level(pairs + 1.0))
+        RectangularWave::of_contact_ratio(self.contact_ratio, level(pairs), level(pairs + 1.0))
     }
 
     /// Resonance speed n_E = 1/(2π z) √(c_γα/m_red) of a gear with z teeth, in turns per second, for a

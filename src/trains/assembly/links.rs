@@ -72,7 +72,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
         for (body, (name, part)) in self.layout.plan.topology.bodies.iter().enumerate() {
             let Some(bearing) = part.bearing else { continue };
             let rows = self.layout.bearing(body);
-            if bearing.clearance == 0.0 {
+            if bearing.half_clearance == 0.0 {
                 for (axis, row) in rows.iter().enumerate() {
                     let name = format!("{name} bearing {}", ["x", "y"][axis]);
                     self.spring(name, row, bearing.stiffness[axis], bearing.damping[axis]);
@@ -82,8 +82,8 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             let levers = rows.each_ref().map(|row| self.elements.kept(&self.levers(row)));
             let pulls = rows.each_ref().map(|row| self.kept_pulls(row));
             let (stiffness, law) = (bearing.stiffness[0], Backlash::new(0.0)?);
-            let least = (1e-9 * bearing.clearance).powi(2);
-            let half = Some(("half clearance", bearing.clearance));
+            let least = (1e-9 * bearing.half_clearance).powi(2);
+            let half = Some(("half clearance", bearing.half_clearance));
             let Channel { name, .. } =
                 self.contact(&format!("{name} bearing"), ALONG, bearing.damping[0], half);
             self.elements.journals.push(Journal { name, levers, pulls, stiffness, least, law });

@@ -24,7 +24,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
         for (body, (name, part)) in topology.bodies.iter().enumerate() {
             let (Some(bearing), [x, Some(y)]) = (part.bearing, self.layout.centre[body]) else { continue };
             let planet = plan.planets[body].is_some();
-            if bearing.clearance > 0.0 && !planet {
+            if bearing.half_clearance > 0.0 && !planet {
                 let why = "a damper with a clearance has no term for the rotation";
                 return Err(TrainError::NotRotating { part: name.clone(), why });
             }

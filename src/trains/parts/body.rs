@@ -4,7 +4,7 @@
 ///
 /// ```
 /// use gear_dynamics::trains::Bearing;
-/// let bearing = Bearing::new(2.0, 1e8).damping(300.0).clearance(2e-5);
+/// let bearing = Bearing::new(2.0, 1e8).damping(300.0).half_clearance(2e-5);
 /// assert_eq!(bearing.stiffness, [1e8, 1e8]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Bearing {
     pub damping: [f64; 2],
     /// Half of the radial clearance `[m]`: the distance from the centre at which the bearing carries. With a
     /// clearance, both stiffnesses must be equal.
-    pub clearance: f64,
+    pub half_clearance: f64,
     /// Whether the body moves along y alone, for example along a line of action.
     pub along_y: bool,
 }
@@ -26,7 +26,7 @@ impl Bearing {
     /// A bearing of equal stiffness in all directions, without damping and clearance, for a body of mass
     /// `mass`.
     pub fn new(mass: f64, stiffness: f64) -> Self {
-        Bearing { mass, stiffness: [stiffness; 2], damping: [0.0; 2], clearance: 0.0, along_y: false }
+        Bearing { mass, stiffness: [stiffness; 2], damping: [0.0; 2], half_clearance: 0.0, along_y: false }
     }
     /// The same bearing with a damping [N s/m] in all directions.
     pub fn damping(self, damping: f64) -> Self {
@@ -37,10 +37,10 @@ impl Bearing {
     pub fn along_y(self) -> Self {
         Bearing { along_y: true, ..self }
     }
-    /// The same bearing with a radial clearance: it carries when the centre is farther than `clearance` `[m]`
+    /// The same bearing with half a radial clearance: it carries when the centre is farther than this `[m]`
     /// from its place.
-    pub fn clearance(self, clearance: f64) -> Self {
-        Bearing { clearance, ..self }
+    pub fn half_clearance(self, half_clearance: f64) -> Self {
+        Bearing { half_clearance, ..self }
     }
 }
 

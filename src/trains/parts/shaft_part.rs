@@ -7,12 +7,13 @@ use crate::contact::Backlash;
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, Parts, ShaftPart};
-/// use gear_dynamics::{Model, linear::Modes};
+/// use gear_dynamics::linear::Modes;
 /// let mut parts = Parts::new();
 /// parts.body("motor", Body::new(0.02)).body("load", Body::new(0.02));
 /// parts.shaft("shaft", "motor", "load", ShaftPart::new(1e4).damping(0.1)); // N m/rad, N m s/rad
-/// let train = parts.build("motor", 100.0)?;
-/// assert_eq!((train.constant("shaft stiffness")?, train.constant("shaft damping")?), (1e4, 0.1));
+/// let modes = Modes::in_contact(&parts.build("motor", 100.0)?, 0.0)?;
+/// let fastest = modes.frequencies().into_iter().fold(0.0, f64::max);
+/// assert!((fastest - 1000.0).abs() < 0.01); // √(2 k/J)
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]

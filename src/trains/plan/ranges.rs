@@ -31,13 +31,13 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
             check::not_negative(format!("bearing stiffness of \"{name}\""), bearing.stiffness[axis])?;
             check::not_negative(format!("bearing damping of \"{name}\""), bearing.damping[axis])?;
         }
-        check::not_negative(format!("clearance of \"{name}\""), bearing.clearance)?;
+        check::not_negative(format!("half clearance of \"{name}\""), bearing.half_clearance)?;
         if bearing.along_y && body.place.is_some() {
             let why = "a planet moves in both directions";
             return Err(TrainError::NotIsotropic { body: name.clone(), why });
         }
         let alike = [bearing.stiffness, bearing.damping].iter().all(|[x, y]| x == y);
-        if bearing.clearance > 0.0 && !alike {
+        if bearing.half_clearance > 0.0 && !alike {
             let why = "it has a radial clearance";
             return Err(TrainError::NotIsotropic { body: name.clone(), why });
         }
@@ -46,7 +46,7 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
         check::not_negative(format!("stiffness of \"{}\"", shaft.name), shaft.part.stiffness)?;
         check::not_negative(format!("damping of \"{}\"", shaft.name), shaft.part.damping)?;
         check::not_negative(
-            format!("clearance of \"{}\"", shaft.name),
+            format!("half clearance of \"{}\"", shaft.name),
             shaft.part.clearance.as_ref().map_or(0.0, |(half, _)| *half),
         )?;
     }

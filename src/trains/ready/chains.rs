@@ -78,7 +78,7 @@ pub fn two_stage(inertias: [f64; 4], shaft: ShaftPart, [first, second]: [MeshPar
 /// use gear_dynamics::trains::{Bearing, MeshPart, geared_rotor};
 /// use gear_dynamics::{Model, Wave};
 /// let mesh = MeshPart::external([28, 28], [0.0445, 0.0445], Wave::constant(2e8)?).half_backlash(5e-5);
-/// let bearing = Bearing::new(1.84, 1e8).damping(400.0).clearance(1e-5);
+/// let bearing = Bearing::new(1.84, 1e8).damping(400.0).half_clearance(1e-5);
 /// let train = geared_rotor([1.15e-3, 1.15e-3], [bearing; 2], mesh).build("driver", 100.0)?;
 /// assert_eq!((train.dof(), train.contacts()), (3, 3));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -30,7 +30,7 @@ fn start() -> State {
 
 /// A pair with the natural frequency 2e4 rad/s, the damping ratio 0.05 and a rectangular stiffness.
 fn pair<N: Nonlinearity>(law: N) -> Machine<MeshedPair<N>> {
-    let stiffness = Wave::new(RectangularWave::from_contact_ratio(1.5, 1.6e8, 2.4e8).unwrap());
+    let stiffness = Wave::new(RectangularWave::of_contact_ratio(1.5, 1.6e8, 2.4e8).unwrap());
     let error = Wave::new(Fourier::new(0.0, &[[0.0, 2e-6]]).unwrap());
     let shape = MeshedPair(Mesh::new(stiffness, error, law));
     Machine::of_constants(
@@ -132,7 +132,7 @@ fn the_pair_is_wrapped() {
     let pair = rattling();
     let load = pair.slot("load").unwrap();
     let ensemble = Ensemble::new(8, 20.0 * pair.period(), 20).unwrap().channels(&["dynamic factor"]).rattle();
-    let process = HeldProcess::from_values(1e-4, &[-100.0, 100.0]).unwrap();
+    let process = HeldProcess::of_values(1e-4, &[-100.0, 100.0]).unwrap();
     let member = |member: u64| {
         Noisy::new(rattling())
             .add(&[(load, 1.0)], &process.clone().member(member))
