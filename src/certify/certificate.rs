@@ -93,7 +93,7 @@ impl Certificate {
         self.prove(model, &field, &mut |_| {})
     }
 
-    /// The proof once more. `seen` receives every stretch of the motion.
+    /// Proves the inclusion once more. `seen` receives every enclosed part of the motion.
     pub(crate) fn prove(
         &self,
         model: &dyn Periodic,

@@ -33,7 +33,7 @@ impl<'a> Newton<'a> {
         Newton { defects, slopes, middles, d: slopes.first().map_or(0, |slope| slope.size) }
     }
 
-    /// The derivative of the motion over one turn from each node, in plain numbers.
+    /// The derivative of the state one turn later with respect to that at each node, in plain numbers.
     fn turns(&self) -> Vec<Vec<f64>> {
         let (count, d) = (self.middles.len(), self.d);
         let unit: Vec<f64> = (0..d * d).map(|i| if i / d == i % d { 1.0 } else { 0.0 }).collect();

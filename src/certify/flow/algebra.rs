@@ -1,6 +1,7 @@
 //! The algebra of a tape on intervals, order by order.
 
 use crate::contact::Piece;
+use crate::contact::piece::alternative;
 use crate::interval::number::Interval;
 use crate::scalar::Scalar;
 use crate::series::PowerSeries;
@@ -258,9 +259,4 @@ fn power(x: Interval, p: f64, parity: Parity) -> Interval {
         }
         Parity::Odd => Interval::LINE,
     }
-}
-
-/// The number that the pieces of some contacts make in base 3.
-fn alternative(pieces: &[Piece], contact: usize, count: usize) -> usize {
-    pieces[contact..contact + count].iter().rev().fold(0, |number, piece| 3 * number + *piece as usize)
 }

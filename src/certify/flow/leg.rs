@@ -16,7 +16,7 @@ pub(crate) struct Event {
     pub(crate) near: f64,
 }
 
-/// The motion between two nodes: times, pieces, and the crossings.
+/// The motion from one node to the next: the times of both, the pieces of the contacts, the crossings.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Leg {

@@ -18,7 +18,7 @@ const MARGINS: [f64; 4] = [0.5, 4.0, 64.0, 1024.0];
 /// Width that is added to a window, as a share of the leg `[1]`.
 const LEAST: f64 = 1e-13;
 
-/// Inflation of the enclosure of a window in its attempts, as a share of its size `[1]`.
+/// The enclosure of a window grows by this share of its size from one attempt to the next `[1]`.
 const INFLATION: f64 = 0.1;
 const ATTEMPTS: usize = 6;
 

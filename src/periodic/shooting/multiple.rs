@@ -74,9 +74,6 @@ pub(crate) const LOOSER: f64 = 100.0;
 /// Default of the steps of one call. A start far from every orbit can use all of them.
 const STEPS: u64 = 10_000_000;
 
-/// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.
-const REPEATS: f64 = 1e-8;
-
 impl Shooting {
     /// Defaults: orbits of one period, tolerance 1e-12, flow tolerance 1e-13, 40 iterations, a [`Budget`] of
     /// 10⁷ steps.
@@ -382,29 +379,7 @@ impl Shooting {
             method: segments.method(),
         };
         let mut orbit = ShootingOrbit { parts, budget: self.budget.clone() };
-        orbit.parts.least = self.least_period_multiple(model, &orbit, segments, meter)?;
+        orbit.parts.least = orbit.found_multiple(model, segments, meter)?;
         Ok(orbit)
-    }
-
-    /// The smallest number of periods of the drives after which the state repeats.
-    fn least_period_multiple(
-        &self,
-        model: &dyn Model,
-        orbit: &ShootingOrbit,
-        segments: &Segments<'_, dyn Model + '_>,
-        meter: &Meter<'_>,
-    ) -> Result<usize, ShootingError> {
-        for shorter in (1..self.period_multiple).filter(|p| self.period_multiple.is_multiple_of(*p)) {
-            let start = &orbit.states()[0];
-            let t = start.t + orbit.period() * shorter as f64 / self.period_multiple as f64;
-            let later = orbit.state_at(model, t, meter).map_err(|error| {
-                let (states, corrections) = (orbit.states().to_vec(), orbit.corrections().to_vec());
-                ShootingError::of_segment(0, error, Iterate { states, corrections })
-            })?;
-            if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
-                return Ok(shorter);
-            }
-        }
-        Ok(self.period_multiple)
     }
 }

@@ -6,8 +6,13 @@ use crate::ode::{Budget, IntegrateError, Observer, Stats, Step};
 use crate::periodic::flow::flow_method::FlowMethod;
 use crate::periodic::flow::walk::{SegmentError, Walk};
 use crate::periodic::multipliers::{Multipliers, Stability};
+use crate::periodic::shooting::failure::{Iterate, ShootingError};
+use crate::periodic::shooting::segments::Segments;
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
+
+/// An orbit whose state repeats within this share of its range after fewer periods has the smaller period.
+const REPEATS: f64 = 1e-8;
 
 /// A periodic orbit found by [`Shooting`](crate::Shooting): states at the nodes, monodromy matrix, Floquet
 /// multipliers, and the corrections of the iteration.
@@ -141,6 +146,27 @@ impl ShootingOrbit {
     /// [`IntegrateError`]; also for a time that is not finite.
     pub fn at(&self, model: &dyn Model, t: f64) -> Result<State, IntegrateError> {
         self.state_at(model, t, &self.budget.begin())
+    }
+
+    /// The smallest number of periods of the drives after which the state repeats.
+    pub(crate) fn found_multiple(
+        &self,
+        model: &dyn Model,
+        segments: &Segments<'_, dyn Model + '_>,
+        meter: &Meter<'_>,
+    ) -> Result<usize, ShootingError> {
+        let (multiple, start) = (self.period_multiple(), &self.states()[0]);
+        for shorter in (1..multiple).filter(|p| multiple.is_multiple_of(*p)) {
+            let t = start.t + self.period() * shorter as f64 / multiple as f64;
+            let later = self.state_at(model, t, meter).map_err(|error| {
+                let (states, corrections) = (self.states().to_vec(), self.corrections().to_vec());
+                ShootingError::of_segment(0, error, Iterate { states, corrections })
+            })?;
+            if segments.elastic(&segments.difference(&later, start)).amax() <= REPEATS {
+                return Ok(shorter);
+            }
+        }
+        Ok(multiple)
     }
 
     /// [`at`](ShootingOrbit::at) with the rest of a budget.

@@ -57,8 +57,9 @@ pub(crate) struct Track {
     strobes: Vec<f64>,
     /// The period multiple whose repetition ended settling; 0 if none did.
     cycle: usize,
-    /// What was measured in the current period, and in the last periods of a cycle.
+    /// The measured values of the current period.
     readings: Readings,
+    /// Those of the last `cycle` periods, which count again for the periods that are not run.
     kept: VecDeque<Readings>,
 }
 
