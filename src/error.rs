@@ -10,8 +10,8 @@ use thiserror::Error;
 /// ```
 /// use gear_dynamics::{Backlash, ParameterError};
 /// let error = Backlash::new(-1e-5).unwrap_err();
-/// assert_eq!(error, ParameterError::Negative { name: "half width b".into(), value: -1e-5 });
-/// assert_eq!(error.to_string(), "half width b is -1e-5: it must not be negative");
+/// assert_eq!(error, ParameterError::Negative { name: "half backlash b".into(), value: -1e-5 });
+/// assert_eq!(error.to_string(), "half backlash b is -1e-5: it must not be negative");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]

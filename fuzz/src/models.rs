@@ -7,7 +7,7 @@ use gear_dynamics::contact::{Contact, ContactDamping, MixedLaw, Piece};
 use gear_dynamics::excitation::Sum;
 use gear_dynamics::model::{Jacobian, Offers};
 use gear_dynamics::models::nfg::{
-    CentreForcing, Damping, ErrorForcing, HalfWidth, NfgPair2, NfgReading, Radius,
+    CentreForcing, Damping, ErrorForcing, HalfBacklash, NfgPair2, NfgReading, Radius,
 };
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet, Shaft};
 use gear_dynamics::{Backlash, Mesh, Model, NfgPair, NfgParams, Periodic, Ring, State, Wave};
@@ -83,7 +83,7 @@ pub struct User {
     pub cubic: f64,
     pub force: f64,
     pub mean: f64,
-    /// Stiffness of the stop and half width b of its gap; `None`: no contact.
+    /// Stiffness of the stop and half backlash b of its gap; `None`: no contact.
     pub stop: Option<[f64; 2]>,
     /// Amplitude and frequency of the motion of the gap.
     pub shake: [f64; 2],
@@ -228,7 +228,7 @@ pub fn reading(case: &mut Case) -> NfgReading {
     let order = if order <= 10_000 { order.min(64) } else { order };
     let reading = NfgReading {
         radius: case.pick(&[Radius::Pitch, Radius::Base]),
-        half_width: case.pick(&[HalfWidth::Mean, HalfWidth::Instant]),
+        half_backlash: case.pick(&[HalfBacklash::Mean, HalfBacklash::Instant]),
         error_forcing: case.pick(&[ErrorForcing::MeanRadius, ErrorForcing::Frozen, ErrorForcing::Exact]),
         centre_forcing: case.pick(&[CentreForcing::Series(order), CentreForcing::Exact]),
         damping: case.pick(&[Damping::ConstantRatio, Damping::ConstantCoefficient]),

@@ -6,7 +6,7 @@ use crate::excitation::{Angle, Fourier, Side, Wave};
 use crate::model::{Channel, Drives, Machine, Shape, Size};
 use crate::scalar::Scalar;
 
-/// An oscillator with a cubic spring and a dead zone g of half width b, dimensionless:
+/// An oscillator with a cubic spring and a dead zone g of half backlash b, dimensionless:
 ///
 /// q'' + c q' + k q + γ q³ + s (1 + a cos φ) g(q) = F + (P + A φ'²) cos φ
 ///

@@ -46,8 +46,8 @@ fn non_positive_inertia_stiffness_radius() {
 #[test]
 fn negative_backlash_damping_hold_time() {
     let negative = |name: &str, value: f64| P::Negative { name: name.into(), value };
-    assert_eq!(Backlash::new(-1e-6).unwrap_err(), negative("half width b", -1e-6));
-    assert_eq!(SmoothedBacklash::new(-1.0, 0.1).unwrap_err(), negative("half width b", -1.0));
+    assert_eq!(Backlash::new(-1e-6).unwrap_err(), negative("half backlash b", -1e-6));
+    assert_eq!(SmoothedBacklash::new(-1.0, 0.1).unwrap_err(), negative("half backlash b", -1.0));
     assert_eq!(
         AsymmetricBacklash::new(1.0, 0.5).unwrap_err(),
         negative("gap between lower and upper edge", -0.5)
@@ -79,7 +79,7 @@ fn contact_laws_with_impossible_numbers() {
     let negative = |name: &str, value: f64| P::Negative { name: name.into(), value };
     let outside =
         |name: &str, value: f64, allowed: &'static str| P::OutOfRange { name: name.into(), value, allowed };
-    assert_eq!(PowerLaw::new(-1.0, 1.5, 1.0).unwrap_err(), negative("half width b", -1.0));
+    assert_eq!(PowerLaw::new(-1.0, 1.5, 1.0).unwrap_err(), negative("half backlash b", -1.0));
     assert_eq!(PowerLaw::new(1.0, 0.9, 1.0).unwrap_err(), outside("exponent", 0.9, "[1, 100]"));
     assert_eq!(PowerLaw::new(1.0, 101.0, 1.0).unwrap_err(), outside("exponent", 101.0, "[1, 100]"));
     assert_eq!(PowerLaw::new(1.0, 1.5, 0.0).unwrap_err(), not_positive("reference depth", 0.0));
@@ -94,7 +94,7 @@ fn contact_laws_with_impossible_numbers() {
     assert_eq!(Damped::by_stiffness(gap, -1.0).unwrap_err(), negative("damping time", -1.0));
     assert_eq!(Damped::by_stiffness_always(gap, -1.0).unwrap_err(), negative("damping time", -1.0));
     assert_eq!(Damped::by_force(gap, -0.5).unwrap_err(), negative("loss factor", -0.5));
-    assert_eq!(NoPullBacklash::new(-1.0, 0.1).unwrap_err(), negative("half width b", -1.0));
+    assert_eq!(NoPullBacklash::new(-1.0, 0.1).unwrap_err(), negative("half backlash b", -1.0));
     assert_eq!(NoPullBacklash::new(1.0, 0.0).unwrap_err(), not_positive("damping time", 0.0));
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let all = [

@@ -26,7 +26,7 @@ impl Shape for Spur {
     }
     #[inline(always)]
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        let ([wave], [amplitude], b) = (u.waves(), u.constants(), S::from(self.law.half_width()));
+        let ([wave], [amplitude], b) = (u.waves(), u.constants(), S::from(self.law.half_backlash()));
         a[0] = S::from(0.25) + amplitude * wave
             - v[0] * 0.1
             - self.law.force(Edges::symmetric(b, b).at(q[0], v[0]));

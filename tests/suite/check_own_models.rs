@@ -11,14 +11,14 @@ fn on_flank(pair: &NfgPair, t: f64) -> State {
 #[test]
 fn every_reading_of_the_pair() {
     for radius in [Radius::Pitch, Radius::Base] {
-        for half_width in [HalfWidth::Mean, HalfWidth::Instant] {
+        for half_backlash in [HalfBacklash::Mean, HalfBacklash::Instant] {
             for error_forcing in [ErrorForcing::MeanRadius, ErrorForcing::Frozen, ErrorForcing::Exact] {
                 for centre_forcing in
                     [CentreForcing::Series(2), CentreForcing::Series(5), CentreForcing::Exact]
                 {
                     for damping in [Damping::ConstantRatio, Damping::ConstantCoefficient] {
                         let reading =
-                            NfgReading { radius, half_width, error_forcing, centre_forcing, damping };
+                            NfgReading { radius, half_backlash, error_forcing, centre_forcing, damping };
                         let pair =
                             NfgPair::of_reading(&NfgParams { error: 2e-6, ..NfgParams::table1() }, reading)
                                 .unwrap();

@@ -264,7 +264,7 @@ fn a_rattling_pair_by_two_methods() {
 #[test]
 fn without_a_gap_there_are_no_impacts() {
     struct Closed {
-        half_width: Option<f64>,
+        half_backlash: Option<f64>,
     }
     impl Model for Closed {
         fn dof(&self) -> usize {
@@ -278,12 +278,12 @@ fn without_a_gap_there_are_no_impacts() {
         }
         fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
             let free = Contact { deflection: q[0], rate: v[0], force: q[0], ..Contact::default() };
-            out[0] = self.half_width.map_or(free, |b| Contact { lower: -b, upper: b, ..free });
+            out[0] = self.half_backlash.map_or(free, |b| Contact { lower: -b, upper: b, ..free });
         }
     }
-    for half_width in [None, Some(0.0)] {
+    for half_backlash in [None, Some(0.0)] {
         for plain in [true, false] {
-            let model = Closed { half_width };
+            let model = Closed { half_backlash };
             let mut impacts = Impacts::new(&model);
             let solver = if plain { Rk4::new(0.01).plain() } else { Rk4::new(0.01) };
             solver.run(&model, &State::new(0.0, &[1.0], &[0.0]), 20.0, &mut impacts).unwrap();

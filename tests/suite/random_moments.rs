@@ -106,7 +106,7 @@ fn the_mean_square_grows_beyond_the_closed_boundary() {
     }
 }
 
-/// Two bodies on springs, pressed together by opposite forces over a mesh of stiffness 2 and half width b.
+/// Two bodies on springs, pressed together by opposite forces over a mesh of stiffness 2 and half backlash b.
 #[derive(PartialEq)]
 struct Pressed;
 

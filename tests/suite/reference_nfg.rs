@@ -29,7 +29,7 @@ fn reading(options: &Value) -> NfgReading {
     let text = |key: &str| options[key].as_str().unwrap();
     NfgReading {
         radius: if text("radius") == "base" { Radius::Base } else { Radius::Pitch },
-        half_width: if text("rmode") == "full" { HalfWidth::Instant } else { HalfWidth::Mean },
+        half_backlash: if text("rmode") == "full" { HalfBacklash::Instant } else { HalfBacklash::Mean },
         error_forcing: match text("rmode") {
             "L" => ErrorForcing::MeanRadius,
             "et" => ErrorForcing::Frozen,
@@ -214,11 +214,11 @@ fn the_elastic_part_is_a_channel() {
         for (i, q) in [-7e-4, -5.1e-4, -1e-5, 0.0, 4e-4, 2e-3].into_iter().enumerate() {
             let t = pair.period() * i as f64 / 6.0;
             let values = probe.read(t, Side::After, &[q], &[1e-6]);
-            let half_width = match reading.half_width {
-                HalfWidth::Mean => pair.half_width(),
-                HalfWidth::Instant => pair.constant("half backlash").unwrap() / values[radius],
+            let half_backlash = match reading.half_backlash {
+                HalfBacklash::Mean => pair.half_backlash(),
+                HalfBacklash::Instant => pair.constant("half backlash").unwrap() / values[radius],
             };
-            let expected = (q - half_width).max(0.0) - (-q - half_width).max(0.0);
+            let expected = (q - half_backlash).max(0.0) - (-q - half_backlash).max(0.0);
             assert!(
                 (values[elastic] - expected).abs() < 1e-17,
                 "{q} at {t}: {} against {expected}",

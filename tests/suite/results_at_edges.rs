@@ -76,9 +76,9 @@ fn a_force_that_jumps_at_its_edge_is_read_on_its_pieces() {
     }
 }
 
-/// q'' = P cos t - g(q), g the dead zone of half width b.
+/// q'' = P cos t - g(q), g the dead zone of half backlash b.
 struct Oscillator {
-    half_width: f64,
+    half_backlash: f64,
     load: f64,
 }
 
@@ -87,7 +87,7 @@ impl Model for Oscillator {
         1
     }
     fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
-        let b = self.half_width;
+        let b = self.half_backlash;
         a[0] = self.load * u[0].cos() - (q[0] - b).max(0.0) + (-b - q[0]).max(0.0);
     }
     fn offers(&self) -> Offers<'_> {
@@ -97,16 +97,16 @@ impl Model for Oscillator {
         1
     }
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let b = self.half_width;
+        let b = self.half_backlash;
         let force = (q[0] - b).max(0.0) - (-b - q[0]).max(0.0);
         out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() };
     }
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
         a[0] = self.load * u[0].cos()
             - match pieces[0] {
-                Piece::Lower => q[0] + self.half_width,
+                Piece::Lower => q[0] + self.half_backlash,
                 Piece::Gap => 0.0,
-                Piece::Upper => q[0] - self.half_width,
+                Piece::Upper => q[0] - self.half_backlash,
             };
     }
 }
@@ -180,7 +180,7 @@ fn sections_see_jumps_of_drives() {
 /// below its peak.
 #[test]
 fn sections_see_jumps_at_tooth_edges() {
-    let model = Oscillator { half_width: 1.0, load: 0.0 };
+    let model = Oscillator { half_backlash: 1.0, load: 0.0 };
     // From x = 1.5: π/2 on the first flank, then alternately 4 in the gap and π on a flank.
     let times_of =
         |direction| times(&model, "contact", 0.5, direction, &State::new(0.0, &[1.5], &[0.0]), &[71.0]);
@@ -204,7 +204,7 @@ fn sections_see_jumps_at_tooth_edges() {
 fn zero_backlash_does_not_rattle() {
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
     for load in [0.0, 0.4, 0.9] {
-        let model = Oscillator { half_width: 0.0, load };
+        let model = Oscillator { half_backlash: 0.0, load };
         let mut rattle = Rattle::new(&model);
         solver.run(&model, &State::new(0.3, &[1.0], &[0.2]), 60.0, &mut rattle).unwrap();
         let contact = rattle.contacts()[0];
@@ -222,7 +222,7 @@ fn zero_backlash_does_not_rattle() {
         );
     }
     // With the smallest backlash each passage through the gap ends with an impact.
-    let model = Oscillator { half_width: 1e-6, load: 0.0 };
+    let model = Oscillator { half_backlash: 1e-6, load: 0.0 };
     let mut rattle = Rattle::new(&model);
     let run = solver.run(&model, &State::new(0.0, &[1.0], &[0.0]), 60.0, &mut rattle).unwrap();
     assert_eq!(
@@ -266,7 +266,7 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
 /// A run in two parts counts each crossing once, if it is divided before, on or after the edge.
 #[test]
 fn an_edge_on_which_a_run_ends_is_counted_once() {
-    let model = Oscillator { half_width: 1.0, load: 0.0 };
+    let model = Oscillator { half_backlash: 1.0, load: 0.0 };
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
     let start = State::new(0.0, &[1.5], &[0.0]);
     let mut edges = Vec::new();

@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Stiffness 1, half width b, no damping of its own.
+/// Stiffness 1, half backlash b, no damping of its own.
 fn dead_zone(b: f64, damping: f64) -> Oscillator {
     let given = [("speed", 1.0), ("mesh stiffness", 1.0), ("half backlash", b), ("damping", damping)];
     Oscillator::new(&given).unwrap()

@@ -73,7 +73,7 @@ fn row(pair: &NfgPair, truth: &FourierOrbit, highest: usize, integrals: Integral
 /// largest at the start, where the static deflection B0/F is known.
 fn needed(pair: &NfgPair) -> Outcome<f64> {
     let load = pair.constant("load torque")? / (pair.constant("inertia")? * pair.natural_frequency().powi(2));
-    let stiffness = load / (-pair.on_drive_flank()?.q[0] - pair.half_width());
+    let stiffness = load / (-pair.on_drive_flank()?.q[0] - pair.half_backlash());
     Ok(1.2 * stiffness.sqrt() / pair.speed())
 }
 

@@ -19,7 +19,7 @@ pub fn speaks(model: &(impl Model + ?Sized), state: &State) -> Run {
     contacts.iter().try_for_each(|contact| holds(contact.lower <= contact.upper, || format!("{contact:?}")))
 }
 
-/// The same without the order of the edges: a half width that varies may become negative, which `check_model`
+/// The same without the order of the edges: a half backlash that varies may become negative, which `check_model`
 /// reports.
 pub fn speaks_numbers(model: &(impl Model + ?Sized), state: &State) -> Run {
     let n = model.dof();
@@ -53,8 +53,8 @@ pub fn pair(case: &mut Case) -> Run {
         return speaks_numbers(&own, &start);
     }
     let pair = NfgPair::of_reading(&params, reading)?;
-    let figures = [pair.mean_radius(), pair.natural_frequency(), pair.half_width(), pair.period()];
-    all_finite("mean radius, natural frequency, half width, period", &figures)?;
+    let figures = [pair.mean_radius(), pair.natural_frequency(), pair.half_backlash(), pair.period()];
+    all_finite("mean radius, natural frequency, half backlash, period", &figures)?;
     holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
     let start = pair.on_drive_flank()?;
     all_finite("static start", &[start.t, start.q[0], start.v[0]])?;

@@ -14,7 +14,7 @@ use gear_dynamics::processes::{HeldProcess, Process};
 /// Any law behind one type.
 pub type Any = MixedLaw<Damped<MixedLaw>>;
 
-/// Any contact law of the crate with a half width near `size`.
+/// Any contact law of the crate with a half backlash near `size`.
 pub fn law(case: &mut Case, size: f64) -> Result<Any, Stop> {
     Ok(match case.below(10) {
         0 => MixedLaw::Other(match case.below(3) {
@@ -59,7 +59,7 @@ fn plain<N: Nonlinearity>(case: &mut Case, size: f64) -> Result<MixedLaw<N>, Sto
     })
 }
 
-/// Forces and slopes at deflections up to a million times the half width.
+/// Forces and slopes at deflections up to a million times the half backlash.
 pub fn any(case: &mut Case) -> Run {
     let size = case.number(1e-4);
     let law = law(case, size)?;
@@ -70,7 +70,7 @@ pub fn any(case: &mut Case) -> Run {
     for _ in 0..10 {
         let angle = case.signed();
         let edges = law.edges(angle, Side::After);
-        // A half width that varies may become negative, which `check_model` reports.
+        // A half backlash that varies may become negative, which `check_model` reports.
         let told = matches!(law, MixedLaw::Varying(_) | MixedLaw::Other(_));
         let crossed = edges.lower > edges.upper;
         holds(told || !crossed, || format!("edges {edges:?}"))?;

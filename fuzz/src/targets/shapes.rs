@@ -169,7 +169,7 @@ pub fn machine(case: &mut Case) -> Result<Machine<Own>, Stop> {
     case.note(|| format!("{shape:?}"));
     let mut constants: Vec<(&str, f64)> =
         NAMES.iter().zip([1.0, 0.5, 0.1, 10.0, 0.5]).map(|(name, x)| (*name, case.number(x))).collect();
-    // A negative half width is reported by the check of the model.
+    // A negative half backlash is reported by the check of the model.
     constants[4].1 = constants[4].1.abs();
     if case.hostile() {
         match case.below(4) {

@@ -9,7 +9,7 @@ use gear_dynamics::model::{Channel, Drives, Machine, Scalar, Shape, Size};
 use gear_dynamics::{Backlash, ParameterError, Wave};
 
 /// x_i'' + c x_i' + k x_i + γ x_i³ = F_i + P_i cos φ - W_i + W_{i+1},   W_i = s_i(φ) g(x_i - x_{i-1} - e_i(φ)),
-/// with x_0 = 0 and a contact law g of half width b: n masses and n contacts, dimensionless.
+/// with x_0 = 0 and a contact law g of half backlash b: n masses and n contacts, dimensionless.
 #[derive(PartialEq)]
 pub struct Chain<N = MixedLaw> {
     masses: usize,

@@ -31,30 +31,30 @@ pub(crate) fn gap(lower: f64, upper: f64) -> Result<[f64; 2], ParameterError> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Backlash {
-    half_width: f64,
+    half_backlash: f64,
 }
 
 impl Backlash {
-    /// Half width b, half the backlash, not negative, in the unit of the deflection.
+    /// Half backlash b, half the backlash, not negative, in the unit of the deflection.
     ///
     /// # Errors
-    /// A half width that is negative or above 1e50.
-    pub fn new(half_width: f64) -> Result<Self, ParameterError> {
-        Ok(Backlash { half_width: check::not_negative("half width b", half_width)? })
+    /// A half backlash that is negative or above 1e50.
+    pub fn new(half_backlash: f64) -> Result<Self, ParameterError> {
+        Ok(Backlash { half_backlash: check::not_negative("half backlash b", half_backlash)? })
     }
 
     /// No backlash: b = 0.
     pub(crate) fn none() -> Self {
-        Backlash { half_width: 0.0 }
+        Backlash { half_backlash: 0.0 }
     }
-    /// Half width b: half the backlash.
-    pub fn half_width(&self) -> f64 {
-        self.half_width
+    /// Half backlash b: half the backlash.
+    pub fn half_backlash(&self) -> f64 {
+        self.half_backlash
     }
 }
 
 impl Nonlinearity for Backlash {
-    const HALF_WIDTH: bool = true;
+    const HALF_BACKLASH: bool = true;
 
     #[inline(always)]
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
@@ -68,7 +68,7 @@ impl Nonlinearity for Backlash {
         false
     }
     fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
-        Edges::at_rest(-self.half_width, self.half_width)
+        Edges::at_rest(-self.half_backlash, self.half_backlash)
     }
 }
 
@@ -168,7 +168,7 @@ impl Nonlinearity for AsymmetricBacklash {
     }
 }
 
-/// Dead zone whose half width b(φ), half the backlash, varies with an angle: its edges are ∓b(φ).
+/// Dead zone whose half backlash b(φ), half the backlash, varies with an angle: its edges are ∓b(φ).
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Fourier, Side}, contact::{Nonlinearity, VaryingBacklash}, Wave};
@@ -178,14 +178,14 @@ impl Nonlinearity for AsymmetricBacklash {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct VaryingBacklash {
-    half_width: Wave,
+    half_backlash: Wave,
 }
 
 impl VaryingBacklash {
-    /// Half width b(φ), half the backlash, as a wave. It must not become negative: solvers that locate edges
+    /// Half backlash b(φ), half the backlash, as a wave. It must not become negative: solvers that locate edges
     /// then return [`IntegrateError::NegativeGap`](crate::ode::IntegrateError::NegativeGap).
-    pub fn new(half_width: Wave) -> Self {
-        VaryingBacklash { half_width }
+    pub fn new(half_backlash: Wave) -> Self {
+        VaryingBacklash { half_backlash }
     }
 }
 
@@ -199,10 +199,10 @@ impl Nonlinearity for VaryingBacklash {
         at.outside_on(piece)
     }
     fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
-        let b = self.half_width.jet(angle, side);
+        let b = self.half_backlash.jet(angle, side);
         Edges::symmetric(b.value, b.rate)
     }
     fn next_edge(&self, angle: f64) -> Option<f64> {
-        self.half_width.next_edge(angle)
+        self.half_backlash.next_edge(angle)
     }
 }

@@ -29,7 +29,7 @@ pub enum MixedLaw<N = Linear> {
     Backlash(Backlash),
     /// Asymmetric dead zone.
     Asymmetric(AsymmetricBacklash),
-    /// Dead zone with a half width that varies.
+    /// Dead zone with a half backlash that varies.
     Varying(VaryingBacklash),
     /// Dead zone with rounded corners.
     Smoothed(SmoothedBacklash),

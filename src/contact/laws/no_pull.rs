@@ -22,7 +22,7 @@ use crate::scalar::Scalar;
 ///
 /// ```
 /// use gear_dynamics::contact::{Edges, NoPullBacklash, Nonlinearity};
-/// let law = NoPullBacklash::new(1.0, 0.5)?; // half width, τ [s]
+/// let law = NoPullBacklash::new(1.0, 0.5)?; // half backlash, τ [s]
 /// let at_depth_one = |rate: f64| law.force(Edges::at_rest(-1.0, 1.0).at(2.0, rate));
 /// assert_eq!([9.0, 1.0, 0.0, -1.0, -9.0].map(at_depth_one), [2.0, 1.5, 1.0, 0.5, 0.0]);
 /// assert_eq!((law.at(-3.0), law.kinks(), law.kink(0, 2.0, -1.0)), (-2.0, 2, 1.5));
@@ -30,20 +30,20 @@ use crate::scalar::Scalar;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoPullBacklash {
-    half_width: f64,
+    half_backlash: f64,
     time: f64,
 }
 
 impl NoPullBacklash {
-    /// Half width b, half the backlash, not negative, and damping time τ = C/K `[s]`, positive. For τ = 0 use
+    /// Half backlash b, half the backlash, not negative, and damping time τ = C/K `[s]`, positive. For τ = 0 use
     /// [`Backlash`](crate::Backlash).
     ///
     /// # Errors
-    /// A half width that is negative or above 1e50; a τ that is not positive or is above 1e50.
-    pub fn new(half_width: f64, time: f64) -> Result<Self, ParameterError> {
-        let (half_width, time) =
-            (check::not_negative("half width b", half_width)?, check::positive("damping time", time)?);
-        Ok(NoPullBacklash { half_width, time })
+    /// A half backlash that is negative or above 1e50; a τ that is not positive or is above 1e50.
+    pub fn new(half_backlash: f64, time: f64) -> Result<Self, ParameterError> {
+        let (half_backlash, time) =
+            (check::not_negative("half backlash b", half_backlash)?, check::positive("damping time", time)?);
+        Ok(NoPullBacklash { half_backlash, time })
     }
 }
 
@@ -82,6 +82,6 @@ impl Nonlinearity for NoPullBacklash {
         false
     }
     fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
-        Edges::at_rest(-self.half_width, self.half_width)
+        Edges::at_rest(-self.half_backlash, self.half_backlash)
     }
 }

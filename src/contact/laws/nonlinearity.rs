@@ -40,8 +40,8 @@ impl<S: Scalar> Edges<S> {
         Edges { lower: lower.into(), upper: upper.into(), lower_rate: zero, upper_rate: zero }
     }
     /// Edges ∓b with the rates ∓b'; b is half the backlash.
-    pub fn symmetric(half_width: S, rate: S) -> Self {
-        Edges { lower: -half_width, upper: half_width, lower_rate: -rate, upper_rate: rate }
+    pub fn symmetric(half_backlash: S, rate: S) -> Self {
+        Edges { lower: -half_backlash, upper: half_backlash, lower_rate: -rate, upper_rate: rate }
     }
     /// The deflection x with the rate x' between these edges.
     #[inline(always)]
@@ -83,10 +83,10 @@ impl<S: Scalar> Edges<S> {
 /// A law may have [inner kinks](Nonlinearity::kinks), which depend on the rate. Example:
 /// [`NoPullBacklash`](crate::contact::NoPullBacklash).
 pub trait Nonlinearity: PartialEq {
-    /// Whether the edges are ∓b with a half width b that a model may keep among its own constants, and the
+    /// Whether the edges are ∓b with a half backlash b that a model may keep among its own constants, and the
     /// law is independent of the unit: f(c x; ∓c b) = c f(x; ∓b) for every c > 0 at every rate. Default:
     /// `false`.
-    const HALF_WIDTH: bool = false;
+    const HALF_BACKLASH: bool = false;
 
     /// Returns f(x, x') between edges that may move. Mark the implementation `#[inline(always)]`, because it
     /// runs in lanes.

@@ -20,7 +20,7 @@ use crate::scalar::Scalar;
 ///
 /// ```
 /// use gear_dynamics::contact::{Nonlinearity, PowerLaw};
-/// let law = PowerLaw::new(1.0, 1.5, 4.0)?; // half width, exponent, reference depth
+/// let law = PowerLaw::new(1.0, 1.5, 4.0)?; // half backlash, exponent, reference depth
 /// assert_eq!((law.at(0.5), law.at(5.0), law.at(-2.0)), (0.0, 4.0, -0.5));
 /// assert_eq!((law.slope(1.0), law.slope(5.0)), (0.0, 1.5));
 /// let wall = PowerLaw::new(0.0, 1.5, 1.0)?.with_edges(f64::NEG_INFINITY, 2.0)?; // a one-sided stop
@@ -36,14 +36,14 @@ pub struct PowerLaw {
 }
 
 impl PowerLaw {
-    /// Half width b (half the backlash), not negative, exponent p `[1]` in [1, 100], and reference depth y0,
+    /// Half backlash b (half the backlash), not negative, exponent p `[1]` in [1, 100], and reference depth y0,
     /// positive. Lengths are in the unit of the deflection.
     ///
     /// # Errors
-    /// A half width that is negative or above 1e50; an exponent outside [1, 100]; a reference depth outside
+    /// A half backlash that is negative or above 1e50; an exponent outside [1, 100]; a reference depth outside
     /// 1e-50 .. 1e50.
-    pub fn new(half_width: f64, exponent: f64, depth: f64) -> Result<Self, ParameterError> {
-        let b = check::not_negative("half width b", half_width)?;
+    pub fn new(half_backlash: f64, exponent: f64, depth: f64) -> Result<Self, ParameterError> {
+        let b = check::not_negative("half backlash b", half_backlash)?;
         let exponent = check::quantity("exponent", exponent)?;
         if !(1.0..=100.0).contains(&exponent) {
             return Err(ParameterError::OutOfRange {

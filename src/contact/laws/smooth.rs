@@ -72,20 +72,20 @@ impl Nonlinearity for Cubic {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothedBacklash {
-    half_width: f64,
+    half_backlash: f64,
     rounding: f64,
 }
 
 impl SmoothedBacklash {
-    /// Half width b (half the backlash), not negative, and rounding length s, positive, in the unit of the
+    /// Half backlash b (half the backlash), not negative, and rounding length s, positive, in the unit of the
     /// deflection.
     ///
     /// # Errors
-    /// A half width that is negative or above 1e50; a rounding length outside 1e-50 .. 1e50, so that s² is
+    /// A half backlash that is negative or above 1e50; a rounding length outside 1e-50 .. 1e50, so that s² is
     /// representable.
-    pub fn new(half_width: f64, rounding: f64) -> Result<Self, ParameterError> {
+    pub fn new(half_backlash: f64, rounding: f64) -> Result<Self, ParameterError> {
         Ok(SmoothedBacklash {
-            half_width: check::not_negative("half width b", half_width)?,
+            half_backlash: check::not_negative("half backlash b", half_backlash)?,
             rounding: check::scale("rounding length", rounding)?,
         })
     }
@@ -102,6 +102,6 @@ impl Nonlinearity for SmoothedBacklash {
         false
     }
     fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
-        Edges::at_rest(-self.half_width, self.half_width)
+        Edges::at_rest(-self.half_backlash, self.half_backlash)
     }
 }

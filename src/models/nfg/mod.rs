@@ -6,7 +6,7 @@ pub(crate) mod pair;
 pub(crate) mod pair2;
 
 pub use crate::models::nfg::nfg_params::{
-    CentreForcing, Damping, ErrorForcing, HalfWidth, NfgParams, NfgReading, Radius,
+    CentreForcing, Damping, ErrorForcing, HalfBacklash, NfgParams, NfgReading, Radius,
 };
 pub use crate::models::nfg::nfg_shape::NfgShape;
 pub use crate::models::nfg::pair::NfgPair;

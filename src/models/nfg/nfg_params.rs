@@ -220,25 +220,25 @@ pub enum Radius {
     Base,
 }
 
-/// The half width b̄ `[rad]` of the dead zone of q; b is half of the backlash. Default: b/r_b2(t).
+/// The half backlash b̄ `[rad]` of the dead zone of q; b is half of the backlash. Default: b/r_b2(t).
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, ParameterError, ode::Probe, excitation::Side};
-/// use gear_dynamics::models::nfg::{HalfWidth, NfgReading};
+/// use gear_dynamics::models::nfg::{HalfBacklash, NfgReading};
 /// let params = NfgParams::table1();
-/// let edge = |half_width| -> Result<f64, ParameterError> {
-///     let pair = NfgPair::of_reading(&params, NfgReading { half_width, ..NfgReading::exact() })?;
+/// let edge = |half_backlash| -> Result<f64, ParameterError> {
+///     let pair = NfgPair::of_reading(&params, NfgReading { half_backlash, ..NfgReading::exact() })?;
 ///     let mut probe = Probe::new(&pair);
 ///     Ok(probe.read_contacts(0.0, Side::After, &[0.0], &[0.0])[0].upper) // r_b2 b̄ [m] at x = 0
 /// };
 /// let b = params.half_backlash;
-/// assert!((edge(HalfWidth::Instant)? / b - 1.0).abs() < 1e-12);
-/// assert!((edge(HalfWidth::Mean)? / b - (1.0 + 0.4 / 1.04)).abs() < 1e-12); // r_b2(0)/L = 1 + β
+/// assert!((edge(HalfBacklash::Instant)? / b - 1.0).abs() < 1e-12);
+/// assert!((edge(HalfBacklash::Mean)? / b - (1.0 + 0.4 / 1.04)).abs() < 1e-12); // r_b2(0)/L = 1 + β
 /// # Ok::<(), ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum HalfWidth {
+pub enum HalfBacklash {
     /// b/L.
     Mean,
     /// b/r_b2(t): Liu 2021, Eq. (12), with the missing bar.
@@ -360,8 +360,8 @@ pub enum Damping {
 pub struct NfgReading {
     /// Radius in L.
     pub radius: Radius,
-    /// Half width of the dead zone.
-    pub half_width: HalfWidth,
+    /// Half backlash of the dead zone.
+    pub half_backlash: HalfBacklash,
     /// Forcing by the transmission error.
     pub error_forcing: ErrorForcing,
     /// Forcing by the instantaneous centre.
@@ -375,7 +375,7 @@ impl NfgReading {
     pub fn published() -> Self {
         NfgReading {
             radius: Radius::Pitch,
-            half_width: HalfWidth::Mean,
+            half_backlash: HalfBacklash::Mean,
             error_forcing: ErrorForcing::Frozen,
             centre_forcing: CentreForcing::Series(2),
             damping: Damping::ConstantRatio,

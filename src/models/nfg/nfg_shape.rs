@@ -4,7 +4,7 @@ use crate::contact::{Backlash, Contact, Deflection, Mesh, Nonlinearity, PieceCho
 use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Fourier, Jet, Side, Wave};
 use crate::model::{Channel, Drives, Shape, Size};
-use crate::models::nfg::nfg_params::{Damping, ErrorForcing, HalfWidth, NfgReading};
+use crate::models::nfg::nfg_params::{Damping, ErrorForcing, HalfBacklash, NfgReading};
 use crate::scalar::Scalar;
 
 /// The shape of [`NfgPair`](crate::NfgPair): reading, geometry, waves of the mesh and contact law. Pairs of
@@ -84,7 +84,7 @@ impl<N: Nonlinearity> NfgShape<N> {
         let (waves, omega, zero, one) = (u.all_waves(), u.speed(), S::from(0.0), S::from(1.0));
         let [damping, _, _, _, width] = u.constants();
         let (inverse, rho_stretch) = (waves[INVERSE], waves[STRETCH] * omega);
-        let mean = matches!(self.reading.half_width, HalfWidth::Mean);
+        let mean = matches!(self.reading.half_backlash, HalfBacklash::Mean);
         let (damping, stretch) = match self.reading.damping {
             Damping::ConstantRatio => (damping, zero),
             Damping::ConstantCoefficient => (
@@ -92,7 +92,7 @@ impl<N: Nonlinearity> NfgShape<N> {
                 rho_stretch,
             ),
         };
-        if N::HALF_WIDTH {
+        if N::HALF_BACKLASH {
             // f(c x; c b) = c f(x; b) for a dead zone. Its argument therefore is q itself.
             let (width, rate) =
                 if mean { (width, zero) } else { (width * inverse, -(width * inverse * rho_stretch)) };
@@ -123,7 +123,7 @@ impl<N: Nonlinearity> NfgShape<N> {
     #[inline(always)]
     fn deflection<S: Scalar>(&self, at: &At<S>, natural: S, q: S, v: S) -> Deflection<S> {
         let (x, rate) =
-            if N::HALF_WIDTH { (q, v) } else { (at.unit * q, at.unit * (v + at.unit_stretch * q) * natural) };
+            if N::HALF_BACKLASH { (q, v) } else { (at.unit * q, at.unit * (v + at.unit_stretch * q) * natural) };
         Deflection { x, rate, lower: at.lower, upper: at.upper }
     }
 
@@ -131,7 +131,7 @@ impl<N: Nonlinearity> NfgShape<N> {
     #[inline(always)]
     fn tooth<S: Scalar, L: PieceChoice<S>>(&self, law: &L, at: &At<S>, u: Drives<'_, S>, q: S, v: S) -> S {
         let (stiffness, [_, _, _, natural]) = (u.all_waves()[STIFFNESS], u.constants());
-        let stiffness = if N::HALF_WIDTH { stiffness } else { stiffness * at.per_unit };
+        let stiffness = if N::HALF_BACKLASH { stiffness } else { stiffness * at.per_unit };
         let deflection = self.deflection(at, natural, q, v);
         self.mesh.force(law, 0, deflection, v + at.stretch * q, stiffness, at.damping)
     }
@@ -153,10 +153,10 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
     fn size(&self) -> Size {
         Size {
             dof: 1,
-            waves: if N::HALF_WIDTH { WAVES } else { ALL_WAVES },
+            waves: if N::HALF_BACKLASH { WAVES } else { ALL_WAVES },
             contacts: 1 + self.mesh.law().kinks(),
             kinks: self.mesh.law().kinks(),
-            constants: if N::HALF_WIDTH { 6 } else { 5 },
+            constants: if N::HALF_BACKLASH { 6 } else { 5 },
         }
     }
     fn names(&self) -> Vec<Channel> {
@@ -168,7 +168,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
             ("damping ratio", "1"),
             ("half backlash", "m"),
         ];
-        let count = if N::HALF_WIDTH { 6 } else { 5 };
+        let count = if N::HALF_BACKLASH { 6 } else { 5 };
         constants[..count].iter().map(|(name, unit)| Channel::new(*name, *unit)).collect()
     }
     fn cycles_in_a_period(&self) -> u32 {
@@ -228,7 +228,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
             if missing {
                 return (x, S::from(0.0));
             }
-            let (x, rate) = if N::HALF_WIDTH {
+            let (x, rate) = if N::HALF_BACKLASH {
                 (x, rate)
             } else {
                 (x * at.per_unit, rate * at.per_unit + x * per_unit_rate)
@@ -269,7 +269,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         let radius = A::Number::from(self.radius);
         u[FORCING] = rotation.rate - error_second / radius;
         u[FORCING_RATE] = rotation.value - error_rate / radius;
-        if !N::HALF_WIDTH {
+        if !N::HALF_BACKLASH {
             self.mesh.edges(phase, side, &mut u[WAVES - mesh::LOWER..]);
         }
     }

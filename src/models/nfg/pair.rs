@@ -17,7 +17,7 @@ use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
 /// - The coordinate is q = q2 + e/r_b2 `[rad]`, with the elastic angle q2 of the face gear.
 /// - x = (ω_c/ω_n) τ is the phase of the instantaneous centre; ē = e/r_b2 `[rad]`; r is r_b2.
 /// - F = (k_m/k0) (1 + β cos x)²/(1 + β²/2) and B0 = T2/(I2 ω_n²).
-/// - f is the contact law, by default the dead zone of half width b̄ `[rad]`.
+/// - f is the contact law, by default the dead zone of half backlash b̄ `[rad]`.
 /// - [`NfgReading`] selects the forms of b̄, D, r'/r, θ2'' and ē''.
 ///
 /// If the speed varies ([`VaryingSpeed`](crate::drives::VaryingSpeed)), θ2'' and ē'' contain a term in x'' in
@@ -35,7 +35,7 @@ use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
 /// use gear_dynamics::{NfgPair, NfgParams, ode::Probe, excitation::Side};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// assert!((pair.natural_frequency() - 12_362.613_066_76).abs() < 1e-7);
-/// assert!((pair.half_width() - 6.236_939_33e-4).abs() < 1e-12);
+/// assert!((pair.half_backlash() - 6.236_939_33e-4).abs() < 1e-12);
 ///
 /// let start = pair.on_drive_flank()?; // q = -b̄ - B0/F
 /// let mut probe = Probe::new(&pair);
@@ -77,8 +77,8 @@ impl NfgPair {
 }
 
 impl NfgPair {
-    /// b/L `[rad]`, the half width of the dead zone at the mean radius; b is half of the backlash.
-    pub fn half_width(&self) -> f64 {
+    /// b/L `[rad]`, the half backlash of the dead zone at the mean radius; b is half of the backlash.
+    pub fn half_backlash(&self) -> f64 {
         self.prepared_constants()[5]
     }
 }
@@ -88,7 +88,7 @@ impl<N: Nonlinearity> NfgPair<N> {
     /// of those of the parameters.
     ///
     /// Stiffness and error are waves of the mesh phase; 2π is one tooth. The law receives deflections in
-    /// metres and rates in metres per second. The half width of a [`Backlash`] becomes the constant
+    /// metres and rates in metres per second. The half backlash of a [`Backlash`] becomes the constant
     /// `half backlash`. ω_n and the constant `stiffness` still follow from k0 of the parameters.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ impl<N: Nonlinearity> NfgPair<N> {
     pub fn of_mesh(params: &NfgParams, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
         params.check()?;
         let half_backlash =
-            if N::HALF_WIDTH { mesh.law().edges(0.0, Side::After).upper } else { params.half_backlash };
+            if N::HALF_BACKLASH { mesh.law().edges(0.0, Side::After).upper } else { params.half_backlash };
         NfgPair::made(params, reading, mesh.scaled(1.0 / params.stiffness)?, half_backlash, None)
     }
 
@@ -137,7 +137,7 @@ impl<N: Nonlinearity> NfgPair<N> {
             ("damping ratio", damping_ratio),
             ("half backlash", half_backlash),
         ];
-        Machine::of_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
+        Machine::of_constants(shape, if N::HALF_BACKLASH { &constants } else { &constants[..5] })
     }
 
     /// The reading of the equations.

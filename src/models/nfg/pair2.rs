@@ -16,7 +16,7 @@ use crate::scalar::Scalar;
 ///
 /// Source: Liu 2021, Eq. (4), corrected.
 ///
-/// - f is the contact law, by default the dead zone of half width b `[m]`; b is half of the backlash.
+/// - f is the contact law, by default the dead zone of half backlash b `[m]`; b is half of the backlash.
 /// - Default of T1: I1 θ1'' + r_b1 (T2 + I2 θ2'')/r_b2, which balances the rigid motion. The difference from
 ///   [`NfgPair`](crate::NfgPair) then decreases as 1/I1.
 /// - Nothing holds the pinion to its even rotation. A common deviation of both gears grows: with Table 1 by
@@ -107,7 +107,7 @@ impl<N: Nonlinearity> NfgPair2<N> {
     /// The pair with a given mesh stiffness k_m [N/m], transmission error e `[m]` and contact law, in place
     /// of those of the parameters.
     ///
-    /// Stiffness and error are waves of the mesh phase; 2π is one tooth. The half width of a [`Backlash`]
+    /// Stiffness and error are waves of the mesh phase; 2π is one tooth. The half backlash of a [`Backlash`]
     /// becomes the constant `half backlash`. The initial c_m still follows from k0 of the parameters.
     ///
     /// # Errors
@@ -159,7 +159,7 @@ impl<N: Nonlinearity> NfgPair2<N> {
             ("pinion inertia", pinion_inertia),
             ("half backlash", half_backlash),
         ];
-        Machine::of_constants(shape, if N::HALF_WIDTH { &constants } else { &constants[..5] })
+        Machine::of_constants(shape, if N::HALF_BACKLASH { &constants } else { &constants[..5] })
     }
 
     /// The same pair with a constant torque T1 [N m] on the pinion. Default: the torque that balances the
@@ -222,7 +222,7 @@ impl<N: Nonlinearity> NfgShape2<N> {
     #[inline(always)]
     fn mesh_waves<S: Scalar>(&self, u: Drives<'_, S>) -> [S; 7] {
         let (mut waves, [_, _, _, _, _, width]) = (u.waves(), u.constants());
-        if N::HALF_WIDTH {
+        if N::HALF_BACKLASH {
             (waves[LOWER], waves[UPPER]) = (-width, width);
         }
         waves
@@ -237,7 +237,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
             waves: WAVES,
             contacts: 1 + self.mesh.law().kinks(),
             kinks: self.mesh.law().kinks(),
-            constants: if N::HALF_WIDTH { 7 } else { 6 },
+            constants: if N::HALF_BACKLASH { 7 } else { 6 },
         }
     }
     fn names(&self) -> Vec<Channel> {
@@ -249,7 +249,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
             ("pinion inertia", "kg m²"),
             ("half backlash", "m"),
         ];
-        let count = if N::HALF_WIDTH { 6 } else { 5 };
+        let count = if N::HALF_BACKLASH { 6 } else { 5 };
         constants[..count].iter().map(|(name, unit)| Channel::new(*name, *unit)).collect()
     }
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {

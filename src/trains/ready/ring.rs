@@ -67,7 +67,7 @@ pub fn ring_parts(params: &RingParams<Backlash>, teeth: u32) -> Result<Parts, Tr
             .error(mesh.error().clone())
             .damping(params.mesh_damping.get(i).copied().unwrap_or(f64::NAN))
             .contact_damping(mesh.contact_damping())
-            .half_backlash(mesh.law().half_width())
+            .half_backlash(mesh.law().half_backlash())
             .phase_or_zero();
         parts.mesh(&name, &format!("gear {}", i + 1), &format!("gear {}", next + 1), part);
     }

@@ -13,7 +13,7 @@ use std::ops::Range;
 pub(crate) struct At<'u, S> {
     pub(crate) single: &'u [S],
     pub(crate) jets: &'u [[S; 2]],
-    /// Edges of laws without a half width of their own: lower, upper and their rates over φ.
+    /// Edges of laws without a half backlash of their own: lower, upper and their rates over φ.
     pub(crate) edges: &'u [[S; 4]],
     pub(crate) speed: S,
     pub(crate) net: &'u [S],

@@ -155,7 +155,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let contacts = self.teeth.len() + self.elements.journals.len();
         let (damping, rest) = rest.split_at(contacts);
         prepared.extend_from_slice(damping);
-        // A law without a half width of its own has no such constant.
+        // A law without a half backlash of its own has no such constant.
         let own = if N::HALF_WIDTH { contacts } else { self.elements.journals.len() };
         prepared.extend(std::iter::repeat_n(S::from(0.0), contacts - own));
         prepared.extend_from_slice(rest);

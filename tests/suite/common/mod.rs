@@ -72,7 +72,7 @@ pub fn observed_order(error: &dyn Fn(f64) -> f64, counts: &[f64]) -> i64 {
     orders[orders.len() - 1].round() as i64
 }
 
-/// x'' + g(x) = 0, g the dead zone of half width b: free motion without damping.
+/// x'' + g(x) = 0, g the dead zone of half backlash b: free motion without damping.
 pub struct FreeDeadZone {
     pub b: f64,
 }

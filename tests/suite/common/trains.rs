@@ -3,14 +3,14 @@
 use crate::api::*;
 
 /// A mesh between coordinates: d = Σ_j γ_j q_j - e sin ωt `[m]`, W = K g(d) + C d' `[N]`, g the dead zone of
-/// half width b.
+/// half backlash b.
 #[derive(Clone, Copy)]
 pub struct Tooth<const N: usize> {
     /// γ_j = ∂d/∂q_j `[m]`.
     pub gradient: [f64; N],
     pub stiffness: f64,
     pub damping: f64,
-    pub half_width: f64,
+    pub half_backlash: f64,
     pub error: f64,
 }
 
@@ -31,7 +31,7 @@ impl<const N: usize, const M: usize> Train<N, M> {
         let tooth = &self.teeth[i];
         let sum = |x: &[f64]| tooth.gradient.iter().zip(x).map(|(g, x)| g * x).sum::<f64>();
         let (d, rate) = (sum(q) - tooth.error * u[0], sum(v) - tooth.error * self.omega * u[1]);
-        let b = tooth.half_width;
+        let b = tooth.half_backlash;
         let contact = Contact { deflection: d, rate, lower: -b, upper: b, ..Contact::default() };
         let elastic = match piece.unwrap_or(contact.piece()) {
             Piece::Lower => d + b,
@@ -114,7 +114,7 @@ impl<const N: usize, const M: usize> Periodic for Train<N, M> {
 pub fn planetary() -> Train<5, 6> {
     let (sun, planet) = (0.03, 0.02);
     let carrier = sun + planet;
-    let tooth = |gradient| Tooth { gradient, stiffness: 2e8, damping: 500.0, half_width: 2e-5, error: 0.0 };
+    let tooth = |gradient| Tooth { gradient, stiffness: 2e8, damping: 500.0, half_backlash: 2e-5, error: 0.0 };
     let teeth = std::array::from_fn(|i| {
         let mut gradient = [0.0; 5];
         if i < 3 {
@@ -150,7 +150,7 @@ pub fn planetary_static_start() -> State {
 /// input torque of 100 N m.
 pub fn two_stage() -> Train<3, 2> {
     let tooth =
-        |gradient, stiffness| Tooth { gradient, stiffness, damping: 800.0, half_width: 3e-5, error: 4e-6 };
+        |gradient, stiffness| Tooth { gradient, stiffness, damping: 800.0, half_backlash: 3e-5, error: 4e-6 };
     let teeth = [tooth([0.04, -0.08, 0.0], 3e8), tooth([0.0, 0.03, -0.09], 4e8)];
     Train { teeth, inertia: [2e-3, 1e-2, 4e-2], torque: [100.0, 0.0, -600.0], shaft: [0.0; 3], omega: 2000.0 }
 }
