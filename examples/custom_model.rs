@@ -9,7 +9,7 @@
 
 mod support;
 use gear_dynamics::contact::{Contact, Deflection, Edges, Nonlinearity};
-use gear_dynamics::excitation::{Excitation, Jet, Side};
+use gear_dynamics::excitation::{Angle, Excitation, Jet, Side};
 use gear_dynamics::model::Scalar;
 use gear_dynamics::ode::uniform_times;
 use gear_dynamics::{Dop853, Integrator, Model, Rattle, State, Statistics, Wave};
@@ -26,11 +26,11 @@ impl Nonlinearity for Hertz {
     }
 }
 /// A torque ripple with sharp peaks: s + s³/2 with s = sin φ.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Ripple;
 impl Excitation for Ripple {
-    fn jet(&self, angle: f64) -> Jet {
-        let wave = Jet::variable(angle).sin();
+    fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
+        let wave = Jet::variable(angle.number()).sin();
         wave + wave * wave * wave * 0.5
     }
 }

@@ -1,12 +1,14 @@
 //! Waves at an angle, which is a number or a series.
 
 use crate::excitation::enclosed_angle::EnclosedAngle;
+use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
 use crate::excitation::wave::Wave;
 use crate::interval::number::Interval;
 use crate::scalar::Scalar;
 use crate::series::{PowerSeries, Series};
+use std::f64::consts::TAU;
 use std::fmt::Debug;
 
 /// An angle `[rad]` at which waves are evaluated: an `f64`, or a [`Series`] over time.
@@ -32,14 +34,39 @@ pub trait Angle: Copy + Debug {
     fn number(self) -> Self::Number;
     /// The angle multiplied by a factor, for example by a number of teeth.
     fn times(self, factor: f64) -> Self;
-    /// Returns any function of the angle in plain numbers. It has no series: at a [`Series`] the result is
+    /// Returns functions of the angle in plain numbers. They have no series: at a [`Series`] the results are
     /// [refused](Series::refusal).
-    fn by_function(self, f: impl Fn(f64) -> f64) -> Self::Number;
+    fn by_function<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [Self::Number; N];
+    /// Returns a function that has another formula on each piece between its edges. `jet` receives an angle
+    /// inside the piece and the angle itself.
+    fn by_pieces(self, jet: impl Fn(f64, Self::Number) -> Jet<Self::Number>) -> Jet<Self::Number>;
+    /// Returns a function that has another formula in each of `count` equal parts of a turn. `jet` receives the
+    /// index of the part and the share of it that lies before the angle.
+    fn by_parts(
+        self,
+        count: usize,
+        jet: impl Fn(usize, Self::Number) -> Jet<Self::Number>,
+    ) -> Jet<Self::Number>;
+    /// Returns the value of a Fourier series.
+    fn value_of_fourier(self, series: &Fourier) -> Self::Number;
+    /// Returns value and derivatives of a Fourier series over the angle.
+    fn jet_of_fourier(self, series: &Fourier) -> Jet<Self::Number>;
+    /// Whether it is a series over time at a constant speed, for which one Fourier series is faster than sums
+    /// and products of several. Default: `false`.
+    fn turns_evenly(self) -> bool {
+        false
+    }
     /// Returns the value of a wave. See [`Wave::value`].
     fn value_of(self, wave: &Wave, side: Side) -> Self::Number;
     /// Returns value and derivatives of a wave over the angle. See [`Wave::jet`].
     fn jet_of(self, wave: &Wave, side: Side) -> Jet<Self::Number>;
 }
+
+/// Why a closure has no series.
+const PLAIN: &str = "a plain function of the angle: a closure (`Function`) or `Angle::by_function`";
+
+/// A place this close to the end of a part of a turn, in parts, lies on it `[1]`.
+const AT_END: f64 = 1e-9;
 
 impl Wave {
     /// Value, first and second derivative over the angle of the shaft, at any angle `[rad]`: `f64`, or a
@@ -66,8 +93,26 @@ impl Angle for f64 {
         factor * self
     }
     #[inline(always)]
-    fn by_function(self, f: impl Fn(f64) -> f64) -> f64 {
+    fn by_function<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [f64; N] {
         f(self)
+    }
+    #[inline(always)]
+    fn by_pieces(self, jet: impl Fn(f64, f64) -> Jet) -> Jet {
+        jet(self, self)
+    }
+    #[inline(always)]
+    fn by_parts(self, count: usize, jet: impl Fn(usize, f64) -> Jet) -> Jet {
+        let place = self * (count as f64 / TAU);
+        let part = (place as usize).min(count - 1);
+        jet(part, place - part as f64)
+    }
+    #[inline]
+    fn value_of_fourier(self, series: &Fourier) -> f64 {
+        series.value_at(self)
+    }
+    #[inline]
+    fn jet_of_fourier(self, series: &Fourier) -> Jet {
+        series.jet_at(self)
     }
     #[inline]
     fn value_of(self, wave: &Wave, side: Side) -> f64 {
@@ -87,16 +132,38 @@ impl Angle for Series {
     fn times(self, factor: f64) -> Series {
         self * factor
     }
-    fn by_function(self, _: impl Fn(f64) -> f64) -> Series {
-        Series::refused("a plain function of the angle (`Angle::by_function`)")
+    fn by_function<const N: usize>(self, _: impl Fn(f64) -> [f64; N]) -> [Series; N] {
+        [Series::refused(PLAIN); N]
+    }
+    fn by_pieces(self, jet: impl Fn(f64, Series) -> Jet<Series>) -> Jet<Series> {
+        jet(self.at(0.0), self)
+    }
+    /// The series is valid up to the end of the part.
+    fn by_parts(self, count: usize, jet: impl Fn(usize, Series) -> Jet<Series>) -> Jet<Series> {
+        let place = self * (count as f64 / TAU);
+        let part = (place.at(0.0) + AT_END).floor();
+        let &[from, rate] = place.coefficients() else {
+            return Jet::constant(Series::refused("a table of samples over an angle of varying speed"));
+        };
+        let place = place.valid_until((part + 1.0 - from) / rate);
+        jet(part as usize % count, place - Series::from(part))
+    }
+    fn value_of_fourier(self, series: &Fourier) -> Series {
+        series.series_at(&self, false).value
+    }
+    fn jet_of_fourier(self, series: &Fourier) -> Jet<Series> {
+        series.series_at(&self, true)
+    }
+    fn turns_evenly(self) -> bool {
+        self.coefficients().len() <= 2
     }
     fn value_of(self, wave: &Wave, side: Side) -> Series {
         let (excitation, own) = wave.own_series(self, side);
-        excitation.value_series(&own)
+        excitation.value_series(own)
     }
     fn jet_of(self, wave: &Wave, side: Side) -> Jet<Series> {
         let (excitation, own) = wave.own_series(self, side);
-        let (jet, n) = (excitation.series(&own), f64::from(wave.order()));
+        let (jet, n) = (excitation.series(own), f64::from(wave.order()));
         Jet { value: jet.value, rate: jet.rate * n, second: jet.second * (n * n) }
     }
 }
@@ -109,8 +176,20 @@ impl Angle for EnclosedAngle {
     fn times(self, factor: f64) -> Self {
         self.moved(factor, 0.0)
     }
-    fn by_function(self, _: impl Fn(f64) -> f64) -> PowerSeries<Interval> {
-        PowerSeries::refused("a plain function of the angle (`Angle::by_function`)")
+    fn by_function<const N: usize>(self, _: impl Fn(f64) -> [f64; N]) -> [PowerSeries<Interval>; N] {
+        [PowerSeries::refused(PLAIN); N]
+    }
+    fn by_pieces(self, jet: impl Fn(f64, Self::Number) -> Jet<Self::Number>) -> Jet<Self::Number> {
+        jet(self.inside(), self.series())
+    }
+    fn by_parts(self, _: usize, _: impl Fn(usize, Self::Number) -> Jet<Self::Number>) -> Jet<Self::Number> {
+        Jet::constant(PowerSeries::refused("a table of samples"))
+    }
+    fn value_of_fourier(self, series: &Fourier) -> PowerSeries<Interval> {
+        series.enclosure_at(self).value
+    }
+    fn jet_of_fourier(self, series: &Fourier) -> Jet<PowerSeries<Interval>> {
+        series.enclosure_at(self)
     }
     fn value_of(self, wave: &Wave, side: Side) -> PowerSeries<Interval> {
         self.jet_of(wave, side).value

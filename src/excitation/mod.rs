@@ -7,24 +7,25 @@
 //! [`Side`] says which value counts at a jump.
 
 pub(crate) mod angle;
-pub(crate) mod centre;
-pub(crate) mod combine;
+pub(crate) mod any_excitation;
 pub(crate) mod earliest;
 pub(crate) mod enclosed_angle;
 pub(crate) mod excitation_trait;
+pub(crate) mod fourier;
 pub(crate) mod functions;
 pub(crate) mod jet;
 pub(crate) mod side;
 pub(crate) mod wave;
 
 pub use crate::excitation::angle::Angle;
-pub use crate::excitation::centre::{CentreCurve, InstantCentre};
-pub use crate::excitation::combine::{Function, Product, Scaled, Sum};
 pub use crate::excitation::earliest::earliest;
 pub use crate::excitation::enclosed_angle::EnclosedAngle;
-pub use crate::excitation::excitation_trait::{Excitation, same};
+pub use crate::excitation::excitation_trait::Excitation;
+pub use crate::excitation::fourier::Fourier;
+pub use crate::excitation::functions::centre::{CentreCurve, InstantCentre};
+pub use crate::excitation::functions::combine::{Product, Scaled, Sum};
 pub use crate::excitation::functions::constant::Constant;
-pub use crate::excitation::functions::fourier::Fourier;
+pub use crate::excitation::functions::function::Function;
 pub use crate::excitation::functions::rectangle::RectangularWave;
 pub use crate::excitation::functions::table::Table;
 pub use crate::excitation::jet::Jet;

@@ -1,24 +1,22 @@
 //! Waves: excitations on a shaft.
 
 use crate::error::{ParameterError, check};
+use crate::excitation::any_excitation::AnyExcitation;
 use crate::excitation::enclosed_angle::EnclosedAngle;
-use crate::excitation::excitation_trait::Excitation;
-use crate::excitation::functions::fourier::Fourier;
+use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
 use crate::excitation::side::Side;
 use crate::interval::number::Interval;
 use crate::numeric::gauss;
 use crate::series::{PowerSeries, Series};
-use std::any::Any;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// A wave f(n φ + ψ) of the angle φ of a shaft.
 ///
-/// f is an [`Excitation`], n the whole order and ψ the phase. Copies share the function.
+/// f is an [`Excitation`](crate::excitation::Excitation), n the whole order and ψ the phase. Copies share the function.
 ///
-/// Two waves are equal if their orders and phases are equal and they share the function or
-/// [`Excitation::same_as`] returns `true`.
+/// Two waves are equal if their orders and phases are equal and they share the function or have equal ones.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Fourier, Side}, Wave};
@@ -30,7 +28,7 @@ use std::sync::Arc;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Wave {
-    excitation: Arc<dyn Excitation>,
+    excitation: Arc<dyn AnyExcitation>,
     /// Order n.
     order: u32,
     /// Phase ψ in [0, 2π).
@@ -64,14 +62,10 @@ const FARTHEST: f64 = 1e12;
 const MAX_EDGES: usize = 1 << 20;
 
 impl Wave {
-    /// The wave f(φ): order 1, phase 0.
-    pub fn new(excitation: impl Excitation) -> Self {
-        let mut edges: Vec<f64> = excitation
-            .edges()
-            .iter()
-            .filter(|edge| edge.is_finite())
-            .map(|edge| edge.rem_euclid(TAU) % TAU)
-            .collect();
+    /// The wave of an excitation with these edges: order 1, phase 0.
+    pub(crate) fn of_any(excitation: Arc<dyn AnyExcitation>, edges: &[f64]) -> Self {
+        let mut edges: Vec<f64> =
+            edges.iter().filter(|edge| edge.is_finite()).map(|edge| edge.rem_euclid(TAU) % TAU).collect();
         edges.sort_by(f64::total_cmp);
         edges.dedup_by(|next, edge| *next - *edge < APART);
         if let (Some(first), Some(last)) = (edges.first(), edges.last())
@@ -80,15 +74,7 @@ impl Wave {
         {
             edges.pop();
         }
-        Wave { excitation: Arc::new(excitation), order: 1, phase: 0.0, edges: edges.into() }
-    }
-
-    /// A constant wave.
-    ///
-    /// # Errors
-    /// A value beyond ±1e50.
-    pub fn constant(value: f64) -> Result<Self, ParameterError> {
-        Ok(Wave::new(crate::excitation::functions::constant::Constant::new(value)?))
+        Wave { excitation, order: 1, phase: 0.0, edges: edges.into() }
     }
 
     /// The same wave, repeated `order` times as often in a turn of the shaft, for example once for each
@@ -162,16 +148,16 @@ impl Wave {
     #[inline]
     pub(crate) fn jet_at(&self, angle: f64, side: Side) -> Jet {
         let n = f64::from(self.order);
-        let Jet { value, rate, second } = self.excitation.jet(self.own(angle, side));
+        let Jet { value, rate, second } = self.excitation.jet_at(self.own(angle, side));
         Jet { value, rate: n * rate, second: n * n * second }
     }
     #[inline]
     pub(crate) fn value_at(&self, angle: f64, side: Side) -> f64 {
-        self.excitation.value(self.own(angle, side))
+        self.excitation.value_at(self.own(angle, side))
     }
 
     /// The excitation, and its own angle n φ + ψ as a series of time.
-    pub(crate) fn own_series(&self, angle: Series, side: Side) -> (&dyn Excitation, Series) {
+    pub(crate) fn own_series(&self, angle: Series, side: Side) -> (&dyn AnyExcitation, Series) {
         let own = self.own(angle.at(0.0), side);
         (&*self.excitation, (angle * f64::from(self.order)).moved_to(own))
     }
@@ -186,7 +172,7 @@ impl Wave {
         if !self.edges.is_empty() {
             return None;
         }
-        let (mean, pairs) = self.excitation.fourier()?;
+        let (mean, pairs) = self.excitation.pairs()?;
         Fourier::new(mean, &pairs).ok()?.repeated(self.order, self.phase)
     }
 
@@ -253,8 +239,9 @@ impl Wave {
     }
     /// The same number, but 0 if all are constants.
     pub(crate) fn gcd_of_orders<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
-        let varies = |wave: &&Wave| {
-            !(&*wave.excitation as &dyn Any).is::<crate::excitation::functions::constant::Constant>()
+        let varies = |wave: &&Wave| match wave.excitation.pairs() {
+            Some((_, pairs)) => pairs.iter().any(|pair| *pair != [0.0; 2]),
+            None => true,
         };
         waves.into_iter().filter(varies).fold(0, |common, wave| gcd(common, wave.order))
     }
@@ -300,6 +287,6 @@ impl PartialEq for Wave {
         self.is(other)
             || (self.order == other.order
                 && self.phase == other.phase
-                && self.excitation.same_as(&*other.excitation))
+                && self.excitation.equals(&*other.excitation))
     }
 }

@@ -1,12 +1,13 @@
 //! Intervals contain the truth: random expressions against numbers of twice the digits, sines of large
 //! angles, waves over stretches of an angle.
 
-use gear_dynamics::Wave;
 use gear_dynamics::certify::Interval;
 use gear_dynamics::excitation::{
     Constant, EnclosedAngle, Fourier, InstantCentre, Product, RectangularWave, Scaled, Side, Sum,
 };
 use gear_dynamics::model::{PowerSeries, Scalar};
+use gear_dynamics::teeth::{LossShape, Piecewise, ToothLoss};
+use gear_dynamics::{ParameterError, Wave};
 
 /// A number of some 32 digits: high + low.   Source: Dekker 1971, Numerische Mathematik 18, 224.
 #[derive(Clone, Copy, Debug)]
@@ -242,6 +243,13 @@ fn weights_of_powers_are_rounded_outwards() {
     }
 }
 
+/// Two polynomials with a jump between them.
+fn pieces() -> Piecewise {
+    let course =
+        |middle: f64, x: f64| Ok::<_, ParameterError>(if middle < 2.0 { x.cos() } else { 1.0 + x.sin() });
+    Piecewise::fit(&[0.5, 2.0], 1e-12, course).unwrap()
+}
+
 /// Points within a stretch of an angle: the series at a point lies in the enclosure over the stretch.
 #[test]
 fn waves_lie_in_their_enclosures() {
@@ -258,6 +266,8 @@ fn waves_lie_in_their_enclosures() {
         Wave::new(centre.ratio(3.5).unwrap()),
         Wave::new(centre.rotation()).with_phase(4.0).unwrap(),
         Wave::new(centre.rotation_series(12).unwrap()),
+        Wave::new(ToothLoss::new(5, 2, 0.4).unwrap().shape(LossShape::Cosine)).with_phase(0.3).unwrap(),
+        Wave::new(pieces()).per_turn(2).unwrap(),
     ];
     let mut random = Random(37);
     const ORDER: usize = 8;

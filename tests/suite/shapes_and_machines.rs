@@ -334,7 +334,7 @@ impl Shape for Flawed {
     }
     fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
         if let Some(u) = u.first_mut() {
-            *u = angle.by_function(self.wave);
+            [*u] = angle.by_function(|angle| [(self.wave)(angle)]);
         }
     }
     fn repeats(&self) -> u32 {
@@ -573,7 +573,7 @@ fn no_edge_is_lost_by_rounding() {
             a[0] = u.all_waves()[0];
         }
         fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
-            u[0] = angle.by_function(|angle| angle.rem_euclid(TAU));
+            [u[0]] = angle.by_function(|angle| [angle.rem_euclid(TAU)]);
         }
         fn next_edge(&self, angle: f64) -> Option<f64> {
             Some(TAU * (angle / TAU).floor() + TAU)

@@ -513,7 +513,7 @@ fn derivatives_and_series_of_the_mesh_stiffness() {
         let second = (mesh(angle + h) - 2.0 * mesh(angle) + mesh(angle - h)) / (h * h);
         assert!((jet.second - second).abs() < 1e-5 * jet.value, "{} {second}", jet.second);
         let t = 0.05;
-        let series = Excitation::series(&stiffness, &gear_dynamics::model::Series::variable(angle, 2.0, 16));
+        let series = stiffness.jet(gear_dynamics::model::Series::variable(angle, 2.0, 16));
         close(series.value.at(t), mesh(angle + 2.0 * t), 1e-10);
         close(series.rate.at(t), stiffness.jet(angle + 2.0 * t).rate, 1e-6);
     }

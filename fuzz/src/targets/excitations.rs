@@ -4,7 +4,8 @@ use crate::case::{Case, Run, Stop, all_finite, finite, holds};
 
 use gear_dynamics::Wave;
 use gear_dynamics::excitation::{
-    Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Scaled, Side, Sum, Table,
+    Angle, Excitation, Fourier, Function, InstantCentre, Jet, Product, RectangularWave, Scaled, Side, Sum,
+    Table,
 };
 use std::f64::consts::TAU;
 
@@ -77,14 +78,14 @@ fn some(case: &mut Case, levels: usize, mean: f64) -> Result<Vec<Wave>, Stop> {
 }
 
 /// A user's excitation with any edges.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Own {
     edges: Vec<f64>,
 }
 
 impl Excitation for Own {
-    fn jet(&self, angle: f64) -> Jet {
-        (Jet::variable(angle) * 0.5).cos()
+    fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
+        (Jet::variable(angle.number()) * 0.5).cos()
     }
     fn edges(&self) -> Vec<f64> {
         self.edges.clone()

@@ -1,11 +1,10 @@
 //! A constant excitation.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::enclosed_angle::EnclosedAngle;
-use crate::excitation::excitation_trait::{Excitation, same};
+use crate::excitation::angle::Angle;
+use crate::excitation::excitation_trait::Excitation;
 use crate::excitation::jet::Jet;
-use crate::interval::number::Interval;
-use crate::series::{PowerSeries, Series};
+use crate::excitation::wave::Wave;
 
 /// A constant excitation.
 ///
@@ -32,19 +31,20 @@ impl Constant {
 }
 
 impl Excitation for Constant {
-    fn jet(&self, _: f64) -> Jet {
-        Jet::constant(self.0)
-    }
-    fn series(&self, _: &Series) -> Jet<Series> {
-        Jet::constant(self.0.into())
-    }
-    fn enclosure(&self, _: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+    fn jet<A: Angle>(&self, _: A) -> Jet<A::Number> {
         Jet::constant(self.0.into())
     }
     fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
         Some((self.0, Vec::new()))
     }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
+}
+
+impl Wave {
+    /// A constant wave.
+    ///
+    /// # Errors
+    /// A value beyond ±1e50.
+    pub fn constant(value: f64) -> Result<Self, ParameterError> {
+        Ok(Wave::new(Constant::new(value)?))
     }
 }

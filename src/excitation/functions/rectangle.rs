@@ -1,12 +1,10 @@
 //! Rectangular waves: the mesh stiffness of a contact ratio.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::enclosed_angle::EnclosedAngle;
-use crate::excitation::excitation_trait::{Excitation, same};
-use crate::excitation::functions::fourier::Fourier;
+use crate::excitation::angle::Angle;
+use crate::excitation::excitation_trait::Excitation;
+use crate::excitation::fourier::Fourier;
 use crate::excitation::jet::Jet;
-use crate::interval::number::Interval;
-use crate::series::{PowerSeries, Series};
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
@@ -99,14 +97,8 @@ impl RectangularWave {
 }
 
 impl Excitation for RectangularWave {
-    fn jet(&self, angle: f64) -> Jet {
-        Jet::constant(self.level(angle))
-    }
-    fn series(&self, angle: &Series) -> Jet<Series> {
-        Jet::constant(self.level(angle.at(0.0)).into())
-    }
-    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
-        Jet::constant(self.level(angle.inside()).into())
+    fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
+        angle.by_pieces(|inside, _| Jet::constant(self.level(inside).into()))
     }
     fn edges(&self) -> Vec<f64> {
         if self.duty > 0.0 && self.low != self.high {
@@ -114,8 +106,5 @@ impl Excitation for RectangularWave {
         } else {
             Vec::new()
         }
-    }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
     }
 }

@@ -1,10 +1,10 @@
 //! Excitations from samples.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::excitation_trait::{Excitation, same};
+use crate::excitation::angle::Angle;
+use crate::excitation::excitation_trait::Excitation;
 use crate::excitation::jet::Jet;
 use crate::scalar::Scalar;
-use crate::series::Series;
 use std::f64::consts::TAU;
 
 /// The periodic cubic spline through uniform samples of one turn, the first at φ = 0. It is twice
@@ -74,9 +74,6 @@ fn thomas(diagonal: &[f64], rhs: &[f64]) -> Vec<f64> {
     x
 }
 
-/// A place this close to the next knot, in spacings of the samples, lies on it `[1]`.
-const AT_KNOT: f64 = 1e-9;
-
 impl Table {
     /// The piece of the spline after knot i, at the share s of the spacing, for every number type.
     #[inline(always)]
@@ -95,25 +92,8 @@ impl Table {
 }
 
 impl Excitation for Table {
-    fn jet(&self, angle: f64) -> Jet {
-        let n = self.samples.len();
-        let place = angle * (n as f64 / TAU);
-        let i = (place as usize).min(n - 1);
-        self.piece(i, place - i as f64)
-    }
-    /// The third derivative jumps at the knots: the series is valid up to the next one.
-    fn series(&self, angle: &Series) -> Jet<Series> {
-        let n = self.samples.len();
-        let place = *angle * (n as f64 / TAU);
-        let at = place.at(0.0) + AT_KNOT;
-        let knot = at.floor();
-        let &[from, rate] = place.coefficients() else {
-            return Jet::constant(Series::refused("a table of samples over an angle of varying speed"));
-        };
-        let place = place.valid_until((knot + 1.0 - from) / rate);
-        self.piece(knot as usize % n, place - Series::from(knot))
-    }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
+    fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
+        // The third derivative jumps at the knots.
+        angle.by_parts(self.samples.len(), |i, s| self.piece(i, s))
     }
 }

@@ -1,9 +1,8 @@
 //! Faults of single teeth.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::{Excitation, Jet, Product, Wave, same};
+use crate::excitation::{Angle, Excitation, Jet, Product, Wave};
 use crate::scalar::Scalar;
-use crate::series::Series;
 use crate::teeth::error::within;
 use std::f64::consts::TAU;
 
@@ -85,11 +84,8 @@ impl ToothLoss {
 }
 
 impl Excitation for ToothLoss {
-    fn jet(&self, angle: f64) -> Jet {
-        self.factor(angle, self.inside(angle))
-    }
-    fn series(&self, angle: &Series) -> Jet<Series> {
-        self.factor(*angle, self.inside(angle.at(0.0)))
+    fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
+        angle.by_pieces(|inside, angle| self.factor(angle, self.inside(inside)))
     }
     fn edges(&self) -> Vec<f64> {
         if self.loss == 0.0 || self.teeth == 1 && self.shape == LossShape::Cosine {
@@ -97,8 +93,5 @@ impl Excitation for ToothLoss {
         }
         let at = |tooth: u32| TAU * f64::from(tooth % self.teeth) / f64::from(self.teeth);
         vec![at(self.tooth), at(self.tooth + 1)]
-    }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
     }
 }

@@ -1,10 +1,9 @@
 //! Functions of the mesh cycle that are smooth between jumps.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::{Excitation, Fourier, Jet, same};
+use crate::excitation::{Angle, Excitation, Fourier, Jet};
 use crate::numeric::gauss::ten;
 use crate::scalar::Scalar;
-use crate::series::Series;
 use std::f64::consts::{PI, TAU};
 
 /// An excitation with smooth pieces between jumps: a polynomial in Chebyshev form on each piece.
@@ -204,25 +203,13 @@ impl Stretch {
 }
 
 impl Excitation for Piecewise {
-    fn jet(&self, angle: f64) -> Jet {
-        let (piece, turn) = self.piece(angle);
-        piece.jet(angle + turn)
-    }
-    fn value(&self, angle: f64) -> f64 {
-        let (piece, turn) = self.piece(angle);
-        piece.value(angle + turn)
-    }
-    fn series(&self, angle: &Series) -> Jet<Series> {
-        let (piece, turn) = self.piece(angle.at(0.0));
-        piece.jet(*angle + Series::from(turn))
-    }
-    fn value_series(&self, angle: &Series) -> Series {
-        self.series(angle).value
+    fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
+        angle.by_pieces(|inside, angle| {
+            let (piece, turn) = self.piece(inside);
+            piece.jet(angle + A::Number::from(turn))
+        })
     }
     fn edges(&self) -> Vec<f64> {
         self.pieces.iter().map(|piece| piece.from).collect()
-    }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
     }
 }

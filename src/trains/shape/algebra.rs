@@ -207,7 +207,7 @@ impl<N: Nonlinearity> TrainShape<N> {
 mod tests {
     use crate::contact::piece_choice::ByDeflection;
     use crate::contact::tooth::Contact;
-    use crate::excitation::functions::fourier::Fourier;
+    use crate::excitation::fourier::Fourier;
     use crate::excitation::side::Side;
     use crate::excitation::wave::Wave;
     use crate::model::equations::Model;

@@ -2,7 +2,7 @@
 //! integrator of its own.
 
 use gear_dynamics::contact::{Contact, Deflection, Edges, Nonlinearity, Piece, PieceChoice};
-use gear_dynamics::excitation::{Angle, Excitation, Jet, Side, same};
+use gear_dynamics::excitation::{Angle, Excitation, Jet, Side};
 use gear_dynamics::model::{Channel, Drives, Scalar, Size};
 use gear_dynamics::ode::{Finish, IntegrateError, Observer, Stats, Step, StepView};
 use gear_dynamics::{Integrator, Mesh, Model, Shape, State, Wave};
@@ -86,14 +86,11 @@ impl Nonlinearity for SoftStop {
 pub struct Kick;
 
 impl Excitation for Kick {
-    fn jet(&self, angle: f64) -> Jet {
-        (Jet::variable(angle) * 0.5).cos()
+    fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
+        (Jet::variable(angle.number()) * 0.5).cos()
     }
     fn edges(&self) -> Vec<f64> {
         vec![0.0]
-    }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
     }
 }
 

@@ -93,23 +93,35 @@ impl<'t> Angle for FourierAngle<'t> {
     fn times(self, factor: f64) -> Self {
         FourierAngle { times: factor * self.times, ..self }
     }
-    fn by_function(self, _: impl Fn(f64) -> f64) -> Node<'t> {
-        self.refused()
+    fn by_function<const N: usize>(self, _: impl Fn(f64) -> [f64; N]) -> [Node<'t>; N] {
+        [self.refused(); N]
+    }
+    fn by_pieces(self, _: impl Fn(f64, Node<'t>) -> Jet<Node<'t>>) -> Jet<Node<'t>> {
+        Jet::constant(self.refused())
+    }
+    fn by_parts(self, _: usize, _: impl Fn(usize, Node<'t>) -> Jet<Node<'t>>) -> Jet<Node<'t>> {
+        Jet::constant(self.refused())
+    }
+    fn value_of_fourier(self, of: &Fourier) -> Node<'t> {
+        self.series(of, of.mean(), |_, pair| pair)
+    }
+    fn jet_of_fourier(self, of: &Fourier) -> Jet<Node<'t>> {
+        Jet {
+            value: self.series(of, of.mean(), |_, pair| pair),
+            rate: self.series(of, 0.0, |n, [c, s]| [n * s, -n * c]),
+            second: self.series(of, 0.0, |n, [c, s]| [-n * n * c, -n * n * s]),
+        }
     }
     fn value_of(self, wave: &Wave, _: Side) -> Node<'t> {
         match wave.fourier() {
-            Some(of) => self.series(&of, of.mean(), |_, pair| pair),
+            Some(of) => self.value_of_fourier(&of),
             None => self.refused(),
         }
     }
     fn jet_of(self, wave: &Wave, _: Side) -> Jet<Node<'t>> {
         match wave.fourier() {
-            Some(of) => Jet {
-                value: self.series(&of, of.mean(), |_, pair| pair),
-                rate: self.series(&of, 0.0, |n, [c, s]| [n * s, -n * c]),
-                second: self.series(&of, 0.0, |n, [c, s]| [-n * n * c, -n * n * s]),
-            },
-            None => Jet { value: self.refused(), rate: self.refused(), second: self.refused() },
+            Some(of) => self.jet_of_fourier(&of),
+            None => Jet::constant(self.refused()),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::contact::Nonlinearity;
 use crate::error::ParameterError;
-use crate::excitation::combine::Quotient;
+use crate::excitation::functions::combine::Quotient;
 use crate::excitation::{Product, Side, Wave};
 use crate::trains::plan::topology::{Gearing, Topology};
 use crate::trains::plan::turning::SAME;

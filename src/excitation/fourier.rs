@@ -2,7 +2,6 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::enclosed_angle::EnclosedAngle;
-use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::jet::Jet;
 use crate::interval::number::Interval;
 use crate::scalar::Scalar;
@@ -214,7 +213,7 @@ impl Fourier {
         }
     }
     /// The series, if it has at most [`WAVES`] waves, so that its expansion is faster than that of its parts.
-    fn if_short(self) -> Option<Fourier> {
+    pub(crate) fn if_short(self) -> Option<Fourier> {
         let short = Fourier::unchecked(self.mean, self.pairs);
         (short.weights.len() <= WAVES).then_some(short)
     }
@@ -241,13 +240,15 @@ fn sincos(x: f64) -> (f64, f64) {
     (s, c)
 }
 
-impl Excitation for Fourier {
+impl Fourier {
+    /// f and its derivatives over the angle.
     #[inline]
-    fn jet(&self, angle: f64) -> Jet {
+    pub(crate) fn jet_at(&self, angle: f64) -> Jet {
         self.jet_of(sincos(angle), 1.0)
     }
+    /// f alone.
     #[inline]
-    fn value(&self, angle: f64) -> f64 {
+    pub(crate) fn value_at(&self, angle: f64) -> f64 {
         let (s1, c1) = sincos(angle);
         let (mut s, mut c, mut value) = (s1, c1, self.mean);
         for (n, &[cos, sin]) in self.pairs.iter().enumerate() {
@@ -258,19 +259,15 @@ impl Excitation for Fourier {
         }
         value
     }
-    fn series(&self, angle: &Series) -> Jet<Series> {
+    /// f and its derivatives over the angle as series over time; f alone without `derivatives`.
+    pub(crate) fn series_at(&self, angle: &Series, derivatives: bool) -> Jet<Series> {
         match *angle.coefficients() {
-            [_, w] => self.turning(angle, w, true),
+            [_, w] => self.turning(angle, w, derivatives),
             _ => self.jet_of(angle.sin_cos(), 1.0),
         }
     }
-    fn value_series(&self, angle: &Series) -> Series {
-        match *angle.coefficients() {
-            [_, w] => self.turning(angle, w, false).value,
-            _ => self.jet_of(angle.sin_cos(), 1.0).value,
-        }
-    }
-    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+    /// Enclosures of f and its derivatives over the angle.
+    pub(crate) fn enclosure_at(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
         let mut jet = Jet::constant(PowerSeries::from(self.mean));
         for (n, _) in &self.weights {
             let ([sin, cos], [a, b], n) = (angle.sin_cos(*n as f64), self.pairs[n - 1], *n as f64);
@@ -280,11 +277,5 @@ impl Excitation for Fourier {
             jet.second = jet.second - wave * n * n;
         }
         jet
-    }
-    fn fourier(&self) -> Option<(f64, Vec<[f64; 2]>)> {
-        self.clone().if_short().map(|short| (short.mean, short.pairs))
-    }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
     }
 }

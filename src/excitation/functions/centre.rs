@@ -2,12 +2,9 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::angle::Angle;
-use crate::excitation::enclosed_angle::EnclosedAngle;
-use crate::excitation::excitation_trait::{Excitation, same};
+use crate::excitation::excitation_trait::Excitation;
 use crate::excitation::jet::Jet;
-use crate::interval::number::Interval;
 use crate::scalar::Scalar;
-use crate::series::{PowerSeries, Series};
 
 /// The instantaneous centre of an eccentric gear with the eccentric ratio ε `[1]`, over the phase x `[rad]`.
 ///
@@ -148,16 +145,7 @@ impl CentreCurve {
 }
 
 impl Excitation for CentreCurve {
-    fn jet(&self, angle: f64) -> Jet {
-        self.curve(angle)
-    }
-    fn series(&self, angle: &Series) -> Jet<Series> {
-        self.curve(*angle)
-    }
-    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+    fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
         self.curve(angle.number())
-    }
-    fn same_as(&self, other: &dyn Excitation) -> bool {
-        same(self, other)
     }
 }
