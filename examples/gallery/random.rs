@@ -65,7 +65,7 @@ fn density(coarse: bool) -> Outcome<Panel> {
     let bars = spans.iter().map(|span| (span.middle, span.count as f64 / (members as f64 * width)));
     let damped = dead_zone(0.0)?.with("damping", 0.2)?;
     let exact = PathIntegration::new(0.2, [-5.0, 5.0], [-4.5, 4.5])?.panels(6).stationary(&damped)?;
-    let line = (-200..=200).map(|i| 0.02 * f64::from(i)).map(|x| (x, exact.of_deflection(x)));
+    let line = (-200..=200).map(|i| 0.02 * f64::from(i)).map(|x| (x, exact.deflection_density(x)));
     Ok(Panel::new("density of the deflection", "deflection x [1]", "density [1]")?
         .series(&format!("{members} members counted"), Mark::Dots, bars)?
         .series("path integration", Mark::Line, line)?

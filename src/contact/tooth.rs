@@ -26,9 +26,9 @@ pub struct Contact<S = f64> {
     pub deflection: S,
     /// Rate of the deflection, d'.
     pub rate: S,
-    /// Lower edge of the gap: -b for a backlash of half backlash b.
+    /// Lower edge of the gap: -b for the half backlash b.
     pub lower: S,
-    /// Upper edge of the gap: b for a backlash of half backlash b.
+    /// Upper edge of the gap: b for the half backlash b.
     pub upper: S,
     /// Rate of the lower edge.
     pub lower_rate: S,

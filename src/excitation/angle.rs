@@ -180,7 +180,7 @@ impl Angle for EnclosedAngle {
         [PowerSeries::refused(PLAIN); N]
     }
     fn by_pieces(self, jet: impl Fn(f64, Self::Number) -> Jet<Self::Number>) -> Jet<Self::Number> {
-        jet(self.inside(), self.series())
+        jet(self.inside(), self.reduced())
     }
     fn by_parts(self, _: usize, _: impl Fn(usize, Self::Number) -> Jet<Self::Number>) -> Jet<Self::Number> {
         Jet::constant(PowerSeries::refused("a table of samples"))

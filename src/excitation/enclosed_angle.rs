@@ -38,6 +38,14 @@ impl EnclosedAngle {
     pub(crate) fn inside(&self) -> f64 {
         self.inside.rem_euclid(TAU) % TAU
     }
+    /// The series of the angle less whole turns, so that it lies about [0, 2π).
+    pub(crate) fn reduced(&self) -> PowerSeries<Interval> {
+        let turns = (self.inside / TAU).floor();
+        if turns == 0.0 {
+            return self.series;
+        }
+        self.series - PowerSeries::constant(Interval::PI * (2.0 * turns))
+    }
     /// Enclosures of sin nφ and cos nφ. At a constant speed w their coefficients k are (n w)^k/k! times
     /// ± sine or cosine.
     pub(crate) fn sin_cos(&self, n: f64) -> [PowerSeries<Interval>; 2] {

@@ -18,7 +18,7 @@ pub use crate::random::density::periodic_density::PeriodicDensity;
 pub use crate::random::density::state_density::StateDensity;
 pub use crate::random::linear_moments::LinearMoments;
 pub use crate::random::rare::passage::{FirstPassage, PassageTimes};
-pub use crate::random::rare::score::{Event, Moment};
+pub use crate::random::rare::score::{Event, StepEnd};
 pub use crate::random::rare::splitting::{RareEvent, Splitting};
 pub use crate::random::white::error::NoiseError;
 pub use crate::random::white::estimate::Estimate;

@@ -243,7 +243,7 @@ fn a_diagram_is_watched_and_stopped() {
     let row = |_: &Row<'_>| {
         rows.fetch_add(1, Relaxed);
     };
-    let watched = runner().rows(row).watch(Watch::new().progress(progress).cancel(stop.clone()));
+    let watched = runner().row_observer(row).watch(Watch::new().progress(progress).cancel(stop.clone()));
     let whole = bifurcation.run(&watched).unwrap();
     assert_eq!(
         (most.load(Relaxed), rows.load(Relaxed), whole.up().len(), whole.down().len()),
@@ -251,7 +251,8 @@ fn a_diagram_is_watched_and_stopped() {
     );
 
     let stopping = |_: &Row<'_>| stop.store(rows.fetch_add(1, Relaxed) > 42, Relaxed);
-    let part = bifurcation.run(&runner().rows(stopping).watch(Watch::new().cancel(stop.clone()))).unwrap();
+    let part =
+        bifurcation.run(&runner().row_observer(stopping).watch(Watch::new().cancel(stop.clone()))).unwrap();
     assert!((2..10).contains(&(part.up().len() + part.down().len())));
     assert!(!part.rows()[0].is_complete() && part.up().iter().zip(whole.up()).all(|(a, b)| a == b));
 }

@@ -367,7 +367,7 @@ fn rows_of_another_sweep_are_refused() {
         of(|s| s.warm_start(WarmStart::Up)),
         of(|s| s.check_every(2)),
         of(|s| s.periodic_tolerance(1e-5)),
-        of(|s| s.until_repeats(1e-5)),
+        of(|s| s.early_end(1e-5)),
         of(|s| s.lyapunov(Lyapunov::new())),
     ];
     let parts = chunks(&sweep, 2);
@@ -466,12 +466,12 @@ fn two_threads_may_show_rows_at_once() {
         inside.fetch_sub(1, Relaxed);
     };
     let made = pool(2)
-        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).rows(rows).run())
+        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).row_observer(rows).run())
         .unwrap();
     assert!(together.into_inner() && made.iter().count() == 64);
     let busy = |_: &Row<'_>| assert_eq!(rayon::join(|| 1, || 2), (1, 2));
     let made = pool(2)
-        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).rows(busy).run())
+        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).row_observer(busy).run())
         .unwrap();
     assert_eq!(made.iter().count(), 64);
 }

@@ -143,7 +143,7 @@ fn the_same_exponents_however_they_are_run() {
     let partial = sweep
         .of(&engine, family)
         .start(begin)
-        .rows(stop)
+        .row_observer(stop)
         .watch(Watch::new().cancel(cancel.clone()))
         .run()
         .unwrap();

@@ -185,7 +185,7 @@ fn the_same_bits_however_it_is_run() {
     let partial = sweep
         .of(&engine, family)
         .start(|_, _| start.clone())
-        .rows(stop)
+        .row_observer(stop)
         .watch(Watch::new().cancel(cancel.clone()));
     let partial = partial.run().unwrap();
     assert!(partial.iter().count() < 11);
@@ -204,7 +204,7 @@ fn the_same_bits_however_it_is_run() {
 #[test]
 fn warm_starts_follow_their_line() {
     let sweep = Sweep::new(axis("wc", 0.15 / 63.0, 0.16 / 63.0, 7)).settle(1).measure(1).channels(&["q0"]);
-    let sweep = sweep.warm_start(WarmStart::Up).until_repeats(1e-6);
+    let sweep = sweep.warm_start(WarmStart::Up).early_end(1e-6);
     let (machine, start) = (pair(), Pair::start());
     let wide = rows(&sweep, &LaneTaylor::new(tolerant()), &machine, &start);
     let single = rows(&sweep, &Located(tolerant()), &machine, &start);

@@ -92,12 +92,15 @@ fn shares_and_crossings_of_a_dead_zone() {
         (density.downward_crossing_rate(0.5), rate),
         (density.upward_crossing_rate(-0.5), rate),
         (density.mean(|_, v| v * v), 1.0),
-        (density.of_deflection(0.2), 1.0 / z),
-        (density.of_velocity(1.0), (-0.5f64).exp() / TAU.sqrt()),
+        (density.deflection_density(0.2), 1.0 / z),
+        (density.velocity_density(1.0), (-0.5f64).exp() / TAU.sqrt()),
     ] {
         assert!((value - exact).abs() < 1e-3, "{value} {exact}");
     }
-    assert_eq!([density.at(7.0, 0.0), density.of_deflection(-7.0), density.of_velocity(7.0)], [0.0; 3]);
+    assert_eq!(
+        [density.at(7.0, 0.0), density.deflection_density(-7.0), density.velocity_density(7.0)],
+        [0.0; 3]
+    );
 }
 
 /// x'' + H x' + x = √D ξ with H = (x² + v²)/2: p ∝ exp(-H²/D). The damping is not constant: the splitting

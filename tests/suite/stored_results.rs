@@ -74,7 +74,7 @@ fn rows_keep_their_bits() {
     let list = Points::list(&["a", "b"], &[vec![1.0, -2.5], vec![0.1, 1e-300]]).unwrap();
     assert_eq!(stored(&list), list);
     let sweep =
-        Sweep::new(list).lyapunov(Lyapunov::new().measure(7)).until_repeats(1e-4).warm_start(WarmStart::Up);
+        Sweep::new(list).lyapunov(Lyapunov::new().measure(7)).early_end(1e-4).warm_start(WarmStart::Up);
     assert_eq!(stored(&sweep), sweep);
 }
 

@@ -240,13 +240,13 @@ fn chaos_is_flagged_and_periods_are_found() {
 #[test]
 fn lanes_are_refilled_as_they_finish() {
     let points = frequencies(23);
-    let sweep = Sweep::new(points.clone()).settle(40).until_repeats(1e-9).measure(2).channels(&["q0"]);
+    let sweep = Sweep::new(points.clone()).settle(40).early_end(1e-9).measure(2).channels(&["q0"]);
     let together = sweep.of(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap();
     let settled: Vec<usize> = together.iter().map(|row| row.settled_after()).collect();
     assert!(settled.iter().min() < settled.iter().max(), "{settled:?}");
     assert_eq!(together, sweep.of(&LaneRk4::new(1008).lanes::<8>(), pair).start(rest).run().unwrap());
     equals_each_alone(&together, |points| {
-        let sweep = Sweep::new(points).settle(40).until_repeats(1e-9).measure(2).channels(&["q0"]);
+        let sweep = Sweep::new(points).settle(40).early_end(1e-9).measure(2).channels(&["q0"]);
         sweep.of(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap()
     });
 }
@@ -257,7 +257,7 @@ fn lanes_are_refilled_as_they_finish() {
 fn periods_of_a_motion_that_repeats_count_again() {
     let points = Points::from(Axis::list("we", &[0.17, 0.241_304]).unwrap());
     let full = Sweep::new(points).settle(90).measure(9).channels(&["q0", "v0"]).rattle().strobe(5);
-    let early = full.clone().until_repeats(1e-7);
+    let early = full.clone().early_end(1e-7);
     fn compare(engine: &impl SweepEngine<LanePair>, [full, early]: [&Sweep; 2]) -> Vec<usize> {
         let run = |sweep: &Sweep| sweep.of(engine, pair).start(rest).run().unwrap();
         let (full, early) = (run(full), run(early));
@@ -442,7 +442,7 @@ fn a_cancelled_sweep_keeps_what_is_done() {
     let part = sweep
         .of(&LaneRk4::new(STEPS).lanes::<4>(), pair)
         .start(rest)
-        .rows(rows)
+        .row_observer(rows)
         .watch(Watch::new().cancel(stop.clone()))
         .run()
         .unwrap();
@@ -500,8 +500,7 @@ fn zero_steps_per_period_and_zero_periods() {
     ));
     let nothing = sweep.clone().measure(0).of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
     assert!(matches!(nothing, Err(SweepError::Parameter(ParameterError::TooFew { .. }))));
-    let never =
-        sweep.clone().until_repeats(f64::NAN).of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
+    let never = sweep.clone().early_end(f64::NAN).of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
     assert!(matches!(never, Err(SweepError::Parameter(ParameterError::NotFinite { .. }))));
     let chunk = sweep.of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).chunk(3, 3);
     assert_eq!(chunk.unwrap_err(), SweepError::Chunk { chunk: 3, chunks: 3 });

@@ -599,7 +599,7 @@ fn tip_relief_without_load() {
             for k in 0..500 {
                 let s = (f64::from(k) + 0.37) / 500.0;
                 let places = (0..3).map(|i| s + f64::from(i)).filter(|s| *s <= pair.contact_ratio());
-                let least = places.map(|s| relief.of_pair(&pair, s).unwrap()).fold(f64::INFINITY, f64::min);
+                let least = places.map(|s| relief.at(&pair, s).unwrap()).fold(f64::INFINITY, f64::min);
                 assert!((wave.value(TAU * s) - least).abs() < 1e-17, "{s} {lengths:?}");
             }
             let lone = 2.0 - pair.contact_ratio();

@@ -86,7 +86,7 @@ fn values_outside_their_range() {
     assert!(method.mesh(&pair, -0.1).is_err() && method.tooth(&gear, 2.0).is_err());
     assert!(pair.rectangular(1.0, f64::INFINITY).is_err());
     let long = TipRelief::new([0.0; 2], [1.0; 2]).unwrap();
-    assert!(long.unloaded_error(&pair).is_err() && long.of_pair(&pair, -1.0).is_err());
+    assert!(long.unloaded_error(&pair).is_err() && long.at(&pair, -1.0).is_err());
     let found = MethodB::new().stiffness(&pair).unwrap();
     assert!(found.resonance_speed(0, 1.0).is_err() && found.resonance_speed(19, 0.0).is_err());
     for wild in [f64::NAN, f64::INFINITY] {

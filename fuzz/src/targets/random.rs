@@ -181,8 +181,8 @@ pub fn path(case: &mut Case) -> Run {
     let (x, v) = (case.number(1.0), case.number(1.0));
     let figures = [
         density.at(x, v),
-        density.of_deflection(x),
-        density.of_velocity(v),
+        density.deflection_density(x),
+        density.velocity_density(v),
         density.share(-x, x),
         density.upward_crossing_rate(x),
         density.mean(|_, v| v * v),

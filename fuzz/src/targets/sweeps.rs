@@ -43,7 +43,7 @@ pub fn points(case: &mut Case) -> Run {
 fn sweep(case: &mut Case, points: Points) -> Sweep {
     let mut sweep = Sweep::new(points).settle(case.effort(2)).measure(case.effort(2));
     if case.chance(0.3) {
-        sweep = sweep.until_repeats(case.number(1e-6));
+        sweep = sweep.early_end(case.number(1e-6));
     }
     if case.chance(0.3) {
         sweep = sweep.periodic_tolerance(case.number(1e-6));

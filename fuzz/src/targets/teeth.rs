@@ -132,7 +132,7 @@ pub fn deviations(case: &mut Case) -> Run {
             );
             let relief = TipRelief::new(amounts, lengths)?;
             let relief = if case.chance(0.5) { relief.parabolic() } else { relief };
-            finite("relief", relief.of_pair(&pair, case.number(0.5))?)?;
+            finite("relief", relief.at(&pair, case.number(0.5))?)?;
             let wave = relief.unloaded_error(&pair)?;
             let value = wave.value(TAU * case.unit());
             holds(value >= -1e-12 && value <= amounts[0] + amounts[1], || format!("{relief:?}: {value}"))

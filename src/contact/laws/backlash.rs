@@ -35,7 +35,7 @@ pub struct Backlash {
 }
 
 impl Backlash {
-    /// Half backlash b, half the backlash, not negative, in the unit of the deflection.
+    /// Half backlash b, not negative, in the unit of the deflection.
     ///
     /// # Errors
     /// A half backlash that is negative or above 1e50.
@@ -47,7 +47,7 @@ impl Backlash {
     pub(crate) fn none() -> Self {
         Backlash { half_backlash: 0.0 }
     }
-    /// Half backlash b: half the backlash.
+    /// Half backlash b: half of the play 2b.
     pub fn half_backlash(&self) -> f64 {
         self.half_backlash
     }
@@ -168,7 +168,7 @@ impl Nonlinearity for AsymmetricBacklash {
     }
 }
 
-/// Dead zone whose half backlash b(φ), half the backlash, varies with an angle: its edges are ∓b(φ).
+/// Dead zone whose half backlash b(φ) varies with an angle: its edges are ∓b(φ).
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Fourier, Side}, contact::{Nonlinearity, VaryingBacklash}, Wave};
@@ -182,7 +182,7 @@ pub struct VaryingBacklash {
 }
 
 impl VaryingBacklash {
-    /// Half backlash b(φ), half the backlash, as a wave. It must not become negative: solvers that locate edges
+    /// Half backlash b(φ) as a wave. It must not become negative: solvers that locate edges
     /// then return [`IntegrateError::NegativeGap`](crate::ode::IntegrateError::NegativeGap).
     pub fn new(half_backlash: Wave) -> Self {
         VaryingBacklash { half_backlash }

@@ -35,7 +35,7 @@ pub struct NoPullBacklash {
 }
 
 impl NoPullBacklash {
-    /// Half backlash b, half the backlash, not negative, and damping time τ = C/K `[s]`, positive. For τ = 0 use
+    /// Half backlash b, not negative, and damping time τ = C/K `[s]`, positive. For τ = 0 use
     /// [`Backlash`](crate::Backlash).
     ///
     /// # Errors

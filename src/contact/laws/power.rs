@@ -36,7 +36,7 @@ pub struct PowerLaw {
 }
 
 impl PowerLaw {
-    /// Half backlash b (half the backlash), not negative, exponent p `[1]` in [1, 100], and reference depth y0,
+    /// Half backlash b, not negative, exponent p `[1]` in [1, 100], and reference depth y0,
     /// positive. Lengths are in the unit of the deflection.
     ///
     /// # Errors

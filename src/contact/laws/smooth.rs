@@ -77,7 +77,7 @@ pub struct SmoothedBacklash {
 }
 
 impl SmoothedBacklash {
-    /// Half backlash b (half the backlash), not negative, and rounding length s, positive, in the unit of the
+    /// Half backlash b, not negative, and rounding length s, positive, in the unit of the
     /// deflection.
     ///
     /// # Errors

@@ -57,12 +57,12 @@ impl StateDensity {
     }
 
     /// The density of the deflection, ∫ p dv.
-    pub fn of_deflection(&self, x: f64) -> f64 {
+    pub fn deflection_density(&self, x: f64) -> f64 {
         self.along_velocity(x, |_| 1.0)
     }
 
     /// The density of the velocity, ∫ p dx.
-    pub fn of_velocity(&self, v: f64) -> f64 {
+    pub fn velocity_density(&self, v: f64) -> f64 {
         let Some((column, values)) = self.grid.v.stencil(v) else { return 0.0 };
         let rows = self.values.chunks(self.grid.v.len()).zip(&self.grid.x.weights);
         let at = |row: &[f64]| row[column..].iter().zip(&values).map(|(p, l)| p * l).sum::<f64>();
@@ -74,7 +74,7 @@ impl StateDensity {
         let parts = self.grid.x.borders().windows(2).map(|panel| [panel[0].max(from), panel[1].min(to)]);
         parts
             .filter(|[low, high]| low < high)
-            .map(|[low, high]| gauss::integral(low, high, |x| self.of_deflection(x)))
+            .map(|[low, high]| gauss::integral(low, high, |x| self.deflection_density(x)))
             .sum()
     }
 

@@ -7,20 +7,20 @@ use crate::sweep::lanes::number::Lanes;
 use std::fmt;
 use std::sync::Arc;
 
-type Of = Arc<dyn Fn(&Moment<'_>) -> f64 + Send + Sync>;
+type Of = Arc<dyn Fn(&StepEnd<'_>) -> f64 + Send + Sync>;
 
 /// A state at the end of a step, with what a score may read.
 ///
 /// ```
-/// use gear_dynamics::random::Moment;
-/// let loss = |at: &Moment<'_>| -at.contacts[0].penetration(); // positive in the gap
-/// let energy = |at: &Moment<'_>| 0.5 * (at.v[0] * at.v[0] + at.q[0] * at.q[0]);
-/// let at = Moment { t: 0.0, q: &[1.0], v: &[2.0], contacts: &[] };
+/// use gear_dynamics::random::StepEnd;
+/// let loss = |at: &StepEnd<'_>| -at.contacts[0].penetration(); // positive in the gap
+/// let energy = |at: &StepEnd<'_>| 0.5 * (at.v[0] * at.v[0] + at.q[0] * at.q[0]);
+/// let at = StepEnd { t: 0.0, q: &[1.0], v: &[2.0], contacts: &[] };
 /// assert_eq!(energy(&at), 2.5);
 /// # let _ = loss;
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Moment<'a> {
+pub struct StepEnd<'a> {
     /// Time.
     pub t: f64,
     /// Coordinates.
@@ -58,7 +58,7 @@ impl fmt::Debug for Event {
 
 impl Event {
     /// The event that `score` reaches `level`.
-    pub fn new(level: f64, score: impl Fn(&Moment<'_>) -> f64 + Send + Sync + 'static) -> Self {
+    pub fn new(level: f64, score: impl Fn(&StepEnd<'_>) -> f64 + Send + Sync + 'static) -> Self {
         Event { score: Arc::new(score), level }
     }
     /// Loss of contact: contact `i` reaches the edge of its gap from either flank.
@@ -83,7 +83,7 @@ impl Event {
     pub fn level(&self) -> f64 {
         self.level
     }
-    pub(crate) fn score(&self, at: &Moment<'_>) -> f64 {
+    pub(crate) fn score(&self, at: &StepEnd<'_>) -> f64 {
         (self.score)(at)
     }
 }
@@ -130,6 +130,6 @@ impl<const W: usize> OneLane<W> {
             };
         }
         let t = step.number[lane] as f64 * step.h;
-        event.score(&Moment { t, q: &self.q, v: &self.v, contacts: &self.contacts })
+        event.score(&StepEnd { t, q: &self.q, v: &self.v, contacts: &self.contacts })
     }
 }

@@ -11,7 +11,7 @@ use crate::random::white::noisy_lanes::{Gauge, Look};
 use crate::random::white::solver::{NoisySteps, Ready};
 use crate::random::white::statistics::{MemberFigures, NoiseStatistics};
 use crate::sweep::engines::sweep_engine::kinds;
-use crate::sweep::lanes::meter::{Kind, Meters, Reading};
+use crate::sweep::lanes::meter::{Kind, MeterReading, Meters};
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::watch::Watch;
 use std::ops::Range;
@@ -159,8 +159,8 @@ impl<'w> LongRun<'w> {
             let steps = work.span as f64;
             for (lane, figures) in figures.iter_mut().enumerate() {
                 gauge.meters.read(lane, |reading| match reading {
-                    Reading::Channel(i, meter) => figures.channel(i, &meter, steps),
-                    Reading::Contact(i, meter) => {
+                    MeterReading::Channel(i, meter) => figures.channel(i, &meter, steps),
+                    MeterReading::Contact(i, meter) => {
                         figures.contact(&meter, gauge.crossings[i].lane(lane), steps, steps * ready.h);
                     }
                 });

@@ -8,7 +8,7 @@ use crate::sweep::engines::track::{Next, Plan, Track};
 use crate::sweep::lanes::drive_table::{DriveTable, TableError};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::kernel::{Algebra, Bundle, Kernel};
-use crate::sweep::lanes::meter::{Kind, Meters, Reading};
+use crate::sweep::lanes::meter::{Kind, MeterReading, Meters};
 use crate::sweep::lanes::number::Number;
 use crate::sweep::sweep_error::PointError;
 use std::collections::VecDeque;
@@ -159,8 +159,8 @@ impl<M: Periodic> Batch<'_, M> {
         let weight = self.table.steps() as f64;
         if run.track.measuring() {
             bundle.meters.read(lane, |reading| match reading {
-                Reading::Channel(i, meter) => run.track.add_channel(i, &meter, weight),
-                Reading::Contact(i, meter) => run.track.add_contact(i, &meter, weight),
+                MeterReading::Channel(i, meter) => run.track.add_channel(i, &meter, weight),
+                MeterReading::Contact(i, meter) => run.track.add_contact(i, &meter, weight),
             });
         }
         let state = bundle.q.iter().chain(&bundle.v).map(|x| x.lane(lane));

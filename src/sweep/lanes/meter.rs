@@ -37,7 +37,7 @@ pub(crate) struct ChannelMeter<S> {
 }
 
 /// The values of one meter in one lane since the last reading, with the index of the channel or contact.
-pub(crate) enum Reading {
+pub(crate) enum MeterReading {
     Channel(usize, ChannelMeter<f64>),
     Contact(usize, ContactMeter),
 }
@@ -189,14 +189,14 @@ impl<S: Number> Meters<S> {
     }
 
     /// Passes the values of a lane since the last reading to `show`, then clears the lane.
-    pub(crate) fn read(&mut self, lane: usize, mut show: impl FnMut(Reading)) {
+    pub(crate) fn read(&mut self, lane: usize, mut show: impl FnMut(MeterReading)) {
         debug_assert_eq!(self.filled, 0, "buffered samples were not added");
         let (part, within) = (lane / S::Part::WIDTH, lane % S::Part::WIDTH);
         for (i, meter) in self.channels.iter().skip(part).step_by(S::PARTS).enumerate() {
-            show(Reading::Channel(i, meter.lane(within)));
+            show(MeterReading::Channel(i, meter.lane(within)));
         }
         for (i, meter) in self.contacts.iter().skip(part).step_by(S::PARTS).enumerate() {
-            show(Reading::Contact(i, meter.lane(within)));
+            show(MeterReading::Contact(i, meter.lane(within)));
         }
         self.clear(lane);
     }
@@ -277,7 +277,7 @@ impl ChannelMeter<f64> {
 #[cfg(test)]
 mod tests {
     use crate::contact::tooth::Contact;
-    use crate::sweep::lanes::meter::{Kind, Meters, Reading};
+    use crate::sweep::lanes::meter::{Kind, MeterReading, Meters};
     use crate::sweep::lanes::number::{Lanes, Number};
 
     /// A deflection that reaches both flanks; it differs between lanes.
@@ -305,7 +305,7 @@ mod tests {
                 let above: Vec<bool> = x.iter().map(|x| *x > 1.0).collect();
                 let entries = above.windows(2).filter(|pair| !pair[0] && pair[1]).count();
                 meters.read(lane, |reading| match reading {
-                    Reading::Channel(_, meter) => {
+                    MeterReading::Channel(_, meter) => {
                         assert_eq!(meter.sum, x.iter().fold(0.0, |sum, x| sum + x));
                         assert_eq!(meter.square, x.iter().fold(0.0, |sum, x| sum + x * x));
                         assert_eq!(meter.off, x.iter().fold(0.0, |sum, y| sum + (y - x[0])));
@@ -316,7 +316,7 @@ mod tests {
                         assert_eq!(meter.min, x.iter().copied().fold(f64::INFINITY, f64::min));
                         assert_eq!(meter.max, x.iter().copied().fold(f64::NEG_INFINITY, f64::max));
                     }
-                    Reading::Contact(_, meter) => {
+                    MeterReading::Contact(_, meter) => {
                         assert_eq!(meter.samples[1], above.iter().filter(|above| **above).count() as f64);
                         assert_eq!(meter.impacts[1], entries as f64, "{stretch} {lane}");
                         assert_eq!(

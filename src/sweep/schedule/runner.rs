@@ -117,7 +117,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
 
     /// Function that is called with every row as soon as its run is complete, in any order. It blocks only
     /// the worker that produced the row.
-    pub fn rows(self, rows: impl Fn(&Row<'_>) + Send + Sync + 'a) -> Self {
+    pub fn row_observer(self, rows: impl Fn(&Row<'_>) + Send + Sync + 'a) -> Self {
         Runner { rows: Some(Arc::new(rows)), ..self }
     }
 

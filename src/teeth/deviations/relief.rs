@@ -51,7 +51,7 @@ impl TipRelief {
     ///
     /// # Errors
     /// A place outside 0 .. ε_α.
-    pub fn of_pair(&self, pair: &GearPair, s: f64) -> Result<f64, ParameterError> {
+    pub fn at(&self, pair: &GearPair, s: f64) -> Result<f64, ParameterError> {
         within("place on the path of contact", s, [0.0, pair.contact_ratio()], "[0, contact ratio]")?;
         Ok(self.lost(pair, s))
     }
