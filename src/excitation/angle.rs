@@ -40,8 +40,8 @@ pub trait Angle: Copy + Debug {
     /// Returns a function that has another formula on each piece between its edges. `jet` receives an angle
     /// inside the piece and the angle itself.
     fn by_pieces(self, jet: impl Fn(f64, Self::Number) -> Jet<Self::Number>) -> Jet<Self::Number>;
-    /// Returns a function that has another formula in each of `count` equal parts of a turn. `jet` receives the
-    /// index of the part and the share of it that lies before the angle.
+    /// Returns a function that has another formula in each of `count` equal parts of a turn. `jet` receives
+    /// the index of the part and the share of it that lies before the angle.
     fn by_parts(
         self,
         count: usize,

@@ -17,10 +17,11 @@ use std::sync::Arc;
 ///
 /// One formula serves numbers, Taylor series over time ([`Taylor`](crate::Taylor)) and enclosures
 /// ([certificates](crate::certify)): the arithmetic of [`Jet`] gives the derivatives. The excitation contains
-/// neither the speed of the angle nor the number of repetitions in one turn of a shaft. The latter is the order
-/// of a [`Wave`].
+/// neither the speed of the angle nor the number of repetitions in one turn of a shaft. The latter is the
+/// order of a [`Wave`].
 ///
-/// Two excitations are the same function if they are equal: models with either of them may share a drive table.
+/// Two excitations are the same function if they are equal: models with either of them may share a drive
+/// table.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Angle, Excitation, Jet, Side}, Wave};

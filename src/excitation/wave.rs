@@ -14,7 +14,8 @@ use std::sync::Arc;
 
 /// A wave f(n φ + ψ) of the angle φ of a shaft.
 ///
-/// f is an [`Excitation`](crate::excitation::Excitation), n the whole order and ψ the phase. Copies share the function.
+/// f is an [`Excitation`](crate::excitation::Excitation), n the whole order and ψ the phase. Copies
+/// share the function.
 ///
 /// Two waves are equal if their orders and phases are equal and they share the function or have equal ones.
 ///

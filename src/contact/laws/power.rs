@@ -40,8 +40,8 @@ impl PowerLaw {
     /// positive. Lengths are in the unit of the deflection.
     ///
     /// # Errors
-    /// A half backlash that is negative or above 1e50; an exponent outside [1, 100]; a reference depth outside
-    /// 1e-50 .. 1e50.
+    /// A half backlash that is negative or above 1e50; an exponent outside [1, 100]; a reference
+    /// depth outside 1e-50 .. 1e50.
     pub fn new(half_backlash: f64, exponent: f64, depth: f64) -> Result<Self, ParameterError> {
         let b = check::not_negative("half backlash b", half_backlash)?;
         let exponent = check::quantity("exponent", exponent)?;
