@@ -46,7 +46,8 @@ impl Bifurcation {
 
     /// Runs a sweep up and down. The first run of each pass starts from the start state of the runner.
     /// [`watch`](Runner::watch) counts both passes together, the
-    /// [row observer](Runner::row_observer) gets the rows of both. After cancelling, the diagram holds the points done so far.
+    /// [row observer](Runner::row_observer) gets the rows of both. After cancelling,
+    /// the diagram holds the points done so far.
     ///
     /// # Errors
     /// As [`Runner::run`]; a sweep over more than one parameter; for strobed values a channel that is not a
