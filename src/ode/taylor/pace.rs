@@ -54,10 +54,8 @@ pub(crate) fn reach(term: f64, order: usize) -> f64 {
 
 impl SeriesPace {
     pub(super) fn new(rtol: f64, atol: &[f64], max: f64, plan: &Plan) -> Self {
-        let opposite = plan.edges.iter().map(|edge| {
-            let is_other = |other: &EdgeColumn| other.contact == edge.contact && other.side != edge.side;
-            plan.edges.iter().copied().find(is_other)
-        });
+        let opposite =
+            plan.edges.iter().map(|edge| plan.edges.iter().copied().find(|other| other.is_opposite(edge)));
         // No number of a column without a coordinate reaches its tolerance.
         let mut blocks = vec![[f64::INFINITY; EIGHT]; 2 * plan.half];
         for (blocks, atol) in blocks.chunks_mut(plan.half.max(1)).zip(atol.chunks(plan.dof.max(1))) {
