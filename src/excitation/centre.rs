@@ -6,6 +6,7 @@ use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::excitation_trait::{Excitation, same};
 use crate::excitation::jet::Jet;
 use crate::interval::number::Interval;
+use crate::numeric::sine::turned;
 use crate::scalar::Scalar;
 use crate::series::{PowerSeries, Series};
 
@@ -139,7 +140,7 @@ impl CentreCurve {
                 for _ in 1..=order {
                     sum = sum + times(c, power * 2.0);
                     power = power * -eps;
-                    (s, c) = (s * cos + c * sin, c * cos - s * sin);
+                    (s, c) = turned((s, c), (sin, cos));
                 }
                 sum
             }
