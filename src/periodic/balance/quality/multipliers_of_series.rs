@@ -75,9 +75,7 @@ impl Balance {
     ) -> Result<Multipliers, MultiplierError> {
         let n = model.dof();
         check::length("coordinates of the orbit", orbit.dof(), n)?;
-        if let Some(contact) = model.offers().first_stop() {
-            return Err(MultiplierError::RigidStop { contact });
-        }
+        model.offers().refuse_stops(|contact| MultiplierError::RigidStop { contact })?;
         let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
         let (breaks, jumps) = orbit.breaks(model);
         if breaks.len() > MAX_EDGES {
