@@ -9,6 +9,7 @@ use crate::certify::multipliers::{Disc, stability};
 use crate::certify::proposal::Proposal;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::interval::number::Interval;
 use crate::model::Periodic;
 use crate::ode::Budget;
@@ -152,23 +153,19 @@ impl Certificate {
         let follows = |(leg, next): (&Leg, &Leg)| leg.pieces_after() == next.pieces;
         // A contact that leaves the gap rebounds at a rigid stop, and nowhere else.
         let impacts = |leg: &Leg, event: Event| {
-            let side = usize::from(event.to == Piece::Upper);
-            let stop = rigid.get(event.contact).is_some_and(|sides| sides[side]);
-            let enters = event.to != Piece::Gap;
+            let flank = Edge::of(event.to);
+            let leaves_gap = leg.pieces.get(event.contact).map(|from| *from == Piece::Gap);
             event.contact < contacts
-                && leg.pieces.get(event.contact).is_some_and(|from| (*from == Piece::Gap) == enters)
-                && event.rebounds == (stop && enters)
+                && leaves_gap == Some(flank.is_some())
+                && event.rebounds == flank.is_some_and(|edge| edge.is_stop(rigid, event.contact))
         };
         // A contact stands on a flank that it has, and not beyond a rigid stop.
         let stands = |leg: &Leg| {
             leg.pieces.iter().enumerate().all(|(contact, piece)| {
-                let side = match piece {
-                    Piece::Gap => return true,
-                    Piece::Lower => 0,
-                    Piece::Upper => 1,
-                };
-                let stop = rigid.get(contact).is_some_and(|sides| sides[side]);
-                field.motion.tape.distances[contact][side].is_some() && !stop
+                Edge::of(*piece).is_none_or(|edge| {
+                    field.motion.tape.distances[contact][edge as usize].is_some()
+                        && !edge.is_stop(rigid, contact)
+                })
             })
         };
         let in_time = legs.windows(2).all(|pair| pair[0].end == pair[1].start);

@@ -3,6 +3,7 @@
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
 use crate::check::tolerances::{FINE, ROUNDING};
+use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::{Model, State};
 
@@ -46,23 +47,23 @@ impl Line {
     }
 
     /// The finite edges; none if the gap has no width.
-    pub(crate) fn edges(&self) -> Vec<f64> {
-        let Contact { lower, upper, .. } = self.contact;
-        if upper > lower {
-            [lower, upper].into_iter().filter(|edge| edge.is_finite()).collect()
-        } else {
-            Vec::new()
-        }
+    pub(crate) fn edges(&self) -> impl Iterator<Item = Edge> {
+        let has_width = self.contact.upper > self.contact.lower;
+        Edge::BOTH.into_iter().filter(move |edge| has_width && self.place(*edge).is_finite())
+    }
+    /// The deflection at an edge.
+    pub(crate) fn place(&self, edge: Edge) -> f64 {
+        edge.position(&self.contact)
     }
 
     /// The unit of distances from an edge: the width of the gap. If the gap is open to one side, it is
     /// max(|edge|, |d - edge|), or `size` if both are zero.
-    pub(crate) fn length(&self, edge: f64) -> f64 {
+    pub(crate) fn length(&self, edge: Edge) -> f64 {
         let gap = self.contact.upper - self.contact.lower;
         if gap.is_finite() {
             return gap;
         }
-        let length = edge.abs().max((self.contact.deflection - edge).abs());
+        let length = self.place(edge).abs().max(edge.distance(&self.contact).abs());
         if length > 0.0 { length } else { self.size }
     }
 }
@@ -154,9 +155,9 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
             let speeds = self.speeds(contact, &line);
             let mut seen: [Vec<EdgeChange>; 2] = Default::default();
             for edge in line.edges() {
-                let on = if edge == line.contact.lower { Piece::Lower } else { Piece::Upper };
-                if rigid.get(contact).is_some_and(|rigid| rigid[usize::from(on == Piece::Upper)]) {
-                    findings.extend(self.stop(contact, &line, on, edge));
+                let place = line.place(edge);
+                if edge.is_stop(&rigid, contact) {
+                    findings.extend(self.stop(contact, &line, edge));
                     continue;
                 }
                 let [still, moving] = [&speeds[0], &speeds[1]].map(|v| self.look(contact, &line, v, edge));
@@ -167,14 +168,14 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
                 if ![&still, &moving].iter().any(|seen| seen.acceleration.iter().enumerate().any(is_edge)) {
                     // A deflection that depends on the rate may have no effect at these velocities.
                     if !self.moves_with_velocities(contact) && !self.grows_as_a_power(contact, &line, edge) {
-                        findings.push(Inconsistency::Kink { contact, edge });
+                        findings.push(Inconsistency::Kink { contact, edge: place });
                     }
                     continue;
                 }
                 if self.ignores_pieces(contact, &line, edge)
                     && !findings.iter().any(|f| matches!(f, Inconsistency::PiecesIgnored { .. }))
                 {
-                    findings.push(Inconsistency::PiecesIgnored { contact, edge });
+                    findings.push(Inconsistency::PiecesIgnored { contact, edge: place });
                 }
                 seen[0].push(still);
                 seen[1].push(moving);
@@ -197,27 +198,21 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
 
     /// Checks the impact on a rigid stop: the relative speed after it points away from the stop and does not
     /// exceed the relative speed before it.
-    fn stop(&self, contact: usize, line: &Line, on: Piece, edge: f64) -> Option<Inconsistency> {
-        let q = line.to(edge);
-        let leaving = |v: &[f64]| {
-            let c = self.contacts(&q, v)[contact];
-            if on == Piece::Lower { c.rate - c.lower_rate } else { c.upper_rate - c.rate }
-        };
+    fn stop(&self, contact: usize, line: &Line, edge: Edge) -> Option<Inconsistency> {
+        let q = line.to(line.place(edge));
+        let leaving = |v: &[f64]| edge.sign_on(Piece::Gap) * edge.rate(&self.contacts(&q, v)[contact]);
         let [still, moving] = self.speeds(contact, line);
         let swing = moving.iter().zip(&still).map(|(a, b)| a - b);
-        let mut v: Vec<f64> = still
-            .iter()
-            .zip(swing)
-            .map(|(still, swing)| still + if on == Piece::Lower { -swing } else { swing })
-            .collect();
+        let mut v: Vec<f64> =
+            still.iter().zip(swing).map(|(still, swing)| still + edge.outward() * swing).collect();
         let approach = -leaving(&v);
         if approach.is_nan() || approach <= 0.0 {
             return None; // the contact does not approach the stop
         }
-        self.model.impact(contact, on, &self.u, &q, &mut v);
+        self.model.impact(contact, edge.flank(), &self.u, &q, &mut v);
         let leaves = leaving(&v);
         let right = leaves >= -FINE * approach && leaves <= (1.0 + FINE) * approach;
-        (!right).then_some(Inconsistency::Rebound { contact, edge, approach, leaves })
+        (!right).then_some(Inconsistency::Rebound { contact, edge: line.place(edge), approach, leaves })
     }
 
     /// Velocities at which the deflection is at rest, and velocities at which it moves, so that damping has
@@ -234,26 +229,27 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
 
     /// Samples accelerations and force at an edge, at distances at which no other contact changes its piece.
     /// `None` if there are no such distances.
-    fn look(&self, contact: usize, line: &Line, v: &[f64], edge: f64) -> Option<EdgeChange> {
+    fn look(&self, contact: usize, line: &Line, v: &[f64], edge: Edge) -> Option<EdgeChange> {
+        let place = line.place(edge);
         for shares in NEAR {
             let distances = shares.map(|share| share * line.length(edge));
             if distances[1] < 1e3 * f64::EPSILON * self.reach[contact] {
                 continue;
             }
             let pieces = |d: f64| self.pieces_at(&line.to(d), v);
-            let [below, above] = [-3.0, 3.0].map(|k| pieces(edge + k * distances[0]));
+            let [below, above] = [-3.0, 3.0].map(|k| pieces(place + k * distances[0]));
             let others_stay = below.iter().zip(&above).enumerate().all(|(i, (a, b))| i == contact || a == b);
             if !others_stay || below[contact] == above[contact] {
                 continue;
             }
-            let at = |h: f64| [-3.0, -2.0, -1.0, 1.0, 2.0, 3.0].map(|k| line.to(edge + k * h));
+            let at = |h: f64| [-3.0, -2.0, -1.0, 1.0, 2.0, 3.0].map(|k| line.to(place + k * h));
             let accelerations = distances.map(|h| at(h).map(|q| self.accel(&q, v)));
             let forces = distances.map(|h| at(h).map(|q| self.contacts(&q, v)[contact].force));
             let change = |row: usize, i: usize| {
                 Change::of(std::array::from_fn(|k| accelerations[i][k][row]), distances[i])
             };
             return Some(EdgeChange {
-                edge,
+                edge: place,
                 h: distances[1],
                 acceleration: (0..self.model.dof()).map(|row| [change(row, 0), change(row, 1)]).collect(),
                 force: std::array::from_fn(|i| Change::of(forces[i], distances[i])),
@@ -265,10 +261,10 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
 
     /// Whether the effect of a contact on the accelerations grows as a power of the depth past an edge, from
     /// 0 at the edge on. A power above 2 has no kink that samples near the edge show.
-    fn grows_as_a_power(&self, contact: usize, line: &Line, edge: f64) -> bool {
-        let (v, inward) = (&self.state.v, if edge == line.contact.lower { -1.0 } else { 1.0 });
+    fn grows_as_a_power(&self, contact: usize, line: &Line, edge: Edge) -> bool {
+        let v = &self.state.v;
         let effect = |share: f64| {
-            let q = line.to(edge + inward * share * line.length(edge));
+            let q = line.to(line.place(edge) + edge.outward() * share * line.length(edge));
             let mut pieces = self.pieces_at(&q, v);
             pieces[contact] = Piece::Gap;
             let without = self.accel_on_pieces(&pieces, &q, v)?;
@@ -284,13 +280,12 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
 
     /// Whether the acceleration on the piece beyond an edge equals that of the law itself bit by bit, at 0.3
     /// lengths on both sides of the edge.
-    fn ignores_pieces(&self, contact: usize, line: &Line, edge: f64) -> bool {
+    fn ignores_pieces(&self, contact: usize, line: &Line, edge: Edge) -> bool {
         let v = &self.state.v;
         [-0.3, 0.3].into_iter().all(|share| {
-            let q = line.to(edge + share * line.length(edge));
+            let q = line.to(line.place(edge) + share * line.length(edge));
             let mut pieces = self.pieces_at(&q, v);
-            let flank = if edge == line.contact.lower { Piece::Lower } else { Piece::Upper };
-            pieces[contact] = if pieces[contact] == Piece::Gap { flank } else { Piece::Gap };
+            pieces[contact] = if pieces[contact] == Piece::Gap { edge.flank() } else { Piece::Gap };
             self.accel_on_pieces(&pieces, &q, v).is_some_and(|a| a == self.accel(&q, v))
         })
     }

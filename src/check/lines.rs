@@ -3,6 +3,7 @@
 
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
+use crate::contact::edge::Edge;
 use crate::model::Model;
 
 /// Number of equal parts of a line.
@@ -153,9 +154,8 @@ impl<M: Model + ?Sized> CheckPoint<'_, M> {
     /// Whether a contact has an edge between two points of a line.
     fn told(&self, line: &dyn Fn(f64) -> Vec<f64>, lo: f64, hi: f64) -> bool {
         let [a, b] = [lo, hi].map(|s| self.contacts(&line(s), &self.state.v));
-        a.iter().zip(&b).any(|(a, b)| {
-            (a.deflection - a.lower) * (b.deflection - b.lower) <= 0.0
-                || (a.deflection - a.upper) * (b.deflection - b.upper) <= 0.0
-        })
+        a.iter()
+            .zip(&b)
+            .any(|(a, b)| Edge::BOTH.iter().any(|edge| edge.distance(a) * edge.distance(b) <= 0.0))
     }
 }

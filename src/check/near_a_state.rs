@@ -3,6 +3,7 @@
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
 use crate::check::tolerances::ROUNDING;
+use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::{Model, Periodic, State};
 use crate::numeric::spread::golden;
@@ -74,7 +75,7 @@ pub fn check_periodic(model: &dyn Periodic, typical: &State) -> Vec<Inconsistenc
         model.drive(t, Side::After, &mut u);
         model.accel(&u, &typical.q, &typical.v, &mut a);
         let contacts = probe.read_contacts(t, Side::After, &typical.q, &typical.v);
-        [a, contacts.iter().flat_map(|c| [c.deflection - c.lower, c.deflection - c.upper]).collect()]
+        [a, contacts.iter().flat_map(|c| Edge::BOTH.map(|edge| edge.distance(c))).collect()]
     };
     let gap_terms: Vec<f64> = point.reach.iter().flat_map(|reach| [*reach; 2]).collect();
     let mut worst = [(0.0, None), (0.0, None)];

@@ -213,7 +213,7 @@ impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
         for contact in 0..self.model.contacts() {
             let Some(line) = self.line(contact) else { continue };
             for edge in line.edges() {
-                places.extend([-0.3, 0.3].map(|share| line.to(edge + share * line.length(edge))));
+                places.extend([-0.3, 0.3].map(|share| line.to(line.place(edge) + share * line.length(edge))));
             }
         }
         let mut reported = vec![false; self.model.dof()];

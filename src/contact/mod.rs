@@ -8,6 +8,7 @@
 //! one. The [guide page](crate::guide::contact_laws) compares the laws.
 
 pub(crate) mod deflection;
+pub(crate) mod edge;
 pub(crate) mod law_places;
 pub(crate) mod laws;
 pub(crate) mod mesh;

@@ -4,6 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::jet::Jet;
 use crate::interval::number::Interval;
+use crate::numeric::sine::turned;
 use crate::scalar::Scalar;
 use crate::series::{BLOCKS, EIGHT, PowerSeries, Series, WaveWeights};
 use std::cell::Cell;
@@ -106,12 +107,12 @@ impl Fourier {
 impl Fourier {
     /// f(φ) and its derivatives over φ/times, from sin φ and cos φ.
     #[inline]
-    pub(crate) fn jet_of<S: Scalar>(&self, (s1, c1): (S, S), times: f64) -> Jet<S> {
-        let (mut s, mut c, mut w) = (s1, c1, 0.0);
+    pub(crate) fn jet_of<S: Scalar>(&self, first: (S, S), times: f64) -> Jet<S> {
+        let ((mut s, mut c), mut w) = (first, 0.0);
         let mut jet = Jet::constant(S::from(self.mean));
         for (n, &[cos, sin]) in self.pairs.iter().enumerate() {
             if n > 0 {
-                (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+                (s, c) = turned((s, c), first);
             }
             w += times;
             let wave = c * cos + s * sin;
@@ -130,11 +131,11 @@ impl Fourier {
         let mut sums = [[0.0; EIGHT]; BLOCKS];
         sums[0][0] = self.mean;
         let first = libm::sincos(angle.at(0.0));
-        let (mut s, mut c, mut at) = (first.0, first.1, 1);
+        let ((mut s, mut c), mut at) = (first, 1);
         for (n, weights) in &self.weights {
             (s, c) = match n - at {
                 0 => (s, c),
-                1 => (s * first.1 + c * first.0, c * first.1 - s * first.0),
+                1 => turned((s, c), first),
                 _ => libm::sincos(*n as f64 * angle.at(0.0)),
             };
             at = *n;
@@ -249,11 +250,11 @@ impl Fourier {
     /// f alone.
     #[inline]
     pub(crate) fn value_at(&self, angle: f64) -> f64 {
-        let (s1, c1) = sincos(angle);
-        let (mut s, mut c, mut value) = (s1, c1, self.mean);
+        let first = sincos(angle);
+        let ((mut s, mut c), mut value) = (first, self.mean);
         for (n, &[cos, sin]) in self.pairs.iter().enumerate() {
             if n > 0 {
-                (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+                (s, c) = turned((s, c), first);
             }
             value += cos * c + sin * s;
         }

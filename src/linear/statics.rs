@@ -293,7 +293,7 @@ fn next_piece(piece: Piece, contact: &Contact, left: &mut [bool; 2]) -> Piece {
 
 /// Number of equations from which a factorisation with pivots is tried before a singular value
 /// decomposition, which takes longer.
-const LARGE: usize = 128;
+const PIVOTS_FROM: usize = 128;
 
 /// Smallest entry on the diagonal of R, as a share of the largest one, of equations that are independent.
 const INDEPENDENT: f64 = 1e-10;
@@ -302,7 +302,7 @@ const INDEPENDENT: f64 = 1e-10;
 /// equations depend on each other. `None`: the singular value decomposition does not converge.
 fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let n = matrix.nrows();
-    if n >= LARGE {
+    if n >= PIVOTS_FROM {
         // Aᵀ = Q R with the columns in another order: Rᵀ z = b and x = Q z.
         let factors = Mat::from_fn(matrix.ncols(), n, |i, j| matrix[(j, i)]).col_piv_qr();
         let (r, order) = (factors.thin_R(), factors.P().arrays().0);
@@ -321,14 +321,14 @@ fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<
 
 #[cfg(test)]
 mod tests {
-    use crate::linear::statics::{LARGE, least_solution};
+    use crate::linear::statics::{PIVOTS_FROM, least_solution};
     use nalgebra::{DMatrix, DVector};
 
     /// Both ways: equations of a chain that is held at one end, with one unknown too many; the same with an
     /// equation that depends on the others.
     #[test]
     fn least_solutions_agree() {
-        for n in [LARGE, LARGE - 1] {
+        for n in [PIVOTS_FROM, PIVOTS_FROM - 1] {
             let entry = |i: usize, j: usize| match j.abs_diff(i) {
                 0 => 2.5,
                 1 => -1.0,

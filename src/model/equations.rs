@@ -276,9 +276,16 @@ impl Offers<'_> {
         contacts.saturating_sub(self.kinks)
     }
 
-    /// The first contact with a rigid stop. Methods that do not locate edges reject such a model.
+    /// The first contact with a rigid stop.
     pub(crate) fn first_stop(&self) -> Option<usize> {
         self.stops.iter().position(|rigid| *rigid != [false; 2])
+    }
+    /// Refuses a model with a rigid stop, on behalf of a method that does not locate edges.
+    ///
+    /// # Errors
+    /// `error` of the first contact with a stop.
+    pub(crate) fn refuse_stops<E>(&self, error: impl FnOnce(usize) -> E) -> Result<(), E> {
+        self.first_stop().map_or(Ok(()), |contact| Err(error(contact)))
     }
 }
 

@@ -1,4 +1,6 @@
-//! Sine and cosine together, without branches that depend on the quadrant.
+//! Sine and cosine together, without branches that depend on the quadrant, and their sums of angles.
+
+use std::ops::{Add, Mul, Sub};
 
 /// Largest angle `[rad]` whose quarter turns are subtracted in parts.
 const FAR: f64 = 1e6;
@@ -54,12 +56,20 @@ pub(crate) fn sin_cos_each<const W: usize>(x: [f64; W]) -> [[f64; W]; 2] {
     [s, c]
 }
 
+/// (sin (x + y), cos (x + y)) from the sines and cosines of x and y.
+#[inline(always)]
+pub(crate) fn turned<S>((s, c): (S, S), (sine, cosine): (S, S)) -> (S, S)
+where
+    S: Copy + Add<Output = S> + Sub<Output = S> + Mul<Output = S>,
+{
+    (s * cosine + c * sine, c * cosine - s * sine)
+}
+
 /// Turns several angles, given by sine and cosine, by the angles `by`.
 #[inline(always)]
 pub(crate) fn rotate<const W: usize>(s: &mut [f64; W], c: &mut [f64; W], by: &[[f64; W]; 2]) {
     for i in 0..W {
-        let [sine, cosine] = [by[0][i], by[1][i]];
-        (s[i], c[i]) = (s[i] * cosine + c[i] * sine, c[i] * cosine - s[i] * sine);
+        (s[i], c[i]) = turned((s[i], c[i]), (by[0][i], by[1][i]));
     }
 }
 

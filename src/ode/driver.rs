@@ -29,10 +29,8 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
     t_end: f64,
     observer: &mut dyn Observer,
 ) -> Result<Finish, IntegrateError> {
-    if !limits.locate
-        && let Some(contact) = model.offers().first_stop()
-    {
-        return Err(IntegrateError::StopNotLocated { contact });
+    if !limits.locate {
+        model.offers().refuse_stops(|contact| IntegrateError::StopNotLocated { contact })?;
     }
     // A build with debug assertions, as of tests, compiles the loop once for all models, to save build time.
     #[cfg(debug_assertions)]

@@ -3,6 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::numeric::gauss;
+use crate::numeric::sine::turned;
 use crate::processes::draws::Draws;
 use crate::processes::process::{Path, Process};
 use crate::series::Series;
@@ -173,12 +174,12 @@ impl Harmonics {
     /// Calls `f` for each harmonic with its angular frequency, and a cos and a sin of its angle at `t`.
     #[inline]
     fn each(&self, t: f64, mut f: impl FnMut(f64, [f64; 2])) {
-        let (sine, cosine) = libm::sincos(self.spacing * t);
+        let next = libm::sincos(self.spacing * t);
         for group in self.harmonics.chunks(SHARING) {
             let (mut s, mut c) = libm::sincos(group[0].turn * t);
             for Harmonic { turn, start: [a, b] } in group {
                 f(*turn, [a * c - b * s, a * s + b * c]);
-                (c, s) = (c * cosine - s * sine, s * cosine + c * sine);
+                (s, c) = turned((s, c), next);
             }
         }
     }

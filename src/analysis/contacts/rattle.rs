@@ -2,6 +2,7 @@
 
 use crate::analysis::contacts::pieces::Pieces;
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::model::Model;
 use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
@@ -138,11 +139,11 @@ impl<M: Model + ?Sized> Observer for Rattle<'_, M> {
             let contact = &mut self.contacts[visit.contact];
             contact.time[visit.piece as usize] += visit.time;
             if visit.is_impact {
-                contact.impacts[usize::from(visit.piece == Piece::Upper)] += 1;
+                contact.impacts[Edge::between(Piece::Gap, visit.piece) as usize] += 1;
             }
         }
         for crossing in step.crossings().iter().filter(|c| c.rebounds) {
-            self.contacts[crossing.contact].impacts[usize::from(crossing.to == Piece::Upper)] += 1;
+            self.contacts[crossing.contact].impacts[Edge::between(crossing.from, crossing.to) as usize] += 1;
         }
         ControlFlow::Continue(())
     }

@@ -30,7 +30,7 @@ impl Boundary {
             let tracked = trace.nearest(own).map(|extremum| extremum.phase);
             let past = |e: &&Extremum| if e.maximum { e.distance > 0.0 } else { e.distance < 0.0 };
             let others = trace.extremes.iter().filter(|e| e.is_like(own) && Some(e.phase) != tracked);
-            sequence[own.contact][usize::from(!own.lower)] = others.filter(past).count() as u32;
+            sequence[own.contact][own.edge as usize] = others.filter(past).count() as u32;
         }
         sequence
     }

@@ -1,7 +1,7 @@
 //! Rigid stops along a boundary: those that the orbits graze, and the softest impact.
 
 use crate::branches::orbits::contact_trace::{ContactTrace, Rigid};
-use crate::contact::Piece;
+use crate::contact::edge::Edge;
 
 /// Distance from a stop, over the range of motion, up to which an orbit grazes it `[1]`.
 pub(crate) const GRAZES: f64 = 1e-9;
@@ -10,20 +10,20 @@ pub(crate) const GRAZES: f64 = 1e-9;
 /// rounding, or the softest impact that a boundary follows `[1]`.
 pub(crate) const SOFT: f64 = 1e-6;
 
-/// The rigid stops that an orbit grazes and strikes at no other time: contacts with their flanks. `range`:
+/// The rigid stops that an orbit grazes and strikes at no other time: contacts with their edges. `range`:
 /// the range of motion.
-pub(crate) fn grazed_stops(rigid: &Rigid, trace: &ContactTrace, range: f64) -> Vec<(usize, Piece)> {
+pub(crate) fn grazed_stops(rigid: &Rigid, trace: &ContactTrace, range: f64) -> Vec<(usize, Edge)> {
     let hard = |e: f64, contact: usize| e.abs() > SOFT * trace.fastest[contact].powi(2);
-    let struck = |contact: usize, lower: bool| {
+    let struck = |contact: usize, edge: Edge| {
         let mut impacts = trace.at_stops(rigid, true);
-        impacts.any(|e| (e.contact, e.lower) == (contact, lower) && hard(e.distance, contact))
+        impacts.any(|e| e.is_at(contact, edge) && hard(e.distance, contact))
     };
     let touches = trace.at_stops(rigid, false).filter(|e| e.distance.abs() <= GRAZES * range);
     let touches = touches.chain(trace.at_stops(rigid, true).filter(|e| !hard(e.distance, e.contact)));
     let mut stops = Vec::new();
-    for e in touches.filter(|e| !struck(e.contact, e.lower)) {
-        if !stops.contains(&(e.contact, e.edge())) {
-            stops.push((e.contact, e.edge()));
+    for e in touches.filter(|e| !struck(e.contact, e.edge)) {
+        if !stops.contains(&(e.contact, e.edge)) {
+            stops.push((e.contact, e.edge));
         }
     }
     stops

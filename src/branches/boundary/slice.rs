@@ -2,7 +2,7 @@
 
 use crate::branches::family::{Family, Models};
 use crate::branches::orbits::without_stops::WithoutStops;
-use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::error::ParameterError;
 use crate::model::Periodic;
 use std::cell::{Cell, RefCell};
@@ -13,7 +13,7 @@ pub(crate) struct Slice<'p> {
     pub(crate) plane: &'p Family<'p, 2>,
     pub(crate) other: Cell<f64>,
     /// The rigid stops that the orbits of the boundary graze: they are left out.
-    pub(crate) left_out: RefCell<Rc<[(usize, Piece)]>>,
+    pub(crate) left_out: RefCell<Rc<[(usize, Edge)]>>,
 }
 
 impl<'p> Slice<'p> {

@@ -34,8 +34,7 @@ impl BoundaryCurve<'_> {
     fn strikes(&self, trace: &ContactTrace) -> Option<usize> {
         let (left_out, range) = (self.slice.left_out.borrow(), self.range);
         let past = |e: &&Extremum| {
-            let beyond = if e.lower { -e.distance } else { e.distance };
-            e.maximum != e.lower && beyond > GRAZES * range && left_out.contains(&(e.contact, e.edge()))
+            e.is_outermost() && e.depth() > GRAZES * range && left_out.contains(&(e.contact, e.edge))
         };
         trace.extremes.iter().find(past).map(|e| e.contact)
     }

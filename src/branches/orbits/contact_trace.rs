@@ -1,19 +1,19 @@
 //! Extremes of the distance of contacts from their edges: what touches an edge at a grazing.
 
-use crate::contact::{Contact, Piece};
+use crate::contact::Contact;
+use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::Model;
 use crate::numeric::search::brent::Brent;
 use crate::ode::probe::Probe;
 use crate::ode::{Observer, Step};
-use crate::periodic::flow::saltation::{distance, edge_rate};
 use std::ops::ControlFlow;
 
 /// A local extremum of the distance of a contact from one of its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Extremum {
     pub(crate) contact: usize,
-    pub(crate) lower: bool,
+    pub(crate) edge: Edge,
     pub(crate) maximum: bool,
     /// Time of the extremum over the period of the orbit, from its start.
     pub(crate) phase: f64,
@@ -25,16 +25,25 @@ pub(crate) struct Extremum {
 impl Extremum {
     /// Whether both extremes belong to the same edge and are of the same kind.
     pub(crate) fn is_like(&self, other: &Extremum) -> bool {
-        (self.contact, self.lower, self.maximum) == (other.contact, other.lower, other.maximum)
+        self.is_at(other.contact, other.edge) && self.maximum == other.maximum
+    }
+    /// Whether it belongs to this edge of a contact.
+    pub(crate) fn is_at(&self, contact: usize, edge: Edge) -> bool {
+        (self.contact, self.edge) == (contact, edge)
+    }
+    /// Distance past the edge; negative on the side of the gap.
+    pub(crate) fn depth(&self) -> f64 {
+        self.edge.outward() * self.distance
+    }
+    /// Whether the contact turns back here from its way out of the gap: a maximum at the upper edge, or a
+    /// minimum at the lower one.
+    pub(crate) fn is_outermost(&self) -> bool {
+        self.maximum == (self.edge == Edge::Upper)
     }
     /// Distance of two phases on the circle.
     pub(crate) fn apart(&self, phase: f64) -> f64 {
         let d = (self.phase - phase).rem_euclid(1.0);
         d.min(1.0 - d)
-    }
-    /// The edge that the contact approaches.
-    pub(crate) fn edge(&self) -> Piece {
-        if self.lower { Piece::Lower } else { Piece::Upper }
     }
 }
 
@@ -64,10 +73,13 @@ impl ContactTrace {
     /// The extremes at rigid stops that are impacts (`past`), or those that do not reach their stop.
     pub(crate) fn at_stops<'t>(&'t self, rigid: &'t Rigid, past: bool) -> impl Iterator<Item = &'t Extremum> {
         self.extremes.iter().filter(move |e| {
-            // A maximum at an upper stop, or a minimum at a lower one.
-            let (edge, beyond) = if e.lower { (0, e.distance < 0.0) } else { (1, e.distance > 0.0) };
-            rigid.get(e.contact).is_some_and(|rigid| rigid[edge]) && beyond == past && e.maximum != e.lower
+            e.edge.is_stop(rigid, e.contact) && (e.depth() > 0.0) == past && e.is_outermost()
         })
+    }
+    /// The extremum that is closest to this edge of a contact.
+    pub(crate) fn closest(&self, contact: usize, edge: Edge) -> Option<&Extremum> {
+        let of = self.extremes.iter().filter(|e| e.is_at(contact, edge));
+        of.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()))
     }
     /// The extremum like `near` with the nearest phase.
     pub(crate) fn nearest(&self, near: &Extremum) -> Option<&Extremum> {
@@ -93,12 +105,6 @@ const SAMPLES_PER_PART: usize = 3;
 /// Accuracy of the time of an extremum, as a share of the step `[1]`.
 const EXTREMUM_ACCURACY: f64 = 1e-12;
 
-/// Distance and rate with respect to the lower (0) and the upper edge (1).
-fn relative(c: &Contact, edge: usize) -> (f64, f64) {
-    let lower = edge == 0;
-    (distance(c, lower), c.rate - edge_rate(c, lower))
-}
-
 impl<'m, M: Model + ?Sized> Tracer<'m, M> {
     pub(crate) fn new(model: &'m M, start: f64, period: f64) -> Self {
         let contacts = model.offers().touching(model.contacts());
@@ -112,10 +118,10 @@ impl<'m, M: Model + ?Sized> Tracer<'m, M> {
         }
     }
 
-    fn keep(&mut self, contact: usize, edge: usize, maximum: bool, t: f64, distance: f64) {
+    fn keep(&mut self, contact: usize, edge: Edge, maximum: bool, t: f64, distance: f64) {
         if distance.is_finite() {
             let phase = (t - self.start) / self.period;
-            self.trace.extremes.push(Extremum { contact, lower: edge == 0, maximum, phase, distance });
+            self.trace.extremes.push(Extremum { contact, edge, maximum, phase, distance });
         }
     }
 
@@ -128,14 +134,14 @@ impl<'m, M: Model + ?Sized> Tracer<'m, M> {
     }
 
     /// Locates the extremum between two times at which the rate has different signs.
-    fn refine(&mut self, step: &mut Step<'_>, contact: usize, edge: usize, from: [f64; 2], to: [f64; 2]) {
+    fn refine(&mut self, step: &mut Step<'_>, contact: usize, edge: Edge, from: [f64; 2], to: [f64; 2]) {
         let mut brent = Brent::new(from, to, EXTREMUM_ACCURACY * (step.t1() - step.t0()));
         while let Some(t) = brent.next() {
             let c = self.at(step, contact, t);
-            brent.take(t, relative(&c, edge).1);
+            brent.take(t, edge.rate(&c));
         }
         let c = self.at(step, contact, brent.best());
-        self.keep(contact, edge, from[1] > 0.0, brent.best(), relative(&c, edge).0);
+        self.keep(contact, edge, from[1] > 0.0, brent.best(), edge.distance(&c));
     }
 }
 
@@ -145,12 +151,12 @@ impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
         for contact in 0..self.last.len() {
             let mut before = step.t0();
             let c = self.at(step, contact, before);
-            let mut rates = [relative(&c, 0).1, relative(&c, 1).1];
-            for (edge, rate) in rates.iter().enumerate() {
+            let mut rates = Edge::BOTH.map(|edge| edge.rate(&c));
+            for (edge, rate) in Edge::BOTH.into_iter().zip(&rates) {
                 // A rate that jumps, at a kink of an edge.
-                let last = self.last[contact][edge];
+                let last = self.last[contact][edge as usize];
                 if last * rate < 0.0 {
-                    self.keep(contact, edge, last > 0.0, before, relative(&c, edge).0);
+                    self.keep(contact, edge, last > 0.0, before, edge.distance(&c));
                 }
             }
             for k in 1..=parts {
@@ -162,8 +168,8 @@ impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
                 let c = self.at(step, contact, t);
                 let fastest = &mut self.trace.fastest[contact];
                 *fastest = fastest.max(c.rate.abs());
-                for (edge, last) in rates.iter_mut().enumerate() {
-                    let rate = relative(&c, edge).1;
+                for (edge, last) in Edge::BOTH.into_iter().zip(&mut rates) {
+                    let rate = edge.rate(&c);
                     if *last * rate < 0.0 {
                         self.refine(step, contact, edge, [before, *last], [t, rate]);
                     }
@@ -176,13 +182,11 @@ impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
         let touching = self.last.len();
         for crossing in step.crossings().iter().filter(|crossing| crossing.contact < touching) {
             let contact = crossing.contact;
-            let lower = crossing.from == Piece::Lower || crossing.to == Piece::Lower;
-            let edge = usize::from(!lower);
-            self.trace.crossings[contact][edge] += 1;
+            let edge = Edge::between(crossing.from, crossing.to);
+            self.trace.crossings[contact][edge as usize] += 1;
             if crossing.rebounds {
-                let speed = self.last[contact][edge];
-                let way = if lower { -1.0 } else { 1.0 };
-                self.keep(contact, edge, !lower, step.t1(), way * speed * speed);
+                let speed = self.last[contact][edge as usize];
+                self.keep(contact, edge, edge == Edge::Upper, step.t1(), edge.outward() * speed * speed);
                 self.last[contact] = [f64::NAN; 2];
             }
         }

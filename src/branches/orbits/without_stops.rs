@@ -1,6 +1,7 @@
 //! A model without some of its rigid stops.
 
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::model::{Jacobian, Model, Offers, Periodic};
 
 /// A model without the impacts on some of its rigid stops.
@@ -15,12 +16,11 @@ pub(crate) struct WithoutStops<'m> {
 }
 
 impl<'m> WithoutStops<'m> {
-    /// `out`: the contacts and flanks whose stops are left out.
-    pub(crate) fn new(model: Box<dyn Periodic + 'm>, out: &[(usize, Piece)]) -> Self {
+    /// `out`: the contacts and edges whose stops are left out.
+    pub(crate) fn new(model: Box<dyn Periodic + 'm>, out: &[(usize, Edge)]) -> Self {
         let mut stops = model.offers().rigid_edges(model.contacts());
         for (contact, rigid) in stops.iter_mut().enumerate() {
-            rigid[0] &= !out.contains(&(contact, Piece::Lower));
-            rigid[1] &= !out.contains(&(contact, Piece::Upper));
+            Edge::BOTH.iter().for_each(|edge| rigid[*edge as usize] &= !out.contains(&(contact, *edge)));
         }
         WithoutStops { model, stops }
     }

@@ -4,6 +4,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
 use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::test_functions::{below, outside, pairs_outside};
+use crate::contact::edge::Edge;
 use crate::periodic::Multipliers;
 
 /// Distance of two phases up to which extremes of neighbouring orbits are the same one.
@@ -62,12 +63,11 @@ pub(crate) fn explain_the_sequence<'e>(
     a: &ContactTrace,
     b: &ContactTrace,
 ) -> bool {
-    let explained = |contact: usize, edge: usize, from: u32, to: u32| {
-        let of = grazings.clone().filter(|e| e.contact == contact && e.lower == (edge == 0));
-        let (count, change) = (of.count() as u32, from.abs_diff(to));
+    let explained = |contact: usize, edge: Edge, from: &[u32; 2], to: &[u32; 2]| {
+        let of = grazings.clone().filter(|e| e.is_at(contact, edge));
+        let (count, change) = (of.count() as u32, from[edge as usize].abs_diff(to[edge as usize]));
         change % 2 == 1 || (change / 2 <= count && (count - change / 2).is_multiple_of(2))
     };
-    let both = a.crossings.iter().zip(&b.crossings).enumerate();
-    both.into_iter()
-        .all(|(contact, (from, to))| (0..2).all(|edge| explained(contact, edge, from[edge], to[edge])))
+    let mut both = a.crossings.iter().zip(&b.crossings).enumerate();
+    both.all(|(contact, (from, to))| Edge::BOTH.iter().all(|edge| explained(contact, *edge, from, to)))
 }

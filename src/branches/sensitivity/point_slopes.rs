@@ -14,6 +14,7 @@ use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
 use crate::branches::sensitivity::totals::Totals;
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::model::Periodic;
 use crate::model::equations::Constants;
 use crate::ode::Budget;
@@ -62,7 +63,7 @@ impl Sensitivity {
                 return of_multipliers(&totals, constants, place, &torus);
             }
             Some(SpecialPoint::Grazing { contact, edge, .. }) => {
-                grazing(&totals, &*at, *contact, *edge == Piece::Lower)?
+                grazing(&totals, &*at, *contact, Edge::between(*edge, Piece::Gap))?
             }
             _ => {
                 let wanted = "a fold, a period doubling, a Neimark-Sacker point or a grazing";
@@ -81,14 +82,13 @@ impl Sensitivity {
 /// The model without the rigid stop that the orbit of a grazing touches, unless it strikes it at another
 /// time.
 fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -> Box<dyn Periodic + 'm> {
-    match &point.located {
-        Some(SpecialPoint::Grazing { contact, edge, .. })
-            if point.crossings[*contact][usize::from(*edge == Piece::Upper)] == 0 =>
-        {
-            Box::new(WithoutStops::new(model, &[(*contact, *edge)]))
+    if let Some(SpecialPoint::Grazing { contact, edge, .. }) = point.located {
+        let edge = Edge::between(edge, Piece::Gap);
+        if point.crossings[contact][edge as usize] == 0 {
+            return Box::new(WithoutStops::new(model, &[(contact, edge)]));
         }
-        _ => model,
     }
+    model
 }
 
 /// dp*/dc where a function ψ of the multipliers vanishes.
@@ -145,18 +145,16 @@ fn grazing(
     totals: &Totals<'_>,
     model: &dyn Periodic,
     contact: usize,
-    lower: bool,
+    edge: Edge,
 ) -> Result<Vec<f64>, BranchError> {
     let constants = constants_of(model)?;
     let slopes = totals.solve()?;
     let neighbours = Neighbours::new(constants, &totals.units, model.period())?;
     let measured = measure(&totals.curve, 0.0, &totals.passage, &[])?;
-    let of = measured.trace.extremes.iter().filter(|e| e.contact == contact && e.lower == lower);
-    let nearest = of.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
-    let nearest = nearest.ok_or(BranchError::NoExtremum { contact })?;
+    let nearest = measured.trace.closest(contact, edge).ok_or(BranchError::NoExtremum { contact })?;
     let (start, period) = (totals.passage.states[0].t, totals.passage.end - totals.passage.states[0].t);
     let instant = start + nearest.phase * period;
-    let quantity = [Quantity::Distance { contact, lower }];
+    let quantity = [Quantity::Distance { contact, edge }];
     let gathered = gather(totals, model, &neighbours, &slopes, &quantity, Some(instant))?;
     Ok(gathered[0].at.iter().zip(&totals.units).map(|(slope, unit)| slope / unit).collect())
 }

@@ -1,17 +1,17 @@
 //! Quantities along an orbit whose derivatives are computed.
 
+use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::Model;
 use crate::ode::probe::Probe;
-use crate::periodic::flow::saltation::distance;
 
 /// A number at each instant of an orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Quantity {
     /// A channel of the model, by its index.
     Channel(usize),
-    /// Deflection of a contact minus its lower or upper edge.
-    Distance { contact: usize, lower: bool },
+    /// Deflection of a contact minus its edge.
+    Distance { contact: usize, edge: Edge },
 }
 
 impl Quantity {
@@ -25,8 +25,8 @@ impl Quantity {
     ) -> f64 {
         match self {
             Quantity::Channel(index) => probe.read(t, side, q, v)[index],
-            Quantity::Distance { contact, lower } => {
-                distance(&probe.read_contacts(t, side, q, v)[contact], lower)
+            Quantity::Distance { contact, edge } => {
+                edge.distance(&probe.read_contacts(t, side, q, v)[contact])
             }
         }
     }

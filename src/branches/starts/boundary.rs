@@ -19,6 +19,7 @@ use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::branches::starts::start::{Resume, Start};
 use crate::branches::steps::stepper::Stepper;
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::periodic::ShootingOrbit;
 use std::rc::Rc;
 
@@ -86,10 +87,7 @@ impl Continuation {
         drop(model);
         if let Boundary::Grazing(own) = &boundary {
             let grazed = grazed_stops(&rigid, &measured.trace, range);
-            let edge = usize::from(!own.lower);
-            if rigid.get(own.contact).is_some_and(|rigid| rigid[edge])
-                && !grazed.contains(&(own.contact, own.edge()))
-            {
+            if own.edge.is_stop(&rigid, own.contact) && !grazed.contains(&(own.contact, own.edge)) {
                 return Err(BranchError::Struck { contact: own.contact });
             }
             *slice.left_out.borrow_mut() = grazed.into();
@@ -134,9 +132,7 @@ fn boundary_of(what: &SpecialPoint, measured: &Measured) -> Result<Boundary, Bra
         SpecialPoint::Bifurcation(PointKind::SymmetryBreaking) => Ok(Boundary::SymmetryBreaking),
         SpecialPoint::Bifurcation(kind) => Err(BranchError::Kind { kind: Some(kind), wanted: HAVE_BOUNDARY }),
         SpecialPoint::Grazing { contact, edge, .. } => {
-            let lower = edge == Piece::Lower;
-            let of = measured.trace.extremes.iter().filter(|e| e.contact == contact && e.lower == lower);
-            let nearest = of.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
+            let nearest = measured.trace.closest(contact, Edge::between(edge, Piece::Gap));
             Ok(Boundary::Grazing(*nearest.ok_or(BranchError::NoExtremum { contact })?))
         }
     }

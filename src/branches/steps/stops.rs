@@ -75,7 +75,8 @@ impl<C: OrbitMethod> Stepper<'_, C> {
             located = self.located(found).ok()?;
         }
         let rattle = [node.measured.rattle[extremum.contact]; 2];
-        let grazing = SpecialPoint::Grazing { contact: extremum.contact, edge: extremum.edge(), rattle };
+        let grazing =
+            SpecialPoint::Grazing { contact: extremum.contact, edge: extremum.edge.flank(), rattle };
         located.push(
             self.engine.curve.columns(&node.point, node.measured, self.arclength + at, Some(grazing)).ok()?,
         );
@@ -119,7 +120,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         };
         let contact = extremum.contact;
         let rattle = [&self.last.measured, &reached.measured].map(|measured| measured.rattle[contact]);
-        let grazing = SpecialPoint::Grazing { contact, edge: extremum.edge(), rattle };
+        let grazing = SpecialPoint::Grazing { contact, edge: extremum.edge.flank(), rattle };
         match self.engine.curve.columns(
             &node.point,
             node.measured,
@@ -153,9 +154,11 @@ impl<C: OrbitMethod> Stepper<'_, C> {
                 break;
             }
             // The largest distance from the same edge, on the free side of it.
-            let same = measured.trace.extremes.iter().filter(|e| {
-                (e.contact, e.lower) == (extremum.contact, extremum.lower) && e.distance * now > 0.0
-            });
+            let same = measured
+                .trace
+                .extremes
+                .iter()
+                .filter(|e| e.is_at(extremum.contact, extremum.edge) && e.distance * now > 0.0);
             size = same.map(|e| e.distance.abs()).fold(0.0, f64::max);
             let rate = (now - distance) / (next - at);
             (at, distance, left) = (next, now, -now / rate);

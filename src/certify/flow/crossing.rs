@@ -3,7 +3,7 @@
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::{Event, Image, Leg};
 use crate::certify::flow::part::Seen;
-use crate::certify::flow::signs::{Edge, edges, instant, keeps_sign, refined, stays};
+use crate::certify::flow::signs::{EdgeForm, edges, instant, keeps_sign, refined, stays};
 use crate::certify::flow::stretch::{Stretch, Until};
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
@@ -34,8 +34,8 @@ pub(crate) fn across(
     }
     let reach = about + 0.5 * about.min(length - about);
     let first = Stretch::new(field, &leg.pieces, (leg.start, leg.inside()), x, reach)?;
-    let Some(edge) = Edge::of(field, &leg.pieces, event) else { return Err(grazing) };
-    let own = field.motion.tape.distances[contact][edge.side].unwrap_or(edge.form);
+    let Some(edge) = EdgeForm::of(field, &leg.pieces, event) else { return Err(grazing) };
+    let own = field.motion.tape.distances[contact][edge.edge as usize].unwrap_or(edge.form);
     let (span, at) = instant(&first, &edge, about).ok_or(grazing.clone())?;
     keeps_sign(&first, &edge, 0.0, span.low())?;
     for other in edges(field, &leg.pieces).filter(|other| !other.is_on(&edge)) {
@@ -53,7 +53,7 @@ pub(crate) fn across(
     // f⁻, f⁺, ∇h Φ⁻ and the jump.
     let u = field.drive_series(time, leg.inside(), 2);
     let columns = field.with_columns(&state, &slope);
-    let along = field.edge_slope((contact, edge.side), &leg.pieces, &columns, &u).ok_or(grazing)?;
+    let along = field.edge_slope((contact, edge.edge), &leg.pieces, &columns, &u).ok_or(grazing)?;
     let along: Vec<Interval> = along.into_iter().map(|slope| slope / rate).collect();
     let accelerations = |pieces: &[Piece], state: &[Interval]| -> Vec<Interval> {
         let c = field.motion.expand(pieces.into(), state, &u, 0);
@@ -64,7 +64,7 @@ pub(crate) fn across(
     if rebounds {
         // Velocities jump there: the distance may not.
         let unit = field.with_columns(&state, &Square::identity(d));
-        let slopes = field.edge_slope((contact, edge.side), &leg.pieces, &unit, &u).unwrap_or_default();
+        let slopes = field.edge_slope((contact, edge.edge), &leg.pieces, &unit, &u).unwrap_or_default();
         if slopes.iter().skip(n).any(|slope| *slope != Interval::ZERO) {
             let what = format!("the edge of contact {contact}, which depends on velocities,");
             return Err(Unproved::NoEnclosure { what });

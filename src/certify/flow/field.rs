@@ -6,6 +6,7 @@ use crate::certify::slots::with_inputs;
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::interval::number::Interval;
 use crate::model::recording::Enclosed;
 use crate::periodic::flow::tangent_tape::tangent;
@@ -136,13 +137,13 @@ impl<'m> Field<'m> {
     /// The derivatives of a distance along the columns of a matrix.
     pub(crate) fn edge_slope(
         &self,
-        (contact, side): (usize, usize),
+        (contact, edge): (usize, Edge),
         pieces: &[Piece],
         columns: &[Interval],
         u: &Drives,
     ) -> Option<Vec<Interval>> {
-        let (n, own) = (self.n, self.motion.tape.distances[contact][side]?);
-        let algebra = self.edge_slopes[contact][side].get_or_init(|| {
+        let (n, own) = (self.n, self.motion.tape.distances[contact][edge as usize]?);
+        let algebra = self.edge_slopes[contact][edge as usize].get_or_init(|| {
             // A tape whose accelerations k n are the distance (k = 0) and its differences.
             let tape = Tape { accelerations: vec![own; n], ..self.motion.tape.clone() };
             Algebra::new(tangent(&tape, 2 * n, &[]))
@@ -162,7 +163,7 @@ impl<'m> Field<'m> {
         (columns, delays): (&Square, &[Interval]),
         u: &Drives,
     ) -> Result<Rebound, Unproved> {
-        let cell = &self.impacts[contact][usize::from(on == Piece::Upper)];
+        let cell = &self.impacts[contact][Edge::between(Piece::Gap, on) as usize];
         let Impact { algebra, read } = match cell.get_or_init(|| self.impact(contact, on)) {
             Ok(impact) => impact,
             Err(error) => return Err(error.clone()),

@@ -5,35 +5,34 @@ use crate::certify::flow::leg::Event;
 use crate::certify::flow::stretch::Stretch;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::interval::number::Interval;
 use crate::tape::operations::FormId;
 
 /// An edge at which a contact leaves its piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Edge {
+pub(crate) struct EdgeForm {
     pub(crate) contact: usize,
-    /// 0: lower edge, 1: upper edge.
-    pub(crate) side: usize,
+    pub(crate) edge: Edge,
     /// The distance in the tangent tape.
     pub(crate) form: FormId,
     /// Sign of the distance on the piece.
     pub(crate) sign: f64,
 }
 
-impl Edge {
+impl EdgeForm {
+    /// The edge of a contact on the piece `from`; `None` if it is infinite.
+    fn new(field: &Field<'_>, contact: usize, from: Piece, edge: Edge) -> Option<Self> {
+        let form = field.tangent.tape.distances[contact][edge as usize]?;
+        Some(EdgeForm { contact, edge, form, sign: if from == Piece::Gap { 1.0 } else { -1.0 } })
+    }
     /// The edge of a crossing: that of the flank which the contact leaves or enters.
     pub(crate) fn of(field: &Field<'_>, pieces: &[Piece], event: &Event) -> Option<Self> {
-        let &Event { contact, to, .. } = event;
-        let side = match (pieces[contact], to) {
-            (Piece::Lower, _) | (Piece::Gap, Piece::Lower) => 0,
-            _ => 1,
-        };
-        let form = field.tangent.tape.distances[contact][side]?;
-        let sign = if pieces[contact] == Piece::Gap { 1.0 } else { -1.0 };
-        Some(Edge { contact, side, form, sign })
+        let from = pieces[event.contact];
+        EdgeForm::new(field, event.contact, from, Edge::between(from, event.to))
     }
-    pub(crate) fn is_on(&self, other: &Edge) -> bool {
-        (self.contact, self.side) == (other.contact, other.side)
+    pub(crate) fn is_on(&self, other: &EdgeForm) -> bool {
+        (self.contact, self.edge) == (other.contact, other.edge)
     }
 }
 
@@ -47,23 +46,16 @@ const SPANS: usize = 14;
 const REFINEMENTS: usize = 6;
 
 /// The edges at which contacts leave their pieces.
-pub(crate) fn edges<'t>(field: &'t Field<'_>, pieces: &'t [Piece]) -> impl Iterator<Item = Edge> + 't {
-    pieces.iter().enumerate().flat_map(move |(contact, piece)| {
-        let sides: &[(usize, f64)] = match piece {
-            Piece::Gap => &[(0, 1.0), (1, 1.0)],
-            Piece::Lower => &[(0, -1.0)],
-            Piece::Upper => &[(1, -1.0)],
-        };
-        let distances = field.tangent.tape.distances[contact];
-        let edge =
-            move |&(side, sign): &(usize, f64)| Some(Edge { contact, side, form: distances[side]?, sign });
-        sides.iter().filter_map(edge)
+pub(crate) fn edges<'t>(field: &'t Field<'_>, pieces: &'t [Piece]) -> impl Iterator<Item = EdgeForm> + 't {
+    pieces.iter().enumerate().flat_map(move |(contact, &piece)| {
+        let own = Edge::BOTH.into_iter().filter(move |edge| edge.beyond(piece).is_some());
+        own.filter_map(move |edge| EdgeForm::new(field, contact, piece, edge))
     })
 }
 
 /// Proves that a distance keeps its sign over the times [a, b] after the start.
-pub(crate) fn keeps_sign(stretch: &Stretch<'_, '_>, edge: &Edge, a: f64, b: f64) -> Result<(), Unproved> {
-    let &Edge { contact, form, sign, .. } = edge;
+pub(crate) fn keeps_sign(stretch: &Stretch<'_, '_>, edge: &EdgeForm, a: f64, b: f64) -> Result<(), Unproved> {
+    let &EdgeForm { contact, form, sign, .. } = edge;
     let mut open = vec![(a, b)];
     while let Some((a, b)) = open.pop() {
         let part = Interval::of_ends(a, b);
@@ -90,7 +82,7 @@ pub(crate) fn stays(
     stretch: &Stretch<'_, '_>,
     pieces: &[Piece],
     until: f64,
-    rising: &[Edge],
+    rising: &[EdgeForm],
 ) -> Result<(), Unproved> {
     for edge in edges(stretch.field, pieces) {
         let mut from = 0.0;
@@ -109,8 +101,12 @@ pub(crate) fn stays(
 }
 
 /// Proves that a distance keeps its sign up to a time `until` at which it has it, near a crossing.
-pub(crate) fn keeps_sign_up_to(stretch: &Stretch<'_, '_>, edge: &Edge, until: f64) -> Result<(), Unproved> {
-    let &Edge { contact, form, sign, .. } = edge;
+pub(crate) fn keeps_sign_up_to(
+    stretch: &Stretch<'_, '_>,
+    edge: &EdgeForm,
+    until: f64,
+) -> Result<(), Unproved> {
+    let &EdgeForm { contact, form, sign, .. } = edge;
     let grazing = Unproved::NearGrazing { contact, t: stretch.time.middle() + until };
     let falls = |from: f64| (stretch.rate(form, Interval::of_ends(from, until)) * sign).high() < 0.0;
     let from = spans(until).map(|span| until - span).find(|from| falls(*from)).ok_or(grazing.clone())?;
@@ -122,8 +118,12 @@ pub(crate) fn keeps_sign_up_to(stretch: &Stretch<'_, '_>, edge: &Edge, until: f6
 
 /// Times within which the distance of a contact falls through 0, and the instant, for the motion on the
 /// pieces before; `None` if it may graze its edge.
-pub(crate) fn instant(stretch: &Stretch<'_, '_>, edge: &Edge, about: f64) -> Option<(Interval, Interval)> {
-    let &Edge { form, sign, .. } = edge;
+pub(crate) fn instant(
+    stretch: &Stretch<'_, '_>,
+    edge: &EdgeForm,
+    about: f64,
+) -> Option<(Interval, Interval)> {
+    let &EdgeForm { form, sign, .. } = edge;
     let falls = |span: Interval| {
         (stretch.rate(form, span) * sign).high() < 0.0
             && (stretch.distance(form, Interval::from(span.low())) * sign).low() > 0.0

@@ -5,7 +5,7 @@ use crate::certify::flow::continuity::is_continuous;
 use crate::certify::flow::field::{Drives, Field};
 use crate::certify::flow::leg::{Image, Leg};
 use crate::certify::flow::part::{Part, Seen};
-use crate::certify::flow::signs::{Edge, edges, instant, keeps_sign, keeps_sign_up_to, stays};
+use crate::certify::flow::signs::{EdgeForm, edges, instant, keeps_sign, keeps_sign_up_to, stays};
 use crate::certify::flow::stretch::{Stretch, Until};
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
@@ -152,12 +152,12 @@ pub(crate) fn together(
     let on = On::either(&leg.pieces, &after);
     let reach = last + 0.5 * first.min(length - last);
     let before = Stretch::new(field, &leg.pieces, (leg.start, leg.inside()), x, reach)?;
-    let mut crossed: Vec<Edge> = Vec::new();
+    let mut crossed: Vec<EdgeForm> = Vec::new();
     let mut window: Option<Interval> = None;
     for event in &leg.events {
         let grazing = Unproved::NearGrazing { contact: event.contact, t: event.near };
-        let edge = Edge::of(field, &leg.pieces, event).ok_or(grazing.clone())?;
-        let own = field.motion.tape.distances[event.contact][edge.side].ok_or(grazing.clone())?;
+        let edge = EdgeForm::of(field, &leg.pieces, event).ok_or(grazing.clone())?;
+        let own = field.motion.tape.distances[event.contact][edge.edge as usize].ok_or(grazing.clone())?;
         if !is_continuous(&field.motion.tape, on, event.contact, own) {
             return Err(Unproved::Jumps { contact: event.contact, t: event.near });
         }
@@ -187,7 +187,7 @@ fn through(
     leg: &Leg,
     m: &[Interval],
     on: On<'_>,
-    crossed: &[Edge],
+    crossed: &[EdgeForm],
     [a, b]: [f64; 2],
     seen: &mut Seen<'_>,
 ) -> Result<Image, Unproved> {
@@ -200,7 +200,7 @@ fn through(
     let wrapping = Unproved::Wrapping { t: time.middle(), length: width.high() };
     let state = before.state(at);
     let window = Window::new(field, on, (time, leg.inside()), &state, width).ok_or(wrapping)?;
-    let grazing = |edge: &Edge| Unproved::NearGrazing { contact: edge.contact, t: time.middle() };
+    let grazing = |edge: &EdgeForm| Unproved::NearGrazing { contact: edge.contact, t: time.middle() };
     for edge in crossed {
         if (window.during.form(edge.form, 1) * edge.sign).high() >= 0.0 {
             return Err(grazing(edge));

@@ -4,6 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::angle::Angle;
 use crate::excitation::excitation_trait::Excitation;
 use crate::excitation::jet::Jet;
+use crate::numeric::sine::turned;
 use crate::scalar::Scalar;
 
 /// The instantaneous centre of an eccentric gear with the eccentric ratio ε `[1]`, over the phase x `[rad]`.
@@ -136,7 +137,7 @@ impl CentreCurve {
                 for _ in 1..=order {
                     sum = sum + times(c, power * 2.0);
                     power = power * -eps;
-                    (s, c) = (s * cos + c * sin, c * cos - s * sin);
+                    (s, c) = turned((s, c), (sin, cos));
                 }
                 sum
             }

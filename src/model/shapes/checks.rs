@@ -1,5 +1,6 @@
 //! Checks of a shape when a machine is created from it.
 
+use crate::contact::edge::Edge;
 use crate::contact::{ByDeflection, Deflection, FixedPieces, Nonlinearity, Piece, PieceChoice, Place};
 use crate::error::ParameterError;
 use crate::excitation::Side;
@@ -104,14 +105,13 @@ impl<G: Shape> Machine<G> {
         };
         self.shape().accel(&ByDeflection, u, &rest, &rest, &mut a);
         number(&a, "")?;
-        for (flank, how) in [
-            (Piece::Lower, ", contacts on their lower flanks"),
-            (Piece::Upper, ", contacts on their upper flanks"),
+        for (edge, how) in [
+            (Edge::Lower, ", contacts on their lower flanks"),
+            (Edge::Upper, ", contacts on their upper flanks"),
         ] {
             let piece = |i: usize| {
                 let contact = self.shape().contact(&ByDeflection, i, u, &rest, &rest);
-                let edge = if flank == Piece::Lower { contact.lower } else { contact.upper };
-                if edge.is_finite() { flank } else { Piece::Gap }
+                if edge.position(&contact).is_finite() { edge.flank() } else { Piece::Gap }
             };
             let pieces: Vec<Piece> = (0..contacts).map(piece).collect();
             a.fill(f64::NAN);

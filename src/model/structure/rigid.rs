@@ -68,7 +68,7 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
         }
         // Differences have errors of their own: the directions then follow from all Jacobians at once.
         if exact {
-            if instant == 0 && n >= LARGE {
+            if instant == 0 && n >= NARROWS_FROM {
                 free.narrow(&jacobians);
             }
             free.resisted(&std::mem::take(&mut jacobians), EXACT);
@@ -228,7 +228,7 @@ impl Free {
 const SIZES: [f64; 9] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3];
 
 /// Number of coordinates from which the directions are narrowed down first.
-const LARGE: usize = 128;
+const NARROWS_FROM: usize = 128;
 
 /// Largest entry on the diagonal of R, as a share of the first one, of a direction that remains after
 /// narrowing down: far above the rounding errors of directions without resistance.
@@ -285,7 +285,7 @@ fn directions_of_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DM
 #[cfg(test)]
 mod tests {
     use crate::error::ParameterError;
-    use crate::model::structure::rigid::{LARGE, rigid_modes, rigid_motions};
+    use crate::model::structure::rigid::{NARROWS_FROM, rigid_modes, rigid_motions};
     use crate::model::{Model, Periodic};
     use crate::models::nfg::{NfgPair, NfgParams};
     use crate::models::ring::{Frame, Ring, RingSet};
@@ -294,7 +294,7 @@ mod tests {
     fn the_ring_turns_freely_and_a_gap_does_not_count() -> Result<(), ParameterError> {
         for frame in [Frame::Rigid, Frame::Inertial] {
             let undamped = RingSet { mesh_damping: 0.0, ..RingSet::set_a(16, 5000.0) };
-            for set in [RingSet::set_a(3, 1000.0), undamped, RingSet::set_a(LARGE, 1000.0)] {
+            for set in [RingSet::set_a(3, 1000.0), undamped, RingSet::set_a(NARROWS_FROM, 1000.0)] {
                 let mut params = set.params()?;
                 params.gears[1].base_radius *= 1.5;
                 let ring = Ring::as_printed(&params)?.in_frame(frame);

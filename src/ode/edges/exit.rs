@@ -1,5 +1,6 @@
 //! The exits of a contact from its piece, and its distance from each of them.
 
+use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::ode::edges::hermite::Distance;
 
@@ -49,15 +50,14 @@ impl Exit {
     /// the length `h` of a step, its rate is per unit of θ; with `h` = 1, per unit of time.
     #[inline(always)]
     pub(crate) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
-        ExitEdge::of(from, usize::from(self.to == Piece::Upper)).distance(c, h)
+        ExitEdge::of(from, Edge::between(from, self.to) as usize).distance(c, h)
     }
 }
 
 /// The edge that a contact passes at an exit.
 #[derive(Clone, Copy)]
 pub(crate) struct ExitEdge {
-    /// The lower edge of the gap, not the upper one.
-    lower: bool,
+    edge: Edge,
     /// Makes the distance positive on the piece.
     sign: f64,
 }
@@ -66,12 +66,15 @@ impl ExitEdge {
     /// The edge of an exit from the piece `from`, by the index of the exit in [`Exit::of`].
     #[inline(always)]
     pub(crate) fn of(from: Piece, way: usize) -> Self {
-        const LOWER: [ExitEdge; 2] =
-            [ExitEdge { lower: true, sign: 1.0 }, ExitEdge { lower: true, sign: -1.0 }];
-        const UPPER: [ExitEdge; 2] =
-            [ExitEdge { lower: false, sign: -1.0 }, ExitEdge { lower: false, sign: 1.0 }];
-        // From the lower flank, the gap and the upper flank.
-        [[LOWER[1]; 2], [LOWER[0], UPPER[0]], [UPPER[1]; 2]][from as usize][way]
+        const fn exit(from: Piece, edge: Edge) -> ExitEdge {
+            ExitEdge { edge, sign: edge.sign_on(from) }
+        }
+        const EXITS: [[ExitEdge; 2]; 3] = [
+            [exit(Piece::Lower, Edge::Lower); 2],
+            [exit(Piece::Gap, Edge::Lower), exit(Piece::Gap, Edge::Upper)],
+            [exit(Piece::Upper, Edge::Upper); 2],
+        ];
+        EXITS[from as usize][way]
     }
     /// See [`Exit::distance`].
     #[inline(always)]
@@ -86,10 +89,9 @@ impl ExitEdge {
         let from =
             |deflection: f64, rate: f64| Distance { value: self.sign * deflection, rate: scale * rate };
         // One branch for all instants instead of a selection for each.
-        if self.lower {
-            contacts.map(|c| from(c.deflection - c.lower, c.rate - c.lower_rate))
-        } else {
-            contacts.map(|c| from(c.deflection - c.upper, c.rate - c.upper_rate))
+        match self.edge {
+            Edge::Lower => contacts.map(|c| from(c.deflection - c.lower, c.rate - c.lower_rate)),
+            Edge::Upper => contacts.map(|c| from(c.deflection - c.upper, c.rate - c.upper_rate)),
         }
     }
 }

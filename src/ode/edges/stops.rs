@@ -1,6 +1,7 @@
 //! Rigid stops: velocities after impacts, flights between impacts, and contacts that come to rest.
 
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::model::Model;
 use crate::ode::edges::exit::Exit;
 
@@ -97,9 +98,7 @@ impl Stops {
     /// Whether contact `i` has a rigid stop on flank `on`.
     #[inline]
     pub(crate) fn rigid(&self, i: usize, on: Piece) -> bool {
-        self.rigid
-            .get(i)
-            .is_some_and(|[lower, upper]| (on == Piece::Lower && *lower) || (on == Piece::Upper && *upper))
+        Edge::of(on).is_some_and(|edge| edge.is_stop(&self.rigid, i))
     }
 
     /// Whether contact `i` has a rigid stop.
@@ -111,8 +110,8 @@ impl Stops {
     /// All rigid stops, as exits of their contacts.
     pub(crate) fn exits(&self) -> impl Iterator<Item = Exit> + '_ {
         self.rigid.iter().enumerate().flat_map(|(contact, rigid)| {
-            let ways = [(rigid[0], Piece::Lower), (rigid[1], Piece::Upper)];
-            ways.into_iter().filter(|(rigid, _)| *rigid).map(move |(_, to)| Exit { contact, to })
+            let rigid = Edge::BOTH.into_iter().filter(|edge| rigid[*edge as usize]);
+            rigid.map(move |edge| Exit { contact, to: edge.flank() })
         })
     }
 }

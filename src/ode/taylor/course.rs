@@ -7,12 +7,40 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::vector_blocks::Blocks;
+use crate::ode::taylor::distances::{Distances, first_exit};
+use crate::series::Series;
 
-/// The ends of the current step and the passage over its edges: all of a run but its series.
+/// A step this much shorter than one before indicates a singular point `[1]`.
+pub(crate) const COLLAPSE: f64 = 1e-6;
+
+/// The ends and the lengths of steps and the passage over their edges: all of a run but its series.
 pub(crate) struct Course<'m> {
     /// State, contacts and drives at both ends of the step.
     pub(crate) e: Ends<'m, dyn Model + 'm, Blocks>,
     pub(crate) passage: Passage,
+    /// The time after the start of the step up to which the series of the drives are valid.
+    pub(crate) valid: f64,
+    /// Length that the tolerances allowed for the last step; 0 before the first.
+    pub(crate) last: f64,
+    /// Largest finite one of these lengths.
+    longest: f64,
+    /// Limit of the next step alone, after an impact.
+    limit: f64,
+    /// End and length of the step if no contact leaves its piece.
+    aim: [f64; 2],
+    /// The first exit in the step.
+    found: Found<Elapsed>,
+}
+
+/// The time up to which the series of the given drives are valid. `drives`: their indices, with columns.
+///
+/// # Errors
+/// [`IntegrateError::DriveWithoutSeries`].
+pub(crate) fn valid_until(series: &[Series], drives: &[(usize, usize)]) -> Result<f64, IntegrateError> {
+    drives.iter().try_fold(f64::INFINITY, |valid: f64, &(drive, _)| match series[drive].refusal() {
+        Some(what) => Err(IntegrateError::DriveWithoutSeries { drive, what }),
+        None => Ok(valid.min(series[drive].until())),
+    })
 }
 
 impl<'m> Course<'m> {
@@ -25,41 +53,69 @@ impl<'m> Course<'m> {
     ) -> Result<Self, IntegrateError> {
         let mut e = Ends::<dyn Model, Blocks>::new(model, start, 1, 1);
         let passage = Passage::begin(&mut e, t_end, true)?;
-        Ok(Course { e, passage })
+        Ok(Course {
+            e,
+            passage,
+            valid: f64::INFINITY,
+            last: 0.0,
+            longest: 0.0,
+            limit: f64::INFINITY,
+            aim: [0.0; 2],
+            found: Found::Nothing,
+        })
     }
 
-    /// The shortest step in which a series of limited validity counts: the last digits of the time are kept
-    /// at drive edges and at the end of the run.
-    pub(crate) fn shortest(&self) -> f64 {
-        2.0 * RESOLUTION * self.e.t.abs()
+    /// Starts again from an earlier state.
+    ///
+    /// # Errors
+    /// Those of [`Passage::begin`].
+    pub(crate) fn go_back(&mut self, to: &State, t_end: f64) -> Result<(), IntegrateError> {
+        *self = Course { longest: self.longest, ..Course::begin(self.e.model, to, t_end)? };
+        Ok(())
     }
 
-    /// End and length of a step of at most the length `reach`.
+    /// Whether the time advances by a step of this length.
+    pub(crate) fn advances(&self, h: f64) -> bool {
+        h > RESOLUTION * self.e.t.abs()
+    }
+    /// Whether steps have become so short that the motion tends to a singular point.
+    pub(crate) fn has_shrunk(&self, h: f64) -> bool {
+        h < COLLAPSE * self.longest
+    }
+
+    /// Aims at the end of a step for which the tolerances allow the length `full` and the settings the length
+    /// `longest`. Returns its length.
     ///
     /// # Errors
     /// [`IntegrateError::StepUnderflow`].
-    pub(crate) fn aim(&self, reach: f64) -> Result<[f64; 2], IntegrateError> {
+    pub(crate) fn aim(&mut self, full: f64, longest: f64) -> Result<f64, IntegrateError> {
         let (t, stop) = (self.e.t, self.passage.stop);
+        // The last digits of the time are kept at drive edges and at the end of the run.
+        let valid = self.valid.max(2.0 * RESOLUTION * t.abs());
+        let reach = full.min(self.limit).min(longest).min(valid);
         let aim = if t + reach * (1.0 + 1e-10) >= stop { stop } else { t + reach };
         let h = aim - t;
         if aim < stop && h <= RESOLUTION * t.abs() {
             return Err(IntegrateError::StepUnderflow { t, h });
         }
-        Ok([aim, h])
+        self.passage.crossings.clear();
+        self.aim = [aim, h];
+        Ok(h)
     }
 
-    /// Ends the step at its exit, or at its aim without one. Returns its length; `None` if a contact changed
-    /// its piece at the start: the step must be repeated.
+    /// Ends the step at its first exit, or at its aim without one. Returns its length; `None` if a contact
+    /// changed its piece at the start: the step must be repeated. `moves`: as in [`first_exit`].
     ///
     /// # Errors
-    /// Those of [`Passage::leave`].
+    /// Those of [`first_exit`] and [`Passage::leave`].
     pub(crate) fn meet(
         &mut self,
-        found: Found<Elapsed>,
-        [aim, h]: [f64; 2],
+        distances: &impl Distances,
+        moves: impl Fn(usize) -> [f64; 2],
     ) -> Result<Option<f64>, IntegrateError> {
-        let t = self.e.t;
-        match found {
+        let (t, [aim, h]) = (self.e.t, self.aim);
+        self.found = first_exit(distances, &mut self.e, &self.passage.locator, moves, h)?;
+        match self.found {
             Found::Nothing => {
                 self.e.aim(aim);
                 Ok(Some(h))
@@ -76,35 +132,42 @@ impl<'m> Course<'m> {
         }
     }
 
-    /// Takes the crossings at the end of the step. Returns whether it is a drive edge.
+    /// Takes the crossings at the end of the step. `full`: the length that the tolerances allowed. Returns
+    /// whether the end is a drive edge.
     ///
     /// # Errors
     /// Those of [`Passage::cross`].
-    pub(crate) fn cross(&mut self, found: Found<Elapsed>) -> Result<bool, IntegrateError> {
-        if let Found::At(_, exit) = found {
+    pub(crate) fn cross(&mut self, full: f64) -> Result<bool, IntegrateError> {
+        if let Found::At(_, exit) = self.found {
             self.e.drive_end();
             self.e.contacts_at_end();
             self.passage.cross(&mut self.e, exit)?;
         }
         self.passage.stats.steps += 1;
+        self.last = full;
+        if full.is_finite() {
+            self.longest = self.longest.max(full);
+        }
         Ok(self.passage.is_drive_edge(self.e.t1))
     }
 
-    /// Prepares the next step: velocities after impacts, pieces, drive edges. Returns the longest next step
-    /// and whether pieces may have changed.
+    /// Prepares the next step: velocities after impacts, pieces, drive edges. Returns whether pieces may have
+    /// changed.
     ///
     /// # Errors
     /// Those of [`Passage::pass`].
-    pub(crate) fn pass(&mut self, at_edge: bool) -> Result<(f64, bool), IntegrateError> {
-        let Course { e, passage } = self;
+    pub(crate) fn pass(&mut self, at_edge: bool) -> Result<bool, IntegrateError> {
+        let Course { e, passage, .. } = self;
         e.move_on();
         passage.locator.still.fill(0);
+        self.limit = f64::INFINITY;
         if passage.crossings.is_empty() && !at_edge {
-            return Ok((f64::INFINITY, false));
+            return Ok(false);
         }
         if !passage.crossings.is_empty() {
             passage.locator.accept(e);
         }
-        Ok((passage.pass::<_, _, true>(e, at_edge)?, true))
+        self.limit = passage.pass::<_, _, true>(e, at_edge)?;
+        Ok(true)
     }
 }

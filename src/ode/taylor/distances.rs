@@ -45,17 +45,12 @@ pub(crate) fn first_exit(
     h: f64,
 ) -> Result<Found<Elapsed>, IntegrateError> {
     let (mut found, mut limit, mut read) = (Found::Nothing, h, false);
-    for edge in c.edges() {
-        let &EdgeColumn { contact, side, column: i, sign: reversed } = edge;
+    for own in c.edges() {
+        let &EdgeColumn { contact, edge, column: i, sign: reversed } = own;
         // A contact on a flank leaves it at one edge, a contact in the gap at both.
         let piece = e.pieces[contact];
-        let (sign, to) = match (piece, side) {
-            (Piece::Gap, 0) => (1.0, Piece::Lower),
-            (Piece::Gap, _) => (1.0, Piece::Upper),
-            (Piece::Lower, 0) | (Piece::Upper, 1) => (-1.0, Piece::Gap),
-            _ => continue,
-        };
-        let sign = sign * reversed;
+        let Some(to) = edge.beyond(piece) else { continue };
+        let sign = if piece == Piece::Gap { reversed } else { -reversed };
         let start = sign * c.coefficient(0, i);
         if start == f64::INFINITY {
             continue; // the law has no such edge
@@ -68,8 +63,8 @@ pub(crate) fn first_exit(
         }
         let apart = start > near;
         let into_gap = |edge: &EdgeColumn| edge.sign * c.coefficient(0, edge.column);
-        let gap = |other: &EdgeColumn| into_gap(edge) + into_gap(other);
-        let mut others = c.edges().iter().filter(|o| o.contact == contact && o.side != side);
+        let gap = |other: &EdgeColumn| into_gap(own) + into_gap(other);
+        let mut others = c.edges().iter().filter(|other| other.is_opposite(own));
         if !apart && !read && others.any(|other| gap(other) < 0.0) {
             read = contacts_at_start(e)?;
         }
@@ -95,8 +90,7 @@ pub(crate) fn first_exit(
         // The slack is that at the start or on the edge, whichever is larger: a long step may start at a
         // deflection of 0.
         let at_start = &e.contacts[contact];
-        let edge = if side == 0 { at_start.lower } else { at_start.upper };
-        let on_edge = Contact { deflection: edge, ..*at_start };
+        let on_edge = Contact { deflection: edge.position(at_start), ..*at_start };
         let slack = locator.slack(contact, at_start).max(locator.slack(contact, &on_edge));
         let root = match fall {
             // The distance falls past the edge without a turn: it has one root, and none before.

@@ -7,9 +7,7 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
-use crate::ode::stepping::control::RESOLUTION;
-use crate::ode::taylor::course::Course;
-use crate::ode::taylor::distances::first_exit;
+use crate::ode::taylor::course::{COLLAPSE, Course, valid_until};
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::pace::SeriesPace;
 use crate::ode::taylor::polynomials::Polynomials;
@@ -71,11 +69,8 @@ impl Prepared {
         let (tape, moving) = (change(recorded.0), self::moving(&series).collect::<Vec<bool>>());
         let needed = tape.needed()[2 * tape.dof..tape.inputs()].to_vec();
         let prepared = Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving, needed };
-        let refused = prepared.c.plan.drives.iter().find_map(|&(drive, _)| {
-            let what = prepared.series[drive].refusal()?;
-            Some(IntegrateError::DriveWithoutSeries { drive, what })
-        });
-        refused.map_or(Ok(prepared), Err)
+        valid_until(&prepared.series, &prepared.c.plan.drives)?;
+        Ok(prepared)
     }
 
     /// Plans anew because a drive varies that did not vary before.
@@ -101,7 +96,7 @@ impl Prepared {
                 Made::Again => {}
                 Made::Step { at_edge, full } => {
                     let stopped = run.report(at_edge, full, observer);
-                    let Course { e, passage } = &run.course;
+                    let Course { e, passage, .. } = &run.course;
                     if stopped || e.t1 >= t_end {
                         let mut stats = passage.stats;
                         stats.evaluations += e.evaluations();
@@ -160,8 +155,8 @@ struct TaylorRun<'r> {
     course: Course<'r>,
     pace: SeriesPace,
     degree: usize,
-    /// The time after the start of the step up to which the series of the drives are valid.
-    valid: f64,
+    /// Longest step that the settings allow.
+    longest: f64,
     /// Scratch: two accelerations.
     accelerations: [Vec<f64>; 2],
 }
@@ -181,12 +176,12 @@ impl<'r> TaylorRun<'r> {
         let expanded = expanded(model)?;
         expanded.drive_series(start.t, degree + 1, &mut prepared.series);
         Ok(TaylorRun {
-            pace: SeriesPace::new(settings.tolerances.rtol, &atol, settings.tolerances.max, &prepared.c.plan),
+            pace: SeriesPace::new(settings.tolerances.rtol, &atol, &prepared.c.plan),
             expanded,
             prepared,
             course,
             degree,
-            valid: f64::INFINITY,
+            longest: settings.tolerances.max,
             accelerations: [vec![0.0; n / 2], vec![0.0; n / 2]],
         })
     }
@@ -195,18 +190,10 @@ impl<'r> TaylorRun<'r> {
     fn expand(&mut self) -> Result<(), IntegrateError> {
         let Prepared { series, needed, .. } = &mut *self.prepared;
         self.expanded.redrive_series(self.course.e.t, self.degree + 1, needed, series);
-        self.valid = f64::INFINITY;
         let Prepared { c, series, moving, .. } = &*self.prepared;
-        let mut woken = false;
-        for &(drive, _) in &c.plan.drives {
-            let series = &series[drive];
-            if let Some(what) = series.refusal() {
-                return Err(IntegrateError::DriveWithoutSeries { drive, what });
-            }
-            woken |= series.coefficients().len() > 1 && !moving[drive];
-            self.valid = self.valid.min(series.until());
-        }
-        if woken {
+        self.course.valid = valid_until(series, &c.plan.drives)?;
+        let woken = |&(drive, _): &(usize, usize)| series[drive].coefficients().len() > 1 && !moving[drive];
+        if c.plan.drives.iter().any(woken) {
             self.prepared.plan_anew();
             self.prepared.c.set_pieces(&self.course.e.pieces);
         }
@@ -219,47 +206,43 @@ impl<'r> TaylorRun<'r> {
     /// Makes the step: its length, its end and the crossings there.
     fn make_step(&mut self) -> Result<Made, IntegrateError> {
         let full = self.length()?;
-        let valid = self.valid.max(self.course.shortest());
-        let aim = self.course.aim(full.min(self.pace.longest()).min(valid))?;
-        self.course.passage.crossings.clear();
+        let aim = self.course.aim(full, self.longest)?;
         let c = &self.prepared.c;
-        c.ranges(aim[1], &mut self.pace.ranges);
+        c.ranges(aim, &mut self.pace.ranges);
         let ranges = self.pace.ranges.as_flattened();
-        let Course { e, passage } = &mut self.course;
-        let found = first_exit(c, e, &passage.locator, |column| [-ranges[column], ranges[column]], aim[1])?;
-        let Some(h) = self.course.meet(found, aim)? else {
+        let Some(h) = self.course.meet(c, |column| [-ranges[column], ranges[column]])? else {
             self.prepared.c.set_pieces(&self.course.e.pieces);
             return Ok(Made::Again);
         };
         c.at(h, self.course.e.y1.slice_mut());
         if !self.course.e.finite() {
-            return Err(if self.pace.has_shrunk(full) { self.shrunk(h) } else { self.not_finite() });
+            return Err(if self.course.has_shrunk(full) { self.shrunk(h) } else { self.not_finite() });
         }
-        let at_edge = self.course.cross(found)?;
-        self.pace.keep(full);
-        Ok(Made::Step { at_edge, full })
+        Ok(Made::Step { at_edge: self.course.cross(full)?, full })
     }
 
     /// The length of the step that the tolerances allow; infinite if the series ends.
     fn length(&mut self) -> Result<f64, IntegrateError> {
-        let room = self.course.passage.stop - self.course.e.t;
-        let resolution = RESOLUTION * self.course.e.t.abs();
+        let (room, last) = (self.course.passage.stop - self.course.e.t, self.course.last);
         let c = &mut self.prepared.c;
-        let h = self.pace.length(c, room);
+        let h = self.pace.length(c, last, room);
         let powers = c.plan.functions().any(|function| function.is_power());
-        if h > resolution && !self.pace.collapsed(h) {
+        // A step much shorter than the last one: the motion has no series here.
+        let collapsed = last.is_finite() && h < COLLAPSE * last;
+        if self.course.advances(h) && !collapsed {
             // Beyond the distance of a root or power of 0 the terms after the last one do not decay.
             return Ok(if powers { POWERS * h } else { h });
         }
         if !powers {
-            return if h > resolution { Ok(h) } else { Err(self.shrunk(h)) };
+            return if self.course.advances(h) { Ok(h) } else { Err(self.shrunk(h)) };
         }
         // At a root or a power of 0 the motion is finite but has no series. A short step with the power held
         // at its value leaves the point.
         c.expand(self.course.e.y.slice(), &self.prepared.series, self.degree, true);
-        let mut h = self.pace.length(c, room).min(self.pace.start_of_power(room));
+        let first = 0.01 * if last > 0.0 && last.is_finite() { last } else { room };
+        let mut h = self.pace.length(c, last, room).min(first);
         let n = self.course.e.model.dof();
-        while h > resolution && h > 0.0 {
+        while self.course.advances(h) && h > 0.0 {
             self.course.e.aim(self.course.e.t + h);
             self.course.e.drive_end();
             c.at(h, self.course.e.y1.slice_mut());
@@ -316,8 +299,7 @@ impl<'r> TaylorRun<'r> {
 
     /// Prepares the next step.
     fn pass(&mut self, at_edge: bool) -> Result<(), IntegrateError> {
-        if let (longest, true) = self.course.pass(at_edge)? {
-            self.pace.limit(longest);
+        if self.course.pass(at_edge)? {
             self.prepared.c.set_pieces(&self.course.e.pieces);
         }
         Ok(())

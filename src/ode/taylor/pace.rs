@@ -8,24 +8,14 @@ use pulp::Arch;
 /// Maximum ratio of the lengths that the tolerances allow for a step and for the one before `[1]`.
 pub(crate) const MAX_GROWTH: f64 = 2.0;
 
-/// A step this much shorter than the one before indicates a singular point `[1]`.
-pub(crate) const COLLAPSE: f64 = 1e-6;
-
 /// Smallest tolerance of the distances, as a share of the gap `[1]`.
 pub(crate) const FINEST: f64 = 1e-13;
 
-/// The tolerances and the lengths of steps so far.
+/// The tolerances of all numbers and distances.
 pub(super) struct SeriesPace {
     rtol: f64,
     /// Absolute tolerance of each coordinate and velocity, in their blocks of columns.
     atol: Vec<Eight>,
-    max: f64,
-    /// Length that the tolerances allowed for the last step; 0 before the first.
-    last: f64,
-    /// Largest finite length so far.
-    longest: f64,
-    /// Limit of the next step alone, after an impact.
-    limit: f64,
     /// 1/tolerance of each coordinate and velocity.
     per: Vec<Eight>,
     arch: Arch,
@@ -53,11 +43,9 @@ pub(crate) fn reach(term: f64, order: usize) -> f64 {
 }
 
 impl SeriesPace {
-    pub(super) fn new(rtol: f64, atol: &[f64], max: f64, plan: &Plan) -> Self {
-        let opposite = plan.edges.iter().map(|edge| {
-            let is_other = |other: &EdgeColumn| other.contact == edge.contact && other.side != edge.side;
-            plan.edges.iter().copied().find(is_other)
-        });
+    pub(super) fn new(rtol: f64, atol: &[f64], plan: &Plan) -> Self {
+        let opposite =
+            plan.edges.iter().map(|edge| plan.edges.iter().copied().find(|other| other.is_opposite(edge)));
         // No number of a column without a coordinate reaches its tolerance.
         let mut blocks = vec![[f64::INFINITY; EIGHT]; 2 * plan.half];
         for (blocks, atol) in blocks.chunks_mut(plan.half.max(1)).zip(atol.chunks(plan.dof.max(1))) {
@@ -65,10 +53,6 @@ impl SeriesPace {
         }
         SeriesPace {
             rtol,
-            max,
-            last: 0.0,
-            longest: 0.0,
-            limit: f64::INFINITY,
             per: vec![[0.0; EIGHT]; blocks.len()],
             atol: blocks,
             arch: Arch::new(),
@@ -77,52 +61,25 @@ impl SeriesPace {
         }
     }
 
-    /// Keeps the length that the tolerances allowed for the step just made.
-    pub(super) fn keep(&mut self, full: f64) {
-        self.last = full;
-        if full.is_finite() {
-            self.longest = self.longest.max(full);
-        }
-        self.limit = f64::INFINITY;
-    }
-    /// Limits the next step.
-    pub(super) fn limit(&mut self, longest: f64) {
-        self.limit = longest;
-    }
-    pub(super) fn longest(&self) -> f64 {
-        self.limit.min(self.max)
-    }
-    /// Whether steps have become so short that the motion tends to a singular point.
-    pub(super) fn has_shrunk(&self, h: f64) -> bool {
-        h < COLLAPSE * self.longest
-    }
-    /// Whether a step is so much shorter than the last one that the motion has no series here.
-    pub(super) fn collapsed(&self, h: f64) -> bool {
-        h.is_nan() || (self.last.is_finite() && h < COLLAPSE * self.last)
-    }
-    /// Length of the first attempt to leave a root or power of 0, in a time span `room`.
-    pub(super) fn start_of_power(&self, room: f64) -> f64 {
-        0.01 * if self.last > 0.0 && self.last.is_finite() { self.last } else { room }
-    }
-
     /// The length at which each of the last two terms reaches its tolerance; infinite if both are 0 and NaN
-    /// if one is not finite. `room`: the longest step possible.
-    pub(super) fn length(&mut self, c: &Coefficients, room: f64) -> f64 {
-        let before = if self.last.is_finite() { self.last } else { 0.0 };
+    /// if one is not finite. `last`: the length of the last step, 0 before the first; `room`: the longest
+    /// step possible.
+    pub(super) fn length(&mut self, c: &Coefficients, last: f64, room: f64) -> f64 {
+        let before = if last.is_finite() { last } else { 0.0 };
         let (arch, degree) = (self.arch, c.degree);
         let terms = arch.dispatch(LastTerms { pace: self, c, before });
         if !(terms[0].is_finite() && terms[1].is_finite()) {
             return f64::NAN;
         }
         let mut h = reach(terms[0], degree).min(reach(terms[1], degree - 1));
-        if self.last > 0.0 {
-            h = h.min(MAX_GROWTH * self.last);
+        if last > 0.0 {
+            h = h.min(MAX_GROWTH * last);
         }
         // Moving edges and transmission errors act on the distances alone while teeth are apart.
         let span = h.min(room);
         let share = self.rtol.max(FINEST);
         let (start, rate) = (c.distances(0), c.distances(1));
-        let (last, before) = (c.distances(degree), c.distances(degree - 1));
+        let [highest, below] = [degree, degree - 1].map(|n| c.distances(n));
         let mut terms = [0.0_f64; 2];
         for (edge, opposite) in c.plan.edges.iter().zip(&self.opposite) {
             let (i, at_start) = (edge.column, |edge: &EdgeColumn| edge.sign * start[edge.column]);
@@ -130,7 +87,7 @@ impl SeriesPace {
             let size = gap.max(start[i].abs() + span * rate[i].abs());
             if share * size > f64::MIN_POSITIVE {
                 let per = 1.0 / (share * size);
-                terms = [max(terms[0], (last[i] * per).abs()), max(terms[1], (before[i] * per).abs())];
+                terms = [max(terms[0], (highest[i] * per).abs()), max(terms[1], (below[i] * per).abs())];
             }
         }
         if terms[0].is_nan() || terms[1].is_nan() {

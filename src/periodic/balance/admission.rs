@@ -15,11 +15,6 @@ pub(crate) fn free_motions<M: Periodic + ?Sized>(model: &M) -> Result<Vec<Vec<f6
 
 /// Error if the contacts of the model cannot be fixed on pieces, or are rigid stops.
 pub(crate) fn admit_on_pieces<M: Model + ?Sized>(model: &M) -> Result<(), BalanceError> {
-    refuse_stops(model)?;
+    model.offers().refuse_stops(|contact| BalanceError::RigidStop { contact })?;
     if lacks_pieces(model) { Err(BalanceError::NoPieces) } else { Ok(()) }
-}
-
-/// Error if the model has a rigid stop: a Fourier series cannot represent velocities that jump.
-pub(crate) fn refuse_stops<M: Model + ?Sized>(model: &M) -> Result<(), BalanceError> {
-    model.offers().first_stop().map_or(Ok(()), |contact| Err(BalanceError::RigidStop { contact }))
 }

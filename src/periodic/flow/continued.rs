@@ -1,5 +1,6 @@
 //! Contacts fixed on their pieces, also for models without `accel_on_pieces`.
 
+use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::structure::slopes::{accelerate, offered};
 use crate::model::{Jacobian, Model, Offers};
@@ -119,8 +120,9 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
             // below.
             let margin = INSIDE * gap(c).filter(|gap| *gap > 0.0).unwrap_or(0.0);
             let past = past(piece, c);
-            let near = usize::from(c.deflection - c.upper >= c.lower - c.deflection);
-            if piece == Piece::Gap && self.rigid.get(i).is_some_and(|rigid| rigid[near]) {
+            let nearer_to_upper = c.deflection - c.upper >= c.lower - c.deflection;
+            let near = if nearer_to_upper { Edge::Upper } else { Edge::Lower };
+            if piece == Piece::Gap && near.is_stop(&self.rigid, i) {
                 continue;
             }
             if past >= -margin && past.is_finite() {

@@ -1,11 +1,12 @@
 //! Jump of small differences at an impact on a rigid stop.
 
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::{Model, State};
 use crate::numeric::norms::dot;
 use crate::periodic::flow::impact::Impact;
-use crate::periodic::flow::saltation::{CENTRAL, Saltation, distance, edge_rate};
+use crate::periodic::flow::saltation::{CENTRAL, Saltation};
 
 /// Step of the differences of the velocities after an impact, as a share of the size of the motion `[1]`.
 const PROBE_STEP: f64 = 3e-4;
@@ -20,18 +21,18 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     /// Applies the impact at once to a start on a rigid stop that moves into the stop.
     pub(crate) fn begin(&mut self, state: &mut State) {
         for k in 0..2 * self.rigid.len() {
-            let (contact, lower) = (k / 2, k % 2 == 0);
-            if !self.rigid[contact][k % 2] {
+            let (contact, edge) = (k / 2, Edge::BOTH[k % 2]);
+            if !edge.is_stop(&self.rigid, contact) {
                 continue;
             }
             self.q.copy_from_slice(&state.q);
             self.v.copy_from_slice(&state.v);
-            let (c, way) = (self.contact_at(contact, state.t), if lower { 1.0 } else { -1.0 });
+            let (c, inward) = (self.contact_at(contact, state.t), edge.sign_on(Piece::Gap));
             self.pieces.iter_mut().zip(&self.contacts).for_each(|(piece, c)| *piece = c.piece());
             self.pieces[contact] = Piece::Gap;
-            let [past, rate] = [distance(&c, lower), c.rate - edge_rate(&c, lower)].map(|d| way * d);
-            if past <= ON_STOP * c.deflection.abs() && rate < 0.0 {
-                self.rebound(contact, if lower { Piece::Lower } else { Piece::Upper }, state.t);
+            let [above, rate] = [edge.distance(&c), edge.rate(&c)].map(|d| inward * d);
+            if above <= ON_STOP * c.deflection.abs() && rate < 0.0 {
+                self.rebound(contact, edge.flank(), state.t);
                 state.q.copy_from_slice(&self.q);
                 state.v.copy_from_slice(&self.v);
             }
@@ -50,16 +51,16 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     /// For one coordinate and a stop at rest the saltation matrix is [[-e, 0], [(a⁺ + e a)/v, -e]].
     pub(crate) fn rebound(&mut self, contact: usize, on: Piece, t: f64) {
         let n = self.n;
-        let (c, lower) = (self.contact_at(contact, t), on == Piece::Lower);
-        self.slope(contact, lower);
-        self.move_onto(distance(&c, lower));
-        let rate = c.rate - edge_rate(&c, lower);
+        let (c, edge) = (self.contact_at(contact, t), Edge::between(Piece::Gap, on));
+        self.slope(contact, edge);
+        self.move_onto(edge.distance(&c));
+        let rate = edge.rate(&c);
         let (q, v) = (&self.on_edge[..n], &self.v[..n]);
         self.model.accel_on_pieces(&self.pieces, &self.u, q, v, &mut self.before);
         self.impact.after.copy_from_slice(v);
         self.model.impact(contact, on, &self.u, q, &mut self.impact.after);
         self.model.accel_on_pieces(&self.pieces, &self.u, q, &self.impact.after, &mut self.jump);
-        self.along_drives(contact, lower);
+        self.along_drives(contact, edge);
         let first = self.q.len() / n - self.forced.len();
         for k in (n..self.q.len()).step_by(n) {
             let parameter = (k / n).checked_sub(first);
@@ -81,7 +82,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         }
         self.v[..n].copy_from_slice(&self.impact.after);
         let c = self.contact_at(contact, t);
-        let speed = (c.rate - edge_rate(&c, lower)).abs();
+        let speed = edge.rate(&c).abs();
         if self.impact.flights[contact].lands(t, speed, ON_STOP * c.deflection.abs()) {
             self.rests = Some(contact);
         }

@@ -1,5 +1,6 @@
 //! Jump of small differences at tooth edges.
 
+use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Model;
@@ -71,16 +72,6 @@ pub(crate) const CENTRAL: [(f64, f64); 4] =
 /// Weights of a one-sided difference of third order.
 const ONE_SIDED: [f64; 4] = [11.0 / 6.0, -3.0, 1.5, -1.0 / 3.0];
 
-/// Deflection minus the lower or the upper edge.
-pub(crate) fn distance(c: &Contact, lower: bool) -> f64 {
-    c.deflection - if lower { c.lower } else { c.upper }
-}
-
-/// Rate of the lower or the upper edge.
-pub(crate) fn edge_rate(c: &Contact, lower: bool) -> f64 {
-    if lower { c.lower_rate } else { c.upper_rate }
-}
-
 impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
     pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
         let (model, n) = (&tangent.model, tangent.n);
@@ -144,7 +135,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     ///
     /// If h does not depend on them, h' is linear in the velocities and its coefficients are ∂h/∂q. Otherwise
     /// ∇h is computed by differences of h.
-    pub(crate) fn slope(&mut self, contact: usize, lower: bool) -> bool {
+    pub(crate) fn slope(&mut self, contact: usize, edge: Edge) -> bool {
         let n = self.n;
         let (model, u, contacts, q) = (self.model, &self.u, &mut self.contacts, &self.q[..n]);
         self.moved[..n].copy_from_slice(q);
@@ -158,15 +149,15 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
                 contacts[contact]
             });
             self.moved[n + j] = here;
-            let rate = (above.rate - below.rate) - (edge_rate(&above, lower) - edge_rate(&below, lower));
+            let rate = (above.rate - below.rate) - (edge.position_rate(&above) - edge.position_rate(&below));
             self.gradient[j] = rate / (2.0 * self.scale[n + j]);
             self.gradient[n + j] = 0.0;
-            by_velocity |= distance(&above, lower) != distance(&below, lower);
+            by_velocity |= edge.distance(&above) != edge.distance(&below);
         }
         if by_velocity {
             let mut h = |q: &[f64], v: &[f64]| {
                 model.contact(u, q, v, contacts);
-                distance(&contacts[contact], lower)
+                edge.distance(&contacts[contact])
             };
             gradient(&mut h, &mut self.moved, self.scale, &mut self.gradient);
         }
@@ -189,14 +180,14 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
 
     /// h' = ∂h/∂t + ∂h/∂q q' + ∂h/∂v q'' for an h that depends on the velocities; q'' is the acceleration
     /// before the edge.
-    fn rate(&mut self, contact: usize, lower: bool, [from, to]: [f64; 2]) -> f64 {
+    fn rate(&mut self, contact: usize, edge: Edge, [from, to]: [f64; 2]) -> f64 {
         // Far from time zero a share of a short step is below the rounding error of the time.
         let (n, back) = (self.n, (BACK * (to - from)).max(LEAST_SPACING * to.abs()));
         let mut by_time = 0.0;
         for (k, weight) in ONE_SIDED.iter().enumerate() {
             self.model.drive(to - k as f64 * back, Side::Before, &mut self.u);
             self.model.contact(&self.u, &self.q[..n], &self.v[..n], &mut self.contacts);
-            by_time += weight * distance(&self.contacts[contact], lower) / back;
+            by_time += weight * edge.distance(&self.contacts[contact]) / back;
         }
         self.model.drive(to, Side::Before, &mut self.u);
         let (by_q, by_v) = self.gradient.split_at(n);
@@ -205,7 +196,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
 
     /// Computes ∂h/∂u u' of a contact for each parameter, by central differences of fourth order. Most
     /// deflections and edges are linear in the drives; the differences are then exact to rounding.
-    pub(crate) fn along_drives(&mut self, contact: usize, lower: bool) {
+    pub(crate) fn along_drives(&mut self, contact: usize, edge: Edge) {
         for (by, out) in self.forced.iter().zip(&mut self.by_drives) {
             let share = |(u, w): (&f64, &f64)| if *w == 0.0 { 0.0 } else { w.abs() / u.abs().max(w.abs()) };
             let largest = self.u.iter().zip(&by.drives).map(share).fold(0.0, f64::max);
@@ -222,7 +213,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
                 );
                 let (q, v) = (&self.q[..self.n], &self.v[..self.n]);
                 self.model.contact(&self.moved_drives, q, v, &mut self.contacts);
-                *out += weight * distance(&self.contacts[contact], lower) / step;
+                *out += weight * edge.distance(&self.contacts[contact]) / step;
             }
         }
     }
@@ -246,22 +237,22 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             (Piece::Upper, Piece::Gap) if c.upper <= c.lower => Piece::Lower,
             _ => to,
         };
-        let lower = self.pieces[contact] == Piece::Lower || to == Piece::Lower;
-        let by_velocity = self.slope(contact, lower);
-        self.move_onto(distance(&c, lower));
+        let edge = Edge::between(self.pieces[contact], to);
+        let by_velocity = self.slope(contact, edge);
+        self.move_onto(edge.distance(&c));
         let (on_edge, v) = self.on_edge.split_at(n);
         self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.before);
         self.pieces[contact] = to;
         self.model.accel_on_pieces(&self.pieces, &self.u, on_edge, v, &mut self.jump);
         let rate = match by_velocity {
-            true => self.rate(contact, lower, times),
-            false => c.rate - edge_rate(&c, lower),
+            true => self.rate(contact, edge, times),
+            false => edge.rate(&c),
         };
         if rate == 0.0 {
             return false;
         }
         self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);
-        self.along_drives(contact, lower);
+        self.along_drives(contact, edge);
         let (dq, (motion, dv), mut changed) = (&self.q[n..], self.v.split_at_mut(n), false);
         let largest =
             |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));

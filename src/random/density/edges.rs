@@ -1,6 +1,7 @@
 //! The deflections at which the accelerations change their piece.
 
 use crate::contact::Contact;
+use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::Model;
 
@@ -11,11 +12,10 @@ pub(crate) fn edges_at_start(model: &dyn Model, range: [f64; 2], speed: f64) -> 
     model.drive(0.0, Side::After, &mut u);
     let mut edges = Vec::new();
     for i in 0..contacts.len() {
-        for upper in [false, true] {
+        for edge in Edge::BOTH {
             let mut depth = |x: f64, v: f64| {
                 model.contact(&u, &[x], &[v], &mut contacts);
-                let Contact { deflection, lower, upper: high, .. } = contacts[i];
-                deflection - if upper { high } else { lower }
+                edge.distance(&contacts[i])
             };
             let middle = 0.5 * (range[0] + range[1]);
             if depth(middle, speed) == depth(middle, 0.0) {

@@ -156,10 +156,8 @@ impl<'w> PathIntegration<'w> {
         if model.dof() != 1 {
             return Err(DensityError::Dof { dof: model.dof() });
         }
-        match model.offers().first_stop() {
-            Some(contact) => Err(DensityError::RigidStop { contact }),
-            None => Ok(step),
-        }
+        model.offers().refuse_stops(|contact| DensityError::RigidStop { contact })?;
+        Ok(step)
     }
 
     /// The states at the middles of a grid of 16 × 16 cells.

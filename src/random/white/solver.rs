@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::linear::static_state;
-use crate::model::{Machine, Periodic, Shape, State};
+use crate::model::{Machine, Model, Periodic, Shape, State};
 use crate::random::white::error::NoiseError;
 use crate::random::white::noise::WhiteNoise;
 use crate::random::white::noisy_lanes::{Gauge, Look, NoisyLanes};
@@ -109,9 +109,7 @@ impl<const W: usize> NoisySteps<W> {
         machine: &'m Machine<G>,
         start: Option<&State>,
     ) -> Result<Ready<'m, G, W>, NoiseError> {
-        if let Some(contact) = machine.shape().stops().iter().position(|stops| *stops != [false; 2]) {
-            return Err(NoiseError::StopNotLocated { contact });
-        }
+        machine.offers().refuse_stops(|contact| NoiseError::StopNotLocated { contact })?;
         let noise = self.noise.iter().map(|noise| Ok((noise.clone(), noise.check(machine)?)));
         let noise = noise.collect::<Result<Vec<_>, ParameterError>>()?;
         let start = match start {

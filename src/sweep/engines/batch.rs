@@ -26,14 +26,6 @@ pub(crate) fn refuse<M>(source: &mut dyn Source<M>, index: usize, error: PointEr
     source.next(Some((index, &[])))
 }
 
-/// Refuses a model with a rigid stop: an impact needs a located edge, and fixed steps do not locate edges.
-pub(crate) fn refuse_stops<M: Model>(model: &M) -> Result<(), PointError> {
-    match model.offers().first_stop() {
-        Some(contact) => Err(IntegrateError::StopNotLocated { contact }.into()),
-        None => Ok(()),
-    }
-}
-
 /// The data of a job that its lane needs.
 pub(crate) struct LaneRun {
     pub(crate) index: usize,
@@ -46,7 +38,7 @@ pub(crate) struct LaneRun {
 impl LaneRun {
     pub(crate) fn of<G: Shape>(job: &Job<Machine<G>>) -> Result<Self, PointError> {
         let (model, constants) = (&job.model, job.model.own_drives());
-        refuse_stops(model)?;
+        model.offers().refuse_stops(|contact| IntegrateError::StopNotLocated { contact })?;
         if let Some(bad) = constants.iter().position(|x| !x.is_finite()) {
             return Err(TableError::NotFinite {
                 drive: model.size().waves + bad,

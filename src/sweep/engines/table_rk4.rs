@@ -1,7 +1,8 @@
 //! The engine with a fixed step for any periodic model: RK4 over a table of drives, one run at a time.
 
 use crate::model::Periodic;
-use crate::sweep::engines::batch::{Batch, LaneRun, refuse, refuse_stops};
+use crate::ode::IntegrateError;
+use crate::sweep::engines::batch::{Batch, LaneRun, refuse};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::drive_table::DriveTable;
@@ -64,8 +65,9 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
                 return;
             };
             let Ok(kinds) = kinds(&model, channels) else { return };
-            if let Err(error) = refuse_stops(&model) {
-                waiting.extend(refuse(source, index, error));
+            let not_located = |contact| IntegrateError::StopNotLocated { contact };
+            if let Err(error) = model.offers().refuse_stops(not_located) {
+                waiting.extend(refuse(source, index, error.into()));
                 continue;
             }
             match DriveTable::of_drives(&model, self.steps, || !source.is_cancelled()) {

@@ -171,7 +171,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
         self.set.run(Moves(&mut self.numbers));
         self.each(|crew, place, run| {
             let moves = |column: usize| crew.numbers.moves[column].map(|bound| bound.0[place]);
-            let length = run.lane.meet(&crew.view(place), moves)?;
+            let length = run.lane.course.meet(&crew.view(place), moves)?;
             crew.numbers.h.0[place] = length.unwrap_or(0.0);
             if length.is_none() {
                 crew.take_pieces(place, &run.lane);
@@ -226,7 +226,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
             columns.at_mut(column, 0).0[place] = *y;
         }
         (angles[0][place], angles[1][place]) = (run.speed * t, run.speed);
-        (before.last[place], before.room[place]) = (run.last, run.course.passage.stop - t);
+        (before.last[place], before.room[place]) = (run.course.last, run.course.passage.stop - t);
         if waves.is_none() {
             let series = run.drive_series(columns.degree + 1, &program.waves)?;
             for &(wave, column) in &program.waves {

@@ -3,12 +3,8 @@
 use crate::contact::Piece;
 use crate::model::expansion::expand::Expand;
 use crate::model::{Model, State};
-use crate::ode::edges::exit::{Elapsed, Found};
 use crate::ode::step::StepView;
-use crate::ode::stepping::control::RESOLUTION;
-use crate::ode::taylor::course::Course;
-use crate::ode::taylor::distances::first_exit;
-use crate::ode::taylor::pace::COLLAPSE;
+use crate::ode::taylor::course::{Course, valid_until};
 use crate::ode::{IntegrateError, Step};
 use crate::series::Series;
 use crate::sweep::taylor::view::LaneView;
@@ -33,15 +29,6 @@ pub(crate) struct Lane<'m> {
     pub(super) drives: Vec<f64>,
     /// The drives as series, where the waves are no Fourier series.
     series: Vec<Series>,
-    /// The time after the start of the step up to which they are valid.
-    valid: f64,
-    /// The lengths that the tolerances allowed: of the last step, and the longest so far.
-    pub(super) last: f64,
-    longest: f64,
-    /// Limit of the next step alone, after an impact.
-    limit: f64,
-    aim: [f64; 2],
-    found: Found<Elapsed>,
     /// Attempts to make a step since the task of the lane last set them to 0.
     pub(super) attempts: usize,
     /// Whether pieces may have changed since the last step.
@@ -59,13 +46,7 @@ impl<'m> Lane<'m> {
             speed,
             drives: course.e.u_stage.clone(),
             series: vec![Series::from(0.0); model.drives()],
-            valid: f64::INFINITY,
             course,
-            last: 0.0,
-            longest: 0.0,
-            limit: f64::INFINITY,
-            aim: [0.0; 2],
-            found: Found::Nothing,
             attempts: 0,
             changed: false,
         })
@@ -74,10 +55,10 @@ impl<'m> Lane<'m> {
     /// Goes back to a state before.
     ///
     /// # Errors
-    /// Those of [`Course::begin`].
+    /// Those of [`Course::go_back`].
     pub(super) fn go_back(&mut self, to: &State, until: f64) -> Result<(), IntegrateError> {
-        self.course = Course::begin(self.course.e.model, to, until)?;
-        (self.last, self.limit, self.changed) = (0.0, f64::INFINITY, true);
+        self.course.go_back(to, until)?;
+        self.changed = true;
         Ok(())
     }
 
@@ -91,14 +72,7 @@ impl<'m> Lane<'m> {
         needed: &[(usize, usize)],
     ) -> Result<&[Series], IntegrateError> {
         self.expanded.drive_series(self.course.e.t, coefficients, &mut self.series);
-        self.valid = f64::INFINITY;
-        for &(drive, _) in needed {
-            let series = &self.series[drive];
-            if let Some(what) = series.refusal() {
-                return Err(IntegrateError::DriveWithoutSeries { drive, what });
-            }
-            self.valid = self.valid.min(series.until());
-        }
+        self.course.valid = valid_until(&self.series, needed)?;
         Ok(&self.series)
     }
 
@@ -112,28 +86,10 @@ impl<'m> Lane<'m> {
         longest: f64,
         view: &LaneView<'_>,
     ) -> Result<f64, IntegrateError> {
-        if full.is_nan() || full <= RESOLUTION * self.course.e.t.abs() {
+        if !self.course.advances(full) {
             return Err(self.shrunk(full, view));
         }
-        let valid = self.valid.max(self.course.shortest());
-        self.aim = self.course.aim(full.min(self.limit).min(longest).min(valid))?;
-        self.course.passage.crossings.clear();
-        Ok(self.aim[1])
-    }
-
-    /// The length of the step to the first exit of a contact, or to the aim; `None` if a contact changes its
-    /// piece at once.
-    ///
-    /// # Errors
-    /// Those of [`first_exit`] and [`Course::meet`].
-    pub(super) fn meet(
-        &mut self,
-        view: &LaneView<'_>,
-        moves: impl Fn(usize) -> [f64; 2],
-    ) -> Result<Option<f64>, IntegrateError> {
-        let Course { e, passage } = &mut self.course;
-        self.found = first_exit(view, e, &passage.locator, moves, self.aim[1])?;
-        self.course.meet(self.found, self.aim)
+        self.course.aim(full, longest)
     }
 
     /// Ends the step at the state that `course.e.y1` contains. `full`: the length that the tolerances
@@ -143,15 +99,10 @@ impl<'m> Lane<'m> {
     /// A state that is not finite; those of [`Course::cross`].
     pub(super) fn end_step(&mut self, full: f64, view: &LaneView<'_>) -> Result<bool, IntegrateError> {
         if !self.course.e.finite() {
-            let collapsed = full < COLLAPSE * self.longest;
-            return Err(if collapsed { self.shrunk(self.course.e.h(), view) } else { self.not_finite() });
+            let shrunk = self.course.has_shrunk(full);
+            return Err(if shrunk { self.shrunk(self.course.e.h(), view) } else { self.not_finite() });
         }
-        let at_edge = self.course.cross(self.found)?;
-        (self.last, self.limit) = (full, f64::INFINITY);
-        if full.is_finite() {
-            self.longest = self.longest.max(full);
-        }
-        Ok(at_edge)
+        self.course.cross(full)
     }
 
     /// Shows the step that has ended.
@@ -161,7 +112,7 @@ impl<'m> Lane<'m> {
         at_edge: bool,
         f: impl FnOnce(&mut Step<'_>) -> T,
     ) -> T {
-        let Course { e, passage } = &self.course;
+        let Course { e, passage, .. } = &self.course;
         let ends = [e.y.slice(), e.y1.slice()];
         let mut step = LaneStep { view, times: [e.t, e.t1], ends, pieces: &e.pieces };
         f(&mut Step::new(&mut step, at_edge, &passage.crossings))
@@ -172,8 +123,7 @@ impl<'m> Lane<'m> {
     /// # Errors
     /// Those of [`Course::pass`].
     pub(super) fn pass(&mut self, at_edge: bool) -> Result<(), IntegrateError> {
-        let (longest, changed) = self.course.pass(at_edge)?;
-        (self.limit, self.changed) = (longest, changed);
+        self.changed = self.course.pass(at_edge)?;
         Ok(())
     }
 

@@ -31,7 +31,7 @@ impl Pace {
     /// `components`: number of coordinates and velocities.
     pub(super) fn new(rtol: f64, components: usize, edges: &[EdgeColumn]) -> Self {
         let opposite = |edge: &EdgeColumn| {
-            let other = edges.iter().find(|other| other.contact == edge.contact && other.side != edge.side);
+            let other = edges.iter().find(|other| other.is_opposite(edge));
             (edge.column, other.map(|other| other.column))
         };
         let atol = vec![Lanes::from(0.0); components];

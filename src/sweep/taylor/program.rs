@@ -1,5 +1,6 @@
 //! The tape of a shape as instructions for lanes.
 
+use crate::contact::edge::Edge;
 use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::sweep::lanes::meter::Kind;
 use crate::sweep::taylor::still::{Still, Stills};
@@ -156,10 +157,10 @@ impl Program {
     /// The edges of the contacts, with the columns of their distances.
     pub(super) fn edges(&self) -> Vec<EdgeColumn> {
         let of_contact = |(contact, both): (usize, &[Option<usize>; 2])| {
-            let edge = move |(side, column): (usize, Option<usize>)| {
-                Some(EdgeColumn { contact, side, column: column?, sign: 1.0 })
+            let column = move |(edge, column): (Edge, &Option<usize>)| {
+                Some(EdgeColumn { contact, edge, column: (*column)?, sign: 1.0 })
             };
-            both.iter().copied().enumerate().filter_map(edge).collect::<Vec<_>>()
+            Edge::BOTH.into_iter().zip(both).filter_map(column).collect::<Vec<_>>()
         };
         self.distances.iter().enumerate().flat_map(of_contact).collect()
     }

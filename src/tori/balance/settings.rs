@@ -158,9 +158,7 @@ impl TorusBalance {
         check::length("highest orders", self.vectors.angles(), frequencies.len())?;
         check::length("frequencies of the guess", guess.frequencies().len(), frequencies.len())?;
         check::length("coordinates of the torus", guess.dof(), model.dof())?;
-        if let Some(contact) = model.offers().first_stop() {
-            return Err(TorusError::RigidStop { contact });
-        }
+        model.offers().refuse_stops(|contact| TorusError::RigidStop { contact })?;
         let highest = frequencies.iter().fold(0.0f64, |m, w| m.max(*w));
         let limit = self.separation * highest;
         let (rate, vector) = smallest_rate(&self.vectors, frequencies);

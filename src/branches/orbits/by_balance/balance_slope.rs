@@ -35,10 +35,10 @@ impl<'f> BalanceSlope<'f> {
         BalanceSlope { arrays: None, unavailable: false }
     }
 
-    /// Whether a derivative was found not to be available.
+    /// Whether derivatives were asked for and all of them were available.
     #[cfg(test)]
-    pub(crate) fn is_unavailable(&self) -> bool {
-        self.unavailable || self.arrays.is_none()
+    pub(crate) fn has_served(&self) -> bool {
+        self.arrays.is_some() && !self.unavailable
     }
 
     /// ∂R/∂c at the unknowns at which the equations were evaluated last. `None` if it is not available.

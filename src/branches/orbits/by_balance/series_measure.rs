@@ -3,7 +3,8 @@
 use crate::analysis::Summary;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
 use crate::branches::orbits::measured::Measured;
-use crate::contact::{Contact, Piece};
+use crate::contact::Contact;
+use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::Periodic;
 use crate::numeric::search::parabola::maximum;
@@ -78,11 +79,11 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
 fn trace(crossings: &Crossings, contacts: usize) -> ContactTrace {
     let mut trace = ContactTrace::new(contacts);
     for contact in 0..contacts {
-        for lower in [true, false] {
-            let extremes = crossings.extremes(contact, lower);
+        for edge in Edge::BOTH {
+            let extremes = crossings.extremes(contact, edge);
             trace.extremes.extend(extremes.map(|(phase, distance, maximum)| Extremum {
                 contact,
-                lower,
+                edge,
                 maximum,
                 phase,
                 distance,
@@ -90,8 +91,8 @@ fn trace(crossings: &Crossings, contacts: usize) -> ContactTrace {
         }
     }
     for crossing in crossings.list().iter().filter(|crossing| crossing.contact < contacts) {
-        let lower = crossing.from == Piece::Lower || crossing.to == Piece::Lower;
-        trace.crossings[crossing.contact][usize::from(!lower)] += 1;
+        let edge = Edge::between(crossing.from, crossing.to);
+        trace.crossings[crossing.contact][edge as usize] += 1;
     }
     trace
 }

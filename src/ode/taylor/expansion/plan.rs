@@ -1,6 +1,7 @@
 //! The order in which a tape is evaluated, and the columns of its numbers.
 
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::contact::piece::alternative;
 use crate::ode::taylor::expansion::functions::{Function, Grid, Placed};
 use crate::ode::taylor::expansion::products::{BATCH, Products};
@@ -26,12 +27,18 @@ pub(crate) struct Level {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EdgeColumn {
     pub(crate) contact: usize,
-    /// 0: lower edge, 1: upper edge.
-    pub(crate) side: usize,
+    pub(crate) edge: Edge,
     /// Column of the distance, counted from the block of the first distance.
     pub(crate) column: usize,
     /// 1, or -1 if the column holds the distance with reversed sign.
     pub(crate) sign: f64,
+}
+
+impl EdgeColumn {
+    /// Whether both are edges of the same gap.
+    pub(crate) fn is_opposite(&self, other: &EdgeColumn) -> bool {
+        self.contact == other.contact && self.edge != other.edge
+    }
 }
 
 /// One of several columns, by the pieces of contacts.
@@ -157,14 +164,14 @@ impl Plan {
         let accelerations: Vec<Option<&Form>> =
             tape.accelerations.iter().map(|&a| Some(&tape.forms[a])).collect();
         let half = n.div_ceil(EIGHT);
-        let forms: Vec<(usize, usize, &Form)> = tape
+        let forms: Vec<(usize, Edge, &Form)> = tape
             .distances
             .iter()
             .enumerate()
             .flat_map(|(contact, both)| {
-                both.iter().enumerate().filter_map(move |(side, form)| Some((contact, side, (*form)?)))
+                let both = Edge::BOTH.into_iter().zip(both);
+                both.filter_map(move |(edge, form)| Some((contact, edge, &tape.forms[(*form)?])))
             })
-            .map(|(contact, side, form)| (contact, side, &tape.forms[form]))
             .collect();
         // If all distances are operands of the first level, they are computed there.
         let operands: Option<Vec<EdgeColumn>> =
@@ -173,7 +180,7 @@ impl Plan {
         let level = |slot: u32| level_of[slot as usize];
         let deepest = forms.iter().flat_map(|(.., form)| &form.terms).map(|&(slot, _)| level(slot)).max();
         let edges = operands.unwrap_or_else(|| {
-            let edge = |(column, &(contact, side, _))| EdgeColumn { contact, side, column, sign: 1.0 };
+            let edge = |(column, &(contact, edge, _))| EdgeColumn { contact, edge, column, sign: 1.0 };
             forms.iter().enumerate().map(edge).collect()
         });
         let own_forms: Vec<Option<&Form>> = forms.iter().filter(|_| own).map(|(.., f)| Some(*f)).collect();
@@ -309,12 +316,12 @@ impl Level {
     }
 
     /// Returns the column of a distance that this level computes as an operand; `None` if it does not.
-    fn edge(&self, tape: &Tape, (contact, side, form): (usize, usize, &Form)) -> Option<EdgeColumn> {
+    fn edge(&self, tape: &Tape, (contact, edge, form): (usize, Edge, &Form)) -> Option<EdgeColumn> {
         let reversed = form.times(-1.0);
         self.row_forms.iter().enumerate().find_map(|(column, &row)| {
             let row = &tape.forms[row];
             let sign = if row == form { 1.0 } else { -1.0 };
-            (row == form || *row == reversed).then_some(EdgeColumn { contact, side, column, sign })
+            (row == form || *row == reversed).then_some(EdgeColumn { contact, edge, column, sign })
         })
     }
 

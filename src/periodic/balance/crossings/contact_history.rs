@@ -2,6 +2,7 @@
 
 use crate::analysis::ContactStatistics;
 use crate::contact::Piece;
+use crate::contact::edge::Edge;
 use crate::periodic::balance::crossings::instants::Crossings;
 
 /// The pieces of one contact over one span of an orbit, with contact times and impacts.
@@ -65,10 +66,8 @@ impl ContactHistory {
             }
             // An impact is the entry to a flank after some time in the gap.
             let before = if i == 0 { entries[entries.len() - 1].0 - span } else { entries[i - 1].0 };
-            match piece {
-                Piece::Lower if start > before => history.statistics.impacts[0] += 1,
-                Piece::Upper if start > before => history.statistics.impacts[1] += 1,
-                _ => {}
+            if let Some(edge) = Edge::of(piece).filter(|_| start > before) {
+                history.statistics.impacts[edge as usize] += 1;
             }
         }
         for &ContactInterval { start, end, piece } in &history.intervals {

@@ -1,5 +1,6 @@
 //! Crossings: the instants at which contacts change their piece along a sampled orbit.
 
+use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::Periodic;
 use crate::periodic::balance::crossings::stencil::{Polynomial, Stencil};
@@ -28,9 +29,8 @@ impl OrbitCrossing {
 
 /// Distances of every contact from its edges, and the crossings between its pieces.
 pub(crate) struct Crossings {
-    /// Per contact: d - lower, d - upper and their rates over one sampling step.
-    lower: Vec<Vec<[f64; 2]>>,
-    upper: Vec<Vec<[f64; 2]>>,
+    /// For each edge and contact: deflection minus edge at every sample, and its change over one sampling step.
+    distances: [Vec<Vec<[f64; 2]>>; 2],
     contacts: Vec<Contact>,
     list: Vec<OrbitCrossing>,
     q: Vec<f64>,
@@ -39,10 +39,8 @@ pub(crate) struct Crossings {
 
 impl Crossings {
     pub(crate) fn new(contacts: usize, samples: usize) -> Self {
-        let margins = || (0..contacts).map(|_| vec![[0.0; 2]; samples]).collect();
         Crossings {
-            lower: margins(),
-            upper: margins(),
+            distances: [(); 2].map(|_| vec![vec![[0.0; 2]; samples]; contacts]),
             contacts: vec![Contact::default(); contacts],
             list: Vec::new(),
             q: Vec::new(),
@@ -51,7 +49,7 @@ impl Crossings {
     }
 
     pub(crate) fn samples(&self) -> usize {
-        self.lower.first().map_or(0, Vec::len)
+        self.distances[0].first().map_or(0, Vec::len)
     }
 
     /// All crossings, contact by contact in increasing time.
@@ -61,9 +59,10 @@ impl Crossings {
 
     #[inline]
     pub(crate) fn piece(&self, contact: usize, sample: usize) -> Piece {
-        if self.lower[contact][sample][0] < 0.0 {
+        let [lower, upper] = &self.distances;
+        if lower[contact][sample][0] < 0.0 {
             Piece::Lower
-        } else if self.upper[contact][sample][0] > 0.0 {
+        } else if upper[contact][sample][0] > 0.0 {
             Piece::Upper
         } else {
             Piece::Gap
@@ -75,16 +74,16 @@ impl Crossings {
         self.list.iter().all(|e| e.contact != contact) && self.piece(contact, 0) == Piece::Gap
     }
 
-    /// Local extremes of the distance of a contact from its lower or its upper edge: time over the span,
-    /// distance, and whether it is a maximum.
-    pub(crate) fn extremes(&self, contact: usize, lower: bool) -> impl Iterator<Item = (f64, f64, bool)> {
-        let edge = if lower { &self.lower[contact] } else { &self.upper[contact] };
-        let (m, stencil) = (edge.len(), Stencil::get());
-        let turns = move |s: usize| edge[s][1] * edge[(s + 1) % m][1] <= 0.0 && edge[s][0].is_finite();
+    /// Local extremes of the distance of a contact from an edge: time over the span, distance, and whether it
+    /// is a maximum.
+    pub(crate) fn extremes(&self, contact: usize, edge: Edge) -> impl Iterator<Item = (f64, f64, bool)> {
+        let d = &self.distances[edge as usize][contact];
+        let (m, stencil) = (d.len(), Stencil::get());
+        let turns = move |s: usize| d[s][1] * d[(s + 1) % m][1] <= 0.0 && d[s][0].is_finite();
         (0..m).filter(move |&s| turns(s)).filter_map(move |s| {
-            let polynomial = stencil.polynomial(s, m, |i| edge[i][0]);
+            let polynomial = stencil.polynomial(s, m, |i| d[i][0]);
             let y = polynomial.extreme()?;
-            Some(((s as f64 + 0.5 + y) / m as f64, polynomial.at(y).0, edge[s][1] > 0.0))
+            Some(((s as f64 + 0.5 + y) / m as f64, polynomial.at(y).0, d[s][1] > 0.0))
         })
     }
 
@@ -99,17 +98,17 @@ impl Crossings {
             grid.state(s, &mut self.q, &mut self.v);
             grid.model.contact(grid.drives(s), &self.q, &self.v, &mut self.contacts);
             for (c, contact) in self.contacts.iter().enumerate() {
-                self.lower[c][s] =
-                    [contact.deflection - contact.lower, step * (contact.rate - contact.lower_rate)];
-                self.upper[c][s] =
-                    [contact.deflection - contact.upper, step * (contact.rate - contact.upper_rate)];
+                for (edge, distances) in Edge::BOTH.into_iter().zip(&mut self.distances) {
+                    distances[c][s] = [edge.distance(contact), step * edge.rate(contact)];
+                }
             }
         }
         // The model does not give the rates of inner kinks.
         for c in grid.model.offers().touching(self.contacts.len())..self.contacts.len() {
-            for edge in [&mut self.lower[c], &mut self.upper[c]] {
+            for distances in &mut self.distances {
+                let d = &mut distances[c];
                 for s in 0..m {
-                    edge[s][1] = 0.5 * (edge[(s + 1) % m][0] - edge[(s + m - 1) % m][0]);
+                    d[s][1] = 0.5 * (d[(s + 1) % m][0] - d[(s + m - 1) % m][0]);
                 }
             }
         }
@@ -132,13 +131,9 @@ impl Crossings {
         let mut here = from;
         while here != to {
             // On the way up the lower edge comes first, on the way down the upper edge.
-            let (next, edge) = match (here, to) {
-                (Piece::Lower, _) => (Piece::Gap, &self.lower[contact]),
-                (Piece::Upper, _) => (Piece::Gap, &self.upper[contact]),
-                (Piece::Gap, Piece::Lower) => (Piece::Lower, &self.lower[contact]),
-                (Piece::Gap, _) => (Piece::Upper, &self.upper[contact]),
-            };
-            let polynomial = stencil.polynomial(cell, edge.len(), |i| edge[i][0]);
+            let next = if here == Piece::Gap { to } else { Piece::Gap };
+            let d = &self.distances[Edge::between(here, next) as usize][contact];
+            let polynomial = stencil.polynomial(cell, d.len(), |i| d[i][0]);
             let phi = polynomial.root(-0.5, 0.5);
             self.list.push(OrbitCrossing {
                 contact,
@@ -155,22 +150,17 @@ impl Crossings {
     /// Locates an excursion to another piece that begins and ends between two samples.
     fn graze(&mut self, contact: usize, cell: usize, piece: Piece, stencil: &Stencil) {
         let m = self.samples();
-        // Edges of this piece: sign of the distance inside, whether it is the lower edge, the piece beyond.
-        let edges: &[(f64, bool, Piece)] = match piece {
-            Piece::Lower => &[(-1.0, true, Piece::Gap)],
-            Piece::Gap => &[(1.0, true, Piece::Lower), (-1.0, false, Piece::Upper)],
-            Piece::Upper => &[(1.0, false, Piece::Gap)],
-        };
-        for &(sign, low, other) in edges {
-            let edge = if low { &self.lower[contact] } else { &self.upper[contact] };
-            let ([a, da], [b, db]) = (edge[cell], edge[(cell + 1) % m]);
+        for edge in Edge::BOTH {
+            let Some(other) = edge.beyond(piece) else { continue };
+            let (sign, d) = (edge.sign_on(piece), &self.distances[edge as usize][contact]);
+            let ([a, da], [b, db]) = (d[cell], d[(cell + 1) % m]);
             let (a, da, b, db) = (sign * a, sign * da, sign * b, sign * db);
             // Only if the contact moves towards the edge at the first sample and away at the second, and one
             // of the two tangents crosses the edge between the samples.
             if !(da < 0.0 && db > 0.0) || (a + da > 0.0 && b - db > 0.0) {
                 continue;
             }
-            let polynomial: Polynomial = stencil.polynomial(cell, m, |i| sign * edge[i][0]);
+            let polynomial: Polynomial = stencil.polynomial(cell, m, |i| sign * d[i][0]);
             let Some(extreme) = polynomial.extreme().filter(|&y| polynomial.at(y).0 < 0.0) else {
                 continue;
             };

@@ -6,7 +6,7 @@ use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::ode::budget::Meter;
-use crate::periodic::balance::admission::{free_motions, refuse_stops};
+use crate::periodic::balance::admission::free_motions;
 use crate::periodic::balance::amplitudes::sizes_apart;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::crossings::instants::Crossings;
@@ -75,7 +75,8 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         meter: &Meter<'_>,
     ) -> Result<Self, BalanceError> {
         let n = model.dof();
-        refuse_stops(model)?;
+        // A Fourier series cannot represent velocities that jump.
+        model.offers().refuse_stops(|contact| BalanceError::RigidStop { contact })?;
         check::scale("period of the model", model.period())?;
         harmonics.check()?;
         check::length("coordinates of the orbit", near.dof(), n)?;

@@ -1,6 +1,7 @@
 //! Floquet multipliers along the series of a balance.
 
-use crate::contact::{Contact, Piece};
+use crate::contact::Contact;
+use crate::contact::edge::Edge;
 use crate::error::check;
 use crate::excitation::Side;
 use crate::model::Periodic;
@@ -42,14 +43,14 @@ pub(crate) struct Smooth {
 pub(crate) struct CrossingTime {
     pub(crate) time: f64,
     pub(crate) contact: usize,
-    pub(crate) lower: bool,
+    pub(crate) edge: Edge,
 }
 
 impl From<&OrbitCrossing> for CrossingTime {
     /// With times in units of the distance of two samples.
     fn from(crossing: &OrbitCrossing) -> Self {
-        let lower = crossing.from == Piece::Lower || crossing.to == Piece::Lower;
-        CrossingTime { time: crossing.time(1.0), contact: crossing.contact, lower }
+        let edge = Edge::between(crossing.from, crossing.to);
+        CrossingTime { time: crossing.time(1.0), contact: crossing.contact, edge }
     }
 }
 
@@ -74,9 +75,7 @@ impl Balance {
     ) -> Result<Multipliers, MultiplierError> {
         let n = model.dof();
         check::length("coordinates of the orbit", orbit.dof(), n)?;
-        if let Some(contact) = model.offers().first_stop() {
-            return Err(MultiplierError::RigidStop { contact });
-        }
+        model.offers().refuse_stops(|contact| MultiplierError::RigidStop { contact })?;
         let rigid = if n == 1 { Vec::new() } else { rigid_modes(model, model.period()) };
         let (breaks, jumps) = orbit.breaks(model);
         if breaks.len() > MAX_EDGES {
@@ -142,8 +141,7 @@ impl FourierOrbit {
             model.drive(t, Side::After, &mut u);
             model.contact(&u, &q, &v, &mut contacts);
             let c = &contacts[crossing.contact];
-            let (edge, rate) = if crossing.lower { (c.lower, c.lower_rate) } else { (c.upper, c.upper_rate) };
-            [c.deflection - edge, c.rate - rate]
+            [crossing.edge.distance(c), crossing.edge.rate(c)]
         };
         let mut near = |crossing: CrossingTime| {
             let mut t = crossing.time;
