@@ -72,7 +72,7 @@ pub(super) const E5: [f64; 12] = [
     -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294
 ];
 
-const EDGE: f64 = Pair::HALF_WIDTH;
+const EDGE: f64 = Pair::HALF_BACKLASH;
 
 struct Step {
     t: f64,

@@ -18,7 +18,7 @@ pub struct Pair {
 
 impl Pair {
     /// Half width of the dead zone.
-    pub const HALF_WIDTH: f64 = 6.2e-4;
+    pub const HALF_BACKLASH: f64 = 6.2e-4;
 
     pub fn new() -> Self {
         Pair::at(0.2329)
@@ -80,7 +80,7 @@ impl Model for Pair {
     }
     #[inline(always)]
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        let b = Pair::HALF_WIDTH;
+        let b = Pair::HALF_BACKLASH;
         let f = if q[0] > b { q[0] - b } else { 0.0 } - if q[0] < -b { -q[0] - b } else { 0.0 };
         a[0] = u[1] - 0.02 * v[0] - u[0] * f;
     }
@@ -99,15 +99,15 @@ impl Model for Pair {
     }
     #[inline(always)]
     fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        let b = Pair::HALF_WIDTH;
+        let b = Pair::HALF_BACKLASH;
         out[0] = Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, ..Contact::default() };
     }
     #[inline(always)]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let f = match pieces[0] {
-            Piece::Lower => q[0] + Pair::HALF_WIDTH,
+            Piece::Lower => q[0] + Pair::HALF_BACKLASH,
             Piece::Gap => 0.0,
-            Piece::Upper => q[0] - Pair::HALF_WIDTH,
+            Piece::Upper => q[0] - Pair::HALF_BACKLASH,
         };
         a[0] = u[1] - 0.02 * v[0] - u[0] * f;
     }
@@ -129,7 +129,7 @@ pub struct Rattling {
 
 impl Rattling {
     fn new(waves: Option<[Wave; 2]>) -> Self {
-        let law = Backlash::new(Pair::HALF_WIDTH).expect("the half width is positive");
+        let law = Backlash::new(Pair::HALF_BACKLASH).expect("the half width is positive");
         Rattling { law, waves }
     }
 }
@@ -158,7 +158,7 @@ impl Shape for Rattling {
         q: &[S],
         v: &[S],
     ) -> Contact<S> {
-        let ([stiffness, _], b) = (u.waves(), S::from(Pair::HALF_WIDTH));
+        let ([stiffness, _], b) = (u.waves(), S::from(Pair::HALF_BACKLASH));
         let force =
             stiffness * law.force(i, &self.law, Deflection { x: q[0], rate: v[0], lower: -b, upper: b });
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
@@ -237,7 +237,7 @@ pub mod hand_ring;
 
 /// RK4 for workload A only, written by hand: drives are shared between stages and from step to step.
 pub fn hand_rk4(pair: &Pair, q: f64, v: f64, h: f64, steps: usize) -> [f64; 2] {
-    let b = Pair::HALF_WIDTH;
+    let b = Pair::HALF_BACKLASH;
     let f = |[stiffness, forcing]: [f64; 2], q: f64, v: f64| {
         let force = if q > b { q - b } else { 0.0 } - if q < -b { -q - b } else { 0.0 };
         forcing - 0.02 * v - stiffness * force

@@ -41,7 +41,7 @@ struct Rates<'a>(&'a Pair);
 impl Rates<'_> {
     #[inline(always)]
     fn at(&self, t: f64, q: f64, v: f64) -> [f64; 2] {
-        let b = Pair::HALF_WIDTH;
+        let b = Pair::HALF_BACKLASH;
         let [stiffness, forcing] = self.0.drives(t);
         let force = if q > b { q - b } else { 0.0 } - if q < -b { -q - b } else { 0.0 };
         [v, forcing - 0.02 * v - stiffness * force]

@@ -27,7 +27,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             let contact = Mesh::new(zero(), zero(), mesh.law.clone())
                 .with_contact_damping(part.contact_damping)
                 .per_turn(waves.order.unwrap_or(1))?;
-            let half = N::HALF_WIDTH.then_some(("half backlash", part.half_backlash));
+            let half = N::HALF_BACKLASH.then_some(("half backlash", part.half_backlash));
             let channel = self.contact(name, ALONG, part.damping, half);
             self.tooth(channel, &row, varying, [waves.stiffness, waves.error], contact);
             if let (Some(friction), Some(sign)) = (&part.friction, waves.sign) {

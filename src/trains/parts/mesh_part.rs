@@ -172,7 +172,7 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// stated before is replaced.
     pub fn law<L: Nonlinearity>(self, law: L) -> MeshPart<L> {
         let upper = law.edges(0.0, Side::After).upper;
-        let half_backlash = if L::HALF_WIDTH && upper.is_finite() { upper } else { 0.0 };
+        let half_backlash = if L::HALF_BACKLASH && upper.is_finite() { upper } else { 0.0 };
         MeshPart { law, gears: MeshGears { half_backlash, ..self.gears } }
     }
     /// The same mesh with a static transmission error e `[m]` over the mesh angle.

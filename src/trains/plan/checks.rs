@@ -41,7 +41,7 @@ impl<N: Nonlinearity> Topology<'_, N> {
         for mesh in &self.meshes {
             let (name, part) = (mesh.name, mesh.part);
             let edges = mesh.law.edges(0.0, Side::After);
-            let half = if N::HALF_WIDTH { part.half_backlash } else { edges.upper };
+            let half = if N::HALF_BACKLASH { part.half_backlash } else { edges.upper };
             let stiffness = part.stiffness.value(0.0, Side::After);
             check(format!("the stiffness of \"{name}\" at φ = 0 [N/m]"), stiffness, MESH_STIFFNESS)?;
             let module = 2.0 * part.radii[0] / (f64::from(part.teeth[0]) * libm::cos(part.pressure_angle));

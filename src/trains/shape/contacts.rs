@@ -115,7 +115,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         [x, rate]: [S; 2],
     ) -> S {
         let [lower, upper] =
-            if N::HALF_WIDTH { [-at.half[i], at.half[i]] } else { [at.edges[i][0], at.edges[i][1]] };
+            if N::HALF_BACKLASH { [-at.half[i], at.half[i]] } else { [at.edges[i][0], at.edges[i][1]] };
         let (stiffness, damping) = (at.single[tooth.stiffness as usize], at.damping[i]);
         let deflection = Deflection { x, rate, lower, upper };
         if PLAIN {
@@ -139,7 +139,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         };
         let [deflection, rate] = self.deflection(i, tooth, at, q, v);
         let force = self.force::<false, _, _>(law, i, tooth, at, [deflection, rate]);
-        if N::HALF_WIDTH {
+        if N::HALF_BACKLASH {
             let half = at.half[i];
             return Contact { deflection, rate, lower: -half, upper: half, force, ..Contact::default() };
         }

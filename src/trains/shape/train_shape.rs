@@ -99,7 +99,7 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// Number of contacts whose edges are waves.
     #[inline(always)]
     fn moving(&self) -> usize {
-        if N::HALF_WIDTH { 0 } else { self.teeth.len() }
+        if N::HALF_BACKLASH { 0 } else { self.teeth.len() }
     }
 
     /// Net torques by coordinate, from the named torques: b_j = Σ share · T. A load balances a torque over
@@ -156,7 +156,7 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let (damping, rest) = rest.split_at(contacts);
         prepared.extend_from_slice(damping);
         // A law without a half backlash of its own has no such constant.
-        let own = if N::HALF_WIDTH { contacts } else { self.elements.journals.len() };
+        let own = if N::HALF_BACKLASH { contacts } else { self.elements.journals.len() };
         prepared.extend(std::iter::repeat_n(S::from(0.0), contacts - own));
         prepared.extend_from_slice(rest);
         prepared
