@@ -1,12 +1,12 @@
 //! Certificates of periodic orbits.
 
+use crate::certify::chain::proposal::Proposal;
 use crate::certify::contraction::Defect;
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::{Event, Leg};
 use crate::certify::flow::part::Seen;
 use crate::certify::images::{CertifiedCrossing, Images, around, field};
 use crate::certify::multipliers::{Disc, stability};
-use crate::certify::proposal::Proposal;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
 use crate::interval::number::Interval;

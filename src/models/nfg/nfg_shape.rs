@@ -122,8 +122,11 @@ impl<N: Nonlinearity> NfgShape<N> {
     /// What the contact law reads: q and q' for a [`Backlash`], otherwise `[m]` and [m/s].
     #[inline(always)]
     fn deflection<S: Scalar>(&self, at: &At<S>, natural: S, q: S, v: S) -> Deflection<S> {
-        let (x, rate) =
-            if N::HALF_BACKLASH { (q, v) } else { (at.unit * q, at.unit * (v + at.unit_stretch * q) * natural) };
+        let (x, rate) = if N::HALF_BACKLASH {
+            (q, v)
+        } else {
+            (at.unit * q, at.unit * (v + at.unit_stretch * q) * natural)
+        };
         Deflection { x, rate, lower: at.lower, upper: at.upper }
     }
 

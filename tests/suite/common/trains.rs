@@ -114,7 +114,8 @@ impl<const N: usize, const M: usize> Periodic for Train<N, M> {
 pub fn planetary() -> Train<5, 6> {
     let (sun, planet) = (0.03, 0.02);
     let carrier = sun + planet;
-    let tooth = |gradient| Tooth { gradient, stiffness: 2e8, damping: 500.0, half_backlash: 2e-5, error: 0.0 };
+    let tooth =
+        |gradient| Tooth { gradient, stiffness: 2e8, damping: 500.0, half_backlash: 2e-5, error: 0.0 };
     let teeth = std::array::from_fn(|i| {
         let mut gradient = [0.0; 5];
         if i < 3 {
