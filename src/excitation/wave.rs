@@ -90,6 +90,10 @@ impl Wave {
     pub fn constant(value: f64) -> Result<Self, ParameterError> {
         Ok(Wave::new(crate::excitation::functions::constant::Constant::new(value)?))
     }
+    /// The wave 0.
+    pub(crate) fn zero() -> Self {
+        Wave::new(crate::excitation::functions::constant::Constant::zero())
+    }
 
     /// The same wave, repeated `order` times as often in a turn of the shaft, for example once for each
     /// tooth of a gear or each blade of a wheel. Orders of repeated calls are multiplied.
