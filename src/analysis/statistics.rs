@@ -3,6 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::model::Model;
 use crate::numeric::gauss::FIVE;
+use crate::numeric::moments::Moments;
 use crate::numeric::search::parabola::{maximum, peak, vertex};
 use crate::ode::probe::Probe;
 use crate::ode::{Observer, Step};
@@ -43,19 +44,28 @@ impl Summary {
             return Err(ParameterError::Empty { name: "samples".into(), min: 1 });
         }
         check::all_finite("samples", samples)?;
+        let summary = Summary::of_values(samples);
+        check::representable("mean", summary.mean, samples)?;
+        check::representable("mean square", summary.rms, samples)?;
+        Ok(summary)
+    }
+
+    /// The figures of equally spaced samples, which may overflow.
+    pub(crate) fn of_values(samples: &[f64]) -> Self {
         let n = samples.len() as f64;
-        let mean = check::representable("mean", samples.iter().sum::<f64>() / n, samples)?;
-        Ok(Summary {
+        let mean = samples.iter().sum::<f64>() / n;
+        Summary {
             mean,
-            rms: check::representable(
-                "mean square",
-                (samples.iter().map(|x| x * x).sum::<f64>() / n).sqrt(),
-                samples,
-            )?,
+            rms: (samples.iter().map(|x| x * x).sum::<f64>() / n).sqrt(),
             deviation: (samples.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt(),
             min: samples.iter().copied().fold(f64::INFINITY, f64::min),
             max: samples.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        })
+        }
+    }
+
+    pub(crate) fn of_moments(moments: &Moments, [min, max]: [f64; 2]) -> Self {
+        let (mean, deviation) = (moments.mean(), moments.deviation());
+        Summary { mean, rms: moments.mean_square().sqrt(), min, max, deviation }
     }
 
     /// Peak-to-peak value max - min, the ppv of Liu 2021.
@@ -95,10 +105,6 @@ pub struct Statistics<'m, M: ?Sized> {
 /// Figures of one channel so far.
 #[derive(Clone, Copy)]
 struct Running {
-    /// ∫ f dt.
-    sum: f64,
-    /// ∫ f² dt.
-    square: f64,
     min: f64,
     max: f64,
     /// First value f0; NaN before the first step.
@@ -110,15 +116,8 @@ struct Running {
 }
 
 impl Running {
-    const NONE: Running = Running {
-        sum: 0.0,
-        square: 0.0,
-        min: f64::INFINITY,
-        max: f64::NEG_INFINITY,
-        origin: f64::NAN,
-        off: 0.0,
-        off_square: 0.0,
-    };
+    const NONE: Running =
+        Running { min: f64::INFINITY, max: f64::NEG_INFINITY, origin: f64::NAN, off: 0.0, off_square: 0.0 };
 }
 
 /// Number of points in a step: start, five Gauss points, end.
@@ -131,7 +130,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     /// [`ParameterError::NoSuchChannel`] for a channel that the model does not have.
     pub fn new(model: &'m M, channels: &[&str]) -> Result<Self, ParameterError> {
         let probe = Probe::new(model);
-        let chosen = channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
+        let chosen = probe.indices(channels)?;
         Ok(Statistics {
             probe,
             names: channels.iter().map(|name| (*name).to_owned()).collect(),
@@ -155,20 +154,13 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
             return Err(ParameterError::Empty { name: "the observed run".into(), min: 1 });
         }
         let r = self.running[i];
-        let off = r.off / self.duration;
-        let squares = r.square + r.off_square;
-        if squares.is_nan() {
-            return Err(ParameterError::NotFinite { name: channel.into(), value: squares });
+        let moments = Moments::about(r.origin, [r.off, r.off_square], self.duration);
+        let square = moments.mean_square();
+        if square.is_nan() {
+            return Err(ParameterError::NotFinite { name: channel.into(), value: square });
         }
-        check::representable(format!("mean square of {channel}"), squares, &[r.min, r.max])?;
-        let deviation = (r.off_square / self.duration - off * off).max(0.0).sqrt();
-        Ok(Summary {
-            mean: r.sum / self.duration,
-            rms: (r.square / self.duration).sqrt(),
-            min: r.min,
-            max: r.max,
-            deviation,
-        })
+        check::representable(format!("mean square of {channel}"), square, &[r.min, r.max])?;
+        Ok(Summary::of_moments(&moments, [r.min, r.max]))
     }
 
     /// All channels at `t` of a step; at the ends of the step, the limits from inside it.
@@ -197,8 +189,6 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
                 running.origin = points[0];
             }
             for (value, [_, w]) in points[1..].iter().zip(FIVE) {
-                running.sum += half * w * value;
-                running.square += half * w * value * value;
                 let off = value - running.origin;
                 running.off += half * w * off;
                 running.off_square += half * w * off * off;

@@ -1,12 +1,12 @@
 //! Certificates of periodic orbits.
 
+use crate::certify::chain::proposal::Proposal;
 use crate::certify::contraction::Defect;
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::{Event, Leg};
 use crate::certify::flow::part::Seen;
 use crate::certify::images::{CertifiedCrossing, Images, around, field};
 use crate::certify::multipliers::{Disc, stability};
-use crate::certify::proposal::Proposal;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
 use crate::contact::edge::Edge;
@@ -85,10 +85,12 @@ impl Certificate {
 
     /// Checks the certificate again for a model, with its own [constants](Certificate::constants) in place of
     /// those of the model: encloses the motion of every box by its legs and proves the
-    /// inclusion once more, without the search that found the boxes.
+    /// inclusion once more, without the search that found the boxes. It needs no budget: it encloses each leg
+    /// once.
     ///
     /// # Errors
-    /// What does not hold.
+    /// What does not hold. [`Unproved::Differs`] names what contradicts the model or the rest of the
+    /// certificate.
     pub fn check(&self, model: &dyn Periodic) -> Result<(), Unproved> {
         let field = self.field(model)?;
         self.prove(model, &field, &mut |_| {})
@@ -102,16 +104,9 @@ impl Certificate {
         seen: &mut Seen<'_>,
     ) -> Result<(), Unproved> {
         let differs = |what: &str| Unproved::Differs { what: what.into() };
-        let legs = &self.proposal.legs;
-        let turns = (self.period / field.drives.period()).middle().round();
-        let own = field.drives.period() * turns;
-        if legs.is_empty()
-            || turns.is_nan()
-            || turns < 1.0
-            || !own.lies_in(self.period)
-            || !self.is_closed(field, &model.offers().rigid_edges(model.contacts()))
-        {
-            return Err(differs("period, nodes or pieces"));
+        let rigid = model.offers().rigid_edges(model.contacts());
+        if let Some(what) = self.contradiction(field, &rigid) {
+            return Err(differs(what));
         }
         let budget = Budget::new();
         let meter = budget.begin();
@@ -122,7 +117,7 @@ impl Certificate {
                 (own.contact, own.to) == (proved.contact, proved.to) && proved.time.lies_in(own.time)
             });
         if !agree {
-            return Err(differs("crossings"));
+            return Err(differs("the crossings"));
         }
         // Each disc of this certificate contains one of those that are proved: none counts for two.
         let multipliers = proved.multipliers();
@@ -130,7 +125,7 @@ impl Certificate {
             && self.multipliers.iter().zip(&multipliers).all(|(own, proved)| own.contains(proved));
         match self.multipliers.is_empty() || same {
             true => Ok(()),
-            false => Err(differs("multipliers")),
+            false => Err(differs("the multipliers")),
         }
     }
 
@@ -141,42 +136,62 @@ impl Certificate {
         field(model, &constants, self.relative_to().is_some())
     }
 
-    /// Whether the legs follow one another in time and on their pieces, over one period.
-    fn is_closed(&self, field: &Field<'_>, rigid: &[[bool; 2]]) -> bool {
+    /// What contradicts the model or the rest, if anything does: the legs follow one another in time and on
+    /// their pieces, over one period. The checks are made in this order, since one relies on those before it.
+    fn contradiction(&self, field: &Field<'_>, rigid: &[[bool; 2]]) -> Option<&'static str> {
         let Proposal { legs, nodes, relative_to } = &self.proposal;
-        let sizes = nodes.len() == legs.len()
-            && *relative_to == field.relative.as_ref().map(|relative| relative.root)
-            && self.radii.len() == legs.len()
-            && nodes.iter().chain(&self.radii).all(|node| node.len() == 2 * field.n);
-        let contacts = field.motion.tape.distances.len();
-        let (first, last) = (&legs[0], &legs[legs.len() - 1]);
-        let follows = |(leg, next): (&Leg, &Leg)| leg.pieces_after() == next.pieces;
-        // A contact that leaves the gap rebounds at a rigid stop, and nowhere else.
-        let impacts = |leg: &Leg, event: Event| {
-            let flank = Edge::of(event.to);
-            let leaves_gap = leg.pieces.get(event.contact).map(|from| *from == Piece::Gap);
-            event.contact < contacts
-                && leaves_gap == Some(flank.is_some())
-                && event.rebounds == flank.is_some_and(|edge| edge.is_stop(rigid, event.contact))
-        };
+        let (contacts, width) = (field.motion.tape.distances.len(), 2 * field.n);
         // A contact stands on a flank that it has, and not beyond a rigid stop.
-        let stands = |leg: &Leg| {
-            leg.pieces.iter().enumerate().all(|(contact, piece)| {
-                Edge::of(*piece).is_none_or(|edge| {
-                    field.motion.tape.distances[contact][edge as usize].is_some()
-                        && !edge.is_stop(rigid, contact)
-                })
+        let stands = |(contact, piece): (usize, &Piece)| {
+            Edge::of(*piece).is_none_or(|edge| {
+                field.motion.tape.distances[contact][edge as usize].is_some() && !edge.is_stop(rigid, contact)
             })
         };
-        let in_time = legs.windows(2).all(|pair| pair[0].end == pair[1].start);
-        sizes
-            && in_time
-            && self.radii.iter().flatten().all(|radius| *radius > 0.0 && radius.is_finite())
-            && legs.iter().all(|leg| leg.pieces.len() == contacts && stands(leg))
-            && legs.iter().all(|leg| leg.events.iter().all(|event| impacts(leg, *event)))
-            && legs.iter().zip(legs.iter().cycle().skip(1)).all(follows)
-            && first.start.low() == first.start.high()
-            && (0.0..=2.0 * self.period.low()).contains(&first.start.low())
-            && (first.start + self.period).lies_in(last.end)
+        // A contact that leaves the gap rebounds at a rigid stop, and nowhere else.
+        let crosses = |leg: &Leg, event: &Event| {
+            let flank = Edge::of(event.to);
+            let leaves_gap = leg.pieces.get(event.contact).map(|from| *from == Piece::Gap);
+            leaves_gap == Some(flank.is_some())
+                && event.rebounds == flank.is_some_and(|edge| edge.is_stop(rigid, event.contact))
+        };
+        let checks: [(&str, &dyn Fn() -> bool); 9] = [
+            ("the multiples of the period", &|| {
+                let turns = (self.period / field.drives.period()).middle().round();
+                turns >= 1.0 && (field.drives.period() * turns).lies_in(self.period)
+            }),
+            ("the numbers of legs, nodes and half widths", &|| {
+                let mut all = nodes.iter().chain(&self.radii);
+                !legs.is_empty()
+                    && [nodes.len(), self.radii.len()] == [legs.len(); 2]
+                    && all.all(|node| node.len() == width)
+            }),
+            ("the coordinates to which others are relative", &|| {
+                *relative_to == field.relative.as_ref().map(|relative| relative.root)
+            }),
+            ("the half widths of the boxes", &|| {
+                self.radii.iter().flatten().all(|radius| *radius > 0.0 && radius.is_finite())
+            }),
+            ("the pieces of the contacts", &|| {
+                legs.iter()
+                    .all(|leg| leg.pieces.len() == contacts && leg.pieces.iter().enumerate().all(stands))
+            }),
+            ("the crossings on the legs", &|| {
+                legs.iter().all(|leg| leg.events.iter().all(|event| crosses(leg, event)))
+            }),
+            ("the pieces of legs that follow each other", &|| {
+                let mut pairs = legs.iter().zip(legs.iter().cycle().skip(1));
+                pairs.all(|(leg, next)| leg.pieces_after() == next.pieces)
+            }),
+            ("the times of legs that follow each other", &|| {
+                legs.windows(2).all(|pair| pair[0].end == pair[1].start)
+            }),
+            ("the times of the first and the last node", &|| {
+                let (start, end) = (legs[0].start, legs[legs.len() - 1].end);
+                start.low() == start.high()
+                    && (0.0..=2.0 * self.period.low()).contains(&start.low())
+                    && (start + self.period).lies_in(end)
+            }),
+        ];
+        checks.iter().find(|(_, holds)| !holds()).map(|(what, _)| *what)
     }
 }

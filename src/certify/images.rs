@@ -1,12 +1,12 @@
 //! The images of a chain of boxes, and what they prove.
 
+use crate::certify::chain::proposal::Proposal;
 use crate::certify::contraction::{Defect, Newton};
 use crate::certify::flow::field::Field;
 use crate::certify::flow::image::image;
 use crate::certify::flow::leg::Leg;
 use crate::certify::flow::part::Seen;
 use crate::certify::multipliers::{Disc, discs, stability, within};
-use crate::certify::proposal::Proposal;
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;

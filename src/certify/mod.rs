@@ -5,12 +5,12 @@
 //! the theorem.
 
 pub(crate) mod certificate;
+pub(crate) mod chain;
 pub(crate) mod contraction;
 pub(crate) mod derived;
 pub(crate) mod flow;
 pub(crate) mod images;
 pub(crate) mod multipliers;
-pub(crate) mod proposal;
 pub(crate) mod rigid;
 pub(crate) mod search;
 pub(crate) mod slots;

@@ -1,10 +1,10 @@
 //! The search for boxes around an orbit that prove it.
 
 use crate::certify::certificate::Certificate;
+use crate::certify::chain::proposal::Proposal;
 use crate::certify::contraction::Defect;
 use crate::certify::flow::field::Field;
 use crate::certify::images::{Images, field};
-use crate::certify::proposal::Proposal;
 use crate::certify::unproved::Unproved;
 use crate::interval::number::Interval;
 use crate::model::{Periodic, State};

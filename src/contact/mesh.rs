@@ -95,6 +95,11 @@ impl<N: Nonlinearity> Mesh<N> {
         Mesh { stiffness, error, law, teeth: 1, contact_damping: ContactDamping::Always, released: false }
     }
 
+    /// The law of a mesh whose stiffness and error stand elsewhere.
+    pub(crate) fn of_law(law: N) -> Self {
+        Mesh::new(Wave::zero(), Wave::zero(), law)
+    }
+
     /// The same mesh with damping that acts always or only in contact. Default: always.
     pub fn with_contact_damping(self, contact_damping: ContactDamping) -> Self {
         let edgeless = self.law.edges(0.0, Side::After) == Edges::none() && !self.law.moves();

@@ -83,6 +83,17 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         check::channel_index(&names, name)
     }
 
+    /// Indices of channels in the values.
+    ///
+    /// # Errors
+    /// As [`index`](Probe::index).
+    pub(crate) fn indices<N: AsRef<str>>(
+        &self,
+        names: impl IntoIterator<Item = N>,
+    ) -> Result<Vec<usize>, ParameterError> {
+        names.into_iter().map(|name| self.index(name.as_ref())).collect()
+    }
+
     /// Evaluates all channels at `t`. `side`: the drives before or after a jump at `t`.
     pub fn read(&mut self, t: f64, side: Side, q: &[f64], v: &[f64]) -> &[f64] {
         self.read_contacts(t, side, q, v);

@@ -119,7 +119,7 @@ impl Trajectory {
         let mut probe = Probe::new(model);
         let chosen = match names {
             [] => (0..probe.channels().len()).collect(),
-            _ => names.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?,
+            _ => probe.indices(names)?,
         };
         let mut columns = vec![Channel::new("t", "")];
         columns.extend(chosen.iter().map(|index| probe.channels()[*index].clone()));

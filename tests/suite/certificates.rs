@@ -569,7 +569,7 @@ fn rings_are_proved_apart_from_their_rigid_motion() {
         let mut wrong = serde_json::to_value(&certificate).unwrap();
         wrong["proposal"]["relative_to"] = ((k + 1) % 7).into();
         let wrong: Certificate = serde_json::from_value(wrong).unwrap();
-        assert!(matches!(wrong.check(&ring), Err(Unproved::Differs { .. })));
+        assert!(matches!(wrong.check(&ring), Err(Unproved::Differs { what }) if what.contains("relative")));
     }
 }
 
@@ -900,6 +900,40 @@ fn forged_certificates_are_refused() {
         // The motion at rest has such a certificate.
         assert_eq!(forged.check(&rest).is_ok(), times[0][0] < 1e12, "{times:?}");
         assert!(forged.check(&pulsed).is_err(), "{times:?}");
+    }
+}
+
+/// A certificate that contradicts itself is refused with the name of the check that fails.
+#[test]
+fn contradictions_are_named() {
+    let model = smooth(None, 1.0, 1.0, 0.5, 0.0);
+    let certificate = orbit_from(&model, [0.0, 0.0]).certify(&model).unwrap();
+    let stored = serde_json::to_value(&certificate).unwrap();
+    let last = certificate.times().len() - 1;
+    assert!(last > 1);
+    type Change<'c> = &'c dyn Fn(&mut serde_json::Value);
+    let changes: [(&str, Change<'_>); 6] = [
+        ("multiples of the period", &|stored| stored["period"] = serde_json::json!([1.0, 1.0])),
+        ("numbers of legs", &|stored| drop(stored["radii"].as_array_mut().unwrap().pop())),
+        ("half widths of the boxes", &|stored| stored["radii"][0][0] = 0.0.into()),
+        ("crossings on the legs", &|stored| {
+            let event = serde_json::json!({"contact": 7, "to": "Gap", "rebounds": false, "near": 0.1});
+            stored["proposal"]["legs"][0]["events"] = serde_json::json!([event]);
+        }),
+        ("times of legs", &|stored| {
+            stored["proposal"]["legs"][0]["end"] = stored["proposal"]["legs"][0]["start"].clone();
+        }),
+        ("first and the last node", &|stored| {
+            let legs = &mut stored["proposal"]["legs"];
+            legs[last]["end"] = legs[last]["start"].clone();
+        }),
+    ];
+    for (named, change) in changes {
+        let mut wrong = stored.clone();
+        change(&mut wrong);
+        let wrong: Certificate = serde_json::from_value(wrong).unwrap();
+        let Err(Unproved::Differs { what }) = wrong.check(&model) else { panic!("{named}") };
+        assert!(what.contains(named), "{named}: {what}");
     }
 }
 

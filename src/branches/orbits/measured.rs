@@ -34,7 +34,7 @@ pub(crate) fn chosen_channels(
         {
             return Err(ParameterError::Twice { name: twice.clone() });
         }
-        return wanted.iter().map(|name| Ok(probe.channels()[probe.index(name)?].clone())).collect();
+        return Ok(probe.indices(wanted)?.into_iter().map(|i| probe.channels()[i].clone()).collect());
     }
     let found = probe.channels().iter().find(|channel| channel.name.starts_with("deflection"));
     Ok(vec![found.cloned().map_or_else(|| Ok(probe.channels()[probe.index("q0")?].clone()), Ok)?])

@@ -82,9 +82,8 @@ impl Sensitivity {
         meter: Rc<Meter<'_>>,
     ) -> Result<Self, BranchError> {
         let constants = constants_of(model)?;
-        let probe = Probe::new(model);
-        let wanted = channels.iter().map(|name| probe.index(name).map(Quantity::Channel));
-        let wanted = wanted.collect::<Result<Vec<_>, ParameterError>>()?;
+        let wanted = Probe::new(model).indices(channels)?;
+        let wanted: Vec<Quantity> = wanted.into_iter().map(Quantity::Channel).collect();
         let totals = Totals::new(model, constants, orbit, meter)?;
         let slopes = totals.solve()?;
         let neighbours = Neighbours::new(constants, &totals.units, model.period())?;

@@ -1,5 +1,7 @@
 //! The noncircular face gear pair of Liu 2021.
 
+pub(crate) mod constants;
+pub(crate) mod face_gear;
 pub(crate) mod nfg_params;
 pub(crate) mod nfg_shape;
 pub(crate) mod pair;

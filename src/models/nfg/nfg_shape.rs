@@ -1,9 +1,11 @@
 //! The equations of the noncircular face gear pair with one degree of freedom.   Source: Liu 2021, Eq. (9).
 
 use crate::contact::{Backlash, Contact, Deflection, Mesh, Nonlinearity, PieceChoice, mesh};
-use crate::error::{ParameterError, check};
-use crate::excitation::{Angle, Fourier, Jet, Side, Wave};
+use crate::error::ParameterError;
+use crate::excitation::{Angle, Fourier, Jet, Side};
 use crate::model::{Channel, Drives, Shape, Size};
+use crate::models::nfg::constants::{Constants, Range};
+use crate::models::nfg::face_gear::FaceGear;
 use crate::models::nfg::nfg_params::{Damping, ErrorForcing, HalfBacklash, NfgReading};
 use crate::scalar::Scalar;
 
@@ -19,16 +21,7 @@ use crate::scalar::Scalar;
 #[derive(Clone, Debug, PartialEq)]
 pub struct NfgShape<N = Backlash> {
     pub(crate) reading: NfgReading,
-    /// Mean radius L `[m]`.
-    pub(crate) radius: f64,
-    /// Reduction ratio i_j `[1]`.
-    pub(crate) ratio: f64,
-    /// β = 2 ε/(1 + ε²) `[1]`.
-    pub(crate) beta: f64,
-    /// Number of teeth of the face gear Z2.
-    pub(crate) teeth: f64,
-    /// dθ2/dx.
-    pub(crate) rotation: Wave,
+    pub(crate) gear: FaceGear,
     /// k_m/k0 `[1]` and e `[m]` over x, with Z2 periods in 2π, and the contact law.
     pub(crate) mesh: Mesh<N>,
     /// Whether the lower and the upper edge of the law are infinite.
@@ -37,6 +30,15 @@ pub struct NfgShape<N = Backlash> {
     /// the mesh phase then serve both.
     pub(crate) series: Option<[Fourier; 2]>,
 }
+
+pub(crate) const CONSTANTS: Constants = Constants([
+    ("speed", "rad/s", Range::Scale),
+    ("load torque", "N m", Range::NotNegative),
+    ("inertia", "kg m²", Range::Scale),
+    ("stiffness", "N/m", Range::Scale),
+    ("damping ratio", "1", Range::NotNegative),
+    ("half backlash", "m", Range::NotNegative),
+]);
 
 // Indices of the waves.
 pub(crate) const STIFFNESS: usize = 0; // F
@@ -76,7 +78,7 @@ pub(crate) struct At<S> {
 impl<N: Nonlinearity> NfgShape<N> {
     /// ω_n = L √(k0 (1 + β²/2)/I2) [rad/s] from the inertia I2 and the mean stiffness k0.
     pub(crate) fn natural<S: Scalar>(&self, inertia: S, stiffness: S) -> S {
-        (stiffness * self.radius * self.radius * (1.0 + 0.5 * self.beta * self.beta) / inertia).sqrt()
+        (stiffness * self.gear.radius * self.gear.radius * self.gear.mean_square() / inertia).sqrt()
     }
 
     #[inline(always)]
@@ -87,10 +89,9 @@ impl<N: Nonlinearity> NfgShape<N> {
         let mean = matches!(self.reading.half_backlash, HalfBacklash::Mean);
         let (damping, stretch) = match self.reading.damping {
             Damping::ConstantRatio => (damping, zero),
-            Damping::ConstantCoefficient => (
-                damping * waves[RADIUS] * waves[RADIUS] * (1.0 / (1.0 + 0.5 * self.beta * self.beta)),
-                rho_stretch,
-            ),
+            Damping::ConstantCoefficient => {
+                (damping * waves[RADIUS] * waves[RADIUS] * (1.0 / self.gear.mean_square()), rho_stretch)
+            }
         };
         if N::HALF_BACKLASH {
             // f(c x; c b) = c f(x; b) for a dead zone. Its argument therefore is q itself.
@@ -110,9 +111,9 @@ impl<N: Nonlinearity> NfgShape<N> {
             };
         }
         let (unit, per_unit, unit_stretch) = if mean {
-            (S::from(self.radius), S::from(1.0 / self.radius), zero)
+            (S::from(self.gear.radius), S::from(1.0 / self.gear.radius), zero)
         } else {
-            (waves[RADIUS] * self.radius, inverse * (1.0 / self.radius), rho_stretch)
+            (waves[RADIUS] * self.gear.radius, inverse * (1.0 / self.gear.radius), rho_stretch)
         };
         let (lower, upper) = (waves[LOWER], waves[UPPER]);
         let (lower_rate, upper_rate) = (waves[LOWER_RATE] * omega, waves[UPPER_RATE] * omega);
@@ -143,8 +144,9 @@ impl<N: Nonlinearity> NfgShape<N> {
     fn mesh_waves<A: Angle>(&self, phase: A, side: Side) -> [Jet<A::Number>; 2] {
         match &self.series {
             Some([stiffness, error]) => {
-                let mesh = phase.times(self.teeth).number().sin_cos();
-                [stiffness.jet_of(mesh, self.teeth), error.jet_of(mesh, self.teeth)]
+                let teeth = f64::from(self.gear.teeth);
+                let mesh = phase.times(teeth).number().sin_cos();
+                [stiffness.jet_of(mesh, teeth), error.jet_of(mesh, teeth)]
             }
             _ => [self.mesh.stiffness().jet(phase, side), self.mesh.error().jet(phase, side)],
         }
@@ -159,32 +161,17 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
             waves: if N::HALF_BACKLASH { WAVES } else { ALL_WAVES },
             contacts: 1 + self.mesh.law().kinks(),
             kinks: self.mesh.law().kinks(),
-            constants: if N::HALF_BACKLASH { 6 } else { 5 },
+            constants: 5 + usize::from(N::HALF_BACKLASH),
         }
     }
     fn names(&self) -> Vec<Channel> {
-        let constants = [
-            ("speed", "rad/s"),
-            ("load torque", "N m"),
-            ("inertia", "kg m²"),
-            ("stiffness", "N/m"),
-            ("damping ratio", "1"),
-            ("half backlash", "m"),
-        ];
-        let count = if N::HALF_BACKLASH { 6 } else { 5 };
-        constants[..count].iter().map(|(name, unit)| Channel::new(*name, *unit)).collect()
+        CONSTANTS.names::<N>()
     }
     fn cycles_in_a_period(&self) -> u32 {
-        // The conversion saturates.
-        self.teeth.ceil() as u32
+        self.gear.teeth
     }
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
-        check::scale("speed", constants[0])?;
-        check::not_negative("load torque", constants[1])?;
-        check::scale("inertia", constants[2])?;
-        check::scale("stiffness", constants[3])?;
-        check::not_negative("damping ratio", constants[4])?;
-        constants[5..].iter().try_for_each(|b| check::not_negative("half backlash", *b).map(drop))
+        CONSTANTS.check(constants)
     }
     /// Returns ω_c/ω_n, 2 ζ, B0, I2 ω_n²/L, ω_n and, for a [`Backlash`], b/L.
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
@@ -192,9 +179,9 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
             return Vec::new();
         };
         let natural = self.natural(inertia, stiffness);
-        let radius = S::from(self.radius);
+        let radius = S::from(self.gear.radius);
         let mut prepared = vec![
-            speed / S::from(self.ratio) / natural,
+            speed / S::from(self.gear.ratio) / natural,
             S::from(2.0) * damping,
             load / (inertia * natural * natural),
             inertia * natural * natural / radius,
@@ -224,7 +211,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         let (at, waves) = (self.at(u), u.all_waves());
         let [_, _, mesh_force, natural] = u.constants();
         // The contact in metres: d = r_b2 q, d' = r_b2 q' + r_b2' q, and likewise for the edges.
-        let r = waves[RADIUS] * self.radius;
+        let r = waves[RADIUS] * self.gear.radius;
         let r_rate = r * waves[STRETCH] * u.speed();
         let per_unit_rate = -(at.per_unit * at.unit_stretch);
         let edge = |x: S, rate: S, missing: bool| {
@@ -253,11 +240,10 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
 
     fn waves<A: Angle>(&self, phase: A, side: Side, u: &mut [A::Number]) {
         let ((s, c), one) = (phase.number().sin_cos(), A::Number::from(1.0));
-        let rho = Jet::new(one + c * self.beta, s * -self.beta, c * -self.beta);
+        let rho = Jet::new(one + c * self.gear.beta, s * -self.gear.beta, c * -self.gear.beta);
         let [stiffness, error] = self.mesh_waves(phase, side);
-        let rotation = phase.jet_of(&self.rotation, side);
-        u[STIFFNESS] =
-            stiffness.value * rho.value * rho.value / A::Number::from(1.0 + 0.5 * self.beta * self.beta);
+        let rotation = phase.jet_of(&self.gear.rotation, side);
+        u[STIFFNESS] = stiffness.value * rho.value * rho.value / A::Number::from(self.gear.mean_square());
         u[RADIUS] = rho.value;
         u[INVERSE] = one / rho.value;
         u[STRETCH] = rho.rate / rho.value;
@@ -269,7 +255,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
                 [over.rate, over.second]
             }
         };
-        let radius = A::Number::from(self.radius);
+        let radius = A::Number::from(self.gear.radius);
         u[FORCING] = rotation.rate - error_second / radius;
         u[FORCING_RATE] = rotation.value - error_rate / radius;
         if !N::HALF_BACKLASH {
@@ -286,7 +272,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
     fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
         let at = self.at(u);
         let [_, _, _, natural] = u.constants();
-        out[0] = self.radius * u.all_waves()[RADIUS];
+        out[0] = self.gear.radius * u.all_waves()[RADIUS];
         out[1] = at.per_unit * self.mesh.law().force(self.deflection(&at, natural, q[0], v[0]));
     }
 }

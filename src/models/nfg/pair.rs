@@ -2,10 +2,11 @@
 
 use crate::contact::{Backlash, Mesh, Nonlinearity};
 use crate::error::{ParameterError, check};
-use crate::excitation::{Fourier, InstantCentre, Side, Wave};
+use crate::excitation::{Fourier, Side};
 use crate::model::{Drives, Machine, Model, State};
-use crate::models::nfg::nfg_params::{CentreForcing, NfgParams, NfgReading, Radius};
-use crate::models::nfg::nfg_shape::{NfgShape, STIFFNESS};
+use crate::models::nfg::face_gear::{FaceGear, mesh_of};
+use crate::models::nfg::nfg_params::{NfgParams, NfgReading};
+use crate::models::nfg::nfg_shape::{CONSTANTS, NfgShape, STIFFNESS};
 
 /// The noncircular face gear pair with one degree of freedom.
 ///
@@ -62,16 +63,8 @@ impl NfgPair {
     /// As [`new`](NfgPair::new).
     pub fn of_reading(params: &NfgParams, reading: NfgReading) -> Result<Self, ParameterError> {
         params.check()?;
-        let over_mean: Vec<_> = params
-            .stiffness_harmonics
-            .iter()
-            .map(|[c, s]| [c / params.stiffness, s / params.stiffness])
-            .collect();
-        let series = [Fourier::new(1.0, &over_mean)?, Fourier::new(params.error, &params.error_harmonics)?];
-        let [stiffness, error] = series.clone().map(Wave::new);
-        // The half backlash is a constant of the machine. With 0 in the shape, pairs of different half
-        // backlash have equal shapes.
-        let mesh = Mesh::new(stiffness, error, Backlash::new(0.0)?);
+        let series = params.series(params.stiffness)?;
+        let mesh = mesh_of(series.clone())?;
         NfgPair::made(params, reading, mesh, params.half_backlash, Some(series))
     }
 }
@@ -95,8 +88,7 @@ impl<N: Nonlinearity> NfgPair<N> {
     /// As [`new`](NfgPair::new).
     pub fn of_mesh(params: &NfgParams, reading: NfgReading, mesh: Mesh<N>) -> Result<Self, ParameterError> {
         params.check()?;
-        let half_backlash =
-            if N::HALF_BACKLASH { mesh.law().edges(0.0, Side::After).upper } else { params.half_backlash };
+        let half_backlash = mesh.law().edges(0.0, Side::After).upper;
         NfgPair::made(params, reading, mesh.scaled(1.0 / params.stiffness)?, half_backlash, None)
     }
 
@@ -107,37 +99,12 @@ impl<N: Nonlinearity> NfgPair<N> {
         half_backlash: f64,
         series: Option<[Fourier; 2]>,
     ) -> Result<Self, ParameterError> {
-        let radius = match reading.radius {
-            Radius::Base => params.mean_base_radius(),
-            Radius::Pitch => params.mean_pitch_radius(),
-        };
-        params.check_derived(radius, reading)?;
+        let (gear, _) = FaceGear::of(params, reading)?;
         let edges = mesh.law().edges(0.0, Side::After);
-        let (centre, teeth) = (InstantCentre::new(params.eccentric_ratio)?, params.face_gear_teeth().round());
-        let shape = NfgShape {
-            reading,
-            radius,
-            ratio: params.ratio,
-            beta: params.beta(),
-            teeth,
-            rotation: match reading.centre_forcing {
-                CentreForcing::Exact => Wave::new(centre.rotation()),
-                CentreForcing::Series(order) => Wave::new(centre.rotation_series(order as usize)?),
-            },
-            missing: [edges.lower == f64::NEG_INFINITY, edges.upper == f64::INFINITY],
-            mesh: mesh.per_turn(teeth as u32)?,
-            series,
-        };
+        let missing = [edges.lower == f64::NEG_INFINITY, edges.upper == f64::INFINITY];
+        let shape = NfgShape { reading, mesh: mesh.per_turn(gear.teeth)?, gear, missing, series };
         let NfgParams { speed, load_torque, inertia, stiffness, damping_ratio, .. } = *params;
-        let constants = [
-            ("speed", speed),
-            ("load torque", load_torque),
-            ("inertia", inertia),
-            ("stiffness", stiffness),
-            ("damping ratio", damping_ratio),
-            ("half backlash", half_backlash),
-        ];
-        Machine::of_constants(shape, if N::HALF_BACKLASH { &constants } else { &constants[..5] })
+        CONSTANTS.machine(shape, [speed, load_torque, inertia, stiffness, damping_ratio, half_backlash])
     }
 
     /// The reading of the equations.
@@ -146,7 +113,7 @@ impl<N: Nonlinearity> NfgPair<N> {
     }
     /// Mean radius L `[m]`: base or pitch radius, as the reading selects.
     pub fn mean_radius(&self) -> f64 {
-        self.shape().radius
+        self.shape().gear.radius
     }
     /// Natural frequency ω_n = L √(k0 (1 + β²/2)/I2) [rad/s]; τ = ω_n t.   Source: Liu 2021, Eq. (10).
     pub fn natural_frequency(&self) -> f64 {

@@ -3,9 +3,11 @@
 use crate::contact::mesh::{LOWER, UPPER};
 use crate::contact::{Backlash, Contact, Deflection, Mesh, Nonlinearity, PieceChoice};
 use crate::error::{ParameterError, check};
-use crate::excitation::{Angle, Fourier, InstantCentre, Side, Wave};
+use crate::excitation::{Angle, Side};
 use crate::model::{Channel, Drives, Machine, Model, Shape, Size, State};
-use crate::models::nfg::nfg_params::{CentreForcing, NfgParams, NfgReading, Radius};
+use crate::models::nfg::constants::{Constants, Range};
+use crate::models::nfg::face_gear::{FaceGear, mesh_of};
+use crate::models::nfg::nfg_params::{NfgParams, NfgReading, Radius};
 use crate::scalar::Scalar;
 
 /// The noncircular face gear pair with two degrees of freedom: the elastic angles q1 of the pinion and q2 of
@@ -56,16 +58,18 @@ pub struct NfgShape2<N = Backlash> {
     torque: Option<f64>,
     /// Base radius of the pinion r_b1 `[m]`.
     pinion_radius: f64,
-    /// Mean radius L `[m]`.
-    radius: f64,
-    /// β = 2 ε/(1 + ε²) `[1]`.
-    beta: f64,
-    /// Reduction ratio i_j `[1]`.
-    ratio: f64,
-    /// dθ2/dx.
-    rotation: Wave,
+    gear: FaceGear,
     mesh: Mesh<N>,
 }
+
+const CONSTANTS: Constants = Constants([
+    ("speed", "rad/s", Range::Scale),
+    ("load torque", "N m", Range::NotNegative),
+    ("mesh damping", "N s/m", Range::NotNegative),
+    ("inertia", "kg m²", Range::Scale),
+    ("pinion inertia", "kg m²", Range::Scale),
+    ("half backlash", "m", Range::NotNegative),
+]);
 
 // Indices of the waves. Waves 0 to 6 are those of the mesh.
 const RADIUS: usize = 7; // r_b2 [m]
@@ -94,11 +98,7 @@ impl NfgPair2 {
         reading: NfgReading,
     ) -> Result<Self, ParameterError> {
         params.check()?;
-        let stiffness = Wave::new(Fourier::new(params.stiffness, &params.stiffness_harmonics)?);
-        let error = Wave::new(Fourier::new(params.error, &params.error_harmonics)?);
-        // The half backlash is a constant of the machine. With 0 in the shape, pairs of different half
-        // backlash have equal shapes.
-        let mesh = Mesh::new(stiffness, error, Backlash::new(0.0)?);
+        let mesh = mesh_of(params.series(1.0)?)?;
         NfgPair2::made(params, pinion_inertia, reading, mesh, params.half_backlash)
     }
 }
@@ -130,36 +130,17 @@ impl<N: Nonlinearity> NfgPair2<N> {
         mesh: Mesh<N>,
         half_backlash: f64,
     ) -> Result<Self, ParameterError> {
-        let cos = libm::cos(params.pressure_angle);
-        let (radius, pinion_radius) = match reading.radius {
-            Radius::Base => (params.mean_base_radius(), params.pinion_pitch_radius() * cos),
-            Radius::Pitch => (params.mean_pitch_radius(), params.pinion_pitch_radius()),
+        let (gear, natural) = FaceGear::of(params, reading)?;
+        let pinion_radius = match reading.radius {
+            Radius::Base => params.pinion_pitch_radius() * libm::cos(params.pressure_angle),
+            Radius::Pitch => params.pinion_pitch_radius(),
         };
-        let centre = InstantCentre::new(params.eccentric_ratio)?;
-        let mean_square = 1.0 + 0.5 * params.beta() * params.beta();
-        let natural = params.check_derived(radius, reading)?;
-        let damping = 2.0 * params.damping_ratio * params.inertia * natural / (radius * radius * mean_square);
-        let shape = NfgShape2 {
-            torque: None,
-            pinion_radius,
-            radius,
-            beta: params.beta(),
-            ratio: params.ratio,
-            rotation: match reading.centre_forcing {
-                CentreForcing::Exact => Wave::new(centre.rotation()),
-                CentreForcing::Series(order) => Wave::new(centre.rotation_series(order as usize)?),
-            },
-            mesh: mesh.per_turn(params.face_gear_teeth().round() as u32)?,
-        };
-        let constants = [
-            ("speed", params.speed),
-            ("load torque", params.load_torque),
-            ("mesh damping", damping),
-            ("inertia", params.inertia),
-            ("pinion inertia", pinion_inertia),
-            ("half backlash", half_backlash),
-        ];
-        Machine::of_constants(shape, if N::HALF_BACKLASH { &constants } else { &constants[..5] })
+        let NfgParams { speed, load_torque, inertia, damping_ratio, .. } = *params;
+        let damping =
+            2.0 * damping_ratio * inertia * natural / (gear.radius * gear.radius * gear.mean_square());
+        let mesh = mesh.per_turn(gear.teeth)?;
+        let shape = NfgShape2 { torque: None, pinion_radius, gear, mesh };
+        CONSTANTS.machine(shape, [speed, load_torque, damping, inertia, pinion_inertia, half_backlash])
     }
 
     /// The same pair with a constant torque T1 [N m] on the pinion. Default: the torque that balances the
@@ -237,28 +218,14 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
             waves: WAVES,
             contacts: 1 + self.mesh.law().kinks(),
             kinks: self.mesh.law().kinks(),
-            constants: if N::HALF_BACKLASH { 7 } else { 6 },
+            constants: 6 + usize::from(N::HALF_BACKLASH),
         }
     }
     fn names(&self) -> Vec<Channel> {
-        let constants = [
-            ("speed", "rad/s"),
-            ("load torque", "N m"),
-            ("mesh damping", "N s/m"),
-            ("inertia", "kg m²"),
-            ("pinion inertia", "kg m²"),
-            ("half backlash", "m"),
-        ];
-        let count = if N::HALF_BACKLASH { 6 } else { 5 };
-        constants[..count].iter().map(|(name, unit)| Channel::new(*name, *unit)).collect()
+        CONSTANTS.names::<N>()
     }
     fn check(&self, constants: &[f64]) -> Result<(), ParameterError> {
-        check::scale("speed", constants[0])?;
-        check::not_negative("load torque", constants[1])?;
-        check::not_negative("mesh damping", constants[2])?;
-        check::scale("inertia", constants[3])?;
-        check::scale("pinion inertia", constants[4])?;
-        constants[5..].iter().try_for_each(|b| check::not_negative("half backlash", *b).map(drop))
+        CONSTANTS.check(constants)
     }
     /// Returns ω_c = ω1/i_j [rad/s], T2, c_m, I2, 1/I2, 1/I1 and, for a [`Backlash`], b.
     fn prepare<S: Scalar>(&self, constants: &[S]) -> Vec<S> {
@@ -266,8 +233,14 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
             return Vec::new();
         };
         let one = S::from(1.0);
-        let mut prepared =
-            vec![speed / S::from(self.ratio), load, damping, inertia, one / inertia, one / pinion_inertia];
+        let mut prepared = vec![
+            speed / S::from(self.gear.ratio),
+            load,
+            damping,
+            inertia,
+            one / inertia,
+            one / pinion_inertia,
+        ];
         prepared.extend(half_backlash);
         prepared
     }
@@ -280,7 +253,7 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
         let turning = load + inertia * (omega * omega * waves[CENTRE] + u.acceleration() * waves[ROTATION]);
         // T1, and the part of θ1'' that T1 does not balance.
         let (torque, rest) = match self.torque {
-            Some(torque) => (S::from(torque), u.acceleration() * self.ratio),
+            Some(torque) => (S::from(torque), u.acceleration() * self.gear.ratio),
             None => (turning * self.pinion_radius / waves[RADIUS], S::from(0.0)),
         };
         a[0] = (torque - w * self.pinion_radius) * per_pinion - rest;
@@ -305,10 +278,10 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
     }
 
     fn waves<A: Angle>(&self, phase: A, side: Side, u: &mut [A::Number]) {
-        let ((s, c), rotation) = (phase.number().sin_cos(), phase.jet_of(&self.rotation, side));
+        let ((s, c), rotation) = (phase.number().sin_cos(), phase.jet_of(&self.gear.rotation, side));
         self.mesh.waves(phase, side, u);
-        u[RADIUS] = (A::Number::from(1.0) + c * self.beta) * self.radius;
-        u[RADIUS_RATE] = s * (-self.radius * self.beta);
+        u[RADIUS] = (A::Number::from(1.0) + c * self.gear.beta) * self.gear.radius;
+        u[RADIUS_RATE] = s * (-self.gear.radius * self.gear.beta);
         (u[ROTATION], u[CENTRE]) = (rotation.value, rotation.rate);
     }
     fn next_edge(&self, phase: f64) -> Option<f64> {

@@ -107,7 +107,7 @@ impl<'w> LongRun<'w> {
         check::count("members", &[self.members], MAX_MEMBERS)?;
         check::at_least("members × spans", self.members.saturating_mul(self.spans), Estimate::BATCHES)?;
         let probe = Probe::new(machine);
-        let chosen = self.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
+        let chosen = probe.indices(&self.channels)?;
         let kinds = kinds(machine, &chosen)?;
         let contacts = machine.size().contacts - machine.size().kinks;
         let figures = 2 * kinds.len() + MemberFigures::OF_CONTACT * contacts;

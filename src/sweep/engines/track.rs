@@ -4,6 +4,7 @@ use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Periodic, State};
+use crate::numeric::moments::Moments;
 use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::rows::layout::Layout;
@@ -45,8 +46,8 @@ pub(crate) struct Track {
     row: Vec<f64>,
     /// Total weight of the measured periods: their duration or their number of samples.
     weight: f64,
-    /// The mean of each channel over the measured periods.
-    means: Vec<f64>,
+    /// The moments of each channel over the measured periods.
+    moments: Vec<Moments>,
     /// Minimum and maximum over the measured periods of the range (max - min) of each channel, then of the
     /// contact loss of each contact.
     spread: Vec<[f64; 2]>,
@@ -110,7 +111,7 @@ impl Track {
             rigid: None,
             row,
             weight: 0.0,
-            means: vec![0.0; plan.layout.channels],
+            moments: vec![Moments::NONE; plan.layout.channels],
             spread: vec![[f64::INFINITY, f64::NEG_INFINITY]; plan.layout.channels + plan.layout.contacts],
             depths: vec![[f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY]; plan.layout.contacts],
             strobes: Vec::new(),
@@ -158,14 +159,10 @@ impl Track {
         if self.cycle > 0 {
             self.readings.channels.push((i, *meter, weight));
         }
-        // Mean m and squared deviations S of the earlier periods (weight w) and of this one (w', m', S'):
-        // S ← S + S' + (m' - m)² w w'/(w + w').   Source: Chan, Golub & LeVeque, Am. Stat. 37 (1983) 242.
-        let ([mean, squares], before) = (meter.moments(weight), self.weight);
-        let apart = mean - self.means[i];
-        self.means[i] += apart * (weight / (before + weight));
-        let [sum, square, min, max, off_square] =
+        self.moments[i].merge(&meter.moments(weight));
+        let [sum, square, min, max, deviation] =
             Layout::group_mut(&mut self.row, self.plan.layout.channel(i));
-        *off_square += squares + apart * apart * (before * (weight / (before + weight)));
+        *deviation = self.moments[i].deviation();
         *sum += meter.sum;
         *square += meter.square;
         (*min, *max) = (min.min(meter.min), max.max(meter.max));
@@ -353,9 +350,9 @@ impl Track {
         *Layout::group_mut(&mut self.row, Layout::HEAD) =
             [multiple as f64, change, settled, margin, self.scatter()];
         for channel in 0..layout.channels {
-            let [mean, rms, _, _, deviation] = Layout::group_mut(&mut self.row, layout.channel(channel));
+            let [mean, rms, ..] = Layout::group_mut(&mut self.row, layout.channel(channel));
             *mean /= self.weight;
-            [rms, deviation].into_iter().for_each(|x| *x = (*x / self.weight).max(0.0).sqrt());
+            *rms = (*rms / self.weight).max(0.0).sqrt();
         }
         for contact in 0..layout.contacts {
             let [times @ .., _, _] = Layout::group_mut(&mut self.row, layout.contact(contact));

@@ -1,6 +1,7 @@
 //! The distribution of a random number, in constant memory.
 
 use crate::error::{ParameterError, check};
+use crate::numeric::moments::Moments;
 use crate::sweep::ensembles::confidence::{deviations_of, quantile_ranks};
 use std::collections::VecDeque;
 
@@ -13,13 +14,6 @@ const BINS: usize = 1024;
 
 /// Minimum number of bins over the range of the first [`PILOT`] values.
 const LEAST: usize = 256;
-
-/// From the first value above this magnitude, deviations are multiplied by [`LARGE_UNIT`] before they are
-/// squared.
-const LARGE: f64 = 1e140;
-
-/// 2⁻⁶⁰⁰.
-const LARGE_UNIT: f64 = f64::from_bits((1023 - 600) << 52);
 
 /// Count, mean, variance, extremes and quantiles of a random number. Values are added one by one. The memory
 /// does not grow with the number of values.
@@ -42,12 +36,7 @@ const LARGE_UNIT: f64 = f64::from_bits((1023 - 600) << 52);
 pub struct Distribution {
     count: u64,
     not_finite: u64,
-    mean: f64,
-    /// Σ ((x - mean) unit)².
-    square: f64,
-    /// Factor of the deviations x - mean before they are squared: 1, or 2⁻⁶⁰⁰ from the first |x| above
-    /// [`LARGE`] on, so that squares do not overflow.
-    unit: f64,
+    moments: Moments,
     min: f64,
     max: f64,
     pilot: Vec<f64>,
@@ -71,9 +60,7 @@ impl Distribution {
         Distribution {
             count: 0,
             not_finite: 0,
-            mean: 0.0,
-            square: 0.0,
-            unit: 1.0,
+            moments: Moments::NONE,
             min: f64::INFINITY,
             max: f64::NEG_INFINITY,
             pilot: Vec::new(),
@@ -90,22 +77,14 @@ impl Distribution {
         all
     }
 
-    /// Adds a value. Mean and sum of squares by Welford's recurrence, with n the new count and m' the new
-    /// mean:
-    ///
-    /// m' = m + (x - m)/n,   S' = S + (x - m)(x - m')
+    /// Adds a value.
     pub fn add(&mut self, x: f64) {
         if !x.is_finite() {
             self.not_finite += 1;
             return;
         }
         self.count += 1;
-        if x.abs() > LARGE && self.unit == 1.0 {
-            (self.unit, self.square) = (LARGE_UNIT, self.square * LARGE_UNIT * LARGE_UNIT);
-        }
-        let off = x * self.unit - self.mean * self.unit;
-        self.mean += off / self.count as f64 / self.unit;
-        self.square += off * (x * self.unit - self.mean * self.unit);
+        self.moments.add(x);
         self.min = self.min.min(x);
         self.max = self.max.max(x);
         if !self.bins.is_empty() {
@@ -118,10 +97,7 @@ impl Distribution {
         }
     }
 
-    /// Adds the values of another distribution. Deviations of the means by Chan's formula, with the counts n
-    /// and k:
-    ///
-    /// S' = S + T + (m - l)² n k/(n + k)
+    /// Adds the values of another distribution.
     pub(crate) fn merge(&mut self, other: &Distribution) {
         if other.bins.is_empty() {
             self.not_finite += other.not_finite;
@@ -136,13 +112,7 @@ impl Distribution {
             kept.iter().for_each(|x| self.add(*x));
             return;
         }
-        let unit = self.unit.min(other.unit);
-        let square = |x: &Distribution| x.square * (unit / x.unit) * (unit / x.unit);
-        let (n, k) = (self.count as f64, other.count as f64);
-        let off = other.mean * unit - self.mean * unit;
-        self.square = square(self) + square(other) + off * off * (n * (k / (n + k)));
-        self.mean += off * (k / (n + k)) / unit;
-        self.unit = unit;
+        self.moments.merge(&other.moments);
         self.count += other.count;
         self.not_finite += other.not_finite;
         self.min = self.min.min(other.min);
@@ -232,11 +202,7 @@ impl Distribution {
     }
     /// Mean; NaN without values.
     pub fn mean(&self) -> f64 {
-        if self.count > 0 { self.mean } else { f64::NAN }
-    }
-    /// unit² Σ (x - mean)²/(n - 1); 0 with fewer than two values.
-    fn scaled_variance(&self) -> f64 {
-        if self.count > 1 { self.square / (self.count - 1) as f64 } else { 0.0 }
+        if self.count > 0 { self.moments.mean() } else { f64::NAN }
     }
     /// Variance Σ (x - mean)²/(n - 1); 0 with fewer than two values.
     ///
@@ -244,19 +210,11 @@ impl Distribution {
     /// [`ParameterError::Overflow`] for values so far apart that the variance exceeds the largest `f64`. Mean
     /// and standard error are still finite then.
     pub fn variance(&self) -> Result<f64, ParameterError> {
-        check::representable(
-            "variance",
-            self.scaled_variance() / self.unit / self.unit,
-            &[self.min, self.max],
-        )
+        check::representable("variance", self.moments.variance(), &[self.min, self.max])
     }
     /// Standard error of the mean, √(variance/n); infinite with fewer than two values.
     pub fn standard_error(&self) -> f64 {
-        if self.count > 1 {
-            (self.scaled_variance() / self.count as f64).sqrt() / self.unit
-        } else {
-            f64::INFINITY
-        }
+        self.moments.standard_error()
     }
     /// The interval mean ± z standard errors that contains the true mean in the share `level` of all
     /// experiments, if the means are normally distributed, as those of many values are: z = 1.96 for 0.95.

@@ -168,7 +168,7 @@ impl<'w> Ensemble<'w> {
         // A channel that the first model does not have is an error of the whole ensemble.
         if let Some(model) = &model {
             let probe = Probe::new(model);
-            self.channels.iter().chain(&self.peaks).try_for_each(|name| probe.index(name).map(|_| ()))?;
+            probe.indices(self.channels.iter().chain(&self.peaks))?;
         } else if let Some(first) = failure.filter(|_| !watch.is_cancelled()) {
             return Err(EnsembleError::AllFailed { members: self.members, first });
         }
@@ -216,12 +216,7 @@ impl<'w> Ensemble<'w> {
         let (model, start) = family(member).map_err(|e| PointError::Model(e.into()))?;
         start.check_at_zero(model.dof()).map_err(PointError::Parameter)?;
         let mut probe = Probe::new(&model);
-        let chosen = self
-            .channels
-            .iter()
-            .map(|name| probe.index(name))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(PointError::Parameter)?;
+        let chosen = probe.indices(&self.channels).map_err(PointError::Parameter)?;
         let peaks: Vec<&str> = self.peaks.iter().map(String::as_str).collect();
         let mut statistics = Statistics::new(&model, &peaks).map_err(PointError::Parameter)?;
         let mut rattle = self.rattle.then(|| Rattle::new(&model));

@@ -6,6 +6,7 @@
 
 use crate::analysis::Summary;
 use crate::contact::Contact;
+use crate::numeric::moments::Moments;
 use crate::sweep::lanes::flanks::{ContactMeter, Flanks};
 use crate::sweep::lanes::number::Number;
 use std::ops::Range;
@@ -267,10 +268,9 @@ impl ChannelMeter<f64> {
             fresh: 0.0,
         }
     }
-    /// Mean, and sum of the squared deviations from the mean. `weight`: duration or number of samples.
-    pub(crate) fn moments(&self, weight: f64) -> [f64; 2] {
-        let off = self.off / weight;
-        [self.origin + off, (self.off_square - off * self.off).max(0.0)]
+    /// `weight`: duration or number of samples.
+    pub(crate) fn moments(&self, weight: f64) -> Moments {
+        Moments::about(self.origin, [self.off, self.off_square], weight)
     }
 }
 

@@ -187,7 +187,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
             * (sweep.missing(rows).len() + if finer.is_some() { sweep.unchecked(rows).len() } else { 0 });
         let Some(model) = self.first_model(rows, total) else { return Ok(()) };
         let probe = Probe::new(&model);
-        let channels = sweep.channels.iter().map(|name| probe.index(name)).collect::<Result<Vec<_>, _>>()?;
+        let channels = probe.indices(&sweep.channels)?;
         check::at_least("degrees of freedom", model.dof(), 1)?;
         let units = channels.iter().map(|&channel| probe.channels()[channel].unit.clone()).collect();
         engine.accepts(&model, &channels)?;

@@ -5,6 +5,7 @@
 )]
 
 use crate::analysis::Summary;
+use crate::numeric::moments::Moments;
 use crate::numeric::search::parabola::maximum;
 use crate::ode::taylor::expansion::coefficients::ORDERS;
 use crate::ode::taylor::expansion::sums::SECOND;
@@ -85,15 +86,8 @@ impl SeriesMeters {
     /// The figures of channel `i` in a lane over the time `duration`.
     pub(super) fn summary(&self, i: usize, lane: usize, duration: f64) -> Summary {
         let Running { origin, off, square, extremes } = &self.running[i];
-        let (origin, off, square) = (origin.0[lane], off.0[lane] / duration, square.0[lane] / duration);
-        let mean = origin + off;
-        Summary {
-            mean,
-            rms: (square + 2.0 * off * origin + origin * origin).max(0.0).sqrt(),
-            min: extremes[0].0[lane],
-            max: extremes[1].0[lane],
-            deviation: (square - off * off).max(0.0).sqrt(),
-        }
+        let moments = Moments::about(origin.0[lane], [off.0[lane], square.0[lane]], duration);
+        Summary::of_moments(&moments, [extremes[0].0[lane], extremes[1].0[lane]])
     }
 
     /// Adds a step of the length `h` in each lane; a length of 0 adds nothing.

@@ -1,7 +1,7 @@
 //! Meshes, clearances of shafts, and bearings of a train.
 
 use crate::contact::{Backlash, Mesh, Nonlinearity};
-use crate::excitation::{Constant, Wave};
+use crate::excitation::Wave;
 use crate::model::Channel;
 use crate::trains::assembly::builder::{ABOUT, ALONG, Builder};
 use crate::trains::assembly::rows::Row;
@@ -9,10 +9,6 @@ use crate::trains::plan::topology::Gearing;
 use crate::trains::shape::elements::{Friction, Journal, Lever};
 use crate::trains::train_error::TrainError;
 use std::ops::Range;
-
-fn zero() -> Wave {
-    Wave::new(Constant::zero())
-}
 
 impl<N: Nonlinearity + Clone> Builder<'_, N> {
     pub(crate) fn meshes(&mut self) -> Result<(), TrainError> {
@@ -24,7 +20,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             let waves = plan.waves(mesh, *phase)?;
             self.fastest = self.fastest.max(waves.order.unwrap_or(1));
             // The algebra reads stiffness and error by their places among the waves of the train.
-            let contact = Mesh::new(zero(), zero(), mesh.law.clone())
+            let contact = Mesh::of_law(mesh.law.clone())
                 .with_contact_damping(part.contact_damping)
                 .per_turn(waves.order.unwrap_or(1))?;
             let half = N::HALF_BACKLASH.then_some(("half backlash", part.half_backlash));
@@ -60,10 +56,10 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
         for (shaft, ends) in &topology.shafts {
             let Some((half, law)) = &shaft.part.clearance else { continue };
             let row = self.layout.shaft(*ends);
-            let contact = Mesh::new(zero(), zero(), law.clone());
+            let contact = Mesh::of_law(law.clone());
             let channel =
                 self.contact(&shaft.name, ABOUT, shaft.part.damping, Some(("half clearance", *half)));
-            self.tooth(channel, &row, 0..0, [Wave::constant(shaft.part.stiffness)?, zero()], contact);
+            self.tooth(channel, &row, 0..0, [Wave::constant(shaft.part.stiffness)?, Wave::zero()], contact);
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Meshes of a train.
 
 use crate::contact::{Backlash, ContactDamping, Nonlinearity};
-use crate::excitation::{Constant, RectangularWave, Side, Wave};
+use crate::excitation::{RectangularWave, Side, Wave};
 use crate::teeth::GearPair;
 use std::f64::consts::PI;
 
@@ -111,7 +111,7 @@ impl MeshPart {
             radii: base_radii,
             pressure_angle: 20f64.to_radians(),
             stiffness,
-            error: Wave::new(Constant::zero()),
+            error: Wave::zero(),
             error_of_turn: [None, None],
             stiffness_of_turn: [None, None],
             radius_of_turn: [None, None],

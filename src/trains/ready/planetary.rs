@@ -1,7 +1,7 @@
 //! Planetary sets.
 
 use crate::error::{ParameterError, check};
-use crate::excitation::{Constant, Wave};
+use crate::excitation::Wave;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{MeshPart, Phase};
@@ -76,13 +76,12 @@ impl Planetary {
         check::at_least("planets", planets as usize, 1)?;
         check::count("planets", &[planets as usize], 100)?;
         check::scale("base radius of the sun", sun_base_radius)?;
-        let zero = || Wave::new(Constant::zero());
         Ok(Planetary {
             members,
             angles: (0..planets).map(|p| TAU * f64::from(p) / f64::from(planets)).collect(),
             sun_radius: sun_base_radius,
             stiffness,
-            error: [zero(), zero()],
+            error: [Wave::zero(), Wave::zero()],
             pressure_angle: 20f64.to_radians(),
             ring_phase: Phase::Ahead(0.0),
             damping: 0.0,

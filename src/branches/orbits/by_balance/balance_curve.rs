@@ -150,10 +150,8 @@ impl<'f> BalanceCurve<'f> {
     pub(super) fn places(&self, channels: &[Channel], p: f64) -> Result<Vec<usize>, CurveError> {
         let mut known = self.channels.borrow_mut();
         if known.0 != channels {
-            let places = self.equations.borrow_mut().at(p, |_, at| {
-                let probe = Probe::new(at.model);
-                channels.iter().map(|channel| probe.index(&channel.name)).collect::<Result<Vec<_>, _>>()
-            })?;
+            let names = channels.iter().map(|channel| &channel.name);
+            let places = self.equations.borrow_mut().at(p, |_, at| Probe::new(at.model).indices(names))?;
             let places = places.map_err(|error| CurveError::Model { parameter: p, error })?;
             *known = (channels.to_vec(), places);
         }

@@ -140,12 +140,8 @@ impl<M: Periodic + ?Sized> Reader<'_, M> {
     }
 
     fn summary(&mut self, channel: usize, values: &[f64]) -> Summary {
-        let m = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / m;
-        let square = values.iter().map(|x| x * x).sum::<f64>() / m;
-        let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / m;
         let [max, min] = [1.0, -1.0].map(|sign| sign * self.maximum(channel, values, sign));
-        Summary { mean, rms: square.sqrt(), min, max, deviation: variance.sqrt() }
+        Summary { min, max, ..Summary::of_values(values) }
     }
 
     /// Maximum of `sign` times the channel, from the largest sample and its neighbours.

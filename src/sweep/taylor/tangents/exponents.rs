@@ -9,17 +9,15 @@ use crate::periodic::flow::tangent_tape::tangent;
 use crate::periodic::flow::walk::NONE;
 use crate::periodic::lyapunov::exponents::LyapunovError;
 use crate::periodic::lyapunov::progress::Progress;
-use crate::periodic::lyapunov::run::{Lyapunov, Settled};
+use crate::periodic::lyapunov::run::Lyapunov;
 use crate::periodic::pursuit::{Pursuit, PursuitError};
 use crate::sweep::engines::sweep_engine::{Exponent, Job, one_by_one};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::taylor::crew::{Crew, of_equal_shapes};
-use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
 use crate::sweep::taylor::tangents::tangent_task::TangentTask;
+use crate::sweep::taylor::tangents::waiting::Waiting;
 use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
-use std::iter::Zip;
-use std::slice::Iter;
 
 /// The exponents of the motions of machines: the flow with its derivative by Taylor series in lanes. The
 /// derivative is that of the tape of the shape, its jumps those of single runs. Machines of equal shapes
@@ -70,8 +68,21 @@ fn side_by_side<G: Shape>(
     let none = Expansion::none();
     let flows: Vec<Tangent<'_, dyn Model + '_>> =
         settled.iter().map(|(i, _, motion)| lyapunov.tangent(&jobs[*i].model, motion, &none)).collect();
-    let mut waiting = WaitingMotions { lyapunov, jobs, waiting: flows.iter().zip(&settled), found, go_on };
-    let Some(first) = waiting.next() else { return };
+    let runs = flows.iter().zip(&settled).map_while(|(flow, (index, meter, motion))| {
+        let Job { model, start, .. } = &jobs[*index];
+        let progress = lyapunov.progress(motion, start, flow, FlowMethod::Taylor);
+        let until = progress.target()?;
+        Some(TangentTask::new(flow, progress, meter, until).in_lane(*index, model))
+    });
+    let finish = |task: ExponentTask<'_, '_>, outcome: Result<(), PursuitError>| {
+        let exponents = task.pursuit.exponents.in_order();
+        match outcome {
+            Ok(()) => Ok(exponents),
+            Err(failure) => Err(LyapunovError::after(failure, exponents)),
+        }
+    };
+    let mut waiting = Waiting { runs, finish, found, go_on };
+    let Some(first) = waiting.runs.next() else { return };
     let order = Taylor::order_for(lyapunov.tolerance());
     let waves = jobs[first.index].model.wave_series();
     let taylor = Taylor::new().rtol(NONE).order(order);
@@ -89,46 +100,5 @@ fn run<'m, 't: 'm>(
     crew.run(first, queue);
 }
 
-/// A motion after settling: its job and its work so far.
-type Settling<'b> = (usize, &'b Meter<'b>, Settled);
-
 /// The task of a motion.
 type ExponentTask<'m, 't> = TangentTask<'m, 't, Progress<'m>>;
-
-/// The motions that wait for a lane, and the exponents found.
-struct WaitingMotions<'m, 't, 'w, G> {
-    lyapunov: &'m Lyapunov,
-    jobs: &'m [Job<Machine<G>>],
-    waiting: Zip<Iter<'m, Tangent<'t, dyn Model + 't>>, Iter<'m, Settling<'m>>>,
-    found: &'w mut [Exponent],
-    go_on: &'w dyn Fn() -> bool,
-}
-
-impl<'m, 't: 'm, G: Shape> Queue<'m, ExponentTask<'m, 't>> for WaitingMotions<'m, 't, '_, G> {
-    fn next(&mut self) -> Option<LaneJob<'m, ExponentTask<'m, 't>>> {
-        let (flow, (index, meter, settled)) = self.waiting.next()?;
-        let Job { model, start, .. } = &self.jobs[*index];
-        let progress = self.lyapunov.progress(settled, start, flow, FlowMethod::Taylor);
-        let until = progress.target()?;
-        let task = TangentTask::new(flow, progress, meter, until);
-        let (start, speed) = (task.state().clone(), model.speed());
-        let motion = Motion { model: flow, expanded: model, speed, start, until };
-        Some(LaneJob { index: *index, motion, task })
-    }
-    fn over(
-        &mut self,
-        index: usize,
-        task: ExponentTask<'m, 't>,
-        outcome: Result<(), PursuitError>,
-    ) -> Option<LaneJob<'m, ExponentTask<'m, 't>>> {
-        let exponents = task.pursuit.exponents.in_order();
-        self.found[index] = Some(match outcome {
-            Ok(()) => Ok(exponents),
-            Err(failure) => Err(LyapunovError::after(failure, exponents)),
-        });
-        self.next()
-    }
-    fn is_cancelled(&self) -> bool {
-        !(self.go_on)()
-    }
-}

@@ -3,3 +3,4 @@
 pub(crate) mod exponents;
 pub(crate) mod orbits;
 pub(crate) mod tangent_task;
+pub(crate) mod waiting;

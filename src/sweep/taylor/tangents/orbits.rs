@@ -14,11 +14,10 @@ use crate::periodic::shooting::segments::Segments;
 use crate::sweep::engines::sweep_engine::{Orbit, OrbitJob, close_one};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::taylor::crew::{Crew, of_equal_shapes};
-use crate::sweep::taylor::lane::Motion;
 use crate::sweep::taylor::program::Program;
 use crate::sweep::taylor::tangents::tangent_task::TangentTask;
+use crate::sweep::taylor::tangents::waiting::Waiting;
 use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
-use std::slice::Iter;
 
 /// The multipliers of the orbits near motions of machines: shooting with the flow and its derivative in
 /// lanes, each orbit in one segment. Machines of equal shapes share lanes. Orbits that lanes do not run are
@@ -81,8 +80,15 @@ fn side_by_side<G: Shape>(
         let model: &dyn Model = &jobs[orbit.index].0.model;
         flows.push(Tangent::new(model, 2 * model.dof(), &[], orbit.segments.scale(), tolerance, &none));
     }
-    let mut waiting = WaitingOrbits { jobs, waiting: prepared.iter(), flows: flows.iter(), found, go_on };
-    let Some(first) = waiting.next() else { return };
+    let runs = flows.iter().zip(&prepared).map(|(flow, (Prepared { index, shooting, segments }, meter))| {
+        let job = &jobs[*index].0;
+        let closing = Closing::new(shooting, segments, flow, &job.start);
+        TangentTask::new(flow, closing, meter, segments.end()).in_lane(*index, &job.model)
+    });
+    let finish =
+        |task: OrbitTask<'_, '_>, outcome: Result<(), PursuitError>| task.pursuit.finish(outcome.err());
+    let mut waiting = Waiting { runs, finish, found, go_on };
+    let Some(first) = waiting.runs.next() else { return };
     let order = Taylor::order_for(tolerance);
     let waves = jobs[first.index].0.model.wave_series();
     let taylor = Taylor::new().rtol(NONE).order(order);
@@ -100,39 +106,5 @@ fn run<'m, 't: 'm>(
     crew.run(first, queue);
 }
 
-/// The orbits that wait for a lane, and the multipliers found.
-struct WaitingOrbits<'m, 't, 'w, G> {
-    jobs: &'m [OrbitJob<Machine<G>>],
-    waiting: Iter<'m, (Prepared<'m>, &'m Meter<'m>)>,
-    flows: Iter<'m, Tangent<'t, dyn Model + 't>>,
-    found: &'w mut [Orbit],
-    go_on: &'w dyn Fn() -> bool,
-}
-
 /// The task of an orbit.
 type OrbitTask<'m, 't> = TangentTask<'m, 't, Closing<'m, 't>>;
-
-impl<'m, 't: 'm, G: Shape> Queue<'m, OrbitTask<'m, 't>> for WaitingOrbits<'m, 't, '_, G> {
-    fn next(&mut self) -> Option<LaneJob<'m, OrbitTask<'m, 't>>> {
-        let ((orbit, meter), flow) = (self.waiting.next()?, self.flows.next()?);
-        let (job, _) = &self.jobs[orbit.index];
-        let closing = Closing::new(&orbit.shooting, &orbit.segments, flow, &job.start);
-        let until = orbit.segments.end();
-        let task = TangentTask::new(flow, closing, meter, until);
-        let (start, speed) = (task.state().clone(), job.model.speed());
-        let motion = Motion { model: flow, expanded: &job.model, speed, start, until };
-        Some(LaneJob { index: orbit.index, motion, task })
-    }
-    fn over(
-        &mut self,
-        index: usize,
-        task: OrbitTask<'m, 't>,
-        outcome: Result<(), PursuitError>,
-    ) -> Option<LaneJob<'m, OrbitTask<'m, 't>>> {
-        self.found[index] = Some(task.pursuit.finish(outcome.err()));
-        self.next()
-    }
-    fn is_cancelled(&self) -> bool {
-        !(self.go_on)()
-    }
-}

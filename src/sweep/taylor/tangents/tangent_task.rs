@@ -1,14 +1,14 @@
 //! A motion whose small differences are followed.
 
-use crate::model::{Model, State};
+use crate::model::{Machine, Model, Shape, State};
 use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::saltation::Saltation;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::pursuit::{Pursuit, PursuitError};
-use crate::sweep::taylor::lane::Lane;
-use crate::sweep::taylor::tasks::task::{Ended, Task};
+use crate::sweep::taylor::lane::{Lane, Motion};
+use crate::sweep::taylor::tasks::task::{Ended, LaneJob, Task};
 
 /// The exponents of a motion, or its orbit. Coordinates and velocities are those of a [`Tangent`]: the
 /// motion, then its differences, which jump at edges.
@@ -38,9 +38,11 @@ impl<'m, 't, P: Pursuit> TangentTask<'m, 't, P> {
         TangentTask { tangent, pursuit, saltation, meter, atol, target, state }
     }
 
-    /// Motion and differences at the start of the first step.
-    pub(crate) fn state(&self) -> &State {
-        &self.state
+    /// The run of the task with the constants of a machine.
+    pub(crate) fn in_lane<G: Shape>(self, index: usize, machine: &'m Machine<G>) -> LaneJob<'m, Self> {
+        let (start, speed, until) = (self.state.clone(), machine.speed(), self.target);
+        let motion = Motion { model: self.tangent, expanded: machine, speed, start, until };
+        LaneJob { index, motion, task: self }
     }
 
     /// Applies the jump of the differences and the impact at once that may follow from it.
