@@ -3,7 +3,7 @@
 use crate::certify::chain::proposal::Proposal;
 use crate::certify::contraction::Defect;
 use crate::certify::flow::field::Field;
-use crate::certify::flow::leg::{Event, Leg};
+use crate::certify::flow::leg::{Leg, LegCrossing};
 use crate::certify::flow::part::Seen;
 use crate::certify::images::{CertifiedCrossing, Images, around, field};
 use crate::certify::multipliers::{Disc, stability};
@@ -148,11 +148,11 @@ impl Certificate {
             })
         };
         // A contact that leaves the gap rebounds at a rigid stop, and nowhere else.
-        let crosses = |leg: &Leg, event: &Event| {
-            let flank = Edge::of(event.to);
-            let leaves_gap = leg.pieces.get(event.contact).map(|from| *from == Piece::Gap);
+        let crosses = |leg: &Leg, crossing: &LegCrossing| {
+            let flank = Edge::of(crossing.to);
+            let leaves_gap = leg.pieces.get(crossing.contact).map(|from| *from == Piece::Gap);
             leaves_gap == Some(flank.is_some())
-                && event.rebounds == flank.is_some_and(|edge| edge.is_stop(rigid, event.contact))
+                && crossing.rebounds == flank.is_some_and(|edge| edge.is_stop(rigid, crossing.contact))
         };
         let checks: [(&str, &dyn Fn() -> bool); 9] = [
             ("the multiples of the period", &|| {
@@ -176,7 +176,7 @@ impl Certificate {
                     .all(|leg| leg.pieces.len() == contacts && leg.pieces.iter().enumerate().all(stands))
             }),
             ("the crossings on the legs", &|| {
-                legs.iter().all(|leg| leg.events.iter().all(|event| crosses(leg, event)))
+                legs.iter().all(|leg| leg.crossings.iter().all(|crossing| crosses(leg, crossing)))
             }),
             ("the pieces of legs that follow each other", &|| {
                 let mut pairs = legs.iter().zip(legs.iter().cycle().skip(1));

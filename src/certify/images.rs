@@ -133,9 +133,9 @@ impl<'p> Images<'p> {
             defects.push(image.middle.iter().zip(next).map(|(x, next)| *x - Interval::from(*next)).collect());
             slopes.push(image.slope);
             let of = |time: Interval| {
-                leg.events.iter().map(move |event| CertifiedCrossing {
-                    contact: event.contact,
-                    to: event.to,
+                leg.crossings.iter().map(move |crossing| CertifiedCrossing {
+                    contact: crossing.contact,
+                    to: crossing.to,
                     time,
                 })
             };

@@ -1,6 +1,6 @@
 //! What divides a turn of an orbit: crossings and drive edges.
 
-use crate::certify::flow::leg::Event;
+use crate::certify::flow::leg::LegCrossing;
 use crate::certify::unproved::Unproved;
 use crate::model::{Model, State};
 use crate::ode::Step;
@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 #[derive(Clone, Debug)]
 pub(crate) enum Mark {
     /// One crossing, or several within a window.
-    Crossings(Vec<Event>),
+    Crossings(Vec<LegCrossing>),
     DriveEdge(f64),
     End,
 }
@@ -48,9 +48,9 @@ impl Turn {
         let start = (state.t - back).max(0.0);
         let moved = |(t, mark): &(f64, Mark)| {
             let later = t - back + if *t <= state.t { turn } else { 0.0 };
-            let moved = |event: &Event| Event { near: event.near - t + later, ..*event };
+            let moved = |crossing: &LegCrossing| LegCrossing { near: crossing.near - t + later, ..*crossing };
             match mark {
-                Mark::Crossings(events) => (later, Mark::Crossings(events.iter().map(moved).collect())),
+                Mark::Crossings(crossings) => (later, Mark::Crossings(crossings.iter().map(moved).collect())),
                 other => (later, other.clone()),
             }
         };
@@ -69,11 +69,11 @@ fn gathered(marks: Vec<(f64, Mark)>, apart: f64) -> Result<Vec<(f64, Mark)>, Unp
     for (t, mark) in marks {
         if t - last >= apart {
             all.push((t, mark));
-        } else if let (Some((_, Mark::Crossings(events))), Mark::Crossings(more)) = (all.last_mut(), &mark)
-            && events.iter().chain(more).all(|event| !event.rebounds)
-            && more.iter().all(|event| events.iter().all(|other| other.contact != event.contact))
+        } else if let (Some((_, Mark::Crossings(crossings))), Mark::Crossings(more)) = (all.last_mut(), &mark)
+            && crossings.iter().chain(more).all(|crossing| !crossing.rebounds)
+            && more.iter().all(|crossing| crossings.iter().all(|other| other.contact != crossing.contact))
         {
-            events.extend(more);
+            crossings.extend(more);
         } else {
             return Err(Unproved::Together { t: last, after: t });
         }
@@ -88,8 +88,8 @@ fn crossings(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Vec<(f64, Mark)
     let mut collect = |step: &mut Step<'_>| {
         let t = step.t1();
         marks.extend(step.crossings().iter().map(|c| {
-            let event = Event { contact: c.contact, to: c.to, rebounds: c.rebounds, near: t };
-            (t, Mark::Crossings(vec![event]))
+            let crossing = LegCrossing { contact: c.contact, to: c.to, rebounds: c.rebounds, near: t };
+            (t, Mark::Crossings(vec![crossing]))
         }));
         ControlFlow::Continue(())
     };

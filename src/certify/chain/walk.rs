@@ -3,7 +3,7 @@
 use crate::certify::chain::marks::{APART, Mark, Turn};
 use crate::certify::flow::algebra::Coefficients;
 use crate::certify::flow::field::Field;
-use crate::certify::flow::leg::{Event, Leg};
+use crate::certify::flow::leg::{Leg, LegCrossing};
 use crate::certify::square::Square;
 use crate::certify::unproved::Unproved;
 use crate::contact::{Contact, Piece};
@@ -78,11 +78,11 @@ impl<'w, 'm> Walk<'w, 'm> {
                 Mark::End => end,
             };
             self.plain_to(until, matches!(mark, Mark::Crossings(_)))?;
-            if let Mark::Crossings(events) = mark {
-                let last = events.iter().fold(*t, |last, event| last.max(event.near));
+            if let Mark::Crossings(crossings) = mark {
+                let last = crossings.iter().fold(*t, |last, crossing| last.max(crossing.near));
                 let (next, other) = &marks[i + 1];
                 let between = matches!(other, Mark::Crossings(_));
-                self.across(events, last, if between { 0.5 * (next + last) } else { *next })?;
+                self.across(crossings, last, if between { 0.5 * (next + last) } else { *next })?;
             }
         }
         Ok(())
@@ -106,14 +106,14 @@ impl<'w, 'm> Walk<'w, 'm> {
     }
 
     /// A leg over crossings up to the time `last`, and on to a node before `next`.
-    fn across(&mut self, events: &[Event], last: f64, next: f64) -> Result<(), Unproved> {
+    fn across(&mut self, crossings: &[LegCrossing], last: f64, next: f64) -> Result<(), Unproved> {
         let (start, node) = (self.time, self.x.clone());
         self.move_by(last - self.time.middle());
-        let mut leg = Leg { start, end: start, pieces: self.pieces.clone(), events: events.to_vec() };
-        for event in events.iter().filter(|event| event.rebounds) {
+        let mut leg = Leg { start, end: start, pieces: self.pieces.clone(), crossings: crossings.to_vec() };
+        for crossing in crossings.iter().filter(|crossing| crossing.rebounds) {
             let x: Vec<Interval> = self.x.iter().map(|x| Interval::from(*x)).collect();
             let u = self.field.drive_series(Interval::from(last), last, 2);
-            let (impact, none) = ((event.contact, event.to), Square::identity(0));
+            let (impact, none) = ((crossing.contact, crossing.to), Square::identity(0));
             let after = self.field.rebound(impact, &leg.pieces, &x, (&none, &[]), &u)?;
             let velocities = after.velocities.into_iter().map(Interval::middle);
             self.x[self.field.n..].iter_mut().zip(velocities).for_each(|(x, v)| *x = v);
@@ -135,7 +135,7 @@ impl<'w, 'm> Walk<'w, 'm> {
             return Err(Unproved::Wrapping { t: self.time.middle(), length: (end - self.time).middle() });
         }
         self.nodes.push(self.x.clone());
-        self.legs.push(Leg { start: self.time, end, pieces: self.pieces.clone(), events: Vec::new() });
+        self.legs.push(Leg { start: self.time, end, pieces: self.pieces.clone(), crossings: Vec::new() });
         self.move_by((end - self.time).middle());
         self.time = end;
         Ok(())

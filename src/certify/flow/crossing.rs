@@ -1,7 +1,7 @@
 //! The motion over one crossing.
 
 use crate::certify::flow::field::Field;
-use crate::certify::flow::leg::{Event, Image, Leg};
+use crate::certify::flow::leg::{Image, Leg, LegCrossing};
 use crate::certify::flow::part::Seen;
 use crate::certify::flow::signs::{EdgeForm, edges, instant, keeps_sign, refined, stays};
 use crate::certify::flow::stretch::{Stretch, Until};
@@ -18,13 +18,13 @@ use crate::interval::number::Interval;
 pub(crate) fn across(
     field: &Field<'_>,
     leg: &Leg,
-    event: &Event,
+    crossing: &LegCrossing,
     x: &[Interval],
     m: &[Interval],
     seen: &mut Seen<'_>,
 ) -> Result<Image, Unproved> {
     let (n, d) = (field.n, 2 * field.n);
-    let &Event { contact, to, rebounds, near } = event;
+    let &LegCrossing { contact, to, rebounds, near } = crossing;
     let grazing = Unproved::NearGrazing { contact, t: near };
     let length = (leg.end - leg.start).high();
     let about = near - leg.start.middle();
@@ -34,7 +34,7 @@ pub(crate) fn across(
     }
     let reach = about + 0.5 * about.min(length - about);
     let first = Stretch::new(field, &leg.pieces, (leg.start, leg.inside()), x, reach)?;
-    let Some(edge) = EdgeForm::of(field, &leg.pieces, event) else { return Err(grazing) };
+    let Some(edge) = EdgeForm::of(field, &leg.pieces, crossing) else { return Err(grazing) };
     let own = field.motion.tape.distances[contact][edge.edge as usize].unwrap_or(edge.form);
     let (span, at) = instant(&first, &edge, about).ok_or(grazing.clone())?;
     keeps_sign(&first, &edge, 0.0, span.low())?;

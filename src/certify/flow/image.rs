@@ -24,7 +24,7 @@ pub(crate) fn image(
         return Err(Unproved::Differs { what: "the times of the nodes".into() });
     }
     let m: Vec<Interval> = m.iter().map(|m| Interval::from(*m)).collect();
-    match &leg.events[..] {
+    match &leg.crossings[..] {
         [] => {
             let stretch = Stretch::new(field, &leg.pieces, (leg.start, leg.inside()), x, whole.high())?;
             stays(&stretch, &leg.pieces, whole.high(), &[])?;
@@ -32,7 +32,7 @@ pub(crate) fn image(
             let middle = stretch.narrow(leg.start, &m).state(whole);
             Ok(Image { middle, slope: stretch.slope(whole), crossing: None })
         }
-        [event] => across(field, leg, event, x, &m, seen),
+        [crossing] => across(field, leg, crossing, x, &m, seen),
         _ => together(field, leg, x, &m, seen),
     }
 }

@@ -7,7 +7,7 @@ use crate::interval::number::Interval;
 /// A crossing on a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Event {
+pub(crate) struct LegCrossing {
     pub(crate) contact: usize,
     /// The piece that the contact enters; at a rigid stop the flank of the stop.
     pub(crate) to: Piece,
@@ -25,7 +25,7 @@ pub(crate) struct Leg {
     /// Pieces of all contacts at the start.
     pub(crate) pieces: Vec<Piece>,
     /// No crossing, one, or several that are not ordered.
-    pub(crate) events: Vec<Event>,
+    pub(crate) crossings: Vec<LegCrossing>,
 }
 
 impl Leg {
@@ -36,7 +36,10 @@ impl Leg {
     /// Pieces of all contacts at the end.
     pub(crate) fn pieces_after(&self) -> Vec<Piece> {
         let mut pieces = self.pieces.clone();
-        self.events.iter().filter(|event| !event.rebounds).for_each(|event| pieces[event.contact] = event.to);
+        self.crossings
+            .iter()
+            .filter(|crossing| !crossing.rebounds)
+            .for_each(|crossing| pieces[crossing.contact] = crossing.to);
         pieces
     }
 }

@@ -1,7 +1,7 @@
 //! The signs of distances along a stretch: which contacts stay on their pieces, and when one leaves.
 
 use crate::certify::flow::field::Field;
-use crate::certify::flow::leg::Event;
+use crate::certify::flow::leg::LegCrossing;
 use crate::certify::flow::stretch::Stretch;
 use crate::certify::unproved::Unproved;
 use crate::contact::Piece;
@@ -27,9 +27,9 @@ impl EdgeForm {
         Some(EdgeForm { contact, edge, form, sign: if from == Piece::Gap { 1.0 } else { -1.0 } })
     }
     /// The edge of a crossing: that of the flank which the contact leaves or enters.
-    pub(crate) fn of(field: &Field<'_>, pieces: &[Piece], event: &Event) -> Option<Self> {
-        let from = pieces[event.contact];
-        EdgeForm::new(field, event.contact, from, Edge::between(from, event.to))
+    pub(crate) fn of(field: &Field<'_>, pieces: &[Piece], crossing: &LegCrossing) -> Option<Self> {
+        let from = pieces[crossing.contact];
+        EdgeForm::new(field, crossing.contact, from, Edge::between(from, crossing.to))
     }
     pub(crate) fn is_on(&self, other: &EdgeForm) -> bool {
         (self.contact, self.edge) == (other.contact, other.edge)

@@ -140,13 +140,16 @@ pub(crate) fn together(
 ) -> Result<Image, Unproved> {
     let (start, after) = (leg.start.middle(), leg.pieces_after());
     let length = (leg.end - leg.start).high();
-    let abouts = || leg.events.iter().map(|event| event.near - start);
+    let abouts = || leg.crossings.iter().map(|crossing| crossing.near - start);
     let (first, last) = (abouts().fold(f64::INFINITY, f64::min), abouts().fold(f64::NEG_INFINITY, f64::max));
     let unordered = Unproved::Together { t: start + first, after: start + last };
-    let repeated = (1..leg.events.len())
-        .any(|i| leg.events[..i].iter().any(|event| event.contact == leg.events[i].contact));
-    let inside = leg.events.iter().all(|event| leg.start.high() < event.near && event.near < leg.end.low());
-    if !inside || repeated || leg.events.iter().any(|event| event.rebounds) {
+    let repeated = (1..leg.crossings.len())
+        .any(|i| leg.crossings[..i].iter().any(|crossing| crossing.contact == leg.crossings[i].contact));
+    let inside = leg
+        .crossings
+        .iter()
+        .all(|crossing| leg.start.high() < crossing.near && crossing.near < leg.end.low());
+    if !inside || repeated || leg.crossings.iter().any(|crossing| crossing.rebounds) {
         return Err(unordered);
     }
     let on = On::either(&leg.pieces, &after);
@@ -154,14 +157,14 @@ pub(crate) fn together(
     let before = Stretch::new(field, &leg.pieces, (leg.start, leg.inside()), x, reach)?;
     let mut crossed: Vec<EdgeForm> = Vec::new();
     let mut window: Option<Interval> = None;
-    for event in &leg.events {
-        let grazing = Unproved::NearGrazing { contact: event.contact, t: event.near };
-        let edge = EdgeForm::of(field, &leg.pieces, event).ok_or(grazing.clone())?;
-        let own = field.motion.tape.distances[event.contact][edge.edge as usize].ok_or(grazing.clone())?;
-        if !is_continuous(&field.motion.tape, on, event.contact, own) {
-            return Err(Unproved::Jumps { contact: event.contact, t: event.near });
+    for crossing in &leg.crossings {
+        let grazing = Unproved::NearGrazing { contact: crossing.contact, t: crossing.near };
+        let edge = EdgeForm::of(field, &leg.pieces, crossing).ok_or(grazing.clone())?;
+        let own = field.motion.tape.distances[crossing.contact][edge.edge as usize].ok_or(grazing.clone())?;
+        if !is_continuous(&field.motion.tape, on, crossing.contact, own) {
+            return Err(Unproved::Jumps { contact: crossing.contact, t: crossing.near });
         }
-        let (_, at) = instant(&before, &edge, event.near - start).ok_or(grazing)?;
+        let (_, at) = instant(&before, &edge, crossing.near - start).ok_or(grazing)?;
         window = Some(window.map_or(at, |window| window.hull(at)));
         crossed.push(edge);
     }
