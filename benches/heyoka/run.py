@@ -9,7 +9,7 @@ from pathlib import Path
 import heyoka as hy
 import numpy as np
 
-HALF_WIDTH = 6.2e-4
+HALF_BACKLASH = 6.2e-4
 COUNT, TURNS = 64, 20
 SPEEDS = np.linspace(0.15 / 63.0, 0.36 / 63.0, COUNT)
 START = [-6.4e-4, 0.0]
@@ -38,7 +38,7 @@ def equations():
 
 def piece(below, above):
     """Slope and foot of the flank on which the contact stands."""
-    return (1.0, -HALF_WIDTH) if below else (1.0, HALF_WIDTH) if above else (0.0, 0.0)
+    return (1.0, -HALF_BACKLASH) if below else (1.0, HALF_BACKLASH) if above else (0.0, 0.0)
 
 
 class OneByOne:
@@ -46,8 +46,8 @@ class OneByOne:
         x, system = equations()
         self.crossings = 0
         edges = [
-            hy.t_event(x + HALF_WIDTH, callback=self.crosses(lower=True)),
-            hy.t_event(x - HALF_WIDTH, callback=self.crosses(lower=False)),
+            hy.t_event(x + HALF_BACKLASH, callback=self.crosses(lower=True)),
+            hy.t_event(x - HALF_BACKLASH, callback=self.crosses(lower=False)),
         ]
         self.run_of = hy.taylor_adaptive(system, START, tol=tolerance, t_events=edges)
 
@@ -78,8 +78,8 @@ class Batches:
         x, system = equations()
         self.width = width
         edges = [
-            hy.t_event_batch(x + HALF_WIDTH, callback=self.crosses(lower=True)),
-            hy.t_event_batch(x - HALF_WIDTH, callback=self.crosses(lower=False)),
+            hy.t_event_batch(x + HALF_BACKLASH, callback=self.crosses(lower=True)),
+            hy.t_event_batch(x - HALF_BACKLASH, callback=self.crosses(lower=False)),
         ]
         start = np.repeat(np.array(START)[:, None], width, axis=1)
         self.run_of = hy.taylor_adaptive_batch(system, start, tol=tolerance, t_events=edges)
@@ -138,7 +138,7 @@ def main():
             )
             best = min(best, each)
     root = Path(__file__).resolve().parents[2]
-    command = ["cargo", "bench", "-p", "benches", "--bench", "series_lanes", "--", "A"]
+    command = ["cargo", "bench", "-p", "benches", "--bench", "series_lanes"]
     out = subprocess.run(command, cwd=root, check=True, capture_output=True, text=True).stdout
     print(out, end="")
     lanes = float(re.search(r"^A: .*, ([\d.]+) ms a row;", out, re.M).group(1))
