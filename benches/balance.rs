@@ -122,7 +122,7 @@ fn rings(c: &mut Criterion) {
     for gears in [8, 16, 64] {
         let params = RingSet { error: 1e-5, ..RingSet::set_a(gears, 3000.0) }.params().expect("valid");
         let (ring, moving) =
-            (Ring::new(&params).expect("valid"), Ring::new(&params).expect("valid").in_frame(Frame::Rigid));
+            (Ring::new(&params).expect("valid"), Ring::new(&params).expect("valid").with_frame(Frame::Rigid));
         // The guess is the end of a run that has reached every gear. On one flank throughout half of the
         // meshes would pull.
         let (solver, balance) = (Dop853::new(), Balance::new(Harmonics::up_to(20)));

@@ -220,7 +220,7 @@ fn report_map() {
     let mut map = pair(1000);
     map.sweep = map.sweep.settle(60).measure(40);
     let mut early = pair(1000);
-    early.sweep = map.sweep.clone().early_end(1e-8);
+    early.sweep = map.sweep.clone().repeat_tolerance(1e-8);
     let plain = LaneRk4::new(63 * 64).lanes::<32>();
     let located = LaneTaylor::new(Taylor::new().rtol(1e-9).atol(1e-14));
     let [slow, fast, slow_early, fast_early] = threads(2, || {

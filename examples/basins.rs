@@ -41,8 +41,8 @@ pub(crate) fn main() -> Outcome<()> {
             .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
             .run()?;
         let attractors = Attractors::find(&rows, 1e-4)?;
-        println!("Ω = {omega}: {} motions", attractors.list().len());
-        for (i, one) in attractors.list().iter().enumerate() {
+        println!("Ω = {omega}: {} motions", attractors.all().len());
+        for (i, one) in attractors.all().iter().enumerate() {
             let share = one.rows as f64 / (side * side) as f64;
             let period = one.period_multiple.map_or("none".into(), |p| p.to_string());
             let state = one.states.first().cloned().unwrap_or_else(|| vec![f64::NAN; 2]);
@@ -54,7 +54,7 @@ pub(crate) fn main() -> Outcome<()> {
             );
             csv.row(&[&omega, &i, &period, &state[0], &state[1], &share])?;
         }
-        let names: Vec<String> = (0..attractors.list().len()).map(|i| format!("motion {i}")).collect();
+        let names: Vec<String> = (0..attractors.all().len()).map(|i| format!("motion {i}")).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let panel =
             category_map(&rows, ["q(0) [1]", "v(0) [1]"], &names, |row| attractors.label(row.index()))?;

@@ -25,7 +25,7 @@ fn speeds() -> Vec<f64> {
 
 pub(crate) fn main() -> Outcome<()> {
     let folder = gallery("bifurcation")?;
-    let speeds = Axis::list("omega_1", &speeds())?;
+    let speeds = Axis::of_values("omega_1", &speeds())?;
     // Exponents for a picture: 40 turns, at a tolerance of 1e-7.
     let exponents = Lyapunov::new().align(3).measure(40).flow_tolerance(1e-7);
     let sweep = Sweep::new(speeds).settle(30).measure(40).lyapunov(exponents);

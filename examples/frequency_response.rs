@@ -81,7 +81,7 @@ fn problems() -> Result<[Problem; 3], ParameterError> {
 /// The orbits of twice the period from a period doubling to the next crossing with the simple orbits. Beyond
 /// it the branch repeats the same orbits, half a period apart.
 fn doubled(continuation: &Continuation, family: &Family<'_>, point: &BranchPoint) -> Outcome<Branch> {
-    let mut following = continuation.begin(family, Switch::at(point))?;
+    let mut following = continuation.begin(family, Switch::of_point(point))?;
     let crosses = |point: &BranchPoint| point.kind() == Some(PointKind::Branch);
     let _ = following.by_ref().find(crosses);
     Ok(following.into_line())

@@ -86,7 +86,7 @@ fn modes(csv: &mut Csv, name: &str, train: &Train) -> Outcome<()> {
     let modes = Modes::mean_in_contact(train)?;
     let kinds = train.kinds(&modes);
     let (hertz, mut next) = (modes.hertz(), 0);
-    println!("\n{name}: {} coordinates, {} rigid", train.dof(), modes.rigid());
+    println!("\n{name}: {} coordinates, {} rigid", train.dof(), modes.rigid_count());
     while next < hertz.len() {
         let near = |other: f64| (other - hertz[next]).abs() <= 1e-7 * hertz[next];
         let of = |kind: ModeKind| {
@@ -117,7 +117,7 @@ fn rattle_map(
         Axis::linear("speed", speeds[0], speeds[1], side)?,
         Axis::linear("drive torque", 0.1 * drive, 3.0 * drive, side)?,
     ];
-    let engine = LaneRk4::for_model(&train.with("speed", speeds[0])?)?;
+    let engine = LaneRk4::of_model(&train.with("speed", speeds[0])?)?;
     let sweep = Sweep::new(Points::grid(axes)?)
         .periodic_tolerance(5e-3)
         .settle(periods)
@@ -168,7 +168,7 @@ fn stiffness_panel(pairs: &[GearPair; 2]) -> Outcome<Panel> {
 /// The first two elastic modes of a train as its gears turn and move.
 fn modes_panels(name: &str, train: &Train) -> Outcome<Vec<Panel>> {
     let modes = Modes::mean_in_contact(train)?;
-    let elastic = modes.list().iter().skip(modes.rigid()).take(2);
+    let elastic = modes.all().iter().skip(modes.rigid_count()).take(2);
     elastic.map(|one| Ok(mode(train, one.shape())?.title(format!("{name}, {:.0} Hz", one.hertz())))).collect()
 }
 

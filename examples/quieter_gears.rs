@@ -167,7 +167,7 @@ fn grid(pair: &Machine<RelievedPair>) -> Outcome<Rows> {
         Axis::linear("relief", RELIEF[0], RELIEF[1], SIDE)?,
         Axis::linear("phase", PHASE[0], PHASE[1], SIDE)?,
     ])?;
-    let sweep = Sweep::new(points).settle(100).early_end(1e-7).measure(1).channels(&["q0"]).rattle();
+    let sweep = Sweep::new(points).settle(100).repeat_tolerance(1e-7).measure(1).channels(&["q0"]).rattle();
     let model = |p: &Point<'_>| pair.with("tip relief", p["relief"])?.with("phase", p["phase"]);
     let start = State::new(0.0, &[70.0], &[0.0]);
     Ok(sweep.of(&LaneRk4::new(256), model).start(|_, _| start.clone()).run()?)

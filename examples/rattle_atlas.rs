@@ -84,7 +84,7 @@ pub(crate) fn main() -> Outcome<()> {
     let sweep = Sweep::new(Points::grid(axes)?).settle(1).measure(1).rattle();
     let shown = torque_at.iter().position(|t| *t >= SHOWN).unwrap_or(0);
     let teeth = Teeth::new()?;
-    let engine = LaneRk4::for_model(&teeth.gearbox(QualityGrade::new(6)?, 0)?)?;
+    let engine = LaneRk4::of_model(&teeth.gearbox(QualityGrade::new(6)?, 0)?)?;
     let mut csv = csv_file(folder.join("atlas.csv"), "grade,member,torque,onset_speed")?;
     let mut atlas = Vec::new();
     println!("{members} gearboxes per grade, intervals of {LEVEL}");

@@ -116,7 +116,7 @@ fn boundary(pair: &NfgPair, speeds: &[f64], load: f64) -> Outcome<Vec<Onset>> {
 /// Largest distance from the edge [rad] of an orbit with the maximum `max` of q: 0 where a tooth grazes its
 /// edge, positive where teeth separate.
 fn distance(pair: &NfgPair, max: f64) -> f64 {
-    max + pair.half_backlash()
+    max + pair.half_backlash_angle()
 }
 
 /// The onset load at a speed by integration in time: the secant method on the largest q + b/L of a settled

@@ -93,7 +93,7 @@ fn steps_do_not_allocate() {
     );
     let ring = Ring::new(&RingSet { error: 1e-5, ..RingSet::set_a(6, 5000.0) }.params().unwrap())
         .unwrap()
-        .in_frame(Frame::Rigid);
+        .with_frame(Frame::Rigid);
     steps_allocate_nothing("ring, dop853", &Dop853::new(), &ring, &State::at_rest(13), 0.1);
     steps_allocate_nothing("ring, taylor", &Taylor::new(), &ring, &State::at_rest(13), 0.1);
     let process = HeldProcess::new(1e-4, rand_distr::Uniform::new(0.0, 1.0).unwrap()).unwrap();
@@ -128,7 +128,7 @@ fn a_million_points_fit_into_200_megabytes() {
     const POINTS: usize = 10_000;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().unwrap();
     let loads = Axis::linear("load", 20.0, 40.0, POINTS / 2).unwrap();
-    let points = Points::grid(vec![Axis::list("speed", &[1800.0, 1801.0]).unwrap(), loads]).unwrap();
+    let points = Points::grid(vec![Axis::of_values("speed", &[1800.0, 1801.0]).unwrap(), loads]).unwrap();
     let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0", "deflection"]).rattle();
     let family = |p: &Point<'_>| {
         NfgPair::new(&NfgParams { speed: p["speed"], load_torque: p["load"], ..NfgParams::table1() })

@@ -126,8 +126,7 @@ pub fn jumps(coarse: bool) -> Outcome<Picture> {
     let line = branch_of(&pair, [270.0, 400.0])?;
     let speeds = Axis::linear("speed", 280.0, 345.0, if coarse { 6 } else { 14 })?;
     let sweep = Sweep::new(speeds).settle(60).measure(4).channels(&["deflection"]);
-    let diagram =
-        Bifurcation::extremes("deflection").run(&sweep.over(&LaneRk4::for_model(&pair)?, &pair)?)?;
+    let diagram = Bifurcation::extremes("deflection").run(&sweep.over(&LaneRk4::of_model(&pair)?, &pair)?)?;
     let swings = |points: &[gear_dynamics::sweep::DiagramPoint]| -> Vec<(f64, f64)> {
         let swing = |values: &[f64]| {
             let [low, high] =
@@ -160,7 +159,7 @@ pub fn map(coarse: bool) -> Outcome<Picture> {
         Axis::linear("drive torque", 150.0, 600.0, rows)?,
     ];
     let sweep = Sweep::new(Points::grid(axes)?).settle(60).measure(2).rattle();
-    let runs = sweep.over(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
+    let runs = sweep.over(&LaneRk4::of_model(&pair)?, &pair)?.run()?;
     let mut panel = rattle_map(&runs, [SPEED, "torque on the driver T [N m]"], 0)?;
     let line = branch_of(&pair, [270.0, 605.0])?;
     let plane = Family::over(&pair, ["speed", "drive torque"])?;

@@ -132,7 +132,7 @@ pub fn modes(_: bool) -> Outcome<Picture> {
     let modes = Modes::mean_in_contact(&train)?;
     let kinds = train.kinds(&modes);
     let of_kind = |kind: ModeKind| {
-        let all = modes.list().iter().zip(&kinds);
+        let all = modes.all().iter().zip(&kinds);
         all.filter(move |(mode, found)| **found == kind && mode.hertz() > 1.0).map(|(mode, _)| mode)
     };
     let chosen = of_kind(ModeKind::Rotational).take(2).map(|mode| (mode, "rotational"));
@@ -142,7 +142,7 @@ pub fn modes(_: bool) -> Outcome<Picture> {
     chosen.sort_by(|a, b| a.0.hertz().total_cmp(&b.0.hertz()));
     let panel = |(shape, kind): (&Mode, &str)| {
         let equal = |other: &&Mode| (other.hertz() / shape.hertz() - 1.0).abs() < 1e-6;
-        let times = match modes.list().iter().filter(equal).count() {
+        let times = match modes.all().iter().filter(equal).count() {
             1 => "",
             _ => ", one of two",
         };

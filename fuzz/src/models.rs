@@ -323,7 +323,7 @@ pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
     } else {
         Ring::new(&params)?
     };
-    Ok(ring.in_frame(case.pick(&[Frame::Inertial, Frame::Rigid])))
+    Ok(ring.with_frame(case.pick(&[Frame::Inertial, Frame::Rigid])))
 }
 
 /// A state near another one, or one of the wrong size.

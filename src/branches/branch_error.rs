@@ -34,9 +34,6 @@ pub enum BranchError {
     /// The first point has no tangent, or is no point of a branch.
     #[error("no branch at its start: {0}")]
     Curve(#[from] CurveError),
-    /// Derivatives with respect to constants of a model that has no named constants.
-    #[error("the model has no named constants: build it from a Shape and its constants (Machine)")]
-    NoConstants,
     /// A branch or a boundary without points cannot be resumed.
     #[error("there is no point from which to resume")]
     NoPoints,

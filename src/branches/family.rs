@@ -47,8 +47,7 @@ impl<'m, const N: usize> Family<'m, N> {
         let mut places = [0; N];
         let mut constants: Option<&dyn Constants> = None;
         for (k, name) in names.into_iter().enumerate() {
-            let none = || ParameterError::NoSuchConstant { name: name.into(), known: "none".into() };
-            let known = model.offers().constants.ok_or_else(none)?;
+            let known = model.offers().named()?;
             places[k] = known.place(name)?;
             if places[..k].contains(&places[k]) {
                 return Err(ParameterError::Twice { name: name.into() });

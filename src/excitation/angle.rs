@@ -1,4 +1,4 @@
-//! Waves at an angle, which is a number or a series.
+//! Angles at which waves are evaluated: a number, a series over time, or an enclosure.
 
 use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::fourier::Fourier;
@@ -11,9 +11,11 @@ use crate::series::{PowerSeries, Series};
 use std::f64::consts::TAU;
 use std::fmt::Debug;
 
-/// An angle `[rad]` at which waves are evaluated: an `f64`, or a [`Series`] over time.
+/// An angle `[rad]` at which waves are evaluated: an `f64`, a [`Series`] over time, or an
+/// [`EnclosedAngle`](crate::excitation::EnclosedAngle).
 ///
-/// A [`Shape`](crate::Shape) writes its waves once for both kinds.
+/// A [`Shape`](crate::Shape) writes its waves, and an [`Excitation`](crate::excitation::Excitation) its formula, once
+/// for all kinds.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Angle, Fourier, Side}, model::{Scalar, Series}, Wave};
@@ -47,17 +49,22 @@ pub trait Angle: Copy + Debug {
         count: usize,
         jet: impl Fn(usize, Self::Number) -> Jet<Self::Number>,
     ) -> Jet<Self::Number>;
+    #[doc(hidden)]
     /// Returns the value of a Fourier series.
     fn value_of_fourier(self, series: &Fourier) -> Self::Number;
+    #[doc(hidden)]
     /// Returns value and derivatives of a Fourier series over the angle.
     fn jet_of_fourier(self, series: &Fourier) -> Jet<Self::Number>;
+    #[doc(hidden)]
     /// Whether it is a series over time at a constant speed, for which one Fourier series is faster than sums
     /// and products of several. Default: `false`.
     fn turns_evenly(self) -> bool {
         false
     }
+    #[doc(hidden)]
     /// Returns the value of a wave. See [`Wave::value`].
     fn value_of(self, wave: &Wave, side: Side) -> Self::Number;
+    #[doc(hidden)]
     /// Returns value and derivatives of a wave over the angle. See [`Wave::jet`].
     fn jet_of(self, wave: &Wave, side: Side) -> Jet<Self::Number>;
 }

@@ -77,10 +77,6 @@ impl Wave {
         }
         Wave { excitation, order: 1, phase: 0.0, edges: edges.into() }
     }
-    /// The wave 0.
-    pub(crate) fn zero() -> Self {
-        Wave::new(crate::excitation::functions::constant::Constant::zero())
-    }
 
     /// The same wave, repeated `order` times as often in a turn of the shaft, for example once for each
     /// tooth of a gear or each blade of a wheel. Orders of repeated calls are multiplied.

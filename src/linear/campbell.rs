@@ -59,8 +59,7 @@ impl Campbell {
     /// A model without constants; speeds out of range or not increasing; errors of
     /// [`Modes::mean_in_contact`].
     pub fn of(model: &dyn Model, speeds: &[f64], orders: &[f64]) -> Result<Self, LinearError> {
-        let none = || ParameterError::NoSuchConstant { name: "speed".into(), known: "none".into() };
-        let constants = model.offers().constants.ok_or_else(none)?;
+        let constants = model.offers().named()?;
         crate::error::check::quantities("orders", orders)?;
         let mut frequencies: Vec<Vec<f64>> = Vec::new();
         for (i, &speed) in speeds.iter().enumerate() {

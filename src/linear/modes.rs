@@ -71,7 +71,7 @@ pub enum LinearError {
 /// use gear_dynamics::{NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let modes = Modes::in_contact(&pair, 0.0)?;
-/// assert_eq!(modes.list()[0].shape(), [1.0]);
+/// assert_eq!(modes.all()[0].shape(), [1.0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -117,8 +117,8 @@ impl Mode {
 /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
 /// let modes = Modes::in_contact(&parts.build("pinion", 100.0)?, 0.0)?;
 /// let exact = (2e8 * (0.03f64.powi(2) / 1e-3 + 0.06f64.powi(2) / 4e-3)).sqrt();
-/// assert_eq!(modes.rigid(), 1);
-/// assert!((modes.list()[1].frequency() / exact - 1.0).abs() < 1e-12);
+/// assert_eq!(modes.rigid_count(), 1);
+/// assert!((modes.all()[1].frequency() / exact - 1.0).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -211,17 +211,17 @@ impl Modes {
     ///
     /// A pair of complex frequencies of a stiffness that is not symmetric is left out; see
     /// [`eigenvalues`](Modes::eigenvalues).
-    pub fn list(&self) -> &[Mode] {
+    pub fn all(&self) -> &[Mode] {
         &self.list
     }
     /// Number of rigid motions: modes below a millionth of the highest frequency.
-    pub fn rigid(&self) -> usize {
+    pub fn rigid_count(&self) -> usize {
         self.list.iter().filter(|mode| mode.square == 0.0).count()
     }
-    /// Number of statically unstable modes, ω² < 0: they come first in the [`list`](Modes::list). A bearing
+    /// Number of statically unstable modes, ω² < 0: they come first in [`all`](Modes::all). A bearing
     /// with radial clearance has two about its centre; use [`about`](Modes::about) with a state in which it
     /// carries.
-    pub fn unstable(&self) -> usize {
+    pub fn unstable_count(&self) -> usize {
         self.list.iter().filter(|mode| mode.square < 0.0).count()
     }
     /// Undamped natural frequencies [rad per time unit].

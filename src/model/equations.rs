@@ -43,14 +43,14 @@ pub trait Model {
     ///
     /// It answers [`drives`](Model::drives) to [`next_edge`](Model::next_edge),
     /// [`contacts`](Model::contacts), [`contact`](Model::contact), [`impact`](Model::impact),
-    /// [`channels`](Model::channels) and [`observe`](Model::observe), as far as the wrapper does not
+    /// [`channels`](Model::channels) and [`write_channels`](Model::write_channels), as far as the wrapper does not
     /// implement them. Three things remain to be decided:
     ///
     /// - The algebra is the wrapper's own. Of `offers`, `accel_on_pieces` and `jacobian` it has what it
     ///   implements, since an answer of the base holds for other accelerations.
     /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive` and `next_edge`.
     /// - A wrapper with further coordinates or fewer contacts also implements what reads them: `contact`,
-    ///   `impact`, `channels` and `observe`.
+    ///   `impact`, `channels` and `write_channels`.
     ///
     /// [`check_model`](crate::check::check_model) compares these methods with one another.
     ///
@@ -159,9 +159,9 @@ pub trait Model {
         self.base().map_or_else(Vec::new, |base| base.channels())
     }
     /// Writes the values of the [`channels`](Model::channels) to `out`.
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+    fn write_channels(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
         if let Some(base) = self.base() {
-            base.observe(u, q, v, contacts, out);
+            base.write_channels(u, q, v, contacts, out);
         }
     }
 }
@@ -264,7 +264,14 @@ impl fmt::Debug for Offers<'_> {
     }
 }
 
-impl Offers<'_> {
+impl<'m> Offers<'m> {
+    /// The named constants.
+    ///
+    /// # Errors
+    /// [`ParameterError::NoConstants`] if there are none.
+    pub(crate) fn named(&self) -> Result<&'m dyn Constants, ParameterError> {
+        self.constants.ok_or(ParameterError::NoConstants)
+    }
     /// [`stops`](Offers::stops) with one entry for each of `contacts` contacts; empty without a stop.
     pub(crate) fn rigid_edges(&self, contacts: usize) -> Vec<[bool; 2]> {
         let stop = |i: usize| self.stops.get(i).copied().unwrap_or_default();

@@ -50,8 +50,8 @@ impl<M: Model + ?Sized> Model for &M {
     fn channels(&self) -> Vec<Channel> {
         (**self).channels()
     }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        (**self).observe(u, q, v, contacts, out);
+    fn write_channels(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        (**self).write_channels(u, q, v, contacts, out);
     }
 }
 

@@ -105,7 +105,7 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         for (out, c) in of_contacts.chunks_exact_mut(3).zip(&self.contacts) {
             out.copy_from_slice(&[c.deflection, c.force, if c.penetration() > 0.0 { 1.0 } else { 0.0 }]);
         }
-        self.model.observe(&self.drives, q, v, &self.contacts, own);
+        self.model.write_channels(&self.drives, q, v, &self.contacts, own);
         &self.values
     }
 

@@ -108,7 +108,7 @@ impl Motion {
         let mut contacts = vec![Contact::default(); model.contacts()];
         model.contact(&u, q, v, &mut contacts);
         let pieces: Vec<Piece> = contacts.iter().map(Contact::piece).collect();
-        if Modes::about(model, state, Some(&pieces))?.rigid() > 0 {
+        if Modes::about(model, state, Some(&pieces))?.rigid_count() > 0 {
             return Err(LinearError::Grows { rate: 0.0 });
         }
         let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);

@@ -150,7 +150,8 @@ mod tests {
     #[test]
     fn rings_are_eliminated_in_blocks() -> Result<(), Box<dyn std::error::Error>> {
         let set = RingSet { error: 1e-5, ..RingSet::set_a(8, 3000.0) };
-        let (ring, moving) = (Ring::new(&set.params()?)?, Ring::new(&set.params()?)?.in_frame(Frame::Rigid));
+        let (ring, moving) =
+            (Ring::new(&set.params()?)?, Ring::new(&set.params()?)?.with_frame(Frame::Rigid));
         let end = Dop853::new().end(&moving, &State::at_rest(ring.dof()), 20.0 * ring.period())?;
         let balance = Balance::new(Harmonics::up_to(5));
         let guess = FourierOrbit::project(&Dop853::new(), &moving, &end, balance.harmonics())?;

@@ -23,7 +23,7 @@ impl Serialize for Harmonics {
 impl<'de> Deserialize<'de> for Harmonics {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let StoredHarmonics { orders, periods } = StoredHarmonics::deserialize(deserializer)?;
-        Harmonics::list(&orders).and_then(|h| h.with_period_multiple(periods)).map_err(D::Error::custom)
+        Harmonics::of_orders(&orders).and_then(|h| h.with_period_multiple(periods)).map_err(D::Error::custom)
     }
 }
 

@@ -21,7 +21,7 @@ impl Serialize for Axis {
 impl<'de> Deserialize<'de> for Axis {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let StoredAxis { name, values } = StoredAxis::deserialize(deserializer)?;
-        Axis::list(&name, &values).map_err(D::Error::custom)
+        Axis::of_values(&name, &values).map_err(D::Error::custom)
     }
 }
 

@@ -57,7 +57,7 @@ pub enum SweepError {
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, ParameterError, Sweep};
 /// use gear_dynamics::sweep::{Axis, LaneRk4, PointError};
-/// let sweep = Sweep::new(Axis::list("speed", &[-1.0])?);
+/// let sweep = Sweep::new(Axis::of_values("speed", &[-1.0])?);
 /// let rows = sweep.of(
 ///     &LaneRk4::new(63 * 16),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),

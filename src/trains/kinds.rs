@@ -52,7 +52,7 @@ impl<N: Nonlinearity> Train<N> {
     /// planetary set. Modes whose frequencies agree to 1e-7 are separated by kind. A train without planets,
     /// with unequal spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
     pub fn kinds(&self, modes: &Modes) -> Vec<ModeKind> {
-        let list = modes.list();
+        let list = modes.all();
         let own = list.iter().all(|mode| mode.shape().len() == self.shape().coordinates.len());
         let Some(set) = self.shape().sets.first().filter(|set| own && is_even(&set.planets)) else {
             return vec![ModeKind::Mixed; list.len()];

@@ -233,7 +233,7 @@ fn winding_into_an_orbit_is_no_subharmonic() {
     let solver = Dop853::new().rtol(1e-10).atol(1e-12);
     let steady = Settle::new().run(&solver, &Swing, &State::at_rest(1)).unwrap();
     assert_eq!(steady.period_multiple, 1);
-    let points = Points::from(Axis::list("settle", &[0.0]).unwrap());
+    let points = Points::from(Axis::of_values("settle", &[0.0]).unwrap());
     for settle in [60, 90, 120, 150] {
         let sweep = Sweep::new(points.clone()).settle(settle).measure(20).channels(&["q0"]);
         let start = |_: &Point<'_>, _: &Swing| -> Result<State, ParameterError> { Ok(State::at_rest(1)) };

@@ -82,7 +82,7 @@ fn closed_integrals_see_drives_of_the_mesh_order() -> Result<(), BalanceError> {
 #[test]
 fn jacobians_agree_with_differences() {
     let pair = pair(220.0);
-    let harmonics = Harmonics::list(&[0, 1, 2, 5, 61, 62, 63, 64, 65, 126]).unwrap();
+    let harmonics = Harmonics::of_orders(&[0, 1, 2, 5, 61, 62, 63, 64, 65, 126]).unwrap();
     let guess = projected(&pair, &harmonics);
     for integrals in [Integrals::Closed, Integrals::Kinks, Integrals::Panels] {
         let balance = Balance::new(harmonics.clone()).integrals(integrals);
@@ -180,7 +180,7 @@ fn jumping_forces_have_an_exact_jacobian() {
         .solve(&model, &FourierOrbit::project(&solver, &model, &steady.state, &harmonics).unwrap())
         .unwrap();
     let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
-    assert!(cycle.crossings() >= 2);
+    assert!(cycle.crossing_count() >= 2);
     assert!((cycle.states()[0].q[0] - orbit.at(0.0).q[0]).abs() < 1e-4);
     assert_eq!(
         Balance::new(orbit.harmonics().clone()).multipliers(&model, &orbit).unwrap().stability(),
@@ -463,7 +463,7 @@ fn ring_orbits_at_a_low_speed() {
 fn check_ring_orbit(rpm: f64, periods: f64) {
     let params = RingSet { error: 1e-5, ..RingSet::set_a(3, rpm) }.params().unwrap();
     let (ring, moving) =
-        (Ring::as_printed(&params).unwrap(), Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid));
+        (Ring::as_printed(&params).unwrap(), Ring::as_printed(&params).unwrap().with_frame(Frame::Rigid));
     let solver = Dop853::new().rtol(1e-9).atol(1e-15);
     let later = solver.end(&moving, &State::at_rest(7), periods * moving.period()).unwrap();
     let balance = Balance::new(Harmonics::up_to(60));
@@ -479,7 +479,7 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
     println!(
         "{rpm} r/min: first shooting correction {:.1e}, {} crossings, {}",
         cycle.first_correction(),
-        cycle.crossings(),
+        cycle.crossing_count(),
         cycle.stability()
     );
     assert!(cycle.first_correction() < 1e-3);
@@ -517,7 +517,7 @@ fn check_ring_orbit(rpm: f64, periods: f64) {
 fn ring_jacobian_against_differences() {
     let set = RingSet { error: 1e-5, ..RingSet::set_a(4, 3000.0) };
     let ring = Ring::new(&set.params().unwrap()).unwrap();
-    let moving = Ring::new(&set.params().unwrap()).unwrap().in_frame(Frame::Rigid);
+    let moving = Ring::new(&set.params().unwrap()).unwrap().with_frame(Frame::Rigid);
     let solver = Dop853::new();
     let end = solver.end(&moving, &State::at_rest(9), 20.0 * ring.period()).unwrap();
     let balance = Balance::new(Harmonics::up_to(3));
@@ -589,7 +589,7 @@ fn stiffness_steps_split_the_integrals() {
         assert!(highest > 20 || jacobian_error(&mut equations, &x) < 1e-7);
         let orbit = balance.solve(&model, &guess).unwrap();
         let cycle = Shooting::new().solve_from(&model, &orbit).unwrap();
-        assert!(cycle.crossings() >= 2);
+        assert!(cycle.crossing_count() >= 2);
         errors.push((orbit.at(0.0).q[0] - cycle.states()[0].q[0]).abs());
     }
     println!("{errors:?}");
@@ -742,7 +742,7 @@ fn free_models_without_a_jacobian() {
     let balance = Balance::new(Harmonics::up_to(12));
     let moving = Ring::as_printed(&RingSet { error: 1e-5, ..RingSet::set_a(3, 1000.0) }.params().unwrap())
         .unwrap()
-        .in_frame(Frame::Rigid);
+        .with_frame(Frame::Rigid);
     let later = Dop853::new()
         .rtol(1e-9)
         .atol(1e-15)
@@ -918,7 +918,7 @@ fn a_load_without_mean_is_noted() {
             .iter()
             .any(|note| matches!(note, BalanceNote::MeanAcceleration { share } if *share > 0.1))
     };
-    let balance = Balance::new(Harmonics::list(&[1, 2]).unwrap());
+    let balance = Balance::new(Harmonics::of_orders(&[1, 2]).unwrap());
     let orbit = balance.solve(&Loaded, &balance.linearised_on(&Loaded, &[]).unwrap()).unwrap();
     assert!(noted(&orbit) && orbit.is_doubtful(), "{:?}", orbit.notes());
     let whole = Balance::new(Harmonics::up_to(2)).solve(&Loaded, &orbit).unwrap();

@@ -350,7 +350,7 @@ fn counts_of_a_balance_have_bounds() -> Result<(), ParameterError> {
     {
         assert!(too_many(Harmonics::bands(mesh, count, half).map(drop)));
     }
-    assert!(too_many(Harmonics::list(&[0, usize::MAX]).map(drop)));
+    assert!(too_many(Harmonics::of_orders(&[0, usize::MAX]).map(drop)));
     assert!(too_many(Harmonics::up_to(3).with_period_multiple(usize::MAX).map(drop)));
     let far = Harmonics::up_to(usize::MAX);
     assert!(too_many(FourierOrbit::new(&far, 1.0, &[]).map(drop)));

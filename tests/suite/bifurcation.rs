@@ -49,7 +49,7 @@ fn in_contact(_: &Point<'_>, _: &SpurPair) -> Result<State, ParameterError> {
 }
 
 fn over(omegas: &[f64]) -> Sweep {
-    Sweep::new(Axis::list("omega", omegas).unwrap())
+    Sweep::new(Axis::of_values("omega", omegas).unwrap())
 }
 
 /// x at phase 0 of the motion that never leaves the flank: 1.25 + Re z with z = 0.1/(1 - Ω² + 0.1 i Ω). The
@@ -108,7 +108,7 @@ fn a_fold_is_crossed_both_ways() {
             .run()
             .unwrap();
         let attractors = Attractors::find(&rows, 1e-4).unwrap();
-        attractors.list().iter().map(|one| one.states[0][0]).collect::<Vec<_>>()
+        attractors.all().iter().map(|one| one.states[0][0]).collect::<Vec<_>>()
     };
     let middle = (first + last) / 2;
     let mut both = [diagram.up()[middle].values[0], diagram.down()[middle].values[0]];
@@ -144,10 +144,10 @@ fn two_motions_side_by_side() {
         .run()
         .unwrap();
     let attractors = Attractors::find(&rows, 1e-4).unwrap();
-    println!("{:?}", attractors.list());
-    assert_eq!(attractors.list().len(), 2);
-    assert_eq!(attractors.list().iter().map(|one| one.rows).sum::<usize>(), 64);
-    for (i, one) in attractors.list().iter().enumerate() {
+    println!("{:?}", attractors.all());
+    assert_eq!(attractors.all().len(), 2);
+    assert_eq!(attractors.all().iter().map(|one| one.rows).sum::<usize>(), 64);
+    for (i, one) in attractors.all().iter().enumerate() {
         let of_it = (0..64).filter(|index| attractors.label(*index) == Some(i)).count();
         assert_eq!(of_it, one.rows);
         let (model, state) = (pair(0.69, 0.25).unwrap(), &one.states[0]);
@@ -222,7 +222,7 @@ fn a_diagram_that_cannot_be_drawn_is_refused_before_it_runs() {
     );
     let wrong = run(Bifurcation::extremes("q1"), over(&[0.6, 0.7]));
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::NoSuchChannel { .. })));
-    let axes = vec![Axis::list("omega", &[0.6, 0.7]).unwrap(), Axis::list("load", &[1.0]).unwrap()];
+    let axes = vec![Axis::of_values("omega", &[0.6, 0.7]).unwrap(), Axis::of_values("load", &[1.0]).unwrap()];
     let wrong = run(Bifurcation::strobed("q0"), Sweep::new(Points::grid(axes).unwrap()));
     assert!(matches!(wrong, SweepError::Parameter(ParameterError::Length { expected: 1, found: 2, .. })));
     assert_eq!(started.load(Relaxed), 0);
@@ -243,7 +243,7 @@ fn a_diagram_is_watched_and_stopped() {
     let row = |_: &Row<'_>| {
         rows.fetch_add(1, Relaxed);
     };
-    let watched = runner().row_observer(row).watch(Watch::new().progress(progress).cancel(stop.clone()));
+    let watched = runner().row_callback(row).watch(Watch::new().progress(progress).cancel(stop.clone()));
     let whole = bifurcation.run(&watched).unwrap();
     assert_eq!(
         (most.load(Relaxed), rows.load(Relaxed), whole.up().len(), whole.down().len()),
@@ -252,7 +252,7 @@ fn a_diagram_is_watched_and_stopped() {
 
     let stopping = |_: &Row<'_>| stop.store(rows.fetch_add(1, Relaxed) > 42, Relaxed);
     let part =
-        bifurcation.run(&runner().row_observer(stopping).watch(Watch::new().cancel(stop.clone()))).unwrap();
+        bifurcation.run(&runner().row_callback(stopping).watch(Watch::new().cancel(stop.clone()))).unwrap();
     assert!((2..10).contains(&(part.up().len() + part.down().len())));
     assert!(!part.rows()[0].is_complete() && part.up().iter().zip(whole.up()).all(|(a, b)| a == b));
 }

@@ -74,7 +74,7 @@ fn pair() -> Oscillator {
 fn figures_of_a_pair_that_loses_contact() {
     let start = State::new(0.0, &[1.0], &[0.25]);
     let orbit = Shooting::new().solve(&pair(), &start).unwrap();
-    assert!(orbit.crossings() > 0);
+    assert!(orbit.crossing_count() > 0);
     check(&pair(), &start, "deflection", 1e-7);
     check(&pair(), &start, "mesh force", 1e-7);
 }

@@ -160,7 +160,7 @@ fn doubled_orbits_branch_off_at_a_period_doubling() {
     let doublings = branch.of_kind(PointKind::PeriodDoubling);
     assert!(!doublings.is_empty());
     for point in doublings {
-        let doubled = continuation.clone().max_points(30).run(&family, Switch::at(point)).unwrap();
+        let doubled = continuation.clone().max_points(30).run(&family, Switch::of_point(point)).unwrap();
         println!("{doubled}");
         let first = &doubled.points()[0];
         assert_eq!(first.orbit.period_multiple(), 2);
@@ -188,7 +188,8 @@ fn amplitude_of_doubled_orbits() {
     let single = follow(&model.with("speed", 3.4).unwrap(), &continuation);
     println!("{single}");
     let point = single.of_kind(PointKind::PeriodDoubling)[0];
-    let doubled = continuation.clone().max_step(0.01).max_points(12).run(&family, Switch::at(point)).unwrap();
+    let doubled =
+        continuation.clone().max_step(0.01).max_points(12).run(&family, Switch::of_point(point)).unwrap();
     println!("{doubled}");
     let share = |at: &BranchPoint| {
         let model = model.with("speed", at.parameter).unwrap();
@@ -337,7 +338,7 @@ fn symmetry_breaking() {
     let branch = range.run(&family, start.states()).unwrap();
     println!("{branch}");
     let point = branch.of_kind(PointKind::SymmetryBreaking)[0];
-    let switch = Switch::at(point);
+    let switch = Switch::of_point(point);
     for way in [switch.clone(), switch.reversed()] {
         let other = range.clone().max_points(6).run(&family, way).unwrap();
         let last = other.points().last().unwrap();
@@ -428,9 +429,9 @@ fn refusals_and_ends() {
     ));
     // Switching where no branch crosses; resuming nothing.
     let fold = points.points()[0].clone();
-    assert!(matches!(range.run(&family, Switch::at(&fold)), Err(BranchError::Kind { kind: None, .. })));
+    assert!(matches!(range.run(&family, Switch::of_point(&fold)), Err(BranchError::Kind { kind: None, .. })));
     // A switch goes one way.
-    let both = range.clone().both_ways().run(&family, Switch::at(&fold));
+    let both = range.clone().both_ways().run(&family, Switch::of_point(&fold));
     let unread = BranchError::Parameter(ParameterError::Unread {
         name: "both_ways",
         by: "a start that goes one way (Switch, Beyond)",
@@ -445,7 +446,7 @@ fn refusals_and_ends() {
     ));
     let orbit = Shooting::new().solve(&CubicChain { omega: 1.0 }, &State::at_rest(2)).unwrap();
     let none = Sensitivity::of(&CubicChain { omega: 1.0 }, &orbit, &["q0"]);
-    assert!(matches!(none, Err(BranchError::NoConstants)));
+    assert!(matches!(none, Err(BranchError::Parameter(ParameterError::NoConstants))));
 }
 
 /// Folds and period doublings of an idler train with two meshes.

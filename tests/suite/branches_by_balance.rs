@@ -138,9 +138,9 @@ fn closures_give_the_same_folds() {
 fn force_of_the_one_term_balance() {
     let model = duffing().with("speed", 1.3).unwrap().with("force", 0.01).unwrap();
     let family = Family::over(&model, ["force"]).unwrap();
-    let balance = Balance::new(Harmonics::list(&[1]).unwrap());
+    let balance = Balance::new(Harmonics::of_orders(&[1]).unwrap());
     let start =
-        FourierOrbit::new(&Harmonics::list(&[1]).unwrap(), model.period(), &[vec![0.0, 0.0]]).unwrap();
+        FourierOrbit::new(&Harmonics::of_orders(&[1]).unwrap(), model.period(), &[vec![0.0, 0.0]]).unwrap();
     let branch = Continuation::new(0.01, 1.5).balance(balance.clone()).run(&family, &start).unwrap();
     assert_eq!(branch.of_kind(PointKind::Fold).len(), 2);
     for point in branch.points() {
@@ -179,8 +179,9 @@ fn error_of_a_ring() {
     let make = |error| Ring::as_printed(&RingSet { error, ..set.clone() }.params()?);
     let family = Family::of([("error", "m")], |[p]| make(p));
     let ring = make(1e-6).unwrap();
-    let moving =
-        Ring::as_printed(&set.params().unwrap()).unwrap().in_frame(gear_dynamics::models::ring::Frame::Rigid);
+    let moving = Ring::as_printed(&set.params().unwrap())
+        .unwrap()
+        .with_frame(gear_dynamics::models::ring::Frame::Rigid);
     let solver = Dop853::new().rtol(1e-9).atol(1e-15);
     let later = solver.end(&moving, &State::at_rest(7), 40.0 * moving.period()).unwrap();
     let balance = Balance::new(Harmonics::up_to(4));
@@ -341,7 +342,7 @@ fn doubled_orbits_of_a_balance() {
     let twice =
         Balance::new(Harmonics::up_to(32).with_period_multiple(2).unwrap()).integrals(Integrals::Exact);
     let few = range.clone().max_points(12);
-    let doubled = few.clone().balance(twice.clone()).run(&family, Switch::at(point)).unwrap();
+    let doubled = few.clone().balance(twice.clone()).run(&family, Switch::of_point(point)).unwrap();
     println!("{doubled}");
     for point in &doubled.points()[4..] {
         let model = model.with("speed", point.parameter).unwrap();
@@ -351,9 +352,9 @@ fn doubled_orbits_of_a_balance() {
         println!("{} half order {:.4} {off:.1e}", point.parameter, point.orbit.amplitude(0, 1));
         assert!(point.orbit.amplitude(0, 1) > 1e-3 && off < 1e-8);
     }
-    let refused = few.clone().balance(balance.clone()).run(&family, Switch::at(point)).unwrap_err();
+    let refused = few.clone().balance(balance.clone()).run(&family, Switch::of_point(point)).unwrap_err();
     assert!(refused.to_string().contains("twice those of the orbit"), "{refused}");
-    let regular = few.clone().balance(twice.clone()).run(&family, Switch::at(&single.points()[0]));
+    let regular = few.clone().balance(twice.clone()).run(&family, Switch::of_point(&single.points()[0]));
     assert!(matches!(regular, Err(BranchError::Kind { kind: None, .. })));
 }
 
@@ -374,7 +375,7 @@ fn broken_symmetry_of_a_balance() {
     let branch = range.run(&family, &guess(&model, [0.0, 2.8, 0.0])).unwrap();
     println!("{branch}");
     let point = branch.of_kind(PointKind::SymmetryBreaking)[0];
-    let switch = Switch::at(point);
+    let switch = Switch::of_point(point);
     for way in [switch.clone(), switch.reversed()] {
         let other = range.clone().max_points(8).run(&family, way).unwrap();
         let last = other.points().last().unwrap();

@@ -301,7 +301,7 @@ fn a_train_on_a_driven_shaft_is_proved() {
     let orbit = Shooting::new().solve(&train, &[settled.state]).unwrap();
     let certificate = orbit.certify(&train).unwrap();
     assert_eq!((certificate.relative_to(), certificate.stability()), (None, Stability::Stable));
-    assert_eq!(certificate.crossings().len() as u64, orbit.crossings());
+    assert_eq!(certificate.crossings().len() as u64, orbit.crossing_count());
     certificate.check(&train).unwrap();
 }
 
@@ -516,7 +516,7 @@ fn falsified_windows_do_not_hold() {
     let certificate = orbit.certify(&model).unwrap();
     let stored = serde_json::to_value(&certificate).unwrap();
     let legs = stored["proposal"]["legs"].as_array().unwrap();
-    let own = legs.iter().position(|leg| leg["events"].as_array().unwrap().len() == 2).unwrap();
+    let own = legs.iter().position(|leg| leg["crossings"].as_array().unwrap().len() == 2).unwrap();
     let [low, high] = [0, 1].map(|end| stored["crossings"][0]["time"][end].as_f64().unwrap());
     let middle = 0.5 * (low + high);
     let changes: [(&str, Change); 8] = [
@@ -525,11 +525,11 @@ fn falsified_windows_do_not_hold() {
         ("a crossing left out", &|c| _ = c["crossings"].as_array_mut().unwrap().pop()),
         ("another contact", &|c| c["crossings"][0]["contact"] = 1.into()),
         ("a skipped crossing", &|c| {
-            _ = c["proposal"]["legs"][own]["events"].as_array_mut().unwrap().pop();
+            _ = c["proposal"]["legs"][own]["crossings"].as_array_mut().unwrap().pop();
         }),
-        ("a contact twice", &|c| c["proposal"]["legs"][own]["events"][0]["contact"] = 1.into()),
-        ("another piece", &|c| c["proposal"]["legs"][own]["events"][1]["to"] = "Lower".into()),
-        ("another time", &|c| c["proposal"]["legs"][own]["events"][0]["near"] = (middle + 1.0).into()),
+        ("a contact twice", &|c| c["proposal"]["legs"][own]["crossings"][0]["contact"] = 1.into()),
+        ("another piece", &|c| c["proposal"]["legs"][own]["crossings"][1]["to"] = "Lower".into()),
+        ("another time", &|c| c["proposal"]["legs"][own]["crossings"][0]["near"] = (middle + 1.0).into()),
     ];
     for (name, change) in changes {
         let mut wrong = stored.clone();
@@ -764,7 +764,7 @@ fn slow_impacts_are_proved_or_refused_by_name() {
         let model = smooth(Some(Restitution::new(restitution).unwrap()), speed, amplitude, damping, 0.0);
         let start = State::new(t, &[free[0] + forced[0]], &[free[1] + forced[1]]);
         let orbit = Shooting::new().solve(&model, &[start]).unwrap();
-        assert_eq!(orbit.crossings(), 1, "v = {v}");
+        assert_eq!(orbit.crossing_count(), 1, "v = {v}");
         match orbit.certify(&model) {
             Ok(certificate) => {
                 assert!(v >= 1e-3 && certificate.radius() < 1e-10, "v = {v}: {:e}", certificate.radius());
@@ -800,7 +800,7 @@ fn rectangular_stiffness_is_proved() {
         let orbit = Shooting::new().solve(&model, &[settled.state]).unwrap();
         let certificate = orbit.certify(&model).unwrap_or_else(|error| panic!("{duty} {phase}: {error}"));
         assert!(certificate.radius() < 1e-11, "{:e}", certificate.radius());
-        assert_eq!(certificate.crossings().len() as u64, orbit.crossings());
+        assert_eq!(certificate.crossings().len() as u64, orbit.crossing_count());
         assert_eq!(certificate.check(&model), Ok(()));
         for (t, around) in certificate.times().into_iter().zip(certificate.states()) {
             let at = orbit.at(&model, t).unwrap();
@@ -891,7 +891,7 @@ fn forged_certificates_are_refused() {
     for times in [nodes(half), both(nodes(half)), apart(nodes(half)), last(nodes(half)), nodes(1e13)] {
         let count = times.len() - 1;
         let forged = changed(&certificate, &|stored| {
-            let leg = |i: usize| serde_json::json!({"start": times[i], "end": times[i + 1], "pieces": [], "events": []});
+            let leg = |i: usize| serde_json::json!({"start": times[i], "end": times[i + 1], "pieces": [], "crossings": []});
             stored["proposal"]["legs"] = (0..count).map(leg).collect();
             stored["proposal"]["nodes"] = (0..count).map(|_| serde_json::json!([0.5, 0.0])).collect();
             stored["radii"] = (0..count).map(|_| serde_json::json!([1e-9, 1e-9])).collect();
@@ -918,7 +918,7 @@ fn contradictions_are_named() {
         ("half widths of the boxes", &|stored| stored["radii"][0][0] = 0.0.into()),
         ("crossings on the legs", &|stored| {
             let event = serde_json::json!({"contact": 7, "to": "Gap", "rebounds": false, "near": 0.1});
-            stored["proposal"]["legs"][0]["events"] = serde_json::json!([event]);
+            stored["proposal"]["legs"][0]["crossings"] = serde_json::json!([event]);
         }),
         ("times of legs", &|stored| {
             stored["proposal"]["legs"][0]["end"] = stored["proposal"]["legs"][0]["start"].clone();
@@ -977,7 +977,7 @@ fn ten_thousand_false_certificates() {
             let shift = sign * 10f64.powf(-4.0 - 9.0 * random());
             let add = |value: &mut serde_json::Value, by: f64| *value = (value.as_f64().unwrap() + by).into();
             let with_event: Vec<usize> = (0..count)
-                .filter(|i| !stored["proposal"]["legs"][*i]["events"].as_array().unwrap().is_empty())
+                .filter(|i| !stored["proposal"]["legs"][*i]["crossings"].as_array().unwrap().is_empty())
                 .collect();
             let hit = with_event.get((random() * with_event.len() as f64) as usize).copied();
             let mut of = model;
@@ -1032,18 +1032,19 @@ fn ten_thousand_false_certificates() {
                 }
                 (8, Some(hit)) => {
                     // The crossing is skipped, in the legs and in the list.
-                    wrong["proposal"]["legs"][hit]["events"] = serde_json::json!([]);
+                    wrong["proposal"]["legs"][hit]["crossings"] = serde_json::json!([]);
                     let which = with_event.iter().position(|i| *i == hit).unwrap();
                     wrong["crossings"].as_array_mut().unwrap().remove(which);
                     never = true;
                 }
                 (9, Some(hit)) => match component {
                     0 => {
-                        let old = wrong["proposal"]["legs"][hit]["events"][0]["rebounds"].as_bool().unwrap();
-                        wrong["proposal"]["legs"][hit]["events"][0]["rebounds"] = (!old).into();
+                        let old =
+                            wrong["proposal"]["legs"][hit]["crossings"][0]["rebounds"].as_bool().unwrap();
+                        wrong["proposal"]["legs"][hit]["crossings"][0]["rebounds"] = (!old).into();
                         never = true;
                     }
-                    _ => add(&mut wrong["proposal"]["legs"][hit]["events"][0]["near"], shift),
+                    _ => add(&mut wrong["proposal"]["legs"][hit]["crossings"][0]["near"], shift),
                 },
                 (10, _) => {
                     let disc = &mut wrong["multipliers"][component];

@@ -41,7 +41,7 @@ fn the_other_models() {
     assert_eq!(check_periodic(&two, &state), []);
     for frame in [Frame::Inertial, Frame::Rigid] {
         let set = RingSet { phases: vec![0.0, 0.4, 1.1, 2.2], ..RingSet::set_a(4, 1000.0) };
-        let ring = Ring::new(&set.params().unwrap()).unwrap().in_frame(frame);
+        let ring = Ring::new(&set.params().unwrap()).unwrap().with_frame(frame);
         let q: Vec<f64> = (0..9).map(|i| 2e-3 * (1.3 * f64::from(i)).sin()).collect();
         let v: Vec<f64> = (0..9).map(|i| 0.5 * (0.7 * f64::from(i)).cos()).collect();
         assert_eq!(check_periodic(&ring, &State::new(1.234e-4, &q, &v)), []);

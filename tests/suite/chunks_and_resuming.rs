@@ -113,9 +113,11 @@ fn pool(threads: usize) -> rayon::ThreadPool {
 /// with checks and error estimates.
 #[test]
 fn chunks_check_the_points_that_the_whole_checks() {
-    let grid =
-        Points::grid(vec![Axis::linear("w", 1.0, 3.0, 10).unwrap(), Axis::list("x", &[1.0, 2.0]).unwrap()])
-            .unwrap();
+    let grid = Points::grid(vec![
+        Axis::linear("w", 1.0, 3.0, 10).unwrap(),
+        Axis::of_values("x", &[1.0, 2.0]).unwrap(),
+    ])
+    .unwrap();
     let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q0"]).warm_start(WarmStart::Up);
     for sweep in [along(10).check_every(4), lines.check_every(4)] {
         let whole = sweep.of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).run().unwrap();
@@ -177,7 +179,7 @@ fn a_line_goes_on_after_a_point_that_fails() {
         for part in parts.into_iter().filter(|part| !part.is_empty()) {
             let points: Vec<Vec<f64>> =
                 part.iter().map(|i| all.points().point(*i).values().to_vec()).collect();
-            let alone = run(Points::list(&["w"], &points).unwrap(), warm_start, engine, swing);
+            let alone = run(Points::of_rows(&["w"], &points).unwrap(), warm_start, engine, swing);
             for (row, index) in alone.iter().zip(part) {
                 assert_eq!(row.channel("q0"), rows.get(index).unwrap().channel("q0"), "{index}");
             }
@@ -271,7 +273,7 @@ fn periods_and_constants_that_are_none() {
 #[test]
 fn a_check_counts_only_beside_its_row() {
     // RK4 is stable up to w h = 2.83. At w = 40 a step of 1/8 is too long; a quarter of it is not.
-    let points = Points::from(Axis::list("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
+    let points = Points::from(Axis::of_values("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
     let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q0"]).check_every(2);
     let kicked =
         |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
@@ -367,7 +369,7 @@ fn rows_of_another_sweep_are_refused() {
         of(|s| s.warm_start(WarmStart::Up)),
         of(|s| s.check_every(2)),
         of(|s| s.periodic_tolerance(1e-5)),
-        of(|s| s.early_end(1e-5)),
+        of(|s| s.repeat_tolerance(1e-5)),
         of(|s| s.lyapunov(Lyapunov::new())),
     ];
     let parts = chunks(&sweep, 2);
@@ -466,12 +468,12 @@ fn two_threads_may_show_rows_at_once() {
         inside.fetch_sub(1, Relaxed);
     };
     let made = pool(2)
-        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).row_observer(rows).run())
+        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).row_callback(rows).run())
         .unwrap();
     assert!(together.into_inner() && made.iter().count() == 64);
     let busy = |_: &Row<'_>| assert_eq!(rayon::join(|| 1, || 2), (1, 2));
     let made = pool(2)
-        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).row_observer(busy).run())
+        .install(|| along(64).of(&LaneRk4::new(16).lanes::<4>(), swing).start(rest).row_callback(busy).run())
         .unwrap();
     assert_eq!(made.iter().count(), 64);
 }
@@ -558,7 +560,7 @@ fn jumps_without_number() {
     }
     let run = |steps: usize, every: f64| {
         let family = |p: &Point<'_>| Ok::<_, ParameterError>(Jumps(swing(p)?, every));
-        let points = Points::from(Axis::list("w", &[1.0]).unwrap());
+        let points = Points::from(Axis::of_values("w", &[1.0]).unwrap());
         let sweep = Sweep::new(points).settle(0).measure(1).channels(&["q0"]);
         sweep.of(&TableRk4::new(steps), family).start(|_, _| State::at_rest(1)).run().unwrap()
     };
@@ -576,7 +578,7 @@ fn jumps_without_number() {
 fn a_cancelled_run_is_resumed() {
     let grid = Points::grid(vec![
         Axis::linear("w", 1.0, 3.0, 40).unwrap(),
-        Axis::list("x", &[1.0, 2.0, 3.0]).unwrap(),
+        Axis::of_values("x", &[1.0, 2.0, 3.0]).unwrap(),
     ])
     .unwrap();
     let lines = Sweep::new(grid).settle(1).measure(1).channels(&["q0"]).warm_start(WarmStart::Down);

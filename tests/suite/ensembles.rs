@@ -21,7 +21,7 @@ impl Model for Oscillator {
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("energy", "1")]
     }
-    fn observe(&self, _: &[f64], q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
+    fn write_channels(&self, _: &[f64], q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
         out[0] = 0.5 * (q[0] * q[0] + v[0] * v[0]);
     }
 }
@@ -191,7 +191,7 @@ fn peaks_are_those_of_the_run() {
 
 #[test]
 fn points_that_cannot_be() {
-    let axis = |name: &str| Axis::list(name, &vec![1.0; 65_536]).unwrap();
+    let axis = |name: &str| Axis::of_values(name, &vec![1.0; 65_536]).unwrap();
     let error = Points::grid(["a", "b", "c", "d"].map(axis).to_vec()).unwrap_err();
     assert!(
         matches!(error, ParameterError::OutOfRange { value: 18_446_744_073_709_551_616.0, .. }),
@@ -200,7 +200,7 @@ fn points_that_cannot_be() {
     assert_eq!(Points::grid(["a", "b", "c"].map(axis).to_vec()).unwrap().len(), 1 << 48);
     let twice = ParameterError::Twice { name: "a".into() };
     assert_eq!(Points::grid(["a", "b", "a"].map(axis).to_vec()).unwrap_err(), twice);
-    assert_eq!(Points::list(&["a", "a"], &[vec![1.0, 2.0]]).unwrap_err(), twice);
+    assert_eq!(Points::of_rows(&["a", "a"], &[vec![1.0, 2.0]]).unwrap_err(), twice);
     assert_eq!(
         RandomParameters::new(1)
             .with("a", rand_distr::StandardNormal)

@@ -119,8 +119,8 @@ fn trajectories() {
 fn rows_of_a_sweep() {
     let pair = NfgPair::new(&NfgParams::table1()).unwrap();
     let points = Points::grid(vec![
-        Axis::list("speed", &[180.0, -1.0, 100.0]).unwrap(),
-        Axis::list("load torque", &[20.0, 30.0]).unwrap(),
+        Axis::of_values("speed", &[180.0, -1.0, 100.0]).unwrap(),
+        Axis::of_values("load torque", &[20.0, 30.0]).unwrap(),
     ])
     .unwrap();
     let rows = Sweep::new(points)
@@ -154,7 +154,7 @@ fn rows_of_a_sweep() {
         assert_eq!([find("change"), find("scatter")], [row.change(), row.scatter()]);
     }
     // A parameter with the name of a result.
-    let clash = Points::from(Axis::list("scatter", &[100.0]).unwrap());
+    let clash = Points::from(Axis::of_values("scatter", &[100.0]).unwrap());
     let rows = Sweep::new(clash)
         .settle(0)
         .measure(1)

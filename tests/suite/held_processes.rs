@@ -119,7 +119,7 @@ fn uniform_and_uncorrelated() {
 fn ring() -> Ring {
     Ring::new(&RingSet { motor_torque: 8.0, ..RingSet::set_a(4, 1000.0) }.params().unwrap())
         .unwrap()
-        .in_frame(Frame::Rigid)
+        .with_frame(Frame::Rigid)
 }
 
 /// Values shared by all meshes, and values per mesh relative to C_g: the drives contain the stated sums.

@@ -535,7 +535,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
         let top = |amplitude: f64| {
             let model = Oscillator::new(c, omega, amplitude);
             let cycle = shooting.solve(&model, &State::at_rest(1)).unwrap();
-            assert_eq!(cycle.crossings(), 0);
+            assert_eq!(cycle.crossing_count(), 0);
             let mut statistics = Statistics::new(&model, &["q0"]).unwrap();
             cycle.observe(&model, &mut statistics).unwrap();
             statistics.summary("q0").unwrap().max
@@ -559,7 +559,7 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
         let mut orbit = |amplitude: f64| {
             let model = Oscillator::new(c, omega, amplitude);
             cycle = shooting.solve_from(&model, &cycle).unwrap();
-            assert_eq!(cycle.crossings(), 1);
+            assert_eq!(cycle.crossing_count(), 1);
             let product = 0.64 * (-c * n as f64 * model.period()).exp();
             let det = cycle.monodromy().determinant();
             assert!((det / product - 1.0).abs() < 1e-9, "{det} {product}");
@@ -636,7 +636,7 @@ fn the_bouncing_ball_between_its_bounds() {
         let mut cycle = Shooting::new().solve(&start, &[start.top(lower)]).unwrap();
         let mut orbit = |gamma: f64| {
             cycle = Shooting::new().solve_from(&Ball::new(gamma, r), &cycle).unwrap();
-            assert_eq!((cycle.crossings(), cycle.drift().0.len()), (1, 1));
+            assert_eq!((cycle.crossing_count(), cycle.drift().0.len()), (1, 1));
             assert_eq!(cycle.drift().0, [0.0]);
             let det = cycle.monodromy().determinant();
             assert!((det / (r * r) - 1.0).abs() < 1e-9, "{det}");

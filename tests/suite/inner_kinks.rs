@@ -142,7 +142,7 @@ fn a_ring_locates_all_kinks() {
     let RingParams { motor, gears, meshes, omega, .. } = set;
     let meshes = meshes.iter().map(mesh).collect();
     let ring = Ring::new(&RingParams { motor, gears, meshes, mesh_damping: vec![0.0; 4], omega }).unwrap();
-    let ring = ring.in_frame(Frame::Rigid);
+    let ring = ring.with_frame(Frame::Rigid);
     assert_eq!((ring.contacts(), ring.offers().kinks), (12, 8));
     let mut start = State::at_rest(ring.dof());
     start.q[1] = 1e-3; // gear 1 presses on both its neighbours
@@ -176,7 +176,7 @@ fn lanes_and_balance_of_a_pair_with_inner_kinks() {
     parts.torque("drive", "driver", 0.4).torque("load", "driven", -0.4).accept(Warning::UnusualValue);
     let pair = parts.build("driver", 1.1).unwrap();
     let start = State::new(0.0, &[0.7 + 1.5 / 1.21], &[0.4]);
-    let sweep = Sweep::new(Axis::list("load", &[0.4, 0.42]).unwrap());
+    let sweep = Sweep::new(Axis::of_values("load", &[0.4, 0.42]).unwrap());
     let sweep = sweep.settle(40).measure(2).channels(&["deflection"]).rattle();
     let family = |p: &Point<'_>| pair.with_all(&[("drive", p["load"]), ("load", -p["load"])]);
     let rest = |_: &Point<'_>, _: &_| Ok::<_, ParameterError>(start.clone());
@@ -190,7 +190,7 @@ fn lanes_and_balance_of_a_pair_with_inner_kinks() {
     }
     let settled = Dop853::new().rtol(1e-12).end(&pair, &start, 60.0 * pair.period()).unwrap();
     let orbit = Shooting::new().solve(&pair, &[State { t: 0.0, ..settled }]).unwrap();
-    assert_eq!(orbit.crossings(), 12);
+    assert_eq!(orbit.crossing_count(), 12);
     let harmonics = Harmonics::up_to(40);
     let guess = FourierOrbit::project(&Dop853::new(), &pair, &orbit.states()[0], &harmonics).unwrap();
     let balanced = Balance::new(harmonics).solve(&pair, &guess).unwrap();

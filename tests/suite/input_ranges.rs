@@ -54,7 +54,7 @@ fn counts_without_bound_are_refused_by_name() {
         let unsettled =
             Settle::new().max_period_multiple(count).run(&solver, &Swing, &State::at_rest(1)).unwrap_err();
         assert!(matches!(unsettled, SettleError::Parameter(ParameterError::TooMany { .. })));
-        let sweep = Sweep::new(Axis::list("x", &[1.0]).unwrap()).measure(count).strobe(count);
+        let sweep = Sweep::new(Axis::of_values("x", &[1.0]).unwrap()).measure(count).strobe(count);
         let rows = sweep.of(&TableRk4::new(64), |_| Ok::<_, P>(Swing)).start(|_, _| State::at_rest(1)).run();
         assert!(matches!(rows, Err(SweepError::Parameter(P::TooMany { .. }))), "{rows:?}");
     }

@@ -45,7 +45,7 @@ fn duffing_circle_equals_the_torus() {
         assert!(circle.residual() < 1e-11 && circle.residual_between() < 1e-11);
         let expected = TAU * if strobe == 0 { 3f64.sqrt() - 1.0 } else { 1.0 / 3f64.sqrt() };
         assert!((circle.rotation() - expected).abs() < 1e-14);
-        assert_eq!((circle.crossings(), circle.flow_method()), (0, FlowMethod::Dop853));
+        assert_eq!((circle.crossing_count(), circle.flow_method()), (0, FlowMethod::Dop853));
         assert_eq!(circle.residuals().len(), circle.iterations() + 1);
     }
 }
@@ -85,7 +85,7 @@ fn residual_between_the_nodes_of_a_gear_pair_in_contact() {
             most = most.max(miss);
         }
         assert!(most < error, "{nodes}: {most}");
-        assert_eq!(circle.crossings(), 0);
+        assert_eq!(circle.crossing_count(), 0);
     }
 }
 
@@ -103,7 +103,7 @@ fn gear_pair_that_loses_contact_against_a_long_run() {
         let circle = CircleShooting::new().nodes(nodes).between(1e-3).solve(&pair, &guess).unwrap();
         let between = circle.residual_between();
         assert!(between < residual && between > 0.3 * residual, "{nodes}: {between}");
-        assert!(circle.residual() < 1e-9 && circle.crossings() == 2 * nodes as u64);
+        assert!(circle.residual() < 1e-9 && circle.crossing_count() == 2 * nodes as u64);
         let miss = |k: usize| (circle.at(theta(k)).q[0] - points[k].q[0]).abs();
         let largest = (0..points.len()).map(miss).fold(0.0, f64::max);
         assert!(largest < error, "{nodes}: {largest}");
@@ -230,7 +230,7 @@ fn self_excited_pair_that_loses_contact() {
     for (nodes, apart) in [(61, 1e-6), (121, 1e-7)] {
         let circle =
             CircleShooting::new().nodes(nodes).between(1e-3).solve_free(&Chatter, &guess, rho).unwrap();
-        assert!(circle.crossings() > 0 && circle.residual_between() < 0.5 * before);
+        assert!(circle.crossing_count() > 0 && circle.residual_between() < 0.5 * before);
         before = circle.residual_between();
         assert!((circle.rotation() - rho).abs() < apart);
     }
@@ -294,7 +294,7 @@ fn train_with_a_load_of_another_shaft() {
     let circle =
         CircleShooting::new().strobed_frequency(1).nodes(61).between(1e-8).solve(&model, &guess).unwrap();
     // Measured: 1.1e-13.
-    assert!(circle.residual_between() < 1e-11 && circle.crossings() == 0);
+    assert!(circle.residual_between() < 1e-11 && circle.crossing_count() == 0);
     for (k, point) in points.iter().enumerate() {
         let there = circle.at(first + rho * k as f64);
         assert!((there.q[0] - point.q[0]).abs() < 1e-8, "{k} {:e}", there.q[0] - point.q[0]);

@@ -101,7 +101,7 @@ fn differences_jump_at_stops() {
 fn parts_are_halved_where_a_direction_shrinks() {
     let machine = |damping| Stops::machine(&[(false, Wave::constant(1.0).unwrap())], 1e4, damping, 1.0, 1e3);
     let dampings = [40.0, 60.0, 100.0];
-    let points = Points::from(Axis::list("damping", &dampings).unwrap());
+    let points = Points::from(Axis::of_values("damping", &dampings).unwrap());
     let sweep = Sweep::new(points).settle(0).measure(1).lyapunov(lyapunov());
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(machine(p["damping"]));
     let start =
@@ -143,7 +143,7 @@ fn the_same_exponents_however_they_are_run() {
     let partial = sweep
         .of(&engine, family)
         .start(begin)
-        .row_observer(stop)
+        .row_callback(stop)
         .watch(Watch::new().cancel(cancel.clone()))
         .run()
         .unwrap();

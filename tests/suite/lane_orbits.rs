@@ -135,7 +135,7 @@ fn a_sweep_shoots_with_its_settings() {
 #[test]
 fn an_orbit_that_is_not_determined_fails_alone() {
     let machine = Stops::machine(&[(false, Wave::constant(1.0).unwrap())], 40.0, 1.0, 1.0, 0.0);
-    let pulls = Points::from(Axis::list("pull", &[0.3, 0.0, 0.4]).unwrap());
+    let pulls = Points::from(Axis::of_values("pull", &[0.3, 0.0, 0.4]).unwrap());
     let sweep = Sweep::new(pulls).settle(40).measure(2).periodic_tolerance(1e-4).multipliers(Shooting::new());
     let start = State::at_rest(1);
     let found = rows(&sweep, &LaneTaylor::new(tolerant()), &machine, &start);

@@ -23,7 +23,7 @@ const CHANGES: [(&str, Change); 12] = [
 /// Runs four members of a family in lanes and each of them alone, and compares the rows to the bit.
 fn each_alone<G: Shape + Send + Sync>(what: &str, family: impl Fn(f64) -> Machine<G> + Sync) {
     let sweep = |shares: &[f64]| {
-        let points = Points::from(Axis::list("share", shares).unwrap());
+        let points = Points::from(Axis::of_values("share", shares).unwrap());
         let sweep =
             Sweep::new(points).settle(1).measure(1).channels(&["q0", "deflection", "mesh force"]).rattle();
         let start = |_: &Point<'_>, model: &Machine<G>| -> Result<State, ParameterError> {

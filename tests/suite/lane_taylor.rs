@@ -185,14 +185,14 @@ fn the_same_bits_however_it_is_run() {
     let partial = sweep
         .of(&engine, family)
         .start(|_, _| start.clone())
-        .row_observer(stop)
+        .row_callback(stop)
         .watch(Watch::new().cancel(cancel.clone()));
     let partial = partial.run().unwrap();
     assert!(partial.iter().count() < 11);
     assert_eq!(expected, runner.resume(partial).unwrap().fingerprint());
     // The points in another order, and neighbours of another shape.
     let reversed: Vec<Vec<f64>> = (0..11).rev().map(|i| sweep.points().point(i).values().to_vec()).collect();
-    let other = Sweep::new(Points::list(&["wc"], &reversed).unwrap()).settle(0).measure(2);
+    let other = Sweep::new(Points::of_rows(&["wc"], &reversed).unwrap()).settle(0).measure(2);
     let other = other.channels(&["q0", "v0", "mesh force"]).rattle().strobe(2);
     let (there, here) = (rows(&other, &engine, &machine, &start), rows(&sweep, &engine, &machine, &start));
     for i in 0..11 {
@@ -204,7 +204,7 @@ fn the_same_bits_however_it_is_run() {
 #[test]
 fn warm_starts_follow_their_line() {
     let sweep = Sweep::new(axis("wc", 0.15 / 63.0, 0.16 / 63.0, 7)).settle(1).measure(1).channels(&["q0"]);
-    let sweep = sweep.warm_start(WarmStart::Up).early_end(1e-6);
+    let sweep = sweep.warm_start(WarmStart::Up).repeat_tolerance(1e-6);
     let (machine, start) = (pair(), Pair::start());
     let wide = rows(&sweep, &LaneTaylor::new(tolerant()), &machine, &start);
     let single = rows(&sweep, &Located(tolerant()), &machine, &start);
@@ -314,7 +314,7 @@ fn from_starts(
     engine: &impl SweepEngine<Machine<Stops>>,
 ) -> Rows {
     let points =
-        Points::list(&["q", "v"], &starts.iter().map(|start| start.to_vec()).collect::<Vec<_>>()).unwrap();
+        Points::of_rows(&["q", "v"], &starts.iter().map(|start| start.to_vec()).collect::<Vec<_>>()).unwrap();
     let sweep = Sweep::new(points).settle(0).measure(periods).channels(&["q0"]).rattle().strobe(1);
     let start =
         |p: &Point<'_>, _: &Machine<Stops>| Ok::<_, ParameterError>(State::new(0.0, &[p["q"]], &[p["v"]]));
@@ -453,7 +453,7 @@ fn a_lane_that_fails_fails_alone() {
     let calm = from_starts(&quiet, &starts, 2, &LaneTaylor::new(Taylor::new()));
     // Point 3 starts where no start is allowed.
     let points =
-        Points::list(&["q", "v"], &starts.iter().map(|start| start.to_vec()).collect::<Vec<_>>()).unwrap();
+        Points::of_rows(&["q", "v"], &starts.iter().map(|start| start.to_vec()).collect::<Vec<_>>()).unwrap();
     let sweep = Sweep::new(points).settle(0).measure(2).channels(&["q0"]).rattle().strobe(1);
     let begin = |p: &Point<'_>, _: &Machine<Stops>| {
         let q = if p.index() == 3 { f64::INFINITY } else { p["q"] };

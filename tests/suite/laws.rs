@@ -328,7 +328,7 @@ fn inner_kinks_serve_flows_and_shooting() {
     assert_relative_eq!(around.q[0], orbit.states()[0].q[0], epsilon = 1e-10);
     let mut rattle = Rattle::new(&model);
     fine().run(&model, &orbit.states()[0], model.period(), &mut rattle).unwrap();
-    assert_eq!((orbit.crossings(), rattle.contacts()[0].rattle_state()), (12, RattleState::Bilateral));
+    assert_eq!((orbit.crossing_count(), rattle.contacts()[0].rattle_state()), (12, RattleState::Bilateral));
     // The harmonic balance converges to this orbit.
     for integrals in [Integrals::Exact, Integrals::Kinks, Integrals::Panels] {
         let gap = [20, 40, 80].map(|orders| {

@@ -167,7 +167,7 @@ fn damping_that_acts_only_in_contact() {
         let set = RingSet { half_backlash: 1e-5, motor_torque: 8.0, ..RingSet::set_a(4, 3000.0) };
         let mut params = set.params().unwrap();
         params.meshes = params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(damping)).collect();
-        Ring::new(&params).unwrap().in_frame(Frame::Rigid)
+        Ring::new(&params).unwrap().with_frame(Frame::Rigid)
     };
     let in_contact = mesh(ContactDamping::InContact);
     let loose = Dop853::new().rtol(1e-9).atol(1e-13).end(&in_contact, &State::at_rest(9), 0.005).unwrap();
@@ -320,7 +320,7 @@ fn loose_ring_of_four(change: impl FnOnce(&mut RingSet)) -> Ring {
     let mut params = set.params().unwrap();
     params.meshes =
         params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(ContactDamping::InContact)).collect();
-    Ring::new(&params).unwrap().in_frame(Frame::Rigid)
+    Ring::new(&params).unwrap().with_frame(Frame::Rigid)
 }
 
 /// In the gap no force depends on the transmission error. Steps would grow over many of its periods if the

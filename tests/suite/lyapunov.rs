@@ -155,7 +155,7 @@ fn of_the_rattling_pair_over_a_thousand_turns() {
 /// motion that repeats has no positive exponent and a positive exponent makes a row sensitive; and nine of ten rows are
 /// chaotic.
 fn window(speeds: &[f64]) {
-    let points = Points::from(Axis::list("speed", speeds).unwrap());
+    let points = Points::from(Axis::of_values("speed", speeds).unwrap());
     let sweep = Sweep::new(points)
         .settle(60)
         .measure(40)
@@ -216,7 +216,7 @@ impl Periodic for Driven {
 fn the_largest_exponent_is_a_measure_of_sweeps() {
     let family = |p: &Point<'_>| Ok::<_, ParameterError>(Driven(p["damping"]));
     let start = |_: &Point<'_>, _: &Driven| Ok::<_, ParameterError>(State::at_rest(1));
-    let points = Points::from(Axis::list("damping", &[3.0, 4.0]).unwrap());
+    let points = Points::from(Axis::of_values("damping", &[3.0, 4.0]).unwrap());
     let sweep = Sweep::new(points).settle(4).measure(2).strobe(1).warm_start(WarmStart::Up);
     let asked = sweep.clone().lyapunov(Lyapunov::new().align(10).measure(20));
     let period = Driven(0.0).period();
@@ -251,7 +251,7 @@ fn exponents_of_sweeps_settle_as_set() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let start = |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank();
     let lyapunov = Lyapunov::new().align(1).measure(2).flow_tolerance(1e-7).count(1);
-    let sweep = Sweep::new(Axis::list("speed", &[180.0]).unwrap());
+    let sweep = Sweep::new(Axis::of_values("speed", &[180.0]).unwrap());
     let sweep = sweep.settle(2).measure(1).strobe(1);
     let of = |lyapunov: Lyapunov| {
         sweep.clone().lyapunov(lyapunov).of(&Located(Dop853::new()), pair).start(start).run()
@@ -274,7 +274,7 @@ fn the_exponent_of_a_row_is_that_of_its_own_motion() {
     let pair = |p: &Point<'_>| Ok::<_, ParameterError>(reading_a(p["speed"]));
     let start = |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank();
     let lyapunov = Lyapunov::new().align(1).measure(4).flow_tolerance(1e-7);
-    let speeds = Points::from(Axis::list("speed", &[155.0, 180.0]).unwrap());
+    let speeds = Points::from(Axis::of_values("speed", &[155.0, 180.0]).unwrap());
     let sweep = Sweep::new(speeds).settle(4).measure(1).strobe(1).lyapunov(lyapunov.clone());
     let rows = sweep.of(&LaneRk4::new(4032).lanes::<4>(), pair).start(start).run().unwrap();
     for row in rows.iter() {

@@ -204,10 +204,10 @@ fn a_train_with_a_noncircular_gear_is_consistent() {
     assert!(((with - without) / (-80.0 * r * r / 4e-2) - 1.0).abs() < 1e-10, "{with} {without}");
     // The modes at an instant, and their energy.
     let modes = Modes::in_contact(&train.with("fan", 0.0).unwrap(), 0.01).unwrap();
-    assert_eq!((modes.rigid(), modes.list().len()), (1, 5));
-    let shares = train.strain_energy(&modes.list()[4], 0.5);
+    assert_eq!((modes.rigid_count(), modes.all().len()), (1, 5));
+    let shares = train.strain_energy(&modes.all()[4], 0.5);
     let total: f64 = shares.iter().map(|share| share.1).sum();
-    let (q, k) = (modes.list()[4].shape(), 0.5f64.cos());
+    let (q, k) = (modes.all()[4].shape(), 0.5f64.cos());
     let d = 0.03 * q[1] - 0.06 * 1.04 / 0.96 * (1.0 + 0.4 / 1.04 * k) * q[2];
     let all = 1e4 * (q[0] - q[1]).powi(2)
         + 2e4 * (q[3] - q[2]).powi(2)

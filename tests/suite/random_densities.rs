@@ -332,7 +332,8 @@ fn calls_report_and_are_cancelled() {
         calls.fetch_add(1, Ordering::Relaxed);
         flag.store(true, Ordering::Relaxed);
     };
-    let cancelled = method.progress(report).budget(Budget::new().cancel(flag.clone())).stationary(&model);
+    let cancelled =
+        method.repetition_callback(report).budget(Budget::new().cancel(flag.clone())).stationary(&model);
     assert!(matches!(cancelled, Err(DensityError::Exhausted { exhausted: Exhausted::Cancelled })));
     assert_eq!(calls.load(Ordering::Relaxed), 1);
 }

@@ -215,7 +215,7 @@ fn the_elastic_part_is_a_channel() {
             let t = pair.period() * i as f64 / 6.0;
             let values = probe.read(t, Side::After, &[q], &[1e-6]);
             let half_backlash = match reading.half_backlash {
-                HalfBacklash::Mean => pair.half_backlash(),
+                HalfBacklash::Mean => pair.half_backlash_angle(),
                 HalfBacklash::Instant => pair.constant("half backlash").unwrap() / values[radius],
             };
             let expected = (q - half_backlash).max(0.0) - (-q - half_backlash).max(0.0);

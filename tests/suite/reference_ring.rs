@@ -42,7 +42,7 @@ fn ring(p: &Value) -> Ring {
         mesh_damping: cg,
         omega,
     };
-    Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid)
+    Ring::as_printed(&params).unwrap().with_frame(Frame::Rigid)
 }
 
 fn compare<M: Model>(model: &M, case: &Value, name: &str) {
@@ -115,7 +115,7 @@ fn the_presets_are_the_reference_parameters() {
         ("n3_e10um_5000rpm_rattle", RingSet { error: 1e-5, ..RingSet::set_a(3, 5000.0) }),
         ("E_n3_b2.65e-5_e0.2um_1000rpm", RingSet::set_e(3, 1000.0)),
     ] {
-        let preset = Ring::as_printed(&set.params().unwrap()).unwrap().in_frame(Frame::Rigid);
+        let preset = Ring::as_printed(&set.params().unwrap()).unwrap().with_frame(Frame::Rigid);
         let given = ring(&cases[name]["params"]);
         let (mut u, mut w) = (vec![0.0; preset.drives()], vec![0.0; given.drives()]);
         for t in [0.0, 1.3e-3, 7.7e-3] {
@@ -150,7 +150,7 @@ fn natural_frequencies() {
         }
         // K φ = ω² M φ.
         let (m, k) = (ring.mass_matrix(), ring.stiffness_matrix(&ring.mean_mesh_stiffness()).unwrap());
-        for mode in modes.list() {
+        for mode in modes.all() {
             let (phi, w) = (nalgebra::DVector::from_column_slice(mode.shape()), mode.frequency());
             assert!((&k * &phi - &m * &phi * (w * w)).amax() < 1e-10 * k.amax());
         }

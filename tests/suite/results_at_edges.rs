@@ -43,7 +43,7 @@ impl Model for Stop {
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("twice the force", "")]
     }
-    fn observe(&self, _: &[f64], _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+    fn write_channels(&self, _: &[f64], _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
         out[0] = 2.0 * contacts[0].force;
     }
 }
@@ -134,7 +134,7 @@ impl Model for Switched {
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("switch", "1")]
     }
-    fn observe(&self, u: &[f64], _: &[f64], _: &[f64], _: &[Contact], out: &mut [f64]) {
+    fn write_channels(&self, u: &[f64], _: &[f64], _: &[f64], _: &[Contact], out: &mut [f64]) {
         out[0] = u[0];
     }
 }
@@ -239,7 +239,7 @@ fn zero_backlash_does_not_rattle_in_sweeps_and_balances() {
     let make = || {
         NfgPair::new(&NfgParams { half_backlash: 0.0, load_torque: 1.0, speed: 100.0, ..NfgParams::table1() })
     };
-    let sweep = Sweep::new(Axis::list("one", &[1.0]).unwrap()).settle(1).measure(1).rattle();
+    let sweep = Sweep::new(Axis::of_values("one", &[1.0]).unwrap()).settle(1).measure(1).rattle();
     let (family, start) = (|_: &Point<'_>| make(), |_: &Point<'_>, pair: &NfgPair| pair.on_drive_flank());
     let all = [
         sweep.of(&LaneRk4::new(4032).lanes::<4>(), family).start(start).run().unwrap(),

@@ -171,7 +171,7 @@ fn closure_and_frames() {
         })
         .unwrap();
     let inertial = solver.end(&ring, &State::at_rest(7), 5e-3).unwrap();
-    let rigid = solver.end(&ring.clone().in_frame(Frame::Rigid), &State::at_rest(7), 5e-3).unwrap();
+    let rigid = solver.end(&ring.clone().with_frame(Frame::Rigid), &State::at_rest(7), 5e-3).unwrap();
     let (a, b) = (view.of(&inertial).0, view.of(&rigid).0);
     assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-7), "{a:?} {b:?}");
     // The coordinates of the two frames differ by α t²/2.

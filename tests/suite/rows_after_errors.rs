@@ -39,7 +39,7 @@ fn rest(_: &Point<'_>, _: &Swing) -> Result<State, ParameterError> {
     Ok(State::at_rest(1))
 }
 fn points() -> Points {
-    Points::from(Axis::list("k", &[2.0, 3.0, 4.0]).unwrap())
+    Points::from(Axis::of_values("k", &[2.0, 3.0, 4.0]).unwrap())
 }
 fn sweep() -> Sweep {
     Sweep::new(points()).settle(3).measure(2).channels(&["q0"])
@@ -121,7 +121,7 @@ fn a_deviation_is_not_lost_in_a_large_mean() {
     }
     let root = 2f64.sqrt();
     for mean in [0.0, 1e3, 1e9] {
-        let sweep = Sweep::new(Axis::list("mean", &[mean, mean, mean]).unwrap())
+        let sweep = Sweep::new(Axis::of_values("mean", &[mean, mean, mean]).unwrap())
             .settle(1)
             .measure(3)
             .channels(&["q0"]);
@@ -192,7 +192,7 @@ fn a_stop_on_one_side_alone() {
         let mesh = Mesh::new(wave, error, law);
         Ok::<_, ParameterError>(
             Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], mesh_damping, omega })?
-                .in_frame(Frame::Rigid),
+                .with_frame(Frame::Rigid),
         )
     };
     let (stop, far) = (ring(-infinite).unwrap(), ring(-1e-3).unwrap());
@@ -216,7 +216,7 @@ fn a_stop_on_one_side_alone() {
         one.iter().any(|contact| contact.impacts[1] > 0) && one.iter().all(|contact| contact.impacts[0] == 0)
     );
     let rows = |ring: &Ring<MixedLaw>, infinite| {
-        let sweep = Sweep::new(Axis::list("none", &[0.0, 1.0, infinite]).unwrap())
+        let sweep = Sweep::new(Axis::of_values("none", &[0.0, 1.0, infinite]).unwrap())
             .settle(1)
             .measure(2)
             .channels(&["q0", "deflection 0"])

@@ -5,7 +5,7 @@ use crate::api::*;
 use std::f64::consts::TAU;
 
 fn one_point() -> Sweep {
-    Sweep::new(Axis::list("only", &[0.0]).unwrap())
+    Sweep::new(Axis::of_values("only", &[0.0]).unwrap())
 }
 
 /// Period multiple and last return (`Row::change`) of one model, with tables and with located edges.
@@ -129,7 +129,7 @@ fn what_drifts_apart_does_not_settle() {
 /// examples/bifurcation.rs.
 #[test]
 fn the_pair_repeats_where_its_exponents_are_far_below_zero() {
-    let sweep = Sweep::new(Axis::list("speed", &[103.0, 106.0, 130.0]).unwrap()).settle(20).measure(6);
+    let sweep = Sweep::new(Axis::of_values("speed", &[103.0, 106.0, 130.0]).unwrap()).settle(20).measure(6);
     let rows = sweep
         .of(&Located(Dop853::new().rtol(1e-8).atol_each(&[1e-13, 1e-14])), |p| {
             NfgPair::of_reading(
@@ -178,7 +178,7 @@ fn a_body_that_rounding_alone_moves_does_not_hide_the_period() {
     let steady = Settle::new().run(&Dop853::new(), &Balanced, &State::at_rest(4)).unwrap();
     assert_eq!(steady.period_multiple, 1);
     assert!(steady.state.q[3].abs() < 1e-13 && steady.state.q[0] > 1.4, "{:?}", steady.state);
-    let points = Points::from(Axis::list("x", &[0.0]).unwrap());
+    let points = Points::from(Axis::of_values("x", &[0.0]).unwrap());
     let sweep = Sweep::new(points).settle(80).measure(4);
     let family = |_: &Point<'_>| Ok::<_, ParameterError>(Balanced);
     let rows = sweep.of(&TableRk4::new(400), family).start(|_, _| State::at_rest(4)).run().unwrap();

@@ -163,7 +163,7 @@ fn rings_of_any_speed_share_lanes() {
     };
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
     let sweep = |speeds: &[f64]| {
-        let points = Points::from(Axis::list("rpm", speeds).unwrap());
+        let points = Points::from(Axis::of_values("rpm", speeds).unwrap());
         let sweep =
             Sweep::new(points).settle(1).measure(2).channels(&["deflection 0", "mesh force 1"]).rattle();
         sweep.of(&LaneRk4::new(200).lanes::<4>(), family).start(start).run().unwrap()
@@ -449,7 +449,7 @@ fn lanes_refuse_rigid_stops() {
     let family = |p: &Point<'_>| Machine::of_constants(Bouncer, &[("speed", TAU), ("weight", p["weight"])]);
     let start =
         |_: &Point<'_>, _: &Machine<Bouncer>| Ok::<_, ParameterError>(State::new(0.0, &[0.5], &[0.0]));
-    let sweep = Sweep::new(Axis::list("weight", &[1.0]).unwrap()).settle(0).measure(2).channels(&["q0"]);
+    let sweep = Sweep::new(Axis::of_values("weight", &[1.0]).unwrap()).settle(0).measure(2).channels(&["q0"]);
     let refused = PointError::from(IntegrateError::StopNotLocated { contact: 0 });
     for rows in [
         sweep.of(&LaneRk4::new(64).lanes::<4>(), family).start(start).run(),
@@ -771,7 +771,7 @@ fn a_wrapper_has_the_drives_contacts_and_channels_of_its_base() {
         let u = &nodes[..drives];
         let (mut contacts, mut out) = ([Contact::default()], vec![0.0; model.channels().len()]);
         model.contact(u, &start.q, &start.v, &mut contacts);
-        model.observe(u, &start.q, &start.v, &contacts, &mut out);
+        model.write_channels(u, &start.q, &start.v, &contacts, &mut out);
         (nodes, contacts, out)
     };
     assert_eq!(values(&bare), values(&pair));

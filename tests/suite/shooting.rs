@@ -66,7 +66,7 @@ fn every_orbit<M: Periodic>(system: &str, model: impl Fn(f64) -> M) {
             cycle.states().len()
         );
         assert!(state < 1e-9 && multipliers < 1e-9);
-        assert_eq!(cycle.crossings(), point["n_switch"].as_u64().unwrap());
+        assert_eq!(cycle.crossing_count(), point["n_switch"].as_u64().unwrap());
     }
     for point in all["bifurcations"].as_array().unwrap() {
         let (model, x0) = (model(number(&point["Omega"])), numbers(&point["x0"]));
@@ -140,7 +140,7 @@ fn spur_pairs_of_the_classics() {
                 println!("{omega}: state {:.1e}, multipliers {multipliers:.1e}", off(&cycle, &y));
                 assert!(off(&cycle, &y) < 1e-9 && multipliers < 1e-9);
                 assert_eq!(cycle.stability() == Stability::Stable, solution["stable"].as_bool().unwrap());
-                assert_eq!(cycle.crossings(), solution["crossings"].as_u64().unwrap());
+                assert_eq!(cycle.crossing_count(), solution["crossings"].as_u64().unwrap());
                 let (mut statistics, mut rattle) =
                     (Statistics::new(&model, &["q0"]).unwrap(), Rattle::new(&model));
                 cycle.observe(&model, &mut (&mut statistics, &mut rattle)).unwrap();
@@ -225,7 +225,7 @@ fn check_face_gear_pair(wanted: &[f64]) {
              multipliers {} {} error {:.1e}",
             q.peak_to_peak() / ppv - 1.0,
             (q.mean - number(&case["mean"])) / ppv,
-            cycle.crossings(),
+            cycle.crossing_count(),
             powers(cycle.corrections()),
             cycle.multipliers().values()[0],
             cycle.multipliers().values()[1],
@@ -234,7 +234,7 @@ fn check_face_gear_pair(wanted: &[f64]) {
         assert!(off < 1e-9);
         assert!((q.peak_to_peak() / ppv - 1.0).abs() < 1e-9);
         assert!(((q.mean - number(&case["mean"])) / ppv).abs() < 1e-9);
-        assert_eq!(cycle.crossings() as f64, number(&case["events_per_period"]));
+        assert_eq!(cycle.crossing_count() as f64, number(&case["events_per_period"]));
         assert_eq!(cycle.stability(), Stability::Stable);
         // Liouville: the product of the multipliers is exp(-2 ζ T).
         let product = cycle.multipliers().values().iter().product::<Complex64>().norm();
@@ -248,7 +248,8 @@ fn check_face_gear_pair(wanted: &[f64]) {
 #[test]
 #[ignore = "minutes without optimisation: cargo test --release --test suite ring_of_three -- --ignored"]
 fn ring_of_three() {
-    let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap().in_frame(Frame::Rigid);
+    let ring =
+        Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap().with_frame(Frame::Rigid);
     // The largest multiplier is 0.9981: transients need 10⁴ periods to fall to 1e-8.
     let settled =
         Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 1e4 * ring.period()).unwrap();
@@ -271,7 +272,7 @@ fn ring_of_three() {
 #[test]
 fn ring_of_three_at_speed() {
     let params = RingSet::set_a(3, 5000.0).params().unwrap();
-    let ring = Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid);
+    let ring = Ring::as_printed(&params).unwrap().with_frame(Frame::Rigid);
     let near =
         Dop853::new().rtol(1e-11).atol(1e-15).end(&ring, &State::at_rest(7), 300.0 * ring.period()).unwrap();
     let cycle = Shooting::new().solve(&ring, &[State { t: 0.0, ..near }]).unwrap();
@@ -423,7 +424,7 @@ fn bad_guesses() {
 fn a_recorded_orbit_needs_no_further_integration() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.05 * 0.5625, stiffness: 0.0 };
     let orbit = Shooting::new().solve(&model, &State::new(0.0, &[1.0], &[0.25])).unwrap();
-    assert_eq!(orbit.crossings(), 2);
+    assert_eq!(orbit.crossing_count(), 2);
     let recorded = orbit.record(&model).unwrap();
     let figures = |replayed: bool| {
         let (mut statistics, mut rattle) =

@@ -145,7 +145,7 @@ fn jumping_drives_far_along_the_phase() {
         .map(|_| Mesh::new(Wave::new(wave), Wave::constant(0.0).unwrap(), Backlash::new(2.65e-5).unwrap()))
         .collect();
     params.mesh_damping.fill(1000.0);
-    let ring = Ring::new(&params).unwrap().in_frame(Frame::Rigid);
+    let ring = Ring::new(&params).unwrap().with_frame(Frame::Rigid);
     let (speed, solver) = (TAU / ring.period(), Dop853::new());
     let run = |phase: f64| {
         let model = VaryingSpeed::new(ring.clone(), SpeedLaw::constant(speed).unwrap());

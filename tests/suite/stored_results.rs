@@ -8,8 +8,10 @@ use serde_json::{Value, json};
 
 /// Rattle map of the pair: three speeds by two loads, with checks, strobed states and exponents.
 fn sweep() -> Sweep {
-    let axes =
-        vec![Axis::linear("speed", 120.0, 180.0, 3).unwrap(), Axis::list("load", &[20.0, 40.0]).unwrap()];
+    let axes = vec![
+        Axis::linear("speed", 120.0, 180.0, 3).unwrap(),
+        Axis::of_values("load", &[20.0, 40.0]).unwrap(),
+    ];
     let sweep = Sweep::new(Points::grid(axes).unwrap()).settle(2).measure(1).channels(&["q0", "deflection"]);
     sweep.rattle().strobe(1).check_every(2)
 }
@@ -71,10 +73,12 @@ fn rows_keep_their_bits() {
         assert_eq!((a.step_error("q0"), a.is_sensitive()), (b.step_error("q0"), b.is_sensitive()));
         assert_eq!(a.strobes().collect::<Vec<_>>(), b.strobes().collect::<Vec<_>>());
     }
-    let list = Points::list(&["a", "b"], &[vec![1.0, -2.5], vec![0.1, 1e-300]]).unwrap();
+    let list = Points::of_rows(&["a", "b"], &[vec![1.0, -2.5], vec![0.1, 1e-300]]).unwrap();
     assert_eq!(stored(&list), list);
-    let sweep =
-        Sweep::new(list).lyapunov(Lyapunov::new().measure(7)).early_end(1e-4).warm_start(WarmStart::Up);
+    let sweep = Sweep::new(list)
+        .lyapunov(Lyapunov::new().measure(7))
+        .repeat_tolerance(1e-4)
+        .warm_start(WarmStart::Up);
     assert_eq!(stored(&sweep), sweep);
 }
 

@@ -56,7 +56,7 @@ fn the_same_bits_however_it_is_run() {
     let rows = sweep.of(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
     for i in [0, 17, 40] {
         let value = rows.points().point(i)["we"];
-        let alone = Sweep::new(Axis::list("we", &[value]).unwrap());
+        let alone = Sweep::new(Axis::of_values("we", &[value]).unwrap());
         let alone = alone.settle(1).measure(2).channels(&["q0", "v0"]).rattle().strobe(2);
         let alone = alone.of(&LaneRk4::new(STEPS), pair).start(rest).run().unwrap();
         let (a, b) = (alone.iter().next().unwrap(), rows.get(i).unwrap());
@@ -98,7 +98,7 @@ fn at_rest(_: &Point<'_>, pair: &NfgPair) -> Result<State, ParameterError> {
     pair.on_drive_flank()
 }
 fn speeds(values: &[f64]) -> Points {
-    Points::from(Axis::list("speed", values).unwrap())
+    Points::from(Axis::of_values("speed", values).unwrap())
 }
 
 /// What fixed steps can miss in one period of a motion.
@@ -240,13 +240,13 @@ fn chaos_is_flagged_and_periods_are_found() {
 #[test]
 fn lanes_are_refilled_as_they_finish() {
     let points = frequencies(23);
-    let sweep = Sweep::new(points.clone()).settle(40).early_end(1e-9).measure(2).channels(&["q0"]);
+    let sweep = Sweep::new(points.clone()).settle(40).repeat_tolerance(1e-9).measure(2).channels(&["q0"]);
     let together = sweep.of(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap();
     let settled: Vec<usize> = together.iter().map(|row| row.settled_after()).collect();
     assert!(settled.iter().min() < settled.iter().max(), "{settled:?}");
     assert_eq!(together, sweep.of(&LaneRk4::new(1008).lanes::<8>(), pair).start(rest).run().unwrap());
     equals_each_alone(&together, |points| {
-        let sweep = Sweep::new(points).settle(40).early_end(1e-9).measure(2).channels(&["q0"]);
+        let sweep = Sweep::new(points).settle(40).repeat_tolerance(1e-9).measure(2).channels(&["q0"]);
         sweep.of(&LaneRk4::new(1008).lanes::<4>(), pair).start(rest).run().unwrap()
     });
 }
@@ -255,9 +255,9 @@ fn lanes_are_refilled_as_they_finish() {
 /// measured periods; motions that do not repeat are run in full.
 #[test]
 fn periods_of_a_motion_that_repeats_count_again() {
-    let points = Points::from(Axis::list("we", &[0.17, 0.241_304]).unwrap());
+    let points = Points::from(Axis::of_values("we", &[0.17, 0.241_304]).unwrap());
     let full = Sweep::new(points).settle(90).measure(9).channels(&["q0", "v0"]).rattle().strobe(5);
-    let early = full.clone().early_end(1e-7);
+    let early = full.clone().repeat_tolerance(1e-7);
     fn compare(engine: &impl SweepEngine<LanePair>, [full, early]: [&Sweep; 2]) -> Vec<usize> {
         let run = |sweep: &Sweep| sweep.of(engine, pair).start(rest).run().unwrap();
         let (full, early) = (run(full), run(early));
@@ -300,7 +300,7 @@ fn periods_of_a_motion_that_repeats_count_again() {
 fn equals_each_alone(together: &Rows, run: impl Fn(Points) -> Rows) {
     let names: Vec<&str> = together.points().names().iter().map(String::as_str).collect();
     for row in together.iter() {
-        let alone = run(Points::list(&names, &[row.point().values().to_vec()]).unwrap());
+        let alone = run(Points::of_rows(&names, &[row.point().values().to_vec()]).unwrap());
         let one = alone.get(0).unwrap();
         assert_eq!(alone.alone(), 1);
         for channel in ["q0", "deflection 0", "mesh force 1"] {
@@ -414,7 +414,7 @@ fn states_are_carried_along_a_line() {
             if warm_start == WarmStart::Up { (0..5).collect() } else { (0..5).rev().collect() };
         for i in order {
             let value = rows.points().point(i)["we"];
-            let alone = Sweep::new(Axis::list("we", &[value]).unwrap())
+            let alone = Sweep::new(Axis::of_values("we", &[value]).unwrap())
                 .settle(1)
                 .measure(1)
                 .channels(&["q0"])
@@ -442,7 +442,7 @@ fn a_cancelled_sweep_keeps_what_is_done() {
     let part = sweep
         .of(&LaneRk4::new(STEPS).lanes::<4>(), pair)
         .start(rest)
-        .row_observer(rows)
+        .row_callback(rows)
         .watch(Watch::new().cancel(stop.clone()))
         .run()
         .unwrap();
@@ -482,11 +482,11 @@ fn empty_and_reversed_ranges_and_nan_in_a_range() {
     assert!(matches!(Axis::linear("x", f64::NAN, 1.0, 5), Err(ParameterError::NotFinite { .. })));
     assert!(matches!(Axis::linear("x", 0.0, f64::INFINITY, 5), Err(ParameterError::NotFinite { .. })));
     assert!(matches!(Axis::linear("x", 0.0, 1.0, 1), Err(ParameterError::TooFew { .. })));
-    assert!(matches!(Axis::list("x", &[]), Err(ParameterError::Empty { .. })));
-    assert!(matches!(Axis::list("x", &[1.0, f64::NAN]), Err(ParameterError::NotFinite { .. })));
+    assert!(matches!(Axis::of_values("x", &[]), Err(ParameterError::Empty { .. })));
+    assert!(matches!(Axis::of_values("x", &[1.0, f64::NAN]), Err(ParameterError::NotFinite { .. })));
     assert!(matches!(Points::grid(vec![]), Err(ParameterError::Empty { .. })));
-    assert!(matches!(Points::list(&["x", "y"], &[vec![1.0]]), Err(ParameterError::Length { .. })));
-    assert!(matches!(Points::list(&["x"], &[]), Err(ParameterError::Empty { .. })));
+    assert!(matches!(Points::of_rows(&["x", "y"], &[vec![1.0]]), Err(ParameterError::Length { .. })));
+    assert!(matches!(Points::of_rows(&["x"], &[]), Err(ParameterError::Empty { .. })));
 }
 
 #[test]
@@ -500,7 +500,8 @@ fn zero_steps_per_period_and_zero_periods() {
     ));
     let nothing = sweep.clone().measure(0).of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
     assert!(matches!(nothing, Err(SweepError::Parameter(ParameterError::TooFew { .. }))));
-    let never = sweep.clone().early_end(f64::NAN).of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
+    let never =
+        sweep.clone().repeat_tolerance(f64::NAN).of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).run();
     assert!(matches!(never, Err(SweepError::Parameter(ParameterError::NotFinite { .. }))));
     let chunk = sweep.of(&LaneRk4::new(8).lanes::<4>(), pair).start(rest).chunk(3, 3);
     assert_eq!(chunk.unwrap_err(), SweepError::Chunk { chunk: 3, chunks: 3 });
@@ -562,7 +563,7 @@ fn models_that_cannot_share_lanes_run_alone() {
     assert_eq!((rows.alone(), rows.iter().count()), (6, 6));
     let grid = Points::grid(vec![
         Axis::linear("speed", 100.0, 110.0, 5).unwrap(),
-        Axis::list("eps", &[0.1, 0.2]).unwrap(),
+        Axis::of_values("eps", &[0.1, 0.2]).unwrap(),
     ])
     .unwrap();
     let family = |p: &Point<'_>| {
@@ -572,7 +573,7 @@ fn models_that_cannot_share_lanes_run_alone() {
     let rows = sweep.of(&LaneRk4::new(2016).lanes::<8>(), family).start(at_rest).run().unwrap();
     assert!(rows.alone() <= 2 && rows.iter().count() == 10);
     for row in rows.iter() {
-        let alone = Sweep::new(Points::list(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap())
+        let alone = Sweep::new(Points::of_rows(&["speed", "eps"], &[row.point().values().to_vec()]).unwrap())
             .settle(0)
             .measure(1)
             .channels(&["q0"]);
@@ -598,7 +599,7 @@ fn edges_of_drives_have_to_fall_on_the_grid() {
         Ring::new(&params)
     };
     let start = |_: &Point<'_>, ring: &Ring| Ok::<_, ParameterError>(State::at_rest(ring.dof()));
-    let sweep = Sweep::new(Axis::list("torque", &[40.0, 48.0]).unwrap())
+    let sweep = Sweep::new(Axis::of_values("torque", &[40.0, 48.0]).unwrap())
         .settle(1)
         .measure(1)
         .channels(&["deflection 0"]);

@@ -89,7 +89,7 @@ fn equal_planets_pass_every_method_in_relative_coordinates() {
     assert!((polished.multipliers().largest() - orbit.multipliers().largest()).abs() < 1e-9);
 
     let row = |rows: &Rows| rows.iter().next().unwrap().period_multiple();
-    let sweep = Sweep::new(Axis::list("speed", &[100.0]).unwrap()).settle(40).measure(8);
+    let sweep = Sweep::new(Axis::of_values("speed", &[100.0]).unwrap()).settle(40).measure(8);
     let located = sweep
         .of(&Located(Dop853::new().rtol(1e-10).atol(1e-16)), |p| train.with("speed", p["speed"]))
         .start(|_, _| start.clone())
@@ -270,7 +270,7 @@ fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     // is linear and any multiple of the difference solves it: it grows with the steps.
     let doubled = Continuation::new(borders[0], 1700.0).bounds(1400.0, 2000.0).max_points(50);
     let at = doublings.iter().find(|point| (point.parameter / borders[0] - 1.0).abs() < 1e-9).unwrap();
-    let branch = doubled.run(&family, Switch::at(at)).unwrap();
+    let branch = doubled.run(&family, Switch::of_point(at)).unwrap();
     let last = branch.points().last().unwrap();
     assert_eq!(last.orbit.least_period_multiple(), 2);
     let planet = train.shape().coordinates().iter().position(|c| c.name == "planet 1 angle").unwrap();

@@ -248,6 +248,15 @@ fn contributing_lists_all_reference_data_and_benches() {
     assert_same("benches of CONTRIBUTING.md", &benches, &self::files("benches", ".rs"));
 }
 
+/// A file of the source has at most 400 lines.
+#[test]
+fn files_of_the_source_have_at_most_400_lines() {
+    let lines = |path: &PathBuf| read_to_string(path).unwrap().lines().count();
+    let long: Vec<PathBuf> =
+        sources(root().join("src")).into_iter().filter(|path| lines(path) > 400).collect();
+    assert!(long.is_empty(), "{long:#?}");
+}
+
 /// Comments of the source end at column 110; tables and code of doc comments may be wider.
 #[test]
 fn comments_of_the_source_are_within_110_columns() {

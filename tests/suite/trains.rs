@@ -75,7 +75,7 @@ fn lin_and_parker_three_planets() {
     for (ours, theirs) in rotational[1..].iter().zip(&numbers(&data["rot"])[1..]) {
         worst = worst.max((ours / theirs - 1.0).abs());
     }
-    assert_eq!((rotational.len(), translational.len(), modes.rigid()), (6, 12, 1));
+    assert_eq!((rotational.len(), translational.len(), modes.rigid_count()), (6, 12, 1));
     for (pair, theirs) in translational.chunks(2).zip(numbers(&data["trans"])) {
         worst = worst.max((pair[0] / theirs - 1.0).abs()).max((pair[1] / theirs - 1.0).abs());
     }
@@ -114,7 +114,7 @@ fn counts_of_modes_by_kind() {
             let count = |kind: ModeKind| kinds.iter().filter(|own| **own == kind).count();
             let counts = [ModeKind::Rotational, ModeKind::Translational, ModeKind::Planet].map(count);
             assert_eq!(counts, [6, 12, 3 * (n - 3)], "{n} planets");
-            for mode in modes.list().iter().skip(modes.rigid()) {
+            for mode in modes.all().iter().skip(modes.rigid_count()) {
                 let energies = train.strain_energy(mode, 0.0);
                 assert!((energies.iter().map(|energy| energy.1).sum::<f64>() - 1.0).abs() < 1e-12);
             }
@@ -130,7 +130,7 @@ fn a_set_has_the_same_modes_at_any_place() {
         let members = Members { carrier: members.carrier.clone().centre(centre), ..members };
         let train =
             Planetary::new(3, 0.03, members, [k(), k()]).unwrap().parts().build("sun", 100.0).unwrap();
-        Modes::in_contact(&train, 0.0).unwrap().list().iter().map(|mode| mode.frequency()).collect()
+        Modes::in_contact(&train, 0.0).unwrap().all().iter().map(|mode| mode.frequency()).collect()
     };
     let (here, there) = (frequencies([0.0, 0.0]), frequencies([0.3, -0.2]));
     let most = here[here.len() - 1];
@@ -192,7 +192,7 @@ fn spur_pairs_of_the_classics_from_parts() {
             let y = [number(&solution["x0"]) + of("Fah"), number(&solution["v0"])];
             let (cycle, off) = orbit(&train, &y);
             assert!(off < 1e-9, "{off:e}");
-            assert_eq!(cycle.crossings(), solution["crossings"].as_u64().unwrap());
+            assert_eq!(cycle.crossing_count(), solution["crossings"].as_u64().unwrap());
             count += 1;
         }
     }
@@ -504,7 +504,7 @@ fn mesh_phasing_of_planets() {
                     let size: f64 = mode.shape().iter().zip(&inertias).map(|(x, m)| x * x * m).sum();
                     work.sum::<f64>() / size.sqrt()
                 };
-                modes.list().iter().map(along).collect()
+                modes.all().iter().map(along).collect()
             })
             .collect();
         for (harmonic, kind) in case["excited_by_harmonic"].as_object().unwrap() {
@@ -668,7 +668,7 @@ fn static_states_find_the_planets_that_carry_a_small_torque() {
 fn modes_without_stiffness_unstable_and_one_way() {
     let train = pair().build("pinion", 100.0).unwrap();
     let free = Modes::about(&train, &State::at_rest(2), Some(&[Piece::Gap])).unwrap();
-    assert_eq!((free.rigid(), free.eigenvalues().len()), (2, 0));
+    assert_eq!((free.rigid_count(), free.eigenvalues().len()), (2, 0));
     /// q_0'' = -q_0 - 5 q_1, q_1'' = s q_1: coupled one way.
     struct OneWay(f64);
     impl Model for OneWay {
@@ -683,8 +683,8 @@ fn modes_without_stiffness_unstable_and_one_way() {
     assert!(!modes.is_symmetric());
     assert!((modes.frequencies()[0] - 1.0).abs() < 1e-9 && (modes.frequencies()[1] - 2.0).abs() < 1e-9);
     let unstable = Modes::in_contact(&OneWay(3.0), 0.0).unwrap();
-    assert_eq!((unstable.unstable(), unstable.rigid()), (1, 0));
-    assert!((unstable.list()[0].square() + 3.0).abs() < 1e-9);
+    assert_eq!((unstable.unstable_count(), unstable.rigid_count()), (1, 0));
+    assert!((unstable.all()[0].square() + 3.0).abs() < 1e-9);
 }
 
 /// The stiffness that a lost sun tooth leaves: each planet meets the tooth a third of a turn after the one before.
@@ -778,7 +778,7 @@ fn clearances_along_the_line_of_action_have_static_states_and_modes() {
         );
     }
     let modes = Modes::in_contact(&rotor, 0.0).unwrap();
-    assert_eq!((modes.unstable(), modes.rigid(), modes.list().len()), (0, 0, 3));
+    assert_eq!((modes.unstable_count(), modes.rigid_count(), modes.all().len()), (0, 0, 3));
 }
 
 /// The load balances a torque over the angle, one over the speed and constant ones, at any values of their constants.
@@ -849,7 +849,7 @@ fn kinds_in_relative_coordinates() {
     let kinds = |parts: &Parts| {
         let train = parts.build("sun", 100.0).unwrap();
         let modes = Modes::in_contact(&train, 0.0).unwrap();
-        let rigid = modes.rigid();
+        let rigid = modes.rigid_count();
         (rigid, train.kinds(&modes).split_off(rigid))
     };
     let (none, relative) = kinds(&parts);

@@ -148,7 +148,7 @@ fn differences_of_the_ring() {
         let set = RingSet { error: 1e-5, ..RingSet::set_a(3, 5000.0) };
         let mut params = set.params().unwrap();
         params.meshes = params.meshes.into_iter().map(|mesh| mesh.with_contact_damping(damping)).collect();
-        let ring = Ring::as_printed(&params).unwrap().in_frame(Frame::Rigid);
+        let ring = Ring::as_printed(&params).unwrap().with_frame(Frame::Rigid);
         let mut size = vec![1e-4; 14];
         size[7..].fill(1.0);
         let start = Dop853::new().end(&ring, &State::at_rest(7), 20.3 * ring.period()).unwrap();

@@ -33,7 +33,10 @@ fn truth(pair: &NfgPair) -> Outcome<(FourierOrbit, u64)> {
         .period_multiple(steady.period_multiple)
         .solve(pair, &[State { t: 0.0, ..steady.state }])?;
     let fine = Dop853::new().rtol(1e-13).atol_each(&[1e-18, 1e-19]);
-    Ok((FourierOrbit::project(&fine, pair, &cycle.states()[0], &Harmonics::up_to(4000))?, cycle.crossings()))
+    Ok((
+        FourierOrbit::project(&fine, pair, &cycle.states()[0], &Harmonics::up_to(4000))?,
+        cycle.crossing_count(),
+    ))
 }
 
 /// Results of a balance of H orders, as shares of the peak-to-peak value of the reference; NaN if no orbit is
@@ -73,7 +76,7 @@ fn row(pair: &NfgPair, truth: &FourierOrbit, highest: usize, integrals: Integral
 /// largest at the start, where the static deflection B0/F is known.
 fn needed(pair: &NfgPair) -> Outcome<f64> {
     let load = pair.constant("load torque")? / (pair.constant("inertia")? * pair.natural_frequency().powi(2));
-    let stiffness = load / (-pair.on_drive_flank()?.q[0] - pair.half_backlash());
+    let stiffness = load / (-pair.on_drive_flank()?.q[0] - pair.half_backlash_angle());
     Ok(1.2 * stiffness.sqrt() / pair.speed())
 }
 

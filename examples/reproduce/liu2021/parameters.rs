@@ -19,7 +19,7 @@ fn gap_and_elastic(report: &mut Report, all: &[(Case, Line)], sweep: usize) -> O
     let mut rows = Vec::new();
     for eps in [0.1, 0.2, 0.3, 0.4] {
         let mut cells =
-            vec![eps.to_string(), format!("{:.3e}", 2.0 * SWEEPS[sweep].pair(0, eps)?.half_backlash())];
+            vec![eps.to_string(), format!("{:.3e}", 2.0 * SWEEPS[sweep].pair(0, eps)?.half_backlash_angle())];
         for reading in 0..READINGS.len() {
             let of = all.iter().find(|(case, _)| *case == (sweep, reading, 0)).map(|(_, points)| points);
             let point = of.and_then(|points| points.iter().find(|(x, _)| *x == eps)).and_then(|(_, p)| *p);

@@ -34,7 +34,7 @@ pub fn roots(report: &mut Report, speed: f64) -> Outcome<()> {
     let draws = HeldProcess::new(1.0, Uniform::new(-1.0, 1.0)?)?.seed(2021);
     for k in 0..starts_drawn {
         let drawn =
-            (0..newton.harmonics().unknowns()).map(|i| pair.half_backlash() * draws.held(i as u64, k));
+            (0..newton.harmonics().unknowns()).map(|i| pair.half_backlash_angle() * draws.held(i as u64, k));
         starts.push(orbit_of(drawn.collect())?);
     }
     let solved = |start: &FourierOrbit| {

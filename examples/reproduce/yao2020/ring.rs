@@ -19,7 +19,7 @@ pub const SETS: [Set; 2] = [("A", |rpm| RingSet::set_a(3, rpm)), ("E", |rpm| Rin
 /// The ring of three gears as Yao 2020 prints it, in the frame of its rigid motion, since 44 N m and 3 x 2 N
 /// m do not balance.
 pub fn ring(set: &RingSet) -> Outcome<Ring> {
-    Ok(Ring::as_printed(&set.params()?)?.in_frame(Frame::Rigid))
+    Ok(Ring::as_printed(&set.params()?)?.with_frame(Frame::Rigid))
 }
 
 /// The ring with gain × a held process added to the damping of each mesh.

@@ -72,7 +72,7 @@ pub fn branch(case: &mut Case) -> Run {
     let located: Option<&BranchPoint> = branch.located().map(|(_, point)| point).next();
     let Some(point) = located.or(branch.points().first()) else { return Ok(()) };
     if case.chance(0.5) {
-        let switched = case.accept(settings.run(&family, Switch::at(point)));
+        let switched = case.accept(settings.run(&family, Switch::of_point(point)));
         switched.iter().try_for_each(points)?;
     }
     let plane = Family::over(&train, [name, any_name(case)])?;

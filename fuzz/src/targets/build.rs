@@ -53,7 +53,7 @@ pub fn pair(case: &mut Case) -> Run {
         return speaks_numbers(&own, &start);
     }
     let pair = NfgPair::of_reading(&params, reading)?;
-    let figures = [pair.mean_radius(), pair.natural_frequency(), pair.half_backlash(), pair.period()];
+    let figures = [pair.mean_radius(), pair.natural_frequency(), pair.half_backlash_angle(), pair.period()];
     all_finite("mean radius, natural frequency, half backlash, period", &figures)?;
     holds(pair.period() > 0.0, || format!("period {:e}", pair.period()))?;
     let start = pair.on_drive_flank()?;
@@ -95,7 +95,7 @@ pub fn ring(case: &mut Case) -> Run {
     all_finite("stiffness", ring.stiffness_matrix(&stiffness)?.as_slice())?;
     if let Some(modes) = case.accept(gear_dynamics::linear::Modes::mean_in_contact(&ring)) {
         all_finite("frequencies", &modes.frequencies())?;
-        modes.list().iter().try_for_each(|mode| all_finite("shape of a mode", mode.shape()))?;
+        modes.all().iter().try_for_each(|mode| all_finite("shape of a mode", mode.shape()))?;
         modes.eigenvalues().iter().try_for_each(|value| all_finite("eigenvalue", &[value.re, value.im]))?;
     }
     let view = ring.relative(case.number(1e-5), case.number(1e4))?;

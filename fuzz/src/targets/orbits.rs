@@ -140,7 +140,7 @@ fn harmonics(case: &mut Case) -> Result<Harmonics, ParameterError> {
         1 => {
             let orders: Vec<usize> =
                 (0..case.below(8)).map(|i| if case.hostile() { case.count(5) } else { i }).collect();
-            Harmonics::list(&orders)?
+            Harmonics::of_orders(&orders)?
         }
         _ => Harmonics::up_to(if case.hostile() { case.below(3) } else { 2 + case.below(30) }),
     };

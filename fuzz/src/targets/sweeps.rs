@@ -17,7 +17,7 @@ fn axis(case: &mut Case, name: &str, from: f64, to: f64, count: usize) -> Result
         Axis::linear(name, case.number(from), case.number(to), count)
     } else {
         let values = case.list(count.min(20), from);
-        Axis::list(name, &values)
+        Axis::of_values(name, &values)
     }
 }
 
@@ -35,7 +35,7 @@ pub fn points(case: &mut Case) -> Run {
         }
     }
     let rows: Vec<Vec<f64>> = (0..case.below(4)).map(|_| case.list(2, 1.0)).collect();
-    let list = Points::list(&["x", "y"], &rows)?;
+    let list = Points::of_rows(&["x", "y"], &rows)?;
     holds(list.len() == rows.len() && !list.is_empty(), || format!("{} points of {}", list.len(), rows.len()))
 }
 
@@ -43,7 +43,7 @@ pub fn points(case: &mut Case) -> Run {
 fn sweep(case: &mut Case, points: Points) -> Sweep {
     let mut sweep = Sweep::new(points).settle(case.effort(2)).measure(case.effort(2));
     if case.chance(0.3) {
-        sweep = sweep.early_end(case.number(1e-6));
+        sweep = sweep.repeat_tolerance(case.number(1e-6));
     }
     if case.chance(0.3) {
         sweep = sweep.periodic_tolerance(case.number(1e-6));
@@ -118,7 +118,7 @@ fn judge(case: &mut Case, rows: Rows) -> Run {
         }
     }
     let found = Attractors::find(&rows, case.number(1e-3))?;
-    holds(found.list().iter().all(|one| one.rows > 0), || "an attractor without rows".into())
+    holds(found.all().iter().all(|one| one.rows > 0), || "an attractor without rows".into())
 }
 
 /// Steps per period. 2²⁴ steps are accepted but take a minute; they are replaced by 2¹².

@@ -164,8 +164,8 @@ pub fn train(case: &mut Case) -> Run {
     speaks_numbers(&train, &State::at_rest(train.dof()))?;
     if let Some(modes) = case.accept(Modes::mean_in_contact(&train)) {
         all_finite("frequencies", &modes.frequencies())?;
-        holds(train.kinds(&modes).len() == modes.list().len(), || "a kind for each mode".into())?;
-        for mode in modes.list() {
+        holds(train.kinds(&modes).len() == modes.all().len(), || "a kind for each mode".into())?;
+        for mode in modes.all() {
             all_finite("shape of a mode", mode.shape())?;
             train
                 .strain_energy(mode, 0.3)

@@ -108,7 +108,7 @@ fn figures(train: &Train, orbit: &ShootingOrbit) -> Result<([f64; 3], u64), Stri
     orbit.observe(train, statistics).map_err(told)?;
     let name = if statistics.summary("deflection 0").is_ok() { "deflection 0" } else { "deflection" };
     let s: Summary = statistics.summary(name).map_err(told)?;
-    Ok(([s.mean, s.rms, s.peak_to_peak()], orbit.crossings()))
+    Ok(([s.mean, s.rms, s.peak_to_peak()], orbit.crossing_count()))
 }
 
 /// Steps of the differences, as shares of the constant.

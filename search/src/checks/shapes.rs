@@ -212,7 +212,7 @@ fn lanes<G: Shape + Send + Sync>(
     // Mesh cycles are long at low speeds, the fastest mode of a gear is not.
     let per_cycle = if is_in_si { (128.0 * (400.0 / speed).max(1.0)) as usize } else { STEPS };
     let steps = cycles * per_cycle;
-    let points = || Axis::list("speed", &speeds).map(Points::from).map_err(told);
+    let points = || Axis::of_values("speed", &speeds).map(Points::from).map_err(told);
     let lanes = LaneRk4::new(steps).lanes::<4>();
     let plain = InstructionSet::available().into_iter().next().ok_or("no instructions")?;
     let together = rows(machine, points()?, &lanes)?;
@@ -225,7 +225,7 @@ fn lanes<G: Shape + Send + Sync>(
     let table = rows(machine, points()?, &TableRk4::new(steps))?;
     for (i, speed) in speeds.iter().enumerate() {
         let Ok(row) = together.get(i) else { continue };
-        let alone = Points::from(Axis::list("speed", &[*speed]).map_err(told)?);
+        let alone = Points::from(Axis::of_values("speed", &[*speed]).map_err(told)?);
         let alone = rows(machine, alone, &lanes)?;
         let alone = alone.get(0).map_err(told)?;
         if row.channel("q0") != alone.channel("q0") || !row.strobes().eq(alone.strobes()) {

@@ -114,7 +114,7 @@ fn coordinates(draw: &mut Draw) -> Outcome {
     let apart = apart(&a, &b);
     draw.note(|| format!("multipliers apart {apart:.1e}, swings {off:.1e}"));
     let told =
-        |orbit: &ShootingOrbit| (orbit.crossings(), orbit.states().len(), orbit.corrections().to_vec());
+        |orbit: &ShootingOrbit| (orbit.crossing_count(), orbit.states().len(), orbit.corrections().to_vec());
     draw.note(|| format!("crossings, nodes, corrections {:?} {:?}", told(&a), told(&b)));
     draw.note(|| format!("swings {of_a:?} {of_b:?}"));
     draw.note(|| format!("ranges {:?} {:?}", a.range(), b.range()));
@@ -340,7 +340,7 @@ where
     E: SweepEngine<Train>,
 {
     let speed = train.constant("speed").map_err(|error| error.to_string())?;
-    let points = Points::from(Axis::list("speed", &[speed]).map_err(|error| error.to_string())?);
+    let points = Points::from(Axis::of_values("speed", &[speed]).map_err(|error| error.to_string())?);
     let start = State { t: 0.0, ..start.clone() };
     let rows = Sweep::new(points)
         .settle(100)

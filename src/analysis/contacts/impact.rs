@@ -123,12 +123,12 @@ impl ImpactSummary {
     /// inverse of their duration (Campbell's theorem). In decibels: 20 log10 R.
     ///
     /// # Errors
-    /// [`ParameterError::MissingConstant`] if an impact on a rigid stop has no impulse; a force or a period
+    /// [`ParameterError::NotSet`] if an impact on a rigid stop has no impulse; a force or a period
     /// outside 1e-50 .. 1e50; [`ParameterError::Overflow`].
     pub fn rattle_index(&self, force: f64, period: f64) -> Result<f64, ParameterError> {
         let (force, period) = (check::scale("mean mesh force", force)?, check::scale("period", period)?);
-        let name = || "effective mass of the contact with a rigid stop".to_owned();
-        let impulse = self.rms_impulse.ok_or_else(|| ParameterError::MissingConstant { name: name() })?;
+        let name = "effective mass of the contact with a rigid stop";
+        let impulse = self.rms_impulse.ok_or(ParameterError::NotSet { name })?;
         let index = impulse * (self.rate() / period).sqrt() / force;
         check::representable("rattle index", index, &[impulse, self.rate()])
     }

@@ -5,7 +5,7 @@ use crate::branches::design::objective::DesignError;
 use crate::branches::design::reach::reach;
 use crate::branches::design::search::{Search, Space};
 use crate::branches::sensitivity::figure::Figure;
-use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
+use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
 use crate::periodic::ShootingOrbit;
@@ -62,7 +62,7 @@ impl Fit {
         parameters: &[f64],
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<f64>, DesignError> {
-        let constants = constants_of(model)?;
+        let constants = model.offers().named()?;
         let place = constants.place(&self.objective.parameter)?;
         let orbits = self.orbits(model, parameters, guess)?;
         let figure = |(p, orbit): (&f64, &ShootingOrbit)| {
@@ -79,7 +79,7 @@ impl Fit {
         parameters: &[f64],
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<ShootingOrbit>, DesignError> {
-        let constants = constants_of(model)?;
+        let constants = model.offers().named()?;
         let place = constants.place(&self.objective.parameter)?;
         let Some(&first) = parameters.first() else {
             return Err(ParameterError::Empty { name: "measured points".into(), min: 1 }.into());
@@ -106,7 +106,7 @@ impl Fit {
         measured: &[(f64, f64)],
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Optimum, DesignError> {
-        let constants = constants_of(model)?;
+        let constants = model.offers().named()?;
         let place = constants.place(&self.objective.parameter)?;
         let (space, start) = Space::new(constants, &self.over)?;
         if self.over.iter().any(|(name, _)| *name == self.objective.parameter) {

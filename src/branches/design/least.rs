@@ -4,7 +4,7 @@ use crate::branches::design::objective::DesignError;
 use crate::branches::design::reach::reach;
 use crate::branches::design::search::{Search, Space};
 use crate::branches::sensitivity::figure::Figure;
-use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
+use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
 use crate::model::{Periodic, State};
 use crate::periodic::ShootingOrbit;
 use std::cell::RefCell;
@@ -72,7 +72,7 @@ impl Least {
         model: &dyn Periodic,
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Optimum, DesignError> {
-        let constants = constants_of(model)?;
+        let constants = model.offers().named()?;
         let (space, start) = Space::new(constants, &self.over)?;
         let (shooting, meter) = (&self.shooting, Rc::new(self.budget.begin()));
         let orbit = shooting.solve(model, guess)?;

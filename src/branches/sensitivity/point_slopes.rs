@@ -11,7 +11,7 @@ use crate::branches::points::test_functions::{doubling, torus};
 use crate::branches::sensitivity::along::{along_direction, smooth};
 use crate::branches::sensitivity::derivatives::{Neighbours, gather};
 use crate::branches::sensitivity::quantity::Quantity;
-use crate::branches::sensitivity::sensitivity_of_orbit::{Sensitivity, constants_of};
+use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
 use crate::branches::sensitivity::totals::Totals;
 use crate::contact::Piece;
 use crate::contact::edge::Edge;
@@ -38,16 +38,16 @@ impl Sensitivity {
     ///
     /// # Errors
     /// [`BranchError::Kind`] for a point that was not located or is a crossing of branches;
-    /// [`BranchError::NoConstants`]; an unknown constant.
+    /// A model without named constants; an unknown constant.
     pub fn of_point(
         model: &dyn Periodic,
         parameter: &str,
         point: &BranchPoint,
     ) -> Result<Vec<f64>, BranchError> {
-        let family = constants_of(model)?;
+        let family = model.offers().named()?;
         let place = family.place(parameter)?;
         let at = without_grazed_stop(family.with_values(&[(place, point.parameter)])?, point);
-        let constants = constants_of(&*at)?;
+        let constants = at.offers().named()?;
         let budget = Budget::new();
         let totals = Totals::new(&*at, constants, &point.orbit, Rc::new(budget.begin()))?;
         let along: Vec<f64> = match &point.located {
@@ -147,7 +147,7 @@ fn grazing(
     contact: usize,
     edge: Edge,
 ) -> Result<Vec<f64>, BranchError> {
-    let constants = constants_of(model)?;
+    let constants = model.offers().named()?;
     let slopes = totals.solve()?;
     let neighbours = Neighbours::new(constants, &totals.units, model.period())?;
     let measured = measure(&totals.curve, 0.0, &totals.passage, &[])?;

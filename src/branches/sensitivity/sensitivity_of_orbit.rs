@@ -7,7 +7,6 @@ use crate::branches::sensitivity::figure::Figure;
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::totals::Totals;
 use crate::error::{ParameterError, check};
-use crate::model::equations::Constants;
 use crate::model::{Channel, Periodic};
 use crate::ode::Budget;
 use crate::ode::budget::Meter;
@@ -53,20 +52,12 @@ struct Figures {
     peak_to_peak: Vec<f64>,
 }
 
-/// The named constants of a model.
-///
-/// # Errors
-/// A model without named constants.
-pub(crate) fn constants_of<'m>(model: &'m (dyn Periodic + 'm)) -> Result<&'m dyn Constants, BranchError> {
-    model.offers().constants.ok_or(BranchError::NoConstants)
-}
-
 impl Sensitivity {
     /// The derivatives for an orbit of `model`, with the parameter of that orbit, and the channels of these
     /// names (see [`Probe`](crate::ode::Probe)).
     ///
     /// # Errors
-    /// [`BranchError::NoConstants`] for a model without named constants; an unknown channel;
+    /// A model without named constants; an unknown channel;
     /// [`CurveError::NoSolution`](crate::branches::CurveError::NoSolution) for the orbit of another model,
     /// for example with another speed; [`CurveError::Singular`](crate::branches::CurveError::Singular) if an
     /// orbit is not isolated. Near a fold the derivatives grow without bound.
@@ -81,7 +72,7 @@ impl Sensitivity {
         channels: &[&str],
         meter: Rc<Meter<'_>>,
     ) -> Result<Self, BranchError> {
-        let constants = constants_of(model)?;
+        let constants = model.offers().named()?;
         let wanted = Probe::new(model).indices(channels)?;
         let wanted: Vec<Quantity> = wanted.into_iter().map(Quantity::Channel).collect();
         let totals = Totals::new(model, constants, orbit, meter)?;
@@ -140,7 +131,7 @@ impl Sensitivity {
         model: &dyn Periodic,
         orbit: &ShootingOrbit,
     ) -> Result<Vec<[f64; 2]>, BranchError> {
-        let constants = constants_of(model)?;
+        let constants = model.offers().named()?;
         let budget = Budget::new();
         let totals = Totals::new(model, constants, orbit, Rc::new(budget.begin()))?;
         let slopes = totals.solve()?;

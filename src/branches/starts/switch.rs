@@ -41,7 +41,7 @@ use nalgebra::{DMatrix, DVector};
 /// let range = Continuation::new(2.4, 1.7).max_points(40);
 /// let branch = range.run(&family, &State::new(0.0, &[1.5], &[0.0]))?;
 /// let range = range.max_points(3);
-/// let doubled = range.run(&family, Switch::at(branch.of_kind(PointKind::PeriodDoubling)[0]))?;
+/// let doubled = range.run(&family, Switch::of_point(branch.of_kind(PointKind::PeriodDoubling)[0]))?;
 /// assert_eq!(doubled.points()[0].orbit.period_multiple(), 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -54,7 +54,7 @@ pub struct Switch<'p, O = ShootingOrbit> {
 
 impl<'p, O> Switch<'p, O> {
     /// The branch that crosses at a point, in one direction.
-    pub fn at(point: &'p BranchPoint<O>) -> Self {
+    pub fn of_point(point: &'p BranchPoint<O>) -> Self {
         Switch { point, way: 1.0 }
     }
     /// The same branch in the opposite direction. At a period doubling it has the same orbits, half a period

@@ -3,7 +3,7 @@
 use crate::certify::certificate::Certificate;
 use crate::certify::derived::course::{Course, state_at};
 use crate::certify::unproved::Unproved;
-use crate::error::{ParameterError, check};
+use crate::error::check;
 use crate::interval::number::Interval;
 use crate::model::Periodic;
 use crate::model::recording::Constants;
@@ -56,8 +56,7 @@ impl ShootingOrbit {
         check::positive("least width of a part", least)?;
         check::finite("lower end of the range", range.low())?;
         check::finite("upper end of the range", range.high())?;
-        let none = || ParameterError::NoSuchConstant { name: name.into(), known: "none".into() };
-        let constants = model.offers().constants.ok_or_else(none)?;
+        let constants = model.offers().named()?;
         let family = Values { constants, place: constants.place(name)?, name, orbit: self };
         let mut parts: Vec<(Interval, Certificate)> = Vec::new();
         let mut open: Vec<(Interval, Unproved)> = Vec::new();

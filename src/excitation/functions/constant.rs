@@ -17,10 +17,6 @@ use crate::excitation::wave::Wave;
 pub struct Constant(f64);
 
 impl Constant {
-    /// The constant 0.
-    pub(crate) fn zero() -> Self {
-        Constant(0.0)
-    }
     /// A constant within ±1e50.
     ///
     /// # Errors
@@ -46,5 +42,9 @@ impl Wave {
     /// A value beyond ±1e50.
     pub fn constant(value: f64) -> Result<Self, ParameterError> {
         Ok(Wave::new(Constant::new(value)?))
+    }
+    /// The wave 0.
+    pub(crate) fn zero() -> Self {
+        Wave::new(Constant(0.0))
     }
 }

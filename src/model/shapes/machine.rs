@@ -332,8 +332,8 @@ impl<G: Shape> Model for Machine<G> {
     fn channels(&self) -> Vec<Channel> {
         self.shape().channels()
     }
-    fn observe(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
-        self.shape().observe(Drives::new(self.size().waves, u), q, v, contacts, out);
+    fn write_channels(&self, u: &[f64], q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+        self.shape().write_channels(Drives::new(self.size().waves, u), q, v, contacts, out);
     }
 }
 

@@ -222,7 +222,7 @@ pub trait Shape: PartialEq {
         let _ = (law, i, u, q, v);
         Contact::default()
     }
-    /// Writes the waves at an angle φ `[rad]`, a number or a series over time, to `u`, which has
+    /// Writes the waves at an angle φ `[rad]`, of any kind of [`Angle`], to `u`, which has
     /// [`Size::waves`] entries. `side`: before or after a jump at this angle. Default: no waves.
     ///
     /// All waves repeat with the angle 2π/[`repeats`](Shape::repeats). Rates are over the angle. At an edge
@@ -252,7 +252,7 @@ pub trait Shape: PartialEq {
         1
     }
     /// Number of cycles of the fastest wave in a period, for example of the mesh with the most teeth. Engines
-    /// choose their steps by it ([`LaneRk4::for_model`](crate::sweep::LaneRk4::for_model)). Default: 1.
+    /// choose their steps by it ([`LaneRk4::of_model`](crate::sweep::LaneRk4::of_model)). Default: 1.
     fn cycles_in_a_period(&self) -> u32 {
         1
     }
@@ -292,7 +292,14 @@ pub trait Shape: PartialEq {
         Vec::new()
     }
     /// Writes the values of the [`channels`](Shape::channels) to `out`.
-    fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], contacts: &[Contact], out: &mut [f64]) {
+    fn write_channels(
+        &self,
+        u: Drives<'_, f64>,
+        q: &[f64],
+        v: &[f64],
+        contacts: &[Contact],
+        out: &mut [f64],
+    ) {
         let _ = (u, q, v, contacts, out);
     }
 }

@@ -297,7 +297,7 @@ mod tests {
             for set in [RingSet::set_a(3, 1000.0), undamped, RingSet::set_a(NARROWS_FROM, 1000.0)] {
                 let mut params = set.params()?;
                 params.gears[1].base_radius *= 1.5;
-                let ring = Ring::as_printed(&params)?.in_frame(frame);
+                let ring = Ring::as_printed(&params)?.with_frame(frame);
                 let modes = rigid_modes(&ring, ring.period());
                 assert_eq!(modes.len(), 1);
                 for (x, r) in modes[0].iter().zip(ring.rigid_motion()) {

@@ -269,7 +269,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("base radius", "m"), Channel::new("elastic part", "rad")]
     }
-    fn observe(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
+    fn write_channels(&self, u: Drives<'_, f64>, q: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
         let at = self.at(u);
         let [_, _, _, natural] = u.constants();
         out[0] = self.gear.radius * u.all_waves()[RADIUS];

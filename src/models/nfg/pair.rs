@@ -36,7 +36,7 @@ use crate::models::nfg::nfg_shape::{CONSTANTS, NfgShape, STIFFNESS};
 /// use gear_dynamics::{NfgPair, NfgParams, ode::Probe, excitation::Side};
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// assert!((pair.natural_frequency() - 12_362.613_066_76).abs() < 1e-7);
-/// assert!((pair.half_backlash() - 6.236_939_33e-4).abs() < 1e-12);
+/// assert!((pair.half_backlash_angle() - 6.236_939_33e-4).abs() < 1e-12);
 ///
 /// let start = pair.on_drive_flank()?; // q = -b̄ - B0/F
 /// let mut probe = Probe::new(&pair);
@@ -71,7 +71,7 @@ impl NfgPair {
 
 impl NfgPair {
     /// b/L `[rad]`, the half backlash of the dead zone at the mean radius; b is half of the backlash.
-    pub fn half_backlash(&self) -> f64 {
+    pub fn half_backlash_angle(&self) -> f64 {
         self.prepared_constants()[5]
     }
 }

@@ -291,7 +291,14 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("base radius", "m"), Channel::new("elastic part", "m")]
     }
-    fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+    fn write_channels(
+        &self,
+        u: Drives<'_, f64>,
+        _: &[f64],
+        _: &[f64],
+        contacts: &[Contact],
+        out: &mut [f64],
+    ) {
         let Contact { deflection, rate, lower, upper, .. } = contacts[0];
         out[0] = u.all_waves()[RADIUS];
         out[1] = self.mesh.law().force(Deflection { x: deflection, rate, lower, upper });

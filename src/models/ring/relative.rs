@@ -115,8 +115,10 @@ impl<N: Nonlinearity> RelativeView<'_, N> {
         check::quantities("relative coordinates", q)?;
         check::quantities("relative rates", v)?;
         let (e, rate) = self.closure(t);
-        for (name, x, expected) in [("sum of the mesh coordinates", q, e), ("sum of the mesh rates", v, rate)]
-        {
+        for (name, x, expected) in [
+            ("closure of the ring, the sum of the mesh coordinates,", q, e),
+            ("closure of the ring, the sum of the mesh rates,", v, rate),
+        ] {
             let found: f64 = x[1..=n].iter().sum();
             let size = x[1..=n].iter().fold(expected.abs(), |m, x| m.max(x.abs()));
             if (found - expected).abs() > CLOSURE * size {

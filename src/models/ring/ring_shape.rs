@@ -23,7 +23,7 @@ use crate::scalar::Scalar;
 ///     ring.accel(&u, &rest, &rest, &mut a);
 ///     a[0]
 /// };
-/// let difference = motor(&ring) - motor(&ring.clone().in_frame(Frame::Rigid));
+/// let difference = motor(&ring) - motor(&ring.clone().with_frame(Frame::Rigid));
 /// assert!((difference - 712.736_411_9).abs() < 1e-6); // rigid acceleration α [rad/s²]
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -61,7 +61,7 @@ pub enum Frame {
 ///
 /// ```
 /// use gear_dynamics::{models::ring::{Frame, RingSet}, Dop853, Integrator, Model, Ring, State};
-/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?.in_frame(Frame::Rigid);
+/// let ring = Ring::as_printed(&RingSet::set_a(3, 1000.0).params()?)?.with_frame(Frame::Rigid);
 /// let end = Dop853::new().end(&ring, &State::at_rest(ring.dof()), 1e-3)?;
 /// assert!((end.q[0] - 3.746_261_04e-4).abs() < 1e-11); // θ_M [rad]
 /// assert_eq!((&ring.names()[2].name[..], &ring.names()[7].name[..]), ("mesh damping 0", "load torque 2"));
@@ -143,7 +143,7 @@ impl<N: Nonlinearity> Ring<N> {
     }
 
     /// The same ring in another frame.
-    pub fn in_frame(self, frame: Frame) -> Self
+    pub fn with_frame(self, frame: Frame) -> Self
     where
         N: Clone,
     {
@@ -325,7 +325,14 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         };
         (0..self.meshes.len()).flat_map(of_mesh).collect()
     }
-    fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+    fn write_channels(
+        &self,
+        u: Drives<'_, f64>,
+        _: &[f64],
+        _: &[f64],
+        contacts: &[Contact],
+        out: &mut [f64],
+    ) {
         for (i, (out, contact)) in out.chunks_exact_mut(2).zip(contacts).enumerate() {
             let mesh = &u.all_waves()[if self.alike { 0 } else { STRIDE * i }..][..STRIDE];
             out[0] = contact.deflection + mesh[ERROR];

@@ -102,7 +102,7 @@ impl FourierOrbit {
     /// The same orbit without the orders above `highest`; `None` if no order is left.
     pub(crate) fn below(&self, highest: usize) -> Option<Self> {
         let orders: Vec<usize> = self.harmonics.orders().iter().copied().filter(|&k| k <= highest).collect();
-        Harmonics::list(&orders)
+        Harmonics::of_orders(&orders)
             .and_then(|h| h.with_period_multiple(self.harmonics.period_multiple()))
             .ok()
             .map(|harmonics| self.on(&harmonics))

@@ -21,7 +21,7 @@ const REPEATS: f64 = 1e-8;
 /// use gear_dynamics::{NfgPair, NfgParams, Periodic, Shooting, Statistics, periodic::Stability};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let cycle = Shooting::new().solve(&pair, &[pair.on_drive_flank()?])?;
-/// assert_eq!((cycle.crossings(), cycle.stability()), (0, Stability::Stable));
+/// assert_eq!((cycle.crossing_count(), cycle.stability()), (0, Stability::Stable));
 ///
 /// let mut statistics = Statistics::new(&pair, &["q0"])?;
 /// cycle.observe(&pair, &mut statistics)?;
@@ -96,7 +96,7 @@ impl ShootingOrbit {
         self.parts.multipliers.stability()
     }
     /// Number of tooth edges crossed in one period of the orbit.
-    pub fn crossings(&self) -> u64 {
+    pub fn crossing_count(&self) -> u64 {
         self.parts.crossings
     }
     /// Units of the corrections: the range of motion of each coordinate, then of each velocity, in the guess,

@@ -110,7 +110,7 @@ impl<'w> PathIntegration<'w> {
     }
     /// Function that is called after every repetition with the number of repetitions and the last change of
     /// the density. There are three runs; the numbers start again in each.
-    pub fn progress(mut self, progress: impl Fn(usize, f64) + Send + Sync + 'w) -> Self {
+    pub fn repetition_callback(mut self, progress: impl Fn(usize, f64) + Send + Sync + 'w) -> Self {
         self.progress = Some(Arc::new(progress));
         self
     }

@@ -15,11 +15,11 @@ enum Source {
     /// v ← e^{-c h/2} v + √(D (1 - e^{-c h})/(2 c)) Z
     Bath { coordinate: usize, decay: f64, spread: f64 },
     /// Gains times √(D h/2) for each slot, and whether the flow must follow the velocities.
-    Drives { slots: Vec<(usize, f64)>, velocity_density: bool },
+    Drives { slots: Vec<(usize, f64)>, follows_velocity: bool },
 }
 
 impl Source {
-    fn new(noise: &WhiteNoise, h: f64, velocity_density: bool) -> Self {
+    fn new(noise: &WhiteNoise, h: f64, follows_velocity: bool) -> Self {
         match &noise.target {
             Target::Bath { coordinate, damping } => {
                 let lost = -libm::expm1(-damping * h);
@@ -33,7 +33,7 @@ impl Source {
             Target::Drives(slots) => {
                 let spread = (0.5 * h * noise.intensity).sqrt();
                 let slots = slots.iter().map(|(slot, gain)| (*slot, gain * spread)).collect();
-                Source::Drives { slots, velocity_density }
+                Source::Drives { slots, follows_velocity }
             }
         }
     }
@@ -194,7 +194,7 @@ impl<'m, G: Shape, const W: usize> NoisyLanes<'m, G, W> {
             table,
             sources: noise
                 .iter()
-                .map(|(noise, velocity_density)| Source::new(noise, h, *velocity_density))
+                .map(|(noise, follows_velocity)| Source::new(noise, h, *follows_velocity))
                 .collect(),
             h,
             q: state.clone(),
@@ -320,12 +320,12 @@ fn kick<G: Shape, const W: usize>(
         Source::Bath { coordinate, decay, spread } => {
             v[*coordinate] = v[*coordinate] * *decay + z * *spread;
         }
-        Source::Drives { slots, velocity_density } => {
+        Source::Drives { slots, follows_velocity } => {
             noisy.copy_from_slice(u);
             for &(slot, gain) in slots {
                 noisy[slot] = noisy[slot] + z * gain;
             }
-            kick_drives(shape, *velocity_density, [u, noisy], q, v, scratch);
+            kick_drives(shape, *follows_velocity, [u, noisy], q, v, scratch);
         }
     }
 }
@@ -335,7 +335,7 @@ fn kick<G: Shape, const W: usize>(
 /// Runge-Kutta method, whose error of order 5 in z has the mean 0.
 fn kick_drives<G: Shape, const W: usize>(
     shape: &G,
-    velocity_density: bool,
+    follows_velocity: bool,
     u: [&[Lanes<W>]; 2],
     q: &[Lanes<W>],
     v: &mut [Lanes<W>],
@@ -352,7 +352,7 @@ fn kick_drives<G: Shape, const W: usize>(
         }
     };
     field(v, a, g);
-    if !velocity_density {
+    if !follows_velocity {
         for i in 0..n {
             let i = keep_rolled(i);
             v[i] = v[i] + g[i];

@@ -52,7 +52,7 @@ use std::collections::VecDeque;
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Point};
 /// use gear_dynamics::{ParameterError, Sweep, model::from_fn};
 /// let rest = from_fn(1, |_, _, _, a| a[0] = 0.0)?.with_period(1.0)?;
-/// let points = Axis::list("x", &[1.0])?;
+/// let points = Axis::of_values("x", &[1.0])?;
 /// let model = |_: &Point<'_>| Ok::<_, ParameterError>(rest);
 /// let engine = LaneRk4::new(64); // with `TableRk4::new(64)` it compiles
 /// Sweep::new(points).of(&engine, model).run()?;
@@ -87,10 +87,10 @@ impl LaneRk4 {
     /// use gear_dynamics::sweep::LaneRk4;
     /// use gear_dynamics::{NfgPair, NfgParams, Periodic};
     /// let pair = NfgPair::new(&NfgParams { speed: 200.0, ..NfgParams::table1() })?;
-    /// assert_eq!(LaneRk4::for_model(&pair)?.steps(), 63 * 64); // 63 cycles of the mesh in a period
+    /// assert_eq!(LaneRk4::of_model(&pair)?.steps(), 63 * 64); // 63 cycles of the mesh in a period
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn for_model<G: Shape>(model: &Machine<G>) -> Result<Self, LinearError> {
+    pub fn of_model<G: Shape>(model: &Machine<G>) -> Result<Self, LinearError> {
         let fastest = Modes::mean_in_contact(model)?.frequencies().last().copied().unwrap_or(0.0);
         let radians = fastest * model.period();
         let cycles = STEPS_PER_CYCLE.saturating_mul(model.shape().cycles_in_a_period() as usize);

@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, Located}, Dop853, NfgPair, NfgParams, Sweep};
-/// let sweep = Sweep::new(Axis::list("speed", &[100.0])?).settle(2).measure(1);
+/// let sweep = Sweep::new(Axis::of_values("speed", &[100.0])?).settle(2).measure(1);
 /// let rows = sweep.channels(&["q0"]).of(
 ///     &Located(Dop853::new().rtol(1e-8).atol(1e-13)),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),

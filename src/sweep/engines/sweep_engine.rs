@@ -19,7 +19,7 @@ use crate::sweep::sweep_error::{PointError, SweepError};
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Sweep};
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Located, bounds::SweepEngine};
 /// fn mean(engine: &impl SweepEngine<NfgPair>) -> Result<f64, Box<dyn std::error::Error>> {
-///     let sweep = Sweep::new(Axis::list("speed", &[100.0])?).settle(2).measure(1);
+///     let sweep = Sweep::new(Axis::of_values("speed", &[100.0])?).settle(2).measure(1);
 ///     let rows = sweep.channels(&["q0"]).of(
 ///         engine,
 ///         |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),

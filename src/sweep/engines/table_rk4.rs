@@ -22,7 +22,7 @@ use std::collections::VecDeque;
 ///     let swing = from_fn(1, move |t, q, v, a| a[0] = f * (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 ///     swing.with_period(std::f64::consts::PI)
 /// };
-/// let amplitudes = Axis::list("f", &[1.0, 4.0])?;
+/// let amplitudes = Axis::of_values("f", &[1.0, 4.0])?;
 /// let rows = Sweep::new(amplitudes).settle(20).measure(1).channels(&["q0"]).of(
 ///     &TableRk4::new(64),
 ///     |p| swing(p["f"]),

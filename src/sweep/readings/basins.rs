@@ -17,7 +17,7 @@ use crate::sweep::rows::row::Row;
 /// .start(|p, _| State::new(0.0, &[p["q"]], &[p["v"]]))
 /// .run()?;
 /// let attractors = Attractors::find(&rows, 1e-6)?;
-/// assert_eq!(attractors.list().len(), 1); // one motion, wherever it starts
+/// assert_eq!(attractors.all().len(), 1); // one motion, wherever it starts
 /// assert_eq!(attractors.label(5), Some(0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -44,7 +44,7 @@ pub struct Attractors {
 /// .start(|p, _| State::new(0.0, &[p["q"]], &[0.0]))
 /// .run()?;
 /// let attractors = Attractors::find(&rows, 1e-6)?;
-/// let attractor = &attractors.list()[0];
+/// let attractor = &attractors.all()[0];
 /// assert_eq!((attractor.period_multiple, attractor.rows), (Some(1), 5));
 /// // Closed form: q = (3 sin 2t - cos 2t)/20.
 /// assert!((attractor.states[0][0] + 0.05).abs() < 1e-5);
@@ -115,10 +115,10 @@ impl Attractors {
     }
 
     /// The motions, in the order of the first row that ended on each.
-    pub fn list(&self) -> &[Attractor] {
+    pub fn all(&self) -> &[Attractor] {
         &self.list
     }
-    /// Index in [`list`](Attractors::list) of the motion on which the row of point `index` ended; `None` if
+    /// Index in [`all`](Attractors::all) of the motion on which the row of point `index` ended; `None` if
     /// the point has no row.
     pub fn label(&self, index: usize) -> Option<usize> {
         index.checked_sub(self.first).and_then(|place| self.labels.get(place).copied().flatten())

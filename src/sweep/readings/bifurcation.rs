@@ -46,7 +46,7 @@ impl Bifurcation {
 
     /// Runs a sweep up and down. The first run of each pass starts from the start state of the runner.
     /// [`watch`](Runner::watch) counts both passes together, the
-    /// [row observer](Runner::row_observer) gets the rows of both. After cancelling,
+    /// [row callback](Runner::row_callback) gets the rows of both. After cancelling,
     /// the diagram holds the points done so far.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 ///     let swing = from_fn(1, move |t, q, v, a| a[0] = f * (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
 ///     swing.with_period(std::f64::consts::PI)
 /// };
-/// let amplitudes = Axis::list("f", &[1.0, 4.0])?;
+/// let amplitudes = Axis::of_values("f", &[1.0, 4.0])?;
 /// let (sweep, engine) = (Sweep::new(amplitudes).settle(20).measure(2), TableRk4::new(64));
 /// let diagram = Bifurcation::strobed("q0").run(&sweep.of(
 ///     &engine,

@@ -17,7 +17,7 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, Sweep};
-/// let speeds = Axis::list("speed", &[100.0, 120.0])?;
+/// let speeds = Axis::of_values("speed", &[100.0, 120.0])?;
 /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).of(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
@@ -33,7 +33,7 @@ const MAX_ROW_VALUES: usize = 1 << 28;
 ///
 /// ```
 /// # use gear_dynamics::{sweep::{Axis, LaneRk4, Rows}, NfgPair, NfgParams, Sweep};
-/// # let speeds = Axis::list("speed", &[100.0, 120.0])?;
+/// # let speeds = Axis::of_values("speed", &[100.0, 120.0])?;
 /// # let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0"]).of(
 /// #     &LaneRk4::new(63 * 32),
 /// #     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),

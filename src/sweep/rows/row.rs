@@ -13,7 +13,7 @@ use num_complex::Complex64;
 ///
 /// ```
 /// use gear_dynamics::{sweep::{Axis, LaneRk4}, NfgPair, NfgParams, RattleState, Sweep};
-/// let rows = Sweep::new(Axis::list("speed", &[180.0])?).settle(4).measure(1).rattle().of(
+/// let rows = Sweep::new(Axis::of_values("speed", &[180.0])?).settle(4).measure(1).rattle().of(
 ///     &LaneRk4::new(63 * 32),
 ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),
 /// ).run()?;

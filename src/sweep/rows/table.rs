@@ -23,7 +23,7 @@ impl Rows {
     ///
     /// ```
     /// use gear_dynamics::{sweep::{Axis, Located}, Dop853, NfgPair, NfgParams, Sweep};
-    /// let speeds = Axis::list("speed", &[100.0, 120.0])?;
+    /// let speeds = Axis::of_values("speed", &[100.0, 120.0])?;
     /// let rows = Sweep::new(speeds).settle(3).measure(1).channels(&["q0", "elastic part"]).of(
     ///     &Located(Dop853::new()), // lanes and tables have no channels of the model's own
     ///     |p| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() }),

@@ -86,9 +86,9 @@ impl Sweep {
     /// use gear_dynamics::trains::SpurPair;
     /// use gear_dynamics::Sweep;
     /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[])?.parts()?.build("driver", 0.4)?;
-    /// let axes = vec![Axis::linear("speed", 0.4, 0.6, 5)?, Axis::list("mesh damping", &[0.1, 0.2])?];
+    /// let axes = vec![Axis::linear("speed", 0.4, 0.6, 5)?, Axis::of_values("mesh damping", &[0.1, 0.2])?];
     /// let sweep = Sweep::new(Points::grid(axes)?).channels(&["deflection"]);
-    /// let rows = sweep.over(&LaneRk4::for_model(&pair)?, &pair)?.run()?;
+    /// let rows = sweep.over(&LaneRk4::of_model(&pair)?, &pair)?.run()?;
     /// let mean = rows.get(0)?.channel("deflection")?.mean; // without contact loss
     /// assert!((mean - 1.102).abs() < 1e-3 && rows.errors().is_empty());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -117,7 +117,7 @@ impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
 
     /// Function that is called with every row as soon as its run is complete, in any order. It blocks only
     /// the worker that produced the row.
-    pub fn row_observer(self, rows: impl Fn(&Row<'_>) + Send + Sync + 'a) -> Self {
+    pub fn row_callback(self, rows: impl Fn(&Row<'_>) + Send + Sync + 'a) -> Self {
         Runner { rows: Some(Arc::new(rows)), ..self }
     }
 

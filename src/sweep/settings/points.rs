@@ -38,7 +38,7 @@ impl Axis {
     ///
     /// # Errors
     /// An empty list, or values that are not finite.
-    pub fn list(name: &str, values: &[f64]) -> Result<Self, ParameterError> {
+    pub fn of_values(name: &str, values: &[f64]) -> Result<Self, ParameterError> {
         if values.is_empty() {
             return Err(ParameterError::Empty { name: format!("axis {name}"), min: 1 });
         }
@@ -61,7 +61,7 @@ impl Axis {
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Points};
-/// let grid = Points::grid(vec![Axis::list("a", &[1.0, 2.0])?, Axis::list("b", &[5.0, 6.0, 7.0])?])?;
+/// let grid = Points::grid(vec![Axis::of_values("a", &[1.0, 2.0])?, Axis::of_values("b", &[5.0, 6.0, 7.0])?])?;
 /// assert_eq!(grid.len(), 6);
 /// assert_eq!((grid.point(4)["a"], grid.point(4)["b"]), (2.0, 6.0));
 /// # Ok::<(), gear_dynamics::ParameterError>(())
@@ -114,7 +114,7 @@ impl Points {
     /// # Errors
     /// No rows or no names; a row whose length differs from the number of names; two columns of the same
     /// name; a value that is not finite.
-    pub fn list(names: &[&str], rows: &[Vec<f64>]) -> Result<Self, ParameterError> {
+    pub fn of_rows(names: &[&str], rows: &[Vec<f64>]) -> Result<Self, ParameterError> {
         if rows.is_empty() || names.is_empty() {
             return Err(ParameterError::Empty { name: "list of points".into(), min: 1 });
         }
@@ -125,7 +125,7 @@ impl Points {
         Ok(Points { names: different(names.iter().copied())?, kind: PointsKind::List(rows.concat()) })
     }
 
-    /// A [`list`](Points::list) from concatenated rows.
+    /// [`of_rows`](Points::of_rows) from concatenated rows.
     pub(crate) fn flat(names: &[String], values: Vec<f64>) -> Result<Self, ParameterError> {
         if values.is_empty() || names.is_empty() {
             return Err(ParameterError::Empty { name: "list of points".into(), min: 1 });
@@ -208,7 +208,7 @@ fn different<'n>(names: impl Iterator<Item = &'n str>) -> Result<Vec<String>, Pa
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, Points};
-/// let points = Points::from(Axis::list("load", &[10.0, 30.0])?);
+/// let points = Points::from(Axis::of_values("load", &[10.0, 30.0])?);
 /// let point = points.point(1);
 /// assert_eq!((point.index(), point["load"], point.get("speed")), (1, 30.0, None));
 /// # Ok::<(), gear_dynamics::ParameterError>(())

@@ -116,7 +116,7 @@ impl Sweep {
     /// The tolerance is the maximum difference of a coordinate or velocity as a share of its range (maximum
     /// less minimum) in the last period of the drives `[1]`, positive and finite; otherwise the sweep returns
     /// an error. If the state as a whole does not repeat, it is compared without its rigid motion.
-    pub fn early_end(self, tolerance: f64) -> Self {
+    pub fn repeat_tolerance(self, tolerance: f64) -> Self {
         Sweep { repeat: Some(tolerance), ..self }
     }
 
@@ -126,7 +126,7 @@ impl Sweep {
     }
 
     /// Tolerance within which a motion must repeat to count as periodic, in the same unit as in
-    /// [`early_end`](Sweep::early_end) `[1]`. Default: 1e-6. Period multiples up to 16 are
+    /// [`repeat_tolerance`](Sweep::repeat_tolerance) `[1]`. Default: 1e-6. Period multiples up to 16 are
     /// recognised.
     pub fn periodic_tolerance(self, tolerance: f64) -> Self {
         Sweep { tolerance, ..self }
@@ -222,7 +222,7 @@ impl Sweep {
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         check::at_least("measure", self.measure, 1)?;
         check::above_zero("periodic_tolerance", self.tolerance)?;
-        self.repeat.map_or(Ok(0.0), |value| check::above_zero("early_end", value))?;
+        self.repeat.map_or(Ok(0.0), |value| check::above_zero("repeat_tolerance", value))?;
         if let Some(lyapunov) = &self.lyapunov {
             lyapunov.check_of_sweep()?;
         }

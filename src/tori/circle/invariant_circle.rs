@@ -77,7 +77,7 @@ impl InvariantCircle {
         self.residuals.len().saturating_sub(1)
     }
     /// Number of tooth edges crossed in one period from all nodes together.
-    pub fn crossings(&self) -> u64 {
+    pub fn crossing_count(&self) -> u64 {
         self.crossings
     }
     /// The method of the integration.

@@ -227,7 +227,14 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         };
         self.rests.iter().map(of).collect()
     }
-    fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+    fn write_channels(
+        &self,
+        u: Drives<'_, f64>,
+        _: &[f64],
+        _: &[f64],
+        contacts: &[Contact],
+        out: &mut [f64],
+    ) {
         let at = self.drives::<false, _>(u);
         for ((out, tooth), contact) in out.iter_mut().zip(&self.teeth).zip(contacts) {
             *out = contact.deflection + at.jets[tooth.error as usize][0];

@@ -49,7 +49,14 @@ impl<N: Nonlinearity> Shape for MeshedPair<N> {
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("dynamic factor", "1")]
     }
-    fn observe(&self, u: Drives<'_, f64>, _: &[f64], _: &[f64], contacts: &[Contact], out: &mut [f64]) {
+    fn write_channels(
+        &self,
+        u: Drives<'_, f64>,
+        _: &[f64],
+        _: &[f64],
+        contacts: &[Contact],
+        out: &mut [f64],
+    ) {
         let [load] = u.constants();
         out[0] = contacts[0].force / load;
     }
@@ -144,7 +151,7 @@ impl Shape for Knock {
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("power of the kick", "W")]
     }
-    fn observe(&self, u: Drives<'_, f64>, _: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
+    fn write_channels(&self, u: Drives<'_, f64>, _: &[f64], v: &[f64], _: &[Contact], out: &mut [f64]) {
         let [kick] = u.waves();
         out[0] = kick * v[0];
     }

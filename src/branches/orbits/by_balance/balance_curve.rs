@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn exact_derivatives_with_respect_to_constants() -> Result<(), Box<dyn std::error::Error>> {
         let pair = NfgPair::new(&NfgParams { speed: 140.0, ..NfgParams::table1() })?;
-        let b = pair.half_backlash();
+        let b = pair.half_backlash_angle();
         let (harmonics, series) = (Harmonics::bands(63, 1, 2)?, [-0.9 * b, 0.3 * b, 0.1 * b]);
         let rest = vec![0.1 * b; harmonics.unknowns() - 3];
         let orbit = FourierOrbit::new(&harmonics, pair.period(), &[[&series[..], &rest].concat()])?;

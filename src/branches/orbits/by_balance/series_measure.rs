@@ -127,7 +127,7 @@ impl<M: Periodic + ?Sized> Reader<'_, M> {
         if self.own.is_empty() {
             self.own = vec![0.0; self.model.channels().len()];
         }
-        self.model.observe(&self.u, &self.q, &self.v, &self.contacts, &mut self.own);
+        self.model.write_channels(&self.u, &self.q, &self.v, &self.contacts, &mut self.own);
         self.own[of_contacts - 3 * self.contacts.len()]
     }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod aligned;
 pub(crate) mod coefficients;
+mod dependence;
 pub(crate) mod functions;
 pub(crate) mod plan;
 pub(crate) mod products;

@@ -29,7 +29,7 @@ impl OrbitCrossing {
 
 /// Distances of every contact from its edges, and the crossings between its pieces.
 pub(crate) struct Crossings {
-    /// For each edge and contact: deflection minus edge at every sample, and its change over one sampling step.
+    /// For each edge and contact: deflection minus edge at every sample, and its change over a sample.
     distances: [Vec<Vec<[f64; 2]>>; 2],
     contacts: Vec<Contact>,
     list: Vec<OrbitCrossing>,

@@ -50,7 +50,7 @@ impl Harmonics {
     /// # Errors
     /// [`ParameterError`] for an empty list, a repeated order, or an order above
     /// [`HIGHEST`](Harmonics::HIGHEST).
-    pub fn list(orders: &[usize]) -> Result<Self, ParameterError> {
+    pub fn of_orders(orders: &[usize]) -> Result<Self, ParameterError> {
         let mut orders = orders.to_vec();
         orders.sort_unstable();
         if orders.is_empty() {
