@@ -14,8 +14,8 @@ use std::fmt::Debug;
 /// An angle `[rad]` at which waves are evaluated: an `f64`, a [`Series`] over time, or an
 /// [`EnclosedAngle`](crate::excitation::EnclosedAngle).
 ///
-/// A [`Shape`](crate::Shape) writes its waves, and an [`Excitation`](crate::excitation::Excitation) its formula, once
-/// for all kinds.
+/// A [`Shape`](crate::Shape) writes its waves once for all kinds, an
+/// [`Excitation`](crate::excitation::Excitation) its formula.
 ///
 /// ```
 /// use gear_dynamics::{excitation::{Angle, Fourier, Side}, model::{Scalar, Series}, Wave};

@@ -43,8 +43,8 @@ pub trait Model {
     ///
     /// It answers [`drives`](Model::drives) to [`next_edge`](Model::next_edge),
     /// [`contacts`](Model::contacts), [`contact`](Model::contact), [`impact`](Model::impact),
-    /// [`channels`](Model::channels) and [`write_channels`](Model::write_channels), as far as the wrapper does not
-    /// implement them. Three things remain to be decided:
+    /// [`channels`](Model::channels) and [`write_channels`](Model::write_channels), as far as the
+    /// wrapper does not implement them. Three things remain to be decided:
     ///
     /// - The algebra is the wrapper's own. Of `offers`, `accel_on_pieces` and `jacobian` it has what it
     ///   implements, since an answer of the base holds for other accelerations.

@@ -13,12 +13,12 @@ type Draw = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 #[derive(Clone)]
 pub(crate) struct Amplitudes {
     draw: Draw,
-    pub(crate) moments: Option<Moments>,
+    pub(crate) moments: Option<KnownMoments>,
 }
 
 /// Mean and standard deviation of a distribution.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moments {
+pub(crate) struct KnownMoments {
     pub(crate) mean: f64,
     pub(crate) deviation: f64,
 }
@@ -30,7 +30,7 @@ impl Amplitudes {
     pub(crate) fn with_moments(self, mean: f64, deviation: f64) -> Result<Self, ParameterError> {
         let mean = check::quantity("mean", mean)?;
         let deviation = check::not_negative("standard deviation", deviation)?;
-        Ok(Amplitudes { moments: Some(Moments { mean, deviation }), ..self })
+        Ok(Amplitudes { moments: Some(KnownMoments { mean, deviation }), ..self })
     }
     #[inline]
     pub(crate) fn draw(&self, rng: &mut CounterRng) -> f64 {

@@ -3,7 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::numeric::split_mix::CounterRng;
-use crate::processes::amplitudes::{Amplitudes, Moments};
+use crate::processes::amplitudes::{Amplitudes, KnownMoments};
 use crate::processes::draws::Draws;
 use crate::processes::markov::grid::Grid;
 use crate::processes::process::{Path, Process};
@@ -113,7 +113,7 @@ impl HeldProcess {
         self.source.value(&self.draws.stream(stream), k)
     }
 
-    fn known(&self) -> Option<Moments> {
+    fn known(&self) -> Option<KnownMoments> {
         match &self.source {
             ValueSource::Drawn(drawn) => drawn.moments,
             ValueSource::Given(_) => None,

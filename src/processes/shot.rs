@@ -4,7 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::excitation::earliest::earlier;
 use crate::numeric::split_mix::CounterRng;
-use crate::processes::amplitudes::{Amplitudes, Moments};
+use crate::processes::amplitudes::{Amplitudes, KnownMoments};
 use crate::processes::draws::Draws;
 use crate::processes::markov::grid::Grid;
 use crate::processes::process::{FORGOTTEN, Path, Process};
@@ -101,7 +101,7 @@ impl Process for ShotNoise {
         Some(self.rate * self.decay * self.sizes.moments?.mean)
     }
     fn variance(&self) -> Option<f64> {
-        let Moments { mean, deviation } = self.sizes.moments?;
+        let KnownMoments { mean, deviation } = self.sizes.moments?;
         Some(0.5 * self.rate * self.decay * (mean * mean + deviation * deviation))
     }
     fn correlation(&self, lag: f64) -> Option<f64> {

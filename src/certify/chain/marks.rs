@@ -21,7 +21,7 @@ pub(crate) enum Mark {
 pub(crate) const APART: f64 = 1e-9;
 
 /// One turn of an orbit, from the middle of the longest part without a mark.
-pub(crate) struct Turn {
+pub(crate) struct MarkedTurn {
     /// When the turn starts, moved by whole turns to where times are rounded least.
     pub(crate) start: f64,
     /// The state there, at the time of the orbit.
@@ -30,7 +30,7 @@ pub(crate) struct Turn {
     pub(crate) marks: Vec<(f64, Mark)>,
 }
 
-impl Turn {
+impl MarkedTurn {
     pub(crate) fn of(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Self, Unproved> {
         let (from, turn) = (orbit.states()[0].t, orbit.period());
         let crossings = crossings(orbit, model)?;
@@ -58,7 +58,7 @@ impl Turn {
         marks.extend(edges(model, start, turn));
         marks.sort_by(|a, b| a.0.total_cmp(&b.0));
         marks.push((start + turn, Mark::End));
-        Ok(Turn { start, state, marks: gathered(marks, APART * turn)? })
+        Ok(MarkedTurn { start, state, marks: gathered(marks, APART * turn)? })
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a proof begins with: nodes, legs and the sequence of contacts, in plain numbers.
 
-use crate::certify::chain::marks::Turn;
-use crate::certify::chain::walk::Walk;
+use crate::certify::chain::marks::MarkedTurn;
+use crate::certify::chain::walk::NodeWalk;
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::Leg;
 use crate::certify::unproved::Unproved;
@@ -30,9 +30,9 @@ impl Proposal {
         scale: &[f64],
         shorter: f64,
     ) -> Result<Self, Unproved> {
-        let turn = Turn::of(orbit, model)?;
+        let turn = MarkedTurn::of(orbit, model)?;
         let end = Interval::from(turn.start) + field.drives.period() * orbit.period_multiple() as f64;
-        let mut walk = Walk::of(&turn, model, field, scale, shorter);
+        let mut walk = NodeWalk::of(&turn, model, field, scale, shorter);
         walk.through(&turn.marks, end)?;
         let relative_to = field.relative.as_ref().map(|relative| relative.root);
         Ok(Proposal { legs: walk.legs, nodes: walk.nodes, relative_to })

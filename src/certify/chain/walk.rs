@@ -1,6 +1,6 @@
 //! The walk along an orbit, in plain numbers: from mark to mark, by legs of a length that has an enclosure.
 
-use crate::certify::chain::marks::{APART, Mark, Turn};
+use crate::certify::chain::marks::{APART, Mark, MarkedTurn};
 use crate::certify::flow::algebra::Coefficients;
 use crate::certify::flow::field::Field;
 use crate::certify::flow::leg::{Leg, LegCrossing};
@@ -28,7 +28,7 @@ const CAUTION: f64 = 0.6;
 const MOST_LEGS: usize = 100_000;
 
 /// The end of the walk so far, with the legs and nodes behind it.
-pub(crate) struct Walk<'w, 'm> {
+pub(crate) struct NodeWalk<'w, 'm> {
     field: &'w Field<'m>,
     scale: &'w [f64],
     caution: f64,
@@ -39,18 +39,18 @@ pub(crate) struct Walk<'w, 'm> {
     pieces: Vec<Piece>,
 }
 
-impl<'w, 'm> Walk<'w, 'm> {
+impl<'w, 'm> NodeWalk<'w, 'm> {
     /// A walk from the start of a turn. `scale`: size of the motion, of coordinates and velocities;
     /// `shorter`: the share of the steps that is taken.
     pub(crate) fn of(
-        turn: &Turn,
+        turn: &MarkedTurn,
         model: &dyn Model,
         field: &'w Field<'m>,
         scale: &'w [f64],
         shorter: f64,
     ) -> Self {
         let State { q, v, .. } = &turn.state;
-        Walk {
+        NodeWalk {
             field,
             scale,
             caution: CAUTION * shorter,

@@ -4,16 +4,16 @@ use crate::certify::flow::part::Part;
 use crate::interval::number::Interval;
 
 /// A stretch of the orbit: coordinates, then velocities, as enclosed polynomials in the time after its start.
-pub(crate) struct Course {
+pub(crate) struct BoxCourse {
     pub(crate) start: Interval,
     /// The time after the start at which the stretch ends.
     pub(crate) until: Interval,
     series: Vec<Vec<Interval>>,
 }
 
-impl Course {
+impl BoxCourse {
     pub(crate) fn new(part: &dyn Part) -> Self {
-        Course { start: part.start(), until: part.until(), series: part.series() }
+        BoxCourse { start: part.start(), until: part.until(), series: part.series() }
     }
     /// A component at the time s after the start.
     fn value(&self, component: usize, s: Interval) -> Interval {
@@ -26,18 +26,18 @@ impl Course {
 }
 
 /// Largest minus least value of a component over all stretches.
-pub(crate) fn peak_to_peak(courses: &[Course], component: usize) -> Interval {
+pub(crate) fn peak_to_peak(courses: &[BoxCourse], component: usize) -> Interval {
     let [most, least] = [1.0, -1.0].map(|sign| largest(courses, component, sign));
     most + least
 }
 
 /// The largest value of a component multiplied by `sign`, by bisection of all parts in which it may lie.
-fn largest(courses: &[Course], component: usize, sign: f64) -> Interval {
-    let value = |course: &Course, s: Interval| course.value(component, s) * sign;
+fn largest(courses: &[BoxCourse], component: usize, sign: f64) -> Interval {
+    let value = |course: &BoxCourse, s: Interval| course.value(component, s) * sign;
     let reached = courses.iter().map(|course| value(course, Interval::ZERO).low());
     let mut low = reached.fold(f64::NEG_INFINITY, f64::max);
     let mut high = low;
-    let mut open: Vec<(&Course, f64, f64)> =
+    let mut open: Vec<(&BoxCourse, f64, f64)> =
         courses.iter().map(|course| (course, 0.0, course.until.high())).collect();
     while let Some((course, a, b)) = open.pop() {
         let part = Interval::of_ends(a, b);
@@ -65,7 +65,7 @@ fn largest(courses: &[Course], component: usize, sign: f64) -> Interval {
 }
 
 /// The state at a time, from all stretches that may contain it; `None` if there is none.
-pub(crate) fn state_at(courses: &[Course], period: Interval, t: Interval) -> Option<Vec<Interval>> {
+pub(crate) fn state_at(courses: &[BoxCourse], period: Interval, t: Interval) -> Option<Vec<Interval>> {
     let from = courses.first()?.start;
     let turns = ((t - from) / period).middle().floor();
     let mut all: Option<Vec<Interval>> = None;

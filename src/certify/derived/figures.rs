@@ -1,7 +1,7 @@
 //! Figures of certified orbits.
 
 use crate::certify::certificate::Certificate;
-use crate::certify::derived::course::{Course, peak_to_peak};
+use crate::certify::derived::course::{BoxCourse, peak_to_peak};
 use crate::certify::flow::algebra::Algebra;
 use crate::certify::flow::field::Field;
 use crate::certify::flow::part::Part;
@@ -70,7 +70,7 @@ impl Certificate {
             (Vec::new(), vec![Interval::ZERO; gaps.len()], vec![Interval::ZERO; gaps.len()]);
         self.prove(model, &field, &mut |part: &dyn Part| {
             let until = part.until();
-            courses.push(Course::new(part));
+            courses.push(BoxCourse::new(part));
             for (impulse, force) in impulses.iter_mut().zip(part.series_of(&forces)) {
                 *impulse = *impulse + integral(&force, until);
             }

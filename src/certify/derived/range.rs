@@ -1,7 +1,7 @@
 //! Orbits proved for all values of a constant in a range.
 
 use crate::certify::certificate::Certificate;
-use crate::certify::derived::course::{Course, state_at};
+use crate::certify::derived::course::{BoxCourse, state_at};
 use crate::certify::unproved::Unproved;
 use crate::error::check;
 use crate::interval::number::Interval;
@@ -129,7 +129,7 @@ impl Values<'_> {
             let (_, joint) = self.proved(near, value, Interval::from(value))?;
             let mut courses = Vec::new();
             joint.prove(&*model, &joint.field(&*model)?, &mut |part| {
-                courses.push(Course::new(part));
+                courses.push(BoxCourse::new(part));
             })?;
             let inside = |certificate: &Certificate| {
                 certificate.proposal.legs.iter().zip(certificate.states()).all(|(leg, around)| {

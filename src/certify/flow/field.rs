@@ -36,13 +36,13 @@ pub(crate) struct Field<'m> {
     /// The derivative of each distance.
     edge_slopes: Vec<[OnceCell<Algebra>; 2]>,
     /// The velocities after an impact on each side.
-    impacts: Vec<[OnceCell<Result<Impact, Unproved>>; 2]>,
+    impacts: Vec<[OnceCell<Result<ImpactForms, Unproved>>; 2]>,
     /// Series by their time and length: boxes of other widths need them again.
     kept: RefCell<HashMap<[u64; 4], Drives>>,
 }
 
 /// The velocities after an impact, with their differences, in place of accelerations.
-struct Impact {
+struct ImpactForms {
     algebra: Algebra,
     /// Drives that are read: they are coordinates here, which follow those of the model.
     read: Vec<usize>,
@@ -164,7 +164,7 @@ impl<'m> Field<'m> {
         u: &Drives,
     ) -> Result<Rebound, Unproved> {
         let cell = &self.impacts[contact][Edge::between(Piece::Gap, on) as usize];
-        let Impact { algebra, read } = match cell.get_or_init(|| self.impact(contact, on)) {
+        let ImpactForms { algebra, read } = match cell.get_or_init(|| self.impact(contact, on)) {
             Ok(impact) => impact,
             Err(error) => return Err(error.clone()),
         };
@@ -190,7 +190,7 @@ impl<'m> Field<'m> {
         })
     }
 
-    fn impact(&self, contact: usize, on: Piece) -> Result<Impact, Unproved> {
+    fn impact(&self, contact: usize, on: Piece) -> Result<ImpactForms, Unproved> {
         let none =
             |what: &str| Unproved::NoEnclosure { what: format!("the impact of contact {contact}, {what},") };
         let mut tape = self.drives.impact(contact, on).0;
@@ -211,6 +211,6 @@ impl<'m> Field<'m> {
                 None => Some(slot + 2 * read.len()),
             },
         });
-        Ok(Impact { algebra: Algebra::new(tangent(&tape, 2 * self.n, &[])), read })
+        Ok(ImpactForms { algebra: Algebra::new(tangent(&tape, 2 * self.n, &[])), read })
     }
 }

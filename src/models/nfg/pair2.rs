@@ -202,9 +202,9 @@ impl<N: Nonlinearity> NfgShape2<N> {
     /// The waves of the mesh. For a [`Backlash`] the constant half backlash replaces the edges.
     #[inline(always)]
     fn mesh_waves<S: Scalar>(&self, u: Drives<'_, S>) -> [S; 7] {
-        let (mut waves, [_, _, _, _, _, width]) = (u.waves(), u.constants());
+        let (mut waves, [_, _, _, _, _, half]) = (u.waves(), u.constants());
         if N::HALF_BACKLASH {
-            (waves[LOWER], waves[UPPER]) = (-width, width);
+            (waves[LOWER], waves[UPPER]) = (-half, half);
         }
         waves
     }

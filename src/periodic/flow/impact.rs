@@ -4,7 +4,7 @@ use crate::model::Model;
 use crate::ode::edges::stops::Flight;
 
 /// Scratch arrays for the derivative of an impact. V are the velocities after the impact.
-pub(crate) struct Impact {
+pub(crate) struct ImpactScratch {
     /// Drives, coordinates and velocities of a neighbouring motion at its impact.
     pub(crate) u: Vec<f64>,
     pub(crate) q: Vec<f64>,
@@ -19,11 +19,11 @@ pub(crate) struct Impact {
     pub(crate) flights: Vec<Flight>,
 }
 
-impl Impact {
+impl ImpactScratch {
     pub(crate) fn new<M: Model + ?Sized>(model: &M) -> Self {
         let zeros = || vec![0.0; model.dof()];
         let flights = vec![Flight::NONE; model.contacts()];
-        Impact {
+        ImpactScratch {
             flights,
             u: vec![0.0; model.drives()],
             q: zeros(),

@@ -5,7 +5,7 @@ use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::{Model, State};
 use crate::numeric::norms::dot;
-use crate::periodic::flow::impact::Impact;
+use crate::periodic::flow::impact::ImpactScratch;
 use crate::periodic::flow::saltation::{CENTRAL, Saltation};
 
 /// Step of the differences of the velocities after an impact, as a share of the size of the motion `[1]`.
@@ -93,7 +93,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     fn along(&mut self, contact: usize, on: Piece, t: f64, dt: f64, parameter: Option<usize>) {
         let forced = self.forced;
         let along = parameter.map_or(&[][..], |p| &forced[p].drives);
-        let (model, n, Impact { u, q, v, slope, direction: [dq, dv], .. }) =
+        let (model, n, ImpactScratch { u, q, v, slope, direction: [dq, dv], .. }) =
             (self.model, self.n, &mut self.impact);
         let (of_q, of_v) = self.scale.split_at(n);
         let largest =

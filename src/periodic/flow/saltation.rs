@@ -8,7 +8,7 @@ use crate::model::drive_slope::DriveSlope;
 use crate::numeric::norms::dot;
 use crate::ode::Step;
 use crate::periodic::flow::continued::{Continued, gradient};
-use crate::periodic::flow::impact::Impact;
+use crate::periodic::flow::impact::ImpactScratch;
 use crate::periodic::flow::tangent::Tangent;
 
 /// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h': the jump of the differences at an edge at which the acceleration jumps.
@@ -49,7 +49,7 @@ pub(crate) struct Saltation<'t, M: ?Sized> {
     /// Contact that came to rest on its stop.
     pub(crate) rests: Option<usize>,
     /// Scratch arrays for impacts.
-    pub(crate) impact: Impact,
+    pub(crate) impact: ImpactScratch,
 }
 
 /// A jump of the differences by less than this share of their size does not interrupt the run `[1]`.
@@ -94,7 +94,7 @@ impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
             by_drives: vec![0.0; tangent.forced.len()],
             rigid: model.offers().rigid_edges(model.contacts()),
             rests: None,
-            impact: Impact::new(model),
+            impact: ImpactScratch::new(model),
         }
     }
 }

@@ -52,7 +52,7 @@ pub(crate) fn follow<G: Shape, const W: usize>(
     let size = ready.machine.size();
     let mut lanes = ready.empty();
     let mut ends: Vec<Option<End>> = vec![None; particles.len()];
-    let mut gauge = Watch::<W> {
+    let mut gauge = EventGauge::<W> {
         event,
         limits,
         lane: OneLane::new(size.dof, size.contacts - size.kinks),
@@ -109,7 +109,7 @@ pub(crate) fn follow<G: Shape, const W: usize>(
 }
 
 /// Watches the scores of all lanes and ends the steps as soon as one lane has ended.
-struct Watch<'a, const W: usize> {
+struct EventGauge<'a, const W: usize> {
     event: &'a Event,
     limits: Limits,
     lane: OneLane<W>,
@@ -121,7 +121,7 @@ struct Watch<'a, const W: usize> {
     any: bool,
 }
 
-impl<G: Shape, const W: usize> Gauge<G, W> for Watch<'_, W> {
+impl<G: Shape, const W: usize> Gauge<G, W> for EventGauge<'_, W> {
     #[inline(always)]
     fn look(&mut self, step: &Look<'_, G, W>) -> bool {
         self.lane.look(step);

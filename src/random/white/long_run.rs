@@ -28,7 +28,7 @@ use std::ops::Range;
 /// ```
 /// use gear_dynamics::random::{LongRun, NoisySteps, WhiteNoise};
 /// use gear_dynamics::{models::Oscillator, State};
-/// // A dead zone of half width 0.5: P(gap) = 1/Z, Z = 1 + √(2π/β) with β = 2 c/D = 2.
+/// // A dead zone of half backlash 0.5: P(gap) = 1/Z, Z = 1 + √(2π/β) with β = 2 c/D = 2.
 /// let pair = Oscillator::new(&[("speed", 1.0), ("mesh stiffness", 1.0), ("half backlash", 0.5)])?;
 /// let solver = NoisySteps::new(30, &[WhiteNoise::bath(0, 0.5, 0.5)?]);
 /// // Settle for 10 periods, measure 200.

@@ -54,7 +54,7 @@ struct Numbers<'p> {
 
 /// What becomes of a lane in a step.
 #[derive(Clone, Copy, PartialEq)]
-enum Turn {
+enum LaneTurn {
     /// It has no run, or its run has failed.
     Out,
     /// A contact changed its piece at the start: the step must be repeated.
@@ -79,7 +79,7 @@ pub(crate) struct Crew<'p, 'm, T: Task<'m>> {
     runs: [Option<Box<Run<'m, T>>>; W],
     /// How a run ended, until its lane is filled again.
     outcomes: [Option<Result<(), T::Error>>; W],
-    turns: [Turn; W],
+    turns: [LaneTurn; W],
 }
 
 impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
@@ -113,7 +113,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
             edges,
             runs: std::array::from_fn(|_| None),
             outcomes: std::array::from_fn(|_| None),
-            turns: [Turn::Out; W],
+            turns: [LaneTurn::Out; W],
         }
     }
 
@@ -158,15 +158,15 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
     /// Makes a step in every lane.
     fn step(&mut self) {
         for (turn, run) in self.turns.iter_mut().zip(&self.runs) {
-            *turn = if run.is_some() { Turn::Step } else { Turn::Out };
+            *turn = if run.is_some() { LaneTurn::Step } else { LaneTurn::Out };
         }
-        self.each(|crew, place, run| Ok(crew.begin(place, &mut run.lane).map(|()| Turn::Step)?));
+        self.each(|crew, place, run| Ok(crew.begin(place, &mut run.lane).map(|()| LaneTurn::Step)?));
         self.set.run(Expansion(&mut self.numbers));
         self.each(|crew, place, run| {
             let (full, longest) = (crew.numbers.full[place], crew.taylor.tolerances.max);
             let h = run.lane.aim(full, longest, &crew.view(place))?;
             crew.numbers.h.0[place] = h;
-            Ok(Turn::Step)
+            Ok(LaneTurn::Step)
         });
         self.set.run(Moves(&mut self.numbers));
         self.each(|crew, place, run| {
@@ -176,7 +176,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
             if length.is_none() {
                 crew.take_pieces(place, &run.lane);
             }
-            Ok(if length.is_some() { Turn::Step } else { Turn::Again })
+            Ok(if length.is_some() { LaneTurn::Step } else { LaneTurn::Again })
         });
         let measuring = self.runs.iter().flatten().any(|run| run.task.measures());
         self.set.run(Ends(&mut self.numbers, measuring));
@@ -184,9 +184,9 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
     }
 
     /// Calls `f` for every lane that makes a step. An error ends the run.
-    fn each(&mut self, mut f: impl FnMut(&mut Self, usize, &mut Run<'m, T>) -> Result<Turn, T::Error>) {
+    fn each(&mut self, mut f: impl FnMut(&mut Self, usize, &mut Run<'m, T>) -> Result<LaneTurn, T::Error>) {
         for place in 0..W {
-            if self.turns[place] != Turn::Step {
+            if self.turns[place] != LaneTurn::Step {
                 continue;
             }
             // The run is taken out, so that `f` may use the numbers of all lanes.
@@ -194,7 +194,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
             match f(self, place, &mut run) {
                 Ok(turn) => self.turns[place] = turn,
                 Err(error) => {
-                    self.turns[place] = Turn::Out;
+                    self.turns[place] = LaneTurn::Out;
                     self.numbers.h.0[place] = 0.0;
                     self.outcomes[place] = Some(Err(error));
                 }
@@ -239,7 +239,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
     }
 
     /// Ends the step of a lane.
-    fn end(&mut self, place: usize, run: &mut Run<'m, T>) -> Result<Turn, T::Error> {
+    fn end(&mut self, place: usize, run: &mut Run<'m, T>) -> Result<LaneTurn, T::Error> {
         let Run { lane, task, .. } = run;
         for (y, end) in lane.course.e.y1.slice_mut().iter_mut().zip(&self.numbers.ends) {
             *y = end.0[place];
@@ -250,12 +250,12 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
             LaneView { columns, lane: place, edges: &self.edges, arch: Arch::new(), singular: self.singular };
         if task.end(lane, Ended { view, at_edge, meters, pace })? {
             self.outcomes[place] = Some(Ok(()));
-            return Ok(Turn::Out);
+            return Ok(LaneTurn::Out);
         }
         if std::mem::take(&mut lane.changed) {
             self.take_pieces(place, lane);
         }
-        Ok(Turn::Step)
+        Ok(LaneTurn::Step)
     }
 }
 
