@@ -14,6 +14,15 @@ pub(crate) enum Edge {
 impl Edge {
     pub(crate) const BOTH: [Edge; 2] = [Edge::Lower, Edge::Upper];
 
+    /// The edges at which a piece ends: one of a flank, both of the gap.
+    #[inline(always)]
+    pub(crate) const fn around(piece: Piece) -> &'static [Edge] {
+        match piece {
+            Piece::Lower => &[Edge::Lower],
+            Piece::Gap => &Edge::BOTH,
+            Piece::Upper => &[Edge::Upper],
+        }
+    }
     /// The edge of a flank; `None` for the gap.
     #[inline]
     pub(crate) fn of(piece: Piece) -> Option<Edge> {
@@ -38,12 +47,12 @@ impl Edge {
             Edge::Upper => Piece::Upper,
         }
     }
-    /// The piece on the other side of this edge; `None` if `piece` does not end here.
+    /// The piece on the other side of this edge, for a `piece` that ends here.
     #[inline]
-    pub(crate) fn beyond(self, piece: Piece) -> Option<Piece> {
+    pub(crate) const fn beyond(self, piece: Piece) -> Piece {
         match piece {
-            Piece::Gap => Some(self.flank()),
-            flank => (flank == self.flank()).then_some(Piece::Gap),
+            Piece::Gap => self.flank(),
+            Piece::Lower | Piece::Upper => Piece::Gap,
         }
     }
 
@@ -109,14 +118,15 @@ mod tests {
     fn both_sides_of_an_edge() {
         for edge in Edge::BOTH {
             for piece in [Piece::Gap, edge.flank()] {
-                let other = edge.beyond(piece).unwrap();
-                assert_eq!((edge.beyond(other), Edge::between(piece, other)), (Some(piece), edge));
+                let other = edge.beyond(piece);
+                assert_eq!((edge.beyond(other), Edge::between(piece, other)), (piece, edge));
+                assert!(Edge::around(piece).contains(&edge));
                 let place = edge.outward() * if piece == Piece::Gap { 0.5 } else { 1.5 };
                 let c = Contact { deflection: place, lower: -1.0, upper: 1.0, ..Contact::default() };
                 assert_eq!((c.piece(), edge.distance(&c).signum()), (piece, edge.sign_on(piece)));
             }
             assert_eq!(Edge::of(edge.flank()), Some(edge));
         }
-        assert_eq!((Edge::Lower.beyond(Piece::Upper), Edge::of(Piece::Gap)), (None, None));
+        assert_eq!((Edge::around(Piece::Upper), Edge::of(Piece::Gap)), (&[Edge::Upper][..], None));
     }
 }

@@ -48,8 +48,7 @@ const REFINEMENTS: usize = 6;
 /// The edges at which contacts leave their pieces.
 pub(crate) fn edges<'t>(field: &'t Field<'_>, pieces: &'t [Piece]) -> impl Iterator<Item = EdgeForm> + 't {
     pieces.iter().enumerate().flat_map(move |(contact, &piece)| {
-        let own = Edge::BOTH.into_iter().filter(move |edge| edge.beyond(piece).is_some());
-        own.filter_map(move |edge| EdgeForm::new(field, contact, piece, edge))
+        Edge::around(piece).iter().filter_map(move |&edge| EdgeForm::new(field, contact, piece, edge))
     })
 }
 
