@@ -2,6 +2,7 @@
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
+use crate::scalar::Scalar;
 
 /// An edge of a gap. As a number it is 0 for the lower and 1 for the upper edge: the order of every array of
 /// two that belongs to the edges of a contact.
@@ -99,6 +100,23 @@ impl Edge {
     pub(crate) fn rate(self, c: &Contact) -> f64 {
         c.rate - self.position_rate(c)
     }
+    /// Depth past this edge, on its flank positive: the [`distance`](Edge::distance) with the sign
+    /// [`outward`](Edge::outward).
+    #[inline(always)]
+    pub(crate) fn depth<S: Scalar>(self, c: &Contact<S>) -> S {
+        match self {
+            Edge::Lower => c.lower - c.deflection,
+            Edge::Upper => c.deflection - c.upper,
+        }
+    }
+    /// Rate of the [`depth`](Edge::depth).
+    #[inline(always)]
+    pub(crate) fn depth_rate<S: Scalar>(self, c: &Contact<S>) -> S {
+        match self {
+            Edge::Lower => c.lower_rate - c.rate,
+            Edge::Upper => c.rate - c.upper_rate,
+        }
+    }
 
     /// Whether this edge of a contact is a rigid stop. Contacts past the end of `stops` have none.
     #[inline]
@@ -124,6 +142,7 @@ mod tests {
                 let place = edge.outward() * if piece == Piece::Gap { 0.5 } else { 1.5 };
                 let c = Contact { deflection: place, lower: -1.0, upper: 1.0, ..Contact::default() };
                 assert_eq!((c.piece(), edge.distance(&c).signum()), (piece, edge.sign_on(piece)));
+                assert_eq!(edge.depth(&c), edge.outward() * edge.distance(&c));
             }
             assert_eq!(Edge::of(edge.flank()), Some(edge));
         }

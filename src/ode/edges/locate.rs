@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::ode::edges::exit::{Exit, Found, SLACK, Share, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
 use crate::ode::edges::gaps::{Gaps, Resolved};
-use crate::ode::edges::hermite::{Distance, Hermite};
+use crate::ode::edges::hermite::Hermite;
 use crate::ode::edges::stops::Stops;
 use crate::ode::step::Crossing;
 use crate::ode::stepping::ends::Ends;
@@ -82,17 +82,16 @@ impl Locator {
         self.start.copy_from_slice(&e.contacts);
         for (i, (piece, c)) in e.pieces.iter_mut().zip(&self.start).enumerate() {
             let slack = self.slack(i, c);
-            let past = |edge| Exit { contact: i, edge }.distance(edge.flank(), c, 1.0);
             let inside = match Edge::of(*piece) {
-                Some(edge) => past(edge).value >= -slack,
-                None => Edge::BOTH.into_iter().all(|edge| past(edge).value <= slack),
+                Some(edge) => edge.depth(c) >= -slack,
+                None => Edge::BOTH.into_iter().all(|edge| edge.depth(c) <= slack),
             };
             if inside && !afresh {
                 continue;
             }
             let enters = |edge: Edge| {
-                let Distance { value, rate } = past(edge);
-                !edge.is_stop(&self.stops.rigid, i) && (value > slack || (value >= -slack && rate > 0.0))
+                let (depth, rate) = (edge.depth(c), edge.depth_rate(c));
+                !edge.is_stop(&self.stops.rigid, i) && (depth > slack || (depth >= -slack && rate > 0.0))
             };
             *piece = if enters(Edge::Upper) {
                 Piece::Upper
