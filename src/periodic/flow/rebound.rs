@@ -4,9 +4,10 @@ use crate::contact::Piece;
 use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::{Model, State};
+use crate::numeric::differences::CENTRAL;
 use crate::numeric::norms::dot;
 use crate::periodic::flow::impact::Impact;
-use crate::periodic::flow::saltation::{CENTRAL, Saltation};
+use crate::periodic::flow::saltation::Saltation;
 
 /// Step of the differences of the velocities after an impact, as a share of the size of the motion `[1]`.
 const PROBE_STEP: f64 = 3e-4;

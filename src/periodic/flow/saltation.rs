@@ -5,6 +5,7 @@ use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Model;
 use crate::model::drive_slope::DriveSlope;
+use crate::numeric::differences::{CENTRAL, ONE_SIDED};
 use crate::numeric::norms::dot;
 use crate::ode::Step;
 use crate::periodic::flow::continued::{Continued, gradient};
@@ -64,13 +65,6 @@ const LEAST_SPACING: f64 = 1e-8;
 
 /// Step of the differences with respect to the drives, as a share of the drives `[1]`.
 const DRIVE_STEP: f64 = 1e-3;
-
-/// Places and weights of a central difference of fourth order.
-pub(crate) const CENTRAL: [(f64, f64); 4] =
-    [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
-
-/// Weights of a one-sided difference of third order.
-const ONE_SIDED: [f64; 4] = [11.0 / 6.0, -3.0, 1.5, -1.0 / 3.0];
 
 impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
     pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
@@ -184,10 +178,10 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         // Far from time zero a share of a short step is below the rounding error of the time.
         let (n, back) = (self.n, (BACK * (to - from)).max(LEAST_SPACING * to.abs()));
         let mut by_time = 0.0;
-        for (k, weight) in ONE_SIDED.iter().enumerate() {
-            self.model.drive(to - k as f64 * back, Side::Before, &mut self.u);
+        for (place, weight) in ONE_SIDED {
+            self.model.drive(to - place * back, Side::Before, &mut self.u);
             self.model.contact(&self.u, &self.q[..n], &self.v[..n], &mut self.contacts);
-            by_time += weight * edge.distance(&self.contacts[contact]) / back;
+            by_time -= weight * edge.distance(&self.contacts[contact]) / back;
         }
         self.model.drive(to, Side::Before, &mut self.u);
         let (by_q, by_v) = self.gradient.split_at(n);
