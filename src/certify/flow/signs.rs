@@ -24,7 +24,7 @@ impl EdgeForm {
     /// The edge of a contact on the piece `from`; `None` if it is infinite.
     fn new(field: &Field<'_>, contact: usize, from: Piece, edge: Edge) -> Option<Self> {
         let form = field.tangent.tape.distances[contact][edge as usize]?;
-        Some(EdgeForm { contact, edge, form, sign: if from == Piece::Gap { 1.0 } else { -1.0 } })
+        Some(EdgeForm { contact, edge, form, sign: from.gap_sign() })
     }
     /// The edge of a crossing: that of the flank which the contact leaves or enters.
     pub(crate) fn of(field: &Field<'_>, pieces: &[Piece], crossing: &LegCrossing) -> Option<Self> {

@@ -1,7 +1,7 @@
 //! The first contact that leaves its piece in a step.
 
+use crate::contact::Contact;
 use crate::contact::edge::Edge;
-use crate::contact::{Contact, Piece};
 use crate::model::Model;
 use crate::ode::edges::exit::{Elapsed, Exit, Found};
 use crate::ode::edges::locate::{Locator, PLAIN};
@@ -53,7 +53,7 @@ pub(crate) fn first_exit(
         if !Edge::around(piece).contains(&edge) {
             continue;
         }
-        let sign = if piece == Piece::Gap { reversed } else { -reversed };
+        let sign = reversed * piece.gap_sign();
         let start = sign * c.coefficient(0, i);
         if start == f64::INFINITY {
             continue; // the law has no such edge
