@@ -2,6 +2,7 @@
 
 use crate::contact::piece::Piece;
 use crate::contact::tooth::Contact;
+use crate::scalar::Scalar;
 
 /// An edge of a gap. As a number it is 0 for the lower and 1 for the upper edge: the order of every array of
 /// two that belongs to the edges of a contact.
@@ -14,6 +15,15 @@ pub(crate) enum Edge {
 impl Edge {
     pub(crate) const BOTH: [Edge; 2] = [Edge::Lower, Edge::Upper];
 
+    /// The edges at which a piece ends: one of a flank, both of the gap.
+    #[inline(always)]
+    pub(crate) const fn around(piece: Piece) -> &'static [Edge] {
+        match piece {
+            Piece::Lower => &[Edge::Lower],
+            Piece::Gap => &Edge::BOTH,
+            Piece::Upper => &[Edge::Upper],
+        }
+    }
     /// The edge of a flank; `None` for the gap.
     #[inline]
     pub(crate) fn of(piece: Piece) -> Option<Edge> {
@@ -38,12 +48,12 @@ impl Edge {
             Edge::Upper => Piece::Upper,
         }
     }
-    /// The piece on the other side of this edge; `None` if `piece` does not end here.
+    /// The piece on the other side of this edge, for a `piece` that ends here.
     #[inline]
-    pub(crate) fn beyond(self, piece: Piece) -> Option<Piece> {
+    pub(crate) const fn beyond(self, piece: Piece) -> Piece {
         match piece {
-            Piece::Gap => Some(self.flank()),
-            flank => (flank == self.flank()).then_some(Piece::Gap),
+            Piece::Gap => self.flank(),
+            Piece::Lower | Piece::Upper => Piece::Gap,
         }
     }
 
@@ -90,6 +100,23 @@ impl Edge {
     pub(crate) fn rate(self, c: &Contact) -> f64 {
         c.rate - self.position_rate(c)
     }
+    /// Depth past this edge, on its flank positive: the [`distance`](Edge::distance) with the sign
+    /// [`outward`](Edge::outward).
+    #[inline(always)]
+    pub(crate) fn depth<S: Scalar>(self, c: &Contact<S>) -> S {
+        match self {
+            Edge::Lower => c.lower - c.deflection,
+            Edge::Upper => c.deflection - c.upper,
+        }
+    }
+    /// Rate of the [`depth`](Edge::depth).
+    #[inline(always)]
+    pub(crate) fn depth_rate<S: Scalar>(self, c: &Contact<S>) -> S {
+        match self {
+            Edge::Lower => c.lower_rate - c.rate,
+            Edge::Upper => c.rate - c.upper_rate,
+        }
+    }
 
     /// Whether this edge of a contact is a rigid stop. Contacts past the end of `stops` have none.
     #[inline]
@@ -109,14 +136,16 @@ mod tests {
     fn both_sides_of_an_edge() {
         for edge in Edge::BOTH {
             for piece in [Piece::Gap, edge.flank()] {
-                let other = edge.beyond(piece).unwrap();
-                assert_eq!((edge.beyond(other), Edge::between(piece, other)), (Some(piece), edge));
+                let other = edge.beyond(piece);
+                assert_eq!((edge.beyond(other), Edge::between(piece, other)), (piece, edge));
+                assert!(Edge::around(piece).contains(&edge));
                 let place = edge.outward() * if piece == Piece::Gap { 0.5 } else { 1.5 };
                 let c = Contact { deflection: place, lower: -1.0, upper: 1.0, ..Contact::default() };
                 assert_eq!((c.piece(), edge.distance(&c).signum()), (piece, edge.sign_on(piece)));
+                assert_eq!(edge.depth(&c), edge.outward() * edge.distance(&c));
             }
             assert_eq!(Edge::of(edge.flank()), Some(edge));
         }
-        assert_eq!((Edge::Lower.beyond(Piece::Upper), Edge::of(Piece::Gap)), (None, None));
+        assert_eq!((Edge::around(Piece::Upper), Edge::of(Piece::Gap)), (&[Edge::Upper][..], None));
     }
 }

@@ -19,6 +19,17 @@ pub enum Piece {
     Upper,
 }
 
+impl Piece {
+    /// Sign on this piece of a distance that is positive in the gap.
+    #[inline(always)]
+    pub(crate) const fn gap_sign(self) -> f64 {
+        match self {
+            Piece::Gap => 1.0,
+            Piece::Lower | Piece::Upper => -1.0,
+        }
+    }
+}
+
 /// Σ piece_k 3^k over `count` contacts from `contact` on: the number of a combination of pieces.
 pub(crate) fn alternative(pieces: &[Piece], contact: usize, count: usize) -> usize {
     pieces[contact..][..count].iter().rev().fold(0, |number, piece| 3 * number + *piece as usize)

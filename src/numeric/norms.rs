@@ -11,6 +11,11 @@ pub(crate) fn largest(x: &[f64]) -> f64 {
     if any_nan { f64::NAN } else { x.iter().map(|x| x.abs()).fold(0.0, |m, x| if x > m { x } else { m }) }
 }
 
+/// max |x_i/s_i|: the largest component as a share of its size. NaN does not count.
+pub(crate) fn largest_share(x: &[f64], sizes: &[f64]) -> f64 {
+    x.iter().zip(sizes).fold(0.0, |m, (x, s)| m.max((x / s).abs()))
+}
+
 /// x ← x - r (rᵀ x), r of length 1: removes the component along r.
 pub(crate) fn remove(r: &[f64], x: &mut [f64]) {
     let along = dot(r, x);
@@ -46,5 +51,10 @@ mod tests {
             x[at] = f64::NAN;
             assert!(crate::numeric::norms::largest(&x).is_nan());
         }
+    }
+
+    #[test]
+    fn shares_of_sizes() {
+        assert_eq!(crate::numeric::norms::largest_share(&[3.0, -1.0, f64::NAN], &[2.0, 0.5, 1.0]), 2.0);
     }
 }

@@ -1,6 +1,6 @@
 //! One impact, and the figures of many.
 
-use crate::contact::{Contact, Piece};
+use crate::contact::Piece;
 use crate::error::{ParameterError, check};
 
 /// One impact of a contact, from touching to separating. Speeds and times have the units of the model, SI in
@@ -45,14 +45,6 @@ impl Impact {
     /// Contact time; `None` if the run ended in contact.
     pub fn duration(&self) -> Option<f64> {
         self.left.map(|left| left - self.t)
-    }
-}
-
-/// Depth of a contact past the edge of a flank, and its rate.
-pub(crate) fn depth(flank: Piece, c: &Contact) -> (f64, f64) {
-    match flank {
-        Piece::Lower => (c.lower - c.deflection, c.lower_rate - c.rate),
-        _ => (c.deflection - c.upper, c.rate - c.upper_rate),
     }
 }
 

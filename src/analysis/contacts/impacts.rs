@@ -1,7 +1,8 @@
 //! The impacts of a run as a list.
 
-use crate::analysis::contacts::impact::{Impact, ImpactSummary, depth};
+use crate::analysis::contacts::impact::{Impact, ImpactSummary};
 use crate::analysis::contacts::pieces::{Pieces, Visit};
+use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
@@ -186,16 +187,16 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
         let i = visit.contact;
         let Some(now) = visit.at else { return };
         let before = self.watched[i].sample;
-        let crossing = |flank: Piece| match before {
-            Some(before) => root(flank, before, (visit.t, now)),
-            None => (visit.t, depth(flank, &now).1),
+        let crossing = |edge: Edge| match before {
+            Some(before) => root(edge, before, (visit.t, now)),
+            None => (visit.t, edge.depth_rate(&now)),
         };
-        if let Some(flank @ (Piece::Lower | Piece::Upper)) = visit.from.filter(|from| *from != visit.piece) {
-            let (t, rate) = crossing(flank);
+        if let Some(edge) = visit.from.filter(|from| *from != visit.piece).and_then(Edge::of) {
+            let (t, rate) = crossing(edge);
             self.leave(i, t, -rate);
         }
-        if visit.is_impact {
-            let (t, speed) = crossing(visit.piece);
+        if let Some(edge) = Edge::of(visit.piece).filter(|_| visit.is_impact) {
+            let (t, speed) = crossing(edge);
             let k = self.touch(i, visit.piece, t, speed);
             self.impacts[k].impulse = Some(0.0);
             self.watched[i].open = Some(k);
@@ -241,7 +242,8 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
         for i in 0..self.watched.len() {
             if let Some(k) = self.watched[i].rebound.take() {
                 let impact = &mut self.impacts[k];
-                let separation = -depth(impact.flank, &self.pieces.probe.contacts()[i]).1;
+                let edge = Edge::between(Piece::Gap, impact.flank);
+                let separation = -edge.depth_rate(&self.pieces.probe.contacts()[i]);
                 impact.separation = Some(separation);
                 impact.impulse = self.masses[i].map(|mass| mass * (impact.speed + separation));
             }
@@ -258,7 +260,8 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
         for crossing in step.crossings().iter().filter(|crossing| crossing.rebounds) {
             let i = crossing.contact;
             if self.watched[i].rebound.is_none() {
-                let speed = depth(crossing.to, &self.pieces.probe.contacts()[i]).1;
+                let edge = Edge::between(crossing.from, crossing.to);
+                let speed = edge.depth_rate(&self.pieces.probe.contacts()[i]);
                 let k = self.touch(i, crossing.to, t, speed);
                 self.impacts[k].left = Some(t);
                 (self.watched[i].rebound, self.watched[i].since) = (Some(k), Some(t));
@@ -294,15 +297,12 @@ impl<M: Model + ?Sized> Observer for Impacts<'_, M> {
     }
 }
 
-/// Instant at which the depth on a flank vanishes between two samples, and its rate there: a root of the
+/// Instant at which the depth past an edge vanishes between two samples, and its rate there: a root of the
 /// cubic through depths and rates. The later sample if the depth does not change its sign, as where an edge
 /// jumps.
-fn root(flank: Piece, (t0, before): (f64, Contact), (t1, now): (f64, Contact)) -> (f64, f64) {
+fn root(edge: Edge, (t0, before): (f64, Contact), (t1, now): (f64, Contact)) -> (f64, f64) {
     let width = t1 - t0;
-    let distance = |c: &Contact| {
-        let (value, rate) = depth(flank, c);
-        Distance { value, rate }
-    };
+    let distance = |c: &Contact| Distance { value: edge.depth(c), rate: edge.depth_rate(c) };
     let (d0, d1) = (distance(&before), distance(&now));
     if (d0.value > 0.0) == (d1.value > 0.0) || width.is_nan() || width <= 0.0 {
         return (t1, d1.rate);

@@ -55,7 +55,7 @@ impl fmt::Display for PointKind {
 /// ```
 /// use gear_dynamics::{RattleState, branches::{SpecialPoint, PointKind}, contact::Piece};
 /// let rattle = [RattleState::None, RattleState::Unilateral];
-/// let onset = SpecialPoint::Grazing { contact: 0, edge: Piece::Upper, rattle };
+/// let onset = SpecialPoint::Grazing { contact: 0, flank: Piece::Upper, rattle };
 /// assert_eq!((onset.kind(), onset.changes_rattle()), (PointKind::Grazing, true));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,7 @@ pub enum SpecialPoint {
         /// Index of the contact, from 0.
         contact: usize,
         /// The flank of the edge: [`Piece::Lower`] or [`Piece::Upper`].
-        edge: Piece,
+        flank: Piece,
         /// Rattle state of the contact before and after the point, along the branch.
         rattle: [RattleState; 2],
     },
@@ -91,10 +91,10 @@ impl SpecialPoint {
 
 impl fmt::Display for SpecialPoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let SpecialPoint::Grazing { contact, edge, rattle: [before, after] } = self else {
+        let SpecialPoint::Grazing { contact, flank, rattle: [before, after] } = self else {
             return self.kind().fmt(f);
         };
-        let flank = if *edge == Piece::Lower { "lower" } else { "upper" };
+        let flank = if *flank == Piece::Lower { "lower" } else { "upper" };
         write!(f, "grazing of contact {contact} at its {flank} edge")?;
         if before != after {
             write!(f, ", rattle {before} to {after}")?;

@@ -5,8 +5,8 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::sensitivity::totals::Totals;
 use crate::error::ParameterError;
 use crate::model::Periodic;
+use crate::numeric::differences::{CENTRAL, ONE_SIDED};
 use crate::periodic::Multipliers;
-use crate::periodic::flow::saltation::CENTRAL;
 use nalgebra::DVector;
 
 /// Step of the differences, in units of the constants.
@@ -26,9 +26,6 @@ const UNBOUNDED_GROWTH: f64 = 2.0;
 
 /// Differences below this over the smallest step are rounding `[1]`.
 const ROUNDING: f64 = 1e-3;
-
-/// Places and weights of a one-sided difference of third order.
-pub(crate) const ONE_SIDED: [(f64, f64); 4] = [(0.0, -11.0 / 6.0), (1.0, 3.0), (2.0, -1.5), (3.0, 1.0 / 3.0)];
 
 /// [d-, d+] of a function of the multipliers at x + h `along` of the models `model(h)`: for decreasing and
 /// for increasing h.

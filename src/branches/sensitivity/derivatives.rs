@@ -1,19 +1,18 @@
 //! Derivatives of what is measured along an orbit.
 
 use crate::branches::curve::equations::CurveError;
-use crate::branches::sensitivity::along::ONE_SIDED;
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::totals::Totals;
 use crate::error::ParameterError;
 use crate::excitation::Side;
 use crate::model::equations::Constants;
 use crate::model::{Model, Periodic};
+use crate::numeric::differences::{CENTRAL, ONE_SIDED};
 use crate::numeric::gauss::FIVE;
 use crate::numeric::spread::GOLDEN;
 use crate::ode::probe::Probe;
 use crate::ode::{Observer, Step};
 use crate::periodic::flow::flow_method::Expansion;
-use crate::periodic::flow::saltation::CENTRAL;
 use crate::periodic::flow::tangent::Tangent;
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;

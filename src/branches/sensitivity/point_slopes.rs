@@ -62,8 +62,8 @@ impl Sensitivity {
             Some(SpecialPoint::Bifurcation(PointKind::NeimarkSacker)) => {
                 return of_multipliers(&totals, constants, place, &torus);
             }
-            Some(SpecialPoint::Grazing { contact, edge, .. }) => {
-                grazing(&totals, &*at, *contact, Edge::between(*edge, Piece::Gap))?
+            Some(SpecialPoint::Grazing { contact, flank, .. }) => {
+                grazing(&totals, &*at, *contact, Edge::between(Piece::Gap, *flank))?
             }
             _ => {
                 let wanted = "a fold, a period doubling, a Neimark-Sacker point or a grazing";
@@ -82,8 +82,8 @@ impl Sensitivity {
 /// The model without the rigid stop that the orbit of a grazing touches, unless it strikes it at another
 /// time.
 fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -> Box<dyn Periodic + 'm> {
-    if let Some(SpecialPoint::Grazing { contact, edge, .. }) = point.located {
-        let edge = Edge::between(edge, Piece::Gap);
+    if let Some(SpecialPoint::Grazing { contact, flank, .. }) = point.located {
+        let edge = Edge::between(Piece::Gap, flank);
         if point.crossings[contact][edge as usize] == 0 {
             return Box::new(WithoutStops::new(model, &[(contact, edge)]));
         }

@@ -131,8 +131,8 @@ fn boundary_of(what: &SpecialPoint, measured: &Measured) -> Result<Boundary, Bra
         SpecialPoint::Bifurcation(PointKind::NeimarkSacker) => Ok(Boundary::NeimarkSacker),
         SpecialPoint::Bifurcation(PointKind::SymmetryBreaking) => Ok(Boundary::SymmetryBreaking),
         SpecialPoint::Bifurcation(kind) => Err(BranchError::Kind { kind: Some(kind), wanted: HAVE_BOUNDARY }),
-        SpecialPoint::Grazing { contact, edge, .. } => {
-            let nearest = measured.trace.closest(contact, Edge::between(edge, Piece::Gap));
+        SpecialPoint::Grazing { contact, flank, .. } => {
+            let nearest = measured.trace.closest(contact, Edge::between(Piece::Gap, flank));
             Ok(Boundary::Grazing(*nearest.ok_or(BranchError::NoExtremum { contact })?))
         }
     }

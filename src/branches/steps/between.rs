@@ -79,7 +79,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
             let passed =
                 places.iter().filter(|place| place.grazes && place.sigma < sigma + SAME_TIME * step).count();
             let rattle: [RattleState; 2] = [passed - 1, passed].map(|part| rattles[part][contact]);
-            all.push((sigma, point, SpecialPoint::Grazing { contact, edge: extremum.edge.flank(), rattle }));
+            all.push((sigma, point, SpecialPoint::Grazing { contact, flank: extremum.edge.flank(), rattle }));
         }
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok((all, unexplained))

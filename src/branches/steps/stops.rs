@@ -76,7 +76,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         }
         let rattle = [node.measured.rattle[extremum.contact]; 2];
         let grazing =
-            SpecialPoint::Grazing { contact: extremum.contact, edge: extremum.edge.flank(), rattle };
+            SpecialPoint::Grazing { contact: extremum.contact, flank: extremum.edge.flank(), rattle };
         located.push(
             self.engine.curve.columns(&node.point, node.measured, self.arclength + at, Some(grazing)).ok()?,
         );
@@ -120,7 +120,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         };
         let contact = extremum.contact;
         let rattle = [&self.last.measured, &reached.measured].map(|measured| measured.rattle[contact]);
-        let grazing = SpecialPoint::Grazing { contact, edge: extremum.edge.flank(), rattle };
+        let grazing = SpecialPoint::Grazing { contact, flank: extremum.edge.flank(), rattle };
         match self.engine.curve.columns(
             &node.point,
             node.measured,

@@ -24,7 +24,7 @@ impl EdgeForm {
     /// The edge of a contact on the piece `from`; `None` if it is infinite.
     fn new(field: &Field<'_>, contact: usize, from: Piece, edge: Edge) -> Option<Self> {
         let form = field.tangent.tape.distances[contact][edge as usize]?;
-        Some(EdgeForm { contact, edge, form, sign: if from == Piece::Gap { 1.0 } else { -1.0 } })
+        Some(EdgeForm { contact, edge, form, sign: from.gap_sign() })
     }
     /// The edge of a crossing: that of the flank which the contact leaves or enters.
     pub(crate) fn of(field: &Field<'_>, pieces: &[Piece], crossing: &LegCrossing) -> Option<Self> {
@@ -48,8 +48,7 @@ const REFINEMENTS: usize = 6;
 /// The edges at which contacts leave their pieces.
 pub(crate) fn edges<'t>(field: &'t Field<'_>, pieces: &'t [Piece]) -> impl Iterator<Item = EdgeForm> + 't {
     pieces.iter().enumerate().flat_map(move |(contact, &piece)| {
-        let own = Edge::BOTH.into_iter().filter(move |edge| edge.beyond(piece).is_some());
-        own.filter_map(move |edge| EdgeForm::new(field, contact, piece, edge))
+        Edge::around(piece).iter().filter_map(move |&edge| EdgeForm::new(field, contact, piece, edge))
     })
 }
 

@@ -3,17 +3,18 @@
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::ode::edges::hermite::Distance;
+use crate::ode::step::Crossing;
 
 /// Slack: the distance past an edge up to which a contact still counts as on its piece, as a share of the gap
 /// `[1]`. It changes the force by less than the stiffness times the slack, far below the tolerance of any
 /// step.
 pub(crate) const SLACK: f64 = 1e-10;
 
-/// An exit: contact `contact` leaves its piece for the piece `to`.
+/// An exit: contact `contact` leaves its piece at the edge `edge`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Exit {
     pub(crate) contact: usize,
-    pub(crate) to: Piece,
+    pub(crate) edge: Edge,
 }
 
 /// A share θ of the step in [0, 1].
@@ -36,70 +37,42 @@ pub(crate) enum Found<At> {
 }
 
 impl Exit {
-    /// The exits from a piece: one from a flank, two from the gap.
+    /// The exit at a crossing.
     #[inline]
-    pub(crate) fn of(contact: usize, piece: Piece) -> [Option<Exit>; 2] {
-        let exit = |to| Some(Exit { contact, to });
-        match piece {
-            Piece::Lower | Piece::Upper => [exit(Piece::Gap), None],
-            Piece::Gap => [exit(Piece::Lower), exit(Piece::Upper)],
-        }
+    pub(crate) fn of(crossing: &Crossing) -> Exit {
+        Exit { contact: crossing.contact, edge: Edge::between(crossing.from, crossing.to) }
+    }
+    /// The crossing at this exit from the piece `from`.
+    #[inline]
+    pub(crate) fn crossing(self, from: Piece, rebounds: bool) -> Crossing {
+        Crossing { contact: self.contact, from, to: self.edge.beyond(from), rebounds }
     }
 
     /// Distance from the edge of this exit for a contact on the piece `from`, positive on that piece. With
     /// the length `h` of a step, its rate is per unit of θ; with `h` = 1, per unit of time.
     #[inline(always)]
     pub(crate) fn distance(self, from: Piece, c: &Contact, h: f64) -> Distance {
-        ExitEdge::of(from, Edge::between(from, self.to) as usize).distance(c, h)
-    }
-}
-
-/// The edge that a contact passes at an exit.
-#[derive(Clone, Copy)]
-pub(crate) struct ExitEdge {
-    edge: Edge,
-    /// Makes the distance positive on the piece.
-    sign: f64,
-}
-
-impl ExitEdge {
-    /// The edge of an exit from the piece `from`, by the index of the exit in [`Exit::of`].
-    #[inline(always)]
-    pub(crate) fn of(from: Piece, way: usize) -> Self {
-        const fn exit(from: Piece, edge: Edge) -> ExitEdge {
-            ExitEdge { edge, sign: edge.sign_on(from) }
-        }
-        const EXITS: [[ExitEdge; 2]; 3] = [
-            [exit(Piece::Lower, Edge::Lower); 2],
-            [exit(Piece::Gap, Edge::Lower), exit(Piece::Gap, Edge::Upper)],
-            [exit(Piece::Upper, Edge::Upper); 2],
-        ];
-        EXITS[from as usize][way]
-    }
-    /// See [`Exit::distance`].
-    #[inline(always)]
-    pub(crate) fn distance(self, c: &Contact, h: f64) -> Distance {
-        let [distance] = self.distances([c], h);
+        let [distance] = distances(self.edge, from, [c], h);
         distance
     }
-    /// The distances of one contact at several instants.
-    #[inline(always)]
-    pub(crate) fn distances<const K: usize>(self, contacts: [&Contact; K], h: f64) -> [Distance; K] {
-        let scale = h * self.sign;
-        let from =
-            |deflection: f64, rate: f64| Distance { value: self.sign * deflection, rate: scale * rate };
-        // One branch for all instants instead of a selection for each.
-        match self.edge {
-            Edge::Lower => contacts.map(|c| from(c.deflection - c.lower, c.rate - c.lower_rate)),
-            Edge::Upper => contacts.map(|c| from(c.deflection - c.upper, c.rate - c.upper_rate)),
-        }
-    }
 }
 
-/// Number of exits from a piece.
+/// The distances of one contact at several instants from an edge of its piece; see [`Exit::distance`].
 #[inline(always)]
-pub(crate) fn exits(piece: Piece) -> usize {
-    if piece == Piece::Gap { 2 } else { 1 }
+pub(crate) fn distances<const K: usize>(
+    edge: Edge,
+    piece: Piece,
+    contacts: [&Contact; K],
+    h: f64,
+) -> [Distance; K] {
+    let sign = edge.sign_on(piece);
+    let scale = h * sign;
+    let from = |deflection: f64, rate: f64| Distance { value: sign * deflection, rate: scale * rate };
+    // One branch for all instants instead of a selection for each.
+    match edge {
+        Edge::Lower => contacts.map(|c| from(c.deflection - c.lower, c.rate - c.lower_rate)),
+        Edge::Upper => contacts.map(|c| from(c.deflection - c.upper, c.rate - c.upper_rate)),
+    }
 }
 
 /// Length to which the slack is relative: the width of the gap or, if that is zero or infinite, |deflection|.

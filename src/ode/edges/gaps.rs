@@ -6,12 +6,13 @@
 //! the ends of the step. The coordinates inside the step are taken from their own cubics, so that only terms
 //! that depend on the drives contribute to the difference.
 
+use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
 use crate::numeric::extremes::{larger, smaller};
 use crate::numeric::lagrange::cubic;
 use crate::numeric::spread::GOLDEN_POINTS;
-use crate::ode::edges::exit::{ExitEdge, exits, scale};
+use crate::ode::edges::exit::{distances, scale};
 use crate::ode::edges::hermite::{Distance, Hermite};
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::engine::{Engine, Tableau};
@@ -111,14 +112,14 @@ impl Gaps {
         let states = start.iter().zip(&e.contacts).zip(end).zip(&e.pieces);
         let memory = self.seen.iter_mut().zip(&self.known).zip(noise);
         for ((((start, inside), end), &piece), ((seen, known), &noise)) in states.zip(memory) {
-            for way in 0..exits(piece) {
-                let [d0, d, d1] = ExitEdge::of(piece, way).distances([start, inside, end], h);
-                (seen[way].start, seen[way].end) = (d0, d1);
+            for ((seen, known), &edge) in seen.iter_mut().zip(known).zip(Edge::around(piece)) {
+                let [d0, d, d1] = distances(edge, piece, [start, inside, end], h);
+                (seen.start, seen.end) = (d0, d1);
                 if !d.value.is_finite() {
                     continue;
                 }
-                let off = larger((d.value - Hermite::new(d0, d1).at(theta)).abs(), growth * known[way]);
-                seen[way].off = off;
+                let off = larger((d.value - Hermite::new(d0, d1).at(theta)).abs(), growth * known);
+                seen.off = off;
                 if piece == Piece::Gap {
                     ratio = larger(off / allowed(end, noise, [d0.value, d.value, d1.value]), ratio);
                 }
@@ -133,9 +134,8 @@ impl Gaps {
             for ((seen, known), c) in self.seen.iter().zip(&mut self.known).zip(end) {
                 // Deviations at the level of rounding do not grow with the step and are not kept.
                 let least = 1e-3 * FLOOR * scale(c);
-                for way in 0..2 {
-                    let off = seen[way].off;
-                    known[way] = if off > least { FADING * off } else { 0.0 };
+                for (seen, known) in seen.iter().zip(known) {
+                    *known = if seen.off > least { FADING * seen.off } else { 0.0 };
                 }
             }
             self.length = h;
@@ -167,17 +167,19 @@ impl Gaps {
         for (p, &theta) in GOLDEN_POINTS.iter().enumerate() {
             e.contacts_on_cubic(theta);
             for ((places, &piece), c) in self.places.iter_mut().zip(&e.pieces).zip(&e.contacts) {
-                for (way, place) in places[p].iter_mut().enumerate().take(exits(piece)) {
-                    *place = ExitEdge::of(piece, way).distance(c, h).value;
+                for (place, &edge) in places[p].iter_mut().zip(Edge::around(piece)) {
+                    let [d] = distances(edge, piece, [c], h);
+                    *place = d.value;
                 }
             }
         }
         let mut by_values = 0.0f64;
         let mut by_rates = ratio;
         for (i, seen) in self.seen.iter_mut().enumerate() {
-            for (way, seen) in seen.iter_mut().enumerate().take(exits(e.pieces[i])) {
+            let exits = Edge::around(e.pieces[i]).len();
+            for (k, seen) in seen.iter_mut().enumerate().take(exits) {
                 let (d0, d1) = (seen.start, seen.end);
-                let value = |p: usize| self.places[i][p][way];
+                let value = |p: usize| self.places[i][p][k];
                 if !(0..GOLDEN_POINTS.len()).all(|p| value(p).is_finite()) {
                     continue;
                 }

@@ -1,8 +1,9 @@
 //! Location of edges: the contact that leaves its piece first, and the instant.
 
+use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
-use crate::ode::edges::exit::{Exit, Found, SLACK, Share, exits, scale};
+use crate::ode::edges::exit::{Exit, Found, SLACK, Share, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
 use crate::ode::edges::gaps::{Gaps, Resolved};
 use crate::ode::edges::hermite::Hermite;
@@ -81,21 +82,22 @@ impl Locator {
         self.start.copy_from_slice(&e.contacts);
         for (i, (piece, c)) in e.pieces.iter_mut().zip(&self.start).enumerate() {
             let slack = self.slack(i, c);
-            let (above, below) = (c.deflection - c.upper, c.lower - c.deflection);
-            let inside = match *piece {
-                Piece::Lower => below >= -slack,
-                Piece::Gap => above <= slack && below <= slack,
-                Piece::Upper => above >= -slack,
+            let inside = match Edge::of(*piece) {
+                Some(edge) => edge.depth(c) >= -slack,
+                None => Edge::BOTH.into_iter().all(|edge| edge.depth(c) <= slack),
             };
             if inside && !afresh {
                 continue;
             }
-            let [lower, upper] = [Piece::Lower, Piece::Upper].map(|on| !self.stops.rigid(i, on));
-            *piece = if upper && (above > slack || (above >= -slack && c.rate > c.upper_rate)) {
+            let enters = |edge: Edge| {
+                let (depth, rate) = (edge.depth(c), edge.depth_rate(c));
+                !edge.is_stop(&self.stops.rigid, i) && (depth > slack || (depth >= -slack && rate > 0.0))
+            };
+            *piece = if enters(Edge::Upper) {
                 Piece::Upper
-            } else if lower && (below > slack || (below >= -slack && c.rate < c.lower_rate)) {
+            } else if enters(Edge::Lower) {
                 Piece::Lower
-            } else if upper && lower && c.upper <= c.lower {
+            } else if !self.stops.any(i) && c.upper <= c.lower {
                 // A gap without width has no inside: at rest in it, both flanks carry the same slope.
                 Piece::Upper
             } else {
@@ -137,7 +139,7 @@ impl Locator {
 
     /// Moves a contact to another piece. `false`: more than `STILL` changes at this instant.
     pub(crate) fn change(&mut self, pieces: &mut [Piece], exit: Exit) -> bool {
-        pieces[exit.contact] = exit.to;
+        pieces[exit.contact] = exit.edge.beyond(pieces[exit.contact]);
         self.still[exit.contact] += 1;
         self.still[exit.contact] <= Self::STILL
     }
@@ -161,7 +163,8 @@ impl Locator {
         let time = if rate == 0.0 { 0.0 } else { 2.0 * (value / rate).abs() };
         let others = (0..contacts.len()).filter(move |&i| i != located.contact);
         others.flat_map(move |i| {
-            Exit::of(i, pieces[i]).into_iter().flatten().filter(move |exit| {
+            let exits = Edge::around(pieces[i]).iter().map(move |&edge| Exit { contact: i, edge });
+            exits.filter(move |exit| {
                 let d = exit.distance(pieces[i], &contacts[i], 1.0);
                 let length = scale(&contacts[i]);
                 d.rate < 0.0
@@ -188,12 +191,12 @@ impl Locator {
         }
         for (i, (seen, end)) in self.gaps.seen.iter().zip(&self.end).enumerate() {
             let piece = e.ends.pieces[i];
-            for (way, seen) in seen.iter().enumerate().take(exits(piece)) {
+            for (seen, &edge) in seen.iter().zip(Edge::around(piece)) {
                 let (d0, d1, doubt) = (seen.start, seen.end, DOUBT * seen.off);
                 if Hermite::is_clear(d0, d1, doubt) {
                     continue;
                 }
-                let Some(exit) = Exit::of(i, piece)[way] else { break };
+                let exit = Exit { contact: i, edge };
                 let slack = self.slack(i, end);
                 let hermite = Hermite::new(d0, d1);
                 // The crossing is at the end of the step: the next step would start past the edge and not

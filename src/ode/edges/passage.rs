@@ -81,7 +81,7 @@ impl Passage {
         e: &mut Ends<'_, M, V>,
         exit: Exit,
     ) -> Result<(), IntegrateError> {
-        if self.locator.stops.rigid(exit.contact, exit.to) {
+        if exit.edge.is_stop(&self.locator.stops.rigid, exit.contact) {
             return self.locator.strike_at_start(e, exit, &mut self.crossings);
         }
         let changed = self.locator.change(&mut e.pieces, exit);
@@ -101,11 +101,9 @@ impl Passage {
     ) -> Result<(), IntegrateError> {
         let Passage { locator, crossings, .. } = self;
         let together = locator.together(&e.pieces, &e.contacts, located);
-        crossings.extend([located].into_iter().chain(together).map(|Exit { contact, to }| Crossing {
-            contact,
-            from: e.pieces[contact],
-            to,
-            rebounds: locator.stops.rigid(contact, to),
+        crossings.extend([located].into_iter().chain(together).map(|exit| {
+            let rebounds = exit.edge.is_stop(&locator.stops.rigid, exit.contact);
+            exit.crossing(e.pieces[exit.contact], rebounds)
         }));
         locator.strike_at_end(e, crossings)?;
         self.stats.crossings += self.crossings.len() as u64;

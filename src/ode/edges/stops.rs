@@ -1,6 +1,5 @@
 //! Rigid stops: velocities after impacts, flights between impacts, and contacts that come to rest.
 
-use crate::contact::Piece;
 use crate::contact::edge::Edge;
 use crate::model::Model;
 use crate::ode::edges::exit::Exit;
@@ -95,12 +94,6 @@ impl Stops {
         (ROUNDS + 1) * self.rigid.len()
     }
 
-    /// Whether contact `i` has a rigid stop on flank `on`.
-    #[inline]
-    pub(crate) fn rigid(&self, i: usize, on: Piece) -> bool {
-        Edge::of(on).is_some_and(|edge| edge.is_stop(&self.rigid, i))
-    }
-
     /// Whether contact `i` has a rigid stop.
     #[inline]
     pub(crate) fn any(&self, i: usize) -> bool {
@@ -111,7 +104,7 @@ impl Stops {
     pub(crate) fn exits(&self) -> impl Iterator<Item = Exit> + '_ {
         self.rigid.iter().enumerate().flat_map(|(contact, rigid)| {
             let rigid = Edge::BOTH.into_iter().filter(|edge| rigid[*edge as usize]);
-            rigid.map(move |edge| Exit { contact, to: edge.flank() })
+            rigid.map(move |edge| Exit { contact, edge })
         })
     }
 }

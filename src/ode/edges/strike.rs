@@ -69,7 +69,7 @@ impl Locator {
         if exit.distance(Piece::Gap, &e.contacts[exit.contact], 1.0).rate < 0.0 {
             let (q, v) = halves(&e.y);
             self.stops.v.copy_from_slice(v);
-            crossings.push(Crossing { contact: exit.contact, from: Piece::Gap, to: exit.to, rebounds: true });
+            crossings.push(exit.crossing(Piece::Gap, true));
             self.strike(e.model, &e.u_stage, q, &mut e.contacts, crossings, t)?;
             crossings.clear();
             self.stops.met = true;
@@ -108,7 +108,7 @@ impl Locator {
         t: f64,
     ) -> Result<(), IntegrateError> {
         let approach = |c: &Crossing, contacts: &[Contact]| {
-            -Exit { contact: c.contact, to: c.to }.distance(Piece::Gap, &contacts[c.contact], 1.0).rate
+            -Exit::of(c).distance(Piece::Gap, &contacts[c.contact], 1.0).rate
         };
         let mut fastest = 0.0f64;
         for crossing in crossings.iter().filter(|c| c.rebounds) {
@@ -118,19 +118,18 @@ impl Locator {
         loop {
             model.contact(u, q, &self.stops.v, contacts);
             let next = self.stops.exits().find(|exit| {
-                let met =
-                    crossings.iter().any(|c| c.rebounds && (c.contact, c.to) == (exit.contact, exit.to));
+                let met = crossings.iter().any(|c| c.rebounds && Exit::of(c) == *exit);
                 let c = &contacts[exit.contact];
                 let d = exit.distance(Piece::Gap, c, 1.0);
                 d.rate < -APPROACHES * fastest && (met || d.value <= self.slack(exit.contact, c))
             });
-            let Some(Exit { contact, to }) = next else { return Ok(()) };
+            let Some(exit) = next else { return Ok(()) };
             if crossings.len() >= self.stops.room() {
-                return Err(IntegrateError::EdgeStall { t, contact });
+                return Err(IntegrateError::EdgeStall { t, contact: exit.contact });
             }
-            let crossing = Crossing { contact, from: Piece::Gap, to, rebounds: true };
+            let crossing = exit.crossing(Piece::Gap, true);
             fastest = fastest.max(approach(&crossing, contacts));
-            model.impact(contact, to, u, q, &mut self.stops.v);
+            model.impact(crossing.contact, crossing.to, u, q, &mut self.stops.v);
             crossings.push(crossing);
         }
     }
@@ -141,13 +140,14 @@ impl Locator {
     /// [`IntegrateError::RestsOnStop`] for a contact whose flights stay within the slack.
     fn land(&mut self, t: f64, after: &[Contact], crossings: &[Crossing]) -> Result<(), IntegrateError> {
         self.stops.flew = f64::INFINITY;
-        for &Crossing { contact, to, .. } in crossings.iter().filter(|c| c.rebounds) {
+        for exit in crossings.iter().filter(|c| c.rebounds).map(Exit::of) {
+            let contact = exit.contact;
             let slack = self.slack(contact, &after[contact]);
             let flight = &mut self.stops.flights[contact];
             if t > flight.since {
                 self.stops.flew = self.stops.flew.min(t - flight.since);
             }
-            if flight.lands(t, Exit { contact, to }.distance(Piece::Gap, &after[contact], 1.0).rate, slack) {
+            if flight.lands(t, exit.distance(Piece::Gap, &after[contact], 1.0).rate, slack) {
                 return Err(IntegrateError::RestsOnStop { t, contact });
             }
         }

@@ -32,7 +32,7 @@ impl KinkRates {
         let needed = |length: usize| if kinks > 0 { length } else { 0 };
         let motion = || vec![0.0; needed(model.dof())];
         KinkRates {
-            first: contacts.saturating_sub(kinks),
+            first: model.offers().touching(contacts),
             u: u[..needed(u.len())].to_vec(),
             q: motion(),
             v: motion(),

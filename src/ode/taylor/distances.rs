@@ -1,6 +1,7 @@
 //! The first contact that leaves its piece in a step.
 
-use crate::contact::{Contact, Piece};
+use crate::contact::Contact;
+use crate::contact::edge::Edge;
 use crate::model::Model;
 use crate::ode::edges::exit::{Elapsed, Exit, Found};
 use crate::ode::edges::locate::{Locator, PLAIN};
@@ -49,8 +50,10 @@ pub(crate) fn first_exit(
         let &EdgeColumn { contact, edge, column: i, sign: reversed } = own;
         // A contact on a flank leaves it at one edge, a contact in the gap at both.
         let piece = e.pieces[contact];
-        let Some(to) = edge.beyond(piece) else { continue };
-        let sign = if piece == Piece::Gap { reversed } else { -reversed };
+        if !Edge::around(piece).contains(&edge) {
+            continue;
+        }
+        let sign = reversed * piece.gap_sign();
         let start = sign * c.coefficient(0, i);
         if start == f64::INFINITY {
             continue; // the law has no such edge
@@ -86,7 +89,7 @@ pub(crate) fn first_exit(
         if !read {
             read = contacts_at_start(e)?;
         }
-        let exit = Exit { contact, to };
+        let exit = Exit { contact, edge };
         // The slack is that at the start or on the edge, whichever is larger: a long step may start at a
         // deflection of 0.
         let at_start = &e.contacts[contact];

@@ -47,11 +47,7 @@ const SWEEPS: usize = 8;
 
 /// Distance of a contact past the edge of a piece; negative inside the piece.
 pub(crate) fn past(piece: Piece, c: &Contact) -> f64 {
-    match piece {
-        Piece::Lower => c.deflection - c.lower,
-        Piece::Gap => (c.deflection - c.upper).max(c.lower - c.deflection),
-        Piece::Upper => c.upper - c.deflection,
-    }
+    Edge::of(piece).map_or_else(|| c.penetration(), |flank| -flank.depth(c))
 }
 
 /// ∂h/∂q, then ∂h/∂v, by central differences.
@@ -120,7 +116,7 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
             // below.
             let margin = INSIDE * gap(c).filter(|gap| *gap > 0.0).unwrap_or(0.0);
             let past = past(piece, c);
-            let nearer_to_upper = c.deflection - c.upper >= c.lower - c.deflection;
+            let nearer_to_upper = Edge::Upper.depth(c) >= Edge::Lower.depth(c);
             let near = if nearer_to_upper { Edge::Upper } else { Edge::Lower };
             if piece == Piece::Gap && near.is_stop(&self.rigid, i) {
                 continue;

@@ -4,9 +4,10 @@ use crate::contact::Piece;
 use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::{Model, State};
-use crate::numeric::norms::dot;
+use crate::numeric::differences::CENTRAL;
+use crate::numeric::norms::{dot, largest_share};
 use crate::periodic::flow::impact::ImpactScratch;
-use crate::periodic::flow::saltation::{CENTRAL, Saltation};
+use crate::periodic::flow::saltation::{Saltation, share_of_drives};
 
 /// Step of the differences of the velocities after an impact, as a share of the size of the motion `[1]`.
 const PROBE_STEP: f64 = 3e-4;
@@ -96,15 +97,10 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         let (model, n, ImpactScratch { u, q, v, slope, direction: [dq, dv], .. }) =
             (self.model, self.n, &mut self.impact);
         let (of_q, of_v) = self.scale.split_at(n);
-        let largest =
-            |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
         // Size of dt: the motion during dt, as a share of the size of the coordinates.
         let by_time = of_v.iter().zip(of_q).fold(0.0, |m: f64, (v, q)| m.max(dt.abs() * v / q));
-        let by_drives =
-            self.u.iter().zip(along).fold(0.0, |m: f64, (u, w)| {
-                if *w == 0.0 { m } else { m.max(w.abs() / u.abs().max(w.abs())) }
-            });
-        let length = largest(dq, of_q).max(largest(dv, of_v)).max(by_time).max(by_drives);
+        let by_drives = share_of_drives(&self.u, along);
+        let length = largest_share(dq, of_q).max(largest_share(dv, of_v)).max(by_time).max(by_drives);
         slope.fill(0.0);
         if length == 0.0 {
             return;

@@ -5,7 +5,8 @@ use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Model;
 use crate::model::drive_slope::DriveSlope;
-use crate::numeric::norms::dot;
+use crate::numeric::differences::{CENTRAL, ONE_SIDED};
+use crate::numeric::norms::{dot, largest_share};
 use crate::ode::Step;
 use crate::periodic::flow::continued::{Continued, gradient};
 use crate::periodic::flow::impact::ImpactScratch;
@@ -65,12 +66,11 @@ const LEAST_SPACING: f64 = 1e-8;
 /// Step of the differences with respect to the drives, as a share of the drives `[1]`.
 const DRIVE_STEP: f64 = 1e-3;
 
-/// Places and weights of a central difference of fourth order.
-pub(crate) const CENTRAL: [(f64, f64); 4] =
-    [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
-
-/// Weights of a one-sided difference of third order.
-const ONE_SIDED: [f64; 4] = [11.0 / 6.0, -3.0, 1.5, -1.0 / 3.0];
+/// max |w_i|/max(|u_i|, |w_i|): a change w of the drives u as a share of them.
+pub(crate) fn share_of_drives(u: &[f64], w: &[f64]) -> f64 {
+    let share = |(u, w): (&f64, &f64)| if *w == 0.0 { 0.0 } else { w.abs() / u.abs().max(w.abs()) };
+    u.iter().zip(w).map(share).fold(0.0, f64::max)
+}
 
 impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
     pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
@@ -184,10 +184,10 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         // Far from time zero a share of a short step is below the rounding error of the time.
         let (n, back) = (self.n, (BACK * (to - from)).max(LEAST_SPACING * to.abs()));
         let mut by_time = 0.0;
-        for (k, weight) in ONE_SIDED.iter().enumerate() {
-            self.model.drive(to - k as f64 * back, Side::Before, &mut self.u);
+        for (place, weight) in ONE_SIDED {
+            self.model.drive(to - place * back, Side::Before, &mut self.u);
             self.model.contact(&self.u, &self.q[..n], &self.v[..n], &mut self.contacts);
-            by_time += weight * edge.distance(&self.contacts[contact]) / back;
+            by_time -= weight * edge.distance(&self.contacts[contact]) / back;
         }
         self.model.drive(to, Side::Before, &mut self.u);
         let (by_q, by_v) = self.gradient.split_at(n);
@@ -198,8 +198,7 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
     /// deflections and edges are linear in the drives; the differences are then exact to rounding.
     pub(crate) fn along_drives(&mut self, contact: usize, edge: Edge) {
         for (by, out) in self.forced.iter().zip(&mut self.by_drives) {
-            let share = |(u, w): (&f64, &f64)| if *w == 0.0 { 0.0 } else { w.abs() / u.abs().max(w.abs()) };
-            let largest = self.u.iter().zip(&by.drives).map(share).fold(0.0, f64::max);
+            let largest = share_of_drives(&self.u, &by.drives);
             *out = 0.0;
             if largest == 0.0 {
                 continue;
@@ -254,10 +253,8 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         self.jump.iter_mut().zip(&self.before).for_each(|(jump, before)| *jump -= before);
         self.along_drives(contact, edge);
         let (dq, (motion, dv), mut changed) = (&self.q[n..], self.v.split_at_mut(n), false);
-        let largest =
-            |x: &[f64], scale: &[f64]| x.iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()));
         let (of_q, of_v) = self.scale.split_at(n);
-        let jump = largest(&self.jump, of_v);
+        let jump = largest_share(&self.jump, of_v);
         let (by_q, by_v) = self.gradient.split_at(n);
         let free = dq.len() / n - self.forced.len();
         for (k, (dq, dv)) in dq.chunks_exact(n).zip(dv.chunks_exact_mut(n)).enumerate() {
@@ -267,7 +264,8 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
                 along += if by_velocity { by.speed * dot(by_v, motion) } else { 0.0 };
             }
             let share = along / rate;
-            changed |= (share * jump).abs() > NEGLIGIBLE * largest(dq, of_q).max(largest(dv, of_v));
+            changed |=
+                (share * jump).abs() > NEGLIGIBLE * largest_share(dq, of_q).max(largest_share(dv, of_v));
             dv.iter_mut().zip(&self.jump).for_each(|(dv, jump)| *dv += jump * share);
         }
         changed

@@ -5,6 +5,7 @@ use crate::model::drive_slope::DriveSlope;
 use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::model::{Model, Offers, State};
+use crate::numeric::norms::largest_share;
 use crate::ode::Taylor;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::Expansion;
@@ -54,10 +55,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     pub(crate) fn size(&self, k: usize, q: &[f64], v: &[f64]) -> f64 {
         let (of_q, of_v) = self.scale.split_at(self.n);
         let column = self.n * (1 + k);
-        let largest = |x: &[f64], scale: &[f64]| {
-            x[column..].iter().zip(scale).fold(0.0, |m: f64, (x, s)| m.max((x / s).abs()))
-        };
-        largest(q, of_q).max(largest(v, of_v))
+        largest_share(&q[column..], of_q).max(largest_share(&v[column..], of_v))
     }
 
     /// Start of the motion and its small differences. Components are the n coordinates, then the n

@@ -6,6 +6,7 @@
 
 use crate::analysis::Summary;
 use crate::contact::Contact;
+use crate::contact::edge::Edge;
 use crate::numeric::moments::Moments;
 use crate::sweep::lanes::flanks::{ContactMeter, Flanks};
 use crate::sweep::lanes::number::Number;
@@ -111,9 +112,8 @@ impl<S: Number> Meters<S> {
         }
         if !flanks.is_empty() {
             for c in 0..contacts.len().min(flanks.len() / 2) {
-                let Contact { deflection, lower, upper, .. } = contacts[c];
-                flanks[2 * c][at] = lower - deflection;
-                flanks[2 * c + 1][at] = deflection - upper;
+                flanks[2 * c][at] = Edge::Lower.depth(&contacts[c]);
+                flanks[2 * c + 1][at] = Edge::Upper.depth(&contacts[c]);
             }
         }
         self.filled = at + 1;

@@ -150,8 +150,8 @@ impl Crossings {
     /// Locates an excursion to another piece that begins and ends between two samples.
     fn graze(&mut self, contact: usize, cell: usize, piece: Piece, stencil: &Stencil) {
         let m = self.samples();
-        for edge in Edge::BOTH {
-            let Some(other) = edge.beyond(piece) else { continue };
+        for &edge in Edge::around(piece) {
+            let other = edge.beyond(piece);
             let (sign, d) = (edge.sign_on(piece), &self.distances[edge as usize][contact]);
             let ([a, da], [b, db]) = (d[cell], d[(cell + 1) % m]);
             let (a, da, b, db) = (sign * a, sign * da, sign * b, sign * db);
