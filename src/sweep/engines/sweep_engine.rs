@@ -138,8 +138,8 @@ pub struct Job<M> {
     pub start: State,
 }
 
-/// The channels that engines in lanes measure: coordinates, velocities, and deflection and force of each
-/// contact. `channels` are indices among the channels of a [`Probe`].
+/// The channels that all engines but [`Located`](crate::sweep::Located) measure: coordinates, velocities, and
+/// deflection and force of each contact. `channels` are indices among the channels of a [`Probe`].
 ///
 /// # Errors
 /// [`SweepError::Channel`] for any other channel.
