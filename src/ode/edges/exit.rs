@@ -2,7 +2,7 @@
 
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
-use crate::ode::edges::hermite::Distance;
+use crate::numeric::hermite::Distance;
 
 /// Slack: the distance past an edge up to which a contact still counts as on its piece, as a share of the gap
 /// `[1]`. It changes the force by less than the stiffness times the slack, far below the tolerance of any

@@ -9,10 +9,10 @@
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
 use crate::numeric::extremes::{larger, smaller};
+use crate::numeric::hermite::{Distance, Hermite};
 use crate::numeric::lagrange::cubic;
 use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::{ExitEdge, exits, scale};
-use crate::ode::edges::hermite::{Distance, Hermite};
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;

@@ -1,9 +1,8 @@
-//! The cubic through values and rates at both ends of an interval. It decides where the dense output, which
-//! is more expensive, is evaluated.
+//! The cubic through values and rates at both ends of an interval.
 
 use crate::numeric::extremes::smaller;
 
-/// Distance of a contact from one edge of its piece, positive on the piece, and its rate per unit of θ.
+/// A distance from an edge, positive on one side of it, and its rate per unit of the abscissa.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Distance {
     pub(crate) value: f64,
