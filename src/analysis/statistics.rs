@@ -92,7 +92,6 @@ impl Summary {
 /// ```
 pub struct Statistics<'m, M: ?Sized> {
     probe: Probe<'m, M>,
-    names: Vec<String>,
     chosen: Vec<usize>,
     running: Vec<Running>,
     duration: f64,
@@ -129,17 +128,20 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     /// # Errors
     /// [`ParameterError::NoSuchChannel`] for a channel that the model does not have.
     pub fn new(model: &'m M, channels: &[&str]) -> Result<Self, ParameterError> {
-        let probe = Probe::new(model);
-        let chosen = probe.indices(channels)?;
-        Ok(Statistics {
-            probe,
-            names: channels.iter().map(|name| (*name).to_owned()).collect(),
+        let chosen = Probe::new(model).indices(channels)?;
+        Ok(Statistics::of_channels(model, &chosen))
+    }
+
+    /// Statistics of the channels of these indices.
+    pub(crate) fn of_channels(model: &'m M, chosen: &[usize]) -> Self {
+        Statistics {
+            probe: Probe::new(model),
             running: vec![Running::NONE; chosen.len()],
             points: vec![[0.0; POINTS]; chosen.len()],
-            chosen,
+            chosen: chosen.to_vec(),
             duration: 0.0,
             y: vec![0.0; 2 * model.dof()],
-        })
+        }
     }
 
     /// The figures of a chosen channel over all steps so far.
@@ -149,7 +151,20 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     /// the first step; [`ParameterError::Overflow`] if the squares of the values overflow;
     /// [`ParameterError::NotFinite`] if a value was NaN.
     pub fn summary(&self, channel: &str) -> Result<Summary, ParameterError> {
-        let i = check::channel_index(&self.names, channel)?;
+        let names: Vec<&str> = (0..self.chosen.len()).map(|i| self.name(i)).collect();
+        self.summary_of(check::channel_index(&names, channel)?)
+    }
+
+    /// The name of the chosen channel `i`.
+    fn name(&self, i: usize) -> &str {
+        &self.probe.channels()[self.chosen[i]].name
+    }
+
+    /// The figures of the chosen channel `i`.
+    ///
+    /// # Errors
+    /// As [`summary`](Statistics::summary).
+    pub(crate) fn summary_of(&self, i: usize) -> Result<Summary, ParameterError> {
         if self.duration <= 0.0 {
             return Err(ParameterError::Empty { name: "the observed run".into(), min: 1 });
         }
@@ -157,9 +172,9 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
         let moments = Moments::about(r.origin, [r.off, r.off_square], self.duration);
         let square = moments.mean_square();
         if square.is_nan() {
-            return Err(ParameterError::NotFinite { name: channel.into(), value: square });
+            return Err(ParameterError::NotFinite { name: self.name(i).into(), value: square });
         }
-        check::representable(format!("mean square of {channel}"), square, &[r.min, r.max])?;
+        check::representable(format!("mean square of {}", self.name(i)), square, &[r.min, r.max])?;
         Ok(Summary::of_moments(&moments, [r.min, r.max]))
     }
 

@@ -5,6 +5,7 @@
 //! index and both values; an empty list means that no two methods contradict each other.
 
 pub(crate) mod contact_checks;
+pub(crate) mod deflection_line;
 pub(crate) mod display;
 pub(crate) mod drives;
 pub(crate) mod inconsistency;

@@ -119,13 +119,7 @@ pub(crate) fn sample<I: Integrator + ?Sized, M: Model + ?Sized>(
     };
     let mut y = vec![0.0; 2 * model.dof()];
     let mut keep = |step: &mut Step<'_>| {
-        while let [t, rest @ ..] = left
-            && *t <= step.t1()
-        {
-            step.at(*t, &mut y);
-            trajectory.push(*t, &y);
-            left = rest;
-        }
+        step.sample(&mut left, &mut y, |t, y| trajectory.push(t, y));
         match meter {
             Some(mut meter) => meter.step(step),
             None => ControlFlow::Continue(()),

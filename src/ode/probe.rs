@@ -10,6 +10,15 @@ use crate::ode::step::Step;
 /// step.
 const LIMIT: [f64; 2] = [4e-15, 1e-3];
 
+/// A channel that the motion and one contact determine, with the index of its coordinate or contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ChannelKind {
+    Coordinate(usize),
+    Velocity(usize),
+    Deflection(usize),
+    Force(usize),
+}
+
 /// Evaluates all channels of a model at one instant.
 ///
 /// The channels of a model, in order:
@@ -33,7 +42,8 @@ const LIMIT: [f64; 2] = [4e-15, 1e-3];
 pub struct Probe<'m, M: ?Sized> {
     model: &'m M,
     channels: Vec<Channel>,
-    drives: Vec<f64>,
+    /// The drives of the last evaluation.
+    pub(crate) drives: Vec<f64>,
     contacts: Vec<Contact>,
     /// Number of contacts at which teeth may touch.
     touching: usize,
@@ -94,9 +104,33 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
         names.into_iter().map(|name| self.index(name.as_ref())).collect()
     }
 
+    /// The kind of channel `index`; `None` for the state of a contact and for the model's own channels.
+    pub(crate) fn kind(&self, index: usize) -> Option<ChannelKind> {
+        let n = self.model.dof();
+        let Some(of_contact) = index.checked_sub(2 * n) else {
+            return Some(match index.checked_sub(n) {
+                None => ChannelKind::Coordinate(index),
+                Some(velocity) => ChannelKind::Velocity(velocity),
+            });
+        };
+        let contact = Some(of_contact / 3).filter(|contact| *contact < self.touching)?;
+        [Some(ChannelKind::Deflection(contact)), Some(ChannelKind::Force(contact)), None][of_contact % 3]
+    }
+
     /// Evaluates all channels at `t`. `side`: the drives before or after a jump at `t`.
     pub fn read(&mut self, t: f64, side: Side, q: &[f64], v: &[f64]) -> &[f64] {
-        self.read_contacts(t, side, q, v);
+        self.drive(t, side);
+        self.evaluate(q, v)
+    }
+
+    /// Evaluates the drives only.
+    pub(crate) fn drive(&mut self, t: f64, side: Side) {
+        self.model.drive(t, side, &mut self.drives);
+    }
+
+    /// Evaluates all channels under the drives of the last evaluation.
+    pub(crate) fn evaluate(&mut self, q: &[f64], v: &[f64]) -> &[f64] {
+        self.evaluate_contacts(q, v);
         let n = q.len();
         let (coordinates, rest) = self.values.split_at_mut(2 * n);
         coordinates[..n].copy_from_slice(q);
@@ -120,7 +154,12 @@ impl<'m, M: Model + ?Sized> Probe<'m, M> {
 
     /// Evaluates the contacts only.
     pub fn read_contacts(&mut self, t: f64, side: Side, q: &[f64], v: &[f64]) -> &[Contact] {
-        self.model.drive(t, side, &mut self.drives);
+        self.drive(t, side);
+        self.evaluate_contacts(q, v)
+    }
+
+    /// Evaluates the contacts only, under the drives of the last evaluation.
+    pub(crate) fn evaluate_contacts(&mut self, q: &[f64], v: &[f64]) -> &[Contact] {
         self.model.contact(&self.drives, q, v, &mut self.contacts);
         &self.contacts
     }

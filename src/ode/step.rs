@@ -120,6 +120,17 @@ impl<'a> Step<'a> {
             self.view.at(t, y);
         }
     }
+    /// Passes the states at the first of the times `left`, up to the end of the step, to `take` and removes
+    /// these times. The states are written to `y`: coordinates, then velocities.
+    pub(crate) fn sample(&mut self, left: &mut &[f64], y: &mut [f64], mut take: impl FnMut(f64, &[f64])) {
+        while let [t, rest @ ..] = *left
+            && *t <= self.t1()
+        {
+            self.at(*t, y);
+            take(*t, y);
+            *left = rest;
+        }
+    }
     /// Number of equal parts of the step in each of which a few samples resolve the motion: 1 for a
     /// Runge-Kutta method, more for a step of high order. An observer that samples the dense output samples
     /// each part.

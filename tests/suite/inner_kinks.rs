@@ -2,6 +2,7 @@
 //! out.
 
 use crate::api::*;
+use gear_dynamics::branches::{Continuation, Family};
 use gear_dynamics::trains::{Body, MeshPart, Parts, Warning};
 use std::ops::ControlFlow;
 
@@ -197,4 +198,27 @@ fn lanes_and_balance_of_a_pair_with_inner_kinks() {
     let (found, expected) = (balanced.at(0.0).q[0], orbit.states()[0].q[0]);
     assert!((found - expected).abs() < 3e-5, "{found} {expected}");
     assert_eq!(balanced.contacts(&pair).unwrap().len(), 1);
+}
+
+/// A branch by balance measures the own channels of a model with inner kinks as a branch by shooting does.
+#[test]
+fn own_channels_along_a_branch_by_balance() {
+    let params = NfgParams::table1();
+    let law = NoPullBacklash::new(params.half_backlash, 1e-5).unwrap();
+    let mesh = Mesh::new(Wave::constant(params.stiffness).unwrap(), Wave::constant(0.0).unwrap(), law);
+    let pair = NfgPair::of_mesh(&params, NfgReading::default(), mesh).unwrap();
+    let orbit = Shooting::new().solve(&pair, &[pair.on_drive_flank().unwrap()]).unwrap();
+    let (start, harmonics) = (&orbit.states()[0], Harmonics::up_to(6));
+    let guess = FourierOrbit::project(&Dop853::new(), &pair, start, &harmonics).unwrap();
+    let family = Family::over(&pair, ["speed"]).unwrap();
+    let range = Continuation::new(params.speed, 1.01 * params.speed).channels(&["base radius", "contact"]);
+    let range = range.max_points(2);
+    let balanced = range.clone().balance(Balance::new(harmonics)).run(&family, &guess).unwrap();
+    let shot = range.run(&family, start).unwrap();
+    let [a, b] = [balanced.points()[0].summaries[0], shot.points()[0].summaries[0]];
+    let radius = b.mean;
+    assert!(b.peak_to_peak() > 0.1 * radius && (a.mean - b.mean).abs() < 1e-12 * radius, "{a:?} {b:?}");
+    // The extremes of a cosine from 64 samples and a parabola.
+    assert!((a.max - b.max).abs() < 1e-5 * radius && (a.min - b.min).abs() < 1e-5 * radius, "{a:?} {b:?}");
+    assert_eq!([&balanced, &shot].map(|branch| branch.points()[0].summaries[1].mean), [1.0; 2]);
 }

@@ -1,6 +1,7 @@
 //! The pages against the tree. Links and pictures: a forge follows the definitions at the end of a page, rustdoc those of
 //! docs/links.md, which stand before each page in src/lib.rs.
 
+use crate::common::source_files::source_files;
 use gear_dynamics::branches::{Continuation, Family};
 use gear_dynamics::trains::SpurPair;
 use std::collections::{BTreeMap, BTreeSet};
@@ -106,17 +107,7 @@ fn paths_of_rustdoc_stand_in_its_definitions_only() {
 
 /// The sources of the library.
 fn sources() -> Vec<String> {
-    let (mut folders, mut sources) = (vec![root().join("src")], Vec::new());
-    while let Some(folder) = folders.pop() {
-        for path in read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                sources.push(read_to_string(path).unwrap());
-            }
-        }
-    }
-    sources
+    source_files(root().join("src")).into_iter().map(|path| read_to_string(path).unwrap()).collect()
 }
 
 /// The public enums whose names end in `Error`: name and variants, each variant with its attributes and fields.

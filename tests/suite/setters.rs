@@ -1,16 +1,10 @@
 //! The rules of CONTRIBUTING.md for names, read from the source: a setter is the noun of its field, and
 //! takes `with_` where that noun is the getter; a type has a name of its own in its room.
 
+use crate::common::source_files::source_files;
 use std::collections::BTreeMap;
-use std::fs::{read_dir, read_to_string};
+use std::fs::read_to_string;
 use std::path::{Path, PathBuf};
-
-/// All source files of a folder and its folders.
-fn sources(folder: PathBuf) -> Vec<PathBuf> {
-    let (folders, files): (Vec<_>, Vec<_>) =
-        read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).partition(|path| path.is_dir());
-    files.into_iter().chain(folders.into_iter().flat_map(sources)).collect()
-}
 
 /// The public methods of the types of a file: type, name, and signature with body.
 fn methods(code: &str) -> Vec<(&str, &str, &str)> {
@@ -34,7 +28,7 @@ fn methods(code: &str) -> Vec<(&str, &str, &str)> {
 #[test]
 fn setters_and_getters_have_one_noun() {
     let (mut getters, mut setters) = (BTreeMap::new(), Vec::new());
-    for path in sources(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../src")) {
+    for path in source_files(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../src")) {
         let code = read_to_string(path).unwrap();
         for (of, name, body) in methods(&code) {
             // with_ sets: what makes a value of others is of_.
@@ -82,7 +76,7 @@ fn type_of(line: &str) -> Option<&str> {
 fn types_of_a_room_have_names_of_their_own() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../src");
     let mut types: BTreeMap<_, Vec<PathBuf>> = BTreeMap::new();
-    for path in sources(src.clone()) {
+    for path in source_files(src.clone()) {
         let file = path.strip_prefix(&src).unwrap();
         let room = file.iter().next().unwrap().to_owned();
         for name in read_to_string(&path).unwrap().lines().filter_map(type_of) {

@@ -1,5 +1,6 @@
 //! The tables of ARCHITECTURE.md and CONTRIBUTING.md against the files that they describe.
 
+use crate::common::source_files::source_files;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{read_dir, read_to_string};
 use std::path::{Path, PathBuf};
@@ -42,13 +43,6 @@ fn assert_same(what: &str, table: &BTreeSet<String>, tree: &BTreeSet<String>) {
     assert_eq!(differences(what, table, tree), None);
 }
 
-/// All source files of a folder and its folders.
-fn sources(folder: PathBuf) -> Vec<PathBuf> {
-    let (folders, files): (Vec<_>, Vec<_>) =
-        read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).partition(|path| path.is_dir());
-    files.into_iter().chain(folders.into_iter().flat_map(sources)).collect()
-}
-
 /// The source files outside of unit tests and comments, each by its module path.
 fn modules() -> BTreeMap<String, String> {
     let src = root().join("src");
@@ -60,7 +54,7 @@ fn modules() -> BTreeMap<String, String> {
         let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
         (names.join("::"), lines.collect::<Vec<_>>().join("\n"))
     };
-    sources(src.clone()).into_iter().map(code_of).collect()
+    source_files(src.clone()).into_iter().map(code_of).collect()
 }
 
 /// The paths after `crate::` that code names; a list in braces counts as its members.
@@ -169,7 +163,7 @@ fn neighbours_of_a_folder_do_not_import_one_another_in_a_circle() {
 #[test]
 fn no_folder_has_more_than_ten_files_besides_its_face() {
     let mut folders = BTreeMap::<PathBuf, usize>::new();
-    for path in sources(root().join("src")).iter().filter(|path| !path.ends_with("mod.rs")) {
+    for path in source_files(root().join("src")).iter().filter(|path| !path.ends_with("mod.rs")) {
         *folders.entry(path.parent().unwrap().to_owned()).or_default() += 1;
     }
     folders.remove(&root().join("src"));
@@ -261,7 +255,7 @@ fn files_of_the_source_have_at_most_400_lines() {
 #[test]
 fn comments_of_the_source_are_within_110_columns() {
     let mut wide = Vec::new();
-    for path in sources(root().join("src")) {
+    for path in source_files(root().join("src")) {
         let mut in_code = false;
         for (i, line) in read_to_string(&path).unwrap().lines().enumerate() {
             let Some(comment) = line.trim_start().strip_prefix("//") else {

@@ -9,8 +9,7 @@ use crate::excitation::Side;
 use crate::export::ResultTable;
 use crate::model::Model;
 use crate::numeric::gauss::FIVE;
-use crate::numeric::search::bracket::{Bracket, rounding};
-use crate::ode::edges::hermite::{Distance, Hermite};
+use crate::numeric::hermite::{Distance, Hermite};
 use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
 
@@ -308,7 +307,6 @@ fn root(edge: Edge, (t0, before): (f64, Contact), (t1, now): (f64, Contact)) -> 
         return (t1, d1.rate);
     }
     let cubic = Hermite::over(width, d0, d1);
-    let unit = Bracket { lo: 0.0, hi: 1.0 };
-    let sigma = unit.solve(0.5, d0.value <= 0.0, rounding, |sigma| (cubic.at(sigma), cubic.slope(sigma)));
+    let sigma = cubic.root();
     (t0 + width * sigma, cubic.slope(sigma) / width)
 }

@@ -4,7 +4,6 @@ pub(crate) mod arrival;
 pub(crate) mod exit;
 pub(crate) mod first_root;
 pub(crate) mod gaps;
-pub(crate) mod hermite;
 pub(crate) mod locate;
 pub(crate) mod passage;
 pub(crate) mod stops;

@@ -85,14 +85,10 @@ impl Guess {
             let (mut nodes, mut y) = (vec![first.clone()], vec![0.0; 2 * model.dof()]);
             let mut left = &times[1..];
             let mut keep = |step: &mut Step<'_>| {
-                while let [t, rest @ ..] = left
-                    && *t <= step.t1()
-                {
-                    step.at(*t, &mut y);
+                step.sample(&mut left, &mut y, |t, y| {
                     let (q, v) = y.split_at(model.dof());
-                    nodes.push(State::new(*t, q, v));
-                    left = rest;
-                }
+                    nodes.push(State::new(t, q, v));
+                });
                 ControlFlow::Continue(())
             };
             if let Some(&last) = times[1..].last() {

@@ -3,7 +3,7 @@
 use crate::contact::Contact;
 use crate::error::{ParameterError, check};
 use crate::model::{Machine, Shape, State};
-use crate::ode::probe::Probe;
+use crate::ode::probe::{ChannelKind, Probe};
 use crate::random::white::crossings::Crossings;
 use crate::random::white::error::NoiseError;
 use crate::random::white::estimate::Estimate;
@@ -11,7 +11,7 @@ use crate::random::white::noisy_lanes::{Gauge, Look};
 use crate::random::white::solver::{NoisySteps, Ready};
 use crate::random::white::statistics::{MemberFigures, NoiseStatistics};
 use crate::sweep::engines::sweep_engine::kinds;
-use crate::sweep::lanes::meter::{Kind, MeterReading, Meters};
+use crate::sweep::lanes::meter::{MeterReading, Meters};
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::watch::Watch;
 use std::ops::Range;
@@ -186,7 +186,7 @@ struct GroupWork<'a, 'm, G, const W: usize> {
     /// Steps to settle, and in a span.
     settle: u64,
     span: u64,
-    kinds: &'a [Kind],
+    kinds: &'a [ChannelKind],
     contacts: usize,
 }
 
@@ -198,7 +198,7 @@ struct LongGauge<const W: usize> {
 }
 
 impl<const W: usize> LongGauge<W> {
-    fn new(kinds: &[Kind], contacts: usize) -> Self {
+    fn new(kinds: &[ChannelKind], contacts: usize) -> Self {
         let mut meters = Meters::new(kinds, contacts);
         (0..W).for_each(|lane| meters.restart(lane));
         LongGauge {

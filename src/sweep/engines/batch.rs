@@ -3,12 +3,13 @@
 use crate::model::{Machine, Model, Periodic, Shape, State};
 use crate::numeric::spread::golden;
 use crate::ode::IntegrateError;
+use crate::ode::probe::ChannelKind;
 use crate::sweep::engines::sweep_engine::{Job, Source};
 use crate::sweep::engines::track::{Next, Plan, Track};
 use crate::sweep::lanes::drive_table::{DriveTable, TableError};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::kernel::{Algebra, Bundle, Kernel};
-use crate::sweep::lanes::meter::{Kind, MeterReading, Meters};
+use crate::sweep::lanes::meter::{MeterReading, Meters};
 use crate::sweep::lanes::number::Number;
 use crate::sweep::sweep_error::PointError;
 use std::collections::VecDeque;
@@ -69,7 +70,7 @@ struct Slot {
 pub(crate) struct Batch<'a, M> {
     pub(crate) plan: &'a Plan,
     pub(crate) table: &'a DriveTable,
-    pub(crate) kinds: &'a [Kind],
+    pub(crate) kinds: &'a [ChannelKind],
     pub(crate) set: InstructionSet,
     pub(crate) shares: &'a dyn Fn(&Job<M>) -> bool,
     /// Jobs that need another table.

@@ -2,7 +2,6 @@
 
 use crate::analysis::{Rattle, Statistics};
 use crate::model::{Periodic, State};
-use crate::ode::probe::Probe;
 use crate::ode::{IntegrateError, Integrator, Step};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine};
 use crate::sweep::engines::track::{Next, Plan, Track, WithModel};
@@ -69,9 +68,6 @@ impl<I: Integrator> Located<I> {
         start: &State,
         source: &dyn Source<M>,
     ) -> Result<RowAndState, PointError> {
-        let names: Vec<String> =
-            channels.iter().map(|&c| Probe::new(model).channels()[c].name.clone()).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let mut track = Track::new(plan, &start.q, &start.v);
         let mut rattle = Rattle::new(model);
         let mut counted = rattle.contacts().to_vec();
@@ -88,15 +84,15 @@ impl<I: Integrator> Located<I> {
                 if source.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             };
             let finish = if measuring {
-                let mut statistics = Statistics::new(model, &names).map_err(PointError::Parameter)?;
+                let mut statistics = Statistics::of_channels(model, channels);
                 let mut measures = (&mut statistics, &mut rattle);
                 let finish = self.0.run(model, &state, end, &mut (&mut look, &mut measures))?;
                 if finish.stopped {
                     return Ok(None);
                 }
-                for (i, name) in names.iter().enumerate() {
+                for i in 0..channels.len() {
                     let x = statistics
-                        .summary(name)
+                        .summary_of(i)
                         .map_err(|_| PointError::Diverged { period: track.periods + 1 })?;
                     track.add_channel(i, &ChannelMeter::of(&x, period), period);
                 }

@@ -1,14 +1,13 @@
 //! The interface between a sweep and the engine that makes its runs.
 
 use crate::model::{Model, Periodic, State};
-use crate::ode::probe::Probe;
+use crate::ode::probe::{ChannelKind, Probe};
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::run::Lyapunov;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::failure::ShootingError;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::sweep::engines::track::Plan;
-use crate::sweep::lanes::meter::Kind;
 use crate::sweep::sweep_error::{PointError, SweepError};
 
 /// An engine: makes the runs of a sweep. There are four: [`LaneRk4`](crate::sweep::LaneRk4),
@@ -139,24 +138,18 @@ pub struct Job<M> {
     pub start: State,
 }
 
-/// The channels that fixed-step engines measure: coordinates, velocities, and deflection and force of each
-/// contact. `channels` are indices among the channels of a [`Probe`].
+/// The channels that all engines but [`Located`](crate::sweep::Located) measure: coordinates, velocities, and
+/// deflection and force of each contact. `channels` are indices among the channels of a [`Probe`].
 ///
 /// # Errors
 /// [`SweepError::Channel`] for any other channel.
-pub(crate) fn kinds<M: Model + ?Sized>(model: &M, channels: &[usize]) -> Result<Vec<Kind>, SweepError> {
-    let (n, contacts) = (model.dof(), model.offers().touching(model.contacts()));
-    let kind = |&channel: &usize| {
-        let of_contact = channel.saturating_sub(2 * n);
-        match channel {
-            c if c < n => Ok(Kind::Coordinate(c)),
-            c if c < 2 * n => Ok(Kind::Velocity(c - n)),
-            _ if of_contact < 3 * contacts && of_contact % 3 == 0 => Ok(Kind::Deflection(of_contact / 3)),
-            _ if of_contact < 3 * contacts && of_contact % 3 == 1 => Ok(Kind::Force(of_contact / 3)),
-            _ => Err(SweepError::Channel {
-                name: Probe::new(model).channels().get(channel).map_or_else(String::new, |c| c.name.clone()),
-            }),
-        }
+pub(crate) fn kinds<M: Model + ?Sized>(
+    model: &M,
+    channels: &[usize],
+) -> Result<Vec<ChannelKind>, SweepError> {
+    let probe = Probe::new(model);
+    let refuse = |channel: usize| SweepError::Channel {
+        name: probe.channels().get(channel).map_or_else(String::new, |c| c.name.clone()),
     };
-    channels.iter().map(kind).collect()
+    channels.iter().map(|&channel| probe.kind(channel).ok_or_else(|| refuse(channel))).collect()
 }

@@ -230,13 +230,7 @@ impl<'w> Ensemble<'w> {
         };
         look(0.0, Side::After, &y);
         let mut observe = |step: &mut Step<'_>| {
-            while let [t, rest @ ..] = left
-                && *t <= step.t1()
-            {
-                step.at(*t, &mut y);
-                look(*t, Side::Before, &y);
-                left = rest;
-            }
+            step.sample(&mut left, &mut y, |t, y| look(t, Side::Before, y));
             // `Statistics` and `Rattle` always continue: their return values are ignored.
             if !peaks.is_empty() {
                 let _ = statistics.step(step);

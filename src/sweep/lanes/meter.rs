@@ -8,18 +8,10 @@ use crate::analysis::Summary;
 use crate::contact::Contact;
 use crate::contact::edge::Edge;
 use crate::numeric::moments::Moments;
+use crate::ode::probe::ChannelKind;
 use crate::sweep::lanes::flanks::{ContactMeter, Flanks};
 use crate::sweep::lanes::number::Number;
 use std::ops::Range;
-
-/// A channel that lanes can measure, with the index of the coordinate or contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Kind {
-    Coordinate(usize),
-    Velocity(usize),
-    Deflection(usize),
-    Force(usize),
-}
 
 /// Sums and extremes of one channel, sampled at the start of every step.
 #[derive(Clone, Copy, Debug)]
@@ -51,7 +43,7 @@ const BLOCK: usize = 8;
 /// All meters of all lanes.
 #[derive(Clone, Debug)]
 pub(crate) struct Meters<S: Number> {
-    kinds: Vec<Kind>,
+    kinds: Vec<ChannelKind>,
     /// The contacts that must be evaluated.
     read: Range<usize>,
     /// The buffered samples of a block: a row for each channel, then two rows for each contact with the
@@ -66,7 +58,7 @@ pub(crate) struct Meters<S: Number> {
 }
 
 impl<S: Number> Meters<S> {
-    pub(crate) fn new(kinds: &[Kind], contacts: usize) -> Self {
+    pub(crate) fn new(kinds: &[ChannelKind], contacts: usize) -> Self {
         let zero = S::Part::from(0.0);
         let channel = ChannelMeter::all(zero);
         let contact = Flanks {
@@ -77,8 +69,8 @@ impl<S: Number> Meters<S> {
             overlap: zero,
         };
         let read = kinds.iter().fold(0..contacts, |read, kind| match *kind {
-            Kind::Deflection(i) | Kind::Force(i) if read.is_empty() => i..i + 1,
-            Kind::Deflection(i) | Kind::Force(i) => read.start.min(i)..read.end.max(i + 1),
+            ChannelKind::Deflection(i) | ChannelKind::Force(i) if read.is_empty() => i..i + 1,
+            ChannelKind::Deflection(i) | ChannelKind::Force(i) => read.start.min(i)..read.end.max(i + 1),
             _ => read,
         });
         Meters {
@@ -104,10 +96,10 @@ impl<S: Number> Meters<S> {
         let (channels, flanks) = buffer.split_at_mut(kinds.len());
         for c in 0..kinds.len() {
             channels[c][at] = match kinds[c] {
-                Kind::Coordinate(i) => pick(q, i),
-                Kind::Velocity(i) => pick(v, i),
-                Kind::Deflection(i) => pick(contacts, i).deflection,
-                Kind::Force(i) => pick(contacts, i).force,
+                ChannelKind::Coordinate(i) => pick(q, i),
+                ChannelKind::Velocity(i) => pick(v, i),
+                ChannelKind::Deflection(i) => pick(contacts, i).deflection,
+                ChannelKind::Force(i) => pick(contacts, i).force,
             };
         }
         if !flanks.is_empty() {
@@ -277,7 +269,8 @@ impl ChannelMeter<f64> {
 #[cfg(test)]
 mod tests {
     use crate::contact::tooth::Contact;
-    use crate::sweep::lanes::meter::{Kind, MeterReading, Meters};
+    use crate::ode::probe::ChannelKind;
+    use crate::sweep::lanes::meter::{MeterReading, Meters};
     use crate::sweep::lanes::number::{Lanes, Number};
 
     /// A deflection that reaches both flanks; it differs between lanes.
@@ -289,7 +282,7 @@ mod tests {
     fn gathers_as_a_loop_does<S: Number>() {
         const SAMPLES: usize = 41;
         for stretch in 1..20 {
-            let mut meters = Meters::<S>::new(&[Kind::Deflection(0)], 1);
+            let mut meters = Meters::<S>::new(&[ChannelKind::Deflection(0)], 1);
             (0..S::WIDTH).for_each(|lane| meters.restart(lane));
             for sample in 0..SAMPLES {
                 let mut contact = Contact { lower: S::from(-1.0), upper: S::from(1.0), ..Contact::default() };

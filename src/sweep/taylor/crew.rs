@@ -2,7 +2,6 @@
 
 use crate::model::shapes::waves::fourier_waves::FourierWaves;
 use crate::model::shapes::waves::waves_of_lanes::Turns;
-use crate::model::{Machine, Shape};
 use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::{IntegrateError, Taylor};
 use crate::sweep::lanes::instructions::InstructionSet;
@@ -15,21 +14,6 @@ use crate::sweep::taylor::program::Program;
 use crate::sweep::taylor::tasks::task::{Ended, LaneJob, Queue, Task};
 use crate::sweep::taylor::view::LaneView;
 use pulp::Arch;
-
-/// The indices of jobs, grouped by machines that share lanes.
-pub(crate) fn of_equal_shapes<'j, J, G: Shape + 'j>(
-    jobs: &'j [J],
-    machine: impl Fn(&'j J) -> &'j Machine<G>,
-) -> Vec<Vec<usize>> {
-    let (mut groups, mut open) = (Vec::new(), (0..jobs.len()).collect::<Vec<usize>>());
-    while let Some(&first) = open.first() {
-        let leader = machine(&jobs[first]);
-        let (equal, others) = open.iter().partition(|i| leader.shares_lanes_with(machine(&jobs[**i])));
-        open = others;
-        groups.push(equal);
-    }
-    groups
-}
 
 /// The numbers of all lanes.
 struct Numbers<'p> {

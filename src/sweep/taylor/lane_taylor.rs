@@ -2,13 +2,13 @@
 
 use crate::model::expansion::expand::Expand;
 use crate::model::{Machine, Model, Periodic, Shape};
+use crate::ode::probe::ChannelKind;
 use crate::ode::{IntegrateError, Taylor};
 use crate::periodic::{Lyapunov, Shooting};
 use crate::sweep::engines::batch::refuse;
 use crate::sweep::engines::sweep_engine::{Exponent, Job, Orbit, OrbitJob, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::instructions::InstructionSet;
-use crate::sweep::lanes::meter::Kind;
 use crate::sweep::sweep_error::{PointError, SweepError};
 use crate::sweep::taylor::columns::W;
 use crate::sweep::taylor::crew::Crew;
@@ -145,7 +145,7 @@ fn run<'m>(
 }
 
 /// The program of the shape of a model.
-fn program<G: Shape>(model: &Machine<G>, kinds: &[Kind]) -> Result<Program, PointError> {
+fn program<G: Shape>(model: &Machine<G>, kinds: &[ChannelKind]) -> Result<Program, PointError> {
     if let Some((output, what)) = model.record(&|_| false).0.kink() {
         return Err(IntegrateError::NoSeries { place: output.to_string(), what }.into());
     }

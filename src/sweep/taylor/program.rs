@@ -1,8 +1,8 @@
 //! The tape of a shape as instructions for lanes.
 
 use crate::contact::edge::Edge;
+use crate::ode::probe::ChannelKind;
 use crate::ode::taylor::expansion::plan::EdgeColumn;
-use crate::sweep::lanes::meter::Kind;
 use crate::sweep::taylor::still::{Still, Stills};
 use crate::tape::form::Form;
 use crate::tape::operations::{FormId, Op, Tape};
@@ -89,12 +89,12 @@ impl Program {
     ///
     /// # Errors
     /// The name of an operation that lanes do not have.
-    pub(crate) fn new(tape: &Tape, waves: usize, kinds: &[Kind]) -> Result<Self, &'static str> {
+    pub(crate) fn new(tape: &Tape, waves: usize, kinds: &[ChannelKind]) -> Result<Self, &'static str> {
         let (n, inputs) = (tape.dof, tape.inputs());
         let measured = kinds.iter().filter_map(|kind| match *kind {
-            Kind::Deflection(i) => Some(tape.measured[i][0]),
-            Kind::Force(i) => Some(tape.measured[i][1]),
-            Kind::Coordinate(_) | Kind::Velocity(_) => None,
+            ChannelKind::Deflection(i) => Some(tape.measured[i][0]),
+            ChannelKind::Force(i) => Some(tape.measured[i][1]),
+            ChannelKind::Coordinate(_) | ChannelKind::Velocity(_) => None,
         });
         let needed = tape.needed_with(&measured.collect::<Vec<FormId>>());
         let mut writer = Writer {
@@ -143,10 +143,10 @@ impl Program {
         let distances = tape.distances.iter().map(|both| both.map(|form| Some(writer.column(form?))));
         let distances = distances.collect();
         let channels = kinds.iter().map(|kind| match *kind {
-            Kind::Coordinate(i) => i,
-            Kind::Velocity(i) => n + i,
-            Kind::Deflection(i) => writer.column(tape.measured[i][0]),
-            Kind::Force(i) => writer.column(tape.measured[i][1]),
+            ChannelKind::Coordinate(i) => i,
+            ChannelKind::Velocity(i) => n + i,
+            ChannelKind::Deflection(i) => writer.column(tape.measured[i][0]),
+            ChannelKind::Force(i) => writer.column(tape.measured[i][1]),
         });
         let channels = channels.collect();
         let mut program = Program { accelerations, distances, channels, ..writer.program };

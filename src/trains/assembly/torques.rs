@@ -4,7 +4,7 @@ use crate::contact::Nonlinearity;
 use crate::model::Channel;
 use crate::trains::assembly::builder::Builder;
 use crate::trains::assembly::rows::Row;
-use crate::trains::parts::collection::Course;
+use crate::trains::parts::torque_part::Course;
 use crate::trains::shape::elements::Motor;
 use crate::trains::train_error::TrainError;
 

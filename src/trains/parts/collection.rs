@@ -4,8 +4,10 @@ use crate::contact::Backlash;
 use crate::excitation::Wave;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::characteristic::{Characteristic, InductionMotor};
+use crate::trains::parts::coordinates::Coordinates;
 use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::parts::shaft_part::ShaftPart;
+use crate::trains::parts::torque_part::{Course, TorquePart};
 use crate::trains::train_error::Warning;
 
 /// A shaft with its name and the bodies that it joins.
@@ -14,51 +16,6 @@ pub(crate) struct JoinedShaft<N> {
     pub(crate) name: String,
     pub(crate) ends: [String; 2],
     pub(crate) part: ShaftPart<N>,
-}
-
-/// How a torque depends on the motion.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Course {
-    Constant,
-    /// A factor over the turn of the body.
-    OfAngle(Wave),
-    /// A factor over the speed of the body.
-    OfSpeed(Characteristic),
-}
-
-/// A torque on a body along its rotation.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TorquePart {
-    pub(crate) name: String,
-    pub(crate) body: String,
-    pub(crate) value: f64,
-    pub(crate) course: Course,
-}
-
-/// The frame of the coordinates of a train. Default: relative if the train has torques, they balance, and
-/// nothing holds its rotation; inertial otherwise. Supports, drag and torques over the speed of bodies that
-/// turn, noncircular gears and a rotating frame hold it.
-///
-/// ```
-/// use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts};
-/// use gear_dynamics::{Model, Wave};
-/// let mut parts = Parts::new();
-/// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
-/// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
-/// parts.torque("drive", "pinion", 30.0).load("wheel");
-/// assert_eq!(parts.build("pinion", 100.0)?.dof(), 1); // relative
-/// assert_eq!(parts.coordinates(Coordinates::Inertial).build("pinion", 100.0)?.dof(), 2);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Coordinates {
-    /// One coordinate for every angle: deviations from the kinematic rotation at constant speed. They drift
-    /// if the torques do not balance.
-    Inertial,
-    /// Deviations q_j - r_j q_last from the rigid motion of the last turning body, whose coordinate is left
-    /// out, with the speed ratio r_j. Deflections are the same. Torques out of balance accelerate the train,
-    /// and the coordinates do not drift.
-    Relative,
 }
 
 /// The parts of a gear train: bodies, shafts, meshes and torques, each with a name.

@@ -2,7 +2,8 @@
 //! both.
 
 use crate::contact::Nonlinearity;
-use crate::trains::parts::collection::{Coordinates, Course, TorquePart};
+use crate::trains::parts::coordinates::Coordinates;
+use crate::trains::parts::torque_part::{Course, TorquePart};
 use crate::trains::plan::places::Planets;
 use crate::trains::plan::topology::Topology;
 use crate::trains::plan::turning::kinematics::Kinematics;

@@ -1,8 +1,10 @@
 //! Which bodies each part joins: the parts of a train with places of bodies in the place of their names.
 
 use crate::trains::parts::body::Body;
-use crate::trains::parts::collection::{Coordinates, JoinedShaft, Parts, TorquePart};
+use crate::trains::parts::collection::{JoinedShaft, Parts};
+use crate::trains::parts::coordinates::Coordinates;
 use crate::trains::parts::mesh_part::{MeshGears, MeshPart};
+use crate::trains::parts::torque_part::TorquePart;
 use crate::trains::train_error::{TrainError, Warning};
 use std::collections::{BTreeMap, HashSet};
 

@@ -3,7 +3,8 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::Wave;
 use crate::trains::parts::body::{Bearing, Body};
-use crate::trains::parts::collection::{Coordinates, Parts};
+use crate::trains::parts::collection::Parts;
+use crate::trains::parts::coordinates::Coordinates;
 use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::parts::shaft_part::ShaftPart;
 use crate::trains::train_error::Warning;

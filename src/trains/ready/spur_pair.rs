@@ -5,7 +5,8 @@ use crate::error::{ParameterError, check};
 use crate::excitation::{Fourier, Scaled, Wave};
 use crate::teeth::{GearPair, PotentialEnergy, QualityGrade, TeethError, TransmissionError};
 use crate::trains::parts::body::Body;
-use crate::trains::parts::collection::{Coordinates, Parts};
+use crate::trains::parts::collection::Parts;
+use crate::trains::parts::coordinates::Coordinates;
 use crate::trains::parts::mesh_part::MeshPart;
 
 /// The spur gear pair of Kahraman and Singh 1990 (J. Sound Vib. 142, 49), in SI units or dimensionless.

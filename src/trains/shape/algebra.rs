@@ -214,7 +214,8 @@ mod tests {
     use crate::model::shapes::shape::Drives;
     use crate::sweep::lanes::number::{Lanes, Number};
     use crate::trains::parts::body::Body;
-    use crate::trains::parts::collection::{Coordinates, Parts};
+    use crate::trains::parts::collection::Parts;
+    use crate::trains::parts::coordinates::Coordinates;
     use crate::trains::parts::mesh_part::MeshPart;
     use crate::trains::shape::train_shape::TrainShape;
     use crate::trains::{ShaftPart, Train, Warning};

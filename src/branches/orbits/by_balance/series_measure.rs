@@ -3,11 +3,11 @@
 use crate::analysis::Summary;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
 use crate::branches::orbits::measured::Measured;
-use crate::contact::Contact;
 use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::Periodic;
 use crate::numeric::search::parabola::maximum;
+use crate::ode::probe::{ChannelKind, Probe};
 use crate::periodic::balance::crossings::instants::Crossings;
 use crate::periodic::balance::crossings::stencil::NODES;
 use crate::periodic::{BalanceEquations, ContactHistory, FourierOrbit};
@@ -43,23 +43,15 @@ pub(crate) fn measure_series<M: Periodic + ?Sized>(
         })
     };
     let ranges: Vec<f64> = range(|z| z.re).chain(range(|z| z.im)).collect();
-    let mut reader = Reader {
-        model: grid.model,
-        orbit,
-        q: vec![0.0; n],
-        v: vec![0.0; n],
-        u: vec![0.0; grid.model.drives()],
-        contacts: vec![Contact::default(); model.contacts()],
-        own: Vec::new(),
-    };
+    let mut reader = Reader { probe: Probe::new(model), orbit, q: vec![0.0; n], v: vec![0.0; n] };
     let (m, highest) = (grid.samples(), grid.harmonics().highest());
     let summarise = |&channel: &usize| {
-        let is_motion = channel < 2 * n || (channel - 2 * n < 3 * contacts && (channel - 2 * n) % 3 == 0);
+        let is_motion = reader.probe.kind(channel).is_some_and(|kind| !matches!(kind, ChannelKind::Force(_)));
         let enough = FEWEST_SAMPLES.max(4 * highest);
         let stride = if is_motion { (m / enough.next_power_of_two()).max(1) } else { 1 };
         let values = (0..m).step_by(stride).map(|s| {
             grid.state(s, &mut reader.q, &mut reader.v);
-            reader.u.copy_from_slice(grid.drives(s));
+            reader.probe.drives.copy_from_slice(grid.drives(s));
             reader.value(channel)
         });
         let values: Vec<f64> = values.collect();
@@ -99,43 +91,30 @@ fn trace(crossings: &Crossings, contacts: usize) -> ContactTrace {
 
 /// Evaluates channels along an orbit.
 struct Reader<'a, M: ?Sized> {
-    model: &'a M,
+    probe: Probe<'a, M>,
     orbit: &'a FourierOrbit,
     q: Vec<f64>,
     v: Vec<f64>,
-    u: Vec<f64>,
-    contacts: Vec<Contact>,
-    own: Vec<f64>,
 }
 
 impl<M: Periodic + ?Sized> Reader<'_, M> {
-    /// The channel in the state that `q`, `v` and `u` hold.
+    /// The channel in the state that `q` and `v` hold, under the drives of the probe.
     fn value(&mut self, channel: usize) -> f64 {
-        let n = self.q.len();
-        if channel < n {
-            return self.q[channel];
+        let (probe, q, v) = (&mut self.probe, &self.q, &self.v);
+        match probe.kind(channel) {
+            Some(ChannelKind::Coordinate(i)) => q[i],
+            Some(ChannelKind::Velocity(i)) => v[i],
+            Some(ChannelKind::Deflection(i)) => probe.evaluate_contacts(q, v)[i].deflection,
+            Some(ChannelKind::Force(i)) => probe.evaluate_contacts(q, v)[i].force,
+            None => probe.evaluate(q, v)[channel],
         }
-        if channel < 2 * n {
-            return self.v[channel - n];
-        }
-        self.model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
-        let of_contacts = channel - 2 * n;
-        if let Some(c) = self.contacts.get(of_contacts / 3) {
-            let touches = if c.penetration() > 0.0 { 1.0 } else { 0.0 };
-            return [c.deflection, c.force, touches][of_contacts % 3];
-        }
-        if self.own.is_empty() {
-            self.own = vec![0.0; self.model.channels().len()];
-        }
-        self.model.write_channels(&self.u, &self.q, &self.v, &self.contacts, &mut self.own);
-        self.own[of_contacts - 3 * self.contacts.len()]
     }
 
     /// The channel at a share of the span.
     fn at(&mut self, channel: usize, share: f64) -> f64 {
         let t = self.orbit.period() * share;
         self.orbit.motion(t, &mut self.q, &mut self.v);
-        self.model.drive(t, Side::After, &mut self.u);
+        self.probe.drive(t, Side::After);
         self.value(channel)
     }
 

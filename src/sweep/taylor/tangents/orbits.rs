@@ -1,23 +1,18 @@
 //! Multipliers of many orbits, side by side.
 
 use crate::model::{Machine, Model, Shape};
-use crate::ode::Taylor;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::flow_method::Expansion;
 use crate::periodic::flow::tangent::Tangent;
-use crate::periodic::flow::tangent_tape::tangent;
-use crate::periodic::flow::walk::NONE;
-use crate::periodic::pursuit::PursuitError;
 use crate::periodic::shooting::closing::Closing;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::segments::Segments;
 use crate::sweep::engines::sweep_engine::{Orbit, OrbitJob, close_one};
 use crate::sweep::lanes::instructions::InstructionSet;
-use crate::sweep::taylor::crew::{Crew, of_equal_shapes};
 use crate::sweep::taylor::program::Program;
+use crate::sweep::taylor::tangents::by_shape::by_shape;
 use crate::sweep::taylor::tangents::tangent_task::TangentTask;
 use crate::sweep::taylor::tangents::waiting::Waiting;
-use crate::sweep::taylor::tasks::task::{LaneJob, Queue};
 
 /// The multipliers of the orbits near motions of machines: shooting with the flow and its derivative in
 /// lanes, each orbit in one segment. Machines of equal shapes share lanes. Orbits that lanes do not run are
@@ -28,19 +23,14 @@ pub(crate) fn multipliers<G: Shape>(
     jobs: &[OrbitJob<Machine<G>>],
     go_on: &dyn Fn() -> bool,
 ) -> Vec<Orbit> {
+    let one = |job: &OrbitJob<Machine<G>>| close_one(shooting, job, go_on);
     if !shooting.suits_lanes() {
-        return jobs.iter().map(|job| close_one(shooting, job, go_on)).collect();
+        return jobs.iter().map(one).collect();
     }
-    let mut found: Vec<Orbit> = jobs.iter().map(|_| None).collect();
-    for equal in of_equal_shapes(jobs, |(job, _)| &job.model) {
-        let leader = &jobs[equal[0]].0.model;
-        let tape = tangent(&leader.record_shape().0, 2 * leader.dof(), &[]);
-        match Program::new(&tape, leader.size().waves, &[]) {
-            Ok(program) => side_by_side(shooting, set, &program, jobs, &equal, go_on, &mut found),
-            Err(_) => equal.into_iter().for_each(|i| found[i] = close_one(shooting, &jobs[i], go_on)),
-        }
-    }
-    found
+    let in_lanes = |program: &Program, chosen: &[usize], found: &mut [Orbit]| {
+        side_by_side(shooting, set, program, jobs, chosen, go_on, found);
+    };
+    by_shape(jobs, |(job, _)| &job.model, |dof| 2 * dof, in_lanes, one)
 }
 
 /// An orbit that waits for a lane.
@@ -80,31 +70,17 @@ fn side_by_side<G: Shape>(
         let model: &dyn Model = &jobs[orbit.index].0.model;
         flows.push(Tangent::new(model, 2 * model.dof(), &[], orbit.segments.scale(), tolerance, &none));
     }
-    let runs = flows.iter().zip(&prepared).map(|(flow, (Prepared { index, shooting, segments }, meter))| {
-        let job = &jobs[*index].0;
-        let closing = Closing::new(shooting, segments, flow, &job.start);
-        TangentTask::new(flow, closing, meter, segments.end()).in_lane(*index, &job.model)
+    let mut pursuits = Vec::new();
+    for (flow, (Prepared { index, shooting, segments }, _)) in flows.iter().zip(&prepared) {
+        pursuits.push(Closing::new(shooting, segments, flow, &jobs[*index].0.start));
+    }
+    let waiting = pursuits.iter_mut().zip(flows.iter().zip(&prepared)).enumerate();
+    let mut runs = waiting.map_while(|(number, (closing, (flow, (orbit, meter))))| {
+        Some(TangentTask::new(flow, closing, meter)?.in_lane(number, &jobs[orbit.index].0.model))
     });
-    let finish =
-        |task: OrbitTask<'_, '_>, outcome: Result<(), PursuitError>| task.pursuit.finish(outcome.err());
-    let mut waiting = Waiting { runs, finish, found, go_on };
-    let Some(first) = waiting.runs.next() else { return };
-    let order = Taylor::order_for(tolerance);
-    let waves = jobs[first.index].0.model.wave_series();
-    let taylor = Taylor::new().rtol(NONE).order(order);
-    let crew = Crew::new(&taylor, set, program, waves, order);
-    run(crew, first, &mut waiting);
+    let waves = jobs[chosen[0]].0.model.wave_series();
+    let outcomes = Waiting::new(&mut runs, flows.len(), go_on).run_all(set, program, tolerance, waves);
+    for (closing, (outcome, (orbit, _))) in pursuits.into_iter().zip(outcomes.into_iter().zip(&prepared)) {
+        found[orbit.index] = outcome.map(|outcome| closing.finish(outcome.err()));
+    }
 }
-
-/// Makes the runs: compiled once, with the library.
-#[inline(never)]
-fn run<'m, 't: 'm>(
-    mut crew: Crew<'_, 'm, OrbitTask<'m, 't>>,
-    first: LaneJob<'m, OrbitTask<'m, 't>>,
-    queue: &mut dyn Queue<'m, OrbitTask<'m, 't>>,
-) {
-    crew.run(first, queue);
-}
-
-/// The task of an orbit.
-type OrbitTask<'m, 't> = TangentTask<'m, 't, Closing<'m, 't>>;

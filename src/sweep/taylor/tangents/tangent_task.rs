@@ -12,9 +12,9 @@ use crate::sweep::taylor::tasks::task::{Ended, LaneJob, Task};
 
 /// The exponents of a motion, or its orbit. Coordinates and velocities are those of a [`Tangent`]: the
 /// motion, then its differences, which jump at edges.
-pub(crate) struct TangentTask<'m, 't, P> {
+pub(crate) struct TangentTask<'m, 't> {
     tangent: &'m Tangent<'t, dyn Model + 't>,
-    pub(crate) pursuit: P,
+    pursuit: &'m mut (dyn Pursuit + 'm),
     saltation: Saltation<'m, Continued<'t, dyn Model + 't>>,
     meter: &'m Meter<'m>,
     atol: Vec<f64>,
@@ -24,18 +24,18 @@ pub(crate) struct TangentTask<'m, 't, P> {
     state: State,
 }
 
-impl<'m, 't, P: Pursuit> TangentTask<'m, 't, P> {
-    /// `target`: the first target of `pursuit`.
+impl<'m, 't> TangentTask<'m, 't> {
+    /// `None` if the pursuit has no target.
     pub(crate) fn new(
         tangent: &'m Tangent<'t, dyn Model + 't>,
-        pursuit: P,
+        pursuit: &'m mut (dyn Pursuit + 'm),
         meter: &'m Meter<'m>,
-        target: f64,
-    ) -> Self {
+    ) -> Option<Self> {
+        let target = pursuit.target()?;
         let (mut saltation, mut state) = (Saltation::new(tangent), pursuit.state().clone());
         saltation.begin(&mut state);
         let atol = tangent.fixed_tolerances(pursuit.tolerance(), &state);
-        TangentTask { tangent, pursuit, saltation, meter, atol, target, state }
+        Some(TangentTask { tangent, pursuit, saltation, meter, atol, target, state })
     }
 
     /// The run of the task with the constants of a machine.
@@ -83,7 +83,7 @@ impl<'m, 't, P: Pursuit> TangentTask<'m, 't, P> {
     }
 }
 
-impl<'m, P: Pursuit> Task<'m> for TangentTask<'m, '_, P> {
+impl<'m> Task<'m> for TangentTask<'m, '_> {
     type Error = PursuitError;
 
     fn tolerances(&self) -> &[f64] {

@@ -2,7 +2,7 @@
 
 use crate::contact::Nonlinearity;
 use crate::excitation::Wave;
-use crate::trains::parts::collection::Course;
+use crate::trains::parts::torque_part::Course;
 use crate::trains::plan::topology::{Gearing, Topology};
 use crate::trains::plan::turning::fraction::Fraction;
 use crate::trains::plan::turning::kinematics::Kinematics;

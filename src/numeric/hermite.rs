@@ -1,9 +1,9 @@
-//! The cubic through values and rates at both ends of an interval. It decides where the dense output, which
-//! is more expensive, is evaluated.
+//! The cubic through values and rates at both ends of an interval.
 
 use crate::numeric::extremes::smaller;
+use crate::numeric::search::bracket::{Bracket, rounding};
 
-/// Distance of a contact from one edge of its piece, positive on the piece, and its rate per unit of θ.
+/// A distance from an edge, positive on one side of it, and its rate per unit of the abscissa.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Distance {
     pub(crate) value: f64,
@@ -61,6 +61,12 @@ impl Hermite {
     pub(crate) fn slope(&self, sigma: f64) -> f64 {
         let [a, b, c] = self.powers;
         a + sigma * (2.0 * b + sigma * 3.0 * c)
+    }
+
+    /// A root in [0, 1] of a cubic with values of different signs at its ends.
+    pub(crate) fn root(&self) -> f64 {
+        let unit = Bracket { lo: 0.0, hi: 1.0 };
+        unit.solve(0.5, self.value <= 0.0, rounding, |sigma| (self.at(sigma), self.slope(sigma)))
     }
 
     /// The extrema with 0 < σ < 1, in ascending order.
@@ -143,6 +149,19 @@ mod tests {
         let rises = |off| Hermite::new(d0, d1).rises(off);
         // A deviation 16 off σ² (1-σ)² touches the line σ for off = 27/64.
         assert!(rises(0.421) && !rises(0.422));
+    }
+
+    /// The cubic (x - 0.3) (x + 1) (2 - x), and x³ - 0.9³, which starts flat.
+    #[test]
+    fn roots() {
+        let cubic = |x: f64| (x - 0.3) * (x + 1.0) * (2.0 - x);
+        let rate = |x: f64| (x + 1.0) * (2.0 - x) + (x - 0.3) * (2.0 - x) - (x - 0.3) * (x + 1.0);
+        let [d0, d1] = [0.0, 1.0].map(|x| Distance { value: cubic(x), rate: rate(x) });
+        let found = Hermite::new(d0, d1);
+        assert!((found.at(0.7) - cubic(0.7)).abs() < 1e-14 && (found.slope(0.7) - rate(0.7)).abs() < 1e-14);
+        assert!((found.root() - 0.3).abs() < 1e-15);
+        let (d0, d1) = (Distance { value: -0.729, rate: 0.0 }, Distance { value: 0.271, rate: 3.0 });
+        assert!((Hermite::new(d0, d1).root() - 0.9).abs() < 1e-15);
     }
 
     proptest! {
