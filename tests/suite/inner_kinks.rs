@@ -220,5 +220,6 @@ fn own_channels_along_a_branch_by_balance() {
     assert!(b.peak_to_peak() > 0.1 * radius && (a.mean - b.mean).abs() < 1e-12 * radius, "{a:?} {b:?}");
     // The extremes of a cosine from 64 samples and a parabola.
     assert!((a.max - b.max).abs() < 1e-5 * radius && (a.min - b.min).abs() < 1e-5 * radius, "{a:?} {b:?}");
-    assert_eq!([&balanced, &shot].map(|branch| branch.points()[0].summaries[1].mean), [1.0; 2]);
+    let touching = [balanced.points()[0].summaries[1].mean, shot.points()[0].summaries[1].mean];
+    assert_eq!(touching, [1.0; 2]);
 }

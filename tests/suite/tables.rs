@@ -247,7 +247,7 @@ fn contributing_lists_all_reference_data_and_benches() {
 fn files_of_the_source_have_at_most_400_lines() {
     let lines = |path: &PathBuf| read_to_string(path).unwrap().lines().count();
     let long: Vec<PathBuf> =
-        sources(root().join("src")).into_iter().filter(|path| lines(path) > 400).collect();
+        source_files(root().join("src")).into_iter().filter(|path| lines(path) > 400).collect();
     assert!(long.is_empty(), "{long:#?}");
 }
 
