@@ -48,7 +48,7 @@ impl<'m, const N: usize> Family<'m, N> {
         let mut constants: Option<&dyn Constants> = None;
         for (k, name) in names.into_iter().enumerate() {
             let known = model.offers().named()?;
-            places[k] = known.place(name)?;
+            places[k] = known.index(name)?;
             if places[..k].contains(&places[k]) {
                 return Err(ParameterError::Twice { name: name.into() });
             }

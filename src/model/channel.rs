@@ -36,7 +36,7 @@ impl std::fmt::Display for Channel {
 }
 
 /// Index of a name in a list of constants.
-pub(crate) fn place_of(names: &[Channel], name: &str) -> Result<usize, ParameterError> {
+pub(crate) fn index_of(names: &[Channel], name: &str) -> Result<usize, ParameterError> {
     names.iter().position(|channel| channel.name == name).ok_or_else(|| {
         let known: Vec<&str> = names.iter().map(|channel| channel.name.as_str()).collect();
         ParameterError::NoSuchConstant { name: name.into(), known: known.join(", ") }

@@ -3,7 +3,7 @@
 use crate::contact::{Contact, Piece};
 use crate::error::ParameterError;
 use crate::excitation::Side;
-use crate::model::channel::{Channel, place_of};
+use crate::model::channel::{Channel, index_of};
 use crate::model::drive_slope::DriveSlope;
 use crate::model::expansion::expand::Expand;
 use crate::model::jacobian::Jacobian;
@@ -303,7 +303,7 @@ impl<'m> Offers<'m> {
 /// let pair = NfgPair::new(&NfgParams::table1())?;
 /// let model: &dyn Model = &pair;
 /// let constants = model.offers().constants.ok_or("constants")?;
-/// let load = constants.place("load torque")?;
+/// let load = constants.index("load torque")?;
 /// assert_eq!(constants.values()[load], pair.constant("load torque")?);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -341,8 +341,8 @@ pub trait Constants {
     ///
     /// # Errors
     /// [`ParameterError::NoSuchConstant`], which lists the names.
-    fn place(&self, name: &str) -> Result<usize, ParameterError> {
-        place_of(self.names(), name)
+    fn index(&self, name: &str) -> Result<usize, ParameterError> {
+        index_of(self.names(), name)
     }
 }
 

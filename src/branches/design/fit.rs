@@ -63,7 +63,7 @@ impl Fit {
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<f64>, DesignError> {
         let constants = model.offers().named()?;
-        let place = constants.place(&self.objective.parameter)?;
+        let place = constants.index(&self.objective.parameter)?;
         let orbits = self.orbits(model, parameters, guess)?;
         let figure = |(p, orbit): (&f64, &ShootingOrbit)| {
             let model = constants.with_values(&[(place, *p)])?;
@@ -80,7 +80,7 @@ impl Fit {
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<ShootingOrbit>, DesignError> {
         let constants = model.offers().named()?;
-        let place = constants.place(&self.objective.parameter)?;
+        let place = constants.index(&self.objective.parameter)?;
         let Some(&first) = parameters.first() else {
             return Err(ParameterError::Empty { name: "measured points".into(), min: 1 }.into());
         };
@@ -107,7 +107,7 @@ impl Fit {
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Optimum, DesignError> {
         let constants = model.offers().named()?;
-        let place = constants.place(&self.objective.parameter)?;
+        let place = constants.index(&self.objective.parameter)?;
         let (space, start) = Space::new(constants, &self.over)?;
         if self.over.iter().any(|(name, _)| *name == self.objective.parameter) {
             return Err(ParameterError::Twice { name: self.objective.parameter.clone() }.into());

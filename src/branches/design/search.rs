@@ -50,7 +50,7 @@ impl Space {
         let mut space = Space { names: Vec::new(), places: Vec::new(), bounds: Vec::new() };
         let mut start = Vec::new();
         for (name, [low, high]) in over {
-            let place = constants.place(name)?;
+            let place = constants.index(name)?;
             if space.places.contains(&place) {
                 return Err(ParameterError::Twice { name: name.clone() }.into());
             }

@@ -45,7 +45,7 @@ impl Sensitivity {
         point: &BranchPoint,
     ) -> Result<Vec<f64>, BranchError> {
         let family = model.offers().named()?;
-        let place = family.place(parameter)?;
+        let place = family.index(parameter)?;
         let at = without_grazed_stop(family.with_values(&[(place, point.parameter)])?, point);
         let constants = at.offers().named()?;
         let budget = Budget::new();

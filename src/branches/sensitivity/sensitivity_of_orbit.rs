@@ -31,7 +31,7 @@ use std::rc::Rc;
 /// let sensitivity = Sensitivity::of(&pair, &orbit, &["deflection"])?;
 /// let slopes = sensitivity.slopes(Figure::Mean, "deflection")?;
 /// // Teeth stay in contact: the mean deflection is half the backlash plus a static deflection.
-/// assert!((slopes[sensitivity.place("mesh half backlash")?] - 1.0).abs() < 1e-9);
+/// assert!((slopes[sensitivity.index("mesh half backlash")?] - 1.0).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -94,8 +94,8 @@ impl Sensitivity {
     ///
     /// # Errors
     /// [`ParameterError::NoSuchConstant`], which lists the names.
-    pub fn place(&self, name: &str) -> Result<usize, ParameterError> {
-        crate::model::channel::place_of(&self.constants, name)
+    pub fn index(&self, name: &str) -> Result<usize, ParameterError> {
+        crate::model::channel::index_of(&self.constants, name)
     }
     /// Derivatives of a figure of a channel over a period.
     ///

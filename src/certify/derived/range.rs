@@ -57,7 +57,7 @@ impl ShootingOrbit {
         check::finite("lower end of the range", range.low())?;
         check::finite("upper end of the range", range.high())?;
         let constants = model.offers().named()?;
-        let family = Values { constants, place: constants.place(name)?, name, orbit: self };
+        let family = Values { constants, place: constants.index(name)?, name, orbit: self };
         let mut parts: Vec<(Interval, Certificate)> = Vec::new();
         let mut open: Vec<(Interval, Unproved)> = Vec::new();
         let mut near = self.clone();

@@ -25,7 +25,7 @@ impl<G: Shape> Machine<G> {
     /// A name that the shape does not have; a constant that [`Shape::prepare`] does not return unchanged;
     /// the speed of the angle, for which [`VaryingSpeed`](crate::drives::VaryingSpeed) is used.
     pub fn slot(&self, name: &str) -> Result<usize, ParameterError> {
-        let place = self.place(name)?;
+        let place = self.index(name)?;
         let changed = |by: &Dual| by.slope[0] != 0.0;
         let prepared = self.shape().prepare(&self.along(place));
         let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
@@ -54,7 +54,7 @@ impl<G: Shape> Machine<G> {
     /// # Errors
     /// An unknown name; a wrong number of drives, coordinates or velocities.
     pub fn slope(&self, name: &str, u: &[f64], q: &[f64], v: &[f64]) -> Result<Vec<f64>, ParameterError> {
-        let (place, dof) = (self.place(name)?, self.size().dof);
+        let (place, dof) = (self.index(name)?, self.size().dof);
         check::length("drives", u.len(), self.drives())?;
         check::length("coordinates", q.len(), dof)?;
         check::length("velocities", v.len(), dof)?;

@@ -4,7 +4,7 @@ use crate::contact::Piece;
 use crate::error::ParameterError;
 use crate::excitation::{EnclosedAngle, Side};
 use crate::interval::number::Interval;
-use crate::model::channel::place_of;
+use crate::model::channel::index_of;
 use crate::model::expansion::expand::{Enclosed, Recorded};
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
@@ -28,7 +28,7 @@ impl<'m, G: Shape> EnclosedMachine<'m, G> {
     pub(crate) fn new(machine: &'m Machine<G>, given: &[(&str, Interval)]) -> Result<Self, ParameterError> {
         let mut constants: Vec<Interval> = machine.values().iter().map(|x| Interval::from(*x)).collect();
         for (name, value) in given {
-            constants[place_of(machine.names(), name)?] = *value;
+            constants[index_of(machine.names(), name)?] = *value;
         }
         Ok(EnclosedMachine { machine, constants: machine.shape().prepare(&constants) })
     }

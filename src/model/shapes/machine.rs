@@ -3,7 +3,7 @@
 use crate::contact::{ByDeflection, Contact, FixedPieces, Piece};
 use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side};
-use crate::model::channel::{Channel, place_of};
+use crate::model::channel::{Channel, index_of};
 use crate::model::equations::{Model, Offers, Periodic, each_row};
 use crate::model::jacobian::Jacobian;
 use crate::model::shapes::dual_jacobian::dual_jacobian;
@@ -86,7 +86,7 @@ impl<G: Shape> Machine<G> {
         }
         let mut constants = vec![f64::NAN; names.len()];
         for &(name, value) in given {
-            let place = fixed.place(name)?;
+            let place = fixed.index(name)?;
             if !constants[place].is_nan() {
                 return Err(ParameterError::Twice { name: name.into() });
             }
@@ -113,7 +113,7 @@ impl<G: Shape> Machine<G> {
     /// # Errors
     /// As there.
     pub fn with_all(&self, values: &[(&str, f64)]) -> Result<Self, ParameterError> {
-        let places = values.iter().map(|(name, value)| Ok((self.fixed.place(name)?, *value)));
+        let places = values.iter().map(|(name, value)| Ok((self.fixed.index(name)?, *value)));
         self.with_places(&places.collect::<Result<Vec<_>, _>>()?)
     }
     /// [`with_all`](Machine::with_all) by the indices of the constants.
@@ -170,7 +170,7 @@ impl<G: Shape> Machine<G> {
     /// # Errors
     /// A name that the shape does not have.
     pub fn constant(&self, name: &str) -> Result<f64, ParameterError> {
-        Ok(self.constants[self.fixed.place(name)?])
+        Ok(self.constants[self.fixed.index(name)?])
     }
     /// Names and units of the constants.
     pub fn names(&self) -> &[Channel] {
@@ -249,8 +249,8 @@ impl<G: Shape> Fixed<G> {
 
 impl<G> Fixed<G> {
     /// Index of a constant.
-    fn place(&self, name: &str) -> Result<usize, ParameterError> {
-        place_of(&self.names, name)
+    fn index(&self, name: &str) -> Result<usize, ParameterError> {
+        index_of(&self.names, name)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::linear::static_state;
-use crate::model::channel::place_of;
+use crate::model::channel::index_of;
 use crate::model::{Machine, Periodic, Shape};
 use crate::ode::probe::Probe;
 use crate::sweep::engines::sweep_engine::SweepEngine;
@@ -98,7 +98,7 @@ impl Sweep {
         engine: &'a E,
         machine: &'a Machine<G>,
     ) -> Result<Runner<'a, Machine<G>, E>, ParameterError> {
-        let places = self.points.names().iter().map(|name| place_of(machine.names(), name));
+        let places = self.points.names().iter().map(|name| index_of(machine.names(), name));
         let places = places.collect::<Result<Vec<_>, _>>()?;
         Ok(self.of(engine, move |point| {
             let values: Vec<_> = places.iter().copied().zip(point.values().iter().copied()).collect();
