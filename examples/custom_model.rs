@@ -22,7 +22,7 @@ struct Hertz;
 impl Nonlinearity for Hertz {
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
         let push = |depth: S| depth.max(S::from(0.0)).powf(1.5);
-        push(at.x - at.upper) - push(at.lower - at.x)
+        push(at.d - at.upper) - push(at.lower - at.d)
     }
 }
 /// A torque ripple with sharp peaks: s + s³/2 with s = sin φ.

@@ -114,7 +114,7 @@ impl Shape for RelievedPair {
         let [e, slope] = self.error(&u);
         let (deflection, rate) = (q[0] - e, v[0] - slope * u.speed());
         let force =
-            stiffness * law.force(i, &self.law, Deflection { x: deflection, rate, lower: -b, upper: b });
+            stiffness * law.force(i, &self.law, Deflection { d: deflection, rate, lower: -b, upper: b });
         Contact { deflection, rate, lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]

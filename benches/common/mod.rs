@@ -160,7 +160,7 @@ impl Shape for Rattling {
     ) -> Contact<S> {
         let ([stiffness, _], b) = (u.waves(), S::from(Pair::HALF_BACKLASH));
         let force =
-            stiffness * law.force(i, &self.law, Deflection { x: q[0], rate: v[0], lower: -b, upper: b });
+            stiffness * law.force(i, &self.law, Deflection { d: q[0], rate: v[0], lower: -b, upper: b });
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]

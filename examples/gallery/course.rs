@@ -223,15 +223,15 @@ impl Nonlinearity for Sprung {
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
         let positive = |y: S| y.max(S::from(0.0));
         let press = |y: S| positive(y) * self.r + positive(y - S::from(self.s)) * (1.0 - self.r);
-        press(at.x - at.upper) - press(at.lower - at.x) - S::from(self.p)
+        press(at.d - at.upper) - press(at.lower - at.d) - S::from(self.p)
     }
     fn force_on<S: Scalar>(&self, piece: Piece, kinks: &[Piece], at: Deflection<S>) -> S {
         let stopped = kinks.first() == Some(&piece);
         let press = |y: S| if stopped { y - S::from((1.0 - self.r) * self.s) } else { y * self.r };
         match piece {
-            Piece::Upper => press(at.x - at.upper) - S::from(self.p),
+            Piece::Upper => press(at.d - at.upper) - S::from(self.p),
             Piece::Gap => S::from(-self.p),
-            Piece::Lower => -press(at.lower - at.x) - S::from(self.p),
+            Piece::Lower => -press(at.lower - at.d) - S::from(self.p),
         }
     }
     fn kinks(&self) -> usize {
@@ -248,7 +248,7 @@ impl Nonlinearity for Sprung {
 pub fn law(_: bool) -> Outcome<Picture> {
     let sprung = Sprung { b: 4e-5, p: 2e-6, r: 0.5, s: 4e-6 };
     let force =
-        |x: f64| (1e-6 * x, sprung.force(Deflection { x: 1e-6 * x, rate: 0.0, lower: -4e-5, upper: 4e-5 }));
+        |x: f64| (1e-6 * x, sprung.force(Deflection { d: 1e-6 * x, rate: 0.0, lower: -4e-5, upper: 4e-5 }));
     let ideal = |x: f64| (1e-6 * x, 1e-6 * ((x - 40.0).max(0.0) - (-x - 40.0).max(0.0)));
     let kinks = [-50.0, -44.0, -40.0, 40.0, 44.0, 50.0];
     let laws = Panel::new("contact law, b = 40 μm", "deflection d [m]", "force over stiffness f(d) [m]")?

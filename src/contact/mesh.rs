@@ -208,7 +208,7 @@ impl<N: Nonlinearity> Mesh<N> {
     ) -> Contact<S> {
         let (deflection, rate) = (x - waves[ERROR], rate - speed * waves[ERROR_RATE]);
         let (lower, upper) = (waves[LOWER], waves[UPPER]);
-        let at = Deflection { x: deflection, rate, lower, upper };
+        let at = Deflection { d: deflection, rate, lower, upper };
         let force = self.force(law, place, at, rate, waves[STIFFNESS], damping);
         let (lower_rate, upper_rate) = (speed * waves[LOWER_RATE], speed * waves[UPPER_RATE]);
         Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force }

@@ -42,7 +42,7 @@ impl From<usize> for Place {
 ///
 /// ```
 /// use gear_dynamics::{contact::{ByDeflection, Deflection, PieceChoice}, Backlash};
-/// let at = Deflection { x: 1.5, rate: 0.0, lower: -1.0, upper: 1.0 };
+/// let at = Deflection { d: 1.5, rate: 0.0, lower: -1.0, upper: 1.0 };
 /// assert_eq!(ByDeflection.force(0, &Backlash::new(1.0)?, at), 0.5);
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
@@ -65,7 +65,7 @@ impl<S: Scalar> PieceChoice<S> for ByDeflection {
 ///
 /// ```
 /// use gear_dynamics::{Backlash, contact::{Deflection, FixedPieces, Piece, PieceChoice}};
-/// let at = Deflection { x: 0.25, rate: 0.0, lower: -1.0, upper: 1.0 };
+/// let at = Deflection { d: 0.25, rate: 0.0, lower: -1.0, upper: 1.0 };
 /// let law = FixedPieces(&[Piece::Upper]); // x - b, also in the gap
 /// assert_eq!(law.force(0, &Backlash::new(1.0)?, at), -0.75);
 /// # Ok::<(), gear_dynamics::ParameterError>(())

@@ -103,7 +103,7 @@ impl Shape for OscillatorShape {
     ) -> Contact<S> {
         let Some(dead_zone) = &self.law else { return Contact::default() };
         let ([cos], [_, _, _, stiffness, variation, _, _, _, b]) = (u.waves(), u.constants());
-        let at = Deflection { x: q[0], rate: v[0], lower: -b, upper: b };
+        let at = Deflection { d: q[0], rate: v[0], lower: -b, upper: b };
         let force = (stiffness + stiffness * variation * cos) * law.force(i, dead_zone, at);
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }

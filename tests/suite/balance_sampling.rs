@@ -311,7 +311,7 @@ struct Hertz;
 
 impl Nonlinearity for Hertz {
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
-        let p = at.x.max(S::from(0.0));
+        let p = at.d.max(S::from(0.0));
         p * p.sqrt()
     }
 }

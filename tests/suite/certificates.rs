@@ -54,7 +54,7 @@ impl Shape for Oscillator {
         let [_, _, b, ..] = u.constants::<5>();
         match &self.law {
             Some(of) => {
-                let at = Deflection { x: q[0], rate: v[0], lower: -b, upper: b };
+                let at = Deflection { d: q[0], rate: v[0], lower: -b, upper: b };
                 let force = k * law.force(i, of, at);
                 Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
             }
@@ -409,7 +409,7 @@ impl Shape for Twins {
         v: &[S],
     ) -> Contact<S> {
         let ([k], [_, _, b, ..]) = (u.waves(), u.constants::<5>());
-        let at = Deflection { x: q[i], rate: v[i], lower: -b, upper: b };
+        let at = Deflection { d: q[i], rate: v[i], lower: -b, upper: b };
         let force = k * law.force(i, &self.law, at);
         let force = if self.released { force + law.touch(i, at) * v[i] * 0.01 } else { force };
         Contact { deflection: q[i], rate: v[i], lower: -b, upper: b, force, ..Contact::default() }

@@ -273,7 +273,7 @@ impl Shape for Stops {
         let rate = rate * u.speed();
         let infinite = [f64::NEG_INFINITY, f64::INFINITY].map(S::from);
         let (lower, upper) = if *below { (edge, infinite[1]) } else { (infinite[0], edge) };
-        let at = Deflection { x: q[0], rate: v[0], lower, upper };
+        let at = Deflection { d: q[0], rate: v[0], lower, upper };
         let one_sided =
             if *below { AsymmetricBacklash::stop_below(0.0) } else { AsymmetricBacklash::stop_above(0.0) };
         let elastic = law.force(i, &one_sided.unwrap(), at) * self.stiffness;

@@ -126,7 +126,7 @@ impl Shape for Pressed {
         v: &[S],
     ) -> Contact<S> {
         let (d, rate, b) = (q[0] - q[1], v[0] - v[1], S::from(0.5));
-        let at = Deflection { x: d, rate, lower: -b, upper: b };
+        let at = Deflection { d, rate, lower: -b, upper: b };
         let force = law.force(i, &Backlash::new(1.0).unwrap(), at) * 2.0;
         Contact { deflection: d, rate, lower: -b, upper: b, force, ..Contact::default() }
     }

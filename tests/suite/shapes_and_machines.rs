@@ -489,7 +489,7 @@ fn contacts_that_are_forgotten_are_refused() {
         ) {
             let b = S::from(1.0);
             a[0] = S::from(0.2)
-                - law.force(0, &self.law, Deflection { x: q[0], rate: v[0], lower: -b, upper: b });
+                - law.force(0, &self.law, Deflection { d: q[0], rate: v[0], lower: -b, upper: b });
         }
         fn contact<S: Scalar, L: PieceChoice<S>>(
             &self,
@@ -700,10 +700,10 @@ fn pieces_and_values_that_give_no_numbers_are_refused() {
     struct Hertz;
     impl Nonlinearity for Hertz {
         fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
-            (at.x - at.upper).max(S::from(0.0)).powf(1.5)
+            (at.d - at.upper).max(S::from(0.0)).powf(1.5)
         }
         fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
-            if piece == Piece::Upper { (at.x - at.upper).powf(1.5) } else { S::from(0.0) }
+            if piece == Piece::Upper { (at.d - at.upper).powf(1.5) } else { S::from(0.0) }
         }
         fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
             Edges::at_rest(f64::NEG_INFINITY, 1e-5)

@@ -219,7 +219,7 @@ impl Shape for Bounce {
         v: &[S],
     ) -> Contact<S> {
         let (lower, upper) = (S::from(f64::NEG_INFINITY), S::from(1.0));
-        let force = law.force(i, &self.0, Deflection { x: q[0], rate: v[0], lower, upper });
+        let force = law.force(i, &self.0, Deflection { d: q[0], rate: v[0], lower, upper });
         Contact { deflection: q[0], rate: v[0], lower, upper, force, ..Contact::default() }
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
@@ -398,7 +398,7 @@ impl<N: Nonlinearity> Shape for Spur<N> {
         let [k, error, error_rate, lower, upper, lower_rate, upper_rate] = u.waves();
         let (deflection, rate) = (q[0] - error, v[0] - error_rate * u.speed());
         let force =
-            k * law.force(0, self.0.law(), Deflection { x: deflection, rate, lower, upper }) + rate * 0.1;
+            k * law.force(0, self.0.law(), Deflection { d: deflection, rate, lower, upper }) + rate * 0.1;
         let (lower_rate, upper_rate) = (lower_rate * u.speed(), upper_rate * u.speed());
         let contact = Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force };
         let Some(k) = i.checked_sub(1) else { return contact };

@@ -319,7 +319,7 @@ impl Shape for Odd {
         v: &[S],
     ) -> Contact<S> {
         let [b, _] = u.constants();
-        let at = Deflection { x: q[0], rate: v[0], lower: -b, upper: b };
+        let at = Deflection { d: q[0], rate: v[0], lower: -b, upper: b };
         let force = law.force(i, &Backlash::new(1.0).unwrap(), at);
         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
     }

@@ -130,7 +130,7 @@ impl Shape for Own {
         let ([_, e, rate], [_, _, stiffness, b]) = (u.waves(), u.constants());
         let (deflection, rate) = (q[0] - e, v[0] - rate * u.speed());
         let force =
-            stiffness * law.force(i, &self.law, Deflection { x: deflection, rate, lower: -b, upper: b });
+            stiffness * law.force(i, &self.law, Deflection { d: deflection, rate, lower: -b, upper: b });
         Contact { deflection, rate, lower: -b, upper: b, force, ..Contact::default() }
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {

@@ -110,7 +110,7 @@ impl<N: Nonlinearity> Shape for Chain<N> {
             (deflection, rate) = (deflection - q[i - 1], rate - v[i - 1]);
         }
         let force =
-            stiffness * law.force(i, &self.law, Deflection { x: deflection, rate, lower: -b, upper: b });
+            stiffness * law.force(i, &self.law, Deflection { d: deflection, rate, lower: -b, upper: b });
         Contact { deflection, rate, lower: -b, upper: b, force, ..Contact::default() }
     }
     #[inline(always)]

@@ -92,7 +92,7 @@ mod tests {
     /// q_i'' = -k f(q_i, q_i') of two oscillators, of which the first one enters its upper flank.
     fn enters<N: Nonlinearity>(law: &N) -> bool {
         let tape = Recorded::of(2, 2, &|_| None, |every, u, q, v, a| {
-            let edges = |i: usize| Deflection { x: q[i], rate: v[i], lower: -u[1], upper: u[1] };
+            let edges = |i: usize| Deflection { d: q[i], rate: v[i], lower: -u[1], upper: u[1] };
             (0..2).for_each(|i| a[i] = -(u[0] * every.force(i, law, edges(i))));
             let contact =
                 |i: usize| Contact { deflection: q[i], lower: -u[1], upper: u[1], ..Contact::default() };

@@ -146,7 +146,7 @@ impl Nonlinearity for AsymmetricBacklash {
     #[inline(always)]
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
         let zero = S::from(0.0);
-        (at.x - at.upper).max(zero) * self.slopes[1] - (at.lower - at.x).max(zero) * self.slopes[0]
+        (at.d - at.upper).max(zero) * self.slopes[1] - (at.lower - at.d).max(zero) * self.slopes[0]
     }
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {

@@ -58,7 +58,7 @@ impl Nonlinearity for NoPullBacklash {
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
         let flank = |y: S, viscous: S| (y * 2.0).min(y + viscous).max(S::from(0.0));
         let viscous = at.rate * self.time;
-        flank(at.x - at.upper, viscous) - flank(at.lower - at.x, -viscous)
+        flank(at.d - at.upper, viscous) - flank(at.lower - at.d, -viscous)
     }
     #[inline(always)]
     fn force_on<S: Scalar>(&self, flank: Piece, kinks: &[Piece], at: Deflection<S>) -> S {

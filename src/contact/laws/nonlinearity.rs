@@ -46,7 +46,7 @@ impl<S: Scalar> Edges<S> {
     /// The deflection x with the rate x' between these edges.
     #[inline(always)]
     pub fn at(&self, x: S, rate: S) -> Deflection<S> {
-        Deflection { x, rate, lower: self.lower, upper: self.upper }
+        Deflection { d: x, rate, lower: self.lower, upper: self.upper }
     }
 }
 
@@ -65,11 +65,11 @@ impl<S: Scalar> Edges<S> {
 /// impl Nonlinearity for Hertz {
 ///     #[inline(always)]
 ///     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
-///         (at.x - at.upper).max(S::from(0.0)).powf(1.5)
+///         (at.d - at.upper).max(S::from(0.0)).powf(1.5)
 ///     }
 ///     #[inline(always)]
 ///     fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
-///         let y = at.x - at.upper;
+///         let y = at.d - at.upper;
 ///         // Continued past the edge with the sign of y, because y^1.5 is not a number for y < 0.
 ///         if piece == Piece::Upper { y.signed_powf(1.5) } else { S::from(0.0) }
 ///     }
@@ -139,6 +139,6 @@ pub trait Nonlinearity: PartialEq {
     fn slope(&self, x: f64) -> f64 {
         let Edges { lower, upper, .. } = self.edges(0.0, Side::After);
         let (x, rate) = (Dual::variable(x), 0.0.into());
-        self.force(Deflection { x, rate, lower: lower.into(), upper: upper.into() }).slope[0]
+        self.force(Deflection { d: x, rate, lower: lower.into(), upper: upper.into() }).slope[0]
     }
 }

@@ -81,8 +81,8 @@ impl Nonlinearity for PowerLaw {
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
         match piece {
-            Piece::Lower if self.lower.is_finite() => self.of_depth(at.x - at.lower),
-            Piece::Upper if self.upper.is_finite() => self.of_depth(at.x - at.upper),
+            Piece::Lower if self.lower.is_finite() => self.of_depth(at.d - at.lower),
+            Piece::Upper if self.upper.is_finite() => self.of_depth(at.d - at.upper),
             _ => S::from(0.0),
         }
     }

@@ -18,7 +18,7 @@ pub struct Linear;
 impl Nonlinearity for Linear {
     #[inline(always)]
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
-        at.x
+        at.d
     }
 }
 
@@ -51,7 +51,7 @@ impl Cubic {
 
 impl Nonlinearity for Cubic {
     #[inline(always)]
-    fn force<S: Scalar>(&self, Deflection { x, .. }: Deflection<S>) -> S {
+    fn force<S: Scalar>(&self, Deflection { d: x, .. }: Deflection<S>) -> S {
         x * self.linear + x * x * x * self.cubic
     }
 }
@@ -96,7 +96,7 @@ impl Nonlinearity for SmoothedBacklash {
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
         let s2 = S::from(self.rounding * self.rounding);
         let p = |y: S| (y + (y * y + s2).sqrt()) * 0.5;
-        p(at.x - at.upper) - p(at.lower - at.x)
+        p(at.d - at.upper) - p(at.lower - at.d)
     }
     fn moves(&self) -> bool {
         false

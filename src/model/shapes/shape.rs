@@ -156,7 +156,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///     ) -> Contact<S> {
 ///         let [k] = u.waves();
 ///         let [_, _, b] = u.constants();
-///         let at = Deflection { x: q[0], rate: v[0], lower: -b, upper: b };
+///         let at = Deflection { d: q[0], rate: v[0], lower: -b, upper: b };
 ///         let force = k * law.force(i, &self.law, at);
 ///         Contact { deflection: q[0], rate: v[0], lower: -b, upper: b, force, ..Contact::default() }
 ///     }

@@ -128,7 +128,7 @@ impl<N: Nonlinearity> NfgShape<N> {
         } else {
             (at.unit * q, at.unit * (v + at.unit_stretch * q) * natural)
         };
-        Deflection { x, rate, lower: at.lower, upper: at.upper }
+        Deflection { d: x, rate, lower: at.lower, upper: at.upper }
     }
 
     /// 2 ζ D (q' + (r'/r) q) + F f(q), the acceleration by the mesh with reversed sign.
@@ -231,7 +231,7 @@ impl<N: Nonlinearity> Shape for NfgShape<N> {
         let deflection = match i.checked_sub(1) {
             None => r * q[0],
             Some(k) => {
-                let Deflection { x, rate, .. } = self.deflection(&at, natural, q[0], v[0]);
+                let Deflection { d: x, rate, .. } = self.deflection(&at, natural, q[0], v[0]);
                 r * (at.per_unit * self.mesh.law().kink(k, x, rate))
             }
         };

@@ -301,6 +301,6 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
     ) {
         let Contact { deflection, rate, lower, upper, .. } = contacts[0];
         out[0] = u.all_waves()[RADIUS];
-        out[1] = self.mesh.law().force(Deflection { x: deflection, rate, lower, upper });
+        out[1] = self.mesh.law().force(Deflection { d: deflection, rate, lower, upper });
     }
 }

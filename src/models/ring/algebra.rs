@@ -82,7 +82,7 @@ impl<'a, S: Scalar> Instant<'a, S> {
         let (moving, own) = (self.moving(i), &self.meshes[i]);
         let x = gear.path - next.path - moving[ERROR];
         let rate = gear.speed - next.speed - self.omega * moving[ERROR_RATE];
-        let at = Deflection { x, rate, lower: own[LOWER], upper: own[UPPER] };
+        let at = Deflection { d: x, rate, lower: own[LOWER], upper: own[UPPER] };
         meshes[i].force(law, self.places.of_law(i), at, rate, moving[STIFFNESS], self.damping[i])
     }
 

@@ -117,7 +117,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         let [lower, upper] =
             if N::HALF_BACKLASH { [-at.half[i], at.half[i]] } else { [at.edges[i][0], at.edges[i][1]] };
         let (stiffness, damping) = (at.single[tooth.stiffness as usize], at.damping[i]);
-        let deflection = Deflection { x, rate, lower, upper };
+        let deflection = Deflection { d: x, rate, lower, upper };
         if PLAIN {
             return stiffness * law.force(at.places.of_law(i), &tooth.law, deflection) + damping * rate;
         }
@@ -162,14 +162,14 @@ impl<N: Nonlinearity> TrainShape<N> {
         let [[x, vx], [y, vy]] = journal.levers.each_ref().map(|levers| self.row(levers.clone(), q, v));
         let half = at.half[i];
         if journal.levers[0].is_empty() {
-            let at = Deflection { x: y, rate: vy, lower: -half, upper: half };
+            let at = Deflection { d: y, rate: vy, lower: -half, upper: half };
             let force = law.force(i, &journal.law, at) * journal.stiffness;
             let edges = Contact { lower: -half, upper: half, ..Contact::default() };
             return Contact { deflection: y, rate: vy, force, ..edges };
         }
         let r = (x * x + y * y + S::from(journal.least)).sqrt();
         let rate = (x * vx + y * vy) / r;
-        let at = Deflection { x: r, rate, lower: -half, upper: half };
+        let at = Deflection { d: r, rate, lower: -half, upper: half };
         let force = law.force(i, &journal.law, at) * journal.stiffness;
         Contact { deflection: r, rate, lower: -half, upper: half, force, ..Contact::default() }
     }

@@ -75,12 +75,12 @@ pub struct SoftStop {
 impl Nonlinearity for SoftStop {
     #[inline(always)]
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
-        let depth = (at.x - at.upper).max(S::from(0.0));
+        let depth = (at.d - at.upper).max(S::from(0.0));
         depth + depth * at.rate * self.loss
     }
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
-        let depth = at.x - at.upper;
+        let depth = at.d - at.upper;
         if piece == Piece::Upper { depth + depth * at.rate * self.loss } else { S::from(0.0) }
     }
     fn edges<A: Angle>(&self, _: A, _: Side) -> Edges<A::Number> {
@@ -138,7 +138,7 @@ impl Shape for Knock {
         let force = law.force(
             i,
             &self.stop,
-            Deflection { x: deflection, rate, lower: S::from(f64::NEG_INFINITY), upper: touch },
+            Deflection { d: deflection, rate, lower: S::from(f64::NEG_INFINITY), upper: touch },
         );
         Contact { deflection, rate, upper: touch, force, ..Contact::default() }
     }
