@@ -1,8 +1,8 @@
 //! Names above and beside a panel: of values of an axis, and of lines that leave the panel.
 
 use crate::draw::colours::Ink;
-use crate::draw::frame::{Shown, TICK};
 use crate::draw::layers::Layer;
+use crate::draw::shown::{Shown, TICK};
 use crate::panel::Panel;
 use crate::svg::text::width;
 

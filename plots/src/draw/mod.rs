@@ -8,4 +8,5 @@ pub(crate) mod layers;
 pub(crate) mod legend;
 pub(crate) mod notes;
 pub(crate) mod paint;
+pub(crate) mod shown;
 pub(crate) mod ticks;

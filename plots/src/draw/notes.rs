@@ -1,7 +1,7 @@
 //! Places of texts inside a panel: where they cover least.
 
-use crate::draw::frame::TICK;
 use crate::draw::labels::inside;
+use crate::draw::shown::TICK;
 use crate::svg::text::width;
 use crate::svg::writer::Anchor;
 

@@ -2,10 +2,11 @@
 
 use crate::draw::colours::{Ink, Theme};
 use crate::draw::curve;
-use crate::draw::frame::{BAR, Frame, LABEL, Margins, Shown, TICK, TITLE, TITLE_LINE, count};
+use crate::draw::frame::{BAR, Frame, LABEL, Margins, TITLE, TITLE_LINE, count};
 use crate::draw::layers::{Layer, Mark, Raster, THIN, dash};
 use crate::draw::legend;
 use crate::draw::notes::{self, Taken};
+use crate::draw::shown::{Shown, TICK};
 use crate::svg::png::data_address;
 use crate::svg::writer::{Anchor, Stroke, Svg, path};
 
