@@ -170,7 +170,7 @@ impl Angle for Series {
     }
     fn jet_of(self, wave: &Wave, side: Side) -> Jet<Series> {
         let (excitation, own) = wave.own_series(self, side);
-        let (jet, n) = (excitation.series(own), f64::from(wave.order()));
+        let (jet, n) = (excitation.jet_series(own), f64::from(wave.order()));
         Jet { value: jet.value, rate: jet.rate * n, second: jet.second * (n * n) }
     }
 }

@@ -12,8 +12,8 @@ pub(crate) trait AnyExcitation: Any + Debug + Send + Sync {
     fn value_at(&self, angle: f64) -> f64;
     fn jet_at(&self, angle: f64) -> Jet;
     fn value_series(&self, angle: Series) -> Series;
-    fn series(&self, angle: Series) -> Jet<Series>;
-    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>>;
+    fn jet_series(&self, angle: Series) -> Jet<Series>;
+    fn jet_enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>>;
     /// Mean and pairs of a finite Fourier series.
     fn pairs(&self) -> Option<(f64, Vec<[f64; 2]>)>;
     /// Whether another excitation has the same type and is equal.

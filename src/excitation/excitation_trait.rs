@@ -67,10 +67,10 @@ impl<E: Excitation> AnyExcitation for E {
     fn value_series(&self, angle: Series) -> Series {
         self.value(angle)
     }
-    fn series(&self, angle: Series) -> Jet<Series> {
+    fn jet_series(&self, angle: Series) -> Jet<Series> {
         self.jet(angle)
     }
-    fn enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
+    fn jet_enclosure(&self, angle: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
         self.jet(angle)
     }
     fn pairs(&self) -> Option<(f64, Vec<[f64; 2]>)> {

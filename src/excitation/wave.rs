@@ -165,7 +165,7 @@ impl Wave {
 
     /// The enclosure of the excitation at its own angle n φ + ψ.
     pub(crate) fn enclosure(&self, own: EnclosedAngle) -> Jet<PowerSeries<Interval>> {
-        self.excitation.enclosure(own)
+        self.excitation.jet_enclosure(own)
     }
 
     /// The wave as a finite Fourier series over the angle of the shaft, if it is one.
