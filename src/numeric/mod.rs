@@ -2,9 +2,7 @@
 
 pub(crate) mod chi_square;
 pub(crate) mod differences;
-pub(crate) mod extremes;
 pub(crate) mod gauss;
-pub(crate) mod hermite;
 pub(crate) mod lagrange;
 pub(crate) mod moments;
 pub(crate) mod norms;

@@ -9,7 +9,7 @@ use crate::excitation::Side;
 use crate::export::ResultTable;
 use crate::model::Model;
 use crate::numeric::gauss::FIVE;
-use crate::numeric::hermite::{Distance, Hermite};
+use crate::numeric::search::hermite::{Distance, Hermite};
 use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
 

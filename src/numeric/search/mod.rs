@@ -2,4 +2,6 @@
 
 pub(crate) mod bracket;
 pub(crate) mod brent;
+pub(crate) mod extremes;
+pub(crate) mod hermite;
 pub(crate) mod parabola;

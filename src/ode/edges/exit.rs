@@ -2,7 +2,7 @@
 
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
-use crate::numeric::hermite::Distance;
+use crate::numeric::search::hermite::Distance;
 use crate::ode::step::Crossing;
 
 /// Slack: the distance past an edge up to which a contact still counts as on its piece, as a share of the gap

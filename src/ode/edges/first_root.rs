@@ -1,8 +1,8 @@
 //! The first crossing of an edge inside a step, as a root on the dense output.
 
 use crate::model::Model;
-use crate::numeric::hermite::{Distance, Hermite};
 use crate::numeric::search::bracket::Bracket;
+use crate::numeric::search::hermite::{Distance, Hermite};
 use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::Exit;
 use crate::ode::stepping::engine::{Engine, Tableau};

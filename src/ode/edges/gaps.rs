@@ -9,9 +9,9 @@
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
-use crate::numeric::extremes::{larger, smaller};
-use crate::numeric::hermite::{Distance, Hermite};
 use crate::numeric::lagrange::cubic;
+use crate::numeric::search::extremes::{larger, smaller};
+use crate::numeric::search::hermite::{Distance, Hermite};
 use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::{distances, scale};
 use crate::ode::stepping::ends::Ends;

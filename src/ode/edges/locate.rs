@@ -3,7 +3,7 @@
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
-use crate::numeric::hermite::Hermite;
+use crate::numeric::search::hermite::Hermite;
 use crate::ode::edges::exit::{Exit, Found, SLACK, Share, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
 use crate::ode::edges::gaps::{Gaps, Resolved};

@@ -1,7 +1,7 @@
 //! The cubic through values and rates at both ends of an interval.
 
-use crate::numeric::extremes::smaller;
 use crate::numeric::search::bracket::{Bracket, rounding};
+use crate::numeric::search::extremes::smaller;
 
 /// A distance from an edge, positive on one side of it, and its rate per unit of the abscissa.
 #[derive(Clone, Copy, Debug, Default)]
