@@ -4,8 +4,7 @@
 //! [`check_periodic`] also compares drives one period apart. Each [`Inconsistency`] names the method, the
 //! index and both values; an empty list means that no two methods contradict each other.
 
-pub(crate) mod contact_checks;
-pub(crate) mod deflection_line;
+pub(crate) mod contacts;
 pub(crate) mod display;
 pub(crate) mod drives;
 pub(crate) mod inconsistency;

@@ -1,6 +1,6 @@
 //! Comparison of contacts and accelerations at the edges: kinks, pieces, forces and impacts.
 
-use crate::check::deflection_line::Line;
+use crate::check::contacts::deflection_line::Line;
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
 use crate::check::tolerances::{FINE, ROUNDING};
