@@ -172,7 +172,7 @@ pub enum ParameterError {
         /// The names of all constants of the shape.
         known: String,
     },
-    /// A setting that this figure requires was not given.
+    /// A setting that this call requires was not given.
     #[error("{name} is not set")]
     NotSet {
         /// Name of the setting.

@@ -44,20 +44,24 @@ impl<'m, const N: usize> Family<'m, N> {
     /// [`ParameterError::NoSuchConstant`], which lists the constants; a model without named constants has
     /// none. [`ParameterError::Twice`] for the same constant twice.
     pub fn over(model: &'m dyn Model, names: [&str; N]) -> Result<Self, ParameterError> {
-        let mut places = [0; N];
+        let mut indices = [0; N];
         let mut constants: Option<&dyn Constants> = None;
         for (k, name) in names.into_iter().enumerate() {
             let known = model.offers().named()?;
-            places[k] = known.index(name)?;
-            if places[..k].contains(&places[k]) {
+            indices[k] = known.index(name)?;
+            if indices[..k].contains(&indices[k]) {
                 return Err(ParameterError::Twice { name: name.into() });
             }
             constants = Some(known);
         }
         let none = || ParameterError::Empty { name: "parameters of the family".into(), min: 1 };
         let constants = constants.ok_or_else(none)?;
-        let parameters = places.map(|place| constants.names()[place].clone());
-        Ok(Family { parameters, constants: Some(places), models: Rc::new(OfConstants { constants, places }) })
+        let parameters = indices.map(|index| constants.names()[index].clone());
+        Ok(Family {
+            parameters,
+            constants: Some(indices),
+            models: Rc::new(OfConstants { constants, indices }),
+        })
     }
 
     /// The family of the models that `make` returns for the values of the parameters, with names and units of
@@ -110,14 +114,14 @@ impl<const N: usize> fmt::Debug for Family<'_, N> {
 /// A model with other values of some constants.
 struct OfConstants<'m, const N: usize> {
     constants: &'m dyn Constants,
-    places: [usize; N],
+    indices: [usize; N],
 }
 
 impl<const N: usize> Models<N> for OfConstants<'_, N> {
     fn at(&self, values: [f64; N]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        let mut places = [(0, 0.0); N];
-        places.iter_mut().zip(self.places.into_iter().zip(values)).for_each(|(to, value)| *to = value);
-        self.constants.with_values(&places)
+        let mut indices = [(0, 0.0); N];
+        indices.iter_mut().zip(self.indices.into_iter().zip(values)).for_each(|(to, value)| *to = value);
+        self.constants.with_values(&indices)
     }
 }
 

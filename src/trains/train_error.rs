@@ -59,7 +59,7 @@ pub enum TrainError {
     /// A parameter out of its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// Two parts have the same name.
+    /// Two parts have the same name, or a part has the name of a constant that every train has.
     #[error("there is more than one \"{name}\": names must be different")]
     DuplicateName {
         /// The name.

@@ -63,10 +63,10 @@ impl Fit {
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<f64>, DesignError> {
         let constants = model.offers().named()?;
-        let place = constants.index(&self.objective.parameter)?;
+        let index = constants.index(&self.objective.parameter)?;
         let orbits = self.orbits(model, parameters, guess)?;
         let figure = |(p, orbit): (&f64, &ShootingOrbit)| {
-            let model = constants.with_values(&[(place, *p)])?;
+            let model = constants.with_values(&[(index, *p)])?;
             self.objective.figure.value(&*model, orbit, &self.objective.channel)
         };
         parameters.iter().zip(&orbits).map(figure).collect()
@@ -80,17 +80,17 @@ impl Fit {
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Vec<ShootingOrbit>, DesignError> {
         let constants = model.offers().named()?;
-        let place = constants.index(&self.objective.parameter)?;
+        let index = constants.index(&self.objective.parameter)?;
         let Some(&first) = parameters.first() else {
             return Err(ParameterError::Empty { name: "measured points".into(), min: 1 }.into());
         };
         check::all_finite("measured parameters", parameters)?;
-        let start = constants.with_values(&[(place, first)])?;
+        let start = constants.with_values(&[(index, first)])?;
         let shooting = &self.shooting;
         let mut orbits = vec![shooting.solve(&*start, guess)?];
         for two in parameters.windows(2) {
             let last = &orbits[orbits.len() - 1];
-            orbits.push(reach(constants, shooting, last, &[(place, two[0])], &[(place, two[1])])?);
+            orbits.push(reach(constants, shooting, last, &[(index, two[0])], &[(index, two[1])])?);
         }
         Ok(orbits)
     }
@@ -107,7 +107,7 @@ impl Fit {
         guess: impl IntoIterator<Item = &'g State>,
     ) -> Result<Optimum, DesignError> {
         let constants = model.offers().named()?;
-        let place = constants.index(&self.objective.parameter)?;
+        let index = constants.index(&self.objective.parameter)?;
         let (space, start) = Space::new(constants, &self.over)?;
         if self.over.iter().any(|(name, _)| *name == self.objective.parameter) {
             return Err(ParameterError::Twice { name: self.objective.parameter.clone() }.into());
@@ -125,7 +125,7 @@ impl Fit {
             let (mut sum, mut slope, mut found) = (0.0, vec![0.0; values.len()], Vec::new());
             for ((p, m), orbit) in measured.iter().zip(&last.1) {
                 meter.check()?;
-                let [from, to] = [&last.0, &values].map(|values| [&values[..], &[(place, *p)]].concat());
+                let [from, to] = [&last.0, &values].map(|values| [&values[..], &[(index, *p)]].concat());
                 let orbit = reach(constants, &self.shooting, orbit, &from, &to)?;
                 let model = constants.with_values(&to)?;
                 let off = self.objective.figure.value(&*model, &orbit, &self.objective.channel)? - m;

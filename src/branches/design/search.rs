@@ -33,7 +33,7 @@ pub struct Search<T> {
 /// The box of the constants, scaled to 0 .. 1.
 pub(crate) struct Space {
     names: Vec<String>,
-    places: Vec<usize>,
+    indices: Vec<usize>,
     bounds: Vec<[f64; 2]>,
 }
 
@@ -47,18 +47,18 @@ impl Space {
             let name = "constants of the design".into();
             return Err(ParameterError::Empty { name, min: 1 }.into());
         }
-        let mut space = Space { names: Vec::new(), places: Vec::new(), bounds: Vec::new() };
+        let mut space = Space { names: Vec::new(), indices: Vec::new(), bounds: Vec::new() };
         let mut start = Vec::new();
         for (name, [low, high]) in over {
-            let place = constants.index(name)?;
-            if space.places.contains(&place) {
+            let index = constants.index(name)?;
+            if space.indices.contains(&index) {
                 return Err(ParameterError::Twice { name: name.clone() }.into());
             }
-            let value = constants.values()[place];
+            let value = constants.values()[index];
             check::between(name, value, [*low, *high])?;
             start.push((value - low) / (high - low));
             space.names.push(name.clone());
-            space.places.push(place);
+            space.indices.push(index);
             space.bounds.push([*low, *high]);
         }
         Ok((space, start))
@@ -69,14 +69,14 @@ impl Space {
             let [low, high] = self.bounds[k];
             // At the ends of the box the bounds themselves.
             let inside = low + x.clamp(0.0, 1.0) * (high - low);
-            (self.places[k], if *x >= 1.0 { high } else { inside })
+            (self.indices[k], if *x >= 1.0 { high } else { inside })
         };
         x.iter().enumerate().map(value).collect()
     }
     /// The derivatives with respect to the place, from those with respect to all constants.
     pub(crate) fn gradient(&self, all: &[f64]) -> Vec<f64> {
-        let slope = |(place, [low, high]): (&usize, &[f64; 2])| all[*place] * (high - low);
-        self.places.iter().zip(&self.bounds).map(slope).collect()
+        let slope = |(index, [low, high]): (&usize, &[f64; 2])| all[*index] * (high - low);
+        self.indices.iter().zip(&self.bounds).map(slope).collect()
     }
     pub(crate) fn named(&self, x: &[f64]) -> Vec<(String, f64)> {
         self.names.iter().cloned().zip(self.values(x).into_iter().map(|(_, value)| value)).collect()

@@ -45,8 +45,8 @@ impl Sensitivity {
         point: &BranchPoint,
     ) -> Result<Vec<f64>, BranchError> {
         let family = model.offers().named()?;
-        let place = family.index(parameter)?;
-        let at = without_grazed_stop(family.with_values(&[(place, point.parameter)])?, point);
+        let index = family.index(parameter)?;
+        let at = without_grazed_stop(family.with_values(&[(index, point.parameter)])?, point);
         let constants = at.offers().named()?;
         let budget = Budget::new();
         let totals = Totals::new(&*at, constants, &point.orbit, Rc::new(budget.begin()))?;
@@ -57,10 +57,10 @@ impl Sensitivity {
                 slopes.iter().zip(&totals.units).map(|(slope, unit)| slope / unit).collect()
             }
             Some(SpecialPoint::Bifurcation(PointKind::PeriodDoubling)) => {
-                return of_multipliers(&totals, constants, place, &|m| Some(doubling(m)));
+                return of_multipliers(&totals, constants, index, &|m| Some(doubling(m)));
             }
             Some(SpecialPoint::Bifurcation(PointKind::NeimarkSacker)) => {
-                return of_multipliers(&totals, constants, place, &torus);
+                return of_multipliers(&totals, constants, index, &torus);
             }
             Some(SpecialPoint::Grazing { contact, flank, .. }) => {
                 grazing(&totals, &*at, *contact, Edge::between(Piece::Gap, *flank))?
@@ -70,11 +70,11 @@ impl Sensitivity {
                 return Err(BranchError::Kind { kind: point.kind(), wanted });
             }
         };
-        let own = along[place];
+        let own = along[index];
         if !(own.is_finite() && own != 0.0) {
             return Err(CurveError::Singular.into());
         }
-        let slope = |(k, slope): (usize, &f64)| if k == place { 0.0 } else { -slope / own };
+        let slope = |(k, slope): (usize, &f64)| if k == index { 0.0 } else { -slope / own };
         Ok(along.iter().enumerate().map(slope).collect())
     }
 }
@@ -99,14 +99,14 @@ fn without_grazed_stop<'m>(model: Box<dyn Periodic + 'm>, point: &BranchPoint) -
 fn of_multipliers(
     totals: &Totals<'_>,
     constants: &dyn Constants,
-    place: usize,
+    index: usize,
     of: &dyn Fn(&Multipliers) -> Option<f64>,
 ) -> Result<Vec<f64>, BranchError> {
     let n = totals.x.len();
     let wide = |last: Option<&DVector<f64>>| {
         DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
             (true, true) => totals.by_x[(i, j)] * totals.size(j),
-            (true, false) => totals.by_c[(i, place)],
+            (true, false) => totals.by_c[(i, index)],
             (false, _) => last.map_or(0.0, |last| last[j]),
         })
     };
@@ -115,15 +115,15 @@ fn of_multipliers(
     let factors = Bordered::new(wide(Some(&tangent))).ok_or(CurveError::Singular)?;
     let unscaled = |z: &DVector<f64>| DVector::from_fn(n, |j, _| z[j] * totals.size(j));
     let value = constants.values();
-    let unit = totals.units[place];
-    let at = |h: f64| constants.with_values(&[(place, value[place] + h * tangent[n] * unit)]);
+    let unit = totals.units[index];
+    let at = |h: f64| constants.with_values(&[(index, value[index] + h * tangent[n] * unit)]);
     let by_tangent = smooth(along_direction(totals, &unscaled(&tangent), &at, of)?)?;
     if !(by_tangent.is_finite() && by_tangent != 0.0) {
         return Err(CurveError::Singular.into());
     }
     let mut all = Vec::with_capacity(totals.units.len());
     for (k, own) in totals.units.iter().enumerate() {
-        if k == place {
+        if k == index {
             all.push(0.0);
             continue;
         }
@@ -131,8 +131,8 @@ fn of_multipliers(
         right.rows_mut(0, n).copy_from(&-totals.by_c.column(k));
         let z = factors.solve(right);
         let both = |h: f64| {
-            let [c, p] = [value[k] + h * own, value[place] + h * z[n] * unit];
-            constants.with_values(&[(k, c), (place, p)])
+            let [c, p] = [value[k] + h * own, value[index] + h * z[n] * unit];
+            constants.with_values(&[(k, c), (index, p)])
         };
         let along = smooth(along_direction(totals, &unscaled(&z), &both, of)?)?;
         all.push((z[n] - tangent[n] * along / by_tangent) * unit / own);

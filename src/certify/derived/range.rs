@@ -57,7 +57,7 @@ impl ShootingOrbit {
         check::finite("lower end of the range", range.low())?;
         check::finite("upper end of the range", range.high())?;
         let constants = model.offers().named()?;
-        let family = Values { constants, place: constants.index(name)?, name, orbit: self };
+        let family = Values { constants, index: constants.index(name)?, name, orbit: self };
         let mut parts: Vec<(Interval, Certificate)> = Vec::new();
         let mut open: Vec<(Interval, Unproved)> = Vec::new();
         let mut near = self.clone();
@@ -93,7 +93,7 @@ impl ShootingOrbit {
 /// The models with other values of a constant.
 struct Values<'m> {
     constants: &'m dyn Constants,
-    place: usize,
+    index: usize,
     name: &'m str,
     orbit: &'m ShootingOrbit,
 }
@@ -106,7 +106,7 @@ impl Values<'_> {
         value: f64,
         part: Interval,
     ) -> Result<(ShootingOrbit, Certificate), Unproved> {
-        let model = self.constants.with_values(&[(self.place, value)])?;
+        let model = self.constants.with_values(&[(self.index, value)])?;
         let shooting =
             Shooting::new().period_multiple(near.period_multiple()).budget(self.orbit.budget.clone());
         let orbit = shooting.solve(&*model, &near.states()[..1]).map_err(Box::new)?;
@@ -125,7 +125,7 @@ impl Values<'_> {
     ) -> Option<Unproved> {
         let passes = || {
             let value = right.low();
-            let model = self.constants.with_values(&[(self.place, value)])?;
+            let model = self.constants.with_values(&[(self.index, value)])?;
             let (_, joint) = self.proved(near, value, Interval::from(value))?;
             let mut courses = Vec::new();
             joint.prove(&*model, &joint.field(&*model)?, &mut |part| {

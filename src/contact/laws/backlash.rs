@@ -18,7 +18,7 @@ pub(crate) fn gap(lower: f64, upper: f64) -> Result<[f64; 2], ParameterError> {
     Ok([lower, upper])
 }
 
-/// Dead zone f(x) = max(x - b, 0) - max(-x - b, 0).
+/// Dead zone f(d) = max(d - b, 0) - max(-d - b, 0).
 ///
 /// b is half of the backlash.   Source: Liu 2021, Eq. (12); Yao 2020, Eq. (1).
 ///
@@ -73,7 +73,7 @@ impl Nonlinearity for Backlash {
 }
 
 /// Dead zone with edges at `lower` and `upper` and flanks of relative stiffness s_l and s_u `[1]`:
-/// f(x) = s_u max(x - upper, 0) - s_l max(lower - x, 0).
+/// f(d) = s_u max(d - upper, 0) - s_l max(lower - d, 0).
 ///
 /// ```
 /// use gear_dynamics::contact::{AsymmetricBacklash, Nonlinearity};
@@ -102,7 +102,7 @@ impl AsymmetricBacklash {
         Ok(AsymmetricBacklash { lower, upper, slopes: [1.0; 2] })
     }
 
-    /// A one-sided stop that touches for x > `edge`: f(x) = max(x - edge, 0).
+    /// A one-sided stop that touches for d > `edge`: f(d) = max(d - edge, 0).
     ///
     /// # Errors
     /// An edge that is not finite or lies beyond ±1e50.
@@ -110,7 +110,7 @@ impl AsymmetricBacklash {
         Self::new(f64::NEG_INFINITY, check::quantity("upper edge", edge)?)
     }
 
-    /// A one-sided stop that touches for x < `edge`: f(x) = -max(edge - x, 0).
+    /// A one-sided stop that touches for d < `edge`: f(d) = -max(edge - d, 0).
     ///
     /// # Errors
     /// An edge that is not finite or lies beyond ±1e50.

@@ -9,18 +9,18 @@ use crate::scalar::Scalar;
 
 /// A law g with damping. The mesh force is K(φ) f, so that the damping is proportional to the mesh stiffness:
 ///
-/// - [`by_stiffness`](Damped::by_stiffness): f = g + τ x' in contact. The damping coefficient is C = τ K(φ).
+/// - [`by_stiffness`](Damped::by_stiffness): f = g + τ d' in contact. The damping coefficient is C = τ K(φ).
 ///   Source: Kelvin-Voigt.
-/// - [`by_force`](Damped::by_force): f = g + λ |g| x'. The damping coefficient C = λ K |g| grows with the
+/// - [`by_force`](Damped::by_force): f = g + λ |g| d'. The damping coefficient C = λ K |g| grows with the
 ///   depth.   Source: Hunt & Crossley (1975), λ = 3/2 α.
 ///
-/// With `by_stiffness` the force jumps by τ x' at an edge and pulls while the flanks separate. With
+/// With `by_stiffness` the force jumps by τ d' at an edge and pulls while the flanks separate. With
 /// `by_force` the force is continuous. It pulls only if the flanks separate faster than 1/λ, which does not
 /// occur after a free impact. A mesh with such a law needs no damping C; if it has one, both act.
 ///
 /// ```
 /// use gear_dynamics::{Backlash, contact::{Damped, Edges, Nonlinearity, PowerLaw}};
-/// let at = |x, rate| Edges::at_rest(-1.0, 1.0).at(x, rate);
+/// let at = |d, rate| Edges::at_rest(-1.0, 1.0).at(d, rate);
 /// let viscous = Damped::by_stiffness(Backlash::new(1.0)?, 0.5)?; // τ [s]
 /// assert_eq!(viscous.force(at(3.0, 1.0)), 2.5);
 /// assert_eq!(viscous.force(at(0.0, 1.0)), 0.0);
@@ -44,7 +44,7 @@ enum Loss {
 }
 
 impl<N: Nonlinearity> Damped<N> {
-    /// f = g + τ x' in contact, with the damping time τ = C/K `[s]`, not negative. A law without edges is
+    /// f = g + τ d' in contact, with the damping time τ = C/K `[s]`, not negative. A law without edges is
     /// always in contact.
     ///
     /// # Errors
@@ -55,7 +55,7 @@ impl<N: Nonlinearity> Damped<N> {
         Ok(Damped { law, loss: Loss::Time(check::not_negative("damping time", time)?, everywhere) })
     }
 
-    /// f = g + τ x' in contact and in the gap, with the damping time τ `[s]`, not negative. It represents an
+    /// f = g + τ d' in contact and in the gap, with the damping time τ `[s]`, not negative. It represents an
     /// oil film whose damping is proportional to the mesh stiffness.
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl<N: Nonlinearity> Damped<N> {
         Ok(Damped { law, loss: Loss::Time(check::not_negative("damping time", time)?, true) })
     }
 
-    /// f = g + λ |g| x', with the loss factor λ [s/m], not negative. It is intended for laws with a gap. If g
+    /// f = g + λ |g| d', with the loss factor λ [s/m], not negative. It is intended for laws with a gap. If g
     /// changes its sign outside a gap, |g| has a kink there that solvers do not locate.
     ///
     /// # Errors
@@ -105,8 +105,8 @@ impl<N: Nonlinearity> Nonlinearity for Damped<N> {
         self.law.kinks()
     }
     #[inline(always)]
-    fn kink<S: Scalar>(&self, k: usize, x: S, rate: S) -> S {
-        self.law.kink(k, x, rate)
+    fn kink<S: Scalar>(&self, k: usize, d: S, rate: S) -> S {
+        self.law.kink(k, d, rate)
     }
     fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
         self.law.edges(angle, side)

@@ -21,9 +21,9 @@ use crate::scalar::Scalar;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum MixedLaw<N = Linear> {
-    /// f(x) = x.
+    /// f(d) = d.
     Linear(Linear),
-    /// f(x) = s x + κ x³.
+    /// f(d) = s d + κ d³.
     Cubic(Cubic),
     /// Symmetric dead zone.
     Backlash(Backlash),
@@ -71,8 +71,8 @@ impl<N: Nonlinearity> Nonlinearity for MixedLaw<N> {
         each_law!(self, law => law.kinks())
     }
     #[inline(always)]
-    fn kink<S: Scalar>(&self, k: usize, x: S, rate: S) -> S {
-        each_law!(self, law => law.kink(k, x, rate))
+    fn kink<S: Scalar>(&self, k: usize, d: S, rate: S) -> S {
+        each_law!(self, law => law.kink(k, d, rate))
     }
     fn edges<A: Angle>(&self, angle: A, side: Side) -> Edges<A::Number> {
         each_law!(self, law => law.edges(angle, side))

@@ -7,7 +7,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side};
 use crate::scalar::Scalar;
 
-/// Damped dead zone f(x, x') = max(0, min(2 y, y + τ y')), with the depth y past an edge and its rate y'.
+/// Damped dead zone f(d, d') = max(0, min(2 y, y + τ y')), with the depth y past an edge and its rate y'.
 /// Source: Modelica Standard Library, `ElastoBacklash`.
 ///
 /// It is a spring with the damping C = τ K. The total force never pulls, and the damping force is at most as
@@ -18,7 +18,7 @@ use crate::scalar::Scalar;
 /// - y + τ y' = 0, where the force vanishes before the teeth separate;
 /// - y = τ y', where the damping force reaches its limit.
 ///
-/// The last two are [inner kinks](Nonlinearity::kinks): x + τ x' and x - τ x' are compared with the edges ∓b.
+/// The last two are [inner kinks](Nonlinearity::kinks): d + τ d' and d - τ d' are compared with the edges ∓b.
 ///
 /// ```
 /// use gear_dynamics::contact::{Edges, NoPullBacklash, Nonlinearity};
@@ -47,10 +47,10 @@ impl NoPullBacklash {
     }
 }
 
-/// Index of the inner kink x + τ x': the force vanishes.
+/// Index of the inner kink d + τ d': the force vanishes.
 const ENDS: usize = 0;
 
-/// Index of the inner kink x - τ x': the damping force reaches its limit.
+/// Index of the inner kink d - τ d': the damping force reaches its limit.
 const LIMITED: usize = 1;
 
 impl Nonlinearity for NoPullBacklash {
@@ -75,8 +75,8 @@ impl Nonlinearity for NoPullBacklash {
         2
     }
     #[inline(always)]
-    fn kink<S: Scalar>(&self, k: usize, x: S, rate: S) -> S {
-        if k == ENDS { x + rate * self.time } else { x - rate * self.time }
+    fn kink<S: Scalar>(&self, k: usize, d: S, rate: S) -> S {
+        if k == ENDS { d + rate * self.time } else { d - rate * self.time }
     }
     fn moves(&self) -> bool {
         false

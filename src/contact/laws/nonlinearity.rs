@@ -43,10 +43,10 @@ impl<S: Scalar> Edges<S> {
     pub fn symmetric(half_backlash: S, rate: S) -> Self {
         Edges { lower: -half_backlash, upper: half_backlash, lower_rate: -rate, upper_rate: rate }
     }
-    /// The deflection x with the rate x' between these edges.
+    /// The deflection d with the rate d' between these edges.
     #[inline(always)]
-    pub fn at(&self, x: S, rate: S) -> Deflection<S> {
-        Deflection { d: x, rate, lower: self.lower, upper: self.upper }
+    pub fn at(&self, d: S, rate: S) -> Deflection<S> {
+        Deflection { d, rate, lower: self.lower, upper: self.upper }
     }
 }
 
@@ -61,7 +61,7 @@ impl<S: Scalar> Edges<S> {
 /// use gear_dynamics::contact::{Deflection, Edges, Nonlinearity, Piece};
 /// use gear_dynamics::{excitation::{Angle, Side}, model::Scalar};
 /// #[derive(PartialEq)]
-/// struct Hertz { gap: f64 } // force ~ y^1.5 past one edge, y = x - gap
+/// struct Hertz { gap: f64 } // force ~ y^1.5 past one edge, y = d - gap
 /// impl Nonlinearity for Hertz {
 ///     #[inline(always)]
 ///     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
@@ -84,11 +84,11 @@ impl<S: Scalar> Edges<S> {
 /// [`NoPullBacklash`](crate::contact::NoPullBacklash).
 pub trait Nonlinearity: PartialEq {
     /// Whether the edges are ∓b with a half backlash b that a model may keep among its own constants, and the
-    /// law is independent of the unit: f(c x; ∓c b) = c f(x; ∓b) for every c > 0 at every rate. Default:
+    /// law is independent of the unit: f(c d; ∓c b) = c f(d; ∓b) for every c > 0 at every rate. Default:
     /// `false`.
     const HALF_BACKLASH: bool = false;
 
-    /// Returns f(x, x') between edges that may move. Mark the implementation `#[inline(always)]`, because it
+    /// Returns f(d, d') between edges that may move. Mark the implementation `#[inline(always)]`, because it
     /// runs in lanes.
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S;
 
@@ -100,17 +100,17 @@ pub trait Nonlinearity: PartialEq {
         self.force(at)
     }
 
-    /// Number of inner kinks: functions of x and x' that are compared with the edges of the law, besides x.
+    /// Number of inner kinks: functions of d and d' that are compared with the edges of the law, besides d.
     /// Each one is a contact of the model, so that solvers locate it. Default: 0.
     #[inline(always)]
     fn kinks(&self) -> usize {
         0
     }
-    /// Returns the value of inner kink `k`, a smooth function of x and x' in the unit of x. Default: x.
+    /// Returns the value of inner kink `k`, a smooth function of d and d' in the unit of d. Default: d.
     #[inline(always)]
-    fn kink<S: Scalar>(&self, k: usize, x: S, rate: S) -> S {
+    fn kink<S: Scalar>(&self, k: usize, d: S, rate: S) -> S {
         let _ = (k, rate);
-        x
+        d
     }
 
     /// Returns the edges at an angle, with their rates over that angle. In a [`Mesh`](crate::Mesh) it is the
@@ -129,16 +129,16 @@ pub trait Nonlinearity: PartialEq {
         self.edges(0.0, Side::After) != Edges::none()
     }
 
-    /// Returns f(x) for the rate 0 at the angle 0.
-    fn at(&self, x: f64) -> f64 {
-        self.force(self.edges(0.0, Side::After).at(x, 0.0))
+    /// Returns f(d) for the rate 0 at the angle 0.
+    fn at(&self, d: f64) -> f64 {
+        self.force(self.edges(0.0, Side::After).at(d, 0.0))
     }
     /// Returns df/dx for the rate 0 at the angle 0, exact by dual numbers. At an edge it is the slope of one
     /// of the two pieces, depending on the law: of the flank for [`Backlash`](crate::Backlash), of the gap
     /// for [`AsymmetricBacklash`](crate::contact::AsymmetricBacklash).
-    fn slope(&self, x: f64) -> f64 {
+    fn slope(&self, d: f64) -> f64 {
         let Edges { lower, upper, .. } = self.edges(0.0, Side::After);
-        let (x, rate) = (Dual::variable(x), 0.0.into());
-        self.force(Deflection { d: x, rate, lower: lower.into(), upper: upper.into() }).slope[0]
+        let (d, rate) = (Dual::variable(d), 0.0.into());
+        self.force(Deflection { d, rate, lower: lower.into(), upper: upper.into() }).slope[0]
     }
 }

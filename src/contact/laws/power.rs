@@ -8,7 +8,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side};
 use crate::scalar::Scalar;
 
-/// f(x) = ±y0 (y/y0)^p, with the depth y of x past an edge, the exponent p >= 1 and a reference depth y0.
+/// f(d) = ±y0 (y/y0)^p, with the depth y of d past an edge, the exponent p >= 1 and a reference depth y0.
 /// Source: Hertz (1882), p = 3/2 for points; Palmgren (1959), p = 10/9 for rollers.
 ///
 /// At y = y0 the force is that of a linear flank of the same stiffness, W = K y0, and its slope is p times as

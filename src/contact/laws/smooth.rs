@@ -6,7 +6,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side};
 use crate::scalar::Scalar;
 
-/// f(x) = x: a contact without a gap, which never separates.
+/// f(d) = d: a contact without a gap, which never separates.
 ///
 /// ```
 /// use gear_dynamics::contact::{Linear, Nonlinearity};
@@ -22,7 +22,7 @@ impl Nonlinearity for Linear {
     }
 }
 
-/// f(x) = s x + κ x³: a contact without a gap.
+/// f(d) = s d + κ d³: a contact without a gap.
 ///
 /// ```
 /// use gear_dynamics::contact::{Cubic, Nonlinearity};
@@ -51,12 +51,12 @@ impl Cubic {
 
 impl Nonlinearity for Cubic {
     #[inline(always)]
-    fn force<S: Scalar>(&self, Deflection { d: x, .. }: Deflection<S>) -> S {
-        x * self.linear + x * x * x * self.cubic
+    fn force<S: Scalar>(&self, Deflection { d, .. }: Deflection<S>) -> S {
+        d * self.linear + d * d * d * self.cubic
     }
 }
 
-/// Dead zone with rounded corners: f(x) = p(x - b) - p(-x - b) with p(y) = (y + √(y² + s²))/2, where b is
+/// Dead zone with rounded corners: f(d) = p(d - b) - p(-d - b) with p(y) = (y + √(y² + s²))/2, where b is
 /// half the backlash and s the rounding length.
 ///
 /// Rounding shifts the folds of a rattling mesh. No model therefore uses this law by default; it serves for

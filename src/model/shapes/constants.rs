@@ -25,13 +25,13 @@ impl<G: Shape> Machine<G> {
     /// A name that the shape does not have; a constant that [`Shape::prepare`] does not return unchanged;
     /// the speed of the angle, for which [`VaryingSpeed`](crate::drives::VaryingSpeed) is used.
     pub fn slot(&self, name: &str) -> Result<usize, ParameterError> {
-        let place = self.index(name)?;
+        let index = self.index(name)?;
         let changed = |by: &Dual| by.slope[0] != 0.0;
-        let prepared = self.shape().prepare(&self.along(place));
+        let prepared = self.shape().prepare(&self.along(index));
         let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
         match reached[..] {
             // The speed (i = 0) is excluded: adding to its drive would not change the angle of the waves.
-            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.values()[place] => {
+            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.values()[index] => {
                 Ok(self.slot_of(i))
             }
             _ => Err(ParameterError::NotADrive { name: name.into() }),
@@ -42,9 +42,9 @@ impl<G: Shape> Machine<G> {
         self.size().waves + if prepared == 0 { 0 } else { prepared + 1 }
     }
 
-    /// The constants as dual numbers with the slope 1 at index `place` and 0 elsewhere.
-    pub(crate) fn along(&self, place: usize) -> Vec<Dual> {
-        let slope = |i: usize| [if i == place { 1.0 } else { 0.0 }];
+    /// The constants as dual numbers with the slope 1 at `index` and 0 elsewhere.
+    pub(crate) fn along(&self, index: usize) -> Vec<Dual> {
+        let slope = |i: usize| [if i == index { 1.0 } else { 0.0 }];
         self.values().iter().enumerate().map(|(i, &value)| Dual { value, slope: slope(i) }).collect()
     }
 
@@ -54,12 +54,12 @@ impl<G: Shape> Machine<G> {
     /// # Errors
     /// An unknown name; a wrong number of drives, coordinates or velocities.
     pub fn slope(&self, name: &str, u: &[f64], q: &[f64], v: &[f64]) -> Result<Vec<f64>, ParameterError> {
-        let (place, dof) = (self.index(name)?, self.size().dof);
+        let (index, dof) = (self.index(name)?, self.size().dof);
         check::length("drives", u.len(), self.drives())?;
         check::length("coordinates", q.len(), dof)?;
         check::length("velocities", v.len(), dof)?;
         let mut a = vec![0.0; dof];
-        self.accel_along(&self.drive_slope(place).drives, None, u, q, v, &mut a);
+        self.accel_along(&self.drive_slope(index).drives, None, u, q, v, &mut a);
         Ok(a)
     }
 }
@@ -72,7 +72,7 @@ impl<G: Shape> Constants for Machine<G> {
         self.values()
     }
     fn with_values(&self, values: &[(usize, f64)]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        Ok(Box::new(self.with_places(values)?))
+        Ok(Box::new(self.with_indexed(values)?))
     }
     fn drive_slope(&self, i: usize) -> DriveSlope {
         let prepared: Vec<Dual> = self.shape().prepare(&self.along(i));

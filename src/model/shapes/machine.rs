@@ -86,14 +86,14 @@ impl<G: Shape> Machine<G> {
         }
         let mut constants = vec![f64::NAN; names.len()];
         for &(name, value) in given {
-            let place = fixed.index(name)?;
-            if !constants[place].is_nan() {
+            let index = fixed.index(name)?;
+            if !constants[index].is_nan() {
                 return Err(ParameterError::Twice { name: name.into() });
             }
-            constants[place] = check::quantity(name, value)?;
+            constants[index] = check::quantity(name, value)?;
         }
-        if let Some(place) = constants.iter().position(|value| value.is_nan()) {
-            return Err(ParameterError::MissingConstant { name: fixed.names[place].name.clone() });
+        if let Some(index) = constants.iter().position(|value| value.is_nan()) {
+            return Err(ParameterError::MissingConstant { name: fixed.names[index].name.clone() });
         }
         let machine = Machine { fixed, constants, prepared: Vec::new() }.prepared()?;
         machine.check_shape()?;
@@ -113,14 +113,14 @@ impl<G: Shape> Machine<G> {
     /// # Errors
     /// As there.
     pub fn with_all(&self, values: &[(&str, f64)]) -> Result<Self, ParameterError> {
-        let places = values.iter().map(|(name, value)| Ok((self.fixed.index(name)?, *value)));
-        self.with_places(&places.collect::<Result<Vec<_>, _>>()?)
+        let indices = values.iter().map(|(name, value)| Ok((self.fixed.index(name)?, *value)));
+        self.with_indexed(&indices.collect::<Result<Vec<_>, _>>()?)
     }
     /// [`with_all`](Machine::with_all) by the indices of the constants.
-    pub(crate) fn with_places(&self, values: &[(usize, f64)]) -> Result<Self, ParameterError> {
+    pub(crate) fn with_indexed(&self, values: &[(usize, f64)]) -> Result<Self, ParameterError> {
         let mut constants = self.constants.clone();
-        for &(place, value) in values {
-            constants[place] = check::quantity(self.fixed.names[place].name.as_str(), value)?;
+        for &(index, value) in values {
+            constants[index] = check::quantity(self.fixed.names[index].name.as_str(), value)?;
         }
         let machine = Machine { fixed: self.fixed.clone(), constants, prepared: Vec::new() }.prepared()?;
         machine.check_at_rest()?;

@@ -76,8 +76,7 @@ fn same_bits(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// Rows are equal if all values, texts of errors, checks, points and settings are equal.
-/// [`alone`](Rows::alone) is
-/// ignored.
+/// [`alone`](Rows::alone) is ignored.
 impl PartialEq for Rows {
     fn eq(&self, other: &Rows) -> bool {
         let check = |(a, b): (CheckedPoint<'_>, CheckedPoint<'_>)| match (a.1, b.1) {

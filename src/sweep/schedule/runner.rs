@@ -98,11 +98,11 @@ impl Sweep {
         engine: &'a E,
         machine: &'a Machine<G>,
     ) -> Result<Runner<'a, Machine<G>, E>, ParameterError> {
-        let places = self.points.names().iter().map(|name| index_of(machine.names(), name));
-        let places = places.collect::<Result<Vec<_>, _>>()?;
+        let indices = self.points.names().iter().map(|name| index_of(machine.names(), name));
+        let indices = indices.collect::<Result<Vec<_>, _>>()?;
         Ok(self.of(engine, move |point| {
-            let values: Vec<_> = places.iter().copied().zip(point.values().iter().copied()).collect();
-            machine.with_places(&values)
+            let values: Vec<_> = indices.iter().copied().zip(point.values().iter().copied()).collect();
+            machine.with_indexed(&values)
         }))
     }
 }

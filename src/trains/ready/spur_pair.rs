@@ -11,12 +11,12 @@ use crate::trains::parts::mesh_part::MeshPart;
 
 /// The spur gear pair of Kahraman and Singh 1990 (J. Sound Vib. 142, 49), in SI units or dimensionless.
 ///
-/// m_e x'' + c x' + k(φ) f(x) = F_m - m_e e''(φ),   x = r_1 q_1 - r_2 q_2 - e,
+/// m_e d'' + c d' + k(φ) f(d) = F_m - m_e e''(φ),   d = r_1 q_1 - r_2 q_2 - e,
 /// m_e = 1/(r_1²/I_1 + r_2²/I_2)
 ///
 /// with the lengths in units of half the backlash b and times in 1/ω_n = √(m_e/k_m):
 ///
-/// x'' + 2 ζ x' + k/k_m f(x) = F_m/(b k_m) - (e/b)''.
+/// d'' + 2 ζ d' + k/k_m f(d) = F_m/(b k_m) - (e/b)''.
 ///
 /// Bodies: `driver` and `driven`; mesh: `mesh`; torque: `drive torque` on the driver, which the load on the
 /// driven gear balances ([`Parts::load`]). The coordinate is θ_1 - θ_2 z_2/z_1: the deviation of the driver
@@ -142,7 +142,7 @@ impl SpurPair {
         Ok(SpurPair { inertias, mesh, mean_stiffness, damping, drive_torque: None, dimensionless: false })
     }
 
-    /// The dimensionless pair x'' + 2 ζ x' + (1 + Σ a_j cos jφ) f(x) = F_m + W² Σ j² e_j cos jφ with half the
+    /// The dimensionless pair d'' + 2 ζ d' + (1 + Σ a_j cos jφ) f(d) = F_m + W² Σ j² e_j cos jφ with half the
     /// backlash 1 and one tooth a turn: its speed is the mesh frequency W.
     ///
     /// # Errors

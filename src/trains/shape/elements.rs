@@ -99,7 +99,7 @@ impl Shaft {
     pub(crate) const NONE: Shaft = Shaft { end: u32::MAX, stiffness: 0.0, damping: 0.0, pulls: [0.0; 2] };
 }
 
-/// A contact: a mesh, or a clearance of a shaft or a bearing. What every evaluation reads stands here, in
+/// A contact: a mesh, or a clearance of a shaft. What every evaluation reads stands here, in
 /// little memory; the rest in [`ToothRest`].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tooth<N> {
