@@ -129,12 +129,12 @@ pub use num_complex;
 /// - **Varying speed**: [`SpeedLaw`](drives::SpeedLaw), [`VaryingSpeed`](drives::VaryingSpeed),
 ///   [`Waterfall`](analysis::Waterfall).
 /// - **Periodic orbits by harmonic balance**: [`Balance`], [`Harmonics`],
-///   [`FourierOrbit`](periodic::FourierOrbit), [`Proof`](periodic::Proof).
+///   [`FourierOrbit`](periodic::FourierOrbit), [`ErrorEstimate`](periodic::ErrorEstimate).
 /// - **Periodic orbits by multiple shooting, and stability**: [`Shooting`],
 ///   [`ShootingOrbit`](periodic::ShootingOrbit), [`Multipliers`](periodic::Multipliers),
 ///   [`Stability`](periodic::Stability), [`Lyapunov`].
-/// - **Certificates** ([page](guide::certificates)): [`certify`](periodic::ShootingOrbit::certify) proves that
-///   an orbit exists; [`Certificate`](certify::Certificate) bounds its figures.
+/// - **Certificates** ([page](guide::certificates)): [`certify`](periodic::ShootingOrbit::certify) proves
+///   that an orbit exists; [`Certificate`](certify::Certificate) bounds its figures.
 /// - **Branches of periodic orbits** ([page](guide::branches)): [`Continuation`](branches::Continuation) over
 ///   a parameter with located bifurcations, boundaries over two parameters,
 ///   [`Sensitivity`](branches::Sensitivity) to all constants, [`Fit`](branches::Fit),

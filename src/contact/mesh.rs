@@ -191,8 +191,8 @@ impl<N: Nonlinearity> Mesh<N> {
     }
 
     /// Computes the contact at which the teeth touch from the [`waves`](Mesh::waves) of the mesh, the speed
-    /// φ' [rad/s], the damping C [N s/m], the displacement x `[m]` and its rate x' [m/s]. `place`: the contacts
-    /// of the mesh; for a law without inner kinks the index of its contact.
+    /// φ' [rad/s], the damping C [N s/m], the displacement x `[m]` and its rate x' [m/s]. `place`: the
+    /// contacts of the mesh; for a law without inner kinks the index of its contact.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "each is one letter of the equation")]
     pub fn contact<S: Scalar, L: PieceChoice<S>>(

@@ -325,8 +325,8 @@ pub trait Constants {
     /// # Panics
     /// If there is no constant `i`.
     fn drive_slope(&self, i: usize) -> DriveSlope;
-    /// Writes Σ_k ∂a/∂u_k w_k, the derivative of the accelerations along the change w = `along` of the drives, with
-    /// every contact on a given piece, or on that of its deflection without `pieces`.
+    /// Writes Σ_k ∂a/∂u_k w_k, the derivative of the accelerations along the change w = `along` of the
+    /// drives, with every contact on a given piece, or on that of its deflection without `pieces`.
     fn accel_along(
         &self,
         along: &[f64],

@@ -628,9 +628,10 @@ fn coarse_sampling_is_noted() {
     assert!(note.is_some_and(|(m, error)| m == 26 && error > 1e-3));
     for samples in [40, 4096] {
         let (orbit, apart, note) = noted(samples);
-        let proof = balance.clone().integrals(Integrals::Sampled { samples }).prove(&model, &orbit).unwrap();
-        println!("{samples}: {apart:.1e} from the exact orbit, estimated {:.1e}", proof.aliasing);
-        assert!(note.is_none() && proof.aliasing > 0.5 * apart && proof.aliasing < 2.0 * apart);
+        let estimate =
+            balance.clone().integrals(Integrals::Sampled { samples }).error_estimate(&model, &orbit).unwrap();
+        println!("{samples}: {apart:.1e} from the exact orbit, estimated {:.1e}", estimate.aliasing);
+        assert!(note.is_none() && estimate.aliasing > 0.5 * apart && estimate.aliasing < 2.0 * apart);
     }
 }
 
@@ -642,10 +643,13 @@ fn accuracy_is_reached() {
     let truth = Balance::new(Harmonics::up_to(60)).solve(&model, &guess).unwrap();
     let mut last = 0;
     for accuracy in [1e-3, 1e-6, 1e-9] {
-        let proof = Balance::new(Harmonics::up_to(2)).solve_to(&model, &guess, accuracy, 60).unwrap();
-        let (error, highest) = (proof.finer.distance(&truth), proof.finer.harmonics().highest());
-        println!("{accuracy:e}: H = {highest}, estimated {:.1e}, finer off by {error:.1e}", proof.truncation);
-        assert!(proof.truncation.max(proof.aliasing) <= accuracy && error <= accuracy);
+        let estimate = Balance::new(Harmonics::up_to(2)).solve_to(&model, &guess, accuracy, 60).unwrap();
+        let (error, highest) = (estimate.finer.distance(&truth), estimate.finer.harmonics().highest());
+        println!(
+            "{accuracy:e}: H = {highest}, estimated {:.1e}, finer off by {error:.1e}",
+            estimate.truncation
+        );
+        assert!(estimate.truncation.max(estimate.aliasing) <= accuracy && error <= accuracy);
         assert!(highest > last && highest < 40);
         last = highest;
     }
@@ -663,9 +667,10 @@ fn aliasing_counts_as_inaccuracy() {
             assert!(reached > 1e-9);
         }
         other => {
-            let proof = other.unwrap();
-            let tight = Balance::new(proof.finer.harmonics().clone()).solve(&model, &proof.finer).unwrap();
-            assert!(proof.finer.distance(&tight) < 1e-8);
+            let estimate = other.unwrap();
+            let tight =
+                Balance::new(estimate.finer.harmonics().clone()).solve(&model, &estimate.finer).unwrap();
+            assert!(estimate.finer.distance(&tight) < 1e-8);
         }
     }
 }
@@ -845,8 +850,8 @@ fn informed_broyden_can_be_proved() {
     let first = balance.flank_jacobian(&pair, Piece::Lower, &flank).unwrap();
     let informed = balance.broyden(Broyden::new().first(first));
     let orbit = informed.solve(&pair, &flank).unwrap();
-    let proof = informed.prove(&pair, &orbit).unwrap();
-    assert_eq!(proof.finer.harmonics().highest(), 85);
+    let estimate = informed.error_estimate(&pair, &orbit).unwrap();
+    assert_eq!(estimate.finer.harmonics().highest(), 85);
 }
 
 /// The error contains the last orbit found if the next balance with more orders fails.

@@ -32,19 +32,19 @@ fn balance_reaches_the_truth_and_knows_its_error() {
         let balance = Balance::new(Harmonics::up_to(highest));
         let guess = FourierOrbit::project(&solver, &pair, &steady.state, balance.harmonics()).unwrap();
         let orbit = balance.solve(&pair, &guess).unwrap();
-        let proof = balance.prove(&pair, &orbit).unwrap();
-        let cycle = proof.polished.unwrap();
+        let estimate = balance.error_estimate(&pair, &orbit).unwrap();
+        let cycle = estimate.polished.unwrap();
         let sharp = Dop853::new().rtol(1e-12).atol(1e-16);
         let truth =
             FourierOrbit::project(&sharp, &pair, &cycle.states()[0], &Harmonics::up_to(4000)).unwrap();
         let error = orbit.distance(&truth);
         println!(
             "{speed} rad/s, H = {highest}: error {error:.1e}, |z_H - z_1.3H| {:.1e}, shooting {:.1e}",
-            proof.truncation, proof.shooting
+            estimate.truncation, estimate.shooting
         );
         assert!(error < 1e-3);
-        assert!(error < 2.0 * proof.truncation && proof.truncation < 2.0 * error);
-        assert!(error < 6.0 * proof.shooting && proof.shooting < 6.0 * error);
+        assert!(error < 2.0 * estimate.truncation && estimate.truncation < 2.0 * error);
+        assert!(error < 6.0 * estimate.shooting && estimate.shooting < 6.0 * error);
         let mut statistics = Statistics::new(&pair, &["q0"]).unwrap();
         cycle.observe(&pair, &mut statistics).unwrap();
         let (summary, ppv) = (statistics.summary("q0").unwrap(), case["ppv"].as_f64().unwrap());

@@ -127,7 +127,7 @@ fn orbits_of_another_model_are_refused_by_name() {
     assert!(FourierOrbit::project(&Dop853::new(), &pair, &State::at_rest(2), &Harmonics::up_to(1)).is_err());
     let balance = Balance::new(Harmonics::up_to(3));
     assert!(matches!(
-        balance.prove(&pair, &orbit),
+        balance.error_estimate(&pair, &orbit),
         Err(BalanceError::Parameter(ParameterError::Length { expected: 1, found: 2, .. }))
     ));
 }

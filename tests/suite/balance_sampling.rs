@@ -64,7 +64,7 @@ fn drives_do_not_fold_onto_kept_orders() -> Result<(), BalanceError> {
     assert!(share > 0.1);
     assert!(folded.is_doubtful());
     // 5 of the amplitude 6 are aliased: 5/12 of the peak-to-peak value.
-    assert!((sampled.prove(&model, &folded)?.aliasing - 5.0 / 12.0).abs() < 1e-3);
+    assert!((sampled.error_estimate(&model, &folded)?.aliasing - 5.0 / 12.0).abs() < 1e-3);
     Ok(())
 }
 
@@ -206,14 +206,14 @@ fn truncated_forces_are_judged_too() -> Result<(), BalanceError> {
         let balance = Balance::new(Harmonics::bands(63, 1, 2)?).integrals(Integrals::Sampled { samples });
         let balance = balance.truncated_forces();
         let orbit = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower)?)?;
-        let proof = balance.prove(&pair, &orbit)?;
+        let estimate = balance.error_estimate(&pair, &orbit)?;
         println!(
             "{samples}: {:?}, aliasing {:.1e}, truncation {:.1e}",
             coarse(&orbit),
-            proof.aliasing,
-            proof.truncation
+            estimate.aliasing,
+            estimate.truncation
         );
-        assert_eq!(coarse(&orbit).is_some(), proof.aliasing > 1e-7);
+        assert_eq!(coarse(&orbit).is_some(), estimate.aliasing > 1e-7);
         Ok(coarse(&orbit))
     };
     assert_eq!(with(1024)?, None);
@@ -256,7 +256,7 @@ fn pulses_between_the_samples_are_found() -> Result<(), BalanceError> {
     for (smooth, epsilon) in [(true, 1e-9), (false, 1e-7)] {
         let model = Pulse { smooth, width: 1e-5 };
         let orbit = balance.solve(&model, &rest)?;
-        assert!(orbit.mean(0) == 0.0 && balance.prove(&model, &orbit)?.aliasing > 0.1);
+        assert!(orbit.mean(0) == 0.0 && balance.error_estimate(&model, &orbit)?.aliasing > 0.1);
         let orbit = balance.clone().integrals(Integrals::Panels).solve(&model, &rest)?;
         // Jumps are known to the rounding of t only.
         assert!((orbit.mean(0) - 1.0).abs() < epsilon, "{}", orbit.mean(0));

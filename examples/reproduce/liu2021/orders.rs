@@ -7,7 +7,7 @@
 use super::super::report::{Kind, Report};
 use super::super::support::{Outcome, coarse, progress};
 use gear_dynamics::models::nfg::NfgReading;
-use gear_dynamics::periodic::{FourierOrbit, Integrals, Proof};
+use gear_dynamics::periodic::{ErrorEstimate, FourierOrbit, Integrals};
 use gear_dynamics::roots::Residual;
 use gear_dynamics::{Balance, Dop853, Harmonics, NfgPair, NfgParams, Settle, Shooting, State};
 use gear_dynamics_plots::{Mark, Panel};
@@ -58,8 +58,8 @@ fn row(pair: &NfgPair, truth: &FourierOrbit, highest: usize, integrals: Integral
     let Ok(orbit) = balance.solve(pair, truth) else { return NOTHING };
     let error = truth.distance(&orbit);
     let iterations = orbit.iterations();
-    match balance.prove(pair, &orbit) {
-        Ok(Proof { truncation, shooting, aliasing, .. }) => {
+    match balance.error_estimate(pair, &orbit) {
+        Ok(ErrorEstimate { truncation, shooting, aliasing, .. }) => {
             Row { error, truncation, shooting, aliasing, iterations }
         }
         // The finer balance found no orbit near: only the polished orbit remains.

@@ -14,8 +14,8 @@ use crate::roots::{Broyden, Newton};
 /// A solve evaluates the drives at a finite number of instants: the nodes of its integrals, and some
 /// beforehand to choose their number. A pulse that contains none of them is missed unless
 /// [`next_edge`](crate::Model::next_edge) reports it as drive edges and the integrals are
-/// [`Integrals::Exact`] or [`Integrals::Panels`]. `Panels` and [`prove`](Balance::prove) also search for
-/// pulses down to 1e-5 of the period.
+/// [`Integrals::Exact`] or [`Integrals::Panels`]. `Panels` and [`error_estimate`](Balance::error_estimate)
+/// also search for pulses down to 1e-5 of the period.
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams};
@@ -59,7 +59,8 @@ impl Balance {
     }
 
     /// Maximum number of steps and maximum time of one call. A step is a residual that the root finder
-    /// evaluates, or a step of the shooting in [`prove`](Balance::prove) and [`solve_to`](Balance::solve_to).
+    /// evaluates, or a step of the shooting in [`error_estimate`](Balance::error_estimate) and
+    /// [`solve_to`](Balance::solve_to).
     pub fn budget(self, budget: Budget) -> Self {
         Balance { budget, ..self }
     }
@@ -78,10 +79,10 @@ impl Balance {
     /// ([`Offers::laws`](crate::model::Offers::laws)) are refused. The Jacobian leaves out the motion of
     /// crossings at which the value of a law jumps, for example of damping that acts in contact only.
     ///
-    /// A [`Proof`](crate::periodic::Proof) compares with truncated forces, too: `truncation` is the distance
-    /// from the limit of this balance for many orders, `shooting` the distance from the orbit of the
-    /// equation. Along a branch folds, branch points and grazings are located; the multipliers of the points
-    /// are those of the equation along the series, and changes of them are not located.
+    /// An [`ErrorEstimate`](crate::periodic::ErrorEstimate) compares with truncated forces, too: `truncation`
+    /// is the distance from the limit of this balance for many orders, `shooting` the distance from the orbit
+    /// of the equation. Along a branch folds, branch points and grazings are located; the multipliers of the
+    /// points are those of the equation along the series, and changes of them are not located.
     ///
     /// ```
     /// use gear_dynamics::branches::{Continuation, Family, PointKind};

@@ -1,4 +1,4 @@
-//! Accuracy and stability of an orbit: proof, coarseness, multipliers.
+//! Accuracy and stability of an orbit: coarseness, multipliers.
 
 pub(crate) mod coarseness;
 pub(crate) mod collocation;

@@ -1,4 +1,4 @@
-//! Proof of an orbit: estimates of its errors.
+//! Estimates of the errors of an orbit.
 
 use crate::error::check;
 use crate::model::Periodic;
@@ -12,20 +12,20 @@ use crate::periodic::balance::settings::Balance;
 use crate::periodic::shooting::multiple::Shooting;
 use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 
-/// Estimates of the errors of an orbit of a [`Balance`](crate::Balance), by [`Balance::prove`].
+/// Estimates of the errors of an orbit of a [`Balance`](crate::Balance), by [`Balance::error_estimate`].
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let balance = Balance::new(Harmonics::up_to(70));
 /// let orbit = balance.solve(&pair, None)?;
-/// let proof = balance.prove(&pair, &orbit)?;
-/// assert!((proof.truncation - 5.469e-6).abs() < 1e-9); // truncation error of 70 orders
-/// assert!(proof.aliasing < 1e-9 && proof.finer.harmonics().highest() == 91);
+/// let estimate = balance.error_estimate(&pair, &orbit)?;
+/// assert!((estimate.truncation - 5.469e-6).abs() < 1e-9); // truncation error of 70 orders
+/// assert!(estimate.aliasing < 1e-9 && estimate.finer.harmonics().highest() == 91);
 /// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Proof {
+pub struct ErrorEstimate {
     /// max |z_H - z_1.3H| over the peak-to-peak value `[1]`: the truncation error of this orbit, if both
     /// balances converged.
     pub truncation: f64,
@@ -53,17 +53,21 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`] if the balance with 1.3 H orders finds no orbit from this one: this orbit is then not
     /// reliable.
-    pub fn prove(&self, model: &dyn Periodic, orbit: &FourierOrbit) -> Result<Proof, BalanceError> {
+    pub fn error_estimate(
+        &self,
+        model: &dyn Periodic,
+        orbit: &FourierOrbit,
+    ) -> Result<ErrorEstimate, BalanceError> {
         self.estimate(model, orbit, &self.budget.begin())
     }
 
-    /// [`prove`](Balance::prove) with the rest of a budget.
+    /// [`error_estimate`](Balance::error_estimate) with the rest of a budget.
     fn estimate(
         &self,
         model: &dyn Periodic,
         orbit: &FourierOrbit,
         meter: &Meter<'_>,
-    ) -> Result<Proof, BalanceError> {
+    ) -> Result<ErrorEstimate, BalanceError> {
         let finer = self.clone().with_harmonics(self.harmonics().extended()).find(model, orbit, meter)?;
         // Truncated forces are compared with those of twice the samples.
         let pulsed = !self.truncated_forces && !pulses(model, orbit, self.harmonics(), meter).is_empty();
@@ -80,11 +84,11 @@ impl Balance {
             return Err(BalanceError::Exhausted { exhausted, last: Box::new(finer) });
         }
         let shooting = polished.as_ref().map_or(f64::INFINITY, ShootingOrbit::first_correction);
-        Ok(Proof { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
+        Ok(ErrorEstimate { truncation: orbit.distance(&finer), finer, aliasing, shooting, polished })
     }
 
-    /// Adds orders, up to order `highest`, until the three errors of the [`Proof`] are at most `accuracy`
-    /// `[1]`: truncation, correction by finer integrals, correction by shooting.
+    /// Adds orders, up to order `highest`, until the three errors of the [`ErrorEstimate`] are at most
+    /// `accuracy` `[1]`: truncation, correction by finer integrals, correction by shooting.
     ///
     /// The correction by shooting also contains errors that do not appear at any kept order.
     ///
@@ -97,7 +101,7 @@ impl Balance {
         guess: &FourierOrbit,
         accuracy: f64,
         highest: usize,
-    ) -> Result<Proof, BalanceError> {
+    ) -> Result<ErrorEstimate, BalanceError> {
         crate::error::check::positive("accuracy", accuracy)?;
         let least = self.harmonics().highest();
         check::at_least("highest order", highest, least)?;
@@ -116,19 +120,19 @@ impl Balance {
             if further.highest() > highest {
                 return Err(short(reached, highest, orbit, None));
             }
-            let proof = match balance.estimate(model, &orbit, &meter) {
-                Ok(proof) => proof,
+            let estimate = match balance.estimate(model, &orbit, &meter) {
+                Ok(estimate) => estimate,
                 Err(error) => {
                     let kept = balance.harmonics().highest();
                     return Err(short(reached, kept, orbit, Some(Box::new(error))));
                 }
             };
-            reached = proof.truncation.max(proof.aliasing).max(proof.shooting);
+            reached = estimate.truncation.max(estimate.aliasing).max(estimate.shooting);
             if reached <= accuracy {
-                return Ok(proof);
+                return Ok(estimate);
             }
             balance = balance.with_harmonics(further);
-            orbit = proof.finer;
+            orbit = estimate.finer;
         }
     }
 }
