@@ -40,7 +40,29 @@ pub trait Angle: Copy + Debug {
     /// [refused](Series::refusal).
     fn by_function<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [Self::Number; N];
     /// Returns a function that has another formula on each piece between its edges. `jet` receives an angle
-    /// inside the piece and the angle itself.
+    /// inside the piece, which says on which side of an edge it lies, and the angle itself. In an
+    /// [`Excitation`](crate::excitation::Excitation) both lie in [0, 2π).
+    ///
+    /// ```
+    /// use gear_dynamics::{excitation::{Angle, Excitation, Jet, Side}, Wave};
+    /// /// A stiffness of two pairs in contact up to φ = 2, of one pair beyond.
+    /// #[derive(Debug, PartialEq)]
+    /// struct Pairs;
+    /// impl Excitation for Pairs {
+    ///     fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
+    ///         angle.by_pieces(|inside, angle| {
+    ///             let bend = Jet::variable(angle).cos() * 0.1;
+    ///             bend + if inside < 2.0 { 1.8 } else { 1.0 }
+    ///         })
+    ///     }
+    ///     fn edges(&self) -> Vec<f64> {
+    ///         vec![0.0, 2.0]
+    ///     }
+    /// }
+    /// let wave = Wave::new(Pairs);
+    /// let jump = wave.value(2.0, Side::Before) - wave.value(2.0, Side::After);
+    /// assert!((jump - 0.8).abs() < 1e-11);
+    /// ```
     fn by_pieces(self, jet: impl Fn(f64, Self::Number) -> Jet<Self::Number>) -> Jet<Self::Number>;
     /// Returns a function that has another formula in each of `count` equal parts of a turn. `jet` receives
     /// the index of the part and the share of it that lies before the angle.

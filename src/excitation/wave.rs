@@ -216,11 +216,10 @@ impl Wave {
         // An edge on which the angle lies, within rounding, is not after it.
         let turns = (far / TAU).floor();
         let own = far - turns * TAU + near(far);
+        // An angle within rounding of the end of a turn lies at the start of the next one.
+        let (turns, own) = if own >= TAU { (turns + 1.0, own - TAU) } else { (turns, own) };
         let next = self.edges.partition_point(|edge| *edge <= own);
-        let edge = match self.edges.get(next) {
-            Some(edge) => *edge,
-            None => self.edges[0] + if self.edges[0] + TAU > own { TAU } else { 2.0 * TAU },
-        };
+        let edge = self.edges.get(next).copied().unwrap_or(self.edges[0] + TAU);
         let at = (turns * TAU + edge - self.phase) / n;
         (at > angle).then_some(at)
     }

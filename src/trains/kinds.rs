@@ -48,7 +48,7 @@ const CLUSTER: f64 = 1e-7;
 const PURE: f64 = 1.0 - 1e-6;
 
 impl<N: Nonlinearity> Train<N> {
-    /// The kind of each mode, in the order of [`Modes::list`], by projection on the symmetries of the first
+    /// The kind of each mode, in the order of [`Modes::all`], by projection on the symmetries of the first
     /// planetary set. Modes whose frequencies agree to 1e-7 are separated by kind. A train without planets,
     /// with unequal spacing, or modes of another model, have [`ModeKind::Mixed`] alone.
     pub fn kinds(&self, modes: &Modes) -> Vec<ModeKind> {

@@ -2,6 +2,7 @@
 //! their edges.
 
 use crate::api::*;
+use crate::common::random::Random;
 use approx::assert_relative_eq;
 use std::f64::consts::{PI, TAU};
 
@@ -195,6 +196,39 @@ fn combined_edges() {
             .take_while(|x| *x < 10.0 * TAU)
             .count();
         assert_eq!(count, 120);
+    }
+}
+
+/// No edge of a wave is passed over, wherever in a turn it lies: edge by edge over many turns, beside all edges
+/// in order.
+#[test]
+fn every_edge_of_every_turn_is_announced() {
+    let mut random = Random(11);
+    for case in 0..2000 {
+        let (order, phase) = (1 + (40.0 * random.next()) as u32, [0.0, 0.3, TAU * random.next()][case % 3]);
+        let count = 1 + (5.0 * random.next()) as usize;
+        let mut edges: Vec<f64> = (0..count).map(|_| TAU * random.next()).collect();
+        edges[0] = [0.0, edges[0], TAU.next_down()][case / 3 % 3];
+        let function = Function::new(|_| Jet::constant(1.0)).with_edges(&edges).unwrap();
+        let wave = Wave::new(function).per_turn(order).unwrap().with_phase(phase).unwrap();
+        edges.sort_by(f64::total_cmp);
+        let n = f64::from(order);
+        let turns = -300..300;
+        let all: Vec<f64> = turns
+            .flat_map(|k| edges.iter().map(move |edge| (TAU * f64::from(k) + edge - phase) / n))
+            .filter(|at| *at > -200.0 * TAU / n)
+            .take(300)
+            .collect();
+        // From beside the first edge.
+        let mut at = all[0] - 1e-6;
+        for (k, edge) in all.iter().enumerate() {
+            let next = wave.next_edge(at).unwrap();
+            assert!(
+                (next - edge).abs() < 1e-10,
+                "{order} {phase} {edges:?}: edge {k} at {edge}, after {at}: {next}"
+            );
+            at = next;
+        }
     }
 }
 

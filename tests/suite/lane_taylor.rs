@@ -4,6 +4,7 @@
 use crate::api::*;
 use crate::benchmarks::{Pair, Rattling, ring};
 use crate::common::planets::ring_locked;
+use crate::common::random::Random;
 use gear_dynamics::sweep::Watch;
 use gear_dynamics::trains::{Planetary, Train};
 use std::f64::consts::TAU;
@@ -356,19 +357,6 @@ fn a_ball_that_grazes_a_ceiling() {
             "{depth:e}: {:e} {time:e}",
             touch.time[2]
         );
-    }
-}
-
-/// Uniform numbers in [0, 1) by SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 

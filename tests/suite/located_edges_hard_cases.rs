@@ -3,6 +3,7 @@
 //! solution of this file, for every solver.
 
 use crate::api::*;
+use crate::common::random::Random;
 use gear_dynamics::model::recording::{Expand, Node, Recorded};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -253,19 +254,6 @@ fn close(name: &str, seen: &[f64], expected: &[f64], within: f64) {
     assert_eq!(seen.len(), expected.len(), "{name}: {seen:?}, expected {expected:?}");
     for (a, b) in seen.iter().zip(expected) {
         assert!((a - b).abs() < within, "{name}: {a} {b} in {seen:?}, expected {expected:?}");
-    }
-}
-
-/// Uniform numbers in [0, 1) by SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((x ^ (x >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 

@@ -92,7 +92,8 @@ pub trait Nonlinearity: PartialEq {
     /// runs in lanes.
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S;
 
-    /// Returns the force on one piece of the law, continued smoothly past its edges. `kinks`: the piece of
+    /// Returns the force on one piece of the law, continued smoothly past its edges. The continuation stays
+    /// moderate across the gap: linearisations and sizes of rounding are taken there. `kinks`: the piece of
     /// each inner kink. Default: [`force`](Nonlinearity::force), for a law of a single piece.
     #[inline(always)]
     fn force_on<S: Scalar>(&self, piece: Piece, kinks: &[Piece], at: Deflection<S>) -> S {

@@ -5,6 +5,7 @@ pub mod bands;
 pub mod family;
 pub mod oscillators;
 pub mod planets;
+pub mod random;
 pub mod source_files;
 pub mod trains;
 pub mod two_tones;
