@@ -14,6 +14,7 @@ use crate::interval::number::Interval;
 use crate::model::Periodic;
 use crate::ode::Budget;
 use crate::periodic::Stability;
+use std::fmt;
 
 /// A proof that a periodic orbit exists. The page [certificates](crate::guide::certificates) has the theorem
 /// and its assumptions.
@@ -28,6 +29,7 @@ use crate::periodic::Stability;
 /// let certificate = orbit.certify(&pair)?;
 /// assert!(certificate.radius() < 1e-12 && certificate.crossings().is_empty());
 /// assert_eq!(certificate.stability(), Stability::Stable);
+/// assert!(certificate.to_string().starts_with("orbit of period 7.391982714"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +42,14 @@ pub struct Certificate {
     pub(crate) period: Interval,
     pub(crate) crossings: Vec<CertifiedCrossing>,
     pub(crate) multipliers: Vec<Disc>,
+}
+
+impl fmt::Display for Certificate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (period, radius) = (self.period.middle(), self.radius());
+        let (count, stability) = (self.crossings.len(), self.stability());
+        write!(f, "orbit of period {period:?} within {radius:.1e}, {count} crossings, {stability}")
+    }
 }
 
 impl Certificate {

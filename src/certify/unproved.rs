@@ -73,7 +73,7 @@ pub enum Unproved {
     },
     /// A crossing and a drive edge, an impact or a crossing of the same contact follow each other too
     /// closely to be ordered.
-    #[error("certificate: the crossings at t = {t:?} and {after:?} are too close to be ordered")]
+    #[error("certificate: crossings or drive edges at t = {t:?} and {after:?} are too close to be ordered")]
     Together {
         /// The first time.
         t: f64,
