@@ -39,9 +39,9 @@ pub trait Angle: Copy + Debug {
     /// Returns functions of the angle in plain numbers. They have no series: at a [`Series`] the results are
     /// [refused](Series::refusal).
     fn by_function<const N: usize>(self, f: impl Fn(f64) -> [f64; N]) -> [Self::Number; N];
-    /// Returns a function that has another formula on each piece between its edges. `jet` receives an angle
-    /// inside the piece, which says on which side of an edge it lies, and the angle itself. In an
-    /// [`Excitation`](crate::excitation::Excitation) both lie in [0, 2π).
+    /// Returns a function with one formula for each piece between two edges. `jet` receives two angles: the
+    /// first one lies inside the piece and selects the formula, the second one is the argument of the
+    /// formula. In an [`Excitation`](crate::excitation::Excitation) both lie in [0, 2π).
     ///
     /// ```
     /// use gear_dynamics::{excitation::{Angle, Excitation, Jet, Side}, Wave};
@@ -64,7 +64,7 @@ pub trait Angle: Copy + Debug {
     /// assert!((jump - 0.8).abs() < 1e-11);
     /// ```
     fn by_pieces(self, jet: impl Fn(f64, Self::Number) -> Jet<Self::Number>) -> Jet<Self::Number>;
-    /// Returns a function that has another formula in each of `count` equal parts of a turn. `jet` receives
+    /// Returns a function with one formula for each of `count` equal parts of a turn. `jet` receives
     /// the index of the part and the share of it that lies before the angle.
     fn by_parts(
         self,

@@ -16,9 +16,9 @@ use std::sync::Arc;
 /// where they exist.
 ///
 /// One formula serves numbers, Taylor series over time ([`Taylor`](crate::Taylor)) and enclosures
-/// ([certificates](crate::certify)): the arithmetic of [`Jet`] gives the derivatives. The excitation contains
-/// neither the speed of the angle nor the number of repetitions in one turn of a shaft. The latter is the
-/// order of a [`Wave`].
+/// ([certificates](crate::certify)): the arithmetic of [`Jet`] gives the derivatives. The formula knows the
+/// angle alone. The speed of the angle belongs to the model, the number of repetitions in a turn of a shaft
+/// is the order of a [`Wave`].
 ///
 /// Two excitations are the same function if they are equal: models with either of them may share a drive
 /// table.

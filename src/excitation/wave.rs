@@ -36,6 +36,8 @@ pub struct Wave {
     phase: f64,
     /// Edges of the excitation in [0, 2π), increasing.
     edges: Arc<[f64]>,
+    /// Whether the excitation is no constant.
+    varies: bool,
 }
 
 /// Rounding of n φ + ψ, as a share of it. If n φ + ψ is within its rounding of an edge of the excitation (a
@@ -75,7 +77,8 @@ impl Wave {
         {
             edges.pop();
         }
-        Wave { excitation, order: 1, phase: 0.0, edges: edges.into() }
+        let varies = excitation.pairs().is_none_or(|(_, pairs)| pairs.iter().any(|pair| *pair != [0.0; 2]));
+        Wave { excitation, order: 1, phase: 0.0, edges: edges.into(), varies }
     }
 
     /// The same wave, repeated `order` times as often in a turn of the shaft, for example once for each
@@ -239,11 +242,7 @@ impl Wave {
     }
     /// The same number, but 0 if all are constants.
     pub(crate) fn gcd_of_orders<'w>(waves: impl IntoIterator<Item = &'w Wave>) -> u32 {
-        let varies = |wave: &&Wave| match wave.excitation.pairs() {
-            Some((_, pairs)) => pairs.iter().any(|pair| *pair != [0.0; 2]),
-            None => true,
-        };
-        waves.into_iter().filter(varies).fold(0, |common, wave| gcd(common, wave.order))
+        waves.into_iter().filter(|wave| wave.varies).fold(0, |common, wave| gcd(common, wave.order))
     }
 
     /// All edges in one turn of the shaft, as angles of the shaft in [0, 2π).

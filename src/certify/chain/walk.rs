@@ -65,7 +65,7 @@ impl<'w, 'm> NodeWalk<'w, 'm> {
         }
     }
 
-    /// Over all marks of a turn; `end`: the end of the turn, enclosed.
+    /// Walks over all marks of a turn. `end`: the end of the turn, enclosed.
     pub(crate) fn through(&mut self, marks: &[(f64, Mark)], end: Interval) -> Result<(), Unproved> {
         for (i, (t, mark)) in marks.iter().enumerate() {
             let until = match mark {
@@ -88,7 +88,7 @@ impl<'w, 'm> NodeWalk<'w, 'm> {
         Ok(())
     }
 
-    /// Plain legs up to a time; before a crossing the last part stays open.
+    /// Adds legs without crossings up to a time; before a crossing the last part stays open.
     fn plain_to(&mut self, until: Interval, crossing: bool) -> Result<(), Unproved> {
         loop {
             let t = self.time.middle();
@@ -105,7 +105,8 @@ impl<'w, 'm> NodeWalk<'w, 'm> {
         }
     }
 
-    /// A leg over crossings up to the time `last`, and on to a node before `next`.
+    /// Adds a leg: the motion over the crossings, of which the last is at the time `last`, and on to a new
+    /// node before the time `next`.
     fn across(&mut self, crossings: &[LegCrossing], last: f64, next: f64) -> Result<(), Unproved> {
         let (start, node) = (self.time, self.x.clone());
         self.move_by(last - self.time.middle());

@@ -138,7 +138,7 @@ pub struct Scaled {
 }
 
 impl Scaled {
-    /// A factor within ±1e50 and the wave that it multiplies.
+    /// Multiplies the wave `inner` by a factor within ±1e50.
     ///
     /// # Errors
     /// A factor beyond ±1e50.

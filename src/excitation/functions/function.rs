@@ -6,8 +6,8 @@ use crate::excitation::excitation_trait::Excitation;
 use crate::excitation::jet::Jet;
 use std::fmt;
 
-/// An excitation given by a closure on [`Jet`]s of the angle. Its derivatives follow from the arithmetic of
-/// the jets.
+/// A function of the angle that a closure computes from a [`Jet`]. The arithmetic of the jets gives its
+/// derivatives.
 ///
 /// The closure should have the period 2π. Otherwise the excitation jumps at φ = 0, and 0 belongs to its
 /// edges ([`with_edges`](Function::with_edges)).

@@ -15,7 +15,7 @@ use crate::roots::{Broyden, Newton};
 /// beforehand to choose their number. A pulse that contains none of them is missed unless
 /// [`next_edge`](crate::Model::next_edge) reports it as drive edges and the integrals are
 /// [`Integrals::Exact`] or [`Integrals::Panels`]. `Panels` and [`error_estimate`](Balance::error_estimate)
-/// also search for pulses down to 1e-5 of the period.
+/// also search for pulses of the drives, down to a duration of 1e-5 of the period.
 ///
 /// ```
 /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams};

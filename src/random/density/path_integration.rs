@@ -30,7 +30,8 @@ use std::sync::Arc;
 /// use gear_dynamics::models::Oscillator;
 /// use gear_dynamics::random::PathIntegration;
 /// use std::f64::consts::PI;
-/// // x'' + 0.5 x' + g(x) = ξ, g a dead zone of half backlash 1: β = 2c/D = 1
+/// // x'' + 0.5 x' + g(x) = ξ(t): ξ is white noise, g(x) the force of a dead zone of half backlash 1;
+/// // β = 2c/D = 1.
 /// let pair = [("speed", 1.0), ("damping", 0.5), ("mesh stiffness", 1.0), ("half backlash", 1.0)];
 /// let method = PathIntegration::new(1.0, [-6.0, 6.0], [-5.0, 5.0])?.panels(5);
 /// let density = method.stationary(&Oscillator::new(&pair)?)?;

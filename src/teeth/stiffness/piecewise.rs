@@ -70,13 +70,14 @@ impl Stretch {
         }
         x * b1 - b2 + self.coefficients.first().copied().unwrap_or(0.0)
     }
-    fn value(&self, angle: f64) -> f64 {
-        let x = (angle - 0.5 * (self.from + self.to)) / (0.5 * (self.to - self.from));
-        let (mut b1, mut b2) = (0.0, 0.0);
+    fn value<S: Scalar>(&self, angle: S) -> S {
+        let (middle, half) = (0.5 * (self.from + self.to), 0.5 * (self.to - self.from));
+        let x = (angle - S::from(middle)) / S::from(half);
+        let (mut b1, mut b2) = (S::from(0.0), S::from(0.0));
         for c in self.coefficients.iter().skip(1).rev() {
-            (b1, b2) = (2.0 * x * b1 - b2 + c, b1);
+            (b1, b2) = (x * 2.0 * b1 - b2 + S::from(*c), b1);
         }
-        x * b1 - b2 + self.coefficients.first().copied().unwrap_or(0.0)
+        x * b1 - b2 + S::from(self.coefficients.first().copied().unwrap_or(0.0))
     }
     /// ∫ of the piece: ∫ T_j = 2/(1 - j²) from -1 to 1 for even j.
     fn integral(&self) -> f64 {
@@ -208,6 +209,13 @@ impl Excitation for Piecewise {
             let (piece, turn) = self.piece(inside);
             piece.jet(angle + A::Number::from(turn))
         })
+    }
+    fn value<A: Angle>(&self, angle: A) -> A::Number {
+        let value = angle.by_pieces(|inside, angle| {
+            let (piece, turn) = self.piece(inside);
+            Jet::constant(piece.value(angle + A::Number::from(turn)))
+        });
+        value.value
     }
     fn edges(&self) -> Vec<f64> {
         self.pieces.iter().map(|piece| piece.from).collect()

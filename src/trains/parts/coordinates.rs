@@ -1,8 +1,10 @@
 //! The coordinates of a train.
 
-/// The frame of the coordinates of a train. Default: relative if the train has torques, they balance, and
-/// nothing holds its rotation; inertial otherwise. Supports, drag and torques over the speed of bodies that
-/// turn, noncircular gears and a rotating frame hold it.
+/// What the coordinates of a train are measured from.
+///
+/// The default is relative coordinates if the train has torques that balance and nothing holds its rotation,
+/// and inertial ones otherwise. Its rotation is held by supports, by drag and by torques over the speed of
+/// bodies that turn, by noncircular gears and by a rotating frame.
 ///
 /// ```
 /// use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts};
