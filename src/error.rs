@@ -49,8 +49,19 @@ pub enum ParameterError {
         name: String,
         /// The value given.
         value: f64,
-        /// The range allowed.
+        /// The range allowed, as an interval: `[0, 1)`.
         allowed: &'static str,
+    },
+    /// The value contradicts a condition that is not an interval: that of a neighbour in a list, of another
+    /// setting, a whole number.
+    #[error("{name} is {value:?}: it must {must}")]
+    Wrong {
+        /// Name of the parameter.
+        name: String,
+        /// The value given.
+        value: f64,
+        /// The condition, which begins with a verb: `be above 60.0, the speed before it`.
+        must: String,
     },
     /// Bounds are reversed or equal, or the value lies outside them.
     #[error(
@@ -120,7 +131,10 @@ pub enum ParameterError {
         value: f64,
     },
     /// A matrix does not determine an unknown.
-    #[error("the matrix is singular: it does not determine unknown {unknown}")]
+    #[error(
+        "the matrix is singular: its product with a vector that changes unknown {unknown} is 0; fix this unknown, or \
+         leave it out"
+    )]
     Singular {
         /// Index of the unknown, from 0.
         unknown: usize,

@@ -60,8 +60,12 @@ pub enum PlotError {
         /// The text of the axis.
         axis: String,
     },
-    /// Points that are no complete grid over two parameters.
-    #[error("{what}: {found} points are no complete grid of {columns} x {rows}")]
+    /// Points that are not a complete grid over two parameters.
+    #[error(
+        "{what}: a map needs a point at each place of a grid over two parameters; {columns} x {rows} different values \
+         make {} places, and there are {found} points: sweep over Points::grid",
+        columns * rows
+    )]
     NoGrid {
         /// Which data.
         what: String,

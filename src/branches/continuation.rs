@@ -292,8 +292,9 @@ impl Continuation {
         check::positive("min_step", self.min_step)?;
         check::positive("max_motion", self.max_motion)?;
         if self.min_step > self.max_step {
-            let (name, value, allowed) = ("min_step".into(), self.min_step, "the range up to max_step");
-            return Err(ParameterError::OutOfRange { name, value, allowed }.into());
+            let (name, value) = ("min_step".into(), self.min_step);
+            let must = format!("be at most {:?}, the max_step", self.max_step);
+            return Err(ParameterError::Wrong { name, value, must }.into());
         }
         check::at_least("max_points", self.max_points, 1)?;
         Ok(())

@@ -31,11 +31,11 @@ pub(crate) fn field<'m>(
     relative: bool,
 ) -> Result<Field<'m>, Unproved> {
     let none = |what: &str| Unproved::NoEnclosure { what: what.into() };
-    let expanded = model.offers().expansion.ok_or_else(|| none("a model that is no `Machine`"))?;
-    let drives = expanded.enclosed(constants)?.ok_or_else(|| none("a model that is no `Machine`"))?;
+    let expanded = model.offers().expansion.ok_or_else(|| none("a model that is not a `Machine`"))?;
+    let drives = expanded.enclosed(constants)?.ok_or_else(|| none("a model that is not a `Machine`"))?;
     let tape = expanded.record(&|_| true).0;
     if let Some((place, what)) = tape.kink() {
-        return Err(none(&format!("{what}, in {place},")));
+        return Err(none(&format!("{what}, in {place}")));
     }
     let field = Field::new(tape, drives, ORDER, relative)?;
     let needed = field.motion.tape.needed();

@@ -38,14 +38,18 @@ pub enum Unproved {
     #[error("certificate: the rigid motions of the model cannot be left out: use relative coordinates")]
     RigidMotion,
     /// A part of the model has no enclosure.
-    #[error("certificate: {what} has no enclosure")]
+    #[error(
+        "certificate: a proof needs bounds over ranges of the state, and there are none for {what}: state the \
+         model as a `Machine` with smooth pieces, or rely on `ShootingOrbit::accuracy`"
+    )]
     NoEnclosure {
         /// The part.
         what: String,
     },
     /// The motion within the boxes has no enclosure over a step.
     #[error(
-        "certificate: no enclosure of the motion from t = {t:?} over {length:?}: the boxes grow too fast"
+        "certificate: the bounds of the motion grow without limit over the step of {length:?} from t = {t:?}: the \
+         force is too steep there, or the orbit too unstable"
     )]
     Wrapping {
         /// Start of the step.
@@ -93,7 +97,8 @@ pub enum Unproved {
     },
     /// The Newton operator does not map the boxes into themselves.
     #[error(
-        "certificate: the Newton operator does not contract: at t = {t:?} a box of width 1 needs {needed:?}"
+        "certificate: one turn maps the box at t = {t:?} to {needed:?} of its width, and a share below 1 is needed: the \
+         orbit is near a bifurcation, or not accurate enough (Shooting::flow_tolerance)"
     )]
     NotContracting {
         /// Time of the worst box.

@@ -74,10 +74,10 @@ impl SpeedLaw {
             let speed = check::scale(format!("speeds[{i}] of the speed law"), speed)?;
             match knots.last() {
                 None if t != 0.0 => {
-                    return Err(ParameterError::OutOfRange {
+                    return Err(ParameterError::Wrong {
                         name: "times[0] of the speed law".into(),
                         value: t,
-                        allowed: "0",
+                        must: "be 0, where the law starts".into(),
                     });
                 }
                 None => knots.push([0.0, speed, 0.0]),

@@ -48,10 +48,10 @@ impl Interval {
     pub fn new(low: f64, high: f64) -> Result<Self, crate::ParameterError> {
         match low <= high {
             true => Ok(Interval { low, high }),
-            false => Err(crate::ParameterError::OutOfRange {
-                name: format!("lower end of an interval with the upper end {high}"),
+            false => Err(crate::ParameterError::Wrong {
+                name: "lower end of an interval".into(),
                 value: low,
-                allowed: "numbers up to the upper end",
+                must: format!("be at most {high:?}, its upper end"),
             }),
         }
     }

@@ -64,10 +64,8 @@ impl Campbell {
         let mut frequencies: Vec<Vec<f64>> = Vec::new();
         for (i, &speed) in speeds.iter().enumerate() {
             if i > 0 && speed <= speeds[i - 1] {
-                let name = format!("speeds[{i}]");
-                return Err(
-                    ParameterError::OutOfRange { name, value: speed, allowed: "increasing order" }.into()
-                );
+                let must = format!("be above {:?}, the speed before it", speeds[i - 1]);
+                return Err(ParameterError::Wrong { name: format!("speeds[{i}]"), value: speed, must }.into());
             }
             let modes = Modes::mean_in_contact(&*constants.with_values(&[(0, speed)])?)?;
             frequencies.push(modes.eigenvalues().iter().map(|value| value.norm()).collect());

@@ -47,7 +47,10 @@ pub enum LinearError {
         tried: usize,
     },
     /// A body that the contacts leave free stands under load.
-    #[error("the load moves the model freely: the residual acceleration is {residual:?} of the largest")]
+    #[error(
+        "the load moves the model freely: no force of a support or contact balances {residual:.1e} of the largest \
+         acceleration, at most 1e-6 is allowed: hold a body, or state torques that balance (Parts::load)"
+    )]
     Free {
         /// Largest acceleration that is left, over the largest acceleration at rest.
         residual: f64,
@@ -60,7 +63,10 @@ pub enum LinearError {
     },
     /// Noise that multiplies the state lets the mean square of the linearised motion grow without bound,
     /// although the mean decays.
-    #[error("the mean square of the linearised motion grows without bound under noise on its coefficients")]
+    #[error(
+        "the mean square of the linearised motion grows without bound: the noise on a stiffness or a damping feeds \
+         in more energy than the damping takes out: lower its intensity, or raise the damping"
+    )]
     MeanSquareGrows,
 }
 

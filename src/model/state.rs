@@ -50,8 +50,8 @@ impl State {
     pub(crate) fn check_at_zero(&self, dof: usize) -> Result<(), ParameterError> {
         self.check(dof)?;
         if self.t != 0.0 {
-            let allowed = "0: runs start at time 0";
-            return Err(ParameterError::OutOfRange { name: "start.t".into(), value: self.t, allowed });
+            let must = "be 0, where these runs start".into();
+            return Err(ParameterError::Wrong { name: "start.t".into(), value: self.t, must });
         }
         Ok(())
     }

@@ -71,13 +71,18 @@ impl Matrix {
         let mut matrix = Matrix::of_heights(heights);
         let mut entries = 0usize;
         for (k, &(i, j)) in pattern.iter().enumerate() {
-            if i.max(j) >= heights.len() || pattern[..k].contains(&(i, j)) {
-                let value = if i >= heights.len() { i } else { j } as f64;
-                return Err(ParameterError::OutOfRange {
-                    name: format!("row or column of block {k} of the pattern"),
-                    value,
-                    allowed: "the matrix, and each block must be listed once",
-                });
+            let wrong = |what: &str, value: usize, must: String| {
+                let name = format!("{what} of block {k} of the pattern");
+                Err(ParameterError::Wrong { name, value: value as f64, must })
+            };
+            let count = heights.len();
+            for (what, value) in [("row", i), ("column", j)] {
+                if value >= count {
+                    return wrong(what, value, format!("be below {count}, the number of block rows"));
+                }
+            }
+            if pattern[..k].contains(&(i, j)) {
+                return wrong("column", j, format!("stand once in row {i} of the pattern"));
             }
             entries = entries.saturating_add(heights[i].saturating_mul(heights[j]));
             check::count("stored entries", &[entries], MAX_ENTRIES)?;

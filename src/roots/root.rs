@@ -72,8 +72,9 @@ pub enum RootError {
     },
     /// The Jacobian is singular.
     #[error(
-        "the Jacobian is singular after {} iterations: the equations do not determine unknown {unknown}",
-        last.iterations
+        "the Jacobian is singular after {} iterations, where unknown {unknown} is {:?}: a change of it, with others, \
+         changes no equation; start elsewhere, or add an equation that fixes it",
+        last.iterations, last.x[*unknown]
     )]
     Singular {
         /// Index of the unknown with the largest share in the undetermined direction, from 0.

@@ -62,7 +62,8 @@ impl OrbitParts {
             state.check(dof)?;
             if state.t <= before {
                 let (name, value) = (format!("time of state {i}"), state.t);
-                return Err(ParameterError::OutOfRange { name, value, allowed: "above the time before it" });
+                let must = format!("be above {before:?}, the time of the state before it");
+                return Err(ParameterError::Wrong { name, value, must });
             }
             before = state.t;
         }

@@ -306,7 +306,10 @@ pub enum TrainError {
         why: &'static str,
     },
     /// The tooth numbers have no common angle that can be computed.
-    #[error("\"{part}\" has no common angle with the other waves: its tooth numbers are too large")]
+    #[error(
+        "the wave of \"{part}\" and the other waves repeat together only after more than 4294967295 of their \
+         periods: choose tooth numbers with common factors, or state the waves that matter least by their means"
+    )]
     NoCommonAngle {
         /// The mesh or torque.
         part: String,

@@ -28,6 +28,7 @@ mod closed_forms;
 mod coordinate_storage;
 mod densities;
 mod ensembles;
+mod error_texts;
 mod excitations;
 mod exports;
 mod floquet;

@@ -222,8 +222,8 @@ fn no_root_hands_back_the_last_iterate() {
 
 #[test]
 fn blocks_outside_or_twice_are_refused() {
-    assert!(matches!(Matrix::blocks(&[2, 2], &[(0, 2)]), Err(ParameterError::OutOfRange { value: 2.0, .. })));
-    assert!(matches!(Matrix::blocks(&[2, 2], &[(0, 1), (0, 1)]), Err(ParameterError::OutOfRange { .. })));
+    assert!(matches!(Matrix::blocks(&[2, 2], &[(0, 2)]), Err(ParameterError::Wrong { value: 2.0, .. })));
+    assert!(matches!(Matrix::blocks(&[2, 2], &[(0, 1), (0, 1)]), Err(ParameterError::Wrong { .. })));
 }
 
 /// Diagonal blocks that are singular or nearly so: pivots must be sought outside them.

@@ -129,7 +129,7 @@ fn bad_speed_laws() {
     assert!(matches!(SpeedLaw::fluctuation(1.0, 1.0, 1.0), Err(ParameterError::OutOfRange { .. })));
     assert!(matches!(SpeedLaw::table(&[], &[]), Err(ParameterError::Empty { .. })));
     assert!(matches!(SpeedLaw::table(&[0.0, 0.0], &[1.0, 1.0]), Err(ParameterError::NotPositive { .. })));
-    assert!(matches!(SpeedLaw::table(&[1.0], &[1.0]), Err(ParameterError::OutOfRange { .. })));
+    assert!(matches!(SpeedLaw::table(&[1.0], &[1.0]), Err(ParameterError::Wrong { .. })));
     assert!(matches!(SpeedLaw::table(&[0.0], &[1.0, 2.0]), Err(ParameterError::Length { .. })));
     assert!(Waterfall::new(0, 8).is_err() && Waterfall::new(1, 2).is_err());
 }

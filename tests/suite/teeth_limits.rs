@@ -77,7 +77,7 @@ fn values_outside_their_range() {
     assert!(TransmissionError::of_harmonics(&[[f64::NAN, 0.0]]).is_err());
     let ok = |_: f64, _: f64| Ok::<f64, P>(1.0);
     assert_eq!(Piecewise::fit(&[], 1e-9, ok).unwrap_err(), P::Empty { name: "edges".into(), min: 1 });
-    assert!(matches!(Piecewise::fit(&[2.0, 1.0], 1e-9, ok), Err(P::OutOfRange { value: 1.0, .. })));
+    assert!(matches!(Piecewise::fit(&[2.0, 1.0], 1e-9, ok), Err(P::Wrong { value: 1.0, .. })));
     assert!(matches!(Piecewise::fit(&[-1.0], 1e-9, ok), Err(P::OutOfRange { .. })));
     assert!(matches!(Piecewise::fit(&[0.0], 1e-9, |_, _| Ok(f64::NAN)), Err(P::NotFinite { .. })));
     assert!(Piecewise::fit(&[0.0], 1e-9, ok).unwrap().fourier_series(1001).is_err());

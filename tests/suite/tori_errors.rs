@@ -202,14 +202,14 @@ fn curves_are_checked() {
     let state = |q: f64| State::new(0.0, &[q], &[0.0]);
     let refused = |states: &[State]| ClosedCurve::new(states).unwrap_err();
     assert!(matches!(refused(&[state(0.0), state(1.0)]), ParameterError::TooFew { value: 2, min: 3, .. }));
-    assert!(matches!(refused(&[0.0, 1.0, 2.0, 3.0].map(state)), ParameterError::OutOfRange { .. }));
+    assert!(matches!(refused(&[0.0, 1.0, 2.0, 3.0].map(state)), ParameterError::Wrong { .. }));
     let late = State { t: 1.0, ..state(0.0) };
     let error = refused(&[state(0.0), state(1.0), late]);
     assert!(error.to_string().starts_with("time of state 2 is "), "{error}");
     assert!(error.to_string().contains(": it must be "), "{error}");
     assert!(matches!(refused(&[0.0, f64::NAN, 2.0].map(state)), ParameterError::NotFinite { .. }));
     assert!(matches!(refused(&[0, 1, 2].map(|_| State::at_rest(0))), ParameterError::TooFew { .. }));
-    assert!(matches!(round(5, 1.0).with_nodes(8), Err(ParameterError::OutOfRange { .. })));
+    assert!(matches!(round(5, 1.0).with_nodes(8), Err(ParameterError::Wrong { .. })));
     let line: Vec<State> = (0..50).map(|k| state(f64::from(k).sin())).collect();
     assert!(matches!(rotation_number(&line), Err(ParameterError::NotPositive { .. })));
     assert!(matches!(rotation_number(&line[..3]), Err(ParameterError::TooFew { min: 16, .. })));
@@ -234,7 +234,7 @@ fn invalid_settings_and_guesses_of_circles() {
         other => panic!("{other}"),
     };
     let new = CircleShooting::new;
-    assert!(matches!(parameter(new().nodes(4)), ParameterError::OutOfRange { .. }));
+    assert!(matches!(parameter(new().nodes(4)), ParameterError::Wrong { .. }));
     assert!(matches!(parameter(new().nodes(1)), ParameterError::TooFew { .. }));
     assert!(matches!(parameter(new().nodes(65_535)), ParameterError::TooMany { .. }));
     assert!(matches!(

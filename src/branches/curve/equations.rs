@@ -104,7 +104,10 @@ pub enum CurveError {
         step: f64,
     },
     /// A change over the step was not located.
-    #[error("{what} over the step, and the place was not found")]
+    #[error(
+        "between the last point and the next one {what}, and the search did not find at which parameter: follow \
+         the branch with a smaller max_step, or start beyond this place"
+    )]
     Unexplained {
         /// What happened.
         what: &'static str,

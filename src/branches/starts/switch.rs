@@ -32,7 +32,7 @@ use nalgebra::{DMatrix, DVector};
 ///
 /// # Errors
 /// [`BranchError::Kind`] for a point that is no crossing of branches; [`BranchError::Curve`] if no point of
-/// the other branch is found; [`ParameterError::OutOfRange`] for harmonics over another number of periods.
+/// the other branch is found; [`ParameterError::Wrong`] for harmonics over another number of periods.
 ///
 /// ```
 /// use gear_dynamics::{State, branches::{Continuation, Family, PointKind, Switch}, trains::SpurPair};
@@ -104,15 +104,10 @@ impl Start for Switch<'_, FourierOrbit> {
         let (periods, needed) =
             (balance.harmonics().period_multiple(), times * point.orbit.harmonics().period_multiple());
         if periods != needed {
-            let (name, allowed) = (
-                "periods of the harmonics".into(),
-                if times == 2 {
-                    "the set of twice those of the orbit, at a period doubling"
-                } else {
-                    "the set of those of the orbit"
-                },
-            );
-            return Err(ParameterError::OutOfRange { name, value: periods as f64, allowed }.into());
+            let why =
+                if times == 2 { "twice those of the orbit that doubles" } else { "as those of the orbit" };
+            let (name, must) = ("number of periods of the harmonics".into(), format!("be {needed}, {why}"));
+            return Err(ParameterError::Wrong { name, value: periods as f64, must }.into());
         }
         let orbit = point.orbit.on(balance.harmonics());
         let engine = settings.balance_engine(family, &balance, point.parameter, &orbit)?;

@@ -101,7 +101,7 @@ fn forces(field: &Field<'_>) -> Result<Algebra, Unproved> {
     let distances = tape.measured.iter().map(|&[_, force]| [Some(force), None]).collect();
     let tape = Tape { distances, ..tape.clone() };
     match tape.kink() {
-        Some((_, what)) => Err(Unproved::NoEnclosure { what: format!("{what}, in a contact force,") }),
+        Some((_, what)) => Err(Unproved::NoEnclosure { what: format!("{what}, in a contact force") }),
         None => Ok(Algebra::new(tape)),
     }
 }

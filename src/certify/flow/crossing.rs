@@ -66,7 +66,7 @@ pub(crate) fn across(
         let unit = field.with_columns(&state, &Square::identity(d));
         let slopes = field.edge_slope((contact, edge.edge), &leg.pieces, &unit, &u).unwrap_or_default();
         if slopes.iter().skip(n).any(|slope| *slope != Interval::ZERO) {
-            let what = format!("the edge of contact {contact}, which depends on velocities,");
+            let what = format!("the edge of contact {contact}, which depends on velocities");
             return Err(Unproved::NoEnclosure { what });
         }
         // Neighbours arrive later by -∇h δ/h': moved to the edge, thrown back, moved to the common instant.

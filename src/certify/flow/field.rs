@@ -192,7 +192,7 @@ impl<'m> Field<'m> {
 
     fn impact(&self, contact: usize, on: Piece) -> Result<ImpactForms, Unproved> {
         let none =
-            |what: &str| Unproved::NoEnclosure { what: format!("the impact of contact {contact}, {what},") };
+            |what: &str| Unproved::NoEnclosure { what: format!("the impact of contact {contact}, {what}") };
         let mut tape = self.drives.impact(contact, on).0;
         if tape.kink().is_some() {
             return Err(none("which has no series"));

@@ -124,8 +124,8 @@ pub enum LyapunovError {
     /// The length of a direction falls to zero at one instant, for example where a body sticks. The flow is
     /// singular there and the direction has no finite exponent.
     #[error(
-        "direction {direction} shrinks to zero at t = {t:?} after {} measured periods: \
-         the flow is singular there",
+        "exponent {direction} is -∞: at t = {t:?}, after {} measured periods, the model erases a small deviation, as a \
+         body that sticks does; ask only for the exponents before it (Lyapunov::count), which count from 0",
         last.measured()
     )]
     Vanished {

@@ -133,9 +133,8 @@ impl<'w> Splitting<'w> {
         check::finite("level of the event", event.level())?;
         if self.floor.is_nan() || self.floor >= event.level() {
             let (name, value) = ("floor of the score".into(), self.floor);
-            return Err(
-                ParameterError::OutOfRange { name, value, allowed: "(-∞, level of the event)" }.into()
-            );
+            let must = format!("be below {:?}, the level of the event", event.level());
+            return Err(ParameterError::Wrong { name, value, must }.into());
         }
         let ready = solver.ready(machine, start.into())?;
         let last = ready.steps_in(self.periods)?;

@@ -86,10 +86,10 @@ impl WhiteNoise {
     pub(crate) fn check(&self, model: &dyn Model) -> Result<bool, ParameterError> {
         match &self.target {
             Target::Bath { coordinate, .. } if *coordinate < model.dof() => Ok(false),
-            Target::Bath { coordinate, .. } => Err(ParameterError::OutOfRange {
+            Target::Bath { coordinate, .. } => Err(ParameterError::Wrong {
                 name: "coordinate of the bath".into(),
                 value: *coordinate as f64,
-                allowed: "[0, degrees of freedom of the model)",
+                must: format!("be below {}, the number of coordinates of the model", model.dof()),
             }),
             Target::Drives(slots) => {
                 slots.iter().try_for_each(|(slot, _)| check_slot(model, *slot))?;

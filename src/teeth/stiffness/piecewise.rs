@@ -104,9 +104,13 @@ impl Piecewise {
     ) -> Result<Self, E> {
         let mut last = *edges.first().ok_or(ParameterError::Empty { name: "edges".into(), min: 1 })?;
         for (i, &value) in edges.iter().enumerate() {
-            if !(value >= last && (0.0..TAU).contains(&value)) {
-                let (name, allowed) = (format!("edges[{i}]"), "[0, 2π), not below the edge before");
-                return Err(ParameterError::OutOfRange { name, value, allowed }.into());
+            let name = || format!("edges[{i}]");
+            if !(0.0..TAU).contains(&value) {
+                return Err(ParameterError::OutOfRange { name: name(), value, allowed: "[0, 2π)" }.into());
+            }
+            if value < last {
+                let must = format!("be at least {last:?}, the edge before it");
+                return Err(ParameterError::Wrong { name: name(), value, must }.into());
             }
             last = value;
         }

@@ -109,8 +109,9 @@ impl Torus {
         let Some((index, mirrored)) = self.vectors.place(k) else {
             let value =
                 k.iter().map(|k| f64::from(*k)).fold(0.0, |m: f64, k| if k.abs() > m.abs() { k } else { m });
-            let allowed = "the kept wave vectors";
-            return Err(ParameterError::OutOfRange { name: format!("wave vector {k:?}"), value, allowed });
+            let name = format!("largest component of the wave vector {k:?}");
+            let must = "belong to a wave vector that the series keeps (WaveVectors)".into();
+            return Err(ParameterError::Wrong { name, value, must });
         };
         let start = coordinate * self.vectors.unknowns();
         if index == 0 {

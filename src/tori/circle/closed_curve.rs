@@ -33,7 +33,7 @@ pub(crate) fn checked_nodes(nodes: usize) -> Result<usize, ParameterError> {
     check::count("nodes", &[nodes], MAX_NODES)?;
     if nodes.is_multiple_of(2) {
         let (name, value) = ("nodes".into(), nodes as f64);
-        return Err(ParameterError::OutOfRange { name, value, allowed: "the odd numbers" });
+        return Err(ParameterError::Wrong { name, value, must: "be odd".into() });
     }
     Ok(nodes)
 }

@@ -58,10 +58,10 @@ impl Harmonics {
         }
         let asked = check::count("highest order", &[orders[orders.len() - 1]], Self::HIGHEST)?;
         match orders.windows(2).find(|w| w[0] == w[1]) {
-            Some(twice) => Err(ParameterError::OutOfRange {
-                name: "repeated order".into(),
+            Some(twice) => Err(ParameterError::Wrong {
+                name: "an order of the list".into(),
                 value: twice[0] as f64,
-                allowed: "the list once",
+                must: "be listed once".into(),
             }),
             None => Ok(Harmonics { orders, period_multiple: 1, asked }),
         }
