@@ -24,7 +24,7 @@ mod support;
 #[path = "reproduce/yao2020/mod.rs"]
 mod yao2020;
 
-use liu2021::{from_rest, orders, parameters, portraits, roots, table2};
+use liu2021::{from_rest, orders, outcomes, parameters, portraits, roots, table2};
 use report::Report;
 use support::Outcome;
 use yao2020::{forces, ring};
@@ -33,7 +33,7 @@ pub(crate) fn main() -> Outcome<()> {
     let mut report = Report::new("target/gallery/reproduce");
     report.part("Liu 2021, Figs. 8-10 and 13b", portraits::figures);
     report.part("Liu 2021, Table 2, Figs. 17 and 18", table2::figures);
-    report.part("Liu 2021, roots of its balance", |report| roots::roots(report, 180.0));
+    report.part("Liu 2021, roots of its balance", |report| roots::roots(report, &[140.0, 160.0, 180.0]));
     report.part("Liu 2021, load limits of its balance", roots::load_limits);
     report.part("Liu 2021, two degrees of freedom", from_rest::two_degrees_of_freedom);
     report.part("Liu 2021, orders of a balance", orders::figures);
@@ -42,6 +42,7 @@ pub(crate) fn main() -> Outcome<()> {
     report.part("Yao 2020, Fig. 8", ring::spectrum);
     report.part("Yao 2020, Figs. 9 and 10", ring::over_speed);
     report.part("Yao 2020, Figs. 11-13", forces::figures);
+    report.part("Liu 2021, motions from random starts", outcomes::figures);
     report.part("Liu 2021, Fig. 11 from rest", from_rest::figures);
     report.part("Liu 2021, Figs. 11-15", parameters::figures);
     report.close()

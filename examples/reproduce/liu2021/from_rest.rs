@@ -3,20 +3,16 @@
 
 use super::super::report::{Kind, Report};
 use super::super::support::{Outcome, coarse, progress};
-use gear_dynamics::analysis::{SettleError, Summary};
+use super::motions::{MEASURE, settled};
+use gear_dynamics::analysis::Summary;
 use gear_dynamics::models::nfg::{NfgPair2, NfgReading};
 use gear_dynamics::ode::uniform_times;
-use gear_dynamics::{
-    Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Settle, Statistics,
-};
+use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, Periodic, Rattle, RattleState, Statistics};
 use gear_dynamics_plots::{Mark, Panel};
 use rayon::prelude::*;
 
 type Reading = (&'static str, fn() -> NfgReading);
 const READINGS: [Reading; 2] = [("published", NfgReading::published), ("exact", NfgReading::exact)];
-/// Turns of the face gear for settling, and for measuring if the motion does not repeat.
-const SETTLE: usize = 60;
-const MEASURE: usize = 40;
 /// Resolution of the thresholds [rad/s]; 1 must be a multiple of it.
 const FINE: f64 = 0.5;
 
@@ -39,18 +35,14 @@ struct Run {
 
 /// Settles from the static start and measures one period, or `MEASURE` turns if the motion does not repeat.
 fn measure(pair: &NfgPair) -> Outcome<Run> {
-    let settled =
-        Settle::new().tolerance(1e-8).max_periods(SETTLE).run(&solver(), pair, &pair.on_drive_flank()?);
-    let (on_orbit, multiple) = match settled {
-        Ok(steady) => (steady.state, steady.period_multiple),
-        Err(SettleError::Aperiodic { last: state, .. }) => (state, 0),
-        Err(failed) => return Err(failed.into()),
-    };
+    let (state, cycle) = settled(pair, &pair.on_drive_flank()?)?;
+    let start = cycle.as_ref().map_or(&state, |cycle| &cycle.states()[0]);
+    let multiple = cycle.as_ref().map_or(0, |cycle| cycle.least_period_multiple());
     let turns = if multiple > 0 { multiple } else { MEASURE };
     let mut rattle = Rattle::new(pair);
     let mut statistics = Statistics::new(pair, &["q0", "elastic part", "deflection"])?;
     let mut both = (&mut rattle, &mut statistics);
-    solver().run(pair, &on_orbit, on_orbit.t + turns as f64 * pair.period(), &mut both)?;
+    solver().run(pair, start, start.t + turns as f64 * pair.period(), &mut both)?;
     let contact = rattle.contacts()[0];
     Ok(Run {
         state: contact.rattle_state(),
@@ -133,7 +125,7 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     #[rustfmt::skip]
     let header = ["reading, 160 rad/s", "state", "period", "ppv of q [rad]", "ppv of f(q) [rad]",
         "ppv of the deflection [m]", "contact lost", "impacts a turn"];
-    report.table("after_60_turns", Kind::Full, &header, &at_160);
+    report.table("from_rest_at_160", Kind::Full, &header, &at_160);
     report.csv(
         "speed_from_rest.csv",
         "reading,omega_1,state,ppv,elastic_ppv,mean,min,max,deflection_p2p,period_multiple",

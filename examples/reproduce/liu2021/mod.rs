@@ -3,6 +3,7 @@
 pub mod from_rest;
 mod motions;
 pub mod orders;
+pub mod outcomes;
 pub mod parameters;
 pub mod portraits;
 pub mod roots;

@@ -12,8 +12,11 @@ use gear_dynamics::{
 };
 
 /// Turns of the face gear for settling, and for measuring if the motion does not repeat.
-pub const SETTLE: usize = 20;
-pub const MEASURE: usize = 20;
+pub const SETTLE: usize = 200;
+pub const MEASURE: usize = 40;
+
+/// Maximum number of turns of an orbit.
+const TURNS: usize = 8;
 
 /// The channel of f(q).
 pub const ELASTIC: &str = "elastic part";
@@ -109,7 +112,40 @@ pub struct Motion {
 }
 
 pub fn shooting() -> Shooting {
-    Shooting::new().tolerance(1e-9).flow_tolerance(1e-11).max_iterations(8)
+    Shooting::new().tolerance(1e-9).flow_tolerance(1e-13).max_iterations(16)
+}
+
+/// The state after a run of at most `SETTLE` turns from `start`, and the stable orbit of up to `TURNS` turns that
+/// shooting finds from there, if there is one. A run that has come near a return without settling is shot for the
+/// number of turns of its nearest return.
+pub fn settled(pair: &NfgPair, start: &State) -> Outcome<(State, Option<ShootingOrbit>)> {
+    let settle = Settle::new().tolerance(1e-5).max_periods(SETTLE).max_period_multiple(TURNS);
+    let (state, multiple) = match settle.run(&solver(), pair, start) {
+        Ok(steady) => (steady.state, Some(steady.period_multiple)),
+        Err(SettleError::Aperiodic { last, .. }) => {
+            let nearest = nearest_return(pair, &last)?;
+            (last, nearest)
+        }
+        Err(failed) => return Err(failed.into()),
+    };
+    let state = State { t: 0.0, ..state };
+    let cycle = multiple.and_then(|turns| shooting().period_multiple(turns).solve(pair, &state).ok());
+    Ok((state, cycle.filter(|cycle| cycle.stability() == Stability::Stable)))
+}
+
+/// The number of turns, up to `TURNS`, after which the motion returns nearest to `start`; `None` if it comes no
+/// nearer than 1 % of the gap.
+fn nearest_return(pair: &NfgPair, start: &State) -> Outcome<Option<usize>> {
+    let mut state = start.clone();
+    let mut nearest = (0.02 * pair.half_backlash_angle(), None);
+    for turns in 1..=TURNS {
+        state = solver().end(pair, &state, state.t + pair.period())?;
+        let apart = (state.q[0] - start.q[0]).abs().max((state.v[0] - start.v[0]).abs());
+        if apart < nearest.0 {
+            nearest = (apart, Some(turns));
+        }
+    }
+    Ok(nearest.1)
 }
 
 /// The motion to which a run from the previous motion settles, polished if it repeats.
@@ -121,17 +157,8 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
         Some(b) => State::new(0.0, &b.start.q, &[b.start.v[0] * speed / b.speed]),
         None => pair.on_drive_flank()?,
     };
-    let (state, multiple) =
-        match Settle::new().tolerance(1e-5).max_periods(SETTLE).run(&solver(), pair, &start) {
-            Ok(steady) => (steady.state, steady.period_multiple),
-            Err(SettleError::Aperiodic { last: state, closest, .. }) => (state, usize::from(closest < 1e-2)),
-            Err(failed) => return Err(failed.into()),
-        };
-    let state = State { t: 0.0, ..state };
-    if multiple > 0
-        && let Ok(cycle) = shooting().period_multiple(multiple).solve(pair, &state)
-        && cycle.stability() == Stability::Stable
-    {
+    let (state, cycle) = settled(pair, &start)?;
+    if let Some(cycle) = cycle {
         let point = on_cycle(pair, &cycle)?;
         return Ok((motion(cycle.states()[0].clone(), Some(cycle)), point));
     }

@@ -45,7 +45,7 @@ fn converged_turn(pair: &NfgPair) -> Outcome<(FourierOrbit, Point, String)> {
         return Ok((
             turn,
             point,
-            format!("no stable orbit after {SETTLE} turns: run of {MEASURE} more turns"),
+            format!("no stable orbit by shooting after {SETTLE} turns: run of {MEASURE} more turns"),
         ));
     }
     let balance = Balance::new(Harmonics::up_to(600));

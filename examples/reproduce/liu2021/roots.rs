@@ -10,13 +10,23 @@ use gear_dynamics::{Balance, Harmonics, Integrator, NfgPair, NfgParams, Periodic
 use rand_distr::Uniform;
 use rayon::prelude::*;
 
-/// The roots of the balance P at one speed, found from many starts: turns of runs in time at this and
-/// higher speeds projected on the 15 unknowns, random coefficients within the half width of the gap, and
-/// random changes of the coefficients of the roots already found.
-pub fn roots(report: &mut Report, speed: f64) -> Outcome<()> {
+/// The roots of the balance P at some speeds.
+pub fn roots(report: &mut Report, speeds: &[f64]) -> Outcome<()> {
+    let rows = speeds.iter().map(|speed| roots_at(*speed)).collect::<Outcome<Vec<_>>>()?.concat();
+    let header = ["speed", "starts", "roots", "state", "ppv of q", "ppv of f(q)"];
+    report.table("roots_of_p", Kind::Full, &header, &rows);
+    Ok(())
+}
+
+/// The roots of the balance P at one speed, found from many starts: turns of runs in time at this and higher
+/// speeds projected on the 15 unknowns; random coefficients within half the gap; random motions about the drive
+/// flank, whose coefficients extend over three decades; and random changes of the roots already found. A root
+/// counts if Newton's method, started from it, remains there.
+fn roots_at(speed: f64) -> Outcome<Vec<Vec<String>>> {
     const TURNS: usize = 6;
     const SHIFTED: u64 = 40;
-    let starts_drawn: u64 = if coarse() { 60 } else { 600 };
+    let (in_gap, about_flank): (u64, u64) = if coarse() { (60, 60) } else { (600, 3000) };
+    let starts_drawn = in_gap + about_flank;
     let pair = pair_at(speed)?;
     let (newton, broyden) = (paper()?, broyden()?);
     let orbit_of =
@@ -32,9 +42,16 @@ pub fn roots(report: &mut Report, speed: f64) -> Outcome<()> {
         }
     }
     let draws = HeldProcess::new(1.0, Uniform::new(-1.0, 1.0)?)?.seed(2021);
+    let b = pair.half_backlash_angle();
     for k in 0..starts_drawn {
-        let drawn =
-            (0..newton.harmonics().unknowns()).map(|i| pair.half_backlash_angle() * draws.held(i as u64, k));
+        let drawn = (0..newton.harmonics().unknowns() as u64).map(|i| {
+            let share = draws.held(i, k);
+            match (k < in_gap, i) {
+                (true, _) => b * share,
+                (false, 0) => b * (-1.0 + 0.5 * share),
+                (false, _) => b * share * 10f64.powf(-1.5 * (1.0 + draws.held(100 + i, k))),
+            }
+        });
         starts.push(orbit_of(drawn.collect())?);
     }
     let solved = |start: &FourierOrbit| {
@@ -47,7 +64,9 @@ pub fn roots(report: &mut Report, speed: f64) -> Outcome<()> {
         let found: Vec<Vec<FourierOrbit>> = starts.par_iter().map(solved).collect();
         starts.clear();
         for orbit in found.into_iter().flatten() {
-            if roots.iter().any(|(_, known)| known.distance(&orbit) < 1e-3) {
+            if roots.iter().any(|(_, known)| known.distance(&orbit) < 1e-3)
+                || !newton.solve(&pair, &orbit).is_ok_and(|again| again.distance(&orbit) < 1e-6)
+            {
                 continue;
             }
             for k in 0..SHIFTED {
@@ -81,9 +100,7 @@ pub fn roots(report: &mut Report, speed: f64) -> Outcome<()> {
             ]);
         }
     }
-    let header = ["speed", "starts", "roots", "state", "ppv of q", "ppv of f(q)"];
-    report.table("roots_of_p", Kind::Full, &header, &rows);
-    Ok(())
+    Ok(rows)
 }
 
 fn pair_at(speed: f64) -> Outcome<NfgPair> {

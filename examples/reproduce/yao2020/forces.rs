@@ -35,6 +35,9 @@ fn force<M: Model>(model: &M) -> Outcome<Force> {
     Ok(Force { peak: w.map(size), spring: kd.map(size), steady: w[1].peak_to_peak() })
 }
 
+/// Draws of each random disturbance.
+const DRAWS: u64 = 16;
+
 /// A disturbance of the ring at 1000 r/min.
 #[derive(Clone, Copy)]
 enum Disturbance {
@@ -58,9 +61,13 @@ impl Disturbance {
         }
     }
 
+    /// Number of draws: one of a constant.
+    fn draws(&self) -> u64 {
+        if matches!(self, Disturbance::Constant(_)) { 1 } else { DRAWS }
+    }
+
     /// Runs the ring with the disturbance; random values are held for one mesh period.
-    fn force(&self, set: &RingSet) -> Outcome<Force> {
-        let seed = 2020;
+    fn force(&self, set: &RingSet, seed: u64) -> Outcome<Force> {
         let bare = ring(set)?;
         let hold = std::f64::consts::TAU / set.omega();
         let (share, both) = (
@@ -102,42 +109,59 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     ]);
     let cases: Vec<(&str, RingSet, Disturbance)> =
         SETS.iter().flat_map(|(name, set)| disturbances.iter().map(|d| (*name, set(1000.0), *d))).collect();
-    let bar = progress("disturbances", cases.len());
-    let forces: Vec<Result<Force, String>> = cases
+    let runs: Vec<(usize, u64)> = cases
+        .iter()
+        .enumerate()
+        .flat_map(|(i, (.., disturbance))| (0..disturbance.draws()).map(move |draw| (i, 2020 + draw)))
+        .collect();
+    let bar = progress("disturbances", runs.len());
+    let forces: Result<Vec<Force>, String> = runs
         .par_iter()
-        .map(|(name, set, disturbance)| {
-            let force =
-                disturbance.force(set).map_err(|e| format!("set {name}, {}: {e}", disturbance.name()));
+        .map(|&(i, seed)| {
+            let (name, set, disturbance) = &cases[i];
+            let force = disturbance.force(set, seed);
             bar.inc(1);
-            force
+            force.map_err(|e| format!("set {name}, {}, seed {seed}: {e}", disturbance.name()))
         })
         .collect();
     bar.finish_and_clear();
-    let forces: Vec<Force> = forces.into_iter().collect::<Result<_, _>>()?;
+    let forces = forces?;
     report.csv(
         "ring_force.csv",
-        "set,disturbance,peak_early,peak_late,p2p_late,spring_early,spring_late",
+        "set,disturbance,seed,peak_early,peak_late,p2p_late,spring_early,spring_late",
         |csv| {
-            for ((name, _, disturbance), f) in cases.iter().zip(&forces) {
+            for (&(i, seed), f) in runs.iter().zip(&forces) {
+                let (name, _, disturbance) = &cases[i];
                 let what = disturbance.name().replace(", ", " ");
                 #[rustfmt::skip]
-                csv.row(&[name, &what, &f.peak[0], &f.peak[1], &f.steady, &f.spring[0], &f.spring[1]])?;
+                csv.row(&[name, &what, &seed, &f.peak[0], &f.peak[1], &f.steady, &f.spring[0], &f.spring[1]])?;
             }
             Ok(())
         },
     );
     let rows: Vec<Vec<String>> = cases
         .iter()
-        .zip(&forces)
-        .map(|((name, _, disturbance), f)| {
+        .enumerate()
+        .map(|(i, (name, _, disturbance))| {
+            let mine = || runs.iter().zip(&forces).filter(move |(run, _)| run.0 == i).map(|(_, force)| force);
+            // One value of a constant, the range of the draws of a random one.
+            let cell = |of: fn(&Force) -> f64| {
+                let [least, most] =
+                    mine().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+                if disturbance.draws() == 1 {
+                    format!("{least:.2}")
+                } else {
+                    format!("{least:.1}..{most:.1}")
+                }
+            };
             vec![
                 (*name).to_owned(),
                 disturbance.name(),
-                format!("{:.2}", f.peak[0]),
-                format!("{:.2}", f.peak[1]),
-                format!("{:.2}", f.steady),
-                format!("{:.1}", f.spring[0]),
-                format!("{:.1}", f.spring[1]),
+                cell(|f| f.peak[0]),
+                cell(|f| f.peak[1]),
+                cell(|f| f.steady),
+                cell(|f| f.spring[0]),
+                cell(|f| f.spring[1]),
             ]
         })
         .collect();
