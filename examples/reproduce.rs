@@ -12,7 +12,8 @@
 //! stable orbit is found, the statistics are those of a run in time. Sweeps begin each point at the result of the
 //! previous one, upwards and downwards. Yao 2020 omits some parameters: sets A and E of docs/models.md.
 //!
-//! `cargo run --release -p examples --example reproduce`, with `-- --coarse` for one sixth of the points; everything is written
+//! `cargo run --release -p examples --example reproduce`, with `-- --coarse` for one sixth of the points and `-- --only
+//! WORDS` for the parts whose names contain the words; everything is written
 //! to target/gallery/reproduce/. The program compares its tables with those of docs/reproduction.md and fails if one
 //! differs; a short run compares those that do not depend on the number of points.
 
