@@ -147,6 +147,16 @@ pub enum TeethError {
         /// "helical" or "internal" or "undercut".
         teeth: &'static str,
     },
+    /// A wave over the mesh cycle of one transverse section is asked of helical teeth.
+    #[error(
+        "the mesh cycle of one transverse section is not that of helical teeth, and the helix angle is {angle:?} rad: \
+         combine the sections across the face width, which extends over GearPair::overlap_ratio mesh cycles, into a Table; \
+         of a stiffness the mean alone may do"
+    )]
+    Helical {
+        /// Helix angle `[rad]`.
+        angle: f64,
+    },
     /// A value is outside the range for which a method is stated.
     #[error("{method} is not stated for {name} = {value:?}: the range is {allowed}")]
     OutsideMethod {
@@ -175,6 +185,11 @@ pub(crate) fn within(
         return Ok(value);
     }
     Err(ParameterError::OutOfRange { name: name.into(), value, allowed })
+}
+
+/// An error for helical teeth, of which one transverse section is not the whole mesh.
+pub(crate) fn check_spur(helix_angle: f64) -> Result<(), TeethError> {
+    if helix_angle == 0.0 { Ok(()) } else { Err(TeethError::Helical { angle: helix_angle }) }
 }
 
 /// A value in the closed range of a method; a typed error otherwise.

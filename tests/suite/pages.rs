@@ -269,6 +269,79 @@ fn names_on_pages_exist_in_the_source() {
     assert!(checked > 100, "{checked}");
 }
 
+/// Words between backquotes that name nothing in the library: other programs, their functions, folders of this
+/// repository, prefixes of names.
+const FOREIGN: [&str; 37] = [
+    "AVERAGE",
+    "CORREL",
+    "COUNTIF",
+    "ElastoBacklash",
+    "LSODA",
+    "MultiRotor",
+    "PERCENTILE",
+    "RAND",
+    "Radau",
+    "STDEV",
+    "_callback",
+    "backlash",
+    "benches",
+    "deval",
+    "examples",
+    "float_roundtrip",
+    "fuzz",
+    "gear_dynamics",
+    "located_edges",
+    "multiprocessing",
+    "ode15s",
+    "ode45",
+    "ode89",
+    "ode_solvers",
+    "odeset",
+    "of_",
+    "parfor",
+    "peers",
+    "plots",
+    "savetxt",
+    "scipy",
+    "serde_json",
+    "series_lanes",
+    "solve_ivp",
+    "unsafe",
+    "with_",
+    "writematrix",
+];
+
+/// The single words between backquotes occur in the code of the library or of the plots, whose comments do not count.
+#[test]
+fn single_names_on_pages_exist_in_the_code() {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    let files = ["src", "plots/src"].into_iter().flat_map(|folder| source_files(root().join(folder)));
+    let mut words = BTreeSet::new();
+    for file in files {
+        let text = read_to_string(file).unwrap();
+        let code = text.lines().map(|line| line.split("//").next().unwrap());
+        words.extend(code.flat_map(|line| line.split(|c| !is_part(c))).map(str::to_owned));
+    }
+    let (mut checked, mut unknown) = (0, Vec::new());
+    for page in
+        pages().into_iter().filter(|page| !page.ends_with("history.md") && !page.ends_with("CHANGELOG.md"))
+    {
+        for quoted in prose(&page).split('`').skip(1).step_by(2) {
+            let name = quoted.split('(').next().unwrap();
+            if name.is_empty() || !name.chars().all(is_part) || FOREIGN.contains(&name) {
+                continue;
+            }
+            checked += 1;
+            // A number is not a name.
+            if !words.contains(name) && !name.starts_with(char::is_numeric) {
+                unknown.push(format!("{}: {name}", page.display()));
+            }
+        }
+    }
+    assert!(unknown.is_empty(), "{unknown:#?}");
+    assert!(checked > 500, "{checked}");
+}
+
 /// Each chapter of the course has one program, shorter than 40 lines, whose lines fit a screen.
 #[test]
 fn programs_of_the_course_are_short() {

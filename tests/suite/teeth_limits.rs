@@ -236,3 +236,32 @@ fn methods_outside_their_range() {
     assert!(grade.tolerances(&external(20, 0.0, 0.0004)).is_err());
     assert!(grade.tolerances(&external(20, 0.0, 0.1)).is_err());
 }
+
+/// Section by section: the mesh cycle of one transverse section is refused for helical teeth. With the levels c' b and
+/// 1.75 c' b it varies by 0.75/(0.75 ε_α + 0.25) of the mean; averaged over ε_β cycles of width, with the fraction f of
+/// ε_β and the fraction a of ε_α, by 0.75 min(f, 1 - f, a, 1 - a)/ε_β of c' b, which is a third of it here.
+#[test]
+fn sections_of_helical_teeth_are_refused() {
+    for (degrees, widest) in [(10.0f64, 0.19), (20.0, 0.17)] {
+        let gear = |z| external(z, 0.0, 0.003).with_helix_angle(degrees.to_radians()).unwrap();
+        let gear = |z| gear(z).with_face_width(0.04).unwrap();
+        let pair = GearPair::new(&gear(25), &gear(50)).unwrap();
+        let refused = TeethError::Helical { angle: degrees.to_radians() };
+        let iso = MethodB::new().stiffness(&pair).unwrap();
+        assert_eq!(iso.rectangular().unwrap_err(), refused);
+        assert_eq!(pair.rectangular(1.0, 2.0).unwrap_err(), refused);
+        let relief = TipRelief::new([1e-5; 2], [1e-3; 2]).unwrap();
+        assert_eq!(relief.unloaded_error(&pair).unwrap_err(), refused);
+        assert!(refused.to_string().contains("combine the sections across the face width"), "{refused}");
+        // What the refusal prevents: the section varies by half of the mean, the mesh by less than a fifth.
+        let (a, overlap) = (pair.contact_ratio().fract(), pair.overlap_ratio());
+        let f = overlap.fract();
+        let section = 0.75 / (0.75 * pair.contact_ratio() + 0.25);
+        let mesh = section * f.min(1.0 - f).min(a).min(1.0 - a) / overlap;
+        assert!(section > 0.49 && mesh < widest, "{degrees}: {section} {mesh}");
+    }
+    let pair = pair_19_48();
+    assert!(
+        pair.rectangular(1.0, 2.0).is_ok() && MethodB::new().stiffness(&pair).unwrap().rectangular().is_ok()
+    );
+}

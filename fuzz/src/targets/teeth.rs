@@ -79,8 +79,10 @@ pub fn stiffness(case: &mut Case) -> Run {
         }
         let found = method.stiffness(&pair)?;
         all_finite("method B", &[found.single, found.mesh, found.mean_stiffness])?;
-        let mean = found.rectangular()?.mean();
-        holds((mean / found.mean_stiffness - 1.0).abs() < 1e-9, || format!("mean {mean} of {found:?}"))?;
+        if pair.gears()[0].helix_angle() == 0.0 {
+            let mean = found.rectangular()?.mean();
+            holds((mean / found.mean_stiffness - 1.0).abs() < 1e-9, || format!("mean {mean} of {found:?}"))?;
+        }
         return finite("resonance", found.resonance_speed(case.count(20) as u32, case.number(1.0))?);
     }
     let bores = [case.number(0.02), case.number(0.02)];

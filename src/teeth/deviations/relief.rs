@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::numeric::search::bracket::Bracket;
-use crate::teeth::error::{TeethError, within};
+use crate::teeth::error::{TeethError, check_spur, within};
 use crate::teeth::geometry::pair::GearPair;
 use crate::teeth::stiffness::piecewise::Piecewise;
 use std::f64::consts::TAU;
@@ -73,8 +73,10 @@ impl TipRelief {
     /// contain.
     ///
     /// # Errors
-    /// A relief longer than the line of contact.
+    /// A relief longer than the line of contact; [`TeethError::Helical`] for helical teeth, of which another section
+    /// may touch first.
     pub fn unloaded_error(&self, pair: &GearPair) -> Result<Piecewise, TeethError> {
+        check_spur(pair.gears()[0].helix_angle())?;
         let (ratio, pitch) = (pair.contact_ratio(), pair.base_pitch());
         for (i, length) in self.lengths.iter().enumerate() {
             let name = format!("length of relief of gear {i}");

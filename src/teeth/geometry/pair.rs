@@ -1,9 +1,8 @@
 //! Two gears in mesh.
 
-use crate::error::ParameterError;
 use crate::excitation::RectangularWave;
 use crate::excitation::wave::gcd;
-use crate::teeth::error::{TeethError, within};
+use crate::teeth::error::{TeethError, check_spur, within};
 use crate::teeth::geometry::checks;
 use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::involute::{inverse, involute};
@@ -254,9 +253,10 @@ impl GearPair {
     /// [`Wave::with_phase`](crate::Wave::with_phase) with -π (ε_α - ⌊ε_α⌋) lets it start there.
     ///
     /// # Errors
-    /// A level beyond ±1e50.
-    pub fn rectangular(&self, low: f64, high: f64) -> Result<RectangularWave, ParameterError> {
-        RectangularWave::of_contact_ratio(self.contact_ratio, low, high)
+    /// [`TeethError::Helical`] for helical teeth, whose stiffness is not that of one section; a level beyond ±1e50.
+    pub fn rectangular(&self, low: f64, high: f64) -> Result<RectangularWave, TeethError> {
+        check_spur(self.gears[0].helix_angle())?;
+        Ok(RectangularWave::of_contact_ratio(self.contact_ratio, low, high)?)
     }
 }
 

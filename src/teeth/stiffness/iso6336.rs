@@ -2,7 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::excitation::RectangularWave;
-use crate::teeth::error::{TeethError, method_range, within};
+use crate::teeth::error::{TeethError, check_spur, method_range, within};
 use crate::teeth::geometry::gear::InvoluteGear;
 use crate::teeth::geometry::pair::GearPair;
 
@@ -92,6 +92,7 @@ pub struct MethodBStiffness {
     /// What deserves attention.
     pub notes: Vec<MethodBNote>,
     contact_ratio: f64,
+    helix_angle: f64,
     width: f64,
 }
 
@@ -199,6 +200,7 @@ impl MethodB {
             mean_stiffness: mesh * width,
             notes,
             contact_ratio,
+            helix_angle: helix,
             width,
         })
     }
@@ -219,11 +221,13 @@ impl MethodBStiffness {
     /// φ = 0.
     ///
     /// # Errors
-    /// None for the result of a pair; those of [`RectangularWave::of_contact_ratio`].
-    pub fn rectangular(&self) -> Result<RectangularWave, ParameterError> {
+    /// [`TeethError::Helical`] for a helical pair: its sections across the width are at different places of the cycle,
+    /// so that its stiffness varies less, and by ramps. For a spur pair those of [`RectangularWave::of_contact_ratio`].
+    pub fn rectangular(&self) -> Result<RectangularWave, TeethError> {
+        check_spur(self.helix_angle)?;
         let level = |pairs: f64| self.single * self.width * (0.75 * pairs + 0.25);
         let pairs = self.contact_ratio.floor();
-        RectangularWave::of_contact_ratio(self.contact_ratio, level(pairs), level(pairs + 1.0))
+        Ok(RectangularWave::of_contact_ratio(self.contact_ratio, level(pairs), level(pairs + 1.0))?)
     }
 
     /// Resonance speed n_E = 1/(2π z) √(c_γα/m_red) of a gear with z teeth, in turns per second, for a
