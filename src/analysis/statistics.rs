@@ -68,6 +68,36 @@ impl Summary {
         Summary { mean, rms: moments.mean_square().sqrt(), min, max, deviation }
     }
 
+    /// Checks that the figures can be those of one channel.
+    ///
+    /// # Errors
+    /// The figure that contradicts the others.
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
+        let Summary { mean, rms, min, max, deviation } = *self;
+        check::all_finite("figures of a summary", &[mean, rms, min, max, deviation])?;
+        // Means are sums of rounded products.
+        let slack = 1e-6 * min.abs().max(max.abs());
+        let wrong = |name: &str, value: f64, must: String| {
+            Err(ParameterError::Wrong { name: format!("{name} of a summary"), value, must })
+        };
+        if min > max {
+            return wrong("min", min, format!("be at most {max:?}, the max"));
+        }
+        if !(min - slack..=max + slack).contains(&mean) {
+            return wrong("mean", mean, format!("be within {min:?} and {max:?}, the extremes"));
+        }
+        for (name, value) in [("rms", rms), ("deviation", deviation)] {
+            if value < 0.0 {
+                return Err(ParameterError::Negative { name: format!("{name} of a summary"), value });
+            }
+        }
+        let square = mean.hypot(deviation);
+        if (rms - square).abs() > slack {
+            return wrong("rms", rms, format!("be {square:?}, by its mean and its deviation"));
+        }
+        Ok(())
+    }
+
     /// Peak-to-peak value max - min, the ppv of Liu 2021.
     pub fn peak_to_peak(&self) -> f64 {
         self.max - self.min

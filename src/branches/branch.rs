@@ -1,9 +1,10 @@
 //! A branch of periodic orbits.
 
+use crate::analysis::Summary;
 use crate::branches::line::{Line, LinePoint};
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::{PointKind, SpecialPoint};
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::export::ResultTable;
 use crate::model::Channel;
 use crate::periodic::{ShootingOrbit, Stability};
@@ -44,6 +45,18 @@ impl<O> LinePoint for BranchPoint<O> {
     }
     fn set_arclength(&mut self, arclength: f64) {
         self.arclength = arclength;
+    }
+    fn check_head(_: &BranchHead) -> Result<(), ParameterError> {
+        Ok(())
+    }
+    fn check(&self, head: &BranchHead, first: &Self) -> Result<(), ParameterError> {
+        check::length("summaries of a point", self.summaries.len(), head.channels.len())?;
+        self.summaries.iter().try_for_each(Summary::check)?;
+        check::length("rattle states of a point", self.rattle.len(), first.rattle.len())?;
+        check::length("pairs of crossings of a point", self.crossings.len(), self.rattle.len())?;
+        let [own, of_first] = [self, first].map(|point| point.multipliers.values().len());
+        check::length("multipliers of a point", own, of_first)?;
+        self.located.map_or(Ok(()), |what| what.check(self.rattle.len()))
     }
     fn reverse(&mut self) {
         if let Some(SpecialPoint::Grazing { rattle, .. }) = &mut self.located {

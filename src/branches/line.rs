@@ -2,6 +2,9 @@
 
 use crate::branches::branch_end::BranchEnd;
 use crate::branches::branch_error::BranchError;
+use crate::error::ParameterError;
+#[cfg(feature = "serde")]
+use crate::error::check;
 use std::fmt;
 
 /// A point of a [`Line`]: [`BranchPoint`](crate::branches::BranchPoint) or
@@ -15,6 +18,16 @@ pub trait LinePoint: Sized {
     fn arclength(&self) -> f64;
     /// Sets the distance along the line.
     fn set_arclength(&mut self, arclength: f64);
+    /// Checks what is common to all points.
+    ///
+    /// # Errors
+    /// What contradicts itself.
+    fn check_head(head: &Self::Head) -> Result<(), ParameterError>;
+    /// Checks that the point belongs to a line with this head, whose first point is `first`.
+    ///
+    /// # Errors
+    /// What contradicts the head, the first point or itself.
+    fn check(&self, head: &Self::Head, first: &Self) -> Result<(), ParameterError>;
     /// Exchanges what stands before and after the point.
     fn reverse(&mut self) {}
     /// Writes the ranges of the parameters and the located points.
@@ -33,7 +46,7 @@ pub trait LinePoint: Sized {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Line<P: LinePoint> {
     pub(crate) head: P::Head,
     pub(crate) points: Vec<P>,
@@ -120,6 +133,33 @@ impl<P: LinePoint> Line<P> {
         self.notes.iter_mut().for_each(|note| note.parameters.reverse());
         self.notes.extend(forward.notes);
         Line { end: forward.end, first_end: Some(self.end), heading: forward.heading, ..self }
+    }
+    /// Checks that the points form a line.
+    ///
+    /// # Errors
+    /// The first contradiction.
+    #[cfg(feature = "serde")]
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
+        P::check_head(&self.head)?;
+        check::finite("heading of the line", self.heading)?;
+        for note in &self.notes {
+            check::all_finite("parameters of a note", &note.parameters)?;
+        }
+        let Some(first) = self.points.first() else {
+            return Err(ParameterError::Empty { name: "points of the line".into(), min: 1 });
+        };
+        let mut before = f64::NEG_INFINITY;
+        for (i, point) in self.points.iter().enumerate() {
+            check::all_finite(&format!("parameters of point {i}"), point.parameters())?;
+            let value = check::finite(format!("arclength of point {i}"), point.arclength())?;
+            if value < before {
+                let must = format!("be at least {before:?}, that of the point before it");
+                return Err(ParameterError::Wrong { name: format!("arclength of point {i}"), value, must });
+            }
+            before = value;
+            point.check(&self.head, first)?;
+        }
+        Ok(())
     }
     /// Least and largest value of parameter `k`.
     pub(crate) fn range(&self, k: usize) -> [f64; 2] {

@@ -6,6 +6,7 @@ use crate::certify::contraction::Defect;
 use crate::certify::flow::field::Field;
 use crate::certify::images::{Images, field};
 use crate::certify::unproved::Unproved;
+use crate::error::check;
 use crate::interval::number::Interval;
 use crate::model::{Periodic, State};
 use crate::ode::budget::Meter;
@@ -56,6 +57,7 @@ impl ShootingOrbit {
         model: &dyn Periodic,
         constants: &[(&str, Interval)],
     ) -> Result<Certificate, Unproved> {
+        check::length("coordinates of the orbit", self.states()[0].q.len(), model.dof())?;
         let meter = self.budget.begin();
         let field = field(model, constants, self.multipliers().values().len() < 2 * model.dof())?;
         let mut failure = Unproved::NotContracting { t: self.states()[0].t, needed: f64::INFINITY };
@@ -78,7 +80,7 @@ impl ShootingOrbit {
         meter: &Meter<'_>,
     ) -> Result<Certificate, Unproved> {
         let size = self.size(field);
-        let mut proposal = Proposal::along(self, model, field, &size, shorter)?;
+        let mut proposal = Proposal::along(self, model, field, &size, shorter, meter)?;
         let mut radii =
             vec![size.iter().map(|r| FIRST_RADIUS * r).collect::<Vec<f64>>(); proposal.legs.len()];
         let mut failure = Unproved::NotContracting { t: self.states()[0].t, needed: f64::INFINITY };

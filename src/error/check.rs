@@ -53,6 +53,16 @@ pub(crate) fn above_zero(name: impl Into<String>, value: f64) -> Checked {
     }
 }
 
+/// An angular frequency of a path: the Taylor coefficients of its sines, its powers up to the order 31 over the
+/// factorials, stay finite with every amplitude that is a [`quantity`].
+pub(crate) fn frequency(name: impl Into<String>, value: f64) -> Checked {
+    if value.abs() <= 1e9 {
+        Ok(value)
+    } else {
+        wrong(name, value, |name| E::OutOfRange { name, value, allowed: "[-1e9, 1e9]" })
+    }
+}
+
 /// A share above 0 and below 1.
 pub(crate) fn share(name: impl Into<String>, value: f64) -> Checked {
     if value > 0.0 && value < 1.0 {

@@ -71,7 +71,11 @@ impl Budget {
     }
     /// Starts the meter of one call.
     pub(crate) fn begin(&self) -> Meter<'_> {
-        Meter { budget: self, begun: Instant::now(), spent: Cell::new(0), exhausted: Cell::new(None) }
+        self.begin_while(&|| true)
+    }
+    /// Starts the meter of one call that is cancelled, too, once `go_on` returns `false`.
+    pub(crate) fn begin_while<'b>(&'b self, go_on: &'b dyn Fn() -> bool) -> Meter<'b> {
+        Meter { budget: self, go_on, begun: Instant::now(), spent: Cell::new(0), exhausted: Cell::new(None) }
     }
 }
 
@@ -102,9 +106,10 @@ pub enum Exhausted {
 }
 
 /// The work that one call has done so far. As an observer it stops a run once a limit is reached.
-#[derive(Debug)]
 pub(crate) struct Meter<'b> {
     budget: &'b Budget,
+    /// Whether the call goes on: `false` if those who wait for it cancelled it.
+    go_on: &'b dyn Fn() -> bool,
     begun: Instant,
     spent: Cell<u64>,
     exhausted: Cell<Option<Exhausted>>,
@@ -134,7 +139,7 @@ impl Meter<'_> {
         let Budget { steps, time, cancel } = self.budget;
         let exhausted = if self.spent.get() > *steps {
             Some(Exhausted::Steps { limit: *steps })
-        } else if cancel.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+        } else if cancel.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) || !(self.go_on)() {
             Some(Exhausted::Cancelled)
         } else {
             time.filter(|limit| self.begun.elapsed() > *limit).map(|limit| Exhausted::Time { limit })

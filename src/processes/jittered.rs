@@ -55,7 +55,8 @@ impl JitteredOrder {
     /// `[rad²/s]` and the grid spacing h `[s]`, or in the time unit of the model. Defaults: seed 0, member 0.
     ///
     /// # Errors
-    /// An amplitude or an angular frequency beyond ±1e50; a diffusion outside 1e-50 .. 1e50; a spacing above
+    /// An amplitude beyond ±1e50; an angular frequency, with ten standard deviations √(2 D/h) of the walk, beyond
+    /// 1e9, above which Taylor coefficients overflow; a diffusion outside 1e-50 .. 1e50; a spacing above
     /// 1/D, the correlation time, which the grid then does not resolve, or below 1e-12 of it.
     pub fn new(
         amplitude: f64,
@@ -64,11 +65,16 @@ impl JitteredOrder {
         spacing: f64,
     ) -> Result<Self, ParameterError> {
         let amplitude = check::quantity("amplitude", amplitude)?;
-        let frequency = check::quantity("angular frequency", angular_frequency)?;
+        let frequency = check::frequency("angular frequency", angular_frequency)?;
         let diffusion = check::scale("diffusion", diffusion)?;
         let walk = |time: f64| (SMatrix::from([[1.0]]), SMatrix::from([[2.0 * diffusion * time]]));
         let time = 1.0 / diffusion;
         let bridges = Arc::new(Bridges::new(spacing, [1e-12 * time, time], time, walk)?);
+        let fastest = frequency.abs() + 10.0 * (2.0 * diffusion / spacing).sqrt();
+        check::frequency(
+            "angular frequency with ten standard deviations of the walk over a spacing",
+            fastest,
+        )?;
         Ok(JitteredOrder { amplitude, frequency, diffusion, draws: Draws::default(), bridges })
     }
     /// The same process with another seed, for an independent experiment. Default: 0.

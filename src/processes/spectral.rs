@@ -57,7 +57,7 @@ impl SpectralProcess {
     ///
     /// # Errors
     /// A density that is negative, not finite or beyond 1e50 at one of these points; a band whose first
-    /// frequency is negative or not below the second, or beyond 1e50; no harmonic or more than 2²⁰.
+    /// frequency is negative or not below the second; an angular frequency 2π f beyond 1e9; no harmonic or more than 2²⁰.
     pub fn new(
         density: impl Fn(f64) -> f64,
         band: [f64; 2],
@@ -67,6 +67,7 @@ impl SpectralProcess {
         check::count("harmonics", &[harmonics], HARMONICS)?;
         let start = check::not_negative("first frequency of the band", band[0])?;
         check::positive("last frequency of the band", band[1])?;
+        check::frequency("angular frequency of the end of the band", TAU * band[1])?;
         check::between("first frequency of the band", start, [0.0, band[1].next_down()])?;
         let width = check::above_zero("width of a cell", (band[1] - start) / harmonics as f64)?;
         let mut wrong = None;

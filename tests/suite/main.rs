@@ -71,6 +71,7 @@ mod shapes_and_machines;
 mod shooting;
 mod solvers;
 mod speed_laws;
+mod stored_mutations;
 mod stored_results;
 mod sweeps;
 mod symmetric_trains;

@@ -254,3 +254,24 @@ fn refused_processes() {
     assert_eq!([held.mean(), held.variance(), held.correlation(0.0), held.density(0.0)], [None; 4]);
     assert!(held.moments(0.0, -1.0).is_err());
 }
+
+/// The fastest paths that are allowed have finite series of every order, and faster ones are refused: the
+/// series of a sine of 1e50 rad/s overflows, although its values are finite.
+#[test]
+fn paths_too_fast_for_series_are_refused() {
+    let jittered = |fast: f64, spacing: f64| JitteredOrder::new(1e50, fast, 1.0, spacing);
+    let spectral = |end: f64| SpectralProcess::new(|_| 1e50, [0.0, end], 3);
+    let paths = [jittered(9.9e8, 1e-4).unwrap().path(0), spectral(1.5e8).unwrap().path(0)];
+    for path in paths {
+        for t in [0.0, 0.3, -1e9, 1e20] {
+            let series = path.series(t, 32);
+            assert!(series.coefficients().iter().all(|c| c.is_finite()), "{t}");
+            assert!((series.at(0.0) - path.at(t, Side::After)).abs() <= 1e-9 * 1e50);
+        }
+    }
+    let text = |error: Option<ParameterError>| error.unwrap().to_string();
+    assert_eq!(text(jittered(1e50, 0.1).err()), "angular frequency is 1e50: it must lie in [-1e9, 1e9]");
+    let walk = JitteredOrder::new(1.0, 1.0, 1e20, 1e-20).err();
+    assert!(text(walk).contains("of the walk over a spacing"));
+    assert!(text(spectral(1e50).err()).contains("end of the band"));
+}

@@ -95,7 +95,7 @@ impl ContactStatistics {
     }
     /// Number of impacts on both flanks together.
     pub fn impact_count(&self) -> u64 {
-        self.impacts.iter().sum()
+        self.impacts[0].saturating_add(self.impacts[1])
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::branches::line::{Line, LinePoint};
 use crate::branches::points::kind::SpecialPoint;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::export::ResultTable;
 use crate::model::Channel;
 use crate::periodic::{Multipliers, ShootingOrbit};
@@ -90,6 +90,15 @@ impl LinePoint for BoundaryPoint {
     }
     fn set_arclength(&mut self, arclength: f64) {
         self.arclength = arclength;
+    }
+    fn check_head(head: &BoundaryHead) -> Result<(), ParameterError> {
+        let [low, high] = head.across;
+        check::between("first parameter of the boundary", low, [low, high])?;
+        head.what.check(usize::MAX)
+    }
+    fn check(&self, _: &BoundaryHead, first: &Self) -> Result<(), ParameterError> {
+        let [own, of_first] = [self, first].map(|point| point.multipliers.values().len());
+        check::length("multipliers of a point", own, of_first)
     }
     fn summarise(line: &BoundaryLine, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{} points of a {}", line.points.len(), line.head.what)?;

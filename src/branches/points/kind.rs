@@ -2,6 +2,7 @@
 
 use crate::analysis::RattleState;
 use crate::contact::Piece;
+use crate::error::ParameterError;
 use std::fmt;
 
 /// The kind of a located point of a branch.
@@ -81,6 +82,21 @@ impl SpecialPoint {
         match self {
             SpecialPoint::Bifurcation(kind) => *kind,
             SpecialPoint::Grazing { .. } => PointKind::Grazing,
+        }
+    }
+    /// Checks that a grazing names a flank of one of so many contacts, and that a bifurcation is not a grazing.
+    pub(crate) fn check(&self, contacts: usize) -> Result<(), ParameterError> {
+        match *self {
+            SpecialPoint::Bifurcation(PointKind::Grazing) => {
+                Err(ParameterError::NotSet { name: "the contact of a grazing" })
+            }
+            SpecialPoint::Grazing { contact, .. } if contact >= contacts => {
+                Err(ParameterError::NoSuchContact { contact, contacts })
+            }
+            SpecialPoint::Grazing { flank: Piece::Gap, .. } => {
+                Err(ParameterError::NotSet { name: "the flank of a grazing" })
+            }
+            _ => Ok(()),
         }
     }
     /// Whether the rattle state of a contact changes: an onset of contact loss or of back contact.

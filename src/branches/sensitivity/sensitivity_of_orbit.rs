@@ -8,7 +8,6 @@ use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::totals::Totals;
 use crate::error::{ParameterError, check};
 use crate::model::{Channel, Periodic};
-use crate::ode::Budget;
 use crate::ode::budget::Meter;
 use crate::ode::probe::Probe;
 use crate::periodic::ShootingOrbit;
@@ -54,7 +53,8 @@ struct Figures {
 
 impl Sensitivity {
     /// The derivatives for an orbit of `model`, with the parameter of that orbit, and the channels of these
-    /// names (see [`Probe`](crate::ode::Probe)).
+    /// names (see [`Probe`](crate::ode::Probe)). The [budget](ShootingOrbit::budget) of the orbit limits the
+    /// call.
     ///
     /// # Errors
     /// A model without named constants; an unknown channel;
@@ -62,7 +62,7 @@ impl Sensitivity {
     /// for example with another speed; [`CurveError::Singular`](crate::branches::CurveError::Singular) if an
     /// orbit is not isolated. Near a fold the derivatives grow without bound.
     pub fn of(model: &dyn Periodic, orbit: &ShootingOrbit, channels: &[&str]) -> Result<Self, BranchError> {
-        Self::within(model, orbit, channels, Rc::new(Budget::new().begin()))
+        Self::within(model, orbit, channels, Rc::new(orbit.budget.begin()))
     }
 
     /// [`of`](Sensitivity::of) within a budget.
@@ -132,8 +132,7 @@ impl Sensitivity {
         orbit: &ShootingOrbit,
     ) -> Result<Vec<[f64; 2]>, BranchError> {
         let constants = model.offers().named()?;
-        let budget = Budget::new();
-        let totals = Totals::new(model, constants, orbit, Rc::new(budget.begin()))?;
+        let totals = Totals::new(model, constants, orbit, Rc::new(orbit.budget.begin()))?;
         let slopes = totals.solve()?;
         let mut all = Vec::with_capacity(totals.units.len());
         for (k, unit) in totals.units.iter().enumerate() {

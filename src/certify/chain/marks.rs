@@ -4,6 +4,7 @@ use crate::certify::flow::leg::LegCrossing;
 use crate::certify::unproved::Unproved;
 use crate::model::{Model, State};
 use crate::ode::Step;
+use crate::ode::budget::Meter;
 use crate::periodic::ShootingOrbit;
 use std::ops::ControlFlow;
 
@@ -31,10 +32,10 @@ pub(crate) struct MarkedTurn {
 }
 
 impl MarkedTurn {
-    pub(crate) fn of(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Self, Unproved> {
+    pub(crate) fn of(orbit: &ShootingOrbit, model: &dyn Model, meter: &Meter<'_>) -> Result<Self, Unproved> {
         let (from, turn) = (orbit.states()[0].t, orbit.period());
-        let crossings = crossings(orbit, model)?;
-        let mut all = [crossings.clone(), edges(model, from, turn)].concat();
+        let crossings = crossings(orbit, model, meter)?;
+        let mut all = [crossings.clone(), edges(model, from, turn, meter)?].concat();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (mut longest, mut middle, mut last) = (0.0, from, from);
         for t in all.iter().map(|mark| mark.0).chain([from + turn]) {
@@ -43,7 +44,8 @@ impl MarkedTurn {
             }
             last = t;
         }
-        let state = if all.is_empty() { orbit.states()[0].clone() } else { orbit.at(model, middle)? };
+        let state =
+            if all.is_empty() { orbit.states()[0].clone() } else { orbit.state_at(model, middle, meter)? };
         let back = (state.t / turn).floor() * turn;
         let start = (state.t - back).max(0.0);
         let moved = |(t, mark): &(f64, Mark)| {
@@ -55,7 +57,7 @@ impl MarkedTurn {
             }
         };
         let mut marks: Vec<(f64, Mark)> = crossings.iter().map(moved).collect();
-        marks.extend(edges(model, start, turn));
+        marks.extend(edges(model, start, turn, meter)?);
         marks.sort_by(|a, b| a.0.total_cmp(&b.0));
         marks.push((start + turn, Mark::End));
         Ok(MarkedTurn { start, state, marks: gathered(marks, APART * turn)? })
@@ -83,7 +85,11 @@ fn gathered(marks: Vec<(f64, Mark)>, apart: f64) -> Result<Vec<(f64, Mark)>, Unp
 }
 
 /// Crossings along an orbit, by time.
-fn crossings(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Vec<(f64, Mark)>, Unproved> {
+fn crossings(
+    orbit: &ShootingOrbit,
+    model: &dyn Model,
+    meter: &Meter<'_>,
+) -> Result<Vec<(f64, Mark)>, Unproved> {
     let mut marks = Vec::new();
     let mut collect = |step: &mut Step<'_>| {
         let t = step.t1();
@@ -93,17 +99,18 @@ fn crossings(orbit: &ShootingOrbit, model: &dyn Model) -> Result<Vec<(f64, Mark)
         }));
         ControlFlow::Continue(())
     };
-    orbit.observe(model, &mut collect)?;
+    orbit.observe_within(model, &mut collect, meter)?;
     Ok(marks)
 }
 
 /// Drive edges over a turn.
-fn edges(model: &dyn Model, from: f64, turn: f64) -> Vec<(f64, Mark)> {
+fn edges(model: &dyn Model, from: f64, turn: f64, meter: &Meter<'_>) -> Result<Vec<(f64, Mark)>, Unproved> {
     let mut marks = Vec::new();
     let mut t = from;
     while let Some(edge) = model.next_edge(t).filter(|edge| *edge < from + turn) {
+        meter.spend()?;
         marks.push((edge, Mark::DriveEdge(edge)));
         t = edge;
     }
-    marks
+    Ok(marks)
 }

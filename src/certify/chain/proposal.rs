@@ -7,6 +7,7 @@ use crate::certify::flow::leg::Leg;
 use crate::certify::unproved::Unproved;
 use crate::interval::number::Interval;
 use crate::model::Periodic;
+use crate::ode::budget::Meter;
 use crate::periodic::ShootingOrbit;
 
 /// Nodes of a closed chain with the legs between them.
@@ -29,10 +30,11 @@ impl Proposal {
         field: &Field<'_>,
         scale: &[f64],
         shorter: f64,
+        meter: &Meter<'_>,
     ) -> Result<Self, Unproved> {
-        let turn = MarkedTurn::of(orbit, model)?;
+        let turn = MarkedTurn::of(orbit, model, meter)?;
         let end = Interval::from(turn.start) + field.drives.period() * orbit.period_multiple() as f64;
-        let mut walk = NodeWalk::of(&turn, model, field, scale, shorter);
+        let mut walk = NodeWalk::of(&turn, model, field, scale, shorter, meter);
         walk.through(&turn.marks, end)?;
         let relative_to = field.relative.as_ref().map(|relative| relative.root);
         Ok(Proposal { legs: walk.legs, nodes: walk.nodes, relative_to })

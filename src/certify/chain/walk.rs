@@ -10,6 +10,7 @@ use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::interval::number::Interval;
 use crate::model::{Model, State};
+use crate::ode::budget::Meter;
 
 /// Share of the size of the motion that the last term of a step may have `[1]`.
 const LAST_TERM: f64 = 1e-14;
@@ -32,6 +33,7 @@ pub(crate) struct NodeWalk<'w, 'm> {
     field: &'w Field<'m>,
     scale: &'w [f64],
     caution: f64,
+    meter: &'w Meter<'w>,
     pub(crate) legs: Vec<Leg>,
     pub(crate) nodes: Vec<Vec<f64>>,
     time: Interval,
@@ -48,12 +50,14 @@ impl<'w, 'm> NodeWalk<'w, 'm> {
         field: &'w Field<'m>,
         scale: &'w [f64],
         shorter: f64,
+        meter: &'w Meter<'_>,
     ) -> Self {
         let State { q, v, .. } = &turn.state;
         NodeWalk {
             field,
             scale,
             caution: CAUTION * shorter,
+            meter,
             legs: Vec::new(),
             nodes: Vec::new(),
             time: Interval::from(turn.start),
@@ -91,6 +95,7 @@ impl<'w, 'm> NodeWalk<'w, 'm> {
     /// Adds legs without crossings up to a time; before a crossing the last part stays open.
     fn plain_to(&mut self, until: Interval, crossing: bool) -> Result<(), Unproved> {
         loop {
+            self.meter.spend_slowly()?;
             let t = self.time.middle();
             let left = until.middle() - t;
             let step = self.step(t);

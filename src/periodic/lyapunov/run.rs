@@ -157,7 +157,7 @@ impl Lyapunov {
         span: f64,
         go_on: &dyn Fn() -> bool,
     ) -> Result<Exponents, LyapunovError> {
-        let meter = self.meter();
+        let meter = self.meter(go_on);
         let settled = self.settled(model, start, span, &meter)?;
         let count = settled.exponents.grown.len();
         let expansion = match Expansion::new(model, count, &[], self.method) {
@@ -197,9 +197,9 @@ impl Lyapunov {
     pub(crate) fn count_for(&self, dof: usize) -> usize {
         self.count.unwrap_or(2 * dof)
     }
-    /// The work of one call.
-    pub(crate) fn meter(&self) -> Meter<'_> {
-        self.budget.begin()
+    /// The work of one call, which is cancelled once `go_on` returns `false`.
+    pub(crate) fn meter<'b>(&'b self, go_on: &'b dyn Fn() -> bool) -> Meter<'b> {
+        self.budget.begin_while(go_on)
     }
 
     /// What the directions of a motion need: its state after settling, its sizes.

@@ -59,7 +59,7 @@ impl Default for Shooting {
 }
 
 /// Maximum number of periods and of segments of an orbit.
-const MAX_COUNT: usize = 1_000_000;
+pub(crate) const MAX_COUNT: usize = 1_000_000;
 
 /// Minimum damping factor; the iteration fails below it.
 const MIN_DAMPING: f64 = 1.0 / 1024.0;
@@ -190,7 +190,7 @@ impl Shooting {
     }
 
     /// [`solve`](Shooting::solve) with the rest of a budget.
-    fn find(
+    pub(crate) fn find(
         &self,
         model: &dyn Periodic,
         guess: &[State],
@@ -223,9 +223,9 @@ impl Shooting {
             method: self.method,
         }
     }
-    /// The work of one call.
-    pub(crate) fn meter(&self) -> Meter<'_> {
-        self.budget.begin()
+    /// The work of one call, which is cancelled once `go_on` returns `false`.
+    pub(crate) fn meter<'b>(&'b self, go_on: &'b dyn Fn() -> bool) -> Meter<'b> {
+        self.budget.begin_while(go_on)
     }
     /// Whether a correction is within the tolerance, or noise of the flow: below [`NOISE`], and no longer
     /// half of the one before.

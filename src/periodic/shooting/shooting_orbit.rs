@@ -210,8 +210,18 @@ impl ShootingOrbit {
     /// # Errors
     /// [`IntegrateError`].
     pub fn observe(&self, model: &dyn Model, observer: &mut dyn Observer) -> Result<Stats, IntegrateError> {
+        self.observe_within(model, observer, &self.budget.begin())
+    }
+
+    /// [`observe`](ShootingOrbit::observe) with the rest of a budget.
+    pub(crate) fn observe_within(
+        &self,
+        model: &dyn Model,
+        observer: &mut dyn Observer,
+        meter: &Meter<'_>,
+    ) -> Result<Stats, IntegrateError> {
         Walk::new(model, &self.parts.scale, self.parts.flow, self.parts.method)
-            .follow(&self.parts.states, self.parts.end, observer, &self.budget.begin())
+            .follow(&self.parts.states, self.parts.end, observer, meter)
             .map_err(|SegmentError { error, .. }| error)
     }
 }

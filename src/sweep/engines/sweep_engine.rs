@@ -92,7 +92,7 @@ pub(crate) fn one_by_one<M: Periodic>(
     go_on: &dyn Fn() -> bool,
 ) -> Exponent {
     let found = lyapunov.run_while(&job.model, &job.start, job.model.period(), go_on);
-    (found.is_err() || go_on()).then_some(found)
+    go_on().then_some(found)
 }
 
 /// The multipliers of an orbit; `None` if cancelled.
@@ -108,8 +108,9 @@ pub(crate) fn close_one<M: Periodic>(
     go_on: &dyn Fn() -> bool,
 ) -> Orbit {
     let shooting = shooting.clone().period_multiple(*multiple);
-    let found = go_on().then(|| shooting.solve(&job.model, [&job.start]))?;
-    Some(found.map(|orbit| orbit.multipliers().clone()))
+    let meter = shooting.meter(go_on);
+    let found = shooting.find(&job.model, std::slice::from_ref(&job.start), &meter);
+    go_on().then(|| found.map(|orbit| orbit.multipliers().clone()))
 }
 
 /// The source of jobs and the destination of their rows.

@@ -43,7 +43,7 @@ fn side_by_side<G: Shape>(
     go_on: &dyn Fn() -> bool,
     found: &mut [Exponent],
 ) {
-    let meters: Vec<Meter<'_>> = chosen.iter().map(|_| lyapunov.meter()).collect();
+    let meters: Vec<Meter<'_>> = chosen.iter().map(|_| lyapunov.meter(go_on)).collect();
     let mut settled = Vec::new();
     for (&i, meter) in chosen.iter().zip(&meters) {
         let job = &jobs[i];
@@ -52,6 +52,7 @@ fn side_by_side<G: Shape>(
         }
         match lyapunov.settled(&job.model, &job.start, job.model.period(), meter) {
             Ok(motion) => settled.push((i, meter, motion)),
+            Err(_) if !go_on() => return,
             Err(error) => found[i] = Some(Err(error)),
         }
     }

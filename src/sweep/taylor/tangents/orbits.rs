@@ -50,7 +50,7 @@ fn side_by_side<G: Shape>(
     go_on: &dyn Fn() -> bool,
     found: &mut [Orbit],
 ) {
-    let meters: Vec<Meter<'_>> = chosen.iter().map(|_| settings.meter()).collect();
+    let meters: Vec<Meter<'_>> = chosen.iter().map(|_| settings.meter(go_on)).collect();
     let mut prepared = Vec::new();
     for (&index, meter) in chosen.iter().zip(&meters) {
         let (job, multiple) = &jobs[index];
@@ -60,6 +60,7 @@ fn side_by_side<G: Shape>(
         let shooting = settings.clone().period_multiple(*multiple);
         match shooting.one_segment(&job.model, &job.start, meter) {
             Ok(segments) => prepared.push((Prepared { index, shooting, segments }, meter)),
+            Err(_) if !go_on() => return,
             Err(error) => found[index] = Some(Err(error)),
         }
     }
