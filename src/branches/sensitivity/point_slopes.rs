@@ -17,7 +17,6 @@ use crate::contact::Piece;
 use crate::contact::edge::Edge;
 use crate::model::Periodic;
 use crate::model::equations::Constants;
-use crate::ode::Budget;
 use crate::periodic::Multipliers;
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
@@ -48,8 +47,7 @@ impl Sensitivity {
         let index = family.index(parameter)?;
         let at = without_grazed_stop(family.with_values(&[(index, point.parameter)])?, point);
         let constants = at.offers().named()?;
-        let budget = Budget::new();
-        let totals = Totals::new(&*at, constants, &point.orbit, Rc::new(budget.begin()))?;
+        let totals = Totals::new(&*at, constants, &point.orbit, Rc::new(point.orbit.budget.begin()))?;
         let along: Vec<f64> = match &point.located {
             Some(SpecialPoint::Bifurcation(PointKind::Fold)) => {
                 let w = left_null(&totals.by_x).ok_or(CurveError::Singular)?;
