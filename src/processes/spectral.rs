@@ -57,7 +57,8 @@ impl SpectralProcess {
     ///
     /// # Errors
     /// A density that is negative, not finite or beyond 1e50 at one of these points; a band whose first
-    /// frequency is negative or not below the second; an angular frequency 2π f beyond 1e9; no harmonic or more than 2²⁰.
+    /// frequency is negative or not below the second; an angular frequency 2π f beyond 1e9; no harmonic or
+    /// more than 2²⁰.
     pub fn new(
         density: impl Fn(f64) -> f64,
         band: [f64; 2],

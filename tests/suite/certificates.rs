@@ -914,9 +914,9 @@ fn contradictions_are_named() {
     type Change<'c> = &'c dyn Fn(&mut serde_json::Value);
     let changes: [(&str, Change<'_>); 6] = [
         ("multiples of the period", &|stored| stored["period"] = serde_json::json!([1.0, 1.0])),
-        ("numbers of legs", &|stored| drop(stored["radii"].as_array_mut().unwrap().pop())),
-        ("half widths of the boxes", &|stored| stored["radii"][0][0] = 0.0.into()),
-        ("crossings on the legs", &|stored| {
+        ("half widths of the boxes has", &|stored| drop(stored["radii"].as_array_mut().unwrap().pop())),
+        ("half width of a box is 0.0", &|stored| stored["radii"][0][0] = 0.0.into()),
+        ("contact 7 does not exist", &|stored| {
             let event = serde_json::json!({"contact": 7, "to": "Gap", "rebounds": false, "near": 0.1});
             stored["proposal"]["legs"][0]["crossings"] = serde_json::json!([event]);
         }),
@@ -931,8 +931,14 @@ fn contradictions_are_named() {
     for (named, change) in changes {
         let mut wrong = stored.clone();
         change(&mut wrong);
-        let wrong: Certificate = serde_json::from_value(wrong).unwrap();
-        let Err(Unproved::Differs { what }) = wrong.check(&model) else { panic!("{named}") };
+        // What contradicts itself is refused when it is read, what contradicts the model when it is checked.
+        let what = match serde_json::from_value::<Certificate>(wrong) {
+            Err(error) => error.to_string(),
+            Ok(wrong) => match wrong.check(&model) {
+                Err(Unproved::Differs { what }) => what,
+                other => panic!("{named}: {other:?}"),
+            },
+        };
         assert!(what.contains(named), "{named}: {what}");
     }
 }

@@ -42,7 +42,8 @@ fn ranges_in_errors_are_intervals() {
         for mark in ["allowed: \"", "allowed = \"", "OutOfRange { name, value, allowed: \""] {
             ranges += literals(mark, &is_interval);
         }
-        let verb = |text: &str| ["be ", "stand ", "belong "].iter().any(|verb| text.starts_with(verb));
+        let verb =
+            |text: &str| ["be ", "stand ", "belong ", "divide "].iter().any(|verb| text.starts_with(verb));
         for mark in ["must: \"", "must = \"", "must: format!(\"", "must = format!(\""] {
             conditions += literals(mark, &verb);
         }

@@ -162,7 +162,7 @@ fn proofs_derivatives_and_exponents_ask_their_budget_and_watch() {
         let (watch, model) =
             (Watch::new().cancel(cancel), |p: &Point<'_>| Ok::<_, ParameterError>(train(p["speed"])));
         let rows = match taylor {
-            true => long.of(&LaneTaylor::new(), model).watch(watch).run().unwrap(),
+            true => long.of(&LaneTaylor::new(Taylor::new()), model).watch(watch).run().unwrap(),
             false => long.of(&Located(Dop853::new()), model).watch(watch).run().unwrap(),
         };
         later.join().unwrap();
@@ -285,17 +285,18 @@ fn mutations(count: usize, seed: u64) {
             let _ = (certificate.check(&pair), certificate.figures(&pair));
         });
     let harmonics = Harmonics::up_to(5);
-    let series = Balance::new(harmonics).solve(&pair, &State::new(0.0, &[1.1], &[0.0])).unwrap();
+    let balance = Balance::new(harmonics);
+    let series = balance.solve(&pair, &balance.linearised(&pair, Piece::Upper).unwrap()).unwrap();
     let of_series =
         survive(&form(serde_json::to_value(&series)), seed + 4, count, &|series: &FourierOrbit| {
-            let _ = (series.period(), series.state_at(0.3), series.notes().len());
+            let _ = (series.period(), series.at(0.3), series.notes().len());
             let _ = Shooting::new().budget(small()).solve_from(&pair, series);
         });
     let sweep =
         Sweep::new(Axis::of_values("speed", &[0.7, 0.8]).unwrap()).settle(2).measure(2).strobe(1).rattle();
     let sweep = sweep.channels(&["deflection"]).multipliers(Shooting::new());
     let model = |p: &Point<'_>| Ok::<_, ParameterError>(train(p["speed"]));
-    let rows = sweep.of(&LaneTaylor::new(), model).run().unwrap();
+    let rows = sweep.of(&LaneTaylor::new(Taylor::new()), model).run().unwrap();
     let of_rows = survive(&form(serde_json::to_value(&rows)), seed + 5, count, &|rows: &Rows| {
         for row in rows.iter() {
             let _ = (row.channel("deflection"), row.contacts(), row.period_multiple(), row.multipliers());
