@@ -96,6 +96,12 @@ pub enum ParameterError {
         /// Length given.
         found: usize,
     },
+    /// A body that a machine does not have, or that does not turn evenly.
+    #[error("no body \"{body}\" turns evenly")]
+    NoSuchBody {
+        /// The name given.
+        body: String,
+    },
     /// A name is given twice, or stands twice in a list.
     #[error("there is more than one \"{name}\": names must be different")]
     Twice {

@@ -316,8 +316,7 @@ pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
     }
     let mesh_damping =
         if case.hostile() { case.list(meshes.len(), 500.0) } else { vec![case.number(500.0); meshes.len()] };
-    let params =
-        RingParams { motor: params.motor, gears: params.gears, meshes, mesh_damping, omega: params.omega };
+    let params = RingParams { meshes, mesh_damping, ..params };
     let ring = if params.gears.len() % 2 == 1 || case.chance(0.3) {
         Ring::as_printed(&params)?
     } else {

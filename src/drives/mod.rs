@@ -17,5 +17,6 @@ pub use crate::drives::speed_law::{SpeedLaw, VaryingSpeed};
 pub mod rules {
     pub use crate::drives::driven::TimeDrives;
     pub use crate::drives::noisy::RandomDrives;
+    pub use crate::drives::speed_law::LawOfBody;
     pub use crate::drives::wrapped::{DriveRule, Wrapped};
 }

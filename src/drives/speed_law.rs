@@ -9,8 +9,8 @@ use crate::numeric::search::bracket::{Bracket, rounding};
 use crate::scalar::Scalar;
 use crate::series::Series;
 
-/// A law of the speed: the angle φ(t) of the waves `[rad]` with φ(0) = 0 and the speed φ'(t) > 0, over the
-/// time of the model.
+/// A law of the speed of a body: its angle φ(t) `[rad]` with φ(0) = 0 and its speed φ'(t) > 0, over the time
+/// of the model. [`VaryingSpeed`] states the body.
 ///
 /// ```
 /// use gear_dynamics::drives::SpeedLaw;
@@ -182,10 +182,15 @@ impl SpeedLaw {
     }
 }
 
-/// A [`Machine`] whose angle follows a [`SpeedLaw`] instead of turning at constant speed.
+/// A [`Machine`] whose reference body follows a [`SpeedLaw`] instead of turning at constant speed.
 ///
-/// Its waves are evaluated at the angle φ(t). φ' and φ'' are those of the law, so that second derivatives of
-/// excitations are exact: d²e/dt² = e'' φ'² + e' φ''.
+/// The reference body of a train is the one that [`Parts::build`](crate::trains::Parts::build) names; another
+/// one is named here ([`of_body`](VaryingSpeed::of_body)). Shapes without bodies have the angle of their waves
+/// ([`Shape::reference_ratio`]).
+///
+/// Waves are evaluated at their angle φ(t). φ' and φ'' follow from the law, so that second derivatives of
+/// excitations are exact, d²e/dt² = e'' φ'² + e' φ'', and the inertia of the bodies acts against φ''
+/// ([`Shape::inertia`]).
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, NfgPair, NfgParams, drives::{SpeedLaw, VaryingSpeed}};
@@ -196,12 +201,83 @@ impl SpeedLaw {
 /// assert!((-1.2e-3..-4e-4).contains(&end.q[0])); // on the drive flank
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub type VaryingSpeed<G> = Wrapped<Machine<G>, SpeedLaw>;
+pub type VaryingSpeed<G> = Wrapped<Machine<G>, LawOfBody>;
 
 impl<G: Shape> VaryingSpeed<G> {
-    /// A machine whose angle follows a speed law.
+    /// A machine whose reference body follows a speed law. The constant `speed` has no effect on it.
     pub fn new(model: Machine<G>, law: SpeedLaw) -> Self {
-        Wrapped::by_rule(model, law)
+        let ratio = model.shape().reference_ratio();
+        Wrapped::by_rule(model, LawOfBody { law, ratio })
+    }
+    /// A machine of which a named body follows a speed law.
+    ///
+    /// ```
+    /// use gear_dynamics::{Model, Wave, drives::{SpeedLaw, VaryingSpeed}, excitation::Side};
+    /// use gear_dynamics::trains::{Body, MeshPart, Parts};
+    /// let mut parts = Parts::new();
+    /// parts.body("pinion", Body::new(2e-3)).body("wheel", Body::new(8e-3));
+    /// parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?));
+    /// let train = parts.build("pinion", 100.0)?;
+    /// let run_up = VaryingSpeed::of_body(train, "wheel", SpeedLaw::ramp(10.0, 30.0, 4.0)?)?;
+    /// let mut u = vec![0.0; run_up.drives()];
+    /// run_up.drive(1.0, Side::After, &mut u);
+    /// let speed = run_up.bare().size().waves; // φ' stands after the waves
+    /// assert_eq!(u[speed..][..2], [30.0, 10.0]); // φ is the angle of the pinion
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`ParameterError::NoSuchBody`] for a body that the machine does not have, that does not turn, or that
+    /// turns unevenly.
+    pub fn of_body(model: Machine<G>, body: &str, law: SpeedLaw) -> Result<Self, ParameterError> {
+        let none = || ParameterError::NoSuchBody { body: body.into() };
+        let ratio = model.shape().ratio_to(body).ok_or_else(none)?;
+        Ok(Wrapped::by_rule(model, LawOfBody { law, ratio }))
+    }
+}
+
+/// The rule of [`VaryingSpeed`]: the speed law of a body, and the angle of the waves over the angle of the body.
+///
+/// ```
+/// use gear_dynamics::{NfgPair, NfgParams, drives::{SpeedLaw, VaryingSpeed}};
+/// let law = SpeedLaw::constant(2.0)?;
+/// let pair = VaryingSpeed::new(NfgPair::new(&NfgParams::table1())?, law.clone());
+/// assert_eq!((pair.rule().law(), pair.rule().ratio()), (&law, 1.0));
+/// # Ok::<(), gear_dynamics::ParameterError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct LawOfBody {
+    law: SpeedLaw,
+    ratio: f64,
+}
+
+impl LawOfBody {
+    /// The law of the body.
+    pub fn law(&self) -> &SpeedLaw {
+        &self.law
+    }
+    /// Angle of the waves over the angle of the body.
+    pub fn ratio(&self) -> f64 {
+        self.ratio
+    }
+    // The same functions as those of the law, for the angle of the waves.
+    fn angle(&self, t: f64) -> f64 {
+        self.ratio * self.law.angle(t)
+    }
+    fn speed(&self, t: f64) -> f64 {
+        self.ratio * self.law.speed(t)
+    }
+    fn acceleration(&self, t: f64, side: Side) -> f64 {
+        self.ratio * self.law.acceleration(t, side)
+    }
+    fn expanded(&self, t: Series) -> [Series; 3] {
+        self.law.expanded(t).map(|of_body| of_body * self.ratio)
+    }
+    fn time(&self, angle: f64) -> f64 {
+        self.law.time(angle / self.ratio)
+    }
+    fn next_knot(&self, t: f64) -> Option<f64> {
+        self.law.next_knot(t)
     }
 }
 
@@ -222,7 +298,7 @@ fn beside_edges<G: Shape>(model: &Machine<G>, angle: f64, side: Side) -> f64 {
     }
 }
 
-impl<G: Shape> DriveRule<Machine<G>> for SpeedLaw {
+impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
     fn drive(&self, model: &Machine<G>, t: f64, side: Side, u: &mut [f64]) {
         let angle = beside_edges(model, self.angle(t), side);
         model.drive_at(angle, side, self.speed(t), self.acceleration(t, side), u);

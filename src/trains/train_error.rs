@@ -291,6 +291,14 @@ pub enum TrainError {
         /// The mesh or torque.
         part: String,
     },
+    /// A torque acts on a body whose rotation is prescribed.
+    #[error("\"{part}\" acts on \"{body}\", whose rotation is prescribed: it would have no effect")]
+    Prescribed {
+        /// The torque.
+        part: String,
+        /// The body.
+        body: String,
+    },
     /// The contact law of a planet's mesh has edges that move with the mesh angle.
     #[error("the contact law of \"{mesh}\" has edges that move: a mesh with a phase cannot shift them")]
     MovingEdges {

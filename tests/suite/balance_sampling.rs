@@ -330,6 +330,7 @@ fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
         meshes,
         mesh_damping: vec![100.0; 4],
         omega: set.omega,
+        teeth: set.teeth,
     })?;
     let start = State::at_rest(ring.dof());
     Variation::new().run(&ring, &start, 0.1 * ring.period())?;

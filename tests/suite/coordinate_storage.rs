@@ -56,8 +56,8 @@ fn what_further_drives_leave_out_stands_there_already() {
     let params = set.params().unwrap();
     let law = VaryingBacklash::new(Wave::new(Fourier::new(2e-5, &[[1e-6, 0.0]]).unwrap()));
     let mesh = Mesh::new(Wave::constant(2e8).unwrap(), Wave::constant(0.0).unwrap(), law);
-    let RingParams { motor, gears, mesh_damping, omega, .. } = params.clone();
-    let moving = RingParams { motor, gears, meshes: vec![mesh; 4], mesh_damping, omega };
+    let RingParams { motor, gears, mesh_damping, omega, teeth, .. } = params.clone();
+    let moving = RingParams { motor, gears, meshes: vec![mesh; 4], mesh_damping, omega, teeth };
     let same = |model: &dyn Model| {
         let (mut again, mut fresh) = (vec![f64::NAN; model.drives()], vec![f64::NAN; model.drives()]);
         model.drive(0.0, Side::After, &mut again);

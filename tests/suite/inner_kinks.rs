@@ -140,9 +140,10 @@ fn a_train_of_two_laws_locates_all_kinks() {
 fn a_ring_locates_all_kinks() {
     let set = RingSet::set_a(4, 1000.0).params().unwrap();
     let mesh = |mesh: &Mesh| Mesh::new(mesh.stiffness().clone(), mesh.error().clone(), no_pull());
-    let RingParams { motor, gears, meshes, omega, .. } = set;
+    let RingParams { motor, gears, meshes, omega, teeth, .. } = set;
     let meshes = meshes.iter().map(mesh).collect();
-    let ring = Ring::new(&RingParams { motor, gears, meshes, mesh_damping: vec![0.0; 4], omega }).unwrap();
+    let ring =
+        Ring::new(&RingParams { motor, gears, meshes, mesh_damping: vec![0.0; 4], omega, teeth }).unwrap();
     let ring = ring.with_frame(Frame::Rigid);
     assert_eq!((ring.contacts(), ring.offers().kinks), (12, 8));
     let mut start = State::at_rest(ring.dof());

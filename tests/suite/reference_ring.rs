@@ -41,6 +41,7 @@ fn ring(p: &Value) -> Ring {
         meshes: (0..j.len()).map(mesh).collect(),
         mesh_damping: cg,
         omega,
+        teeth: 30,
     };
     Ring::as_printed(&params).unwrap().with_frame(Frame::Rigid)
 }

@@ -185,13 +185,13 @@ fn a_stop_on_one_side_alone() {
     let ring = |lower: f64| {
         let set =
             RingSet { half_backlash: 1e-5, error: 5e-6, motor_torque: 8.0, ..RingSet::set_a(4, 6000.0) };
-        let RingParams { motor, gears, meshes, mesh_damping, omega } = set.params()?;
+        let RingParams { motor, gears, meshes, mesh_damping, omega, teeth } = set.params()?;
         let law = MixedLaw::<Linear>::Asymmetric(AsymmetricBacklash::new(lower, 1e-5)?);
         let wave = Wave::new(Fourier::new(set.mesh_stiffness, &[[0.3 * set.mesh_stiffness, 0.0]])?);
         let error = Wave::new(Fourier::new(0.0, &[[0.0, 5e-6]])?);
         let mesh = Mesh::new(wave, error, law);
         Ok::<_, ParameterError>(
-            Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], mesh_damping, omega })?
+            Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], mesh_damping, omega, teeth })?
                 .with_frame(Frame::Rigid),
         )
     };

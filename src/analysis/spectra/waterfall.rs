@@ -10,9 +10,10 @@ use crate::ode::probe::Probe;
 use crate::ode::{Budget, Failed, Integrator};
 use std::f64::consts::TAU;
 
-/// Amplitudes by order of the angle φ, window after window of a run with varying speed.
+/// Amplitudes by order of the body that follows the speed law, window after window of a run.
 ///
-/// The channel is sampled at equal steps of the angle. An order then remains one line while its frequency
+/// The body is the reference body of a train, unless [`VaryingSpeed::of_body`] names another one. The channel
+/// is sampled at equal steps of its angle. An order then remains one line while its frequency
 /// varies.
 ///
 /// ```
@@ -44,9 +45,9 @@ pub struct Waterfall {
 pub struct WaterfallLine {
     /// Middle of the window, in the model's time unit.
     pub t: f64,
-    /// Mean speed φ' of the angle in the window, in rad per unit of time.
+    /// Mean speed of the body in the window, in rad per unit of time.
     pub speed: f64,
-    /// Orders of the angle `[1]`, increasing from 0.
+    /// Orders of the body `[1]`, increasing from 0.
     pub orders: Vec<f64>,
     /// Amplitudes of the orders, in the unit of the channel.
     pub amplitudes: Vec<f64>,
@@ -65,7 +66,7 @@ impl WaterfallLine {
 }
 
 impl Waterfall {
-    /// Windows of `turns` turns of the angle with `samples` samples a turn. The orders are 0, 1/`turns`, ...,
+    /// Windows of `turns` turns of the body with `samples` samples a turn. The orders are 0, 1/`turns`, ...,
     /// `samples`/2.
     ///
     /// # Errors
@@ -98,7 +99,7 @@ impl Waterfall {
         channel: &str,
     ) -> Result<Vec<WaterfallLine>, Failed> {
         check::positive("end of the run", end)?;
-        let (law, step) = (model.rule(), TAU / self.samples as f64);
+        let (law, step) = (model.rule().law(), TAU / self.samples as f64);
         let window = self.turns * self.samples;
         // An unknown channel is reported before the run.
         Probe::new(model).index(channel)?;

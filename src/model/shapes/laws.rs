@@ -20,11 +20,12 @@ impl<G: Shape> Laws for Machine<G> {
         laws: &mut [f64],
     ) {
         let laws = SeenLaws { seen: Cell::from_mut(laws).as_slice_of_cells(), pieces };
-        let u = Drives::new(self.size().waves, u);
+        let of_shape = Drives::new(self.size().waves, u);
         match given {
-            None => self.shape().accel(&laws, u, q, v, a),
-            Some(forces) => self.shape().accel(&Given { forces, laws }, u, q, v, a),
+            None => self.shape().accel(&laws, of_shape, q, v, a),
+            Some(forces) => self.shape().accel(&Given { forces, laws }, of_shape, q, v, a),
         }
+        self.add_inertia(u, a);
     }
     fn slopes_by_laws(
         &self,

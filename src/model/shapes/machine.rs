@@ -234,6 +234,18 @@ impl<G: Shape> Machine<G> {
         (rest[0], rest[1]) = (speed, acceleration);
         rest[2..].iter_mut().zip(&self.prepared[1..]).for_each(|(u, constant)| *u = (*constant).into());
     }
+    /// Adds φ'' times the accelerations of [`Shape::inertia`]. At constant speed nothing is added.
+    #[inline(always)]
+    pub(crate) fn add_inertia(&self, u: &[f64], a: &mut [f64]) {
+        let inertia = self.shape().inertia();
+        if inertia.is_empty() {
+            return;
+        }
+        let acceleration = u[self.size().waves + 1];
+        if acceleration != 0.0 {
+            a.iter_mut().zip(inertia).for_each(|(a, by)| *a += acceleration * by);
+        }
+    }
     /// The drives after the waves: φ', φ'' = 0, the other constants.
     pub(crate) fn own_drives(&self) -> Vec<f64> {
         [self.prepared[0], 0.0].into_iter().chain(self.prepared[1..].iter().copied()).collect()
@@ -262,6 +274,7 @@ impl<G: Shape> Model for Machine<G> {
     #[inline]
     fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.shape().accel(&ByDeflection, Drives::new(self.size().waves, u), q, v, a);
+        self.add_inertia(u, a);
     }
     #[inline(always)]
     fn drives(&self) -> usize {
@@ -322,6 +335,7 @@ impl<G: Shape> Model for Machine<G> {
     #[inline]
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         self.shape().accel(&FixedPieces(pieces), Drives::new(self.size().waves, u), q, v, a);
+        self.add_inertia(u, a);
     }
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         dual_jacobian(self.shape(), pieces, u, q, v, out);

@@ -13,10 +13,13 @@ impl<G: Shape> Machine<G> {
     /// Records the algebra. `constant(d)`: the value of drive d, if it is constant.
     fn record_with(&self, constant: &dyn Fn(usize) -> Option<f64>) -> Recorded {
         let (Size { dof, waves, contacts, .. }, drives) = (self.size(), self.size().drives());
-        let shape = self.shape();
+        let (shape, varies) = (self.shape(), constant(waves + 1).is_none());
         Recorded::of(dof, drives, constant, |every, u, q, v, a| {
             let u = Drives::new(waves, u);
             shape.accel(every, u, q, v, a);
+            if varies {
+                a.iter_mut().zip(shape.inertia()).for_each(|(a, by)| *a = *a + u.acceleration() * *by);
+            }
             (0..contacts).map(|i| shape.contact(every, i, u, q, v)).collect()
         })
     }

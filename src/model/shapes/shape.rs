@@ -246,6 +246,29 @@ pub trait Shape: PartialEq {
         let _ = angle;
         None
     }
+    /// Accelerations of the coordinates by φ'' = 1, one for each coordinate; empty for none. They act where the
+    /// speed varies ([`VaryingSpeed`](crate::drives::VaryingSpeed)); [`Machine`](crate::Machine) adds
+    /// φ'' times these numbers to q''. Default: none.
+    ///
+    /// Coordinates that are deviations from an ideal motion with the rates r_j over φ have -r_j here: the
+    /// inertia of body j acts against r_j φ''. Rates that vary with the angle or with the state belong into
+    /// [`accel`](Shape::accel), which reads φ'' from [`Drives::acceleration`].
+    #[inline(always)]
+    fn inertia(&self) -> &[f64] {
+        &[]
+    }
+    /// Angle φ of the waves over the angle of the reference body, to which a
+    /// [`SpeedLaw`](crate::drives::SpeedLaw) and the orders of a [`Waterfall`](crate::analysis::Waterfall)
+    /// refer. Default: 1, they refer to φ itself.
+    fn reference_ratio(&self) -> f64 {
+        1.0
+    }
+    /// Angle φ of the waves over the angle of a named body; `None` if the shape does not know the body, or if
+    /// it does not turn evenly. Default: `None`.
+    fn ratio_to(&self, body: &str) -> Option<f64> {
+        let _ = body;
+        None
+    }
     /// Number of times that all waves repeat in 2π: the greatest common divisor of their orders
     /// ([`Wave::common_order`](crate::Wave::common_order)). Default: 1.
     fn repeats(&self) -> u32 {

@@ -21,6 +21,8 @@ impl<G: Shape> Terms for Machine<G> {
             None => terms_of(self.shape(), &ByDeflection, u, [q, v], sizes, scratch, out),
             Some(pieces) => terms_of(self.shape(), &FixedPieces(pieces), u, [q, v], sizes, scratch, out),
         }
+        let acceleration = u[self.size().waves + 1];
+        out.iter_mut().zip(self.shape().inertia()).for_each(|(out, by)| *out += (acceleration * by).abs());
     }
 }
 

@@ -127,6 +127,8 @@ pub struct RingParams<N = Backlash> {
     pub mesh_damping: Vec<f64>,
     /// Mesh frequency ω [rad/s].
     pub omega: f64,
+    /// Number of teeth of gear 1, whose mean speed is ω/`teeth`. It matters at a varying speed only.
+    pub teeth: u32,
 }
 
 impl<N: Nonlinearity> RingParams<N> {
@@ -149,6 +151,7 @@ impl<N: Nonlinearity> RingParams<N> {
             check::not_negative(format!("mesh_damping[{i}]"), *damping)?;
         }
         check::scale("omega", self.omega)?;
+        check::at_least("teeth", self.teeth as usize, 1)?;
         for (i, mesh) in self.meshes.iter().enumerate() {
             let jumps = format!("jumps of meshes[{i}].stiffness in a mesh period");
             check::count(jumps, &[mesh.stiffness().edges_per_turn()], MAX_JUMPS)?;
@@ -288,7 +291,14 @@ impl RingSet {
         let gear = Gear { inertia: self.gear_inertia, base_radius: self.base_radius, load };
         let motor = Motor { inertia: self.motor_inertia, torque: self.motor_torque, shaft: self.motor_shaft };
         let mesh_damping = vec![check::not_negative("mesh_damping", self.mesh_damping)?; self.gears];
-        Ok(RingParams { motor, gears: vec![gear; self.gears], meshes, mesh_damping, omega })
+        Ok(RingParams {
+            motor,
+            gears: vec![gear; self.gears],
+            meshes,
+            mesh_damping,
+            omega,
+            teeth: self.teeth,
+        })
     }
 }
 

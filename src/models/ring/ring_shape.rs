@@ -49,6 +49,10 @@ pub enum Frame {
 /// The equations count from 1 as the paper does; contacts, constants and channels count from j = 0 to n - 1:
 /// number j belongs to mesh i = j + 1 and gear i = j + 1.
 ///
+/// At a varying speed, a law of the mesh angle φ ([`VaryingSpeed`](crate::drives::VaryingSpeed)), the angles are
+/// deviations from the ideal rotation r_j φ/z with the teeth z of gear 1: each body has the torque -J r φ''/z, and
+/// the motor has the torque Σ r² J φ''/z, which accelerates them all.
+///
 /// Contact j is mesh i, with the deflection d_i `[m]` and the mesh force W_i `[N]`; g is its contact law,
 /// whose inner kinks are further contacts.
 ///
@@ -90,6 +94,9 @@ pub struct RingShape<N = Backlash> {
     pub(crate) frame: Frame,
     /// Rigid motion r_j: rate of each coordinate over the rate of θ_M.
     pub(crate) rigid: Vec<f64>,
+    /// Accelerations by φ'' = 1: the bodies lag behind r_j φ/z by their inertia, and the torque Σ r_j² J_j φ''/z on
+    /// the motor accelerates them.
+    inertia: Vec<f64>,
     /// For each mesh, the index of the first mesh with an equal stiffness and of the first with an equal
     /// error. Equal waves are evaluated once.
     same: Vec<[usize; 2]>,
@@ -219,14 +226,18 @@ impl<N: Nonlinearity> RingShape<N> {
             meshes,
             frame,
             rigid,
+            inertia: Vec::new(),
             same,
             alike,
             edges_move,
             per_inertia: 0.0,
             columns,
         };
-        shape.per_inertia =
-            1.0 / shape.rigid.iter().zip(shape.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
+        let inertia = shape.rigid.iter().zip(shape.inertias()).map(|(r, j)| r * r * j).sum::<f64>();
+        shape.per_inertia = 1.0 / inertia;
+        let teeth = f64::from(params.teeth);
+        shape.inertia = shape.rigid.iter().map(|r| -r / teeth).collect();
+        shape.inertia[0] += inertia / (shape.motor_inertia * teeth);
         shape
     }
 
@@ -306,6 +317,10 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
     /// Edges at rest are not written again.
     fn waves_again<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         if self.edges_move { self.waves(angle, side, u) } else { self.moving_waves(angle, side, u) }
+    }
+    #[inline(always)]
+    fn inertia(&self) -> &[f64] {
+        &self.inertia
     }
     fn repeats(&self) -> u32 {
         Mesh::common_order(&self.meshes)

@@ -2,9 +2,10 @@
 
 use crate::contact::Nonlinearity;
 use crate::trains::assembly::builder::Builder;
+use crate::trains::assembly::rows::Layout;
 use crate::trains::parts::collection::Parts;
 use crate::trains::plan::train_plan::Plan;
-use crate::trains::shape::elements::Uneven;
+use crate::trains::shape::elements::{Entry, Uneven};
 use crate::trains::shape::train_shape::Train;
 use crate::trains::train_error::TrainError;
 
@@ -46,6 +47,28 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
         }
     }
 
+    /// Accelerations of the coordinates by φ'' = 1. The bodies lag behind their ideal rotation by their inertia;
+    /// a torque on the reference body accelerates them all along it. Bodies that turn unevenly are not among
+    /// them.
+    pub(crate) fn inertia(&self) -> Vec<f64> {
+        let Layout { plan, angle, masses, .. } = &self.layout;
+        let mut rates: Vec<f64> = self.layout.rigid().iter().map(|rate| rate / plan.orders.ratio).collect();
+        for (_, at) in plan.rotations.iter().zip(angle).filter(|(rotation, _)| rotation.is_some()) {
+            at.iter().for_each(|at| rates[*at] = 0.0);
+        }
+        let mut inertia = match &self.frame {
+            None => rates.iter().map(|rate| -rate).collect(),
+            // The bodies lag along the rigid motion, which is left out.
+            Some(_) => vec![0.0; masses.len() - 1],
+        };
+        let torque =
+            plan.orders.ratio * masses.iter().zip(&rates).map(|(m, rate)| m * rate * rate).sum::<f64>();
+        for entry in self.pulls(&self.layout.own(plan.topology.reference, torque)) {
+            inertia[entry.at] += entry.by;
+        }
+        inertia
+    }
+
     /// The accelerations of bodies that turn unevenly.
     fn uneven(&mut self) {
         let plan = self.layout.plan;
@@ -53,7 +76,11 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             if let (Some(wave), Some(at)) = (rotation, self.layout.angle[body]) {
                 let ratio = plan.kinematics.speeds[body].value().abs() / plan.orders.ratio;
                 let wave = self.elements.jet(wave.clone());
-                self.elements.uneven.push(Uneven { at, ratio, wave });
+                // The power J θ'' θ' over the speed of the reference body is the torque on it.
+                let torque = self.layout.masses[at] * ratio * ratio * plan.orders.ratio;
+                let driver = self.layout.angle[plan.topology.reference];
+                let driver = driver.map(|at| Entry { at, by: torque * self.per_inertia(at) });
+                self.elements.uneven.push(Uneven { at, ratio, wave, driver });
             }
         }
     }

@@ -64,6 +64,7 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         let speed = (Channel::new("speed", "rad/s"), check::scale("speed", speed)?);
         let (plain, loose) = self.share_shafts();
         let (sets, drawing) = (planet_sets(&self.layout), Shown(self.layout.drawing()));
+        let inertia = self.inertia();
         let Builder { layout, frame, elements, teeth, mut rests, torques, constants, fastest } = self;
         let mut coordinates = layout.coordinates;
         if let Some((dropped, _)) = &frame {
@@ -82,8 +83,8 @@ impl<'p, N: Nonlinearity + Clone> Builder<'p, N> {
         let (masses, ratio) = (layout.masses, layout.plan.orders.ratio);
         #[rustfmt::skip]
         let shape = TrainShape {
-            coordinates, elements, teeth, rests, places, plain, loose, torques, constants, sets, masses, frame,
-            drawing, fastest, ratio,
+            coordinates, elements, teeth, rests, places, plain, loose, torques, constants, sets, masses, inertia,
+            frame, drawing, fastest, ratio,
         };
         let names = shape.constants.clone();
         let values: Vec<_> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();

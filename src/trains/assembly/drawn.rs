@@ -7,6 +7,11 @@ use crate::trains::plan::places::centre_distance;
 use crate::trains::shape::drawing::{Drawing, DrawnBody, DrawnLink};
 
 impl<N: Nonlinearity> Layout<'_, N> {
+    /// φ over the angle of a body that turns evenly.
+    fn ratio_to(&self, body: usize) -> Option<f64> {
+        let speed = self.plan.kinematics.speeds[body].value().abs();
+        (speed != 0.0 && self.plan.rotations[body].is_none()).then(|| self.plan.orders.ratio / speed)
+    }
     pub(crate) fn drawing(&self) -> Drawing {
         let topology = &self.plan.topology;
         let body = |(i, (name, _)): (usize, &(String, _))| {
@@ -17,6 +22,7 @@ impl<N: Nonlinearity> Layout<'_, N> {
                 internal: false,
                 carrier: topology.carriers[i],
                 motion: self.motion(i),
+                ratio: self.ratio_to(i),
             };
             for mesh in &topology.meshes {
                 let inner = [Kind::FirstInternal, Kind::SecondInternal];

@@ -72,7 +72,7 @@ pub struct Body {
     pub(crate) radius: Option<f64>,
     /// Whether it takes no part in the mean rotation.
     pub(crate) grounded: bool,
-    /// Whether it has no angle among the coordinates.
+    /// Whether it has no angle among the coordinates: locked, or, if not grounded, prescribed.
     pub(crate) locked: bool,
     /// Torsional stiffness and damping to the ground.
     pub(crate) support: [f64; 2],
@@ -113,6 +113,12 @@ impl Body {
     /// ([`TrainError::RadiusWithoutCarrier`](crate::trains::TrainError::RadiusWithoutCarrier)).
     pub fn radius(self, radius: f64) -> Self {
         Body { radius: Some(radius), ..self }
+    }
+    /// The same body with a prescribed rotation: it turns exactly along its ideal rotation and has no angle among
+    /// the coordinates. For example a shaft that an engine with a flywheel turns, also at a varying speed
+    /// ([`SpeedLaw`](crate::drives::SpeedLaw)). A torque on it has no effect and is refused.
+    pub fn prescribed(self) -> Self {
+        Body { locked: true, grounded: false, ..self }
     }
     /// The same body held by a torsional spring [N m/rad] and damper [N m s/rad] to the ground. It does not
     /// take part in the mean rotation.

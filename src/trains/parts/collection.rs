@@ -18,6 +18,14 @@ pub(crate) struct JoinedShaft<N> {
     pub(crate) part: ShaftPart<N>,
 }
 
+/// The frame of the displacements, which rotates with a carrier.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RotatingFrame {
+    pub(crate) carrier: String,
+    /// Whether the planets have their centrifugal forces and preloads.
+    pub(crate) preloaded: bool,
+}
+
 /// The parts of a gear train: bodies, shafts, meshes and torques, each with a name.
 ///
 /// [`build`](Parts::build) checks them all and makes the model. The order of the statements is free.
@@ -50,7 +58,7 @@ pub struct Parts<N = Backlash> {
     /// The body on which a torque balances all others. More than one is an error of `build`.
     pub(crate) loads: Vec<String>,
     pub(crate) coordinates: Option<Coordinates>,
-    pub(crate) rotating: Option<String>,
+    pub(crate) rotating: Option<RotatingFrame>,
     pub(crate) accepted: Vec<Warning>,
     pub(crate) without_units: bool,
 }
@@ -156,10 +164,19 @@ impl<N> Parts<N> {
         self.coordinates = Some(coordinates);
         self
     }
-    /// States all displacements x and y in the frame that rotates with a carrier, with its gyroscopic and
-    /// centripetal terms. Default: these terms are neglected, as in Lin and Parker 1999 at carrier speed 0.
+    /// States all displacements x and y in the frame that rotates with a carrier at Ω: gyroscopic and centripetal
+    /// terms, and those of Ω' at a varying speed. The planets have their centrifugal forces m r Ω² and the
+    /// preloads of their bearings that carry these forces. Default: all these terms are neglected, as in Lin and
+    /// Parker 1999 at carrier speed 0.
     pub fn rotating_with(&mut self, carrier: &str) -> &mut Self {
-        self.rotating = Some(carrier.into());
+        self.rotating = Some(RotatingFrame { carrier: carrier.into(), preloaded: true });
+        self
+    }
+    /// [`rotating_with`](Parts::rotating_with) without centrifugal forces and preloads, for comparison with the
+    /// matrices of Lin and Parker 1999. They make the rotation of a set that turns freely unstable
+    /// ([errata](crate::guide::errata)).
+    pub fn rotating_without_preload(&mut self, carrier: &str) -> &mut Self {
+        self.rotating = Some(RotatingFrame { carrier: carrier.into(), preloaded: false });
         self
     }
     /// Accepts a warning, which is an error of [`build`](Parts::build) otherwise.
@@ -213,7 +230,8 @@ impl<N> Parts<N> {
         if self.loads.is_empty() {
             self.loads = loads.into_iter().map(renamed).collect();
         }
-        self.rotating = self.rotating.take().or(rotating.map(renamed));
+        let rotating = rotating.map(|frame| RotatingFrame { carrier: renamed(frame.carrier), ..frame });
+        self.rotating = self.rotating.take().or(rotating);
         self
     }
 }

@@ -20,11 +20,16 @@ impl<N: Nonlinearity> Topology<'_, N> {
     /// Warns of values that gears do not have, of bodies without support and of parts apart.
     ///
     /// # Errors
-    /// A [`Warning`] that is not accepted; a torque on a locked body.
+    /// A [`Warning`] that is not accepted; a torque on a body that is locked or whose rotation is prescribed.
     pub(crate) fn check(&self) -> Result<(), TrainError> {
         self.usual()?;
-        if let Some((torque, _)) = self.torques.iter().find(|(_, body)| self.body(*body).locked) {
-            return Err(TrainError::AtRest { part: torque.name.clone() });
+        let torques = self.torques.iter().map(|(torque, body)| (&torque.name[..], *body));
+        let mut torques = torques.chain(self.load.map(|load| ("the load", load)));
+        if let Some((part, body)) = torques.find(|(_, body)| self.body(*body).locked) {
+            return Err(match self.body(body).grounded {
+                true => TrainError::AtRest { part: part.into() },
+                false => TrainError::Prescribed { part: part.into(), body: self.name(body) },
+            });
         }
         self.supported()?;
         self.connected()

@@ -29,6 +29,7 @@ impl<N: Nonlinearity> Topology<'_, N> {
         let over_speed = |torque: &TorquePart| matches!(torque.course, Course::OfSpeed(_));
         let holders = [
             (self.torques.iter().any(|(torque, _)| over_speed(torque)), "a torque over the speed"),
+            (turning().any(|body| body.locked), "a prescribed rotation"),
             (turning().any(|body| body.drag != 0.0), "drag"),
             (turning().any(|body| body.support != [0.0; 2]), "the support of a body that turns"),
         ];

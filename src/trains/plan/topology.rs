@@ -22,6 +22,8 @@ pub(crate) struct Topology<'p, N> {
     pub(crate) load: Option<usize>,
     /// The carrier with which the displacements rotate.
     pub(crate) rotating: Option<usize>,
+    /// Whether the rotating frame has the centrifugal forces and preloads of the planets.
+    pub(crate) preloaded: bool,
     pub(crate) coordinates: Option<Coordinates>,
     accepted: &'p [Warning],
     pub(crate) without_units: bool,
@@ -94,7 +96,8 @@ impl<'p, N> Topology<'p, N> {
             torques: parts.torques.iter().map(torque).collect::<Result<_, TrainError>>()?,
             reference,
             load: named("the load", parts.loads.first())?,
-            rotating: named("the rotating frame", parts.rotating.as_ref())?,
+            rotating: named("the rotating frame", parts.rotating.as_ref().map(|frame| &frame.carrier))?,
+            preloaded: parts.rotating.as_ref().is_some_and(|frame| frame.preloaded),
             coordinates: parts.coordinates,
             accepted: &parts.accepted,
             without_units: parts.without_units,

@@ -62,7 +62,7 @@ impl<N: Nonlinearity> TrainShape<N> {
         }
         self.add_meshes::<PLAIN, _, _>(law, &at, q, v, a);
         if !PLAIN {
-            self.others(law, &at, q, v, a);
+            self.others(law, &at, u.acceleration(), q, v, a);
         }
     }
 
@@ -156,16 +156,27 @@ impl<N: Nonlinearity> TrainShape<N> {
     /// Everything but torques, two-ended springs and mesh forces. It is compiled once for each number type:
     /// inlined into all loops of the lanes it would take minutes to compile.
     #[inline(never)]
-    fn others<S: Scalar, L: PieceChoice<S>>(&self, law: &L, at: &At<S>, q: &[S], v: &[S], a: &mut [S]) {
+    fn others<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        at: &At<S>,
+        acceleration: S,
+        q: &[S],
+        v: &[S],
+        a: &mut [S],
+    ) {
         for spring in &self.elements.row_springs {
             let [x, rate] = self.row(spring.levers.clone(), q, v);
             self.pull(spring.pulls.clone(), x * spring.stiffness + rate * spring.damping, a);
         }
-        let omega = at.speed * self.elements.frame_ratio;
+        let [omega, omega_rate] = [at.speed, acceleration].map(|rate| rate * self.elements.frame_ratio);
         for term in &self.elements.rotating {
             let x =
                 q[term.j] * term.damping + v[term.j] * term.gyroscopic + omega * q[term.j] * term.centripetal;
-            a[term.i] = a[term.i] - omega * x;
+            a[term.i] = a[term.i] - omega * x - omega_rate * q[term.j] * term.euler;
+        }
+        for entry in &self.elements.outward {
+            a[entry.at] = a[entry.at] + omega * omega * entry.by;
         }
         for (friction, mu) in self.elements.frictions.iter().zip(at.friction) {
             let (i, tooth) = (friction.tooth, &self.teeth[friction.tooth]);
@@ -197,8 +208,12 @@ impl<N: Nonlinearity> TrainShape<N> {
             self.pull(motor.pulls.clone(), at.torques[motor.torque] * share, a);
         }
         for uneven in &self.elements.uneven {
-            let rate = at.jets[uneven.wave][1];
-            a[uneven.at] = a[uneven.at] - at.speed * at.speed * rate * uneven.ratio;
+            let [rotation, rate] = at.jets[uneven.wave];
+            let turning = acceleration * rotation;
+            a[uneven.at] = a[uneven.at] - at.speed * at.speed * rate * uneven.ratio - turning * uneven.ratio;
+            if let Some(driver) = &uneven.driver {
+                a[driver.at] = a[driver.at] + turning * rotation * driver.by;
+            }
         }
     }
 }

@@ -61,6 +61,8 @@ pub struct DrawnBody {
     pub carrier: Option<usize>,
     /// Counterclockwise angle, x and y of the centre, as sums over the inertial coordinates.
     pub(crate) motion: [Vec<Entry>; 3],
+    /// φ over its angle; `None` if it does not turn evenly.
+    pub(crate) ratio: Option<f64>,
 }
 
 /// A mesh or a shaft between two bodies of a [`Drawing`].

@@ -17,6 +17,8 @@ pub(crate) struct Elements {
     pub(crate) springs: Vec<Spring>,
     pub(crate) row_springs: Vec<RowSpring>,
     pub(crate) rotating: Vec<Rotating>,
+    /// Centrifugal accelerations of the planets in a rotating frame: a_i += Ω² `by`.
+    pub(crate) outward: Vec<Entry>,
     /// Ω/φ' of the rotating frame.
     pub(crate) frame_ratio: f64,
     pub(crate) varying: Vec<Lever>,
@@ -74,7 +76,7 @@ pub(crate) struct RowSpring {
 }
 
 /// Terms of a rotating frame with speed Ω = `ratio` φ': a_i -= Ω (`damping` q_j + `gyroscopic` v_j) +
-/// Ω² `centripetal` q_j.
+/// Ω² `centripetal` q_j + Ω' `euler` q_j.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Rotating {
     pub(crate) i: usize,
@@ -82,6 +84,7 @@ pub(crate) struct Rotating {
     pub(crate) damping: f64,
     pub(crate) gyroscopic: f64,
     pub(crate) centripetal: f64,
+    pub(crate) euler: f64,
 }
 
 /// A shaft of the first coordinate of a mesh in a plain train: its other end, and its pulls on the first
@@ -139,13 +142,15 @@ pub(crate) struct Lever {
 }
 
 /// A body that turns unevenly in the kinematic motion, θ' = `ratio` φ' R(φ) and θ'' =
-/// `ratio` φ'² R'(φ).
+/// `ratio` (φ'² R'(φ) + φ'' R(φ)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Uneven {
     pub(crate) at: usize,
     pub(crate) ratio: f64,
     /// Place of R among the waves with rates.
     pub(crate) wave: usize,
+    /// The reference body, and its acceleration over φ'' R² by the torque that accelerates this body.
+    pub(crate) driver: Option<Entry>,
 }
 
 /// Tooth friction: the force μ s(φ) W along a second row.

@@ -73,6 +73,8 @@ pub struct TrainShape<N = Backlash> {
     pub(crate) sets: Vec<PlanetSet>,
     /// Masses and inertias of the inertial coordinates.
     pub(crate) masses: Vec<f64>,
+    /// Accelerations by φ'' = 1.
+    pub(crate) inertia: Vec<f64>,
     /// In relative coordinates: the coordinate that is left out, and the rigid motion, which is 1 there.
     pub(crate) frame: Option<(usize, Vec<f64>)>,
     pub(crate) drawing: Shown,
@@ -193,6 +195,16 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         self.places.contact(i, |i| &self.teeth[i].law, |i| self.touch(law, i, &at, q, v))
     }
 
+    #[inline(always)]
+    fn inertia(&self) -> &[f64] {
+        &self.inertia
+    }
+    fn reference_ratio(&self) -> f64 {
+        self.ratio
+    }
+    fn ratio_to(&self, body: &str) -> Option<f64> {
+        self.drawing().bodies.iter().find(|known| known.name == body)?.ratio
+    }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let (single, rest) = u.split_at_mut(self.elements.single.len());
         for (u, wave) in single.iter_mut().zip(&self.elements.single) {

@@ -246,7 +246,8 @@ fn in_the_ring() {
     let stiffness = Wave::constant(2e8).unwrap();
     let meshes = (0..4).map(|i| Mesh::new(stiffness.clone(), kick.clone(), law(i))).collect();
     let (motor, gears, omega) = (preset.motor, preset.gears.clone(), preset.omega);
-    let params = RingParams { motor, gears, meshes, mesh_damping: vec![1000.0; 4], omega };
+    let params =
+        RingParams { motor, gears, meshes, mesh_damping: vec![1000.0; 4], omega, teeth: preset.teeth };
     let ring = Ring::new(&params).unwrap().with_frame(Frame::Rigid);
     assert_eq!(ring.next_edge(0.0), Some(ring.period()));
     let run = |rtol: f64| {
