@@ -385,7 +385,8 @@ fn a_backlash_that_becomes_negative() {
     let law = VaryingBacklash::new(width);
     let mesh = Mesh::new(Wave::constant(2e8).unwrap(), Wave::constant(0.0).unwrap(), law);
     let RingParams { motor, gears, mesh_damping, omega, teeth, .. } = params;
-    let ring = Ring::new(&RingParams { meshes: vec![mesh; 4], motor, gears, mesh_damping, omega, teeth }).unwrap();
+    let ring =
+        Ring::new(&RingParams { meshes: vec![mesh; 4], motor, gears, mesh_damping, omega, teeth }).unwrap();
     let failed = Dop853::new().trajectory(&ring, &State::at_rest(9), 0.01).unwrap_err();
     // The half width is proportional to 1 + 2 cos ωt, which is negative from one third of the period on.
     let third = ring.period() / 3.0;

@@ -191,8 +191,15 @@ fn a_stop_on_one_side_alone() {
         let error = Wave::new(Fourier::new(0.0, &[[0.0, 5e-6]])?);
         let mesh = Mesh::new(wave, error, law);
         Ok::<_, ParameterError>(
-            Ring::new(&RingParams { motor, gears, meshes: vec![mesh; meshes.len()], mesh_damping, omega, teeth })?
-                .with_frame(Frame::Rigid),
+            Ring::new(&RingParams {
+                motor,
+                gears,
+                meshes: vec![mesh; meshes.len()],
+                mesh_damping,
+                omega,
+                teeth,
+            })?
+            .with_frame(Frame::Rigid),
         )
     };
     let (stop, far) = (ring(-infinite).unwrap(), ring(-1e-3).unwrap());
