@@ -316,7 +316,8 @@ pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
     }
     let mesh_damping =
         if case.hostile() { case.list(meshes.len(), 500.0) } else { vec![case.number(500.0); meshes.len()] };
-    let params = RingParams { meshes, mesh_damping, ..params };
+    let RingParams { motor, gears, omega, teeth, .. } = params;
+    let params = RingParams { motor, gears, meshes, mesh_damping, omega, teeth };
     let ring = if params.gears.len() % 2 == 1 || case.chance(0.3) {
         Ring::as_printed(&params)?
     } else {
