@@ -18,6 +18,10 @@ use thiserror::Error;
 /// each period the ranges so far are halved. Where the tolerance asks for less than 64 rounding errors of the
 /// terms of which y_i is made, they replace it. Rigid motion is removed from the states and the ranges.
 ///
+/// The tolerance bounds this change, not the distance from the orbit: where a perturbation shrinks by the
+/// factor μ in one period of the orbit, the distance is change μ/(1 - μ), for example 99 changes at μ = 0.99.
+/// [`Steady::error`] estimates it.
+///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Settle};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
@@ -131,7 +135,13 @@ impl Settle {
                     0
                 };
                 if repeated[p - 1] > p {
-                    return Ok(Steady { state: last, period_multiple: p, periods: k, change });
+                    let mut before = |j: usize| {
+                        motion.distance(&section[k - j * p], &section[k - (j + 1) * p], self.tolerance)
+                    };
+                    // Over several periods the rounding of one change weighs less.
+                    let most = (k / p - 1).min(CONTRACTION);
+                    let contraction = (change / before(most)).powf(1.0 / most as f64);
+                    return Ok(Steady { state: last, period_multiple: p, periods: k, change, contraction });
                 }
             }
         }
@@ -150,6 +160,9 @@ impl Settle {
         check::scale("period of the model", period).map(drop)
     }
 }
+
+/// Maximum number of periods of the orbit over which the contraction is measured.
+const CONTRACTION: usize = 4;
 
 /// Largest allowed value of `max_period_multiple`.
 const LONGEST: usize = 1 << 16;
@@ -176,6 +189,22 @@ pub struct Steady {
     pub periods: usize,
     /// Difference of the last repetition, as a share of the ranges.
     pub change: f64,
+    /// The factor μ by which the difference shrank from one period of the orbit to the next, as a mean over
+    /// up to four of them `[1]`. NaN where the state did not change at all.
+    pub contraction: f64,
+}
+
+impl Steady {
+    /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. Infinite if
+    /// the differences no longer shrink: they are then errors of the solver, or the motion does not settle.
+    /// The errors of the solver themselves are not in it.
+    pub fn error(&self) -> f64 {
+        match (self.change, self.contraction) {
+            (0.0, _) => 0.0,
+            (change, mu) if mu < 1.0 => change * mu / (1.0 - mu),
+            _ => f64::INFINITY,
+        }
+    }
 }
 
 /// The error of [`Settle::run`]: no steady state was found.

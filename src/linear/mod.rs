@@ -6,6 +6,7 @@
 
 pub(crate) mod campbell;
 pub(crate) mod modes;
+pub(crate) mod spectrum;
 pub(crate) mod statics;
 pub(crate) mod symmetric;
 

@@ -3,7 +3,7 @@
 use crate::contact::Piece;
 use crate::error::ParameterError;
 use crate::excitation::Side;
-use crate::linear::symmetric::inertias;
+use crate::linear::spectrum::{self, Found};
 use crate::model::structure::slopes::Slopes;
 use crate::model::{Model, Periodic, State};
 use crate::numeric::gauss::FIVE;
@@ -86,9 +86,18 @@ pub struct Mode {
     square: f64,
     frequency: f64,
     shape: Vec<f64>,
+    /// Bound of the error of ω² by rounding.
+    error: f64,
 }
 
 impl Mode {
+    fn of(found: Found) -> Self {
+        let Found { square, mut shape, error } = found;
+        let largest = shape.iter().fold(0.0f64, |most, x| if x.abs() > most.abs() { *x } else { most });
+        shape.iter_mut().for_each(|x| *x /= largest);
+        Mode { square, frequency: square.max(0.0).sqrt(), shape, error }
+    }
+
     /// ω² as the eigenvalue of the stiffness over the inertia; negative for a mode that is statically
     /// unstable.
     pub fn square(&self) -> f64 {
@@ -101,6 +110,20 @@ impl Mode {
     /// Undamped natural frequency in cycles per time unit; Hz for a model in seconds.
     pub fn hertz(&self) -> f64 {
         self.frequency / TAU
+    }
+    /// Estimate of the error of [`square`](Mode::square) by rounding, as a share of it `[1]`; that of the
+    /// frequency is half of it. 0 for a rigid motion.
+    ///
+    /// The accelerations are sums in double precision: a stiffness of 1 N/m on a body with another one of
+    /// 1e12 N/m has four correct digits.
+    pub fn rounding(&self) -> f64 {
+        if self.square == 0.0 { 0.0 } else { self.error / self.square.abs() }
+    }
+    /// Whether double precision resolves the mode: [`rounding`](Mode::rounding) is below 1/2. If not, its
+    /// frequency and the sign of its square are rounding, and it cannot be told from a rigid motion. Leave the
+    /// stiffest part out, as a rigid connection.
+    pub fn is_resolved(&self) -> bool {
+        self.rounding() < 0.5
     }
     /// Mode by coordinate, with the largest entry 1.
     pub fn shape(&self) -> &[f64] {
@@ -134,8 +157,11 @@ pub struct Modes {
     symmetric: bool,
 }
 
-/// Largest frequency of a rigid motion, as a share of the highest one.
-const RIGID: f64 = 1e-6;
+/// Roundings of a Jacobian at one instant, in ε = 2.2e-16 of the sums that it is made of.
+const ROUNDINGS: f64 = 8.0;
+
+/// The same for the mean over a period, which is a sum of at least 320 Jacobians.
+const ROUNDINGS_OF_MEAN: f64 = 64.0;
 
 impl Modes {
     /// Modes at time t with all teeth on their upper (drive) flanks.
@@ -177,7 +203,7 @@ impl Modes {
             }
             t = end;
         }
-        Modes::of(&mean[0], &mean[1], 0.0)
+        Modes::of([&mean[0], &mean[1]], 0.0, ROUNDINGS_OF_MEAN * f64::EPSILON + slopes.noise())
     }
 
     /// Modes about a state. `pieces`: that of each contact; `None`: those on which the state stands.
@@ -195,22 +221,19 @@ impl Modes {
         model.drive(*t, Side::After, &mut u);
         let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
         slopes.at(pieces, &u, q, v);
-        Modes::of(&slopes.jacobian.q, &slopes.jacobian.v, *t)
+        let rounding = ROUNDINGS * f64::EPSILON + slopes.noise();
+        Modes::of([&slopes.jacobian.q, &slopes.jacobian.v], *t, rounding)
     }
 
-    /// Modes of ∂a/∂q and ∂a/∂v.
-    fn of(q: &DMatrix<f64>, v: &DMatrix<f64>, t: f64) -> Result<Self, LinearError> {
+    /// Modes of ∂a/∂q and ∂a/∂v, whose entries have this relative rounding error.
+    fn of([q, v]: [&DMatrix<f64>; 2], t: f64, rounding: f64) -> Result<Self, LinearError> {
         if q.iter().chain(v.iter()).any(|x| !x.is_finite()) {
             return Err(LinearError::NotFinite { t });
         }
-        let stiffness = -q;
-        let (mut list, symmetric) = match inertias(&stiffness) {
-            Some(m) => (symmetric(&stiffness, &m)?, true),
-            None => (general(&stiffness)?, false),
-        };
+        let spectrum = spectrum::of(q, v, rounding).ok_or(LinearError::NotConverged { rows: q.nrows() })?;
+        let mut list: Vec<Mode> = spectrum.modes.into_iter().map(Mode::of).collect();
         list.sort_by(|a, b| a.square.total_cmp(&b.square));
-        let eigenvalues = damped(q, v)?;
-        Ok(Modes { list, eigenvalues, symmetric })
+        Ok(Modes { list, eigenvalues: spectrum.eigenvalues, symmetric: spectrum.symmetric })
     }
 
     /// Modes in the order of their frequencies; unstable modes and rigid motions first, with the frequency 0.
@@ -220,7 +243,11 @@ impl Modes {
     pub fn all(&self) -> &[Mode] {
         &self.list
     }
-    /// Number of rigid motions: modes below a millionth of the highest frequency.
+    /// Number of rigid motions: motions that no coupling of the model resists.
+    ///
+    /// It is the number of coordinates less the rank of ∂a/∂q, with each row and each column in its own
+    /// unit. Small inertias do not change it, and a stiffness counts down to the rounding error of the sums
+    /// in which it stands, some 1e-15 of the largest one on the same coordinate.
     pub fn rigid_count(&self) -> usize {
         self.list.iter().filter(|mode| mode.square == 0.0).count()
     }
@@ -228,7 +255,7 @@ impl Modes {
     /// with radial clearance has two about its centre; use [`about`](Modes::about) with a state in which it
     /// carries.
     pub fn unstable_count(&self) -> usize {
-        self.list.iter().filter(|mode| mode.square < 0.0).count()
+        self.list.iter().filter(|mode| mode.square < 0.0 && mode.is_resolved()).count()
     }
     /// Undamped natural frequencies [rad per time unit].
     pub fn frequencies(&self) -> Vec<f64> {
@@ -272,73 +299,4 @@ pub struct DampedMode {
     pub hertz: f64,
     /// Damping ratio ζ = -Re λ/|λ| `[1]`.
     pub ratio: f64,
-}
-
-/// The mode of an eigenvalue ω² among eigenvalues up to `most`, with its largest entry 1.
-fn mode(square: f64, most: f64, shape: impl Iterator<Item = f64>) -> Mode {
-    let mut shape: Vec<f64> = shape.collect();
-    let largest = shape.iter().fold(0.0f64, |most, x| if x.abs() > most.abs() { *x } else { most });
-    shape.iter_mut().for_each(|x| *x /= largest);
-    let square = if square.abs() <= RIGID * RIGID * most { 0.0 } else { square };
-    Mode { square, frequency: square.max(0.0).sqrt(), shape }
-}
-
-/// Modes of M⁻¹ K with diagonal M, from the symmetric matrix M^(1/2) A M^(-1/2).
-fn symmetric(a: &DMatrix<f64>, m: &[f64]) -> Result<Vec<Mode>, LinearError> {
-    let n = a.nrows();
-    let root: Vec<f64> = m.iter().map(|m| m.sqrt()).collect();
-    let entry =
-        |i: usize, j: usize| 0.5 * (a[(i, j)] * (root[i] / root[j]) + a[(j, i)] * (root[j] / root[i]));
-    let matrix = faer::Mat::from_fn(n, n, entry);
-    let found =
-        matrix.self_adjoint_eigen(faer::Side::Lower).map_err(|_| LinearError::NotConverged { rows: n })?;
-    let (values, vectors) = (found.S().column_vector(), found.U());
-    let most = (0..n).map(|k| values[k].abs()).fold(0.0, f64::max);
-    Ok((0..n).map(|k| mode(values[k], most, (0..n).map(|i| vectors[(i, k)] / root[i]))).collect())
-}
-
-/// Modes of any matrix with real positive eigenvalues.
-fn general(a: &DMatrix<f64>) -> Result<Vec<Mode>, LinearError> {
-    let n = a.nrows();
-    let matrix = faer::Mat::from_fn(n, n, |i, j| a[(i, j)]);
-    let found = matrix.eigen().map_err(|_| LinearError::NotConverged { rows: n })?;
-    let (values, vectors) = (found.S().column_vector(), found.U());
-    let most = (0..n).map(|k| values[k].norm()).fold(0.0, f64::max);
-    let real = |k: &usize| values[*k].im.abs() <= 1e-9 * most;
-    Ok((0..n)
-        .filter(real)
-        .map(|k| {
-            // A real eigenvector may carry a complex factor.
-            let largest = (0..n).map(|i| vectors[(i, k)]).fold(Complex64::new(0.0, 0.0), |most, x| {
-                if x.norm() > most.norm() { Complex64::new(x.re, x.im) } else { most }
-            });
-            let shape = (0..n).map(move |i| {
-                let x = vectors[(i, k)];
-                (Complex64::new(x.re, x.im) / largest).re
-            });
-            mode(values[k].re, most, shape)
-        })
-        .collect())
-}
-
-/// Eigenvalues of the first-order system with positive imaginary part.
-fn damped(q: &DMatrix<f64>, v: &DMatrix<f64>) -> Result<Vec<Complex64>, LinearError> {
-    let n = q.nrows();
-    // Time in units of 1/ω, so that both halves have the same size.
-    let omega = [q.amax().sqrt(), v.amax(), 1.0].into_iter().find(|omega| *omega > 0.0).unwrap_or(1.0);
-    let matrix = faer::Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-        (true, true) => 0.0,
-        (true, false) => f64::from(u8::from(i == j - n)),
-        (false, true) => q[(i - n, j)] / (omega * omega),
-        (false, false) => v[(i - n, j - n)] / omega,
-    });
-    let values = matrix.eigenvalues().map_err(|_| LinearError::NotConverged { rows: 2 * n })?;
-    let most = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
-    let mut values: Vec<Complex64> = values
-        .iter()
-        .filter(|value| value.im > RIGID * most)
-        .map(|value| Complex64::new(value.re, value.im) * omega)
-        .collect();
-    values.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
-    Ok(values)
 }

@@ -60,12 +60,11 @@ impl<N: Nonlinearity> Train<N> {
         let shape = self.shape();
         let root: Vec<f64> = shape.masses.iter().map(|mass| mass.sqrt()).collect();
         let mut kinds = Vec::with_capacity(list.len());
-        let most = list.last().map_or(0.0, Mode::frequency);
         while kinds.len() < list.len() {
             let start = kinds.len();
             let near = |mode: &&Mode| {
                 let gap = mode.frequency() - list[start].frequency();
-                gap <= CLUSTER * mode.frequency() || mode.frequency() <= CLUSTER * most
+                gap <= CLUSTER * mode.frequency()
             };
             let count = list[start..].iter().take_while(near).count();
             // An orthonormal basis of the cluster, in coordinates √m q.

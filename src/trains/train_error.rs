@@ -59,6 +59,17 @@ pub enum TrainError {
     /// A parameter out of its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// A body without inertia.
+    #[error(
+        "\"{body}\" has no inertia, and its acceleration is not determined: leave it out. Two springs on both \
+         sides of it are one spring k1 k2/(k1 + k2); ideal gears z1, z2 are one body with the inertia \
+         J1 + (z1/z2)² J2, on which a shaft of the second gear has the stiffness (z1/z2)² k and a torque the \
+         value (z1/z2) T"
+    )]
+    NoInertia {
+        /// Its name.
+        body: String,
+    },
     /// Two parts have the same name, or a part has the name of a constant that every train has.
     #[error("there is more than one \"{name}\": names must be different")]
     DuplicateName {

@@ -143,3 +143,13 @@ fn errors_print_shortly() {
         "{text}"
     );
 }
+
+/// q'' = cos t - 4 q: order 2 is at the natural frequency 2, without damping.
+#[test]
+fn a_resonance_without_damping_is_named() {
+    let swing = gear_dynamics::model::from_fn(1, |t, q, _, a| a[0] = t.cos() - 4.0 * q[0]).unwrap();
+    let swing = swing.with_period(TAU).unwrap();
+    let error = Balance::new(Harmonics::up_to(5)).solve(&swing, None).unwrap_err();
+    assert!(matches!(error, BalanceError::Singular { coordinate: 0, order: 2, .. }), "{error}");
+    assert!(error.to_string().contains("resonance without damping"), "{error}");
+}

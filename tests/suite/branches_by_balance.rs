@@ -386,3 +386,24 @@ fn broken_symmetry_of_a_balance() {
         assert!((orbit.states()[0].q[0] - last.orbit.at(0.0).q[0]).abs() < 1e-7);
     }
 }
+
+/// A branch of a sampled balance has corners, and folds at them: they are located, near those of exact integrals.
+#[test]
+fn folds_of_sampled_balances_are_located() {
+    let model = spur_pair();
+    let family = Family::over(&model, ["speed"]).unwrap();
+    let folds = |integrals| {
+        let balance = Balance::new(Harmonics::up_to(5)).integrals(integrals);
+        let start = guess(&model, [1.1, 0.0, 0.0]);
+        let branch =
+            Continuation::new(0.5, 1.1).max_points(400).balance(balance).run(&family, &start).unwrap();
+        println!("{branch}");
+        branch.of_kind(PointKind::Fold).iter().map(|point| point.parameter).collect::<Vec<f64>>()
+    };
+    let exact = folds(Integrals::Exact);
+    assert!(exact.len() >= 2, "{exact:?}");
+    let sampled = folds(Integrals::Sampled { samples: 2048 });
+    for fold in &exact {
+        assert!(sampled.iter().any(|found| (found - fold).abs() < 1e-3), "{fold}: {sampled:?}");
+    }
+}

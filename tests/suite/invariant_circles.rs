@@ -305,3 +305,74 @@ fn train_with_a_load_of_another_shaft() {
     assert!(other.residual_between() > 1e-3, "{}", other.residual_between()); // measured: 5.3e-3
     assert!((other.at(0.0).q[0] - circle.at(0.0).q[0]).abs() < 0.05 * circle.range()[0]);
 }
+
+/// q'' + d q' + q = cos t/2 + cos √2 t/2: perturbations grow by e^(-d T/2) in a period of the map.
+struct TwoTones(f64);
+
+impl Model for TwoTones {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = u[0] - self.0 * v[0] - q[0];
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.drive_at(&[0.7 * t, 0.7 * 3f64.sqrt() * t], side, u);
+    }
+}
+
+impl QuasiPeriodic for TwoTones {
+    fn frequencies(&self) -> Vec<f64> {
+        vec![0.7, 0.7 * 3f64.sqrt()]
+    }
+    fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
+        u[0] = 0.5 * angles[0].cos() + 0.5 * angles[1].cos();
+    }
+}
+
+#[test]
+fn circles_know_their_growth_and_their_period_multiple() {
+    let guess: Vec<State> =
+        (0..7).map(|j| State::new(0.0, &[(TAU * f64::from(j) / 7.0).cos()], &[0.1])).collect();
+    let guess = ClosedCurve::new(&guess).unwrap();
+    for damping in [0.1, -0.1] {
+        for strobe in [0, 1] {
+            let mut first: Option<State> = None;
+            for multiple in [1, 2, 3] {
+                let shooting = CircleShooting::new().strobed_frequency(strobe).period_multiple(multiple);
+                let circle = shooting.solve(&TwoTones(damping), &guess).unwrap();
+                let growth = -0.5 * damping * circle.period();
+                assert!(
+                    (circle.growth() - growth).abs() < 1e-3 * growth.abs(),
+                    "{} {growth}",
+                    circle.growth()
+                );
+                assert_eq!(circle.is_stable(), damping > 0.0);
+                let start = circle.at(0.3);
+                let same = first.get_or_insert_with(|| start.clone());
+                assert!((same.q[0] - start.q[0]).abs() < 1e-9, "one circle of all iterates of the map");
+            }
+        }
+    }
+    // A limit cycle: -ε across it in a time unit, to first order; along it nothing grows.
+    let (model, guess) = (van_der_pol(0.1, 0.0, std::f64::consts::PI), round(25, 2.0));
+    let circle = CircleShooting::new().solve_free(&model, &guess, 2.0).unwrap();
+    assert!((circle.growth() / circle.period() + 0.1).abs() < 2e-3, "{}", circle.growth());
+}
+
+/// Points of two circles that the map exchanges lie far from one curve, and every second one on a curve.
+#[test]
+fn points_of_two_circles_are_not_fitted_by_one() {
+    let rho = 2.4;
+    let point = |k: usize| {
+        let angle = rho * k as f64;
+        let away = if k % 2 == 0 { 1.5 } else { -1.5 };
+        State::new(0.0, &[away + angle.cos()], &[angle.sin()])
+    };
+    let all: Vec<State> = (0..400).map(point).collect();
+    let error = ClosedCurve::fit(&all, rho, 0.0, 9).unwrap_err();
+    assert!(matches!(error, CircleError::Scattered { distance, .. } if distance > 0.2), "{error}");
+    assert!(error.to_string().contains("period_multiple(2)"));
+    let second: Vec<State> = all.iter().step_by(2).cloned().collect();
+    assert!(ClosedCurve::fit(&second, 2.0 * rho, 0.0, 9).is_ok());
+}

@@ -547,3 +547,36 @@ fn a_budget_ends_any_run() {
         "{stopped:?}"
     );
 }
+
+/// x'' + 0.1 x' + x = 0 has the exponents -0.05, -0.05. Spans far below its time: the bars hold them.
+#[test]
+fn bars_of_spans_far_below_the_time_of_the_motion() {
+    let swing = gear_dynamics::model::from_fn(1, |_, q, v, a| a[0] = -0.1 * v[0] - q[0]).unwrap();
+    let (mut finite, mut held, mut count) = (0, 0, 0);
+    for span in [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0] {
+        for i in 0..6 {
+            let start = State::new(0.0, &[1.0], &[0.4 * f64::from(i) - 1.0]);
+            let exponents = Lyapunov::new().count(1).settle(0).run_over(&swing, &start, span).unwrap();
+            let error = (exponents.values()[0] + 0.05).abs();
+            let bar = exponents.standard_error()[0] / span;
+            count += 1;
+            held += usize::from(error <= 2.0 * bar);
+            finite += usize::from(bar.is_finite());
+        }
+    }
+    // Two standard errors hold 95 %; runs of less than half a turn of the direction are infinite.
+    assert!(held * 20 >= count * 19, "{held} of {count}");
+    assert!(finite * 3 >= count, "{finite} of {count}");
+}
+
+/// A free body: its exponents are 0, and its differences grow like t.
+#[test]
+fn growth_with_a_power_of_time_is_within_the_bar() {
+    let free = gear_dynamics::model::from_fn(1, |_, _, _, a| a[0] = 0.0).unwrap();
+    for (start, span) in [(0.0, 1.0), (1.0, 1.0), (0.3, 6.0), (1.0, 0.1)] {
+        let exponents = Lyapunov::new().run_over(&free, &State::new(0.0, &[0.0], &[start]), span).unwrap();
+        for (value, bar) in exponents.per_period().iter().zip(exponents.standard_error()) {
+            assert!(value.abs() <= 2.0 * bar, "{start} {span}: {value} ± {bar}");
+        }
+    }
+}

@@ -50,6 +50,7 @@ mod located_edges_hard_cases;
 mod located_edges_work;
 mod lyapunov;
 mod mesh_phases;
+mod modes;
 mod noncircular;
 mod pages;
 mod populations;

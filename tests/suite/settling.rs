@@ -201,3 +201,27 @@ fn returns_to_rounding_settle_at_any_tolerance() {
         assert!(error.contains("tolerance is") && error.contains(allowed), "{error}");
     }
 }
+
+/// q'' + d q' + q = cos 0.9t: the distance from the orbit is change μ/(1 - μ), μ = e^(-d T/2).
+#[test]
+fn the_error_of_settling_is_estimated_by_the_contraction() {
+    let omega = 0.9;
+    for damping in [0.5, 0.1, 0.02] {
+        let swing = gear_dynamics::model::from_fn(1, move |t, q, v, a| {
+            a[0] = (omega * t).cos() - damping * v[0] - q[0];
+        });
+        let swing = swing.unwrap().with_period(std::f64::consts::TAU / omega).unwrap();
+        let settle = Settle::new().tolerance(1e-6).max_periods(2000);
+        let steady = settle.run(&Dop853::new().rtol(1e-11).atol(1e-12), &swing, &State::at_rest(1)).unwrap();
+        let bottom = (1.0 - omega * omega).powi(2) + (damping * omega).powi(2);
+        let amplitude = 1.0 / bottom.sqrt();
+        let away = [
+            (steady.state.q[0] - (1.0 - omega * omega) / bottom) / (2.0 * amplitude),
+            (steady.state.v[0] - damping * omega * omega / bottom) / (2.0 * amplitude * omega),
+        ];
+        let away = away[0].abs().max(away[1].abs());
+        // The pair of multipliers turns: one component holds the norm to a factor of a few.
+        assert!(away < 4.0 * steady.error() && steady.error() < 20.0 * away, "{damping}: {away} {steady:?}");
+        assert!(steady.error() > 0.2 * steady.change || damping > 0.3);
+    }
+}

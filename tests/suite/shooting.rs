@@ -456,3 +456,19 @@ fn a_recorded_orbit_needs_no_further_integration() {
     assert!((series.coefficients(0)[0] - mean).abs() < 1e-9);
     assert!(recorded.at(f64::NAN).is_err());
 }
+
+/// A body without support that a mean torque accelerates has no periodic orbit; one that turns evenly has.
+#[test]
+fn bodies_that_accelerate_freely_have_no_orbit() {
+    use gear_dynamics::model::from_fn;
+    use std::f64::consts::TAU;
+    let one = from_fn(1, |_, _, _, a| a[0] = 1.0).unwrap().with_period(TAU).unwrap();
+    let error = Shooting::new().solve(&one, &State::at_rest(1)).unwrap_err();
+    let ShootingError::Accelerates { coordinate: 0, gain, .. } = error else { panic!("{error}") };
+    assert!((gain - TAU).abs() < 1e-9);
+    let two = from_fn(2, |t, _, _, a| (a[0], a[1]) = (t.cos(), -0.3)).unwrap().with_period(TAU).unwrap();
+    let error = Shooting::new().solve(&two, &State::at_rest(2)).unwrap_err();
+    assert!(matches!(error, ShootingError::Accelerates { coordinate: 1, .. }), "{error}");
+    let even = from_fn(1, |t, _, _, a| a[0] = t.cos()).unwrap().with_period(TAU).unwrap();
+    assert!(Shooting::new().solve(&even, &State::at_rest(1)).is_ok());
+}

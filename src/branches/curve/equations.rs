@@ -24,6 +24,11 @@ pub(crate) trait Curve {
     fn last_correction(&self) -> f64 {
         0.0
     }
+    /// Whether the curve is piecewise smooth, so that its tangent turns at corners: a branch of a sampled
+    /// balance with contacts. Default: no.
+    fn has_corners(&self) -> bool {
+        false
+    }
 }
 
 /// G and its derivatives at one place.

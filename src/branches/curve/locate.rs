@@ -96,8 +96,31 @@ impl<C: Curve> Engine<C> {
     pub(crate) fn locate_between(
         &mut self,
         between: &Between<'_, C::Solution>,
+        ends: [[f64; 2]; 2],
+        test: &mut Test<'_, C>,
+    ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
+        self.bracketed(between, ends, test, JUMP)
+    }
+
+    /// The fold between two distances σ with values of the slope dp/dσ: a zero of the slope or, on a curve
+    /// with corners, a corner at which it changes its sign.
+    pub(crate) fn locate_fold(
+        &mut self,
+        between: &Between<'_, C::Solution>,
+        ends: [[f64; 2]; 2],
+        test: &mut Test<'_, C>,
+    ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
+        let jump = if self.curve.has_corners() { f64::INFINITY } else { JUMP };
+        self.bracketed(between, ends, test, jump)
+    }
+
+    /// `jump`: largest value of the test at the place found, as a share of those at the ends.
+    fn bracketed(
+        &mut self,
+        between: &Between<'_, C::Solution>,
         [from, to]: [[f64; 2]; 2],
         test: &mut Test<'_, C>,
+        jump: f64,
     ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
         if from[1].is_nan() || to[1].is_nan() || (from[1] > 0.0) == (to[1] > 0.0) {
             return Ok(None);
@@ -114,7 +137,7 @@ impl<C: Curve> Engine<C> {
             }
         }
         match nearest {
-            Some((least, _)) if least > JUMP * from[1].abs().max(to[1].abs()) => Ok(None),
+            Some((least, _)) if least > jump * from[1].abs().max(to[1].abs()) => Ok(None),
             Some((_, point)) => Ok(Some(point)),
             None => self.point_at(between, brent.best()).map(Some),
         }

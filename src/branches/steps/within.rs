@@ -237,7 +237,10 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         let located = if change == Change::Branch {
             self.engine.locate_crossing(self.between, [from, to], test)
         } else {
-            let point = self.engine.locate_between(self.between, [from, to], test);
+            let point = match change {
+                Change::Fold => self.engine.locate_fold(self.between, [from, to], test),
+                _ => self.engine.locate_between(self.between, [from, to], test),
+            };
             point.map(|point| point.map(|point| (point, false)))
         };
         match located {

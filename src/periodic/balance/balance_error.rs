@@ -108,14 +108,23 @@ pub enum BalanceError {
         /// The last iterate.
         last: Box<FourierOrbit>,
     },
-    /// The equations do not determine a coordinate.
+    /// The equations do not determine a coordinate: at order 0 no stiffness acts on its mean, at another
+    /// order a resonance without damping lies there, or the orbit is at a fold.
     #[error(
-        "the balance does not determine coordinate {coordinate} after {} iterations: no stiffness acts on it",
-        last.iterations()
+        "the balance does not determine order {order} of coordinate {coordinate} after {} iterations: {}",
+        last.iterations(),
+        if *order == 0 {
+            "no stiffness acts on its mean; if it is a velocity without stiffness, as a current is, use Settle \
+             with a tolerance or a run"
+        } else {
+            "a resonance without damping lies at this order, or the orbit is at a fold"
+        }
     )]
     Singular {
         /// Index of the coordinate, from 0.
         coordinate: usize,
+        /// The order that is determined least, in multiples of the orbit's frequency.
+        order: usize,
         /// The last iterate.
         last: Box<FourierOrbit>,
     },

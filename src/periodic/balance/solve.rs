@@ -195,7 +195,10 @@ impl Balance {
             },
             RootFailure::Singular { unknown } => match start_in_gap {
                 Some(contact) => BalanceError::StartInGap { contact },
-                None => BalanceError::Singular { coordinate: coordinate(unknown), last },
+                None => {
+                    let order = equations.work.layout.order(unknown);
+                    BalanceError::Singular { coordinate: coordinate(unknown), order, last }
+                }
             },
             RootFailure::NotConverged => BalanceError::NotConverged { last, residuals: root.residuals },
             RootFailure::NotFinite => BalanceError::NotFinite { last },

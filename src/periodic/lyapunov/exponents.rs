@@ -50,12 +50,16 @@ impl Exponents {
         self.grown.iter().map(Growth::mean).collect()
     }
     /// Standard error of [`per_period`](Exponents::per_period). The interval of ± two standard errors
-    /// contains the exponent in 95 % of all cases. Infinite with fewer than three periods.
+    /// contains the exponent in 95 % of all cases. Infinite with fewer than three periods, and if the
+    /// direction is still on its first turn: the measured time is then shorter than the time of the motion,
+    /// for example with spans far below it. Measure more or longer spans.
     ///
-    /// It is √(a² + b² + c²):
+    /// It is √(a² + b² + c²), and at least the difference between the exponent of the second half of the run
+    /// and that of all of it, which shows growth with a power of time:
     /// - a: the scatter of the growth, from up to 16 projections on sine tapers, with Student's t. Valid if
     ///   the growth is correlated over less than about 1/16 of the run.
-    /// - b: the effect of the angle of a rotating direction at the start and at the end of the run.
+    /// - b: the effect of the angle of a rotating direction at the start and at the end of the run, from up to
+    ///   an eighth of the run at each end.
     /// - c: 10 times the tolerance of the flow.
     ///
     /// If complex multipliers have an argument near a simple fraction of 2π, the direction drifts slowly from

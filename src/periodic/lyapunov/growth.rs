@@ -18,17 +18,33 @@ pub(crate) struct Growth {
     begun: f64,
     /// Number of parts of a period.
     parts: usize,
-    /// Growth of the last parts before the span, at most [`ENDS`] periods, from the second half of the
-    /// alignment. Without alignment: growth of the first parts of the span.
-    head: VecDeque<f64>,
-    /// Whether the head lies before the span.
-    before: bool,
-    /// Growth of the last parts of the span, at most [`ENDS`] periods.
+    /// Growth of the last parts before the span, at most `reach` periods, from the second half of the
+    /// alignment.
+    before: VecDeque<f64>,
+    /// Growth of the first and of the last parts of the span, at most `reach` periods.
+    first: Vec<f64>,
     tail: VecDeque<f64>,
+    /// Maximum number of periods inspected at each end.
+    reach: usize,
+    /// Angle by which the direction has turned from period to period `[rad]`: over the first half of the
+    /// measured periods, and over the second half.
+    turned: [f64; 2],
+    /// Number of periods to measure.
+    planned: usize,
 }
 
-/// Maximum number of periods inspected before the span and at its end.
-const ENDS: usize = 8;
+/// Maximum number of periods inspected at each end of the span: an eighth of the periods, at least the
+/// first and at most the second number.
+const ENDS: [usize; 2] = [8, 1024];
+
+/// Largest angle, over a run, of a direction that is still on its first turn `[rad]`.
+const TURN: f64 = PI;
+
+/// A direction comes to rest if it turns by less than this share of an angle in the second half of a run.
+const COMES_TO_REST: f64 = 0.25;
+
+/// Angle of a direction that does not turn `[rad]`: errors of the flow.
+const STILL: f64 = 1e-6;
 
 /// Maximum number of tapers, and number of periods per taper.
 const TAPERS: usize = 16;
@@ -49,34 +65,47 @@ const STUDENT: [f64; TAPERS - 1] = [
 ];
 
 impl Growth {
-    pub(crate) fn new(parts: usize) -> Self {
-        let (periods, averages, head, tail) = (Vec::new(), Vec::new(), VecDeque::new(), VecDeque::new());
-        Growth { periods, averages, whole: 0.0, sum: 0.0, begun: 0.0, parts, head, before: false, tail }
+    /// `planned`: number of periods to measure.
+    pub(crate) fn new(parts: usize, planned: usize) -> Self {
+        Growth {
+            periods: Vec::new(),
+            averages: Vec::new(),
+            whole: 0.0,
+            sum: 0.0,
+            begun: 0.0,
+            parts,
+            before: VecDeque::new(),
+            first: Vec::new(),
+            tail: VecDeque::new(),
+            reach: (planned / 8).clamp(ENDS[0], ENDS[1]),
+            turned: [0.0; 2],
+            planned,
+        }
     }
 
     /// Adds the growth of one part before the span. The caller omits the first half of the alignment, in
     /// which the directions are not aligned yet.
     pub(crate) fn align(&mut self, growth: f64) {
-        self.before = true;
-        self.head.push_back(growth);
-        if self.head.len() > ENDS * self.parts {
-            self.head.pop_front();
+        self.before.push_back(growth);
+        if self.before.len() > self.reach * self.parts {
+            self.before.pop_front();
         }
     }
     /// Adds the growth of one part of the span.
     pub(crate) fn measure(&mut self, growth: f64) {
-        if !self.before && self.head.len() < ENDS * self.parts {
-            self.head.push_back(growth);
+        if self.first.len() < self.reach * self.parts {
+            self.first.push(growth);
         }
         self.tail.push_back(growth);
-        if self.tail.len() > ENDS * self.parts {
+        if self.tail.len() > self.reach * self.parts {
             self.tail.pop_front();
         }
         self.whole += growth;
         self.sum += self.whole;
     }
-    /// Closes one period of the span.
-    pub(crate) fn period(&mut self) {
+    /// Closes one period of the span, over which the direction turned by `angle`.
+    pub(crate) fn period(&mut self, angle: f64) {
+        self.turned[usize::from(2 * self.periods.len() >= self.planned)] += angle;
         self.periods.push(self.whole - self.begun);
         self.averages.push(self.sum / self.parts as f64);
         (self.begun, self.sum) = (self.whole, 0.0);
@@ -92,9 +121,26 @@ impl Growth {
     }
 
     /// Standard error of the mean: the interval of ± two standard errors contains the exponent in 95 % of all
-    /// cases. Infinite with fewer than three periods.
+    /// cases. Infinite with fewer than three periods, or if the direction is still on its first turn.
     pub(crate) fn error(&self) -> f64 {
-        if self.periods.len() < 3 { f64::INFINITY } else { self.diffusion().hypot(self.ends()) }
+        if self.periods.len() < 3 || self.is_on_first_turn() {
+            return f64::INFINITY;
+        }
+        self.diffusion().hypot(self.ends()).max(self.trend())
+    }
+
+    /// Whether the direction has turned by less than half a turn and does not come to rest: the run is
+    /// shorter than the time in which the direction finds its growth.
+    fn is_on_first_turn(&self) -> bool {
+        let [first, second] = self.turned;
+        first + second < TURN && second > STILL && second > COMES_TO_REST * first
+    }
+
+    /// The mean of the second half of the periods minus the mean of all of them: growth that falls like 1/t
+    /// has not yet reached its limit, and no scatter shows it.
+    fn trend(&self) -> f64 {
+        let half = &self.periods[self.periods.len() / 2..];
+        (half.iter().sum::<f64>() / half.len() as f64 - self.mean()).abs()
     }
 
     /// t √(S/N), S = Σ_k (Σ_i w_ki (g_i - ḡ))²/(K - Σ_k (Σ_i w_ki)²/(N - 1)): the error by the scatter of the
@@ -133,18 +179,15 @@ impl Growth {
     /// [`SINE`] and [`NORMAL`].
     fn ends(&self) -> f64 {
         let periods = self.periods.len();
-        // Number of moves. With a head before the span: all parts of the head. Otherwise the span is
-        // shortened by the moves: 1/8 of its periods, at most `ENDS`.
-        let moves = if self.before {
-            self.head.len().min(self.tail.len())
-        } else {
-            self.parts * (periods / 8).clamp(1, ENDS)
-        };
-        let length =
-            if self.before { periods as f64 } else { periods as f64 - moves as f64 / self.parts as f64 };
-        let (head, tail) = (self.head.len(), self.tail.len());
+        // Number of moves: an eighth of the span. If that many parts before the span are known, the span is
+        // moved back. Otherwise it is shortened by the moves.
+        let eighth = self.parts * (periods / 8).clamp(1, self.reach);
+        let moved = self.before.len() >= eighth;
+        let moves = if moved { self.before.len().min(self.tail.len()) } else { eighth };
+        let length = periods as f64 - if moved { 0.0 } else { moves as f64 / self.parts as f64 };
+        let (before, tail) = (self.before.len(), self.tail.len());
         // sums[i]: growth over the span moved back by i parts minus growth over the last span.
-        let gained = |i: usize| if self.before { self.head[head - i] } else { self.head[moves - i] };
+        let gained = |i: usize| if moved { self.before[before - i] } else { self.first[moves - i] };
         let sums = (1..=moves).scan(0.0, |sum, i| {
             *sum += gained(i) - self.tail[tail - i];
             Some(*sum)

@@ -3,7 +3,6 @@
 use crate::model::State;
 use crate::periodic::lyapunov::directions::Directions;
 use crate::periodic::lyapunov::exponents::Exponents;
-use crate::periodic::lyapunov::growth::Growth;
 use crate::periodic::pursuit::{Pursuit, PursuitError};
 
 /// Minimum length of a direction after a part of a period, without its components along the directions before
@@ -94,8 +93,10 @@ impl<'s> Progress<'s> {
         }
         if self.parts.is_multiple_of(self.renormalisations) {
             if period >= align {
-                self.exponents.grown.iter_mut().for_each(Growth::period);
+                let all = self.exponents.grown.iter_mut().enumerate();
+                all.for_each(|(k, growth)| growth.period(self.directions.turned(k)));
             }
+            self.directions.mark();
             let (State { t, q, v }, n) = (&self.state, self.exponents.state.q.len());
             self.exponents.state = State::new(*t, &q[..n], &v[..n]);
         }

@@ -84,7 +84,8 @@ impl Lyapunov {
     pub fn settle(self, settle: usize) -> Self {
         Lyapunov { settle: Some(settle), ..self }
     }
-    /// Number of alignment periods: the directions turn into the directions of growth. Default: 10.
+    /// Number of alignment periods: the directions turn into the directions of growth. Default: 10. They are
+    /// counted in periods or spans, not in time: spans far below the time of the motion need more.
     pub fn align(self, align: usize) -> Self {
         Lyapunov { align, ..self }
     }
@@ -217,7 +218,7 @@ impl Lyapunov {
         self.check(count, components, start, span)?;
         let mut exponents = Exponents {
             span,
-            grown: vec![Growth::new(self.renormalisations); count],
+            grown: vec![Growth::new(self.renormalisations, self.measure); count],
             floor: 0.0,
             state: start.clone(),
             method: FlowMethod::Dop853,

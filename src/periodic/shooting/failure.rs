@@ -80,7 +80,8 @@ pub enum ShootingError {
     /// freely in its gap.
     #[error(
         "the shooting equations are singular; component {component} of (coordinates, velocities) is \
-         determined least: the orbit is at a fold or a branch point, or nothing restores this component"
+         determined least: the orbit is at a fold or a branch point, or nothing restores this component, as the \
+         coordinate whose velocity is a state of first order"
     )]
     Singular {
         /// The component that the equations determine least, from 0.
@@ -102,6 +103,20 @@ pub enum ShootingError {
         range: f64,
         /// Change of this component by the last correction.
         correction: f64,
+        /// The last iterate.
+        last: Iterate,
+    },
+    /// Nothing restores any coordinate, and a mean acceleration remains: the velocities change in every
+    /// period, and there is no periodic orbit.
+    #[error(
+        "nothing restores any coordinate, and coordinate {coordinate} gains the velocity {gain:?} in every \
+         period: there is no periodic orbit"
+    )]
+    Accelerates {
+        /// The coordinate that gains most, from 0.
+        coordinate: usize,
+        /// Its gain of velocity in one period.
+        gain: f64,
         /// The last iterate.
         last: Iterate,
     },
@@ -132,6 +147,7 @@ impl ShootingError {
             | ShootingError::GuessTime { .. } => None,
             ShootingError::Integrate { last, .. }
             | ShootingError::Exhausted { last, .. }
+            | ShootingError::Accelerates { last, .. }
             | ShootingError::Singular { last, .. }
             | ShootingError::NotConverged { last, .. }
             | ShootingError::Multipliers { last, .. } => Some(last),

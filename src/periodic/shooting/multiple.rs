@@ -350,6 +350,11 @@ impl Shooting {
         corrections: Vec<f64>,
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
+        let drift = drift(segments.rigid(), &round.slack, segments.scale());
+        if let Some((coordinate, gain)) = segments.accelerates(&drift[1]) {
+            let last = Iterate { states: round.states, corrections };
+            return Err(ShootingError::Accelerates { coordinate, gain, last });
+        }
         let looser =
             segments.round(&round.states, Some(&round.slack), LOOSER * self.flow_tolerance, meter).ok();
         let monodromy = round.monodromy();
@@ -368,7 +373,7 @@ impl Shooting {
             least: self.period_multiple,
             scale: segments.scale().to_vec(),
             range: segments.range().to_vec(),
-            drift: drift(segments.rigid(), &round.slack, segments.scale()),
+            drift,
             monodromy: unscaled(&monodromy, segments.scale()),
             multipliers: multipliers.compared_with(other),
             first,

@@ -12,6 +12,9 @@ use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
+/// Largest gain of a rigid velocity that is rounding, as a share of its range `[1]`.
+const GAINS: f64 = 1e-9;
+
 /// Data that stay fixed during the iterations of one shooting run.
 pub(crate) struct Segments<'m, M: ?Sized> {
     model: &'m M,
@@ -73,6 +76,14 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     }
     pub(crate) fn rigid(&self) -> &DMatrix<f64> {
         &self.rigid
+    }
+    /// The coordinate with the largest gain of velocity, and the gain, if all coordinates move rigidly and
+    /// the gain is no rounding.
+    pub(crate) fn accelerates(&self, gains: &[f64]) -> Option<(usize, f64)> {
+        let n = gains.len();
+        let share = |i: usize| gains[i].abs() / self.scale[n + i];
+        let most = (0..n).max_by(|&i, &j| share(i).total_cmp(&share(j)))?;
+        (self.rigid.ncols() == 2 * n && share(most) > GAINS).then_some((most, gains[most]))
     }
     /// Time at which the orbit closes.
     pub(crate) fn end(&self) -> f64 {

@@ -2,6 +2,8 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::model::{Model, State};
+use crate::numeric::norms::{dot, remove};
+use crate::numeric::spread::golden;
 use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::FlowMethod;
@@ -43,6 +45,12 @@ pub(crate) struct CircleEquations<'m> {
     /// The last integration that failed; the segment of a node has its index.
     pub(crate) failure: Option<SegmentError>,
 }
+
+/// Number of periods of the map in which a perturbation turns into the one that grows most, and in which its
+/// growth is measured.
+const ALIGNED: usize = 256;
+
+const MEASURED_GROWTH: usize = 1024;
 
 /// Number of nodes from which the ranges of motion are measured.
 const MEASURED: usize = 16;
@@ -174,6 +182,55 @@ impl<'m> CircleEquations<'m> {
         self.failure = None;
         self.evaluated.extend_from_slice(x);
         true
+    }
+
+    /// Mean logarithm of the growth of the perturbation of the circle that grows most, over one period of the
+    /// map: that of the transitions between the nodes, interpolated at θ = k ρ. The weights are those of
+    /// [`rotation_number`](crate::tori::rotation_number).
+    pub(crate) fn growth(&mut self, curve: &ClosedCurve, rotation: f64) -> f64 {
+        let (m, width) = (self.nodes, self.units.len());
+        let x = self.unknowns(curve, rotation);
+        if !self.evaluate(&x) {
+            return f64::NAN;
+        }
+        let in_units = |state: State| -> Vec<f64> {
+            state.q.iter().chain(&state.v).zip(&self.units).map(|(y, unit)| y / unit).collect()
+        };
+        let rates: Vec<Vec<f64>> =
+            (0..m).map(|j| in_units(curve.derivative(TAU * j as f64 / m as f64))).collect();
+        let mut y: Vec<f64> = (0..width).map(|i| golden((i + 1) as f64) - 0.5).collect();
+        let (mut next, mut theta, mut sum, mut total) = (vec![0.0; width], 0.0, 0.0, 0.0);
+        let mut at = weights(m, theta);
+        for k in 0..ALIGNED + MEASURED_GROWTH {
+            next.fill(0.0);
+            for (weight, transition) in at.iter().zip(&self.transitions) {
+                for (j, y) in y.iter().enumerate() {
+                    next.iter_mut().enumerate().for_each(|(i, out)| *out += weight * transition[(i, j)] * y);
+                }
+            }
+            theta = (theta + rotation).rem_euclid(TAU);
+            at = weights(m, theta);
+            if self.rotation.is_none() {
+                // A perturbation along the circle stays along it.
+                let along = |i: usize| at.iter().zip(&rates).map(|(w, rate)| w * rate[i]).sum::<f64>();
+                let mut along: Vec<f64> = (0..width).map(along).collect();
+                let length = dot(&along, &along).sqrt();
+                along.iter_mut().for_each(|x| *x /= length);
+                remove(&along, &mut next);
+            }
+            let length = dot(&next, &next).sqrt();
+            if length == 0.0 {
+                return f64::NEG_INFINITY;
+            }
+            y.iter_mut().zip(&next).for_each(|(y, next)| *y = next / length);
+            if k >= ALIGNED {
+                let s = (k - ALIGNED + 1) as f64 / (MEASURED_GROWTH + 1) as f64;
+                let weight = (-1.0 / (s * (1.0 - s))).exp();
+                sum += weight * length.ln();
+                total += weight;
+            }
+        }
+        sum / total
     }
 
     /// Mean of g'·g' over the nodes, in units.

@@ -46,6 +46,19 @@ pub enum CircleError {
         /// Number of nodes.
         nodes: usize,
     },
+    /// The points lie far from the closed curve that fits them best.
+    #[error(
+        "the points lie {distance:.2} of their range from the closest curve in the root mean square, and at most \
+         {allowed} is accepted: the motion is chaotic, or the torus has several circles, as one that is doubled in \
+         the strobed drive (take every second point and CircleShooting::period_multiple(2)), or is doubled in \
+         the other drive (strobe that one), or the rotation is that of another angle"
+    )]
+    Scattered {
+        /// Root mean square distance, as a share of the range, for the component with the largest one `[1]`.
+        distance: f64,
+        /// Largest accepted distance `[1]`.
+        allowed: f64,
+    },
     /// The orbit has no pair of complex multipliers from which a circle could begin.
     #[error(
         "the orbit has no pair of complex multipliers: its largest multiplier has the modulus {largest:?}"

@@ -23,6 +23,10 @@ use std::f64::consts::TAU;
 /// the equation is evaluated midway between the nodes. A circle whose residual there exceeds
 /// [`between`](CircleShooting::between) is an error, [`CircleError::Between`], that holds the circle.
 ///
+/// Newton's method finds stable and unstable circles alike: [`InvariantCircle::growth`] tells them apart.
+/// Where it is above 0, runs settle elsewhere, for example on a torus that is doubled in one drive
+/// ([`period_multiple`](CircleShooting::period_multiple)).
+///
 /// - [`solve`](CircleShooting::solve): two base frequencies ω_1, ω_2. P is the flow over 2π/ω_1, θ the second
 ///   angle, and ρ = 2π ω_2/ω_1 is known.
 /// - [`solve_free`](CircleShooting::solve_free): a model with one period, whose circle arises at a
@@ -61,6 +65,7 @@ use std::f64::consts::TAU;
 pub struct CircleShooting {
     nodes: Option<usize>,
     strobe: usize,
+    multiple: usize,
     between: f64,
     flow_tolerance: f64,
     method: Option<FlowMethod>,
@@ -80,6 +85,9 @@ const NOISE: f64 = 1e3;
 /// Smallest default tolerance of Newton's method, that of [`Newton::new`] `[1]`.
 const NEWTON: f64 = 1e-10;
 
+/// Maximum number of periods of the drives in one period of the map.
+const MAX_MULTIPLE: usize = 1_000_000;
+
 /// A circle of less than this share of the guess is a fixed point `[1]`.
 const COLLAPSED: f64 = 1e-6;
 
@@ -91,6 +99,7 @@ impl CircleShooting {
         CircleShooting {
             nodes: None,
             strobe: 0,
+            multiple: 1,
             between: 1e-6,
             flow_tolerance: 1e-13,
             method: None,
@@ -107,6 +116,13 @@ impl CircleShooting {
     /// motion has high orders of the lower one.
     pub fn strobed_frequency(self, strobe: usize) -> Self {
         CircleShooting { strobe, ..self }
+    }
+    /// Number p of periods of the strobed drive in one period of the map, 1 to 10⁶. Default: 1. A torus that
+    /// is doubled in the strobed drive has two circles, which the map exchanges: p = 2 finds each of them,
+    /// from a guess by every second point. A torus that is doubled in the other drive needs the other
+    /// [strobed frequency](CircleShooting::strobed_frequency).
+    pub fn period_multiple(self, multiple: usize) -> Self {
+        CircleShooting { multiple, ..self }
     }
     /// Largest accepted residual midway between the nodes, as a share of the range of motion of each
     /// coordinate and velocity `[1]`. Default: 1e-6.
@@ -147,7 +163,11 @@ impl CircleShooting {
         check::length("frequencies", frequencies.len(), 2)?;
         check::count("strobed_frequency", &[self.strobe], 1)?;
         let frequencies = [frequencies[0], frequencies[1]];
-        self.find(&Strobed::TwoAngles { model, frequencies, strobe: self.strobe }, guess, 0.0)
+        self.find(
+            &Strobed::TwoAngles { model, frequencies, strobe: self.strobe, multiple: self.multiple },
+            guess,
+            0.0,
+        )
     }
 
     /// Finds a circle of a model with one period from a guess and its rotation `[rad]`.
@@ -162,7 +182,7 @@ impl CircleShooting {
     ) -> Result<InvariantCircle, CircleError> {
         check::scale("period of the model", model.period())?;
         check::quantity("rotation", rotation)?;
-        self.find(&Strobed::Periodic(model), guess, rotation)
+        self.find(&Strobed::Periodic(model, self.multiple), guess, rotation)
     }
 
     fn find(
@@ -196,6 +216,7 @@ impl CircleShooting {
                 ranges: equations.ranges.clone(),
                 residual: root.residual,
                 between: f64::NAN,
+                growth: f64::NAN,
                 residuals: root.residuals.clone(),
                 crossings: equations.crossings,
                 method: equations.method(),
@@ -231,6 +252,7 @@ impl CircleShooting {
             Err(failure) => return Err(failed(failure, Some(found))),
         };
         if found.between <= self.between {
+            found.growth = equations.growth(&found.curve, found.rotation);
             Ok(found)
         } else {
             Err(CircleError::Between { tolerance: self.between, last: Box::new(found) })
@@ -240,6 +262,8 @@ impl CircleShooting {
     /// The guess on the nodes of the settings, after a check of all settings.
     fn checked(&self, dof: usize, guess: &ClosedCurve) -> Result<ClosedCurve, CircleError> {
         check::positive("between", self.between)?;
+        check::at_least("period_multiple", self.multiple, 1)?;
+        check::count("period_multiple", &[self.multiple], MAX_MULTIPLE)?;
         check::tolerance("flow_tolerance", self.flow_tolerance)?;
         check::length("coordinates of the curve", guess.dof(), dof)?;
         let nodes = checked_nodes(self.nodes.unwrap_or(guess.nodes()))?;

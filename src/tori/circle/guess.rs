@@ -10,6 +10,9 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
+/// Largest root mean square distance of the points of a fit from the curve, as a share of their range `[1]`.
+const SCATTERED: f64 = 0.1;
+
 /// Number of inverse iterations for an eigenvector.
 const INVERSE_ITERATIONS: usize = 3;
 
@@ -21,7 +24,7 @@ impl ClosedCurve {
     /// contains the angle at the first.
     ///
     /// # Errors
-    /// [`CircleError::Unspread`], and [`CircleError::Parameter`] for nodes, points and angles that are not
+    /// [`CircleError::Unspread`]; [`CircleError::Scattered`] if the points do not lie on one closed curve; and [`CircleError::Parameter`] for nodes, points and angles that are not
     /// valid.
     pub fn fit(points: &[State], rotation: f64, first: f64, nodes: usize) -> Result<Self, CircleError> {
         checked_nodes(nodes)?;
@@ -48,6 +51,20 @@ impl ClosedCurve {
         let Some(coefficients) = coefficients else {
             return Err(CircleError::Unspread { points: points.len(), rotation, nodes });
         };
+        let distance = (0..2 * n).fold(0.0f64, |most, c| {
+            let of = |point: &State| if c < n { point.q[c] } else { point.v[c - n] };
+            let apart = |k: usize| {
+                let theta = first + (k as f64 * rotation).rem_euclid(TAU);
+                (0..nodes).map(|at| basis(theta, at) * coefficients[(at, c)]).sum::<f64>() - of(&points[k])
+            };
+            let squares: f64 = (0..points.len()).map(|k| apart(k).powi(2)).sum();
+            let (low, high) =
+                points.iter().map(of).fold((f64::MAX, f64::MIN), |(l, h), y| (l.min(y), h.max(y)));
+            if high > low { most.max((squares / points.len() as f64).sqrt() / (high - low)) } else { most }
+        });
+        if distance > SCATTERED {
+            return Err(CircleError::Scattered { distance, allowed: SCATTERED });
+        }
         let values = (0..nodes).flat_map(|j| {
             let row: Vec<f64> = (0..nodes).map(|at| basis(TAU * j as f64 / nodes as f64, at)).collect();
             (0..2 * n)

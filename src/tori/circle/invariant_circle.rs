@@ -31,6 +31,7 @@ pub struct InvariantCircle {
     pub(crate) ranges: Vec<f64>,
     pub(crate) residual: f64,
     pub(crate) between: f64,
+    pub(crate) growth: f64,
     pub(crate) residuals: Vec<f64>,
     pub(crate) crossings: u64,
     pub(crate) method: FlowMethod,
@@ -67,6 +68,20 @@ impl InvariantCircle {
     /// interpolation in one step of the map. NaN for an iterate that did not converge.
     pub fn residual_between(&self) -> f64 {
         self.between
+    }
+    /// Mean logarithm of the growth of perturbations over one period of the map, for the direction that grows
+    /// most `[1]`: the largest Lyapunov exponent across the circle, times the period. Above 0 the circle
+    /// repels: no run settles on it. NaN for an iterate that did not converge.
+    ///
+    /// It is a weighted mean over 1024 periods of the derivative of the map, interpolated between the nodes.
+    /// A perturbation along the circle of [`solve_free`](crate::tori::CircleShooting::solve_free), which
+    /// neither grows nor decays, is left out.
+    pub fn growth(&self) -> f64 {
+        self.growth
+    }
+    /// Whether perturbations decay: [`growth`](InvariantCircle::growth) is below 0.
+    pub fn is_stable(&self) -> bool {
+        self.growth < 0.0
     }
     /// The largest residual of every iterate, the guess first. NaN where an integration failed.
     pub fn residuals(&self) -> &[f64] {

@@ -8,31 +8,35 @@ use std::f64::consts::TAU;
 
 /// The model of a stroboscopic map.
 pub(crate) enum Strobed<'m> {
-    /// Drives of one period. The flow from each point of the circle is the same.
-    Periodic(&'m dyn Periodic),
-    /// Two base frequencies. The flow depends on the angle that is not strobed.
-    TwoAngles { model: &'m dyn QuasiPeriodic, frequencies: [f64; 2], strobe: usize },
+    /// Drives of one period, and the number of periods of the map. The flow from each point of the circle is
+    /// the same.
+    Periodic(&'m dyn Periodic, usize),
+    /// Two base frequencies, and the number of periods of the strobed one. The flow depends on the angle that
+    /// is not strobed.
+    TwoAngles { model: &'m dyn QuasiPeriodic, frequencies: [f64; 2], strobe: usize, multiple: usize },
 }
 
 impl Strobed<'_> {
     pub(crate) fn period(&self) -> f64 {
         match self {
-            Strobed::Periodic(model) => model.period(),
-            Strobed::TwoAngles { frequencies, strobe, .. } => TAU / frequencies[*strobe],
+            Strobed::Periodic(model, multiple) => *multiple as f64 * model.period(),
+            Strobed::TwoAngles { frequencies, strobe, multiple, .. } => {
+                *multiple as f64 * (TAU / frequencies[*strobe])
+            }
         }
     }
     pub(crate) fn dof(&self) -> usize {
         match self {
-            Strobed::Periodic(model) => model.dof(),
+            Strobed::Periodic(model, _) => model.dof(),
             Strobed::TwoAngles { model, .. } => model.dof(),
         }
     }
     /// Rotation over a period, if the drives determine it.
     pub(crate) fn rotation(&self) -> Option<f64> {
         match self {
-            Strobed::Periodic(_) => None,
-            Strobed::TwoAngles { frequencies, strobe, .. } => {
-                Some(TAU * (frequencies[1 - strobe] / frequencies[*strobe]).fract())
+            Strobed::Periodic(..) => None,
+            Strobed::TwoAngles { frequencies, strobe, multiple, .. } => {
+                Some(TAU * (*multiple as f64 * (frequencies[1 - strobe] / frequencies[*strobe])).fract())
             }
         }
     }
@@ -40,11 +44,11 @@ impl Strobed<'_> {
     /// Calls `run` with the model that has the free angle `theta` at time `t`.
     pub(crate) fn with<R>(&self, theta: f64, t: f64, run: impl FnOnce(&dyn Model) -> R) -> R {
         match self {
-            Strobed::Periodic(model) => {
+            Strobed::Periodic(model, _) => {
                 let model: &dyn Model = *model;
                 run(model)
             }
-            Strobed::TwoAngles { model, frequencies, strobe } => {
+            Strobed::TwoAngles { model, frequencies, strobe, .. } => {
                 let rule = FromAngle { frequencies: *frequencies, strobe: *strobe, theta, t };
                 run(&Wrapped::by_rule(*model, rule))
             }

@@ -233,6 +233,9 @@ impl Curve for BalanceCurve<'_> {
     fn last_correction(&self) -> f64 {
         if self.is_smooth { LAST } else { 0.0 }
     }
+    fn has_corners(&self) -> bool {
+        !self.is_smooth
+    }
 }
 
 /// Weights of the equations: 1/max(s, (k ω)²) at order k, with the largest stiffness s.

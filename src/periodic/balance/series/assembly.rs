@@ -181,6 +181,16 @@ impl JacobianLayout {
     pub(crate) fn coordinate(&self, unknown: usize) -> usize {
         (unknown / self.harmonics.unknowns()).min(self.dof - 1)
     }
+
+    /// Order to which an unknown belongs. A mean acceleration has order 0.
+    pub(crate) fn order(&self, unknown: usize) -> usize {
+        let (width, orders) = (self.harmonics.unknowns(), self.harmonics.orders());
+        if unknown >= self.dof * width {
+            return 0;
+        }
+        let after = orders.iter().enumerate().filter(|(i, _)| self.harmonics.place(*i) <= unknown % width);
+        after.last().map_or(0, |(_, order)| *order)
+    }
 }
 
 /// Place of a block in an array of values.

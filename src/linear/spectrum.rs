@@ -1,0 +1,256 @@
+//! Eigenvalues and modes of ∂a/∂q and ∂a/∂v, with their rounding errors.
+
+use crate::linear::symmetric::inertias;
+use faer::{Mat, Side};
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+
+/// One eigenvalue ω² with its mode.
+pub(crate) struct Found {
+    /// 0 exactly for a rigid motion.
+    pub(crate) square: f64,
+    pub(crate) shape: Vec<f64>,
+    /// Bound of the error of ω² by rounding, in the unit of ω².
+    pub(crate) error: f64,
+}
+
+/// Modes, rigid motions among them, and the eigenvalues λ with Im λ > 0.
+pub(crate) struct Spectrum {
+    pub(crate) modes: Vec<Found>,
+    pub(crate) eigenvalues: Vec<Complex64>,
+    /// Whether the stiffness is symmetric.
+    pub(crate) symmetric: bool,
+}
+
+/// Ratio of the largest to the smallest ω² from which the smaller ones come from the inverse problem: below
+/// it one problem gives all of them to 1e-10.
+const GRADED: f64 = 1e6;
+
+/// The spectrum of matrices whose entries have this relative rounding error; `None` if eigenvalues do not
+/// converge.
+pub(crate) fn of(q: &DMatrix<f64>, v: &DMatrix<f64>, rounding: f64) -> Option<Spectrum> {
+    let (n, rigid) = (q.nrows(), unresisted(q, rounding)?);
+    let (a, elastic) = (-q, n - rigid.len());
+    let Some(m) = inertias(&a) else {
+        let found = general(&a, rigid.len(), rounding)?;
+        // Orthonormal coordinates, the rigid motions last.
+        let basis = completed(&rigid, n);
+        let inverse = basis.transpose();
+        let weight = [a.amax().sqrt(), v.amax(), 1.0].into_iter().find(|w| *w > 0.0).unwrap_or(1.0);
+        let stiffness = (&inverse * &a * &basis).columns(0, elastic).into_owned();
+        let weights = vec![weight; elastic];
+        let eigenvalues = damped(&stiffness, &(&inverse * v * &basis), &weights, rounding)?;
+        let modes = rigid.into_iter().map(Found::rigid).chain(found).collect();
+        return Some(Spectrum { modes, eigenvalues, symmetric: false });
+    };
+    let found = symmetric(&a, &m, &rigid, rounding)?;
+    // Coordinates along the modes, of unit inertia, the rigid motions last.
+    let product = |x: &[f64], y: &[f64]| -> f64 { (0..n).map(|j| x[j] * m[j] * y[j]).sum() };
+    let mut basis: Vec<Vec<f64>> = found.iter().map(|mode| mode.shape.clone()).chain(rigid.clone()).collect();
+    for i in 0..n {
+        for other in elastic..i {
+            let along = product(&basis[other], &basis[i]);
+            let (before, rest) = basis.split_at_mut(i);
+            rest[0].iter_mut().zip(&before[other]).for_each(|(x, y)| *x -= along * y);
+        }
+        let size = product(&basis[i], &basis[i]).sqrt();
+        basis[i].iter_mut().for_each(|x| *x /= size);
+    }
+    let shapes = DMatrix::from_fn(n, n, |i, j| basis[j][i]);
+    let inverse = DMatrix::from_fn(n, n, |i, j| basis[i][j] * m[j]);
+    let stiffness = DMatrix::from_fn(n, elastic, |i, j| if i == j { found[j].square } else { 0.0 });
+    let weights: Vec<f64> = found.iter().map(|mode| mode.square.abs().sqrt()).collect();
+    let eigenvalues = damped(&stiffness, &(inverse * v * shapes), &weights, rounding)?;
+    let modes = rigid.into_iter().map(Found::rigid).chain(found).collect();
+    Some(Spectrum { modes, eigenvalues, symmetric: true })
+}
+
+impl Found {
+    fn rigid(shape: Vec<f64>) -> Self {
+        Found { square: 0.0, shape, error: 0.0 }
+    }
+}
+
+/// Directions r with A r = 0 within the rounding of A.
+///
+/// Each row of A is divided by its largest entry, then each column: inertias leave the rows, units of the
+/// coordinates the columns. The rank is that of the singular value decomposition.
+fn unresisted(a: &DMatrix<f64>, rounding: f64) -> Option<Vec<Vec<f64>>> {
+    let n = a.nrows();
+    let unit = |largest: f64| if largest > 0.0 { 1.0 / largest } else { 1.0 };
+    let rows: Vec<f64> = (0..n).map(|i| unit(a.row(i).amax())).collect();
+    let column = |j: usize| (0..n).fold(0.0f64, |most, i| most.max((a[(i, j)] * rows[i]).abs()));
+    let columns: Vec<f64> = (0..n).map(|j| unit(column(j))).collect();
+    let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] * rows[i] * columns[j]);
+    let svd = scaled.svd().ok()?;
+    let limit = rounding * n as f64 * svd.S()[0];
+    let zero = (0..n).filter(|&k| svd.S()[k] <= limit);
+    Some(zero.map(|k| (0..n).map(|j| svd.V()[(j, k)] * columns[j]).collect()).collect())
+}
+
+/// An orthonormal basis of n coordinates whose last columns span the given directions.
+fn completed(directions: &[Vec<f64>], n: usize) -> DMatrix<f64> {
+    let k = directions.len();
+    if k == 0 {
+        return DMatrix::identity(n, n);
+    }
+    let q = Mat::from_fn(n, k, |i, j| directions[j][i]).qr().compute_Q();
+    DMatrix::from_fn(n, n, |i, j| q[(i, (j + k) % n)])
+}
+
+/// Elastic modes of A = M⁻¹ K with diagonal M and symmetric K.
+///
+/// The eigenvalues of M^(1/2) A M^(-1/2) have errors of ε of the largest one. If the smallest ones are far
+/// below it, for example beside a body of small inertia, those below the middle are 1/μ of the largest
+/// eigenvalues μ of the inverse problem N y = μ S y, S = D K D with 1 on its diagonal, N = D M D, q = D y,
+/// without the rigid motions. Their errors are of ε of the largest μ.
+fn symmetric(a: &DMatrix<f64>, m: &[f64], rigid: &[Vec<f64>], rounding: f64) -> Option<Vec<Found>> {
+    let (n, k) = (a.nrows(), rigid.len());
+    let stiffness = DMatrix::from_fn(n, n, |i, j| 0.5 * (a[(i, j)] * m[i] + a[(j, i)] * m[j]));
+    let root: Vec<f64> = m.iter().map(|m| m.sqrt()).collect();
+    let matrix = Mat::from_fn(n, n, |i, j| stiffness[(i, j)] / (root[i] * root[j]));
+    let found = matrix.self_adjoint_eigen(Side::Lower).ok()?;
+    let (values, vectors) = (found.S().column_vector(), found.U());
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| values[i].abs().total_cmp(&values[j].abs()));
+    // Those next to zero are the rigid motions.
+    let mut order = order.split_off(k);
+    order.sort_by(|&i, &j| values[i].total_cmp(&values[j]));
+    let most = order.iter().fold(0.0f64, |most, &i| most.max(values[i].abs()));
+    let mut pairs: Vec<(f64, Vec<f64>, f64)> = order
+        .iter()
+        .map(|&c| (values[c], (0..n).map(|i| vectors[(i, c)] / root[i]).collect(), f64::EPSILON * most))
+        .collect();
+    if let Some(soft) = graded(&pairs).then(|| soft_modes(&stiffness, m, rigid)).flatten() {
+        let (least, weakest) = (soft.modes[0].0, soft.weakest);
+        let soft = soft.modes;
+        let direct = |j: usize| most / pairs[j].0.abs().max(f64::EPSILON * most);
+        let split = (1..pairs.len()).min_by(|&i, &j| {
+            let worst = |j: usize| direct(j).max(soft[j - 1].0 / least);
+            worst(i).total_cmp(&worst(j))
+        });
+        let split = split.unwrap_or(0);
+        for (pair, soft) in pairs.iter_mut().zip(soft).take(split) {
+            let error = f64::EPSILON * (soft.0 / least + 1.0 / weakest);
+            *pair = (soft.0, soft.1, error * soft.0);
+        }
+    }
+    let of = |(square, shape, error): (f64, Vec<f64>, f64)| {
+        // First order: φᵀ δK φ/φᵀ M φ, |δK| <= rounding |K|.
+        let size = |i: usize| (0..n).map(|j| (stiffness[(i, j)] * shape[i] * shape[j]).abs()).sum::<f64>();
+        let inertia: f64 = shape.iter().zip(m).map(|(x, m)| m * x * x).sum();
+        let first_order = rounding * (0..n).map(size).sum::<f64>() / inertia;
+        Found { square, shape, error: first_order.max(n as f64 * error) }
+    };
+    Some(pairs.into_iter().map(of).collect())
+}
+
+/// Whether eigenvalues are so far apart that the smallest ones need the inverse problem.
+fn graded(pairs: &[(f64, Vec<f64>, f64)]) -> bool {
+    let sizes = pairs.iter().map(|pair| pair.0.abs());
+    let (least, most) = sizes.fold((f64::INFINITY, 0.0f64), |(l, m), x| (l.min(x), m.max(x)));
+    pairs.len() > 1 && most > GRADED * least
+}
+
+/// Modes by the inverse problem.
+struct Soft {
+    /// Eigenvalues ω² with their modes, in increasing order.
+    modes: Vec<(f64, Vec<f64>)>,
+    /// The smallest eigenvalue of S: its error is of ε.
+    weakest: f64,
+}
+
+/// The modes by the inverse problem; `None` if the stiffness is not positive.
+fn soft_modes(stiffness: &DMatrix<f64>, m: &[f64], rigid: &[Vec<f64>]) -> Option<Soft> {
+    let (n, k) = (m.len(), rigid.len());
+    let d: Vec<f64> = (0..n).map(|i| 1.0 / stiffness[(i, i)].sqrt()).collect();
+    if d.iter().any(|d| !d.is_finite()) {
+        return None;
+    }
+    let scaled: Vec<Vec<f64>> =
+        rigid.iter().map(|r| r.iter().zip(&d).map(|(r, d)| r / d).collect()).collect();
+    let basis = completed(&scaled, n);
+    let (elastic, still) = (basis.columns(0, n - k), basis.columns(n - k, k));
+    let s = DMatrix::from_fn(n, n, |i, j| stiffness[(i, j)] * d[i] * d[j]);
+    let inner = elastic.transpose() * &s * elastic;
+    let inner = Mat::from_fn(n - k, n - k, |i, j| inner[(i, j)]);
+    let found = inner.self_adjoint_eigen(Side::Lower).ok()?;
+    let values = found.S().column_vector();
+    if (0..n - k).any(|i| values[i] <= 0.0) {
+        return None;
+    }
+    let weakest = values[0];
+    // Columns z of unit strain energy, made free of the rigid motions: (still)ᵀ N y = 0.
+    let unit = DMatrix::from_fn(n - k, n - k, |i, j| found.U()[(i, j)] / values[j].sqrt());
+    let mut y = elastic * unit;
+    let inertia: Vec<f64> = (0..n).map(|i| m[i] * d[i] * d[i]).collect();
+    let weighted = |x: &DMatrix<f64>| DMatrix::from_fn(n, x.ncols(), |i, j| inertia[i] * x[(i, j)]);
+    if k > 0 {
+        let still = still.into_owned();
+        let own = still.transpose() * weighted(&still);
+        y -= &still * own.lu().solve(&(still.transpose() * weighted(&y)))?;
+    }
+    let g = y.transpose() * weighted(&y);
+    let g = Mat::from_fn(n - k, n - k, |i, j| 0.5 * (g[(i, j)] + g[(j, i)]));
+    let found = g.self_adjoint_eigen(Side::Lower).ok()?;
+    let values = found.S().column_vector();
+    let mode = |c: usize| {
+        let along = |i: usize| (0..n - k).map(|j| y[(i, j)] * found.U()[(j, c)]).sum::<f64>() * d[i];
+        (1.0 / values[c], (0..n).map(along).collect())
+    };
+    // Those that rounding leaves at 0 or below are the largest ω², which are not read.
+    Some(Soft { modes: (0..n - k).rev().map(mode).collect(), weakest })
+}
+
+/// Elastic modes of any matrix with real eigenvalues.
+fn general(a: &DMatrix<f64>, rigid: usize, rounding: f64) -> Option<Vec<Found>> {
+    let n = a.nrows();
+    let found = Mat::from_fn(n, n, |i, j| a[(i, j)]).eigen().ok()?;
+    let (values, vectors) = (found.S().column_vector(), found.U());
+    let most = (0..n).map(|k| values[k].norm()).fold(0.0, f64::max);
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| values[i].norm().total_cmp(&values[j].norm()));
+    let real = |k: &usize| values[*k].im.abs() <= 1e-9 * most;
+    let modes = order.into_iter().skip(rigid).filter(real).map(|k| {
+        // A real eigenvector may carry a complex factor.
+        let largest = (0..n).map(|i| vectors[(i, k)]).fold(Complex64::new(0.0, 0.0), |most, x| {
+            if x.norm() > most.norm() { Complex64::new(x.re, x.im) } else { most }
+        });
+        let entry = |x: &faer::c64| (Complex64::new(x.re, x.im) / largest).re;
+        let shape = (0..n).map(|i| entry(&vectors[(i, k)])).collect();
+        Found { square: values[k].re, shape, error: rounding * n as f64 * most }
+    });
+    Some(modes.collect())
+}
+
+/// Eigenvalues λ with Im λ > 0 of p'' = -A p + V p', in the order of |λ|.
+///
+/// `a`: the columns of A that are not 0, those of the first coordinates. The state is (w p) of these
+/// coordinates and all p': coordinates that nothing depends on, rigid motions, are left out, since they would
+/// give double eigenvalues 0, which rounding splits into ±√ε.
+fn damped(a: &DMatrix<f64>, v: &DMatrix<f64>, weights: &[f64], rounding: f64) -> Option<Vec<Complex64>> {
+    let (n, k) = (a.nrows(), a.ncols());
+    let size = n + k;
+    if size == 0 {
+        return Some(Vec::new());
+    }
+    let matrix = Mat::from_fn(size, size, |i, j| match (i < k, j < k) {
+        (true, true) => 0.0,
+        (true, false) => weights[i] * f64::from(u8::from(i == j - k)),
+        (false, true) => -a[(i - k, j)] / weights[j],
+        (false, false) => v[(i - k, j - k)],
+    });
+    let values = matrix.eigenvalues().ok()?;
+    let most = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
+    // Rounding splits a double real eigenvalue λ by √(error |λ|) at most.
+    let oscillates = |value: &faer::c64| {
+        value.im > 0.0 && value.im * value.im > 8.0 * size as f64 * rounding * most * value.norm()
+    };
+    let mut values: Vec<Complex64> = values
+        .iter()
+        .filter(|value| oscillates(value))
+        .map(|value| Complex64::new(value.re, value.im))
+        .collect();
+    values.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    Some(values)
+}
