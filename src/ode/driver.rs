@@ -59,6 +59,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
 ) -> Result<Finish, IntegrateError> {
     start.check(model.dof())?;
     let mut run = Run::<M, V>::new::<T, LOCATE>(rule, model, start, t_end)?;
+    run.passage.fits(model, start.t, limits.max_steps)?;
     for attempt in 0..limits.max_steps as u64 {
         let (t, stop) = (run.e.ends.t, run.passage.stop);
         let aim = run.pace.aim::<T>(t, stop);

@@ -111,6 +111,19 @@ pub enum IntegrateError {
         /// The maximum number of steps.
         limit: usize,
     },
+    /// The drive edges ahead are more than the run may have steps, each of which ends at an edge at the latest.
+    #[error(
+        "drive edges lie {apart:e} apart after t = {t:?}, more of them until the end than the {max_steps} steps \
+         of a run: hold values for longer, shorten the run, or raise max_steps"
+    )]
+    TooManyEdges {
+        /// Start time of the run.
+        t: f64,
+        /// Mean distance of the next edges.
+        apart: f64,
+        /// The maximum number of steps.
+        max_steps: usize,
+    },
     /// [`Model::next_edge`](crate::Model::next_edge) returned a drive edge that is not later than the given
     /// time.
     #[error("the model gives {edge:?} as its next drive edge after t = {t:?}: it must be later than t")]

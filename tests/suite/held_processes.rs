@@ -199,3 +199,21 @@ fn far_out() {
         }
     }
 }
+
+/// Values held for 1e-9 of the run would take 1e9 steps: the run is refused before it begins.
+#[test]
+fn edges_without_end_are_refused() {
+    let noisy = |hold: f64| Noisy::new(Damped).add(&[(0, 0.2)], &process(hold, 0)).unwrap();
+    let start = State::new(0.0, &[1.0], &[0.0]);
+    for error in [
+        Dop853::new().end(&noisy(1e-9), &start, 1.0).unwrap_err(),
+        Rk45::new().end(&noisy(1e-6), &start, 1000.0).unwrap_err(),
+        Rk4::new(0.1).max_steps(1000).end(&noisy(1e-3), &start, 10.0).unwrap_err(),
+    ] {
+        assert!(matches!(error, IntegrateError::TooManyEdges { .. }), "{error}");
+    }
+    assert!(Rk4::new(0.1).max_steps(20_000).end(&noisy(1e-3), &start, 10.0).is_ok());
+    // The first edge lies beside the start, and the next ones far away.
+    let beside = State { t: 1.0 - 1e-12, ..start };
+    assert!(Rk4::new(0.1).max_steps(1000).end(&noisy(1.0), &beside, 10.0).is_ok());
+}

@@ -28,6 +28,9 @@ pub(crate) struct Passage {
     pub(crate) stats: Stats,
 }
 
+/// Number of drive edges whose mean distance is measured.
+const EDGES: u32 = 64;
+
 impl Passage {
     /// Begins a run from `e.t` to `end`. Without `locate` no edge of a contact is looked for.
     ///
@@ -57,6 +60,32 @@ impl Passage {
             passage.take_pieces(e, true)?;
         }
         Ok(passage)
+    }
+
+    /// Refuses a run with more drive edges ahead than it may have steps, by the mean distance of the next
+    /// [`EDGES`] of them.
+    ///
+    /// # Errors
+    /// [`IntegrateError::TooManyEdges`], [`IntegrateError::DriveEdge`].
+    pub(crate) fn fits<M: Model + ?Sized>(
+        &self,
+        model: &M,
+        t: f64,
+        max_steps: usize,
+    ) -> Result<(), IntegrateError> {
+        let least = (self.end - t) / max_steps as f64;
+        let mut last = self.edge;
+        if last - t >= least {
+            return Ok(());
+        }
+        for _ in 1..EDGES {
+            if last >= self.end {
+                return Ok(());
+            }
+            last = edge_after(model, last)?;
+        }
+        let apart = (last - t) / f64::from(EDGES);
+        if apart >= least { Ok(()) } else { Err(IntegrateError::TooManyEdges { t, apart, max_steps }) }
     }
 
     /// Moves the end of the run.

@@ -90,6 +90,7 @@ impl Prepared {
     ) -> Result<Finish, IntegrateError> {
         start.check(model.dof())?;
         let mut run = TaylorRun::new(self, settings, model, start, t_end)?;
+        run.course.passage.fits(model, start.t, settings.limits.max_steps)?;
         for _ in 0..settings.limits.max_steps {
             run.expand()?;
             match run.make_step()? {
