@@ -27,6 +27,10 @@ use crate::tori::quasi_periodic::{QuasiPeriodic, checked_frequencies};
 /// show this; [`CircleShooting`](crate::tori::CircleShooting) locates the edges. The same holds for drives
 /// that jump.
 ///
+/// Stable and unstable tori satisfy the same equations, and a balance does not tell them apart. With two
+/// frequencies [`CircleShooting`](crate::tori::CircleShooting) from [`Torus::section`] gives the growth of
+/// perturbations.
+///
 /// A rigid motion leaves its mean undetermined ([`TorusError::Singular`]): use relative coordinates.
 ///
 /// ```
