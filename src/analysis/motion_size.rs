@@ -24,6 +24,10 @@ pub(crate) struct MotionSize {
     high: Vec<f64>,
     sizes: Vec<f64>,
     pub(crate) steps: usize,
+    /// Whether the last step ended in a rebound.
+    rebounded: bool,
+    /// Whether each contact has touched its lower and its upper flank since the ranges were halved.
+    touched: Vec<[bool; 2]>,
     /// First and last time.
     first: f64,
     last: f64,
@@ -56,6 +60,8 @@ impl MotionSize {
             high: vec![f64::NEG_INFINITY; m],
             sizes: vec![0.0; m],
             steps: 0,
+            rebounded: false,
+            touched: Vec::new(),
             first: f64::INFINITY,
             last: f64::NEG_INFINITY,
         }
@@ -87,19 +93,52 @@ impl MotionSize {
         }
     }
 
+    /// Adds the end of a step, and its start if the velocities have jumped there.
+    pub(crate) fn see_step(&mut self, step: &Step<'_>) {
+        let rebounds = step.crossings().iter().any(|crossing| crossing.rebounds);
+        if std::mem::replace(&mut self.rebounded, rebounds) {
+            self.see(step.t0(), step.q0(), step.v0());
+        }
+        self.see(step.t1(), step.q1(), step.v1());
+    }
+
     /// Raises the sizes to those at a state.
     fn weigh(&mut self, sizes: &[f64]) {
         self.sizes.iter_mut().zip(sizes).for_each(|(size, now)| *size = size.max(*now));
     }
 
+    /// Notes the flanks that a motion touches.
+    pub(crate) fn touch(&mut self, pieces: impl Iterator<Item = Piece>) {
+        for (i, piece) in pieces.enumerate() {
+            if i == self.touched.len() {
+                self.touched.push([false; 2]);
+            }
+            match piece {
+                Piece::Lower => self.touched[i][0] = true,
+                Piece::Gap => {}
+                Piece::Upper => self.touched[i][1] = true,
+            }
+        }
+    }
+
     /// Adds the sizes at a state of a motion with steps of length `step`: as it is, and with all contacts on
-    /// their lower and on their upper flanks.
+    /// their lower and on their upper flanks, as far as they have [touched](MotionSize::touch) them. The law
+    /// of a flank that the motion does not touch says nothing about its rounding.
     pub(crate) fn weigh_on_flanks<M: Model + ?Sized>(&mut self, model: &M, state: &State, step: f64) {
         let (mut sizing, h, State { t, q, v }) = (Sizing::new(model), ADDED * step, state);
         self.weigh(sizing.at(None, *t, q, v, h));
-        if model.contacts() > 0 && model.offers().pieces {
-            for flank in [Piece::Lower, Piece::Upper] {
-                self.weigh(sizing.at(Some(&vec![flank; model.contacts()]), *t, q, v, h));
+        if !model.offers().pieces {
+            return;
+        }
+        for flank in [Piece::Lower, Piece::Upper] {
+            let piece = |touched: &[bool; 2]| match (flank, *touched) {
+                (Piece::Lower, [true, _]) | (_, [true, false]) => Piece::Lower,
+                (_, [_, true]) => Piece::Upper,
+                (_, [false, false]) => Piece::Gap,
+            };
+            let pieces: Vec<Piece> = self.touched.iter().map(piece).collect();
+            if pieces.len() == model.contacts() && pieces.contains(&flank) {
+                self.weigh(sizing.at(Some(&pieces), *t, q, v, h));
             }
         }
     }
@@ -113,8 +152,10 @@ impl MotionSize {
         }
     }
 
-    /// Halves every range about its middle, and every size, so that transients lose their weight.
+    /// Halves every range about its middle, and every size, so that transients lose their weight. Forgets the
+    /// touched flanks.
     pub(crate) fn fade(&mut self) {
+        self.touched.fill([false; 2]);
         for ((low, high), size) in self.low.iter_mut().zip(&mut self.high).zip(&mut self.sizes) {
             let middle = 0.5 * (*low + *high);
             if middle.is_finite() {
@@ -193,7 +234,7 @@ impl<M: Model + ?Sized> Observer for Along<'_, '_, M> {
             motion.see(t, q, v);
             motion.inside = y;
         }
-        motion.see(step.t1(), step.q1(), step.v1());
+        motion.see_step(step);
         // At an edge the differences of a model without slopes would mix two pieces.
         if step.crossings().is_empty() {
             // A step of high order is as accurate as shorter steps, one for each of its parts.

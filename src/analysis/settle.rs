@@ -105,7 +105,8 @@ impl Settle {
             let mut parts = 0;
             let mut watch = |step: &mut Step<'_>| {
                 parts += step.parts();
-                motion.see(step.t1(), step.q1(), step.v1());
+                motion.see_step(step);
+                motion.touch(step.pieces().into_iter().flatten().copied());
                 (&meter).step(step)
             };
             let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);

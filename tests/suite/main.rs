@@ -31,6 +31,7 @@ mod ensembles;
 mod error_texts;
 mod excitations;
 mod exports;
+mod extremes_at_jumps;
 mod floquet;
 mod fourier_waves;
 mod held_processes;

@@ -225,3 +225,85 @@ fn the_error_of_settling_is_estimated_by_the_contraction() {
         assert!(steady.error() > 0.2 * steady.change || damping > 0.3);
     }
 }
+
+/// x'' = F + P cos w t - c x' - f(x) with f(d) = (1 - e^{-r y})/r past each edge ±1, y the depth.
+///
+/// On the flank that the motion does not touch, the law is -(e^{r (x + 1)} - 1)/r at x = 1: of the size 4400.
+#[derive(Clone)]
+struct FarFlank {
+    rate: f64,
+    load: f64,
+}
+
+impl FarFlank {
+    fn on(&self, piece: Piece, x: f64) -> f64 {
+        match piece {
+            Piece::Lower => ((self.rate * (x + 1.0)).exp() - 1.0) / self.rate,
+            Piece::Gap => 0.0,
+            Piece::Upper => (1.0 - (-self.rate * (x - 1.0)).exp()) / self.rate,
+        }
+    }
+    fn piece(x: f64) -> Piece {
+        if x < -1.0 {
+            Piece::Lower
+        } else if x > 1.0 {
+            Piece::Upper
+        } else {
+            Piece::Gap
+        }
+    }
+}
+
+impl Model for FarFlank {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn drives(&self) -> usize {
+        1
+    }
+    fn drive(&self, t: f64, _: Side, u: &mut [f64]) {
+        u[0] = self.load + 0.02 * (0.5 * t).cos();
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = u[0] - 0.05 * v[0] - self.on(FarFlank::piece(q[0]), q[0]);
+    }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let force = self.on(FarFlank::piece(q[0]), q[0]);
+        out[0] =
+            Contact { deflection: q[0], rate: v[0], lower: -1.0, upper: 1.0, force, ..Contact::default() };
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = u[0] - 0.05 * v[0] - self.on(pieces[0], q[0]);
+    }
+}
+
+impl Periodic for FarFlank {
+    fn period(&self) -> f64 {
+        TAU / 0.5
+    }
+}
+
+/// The law of a flank that the motion does not touch weighs nothing: the settled state is that of 400 more
+/// periods. Transients fall by e^{-c T/2} = 0.73 in a period, so that the error is below four times the
+/// tolerance; the motion is compared to 100 times.
+#[test]
+fn a_flank_that_is_not_touched_does_not_settle_a_motion() {
+    for (rate, load) in [(5.0, 0.06), (4.0, 0.08), (6.0, 0.05), (5.5, 0.1)] {
+        let (model, solver) = (FarFlank { rate, load }, Dop853::new().rtol(1e-12).atol(1e-14));
+        let start = State::new(0.0, &[1.0 - (1.0 - rate * load).ln() / rate], &[0.0]);
+        let steady = Settle::new().tolerance(1e-9).run(&solver, &model, &start).unwrap();
+        let later = steady.state.t + 400.0 * model.period();
+        let end = solver.end(&model, &steady.state, later).unwrap();
+        let mut statistics = Statistics::new(&model, &["q0"]).unwrap();
+        solver.run(&model, &end, later + model.period(), &mut statistics).unwrap();
+        let range = statistics.summary("q0").unwrap().peak_to_peak();
+        let apart = (steady.state.q[0] - end.q[0]).abs() / range;
+        assert!(apart < 1e-7, "{rate} {load}: {apart:e} after {} periods", steady.periods);
+    }
+}

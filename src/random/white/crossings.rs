@@ -9,7 +9,8 @@ use crate::sweep::lanes::number::Lanes;
 /// Impacts and flights of one contact in all lanes.
 ///
 /// Noise does not move the coordinates, so that the deflection within a step is the smooth arc of R: a cubic
-/// through both ends. Its roots are the crossings.
+/// through both ends. Where its ends lie on different sides of an edge, its root there is the crossing. Two
+/// crossings of one edge within a step are not counted: the share (a h)²/(24 ⟨v²⟩) of all.
 pub(crate) struct Crossings<const W: usize> {
     contact: usize,
     /// Penetrations of the lower and the upper flank after the last step; NaN before the first one.

@@ -81,7 +81,8 @@ impl<'w> LongRun<'w> {
         LongRun { spans, ..self }
     }
     /// The channels to measure: coordinates, velocities, deflections and mesh forces, as in a
-    /// [`Sweep`](crate::Sweep) in lanes. They are sampled at the end of every step.
+    /// [`Sweep`](crate::Sweep) in lanes. They are sampled at the end of every step, and
+    /// on both sides of a jump of the drives.
     pub fn channels(self, names: &[&str]) -> Self {
         LongRun { channels: names.iter().map(|name| (*name).to_owned()).collect(), ..self }
     }
@@ -195,6 +196,8 @@ struct LongGauge<const W: usize> {
     meters: Meters<Lanes<W>>,
     crossings: Vec<Crossings<W>>,
     contacts: Vec<Contact<Lanes<W>>>,
+    /// The drives behind a jump.
+    after: Vec<Lanes<W>>,
 }
 
 impl<const W: usize> LongGauge<W> {
@@ -205,6 +208,7 @@ impl<const W: usize> LongGauge<W> {
             meters,
             crossings: (0..contacts).map(Crossings::new).collect(),
             contacts: vec![Contact::default(); contacts],
+            after: Vec::new(),
         }
     }
 }
@@ -216,7 +220,14 @@ impl<G: Shape, const W: usize> Gauge<G, W> for LongGauge<W> {
             self.contacts[i] = step.contact(i);
             crossings.look(step, &self.contacts[i]);
         }
-        self.meters.sample(step.q, step.v, &self.contacts);
+        let jumps = step.jumps(&mut self.after);
+        self.meters.sample(step.q, step.v, &self.contacts, if jumps { 0.5 } else { 1.0 });
+        if jumps {
+            for (i, contact) in self.contacts.iter_mut().enumerate() {
+                *contact = step.contact_under(i, &self.after);
+            }
+            self.meters.sample(step.q, step.v, &self.contacts, 0.5);
+        }
         true
     }
 }

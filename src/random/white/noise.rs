@@ -160,3 +160,33 @@ impl WhiteNoise {
         Ok([0, 1, 2, 6, 7, 8].into_iter().any(differs))
     }
 }
+
+/// A source of noise with its numbers for half a step.
+#[derive(Clone, Debug)]
+pub(super) enum Source {
+    /// v ← e^{-c h/2} v + √(D (1 - e^{-c h})/(2 c)) Z
+    Bath { coordinate: usize, decay: f64, spread: f64 },
+    /// Gains times √(D h/2) for each slot, and whether the flow must follow the velocities.
+    Drives { slots: Vec<(usize, f64)>, follows_velocity: bool },
+}
+
+impl Source {
+    pub(super) fn new(noise: &WhiteNoise, h: f64, follows_velocity: bool) -> Self {
+        match &noise.target {
+            Target::Bath { coordinate, damping } => {
+                let lost = -libm::expm1(-damping * h);
+                let per_time = if *damping * h > 0.0 { lost / (2.0 * damping) } else { 0.5 * h };
+                Source::Bath {
+                    coordinate: *coordinate,
+                    decay: libm::exp(-0.5 * damping * h),
+                    spread: (noise.intensity * per_time).sqrt(),
+                }
+            }
+            Target::Drives(slots) => {
+                let spread = (0.5 * h * noise.intensity).sqrt();
+                let slots = slots.iter().map(|(slot, gain)| (*slot, gain * spread)).collect();
+                Source::Drives { slots, follows_velocity }
+            }
+        }
+    }
+}

@@ -2,42 +2,12 @@
 
 use crate::contact::{ByDeflection, Contact};
 use crate::model::{Drives, Machine, Shape};
-use crate::random::white::noise::{Target, WhiteNoise};
+use crate::random::white::noise::{Source, WhiteNoise};
 use crate::random::white::normal::{key, normal_pairs};
 use crate::scalar::keep_rolled;
 use crate::sweep::lanes::drive_table::DriveTable;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
-
-/// A source of noise with its numbers for half a step.
-#[derive(Clone, Debug)]
-enum Source {
-    /// v ← e^{-c h/2} v + √(D (1 - e^{-c h})/(2 c)) Z
-    Bath { coordinate: usize, decay: f64, spread: f64 },
-    /// Gains times √(D h/2) for each slot, and whether the flow must follow the velocities.
-    Drives { slots: Vec<(usize, f64)>, follows_velocity: bool },
-}
-
-impl Source {
-    fn new(noise: &WhiteNoise, h: f64, follows_velocity: bool) -> Self {
-        match &noise.target {
-            Target::Bath { coordinate, damping } => {
-                let lost = -libm::expm1(-damping * h);
-                let per_time = if *damping * h > 0.0 { lost / (2.0 * damping) } else { 0.5 * h };
-                Source::Bath {
-                    coordinate: *coordinate,
-                    decay: libm::exp(-0.5 * damping * h),
-                    spread: (noise.intensity * per_time).sqrt(),
-                }
-            }
-            Target::Drives(slots) => {
-                let spread = (0.5 * h * noise.intensity).sqrt();
-                let slots = slots.iter().map(|(slot, gain)| (*slot, gain * spread)).collect();
-                Source::Drives { slots, follows_velocity }
-            }
-        }
-    }
-}
 
 /// W members of one machine under white noise. A step of length h is
 ///
@@ -110,7 +80,24 @@ impl<G: Shape, const W: usize> Look<'_, G, W> {
     /// Contact `i` at the end of the step.
     #[inline(always)]
     pub(crate) fn contact(&self, i: usize) -> Contact<Lanes<W>> {
-        self.shape.contact(&ByDeflection, i, Drives::new(self.shape.size().waves, self.u), self.q, self.v)
+        self.contact_under(i, self.u)
+    }
+    /// Whether the drives jump at the end of the step. If they do, writes those behind the jump to `u`. All
+    /// lanes must have made the same number of steps.
+    #[inline(always)]
+    pub(crate) fn jumps(&self, u: &mut Vec<Lanes<W>>) -> bool {
+        let jumps = self.table.jumps_before((self.number[0] % self.table.steps() as u64) as usize);
+        if jumps {
+            u.clear();
+            u.extend_from_slice(self.u);
+            fill(self.table, self.number, 0, u);
+        }
+        jumps
+    }
+    /// Contact `i` at the end of the step under other drives.
+    #[inline(always)]
+    pub(crate) fn contact_under(&self, i: usize, u: &[Lanes<W>]) -> Contact<Lanes<W>> {
+        self.shape.contact(&ByDeflection, i, Drives::new(self.shape.size().waves, u), self.q, self.v)
     }
     /// Contact `i` at the start and at the end of R. `u`: memory for the drives.
     #[inline(never)]

@@ -120,7 +120,9 @@ pub struct ContactEstimates {
     /// Share of time on the lower and the upper flank `[1]`.
     pub flanks: [Estimate; 2],
     /// Impacts on the lower and the upper flank over time: the rate at which the edge is crossed from the
-    /// gap. It is the rate of the separations from the flank, too.
+    /// gap. It is the rate of the separations from the flank, too. Two crossings within one step of length h
+    /// are not seen: with the acceleration a at the edge and the mean square ⟨v²⟩ of the rate there, the rate
+    /// is too small by the share (a h)²/(24 ⟨v²⟩), to second order in h.
     pub impacts: [Estimate; 2],
     /// Mean speed of approach at the impacts on each flank. NaN without impacts.
     pub speed: [Estimate; 2],

@@ -73,11 +73,16 @@ impl<I: Integrator> Located<I> {
         let mut counted = rattle.contacts().to_vec();
         let mut state = start.clone();
         let period = model.period();
+        let mut rebounded = false;
         let with_model: &WithModel<'_> = &|read| read(model);
         loop {
             let end = start.t + (track.periods + 1) as f64 * period;
             let (measuring, ranging) = (track.measuring(), track.ranging());
             let mut look = |step: &mut Step<'_>| {
+                let rebounds = step.crossings().iter().any(|crossing| crossing.rebounds);
+                if std::mem::replace(&mut rebounded, rebounds) && ranging {
+                    track.see_state(step.q0().iter().chain(step.v0()).copied());
+                }
                 if ranging {
                     track.see_state(step.y1().iter().copied());
                 }

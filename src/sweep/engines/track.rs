@@ -2,9 +2,12 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
+use crate::contact::Contact;
+use crate::excitation::Side;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Periodic, State};
 use crate::numeric::moments::Moments;
+use crate::ode::probe::Probe;
 use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::rows::layout::Layout;
@@ -283,6 +286,11 @@ impl Track {
             let rigid = self.rigid.get_or_insert_with(|| rigid_modes(model, model.period()));
             let (q, v) = self.section[self.section.len() - 2 * n..].split_at(n);
             let mut motion = MotionSize::new(n, rigid);
+            let mut probe = Probe::new(model);
+            for state in self.states() {
+                let contacts = probe.read_contacts(0.0, Side::After, &state[..n], &state[n..]);
+                motion.touch(contacts.iter().map(Contact::piece));
+            }
             motion.weigh_on_flanks(model, &State::new(0.0, q, v), model.period() / self.steps as f64);
             relative = Some(motion);
         });
@@ -291,13 +299,16 @@ impl Track {
         self.repeats(tolerance, &mut relative)
     }
 
+    /// The known states of the last period.
+    fn states(&self) -> impl Iterator<Item = &[f64]> {
+        let width = 2 * self.plan.layout.dof;
+        self.section.rchunks_exact(width).take(2).chain(self.samples.chunks_exact(width))
+    }
+
     /// Adds the states of the last period.
     fn measure(&self, motion: &mut MotionSize) {
         let n = self.plan.layout.dof;
-        let strobed = self.section.rchunks_exact(2 * n).take(2);
-        for state in strobed.chain(self.samples.chunks_exact(2 * n)) {
-            motion.see(0.0, &state[..n], &state[n..]);
-        }
+        self.states().for_each(|state| motion.see(0.0, &state[..n], &state[n..]));
     }
 
     /// The period multiple p of the strobed states y_0 (newest), y_1, y_2, ..., or 0 if they do not repeat,

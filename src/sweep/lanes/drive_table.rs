@@ -206,6 +206,12 @@ impl DriveTable {
         let row = self.ends[step] as usize;
         (row, row < 2 * self.ends.len())
     }
+    /// Whether a drive jumps at the start of a step.
+    #[inline(always)]
+    pub(crate) fn jumps_before(&self, step: usize) -> bool {
+        let steps = self.ends.len();
+        !self.end((step + steps - 1) % steps).1
+    }
 }
 
 /// The whole steps at which drives jump, in order. `next_edge` returns the next edge as a share of the

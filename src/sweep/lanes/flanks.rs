@@ -60,6 +60,13 @@ impl<S: Number> Flanks<S> {
         self.visit::<1>(above);
     }
 
+    /// As [`sample`](Flanks::sample), for a share of a step.
+    #[inline(always)]
+    pub(crate) fn sample_share(&mut self, below: S, above: S, share: f64) {
+        self.next = self.next.map(|next| next - S::from(1.0 - share));
+        self.sample(below, above);
+    }
+
     #[inline(always)]
     pub(crate) fn see_width(&mut self, below: S, above: S) {
         self.overlap = self.overlap.min(below + above);

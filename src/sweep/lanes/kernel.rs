@@ -296,6 +296,8 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         let columns = algebra.columns();
         let contacts = self.bundle.meters.contacts();
         let mut fresh = true;
+        // Whether the drives jump at the start of the step.
+        let mut jumped = METERED && table.jumps_before(self.steps.start);
         for step in self.steps.clone() {
             if fresh || SMALL {
                 fill::<S, SMALL>(table, 2 * step, columns, w.u);
@@ -304,7 +306,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 if !contacts.is_empty() {
                     algebra.contact(contacts.clone(), w.u, w.q, w.v, w.contacts);
                 }
-                self.bundle.meters.sample(w.q, w.v, w.contacts);
+                self.bundle.meters.sample(w.q, w.v, w.contacts, if jumped { 0.5 } else { 1.0 });
             }
             algebra.accel(w.u, w.q, w.v, w.first);
             for i in 0..n {
@@ -337,6 +339,13 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             if SMALL {
                 std::hint::black_box(());
             }
+            if METERED && !shared {
+                if !contacts.is_empty() {
+                    algebra.contact(contacts.clone(), w.u, w.q, w.v, w.contacts);
+                }
+                self.bundle.meters.sample(w.q, w.v, w.contacts, 0.5);
+            }
+            jumped = !shared;
             // Without a drive edge the next step starts with the drives that are already in `u`.
             fresh = !shared;
         }

@@ -13,7 +13,8 @@ use crate::sweep::lanes::flanks::{ContactMeter, Flanks};
 use crate::sweep::lanes::number::Number;
 use std::ops::Range;
 
-/// Sums and extremes of one channel, sampled at the start of every step.
+/// Sums and extremes of one channel, sampled at the start of every step, and on both sides of a jump of the
+/// drives, where each sample counts half.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChannelMeter<S> {
     pub(crate) sum: S,
@@ -49,6 +50,8 @@ pub(crate) struct Meters<S: Number> {
     /// The buffered samples of a block: a row for each channel, then two rows for each contact with the
     /// penetrations of its lower and upper flank. Empty between two ranges of steps.
     buffer: Vec<[S; BLOCK]>,
+    /// The share of a step for which each buffered sample counts.
+    shares: [f64; BLOCK],
     /// Number of buffered samples.
     filled: usize,
     /// The parts of the first channel, then those of the next channel.
@@ -77,6 +80,7 @@ impl<S: Number> Meters<S> {
             kinds: kinds.to_vec(),
             read,
             buffer: vec![[S::from(0.0); BLOCK]; kinds.len() + 2 * contacts],
+            shares: [1.0; BLOCK],
             filled: 0,
             channels: vec![channel; kinds.len() * S::PARTS],
             contacts: vec![contact; contacts * S::PARTS],
@@ -88,9 +92,10 @@ impl<S: Number> Meters<S> {
         self.read.clone()
     }
 
-    /// Buffers a sample of all channels and contacts.
+    /// Buffers a sample of all channels and contacts. `share`: the share of a step for which it counts, 1, or
+    /// 1/2 on each side of a jump.
     #[inline(always)]
-    pub(crate) fn sample(&mut self, q: &[S], v: &[S], contacts: &[Contact<S>]) {
+    pub(crate) fn sample(&mut self, q: &[S], v: &[S], contacts: &[Contact<S>], share: f64) {
         let at = self.filled % BLOCK;
         let (kinds, buffer) = (&self.kinds[..], &mut self.buffer[..]);
         let (channels, flanks) = buffer.split_at_mut(kinds.len());
@@ -108,6 +113,7 @@ impl<S: Number> Meters<S> {
                 flanks[2 * c + 1][at] = Edge::Upper.depth(&contacts[c]);
             }
         }
+        self.shares[at] = share;
         self.filled = at + 1;
         if self.filled == BLOCK {
             self.gather(BLOCK);
@@ -125,12 +131,20 @@ impl<S: Number> Meters<S> {
     #[inline(always)]
     fn gather(&mut self, count: usize) {
         let (channels, flanks) = self.buffer.split_at(self.kinds.len());
+        let shares = &self.shares[..count];
+        let whole = shares.iter().all(|share| *share == 1.0);
         for (meters, row) in self.channels.chunks_exact_mut(S::PARTS).zip(channels) {
             for part in 0..S::PARTS {
                 let mut meter = meters[part];
                 meter.begin(row[0].part(part));
-                for sample in &row[..count] {
-                    meter.sample(sample.part(part));
+                if whole {
+                    for sample in &row[..count] {
+                        meter.sample(sample.part(part));
+                    }
+                } else {
+                    for (sample, share) in row.iter().zip(shares) {
+                        meter.sample_share(sample.part(part), *share);
+                    }
                 }
                 meters[part] = meter;
             }
@@ -138,8 +152,14 @@ impl<S: Number> Meters<S> {
         for (meters, rows) in self.contacts.chunks_exact_mut(S::PARTS).zip(flanks.chunks_exact(2)) {
             for part in 0..S::PARTS {
                 let mut meter = meters[part];
-                for k in 0..count {
-                    meter.sample(rows[0][k].part(part), rows[1][k].part(part));
+                if whole {
+                    for k in 0..count {
+                        meter.sample(rows[0][k].part(part), rows[1][k].part(part));
+                    }
+                } else {
+                    for (k, share) in shares.iter().enumerate() {
+                        meter.sample_share(rows[0][k].part(part), rows[1][k].part(part), *share);
+                    }
                 }
                 if let Some(last) = count.checked_sub(1) {
                     meter.see_width(rows[0][last].part(part), rows[1][last].part(part));
@@ -230,6 +250,19 @@ impl<S: Number> ChannelMeter<S> {
         self.max = self.max.max(x);
     }
 
+    /// As [`sample`](ChannelMeter::sample), for a share of a step.
+    #[inline(always)]
+    fn sample_share(&mut self, x: S, share: f64) {
+        let off = x - self.origin;
+        let (part_off, part) = (off * share, x * share);
+        self.off = self.off + part_off;
+        self.off_square = self.off_square + off * part_off;
+        self.sum = self.sum + part;
+        self.square = self.square + x * part;
+        self.min = self.min.min(x);
+        self.max = self.max.max(x);
+    }
+
     fn lane(&self, lane: usize) -> ChannelMeter<f64> {
         ChannelMeter {
             sum: self.sum.lane(lane),
@@ -287,7 +320,7 @@ mod tests {
             for sample in 0..SAMPLES {
                 let mut contact = Contact { lower: S::from(-1.0), upper: S::from(1.0), ..Contact::default() };
                 (0..S::WIDTH).for_each(|lane| contact.deflection.set_lane(lane, value(sample, lane)));
-                meters.sample(&[], &[], &[contact]);
+                meters.sample(&[], &[], &[contact], 1.0);
                 if sample % stretch == 0 {
                     meters.finish();
                 }

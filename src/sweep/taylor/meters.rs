@@ -14,7 +14,7 @@ use crate::scalar::Scalar;
 use crate::sweep::lanes::number::Lanes;
 use crate::sweep::taylor::columns::{Columns, Moved, W, sums, weighted_sum};
 
-/// Number of instants at which a step is sampled: evenly spread in it, the last at its end.
+/// Number of instants at which a step is sampled behind its start: evenly spread in it, the last at its end.
 const SAMPLES: usize = 8;
 
 /// The powers s, s², ... of the place s of each sample in its step.
@@ -175,6 +175,16 @@ fn integrals(g: &[Lanes<W>]) -> [Lanes<W>; 2] {
 }
 
 impl Running {
+    /// Updates the extremes of the chosen lanes from a value.
+    #[inline(always)]
+    fn reach(&mut self, value: &Lanes<W>, chosen: &[bool; W]) {
+        let [min, max] = &mut self.extremes;
+        for l in 0..W {
+            min.0[l] = if chosen[l] & (value.0[l] < min.0[l]) { value.0[l] } else { min.0[l] };
+            max.0[l] = if chosen[l] & (value.0[l] > max.0[l]) { value.0[l] } else { max.0[l] };
+        }
+    }
+
     /// Updates the extremes of the chosen lanes from samples. Returns for each lane the intervals between
     /// them, as bits, in which a value may lie below the minimum and above the maximum.
     #[inline(always)]
@@ -183,6 +193,8 @@ impl Running {
         let sizes = &mut sizes[..g.len()];
         sizes.iter_mut().zip(g).for_each(|(size, g)| *size = g.abs());
         let mut before = g[0];
+        // The first value is the other side of a jump at the start of the step.
+        self.reach(&before, chosen);
         // Bounds of the values in each interval.
         let mut bounds = [[before; 2]; SAMPLES];
         for (k, bounds) in bounds.iter_mut().enumerate() {
@@ -191,11 +203,7 @@ impl Running {
                 * (1.0 / (8 * (k + 1) * (k + 1)) as f64);
             *bounds = [value.min(before) - over, value.max(before) + over];
             before = value;
-            let [min, max] = &mut self.extremes;
-            for l in 0..W {
-                min.0[l] = if chosen[l] & (value.0[l] < min.0[l]) { value.0[l] } else { min.0[l] };
-                max.0[l] = if chosen[l] & (value.0[l] > max.0[l]) { value.0[l] } else { max.0[l] };
-            }
+            self.reach(&value, chosen);
         }
         let (mut open, [min, max]) = ([[0; 2]; W], &self.extremes);
         for (k, [low, high]) in bounds.iter().enumerate() {

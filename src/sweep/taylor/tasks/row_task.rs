@@ -113,7 +113,11 @@ impl<'m> Task<'m> for RowTask<'m> {
             return Ok(true);
         }
         lane.course.passage.extend(self.period_end());
+        let rebounds = lane.course.passage.crossings.iter().any(|crossing| crossing.rebounds);
         lane.pass(ended.at_edge)?;
+        if rebounds && self.track.ranging() {
+            self.track.see_state(lane.course.e.y.slice().iter().copied());
+        }
         Ok(false)
     }
 }
