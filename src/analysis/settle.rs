@@ -4,6 +4,7 @@ use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
 use crate::error::{ParameterError, check};
 use crate::linear::{LinearError, static_state};
+use crate::model::equations::early;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Periodic, State};
 use crate::ode::{Budget, Exhausted, IntegrateError, Integrator, Observer, Step};
@@ -12,6 +13,8 @@ use thiserror::Error;
 /// Integrates until the state repeats: settling to a periodic orbit.
 ///
 /// It also finds the smallest period multiple p of the orbit.
+/// A start later than 2²⁰ periods begins at the same instant of the first period, whose time is not rounded so
+/// coarsely.
 ///
 /// The state repeats if max_i |y_i(t) - y_i(t - p T)|/range_i is at most the tolerance p + 1 times in a row,
 /// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with
@@ -82,12 +85,13 @@ impl Settle {
         model: &M,
         start: impl Into<Option<&'s State>>,
     ) -> Result<Steady, SettleError> {
-        let start = match start.into() {
+        let mut start = match start.into() {
             Some(start) => start.clone(),
             None => static_state(&model, 0.0)?.state,
         };
         let period = model.period();
         self.check(period)?;
+        start.t = early(start.t, period);
         let joined = |state: &State| [&state.q[..], &state.v].concat();
         let mut section: Vec<Vec<f64>> = vec![joined(&start)];
         let mut last = start.clone();

@@ -1,6 +1,7 @@
 //! Texts of the findings: the part of the model, the values found and the requirement.
 
 use crate::check::inconsistency::Inconsistency;
+use crate::excitation::Side;
 use std::fmt;
 
 impl fmt::Display for Inconsistency {
@@ -91,6 +92,14 @@ impl fmt::Display for Inconsistency {
                     f,
                     "drive {drive} jumps at t = {t}, where next_edge returns no edge; solvers end their \
                      steps only at the edges that next_edge returns"
+                )
+            }
+            Inconsistency::SideIgnored { drive, t, side } => {
+                let side = if *side == Side::Before { "before" } else { "after" };
+                write!(
+                    f,
+                    "drive {drive} jumps at t = {t}, but drive() does not return its value {side} the jump; it \
+                     must return the value of the requested side"
                 )
             }
             Inconsistency::Redrive { drive, t, found, expected } => {

@@ -20,6 +20,10 @@ const FOLLOWED: usize = 4096;
 /// leaves one half in each half interval; a jump leaves all of it in one.
 const KEPT: f64 = 0.75;
 
+/// Times beside an edge, as shares of the time to the next edge on either side `[1]`. Several times, since a
+/// random process may by chance change by the same amount in two of them.
+const BESIDE: [f64; 4] = [1e-7, 1e-6, 1e-5, 1e-4];
+
 /// Number of instants at which the methods that update drives are compared with `drive`.
 const UPDATES: usize = 11;
 
@@ -27,7 +31,7 @@ const UPDATES: usize = 11;
 const UPDATED: f64 = 1e-9;
 
 /// Checks that `next_edge` returns later instants, for 4096 edges, that the drives do not jump between them,
-/// and that `redrive` writes the values of `drive`.
+/// that they have the values of the requested side at the first eight, and that `redrive` writes the values of `drive`.
 ///
 /// The second and the third check cover the time up to the eighth edge and the period. If the period is not
 /// known, they cover the spans 1, 1e-3, 1e3, 1e-6 and max|q|/max|v| in its place.
@@ -66,6 +70,7 @@ pub(crate) fn check<M: Model + ?Sized>(
             && resolved
             && let Some(finding) = sides(model, start, span)
                 .or_else(|| jump(model, start, span))
+                .or_else(|| ignored_sides(model, start))
                 .or_else(|| updates(model, start, span))
         {
             findings.push(finding);
@@ -112,6 +117,40 @@ fn sides<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsis
         let drive = (0..u.len()).find(|&d| u[d] != w[d])?;
         (!announced(model, t, t, span)).then_some(Inconsistency::UnannouncedJump { drive, t })
     })
+}
+
+/// Compares the drives of each side of the first edges with those a short time away on this side. A drive that
+/// ignores the side jumps between them: the difference does not decrease with the time.
+fn ignored_sides<M: Model + ?Sized>(model: &M, start: f64) -> Option<Inconsistency> {
+    let drives = model.drives();
+    let [mut at, mut beside, mut least, mut most] = std::array::from_fn(|_| vec![0.0; drives]);
+    let mut last = start;
+    for _ in 0..EDGES {
+        let edge = model.next_edge(last).filter(|edge| edge.is_finite())?;
+        let apart = (model.next_edge(edge).unwrap_or(f64::INFINITY) - edge).min(edge - last);
+        last = edge;
+        if BESIDE[0] * apart <= 64.0 * f64::EPSILON * edge.abs() {
+            continue; // rounding of the time would count
+        }
+        for side in [Side::Before, Side::After] {
+            let away = if side == Side::Before { -apart } else { apart };
+            model.drive(edge, side, &mut at);
+            least.fill(f64::INFINITY);
+            most.fill(0.0);
+            for share in BESIDE {
+                model.drive(edge + share * away, Side::After, &mut beside);
+                for d in 0..drives {
+                    let change = (beside[d] - at[d]).abs();
+                    (least[d], most[d]) = (least[d].min(change), most[d].max(change));
+                }
+            }
+            let jumps = |d: usize| least[d] > (KEPT * most[d]).max(1e-9 * at[d].abs());
+            if let Some(drive) = (0..drives).find(|&d| jumps(d)) {
+                return Some(Inconsistency::SideIgnored { drive, t: edge, side });
+            }
+        }
+    }
+    None
 }
 
 /// Whether `next_edge` announces an edge between two instants, with an allowance for rounding.

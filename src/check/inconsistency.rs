@@ -1,5 +1,7 @@
 //! The findings of a check.
 
+use crate::excitation::Side;
+
 /// An inconsistency between two parts of a model. Its text names the part, the values and the requirement.
 ///
 /// ```
@@ -160,6 +162,15 @@ pub enum Inconsistency {
         drive: usize,
         /// Approximate instant of the jump.
         t: f64,
+    },
+    /// A drive does not have the value of the requested side at a drive edge: it ignores `side`.
+    SideIgnored {
+        /// Index of the drive.
+        drive: usize,
+        /// The drive edge.
+        t: f64,
+        /// The side that was requested.
+        side: Side,
     },
     /// `redrive` writes another value than `drive`.
     Redrive {

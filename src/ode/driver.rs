@@ -3,9 +3,10 @@
 
 use crate::contact::Piece;
 use crate::model::{Model, State};
-use crate::ode::edges::arrival::{note_jumps, step_to_edge};
+use crate::ode::edges::arrival::{note_jumps, step_on_edge, step_to_edge};
 use crate::ode::edges::exit::{Found, Share};
 use crate::ode::edges::passage::Passage;
+use crate::ode::edges::undeclared::Undeclared;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::step::{Observer, Step, StepView};
@@ -121,6 +122,40 @@ struct Run<'m, M: Model + ?Sized, V: Vector> {
     passage: Passage,
     /// Number of consecutive steps with a result that is not finite.
     retreats: u32,
+    stalls: Stalls,
+    undeclared: Undeclared,
+}
+
+/// Steps shortened because a contact stalled on its edge.
+#[derive(Default)]
+struct Stalls {
+    count: u32,
+    /// Length of the first of these steps.
+    first: f64,
+}
+
+/// Factor by which a step is shortened at whose start a contact stalls on its edge `[1]`.
+const STALLED: f64 = 0.25;
+
+/// Maximum number of such steps before one succeeds that is as long as the first of them.
+const STALLS: u32 = 32;
+
+impl Stalls {
+    /// A contact stalls at the start of a step `h`. Whether the step may be shortened.
+    fn shortens(&mut self, h: f64) -> bool {
+        if self.count == 0 {
+            self.first = h;
+        }
+        self.count += 1;
+        self.count <= STALLS
+    }
+    /// A step `h` succeeds.
+    #[inline(always)]
+    fn ends(&mut self, h: f64) {
+        if h >= self.first {
+            *self = Stalls::default();
+        }
+    }
 }
 
 impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
@@ -150,13 +185,14 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 StepEnds::new::<T>(start.t, h, Some(tolerances))
             }
         };
-        Ok(Run { e, pace, passage, retreats: 0 })
+        let undeclared = Undeclared::new(2 * model.dof(), pace.h, start.t);
+        Ok(Run { e, pace, passage, retreats: 0, stalls: Stalls::default(), undeclared })
     }
 
     /// Judges the current step by its error. For a repetition the pace holds a shorter step.
     ///
     /// # Errors
-    /// [`IntegrateError::NotFinite`] if the result of a fixed step, or of more than `RETREATS` consecutive
+    /// [`IntegrateError::Discontinuity`]; [`IntegrateError::NotFinite`] if the result of a fixed step, or of more than `RETREATS` consecutive
     /// adaptive steps, is not finite.
     #[inline(always)]
     fn judge<T: Tableau>(&mut self) -> Result<Verdict, IntegrateError> {
@@ -185,6 +221,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             Ok(Verdict::Accept)
         } else {
             pace.h = proposed;
+            self.undeclared.rejected(&self.e)?;
             Ok(Verdict::Repeat)
         }
     }
@@ -209,17 +246,38 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 if e.ends.t + theta * made > e.ends.t + RESOLUTION * e.ends.t.abs() =>
             {
                 if theta < 1.0 {
-                    step_to_edge::<T, M, V>(e, &passage.locator, theta, exit)?;
+                    match step_to_edge::<T, M, V>(e, &passage.locator, theta, exit) {
+                        Err(IntegrateError::EdgeStall { .. })
+                            if T::ADAPTIVE && self.stalls.shortens(made) =>
+                        {
+                            pace.h = STALLED * made;
+                            return Ok(Verdict::Repeat);
+                        }
+                        arrived => arrived?,
+                    }
                 }
                 passage.cross(&mut e.ends, exit)?;
             }
+            Ok(Found::At(_, exit) | Found::AtOnce(exit)) if passage.locator.crosses_late(exit) => {
+                step_on_edge::<T, M, V>(e);
+                passage.cross(&mut e.ends, exit)?;
+            }
             Ok(Found::At(_, exit) | Found::AtOnce(exit)) => {
-                passage.leave(&mut e.ends, exit)?;
+                match passage.leave(&mut e.ends, exit) {
+                    // A step that is too long for a fast decay may overshoot the edge at which the motion ends.
+                    Err(IntegrateError::EdgeStall { .. }) if T::ADAPTIVE && self.stalls.shortens(made) => {
+                        pace.h = STALLED * made;
+                        passage.locator.still.fill(0);
+                        passage.locator.classify(&mut e.ends, true);
+                    }
+                    left => left?,
+                }
                 e.derivative_at_start();
                 return Ok(Verdict::Repeat);
             }
         }
         if T::ADAPTIVE {
+            self.stalls.ends(made);
             pace.next = pace.next.min(passage.locator.growth * made);
         }
         Ok(Verdict::Accept)

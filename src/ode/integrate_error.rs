@@ -103,6 +103,18 @@ pub enum IntegrateError {
         /// The step size.
         h: f64,
     },
+    /// An acceleration jumps, and the motion stays on the jump: dry friction that sticks, or forces that push
+    /// towards the jump from both sides. Steps of an adaptive solver shrink to its tolerance there.
+    #[error(
+        "acceleration {acceleration} jumps near t = {t:?} and the motion stays on the jump: it sticks or slides \
+         there, which is not modelled; make the force continuous (accelerations count from 0)"
+    )]
+    Discontinuity {
+        /// The time reached.
+        t: f64,
+        /// Index of the acceleration that jumps, from 0.
+        acceleration: usize,
+    },
     /// The run reached the maximum number of steps, rejected steps included.
     #[error("the limit of {limit} steps was reached at t = {t:?}: raise max_steps, or loosen the tolerance")]
     TooManySteps {
@@ -183,10 +195,11 @@ pub enum IntegrateError {
         contact: usize,
     },
     /// A contact crosses its edges repeatedly while the time does not advance, or the location of an edge
-    /// does not converge.
+    /// does not converge. The usual cause is a motion that slides along the edge or sticks to it: the
+    /// accelerations on both sides push it back.
     #[error(
-        "contact {contact} stalls on its edge at t = {t:?}: it crosses the edge repeatedly without advance in \
-         time, or the location of the edge does not converge"
+        "contact {contact} stalls on its edge at t = {t:?}: it slides along the edge (the accelerations on both \
+         sides push it back, which is not modelled), or the location of the edge does not converge"
     )]
     EdgeStall {
         /// Time of the stall.

@@ -27,6 +27,7 @@ mod chunks_and_resuming;
 mod closed_forms;
 mod coordinate_storage;
 mod densities;
+mod edges_at_step_ends;
 mod ensembles;
 mod error_texts;
 mod excitations;

@@ -6,6 +6,7 @@ use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Crossing;
+use crate::ode::stepping::control::shortest;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
@@ -87,6 +88,15 @@ pub(crate) fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
         }
     }
     stall
+}
+
+/// Shortens the step to the shortest one, which ends with a crossing of the edge on which it starts.
+#[cold]
+pub(crate) fn step_on_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+    e.aim(e.ends.t + shortest(e.ends.t, e.ends.h()));
+    attempt_again::<T, M, V>(e);
+    e.evaluations += T::EVALUATIONS;
+    e.ends.contacts_at_end();
 }
 
 /// Compares the derivatives (v, a) on both sides of an edge and notes whether they jump: by more than 1e-7 of

@@ -46,6 +46,8 @@ pub(crate) struct Locator {
     pub(crate) jumps: Vec<Option<bool>>,
     /// Number of changes of piece, or of impacts, of each contact since the time last advanced.
     pub(crate) still: Vec<u8>,
+    /// Whether each contact took its piece at the start of the step.
+    pub(crate) fresh: Vec<bool>,
     gaps: Gaps,
     /// Effect of rounding of the coordinates and velocities on each deflection.
     noise: Vec<f64>,
@@ -66,6 +68,7 @@ impl Locator {
             end: vec![Contact::default(); contacts],
             jumps: vec![None; contacts],
             still: vec![0; contacts],
+            fresh: vec![true; contacts],
             gaps: Gaps::new(contacts),
             noise: vec![0.0; contacts],
             countdown: 0,
@@ -93,6 +96,7 @@ impl Locator {
                 let (depth, rate) = (edge.depth(c), edge.depth_rate(c));
                 !edge.is_stop(&self.stops.rigid, i) && (depth > slack || (depth >= -slack && rate > 0.0))
             };
+            let before = *piece;
             *piece = if enters(Edge::Upper) {
                 Piece::Upper
             } else if enters(Edge::Lower) {
@@ -103,6 +107,7 @@ impl Locator {
             } else {
                 Piece::Gap
             };
+            self.fresh[i] |= afresh || *piece != before;
         }
     }
 
@@ -110,12 +115,26 @@ impl Locator {
     #[inline(always)]
     pub(crate) fn accept<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) {
         self.start.copy_from_slice(&e.contacts);
-        self.still.fill(0);
+        self.advance();
         if self.countdown == 0 {
             self.measure_noise(e);
         } else {
             self.countdown -= 1;
         }
+    }
+
+    /// The time has advanced.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self) {
+        self.still.fill(0);
+        self.fresh.fill(false);
+    }
+
+    /// Whether a contact that leaves its piece at the start of the step crosses its edge there unreported: it
+    /// was on this piece before, and the last step ended within the slack of the edge.
+    pub(crate) fn crosses_late(&self, exit: Exit) -> bool {
+        let i = exit.contact;
+        !self.fresh[i] && self.still[i] == 0 && !exit.edge.is_stop(&self.stops.rigid, i)
     }
 
     /// Measures the effect of rounding on the deflections. It grows with the coordinates.

@@ -8,3 +8,4 @@ pub(crate) mod locate;
 pub(crate) mod passage;
 pub(crate) mod stops;
 pub(crate) mod strike;
+pub(crate) mod undeclared;

@@ -156,6 +156,7 @@ impl Passage {
             longest = self.locator.rebound(e);
             for crossing in self.crossings.iter().filter(|c| !c.rebounds) {
                 e.pieces[crossing.contact] = crossing.to;
+                self.locator.fresh[crossing.contact] = true;
             }
         }
         if at_drive_edge {

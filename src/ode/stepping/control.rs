@@ -75,6 +75,11 @@ impl StepRule<'_> {
 /// Resolution of the time, as a share of |t| `[1]`: shorter steps are lost in rounding.
 pub(crate) const RESOLUTION: f64 = 4.0 * f64::EPSILON;
 
+/// Length of a step from `t` that serves only to report a crossing at its start. `h`: the length attempted.
+pub(crate) fn shortest(t: f64, h: f64) -> f64 {
+    2.0 * RESOLUTION * t.abs().max(h)
+}
+
 /// The end of the next step: a point of the grid start + count h for a fixed step, t + h for an adaptive one.
 pub(crate) struct StepEnds {
     /// The fixed step, or the proposed length of the next adaptive step.

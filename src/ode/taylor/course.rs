@@ -4,7 +4,7 @@ use crate::model::{Model, State};
 use crate::ode::edges::exit::{Elapsed, Found};
 use crate::ode::edges::passage::Passage;
 use crate::ode::integrate_error::IntegrateError;
-use crate::ode::stepping::control::RESOLUTION;
+use crate::ode::stepping::control::{RESOLUTION, shortest};
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::vector_blocks::Blocks;
 use crate::ode::taylor::distances::{Distances, first_exit};
@@ -120,6 +120,12 @@ impl<'m> Course<'m> {
                 self.e.aim(aim);
                 Ok(Some(h))
             }
+            Found::AtOnce(exit) if self.passage.locator.crosses_late(exit) => {
+                let shortest = shortest(t, h);
+                self.found = Found::At(Elapsed(shortest), exit);
+                self.e.aim(t + shortest);
+                Ok(Some(self.e.h()))
+            }
             Found::AtOnce(exit) => {
                 self.passage.leave(&mut self.e, exit)?;
                 self.passage.stats.rejected += 1;
@@ -159,7 +165,7 @@ impl<'m> Course<'m> {
     pub(crate) fn pass(&mut self, at_edge: bool) -> Result<bool, IntegrateError> {
         let Course { e, passage, .. } = self;
         e.move_on();
-        passage.locator.still.fill(0);
+        passage.locator.advance();
         self.limit = f64::INFINITY;
         if passage.crossings.is_empty() && !at_edge {
             return Ok(false);

@@ -3,6 +3,7 @@
 use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
 use crate::linear::static_state;
+use crate::model::equations::early;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
@@ -49,6 +50,10 @@ impl Guess {
         let mut states = guess.to_vec();
         if states.is_empty() {
             states.push(static_state(model, 0.0).map_err(ShootingError::NoStaticState)?.state);
+        }
+        let moved = states[0].t - early(states[0].t, model.period());
+        if moved != 0.0 {
+            states.iter_mut().for_each(|state| state.t -= moved);
         }
         let first = &states[0].clone();
         let end = first.t + period;

@@ -26,8 +26,9 @@ use crate::roots::newton::is_monotone;
 ///
 /// The guess is a list of states of an approximate orbit at increasing times, or a single state. If the model
 /// has rigid modes (a ring), the drift over a period is an unknown, and position and speed of the rigid
-/// motion stay those of the guess.   Source: Deuflhard, Newton Methods for Nonlinear Problems, Sects. 3.3 and
-/// 7.1.
+/// motion stay those of the guess. Times of a guess later than 2²⁰ periods are reduced by whole periods.
+///
+/// Source: Deuflhard, Newton Methods for Nonlinear Problems, Sects. 3.3 and 7.1.
 ///
 /// ```
 /// use gear_dynamics::{Shooting, State, model::from_fn};
