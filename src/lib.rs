@@ -31,6 +31,7 @@ pub mod roots;
 mod rounded;
 mod scalar;
 mod series;
+mod steepness;
 #[cfg(feature = "serde")]
 mod stored;
 pub mod sweep;

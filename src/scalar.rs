@@ -78,6 +78,11 @@ pub trait Scalar:
     fn sin_cos(self) -> (Self, Self) {
         (self.sin(), self.cos())
     }
+    #[doc(hidden)]
+    /// The value of a plain number. Default: `None`.
+    fn plain(self) -> Option<f64> {
+        None
+    }
 }
 
 /// Returns `index` unchanged, for loops over the elements of a model in algebra on
@@ -153,5 +158,8 @@ impl Scalar for f64 {
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         libm::sincos(self)
+    }
+    fn plain(self) -> Option<f64> {
+        Some(self)
     }
 }

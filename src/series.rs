@@ -1,6 +1,7 @@
 //! Truncated Taylor series: the numbers with which drives are expanded over time.
 
 use crate::scalar::{Scalar, is_product};
+use crate::steepness::{JETS, logarithm, steepness};
 use std::fmt;
 use std::ops::Add;
 use std::ops::Div;
@@ -41,6 +42,8 @@ pub struct PowerSeries<C> {
     full: usize,
     /// The time after the instant up to which the series represents its function.
     until: f64,
+    /// The largest [`steepness`] of the functions in it `[1/s]`.
+    steepness: f64,
     refusal: Option<&'static str>,
 }
 
@@ -64,7 +67,7 @@ impl<C: Scalar> PowerSeries<C> {
     pub(crate) fn constant(value: C) -> Self {
         let mut c = [C::from(0.0); CAPACITY];
         c[0] = value;
-        PowerSeries { c, len: 1, full: 1, until: f64::INFINITY, refusal: None }
+        PowerSeries { c, len: 1, full: 1, until: f64::INFINITY, steepness: 0.0, refusal: None }
     }
 
     /// A series that stands for a function without one; `reason` says which function.
@@ -107,6 +110,7 @@ impl<C: Scalar> PowerSeries<C> {
             len,
             full: self.full.max(o.full),
             until: self.until.min(o.until),
+            steepness: self.steepness.max(o.steepness),
             refusal: self.refusal.or(o.refusal),
         }
     }
@@ -127,6 +131,24 @@ impl<C: Scalar> PowerSeries<C> {
     fn constant_or(self, reason: &'static str, f: impl Fn(C) -> C) -> Self {
         if self.len > 1 { Self::refused(reason) } else { self.function(f(self.c[0]), |_, _, _| C::from(0.0)) }
     }
+    /// This result of a function, with the steepness of the function: that of `factor` times this argument, or
+    /// of `factor` times the logarithm of it. Only numbers have one.
+    fn steep_in(mut self, argument: &Self, factor: f64, of_logarithm: bool) -> Self {
+        if argument.len > 1
+            && let Some(jets) = argument.jets()
+        {
+            let exponent = if of_logarithm { logarithm(jets) } else { jets };
+            self.steepness = self.steepness.max(steepness(exponent.map(|w| factor * w)));
+        }
+        self
+    }
+    fn jets(&self) -> Option<[f64; JETS]> {
+        let mut jets = [0.0; JETS];
+        for (jet, c) in jets.iter_mut().zip(&self.c) {
+            *jet = c.plain()?;
+        }
+        Some(jets)
+    }
     /// The series of a power whose value is `first`: n a_0 c_n = Σ_j (j (p + 1) - n) a_j c_(n-j).
     fn power(self, first: C, p: f64) -> Self {
         self.function(first, |n, a, c| {
@@ -135,6 +157,7 @@ impl<C: Scalar> PowerSeries<C> {
             let terms = (1..=n).map(|j| a[j] * weight(j) * c[n - j]);
             sum(terms) / (a[0] * n as f64)
         })
+        .steep_in(&self, p, true)
     }
 }
 
@@ -164,6 +187,10 @@ impl Series {
     pub fn until(&self) -> f64 {
         self.until
     }
+    /// The largest steepness of its functions. See [`steepness`].
+    pub(crate) fn steepness(&self) -> f64 {
+        self.steepness
+    }
     /// The same polynomial over the time after an instant that is later by `by`.
     pub(crate) fn later(mut self, by: f64) -> Self {
         for first in 0..self.len.saturating_sub(1) {
@@ -182,7 +209,8 @@ impl Series {
     pub(crate) fn set_constant(&mut self, value: f64) {
         self.c[1..self.len].fill(0.0);
         self.c[0] = value;
-        (self.len, self.full, self.until, self.refusal) = (1, 1, f64::INFINITY, None);
+        (self.len, self.full) = (1, 1);
+        (self.until, self.steepness, self.refusal) = (f64::INFINITY, 0.0, None);
     }
     /// Sets the first `len` coefficients; all further ones are 0.
     #[inline]
@@ -193,51 +221,14 @@ impl Series {
         for c in &mut self.c[len..(USED * EIGHT).max(len)] {
             *c = 0.0;
         }
-        (self.len, self.full, self.until, self.refusal) = (len, len, f64::INFINITY, None);
+        (self.len, self.full) = (len, len);
+        (self.until, self.steepness, self.refusal) = (f64::INFINITY, 0.0, None);
     }
 }
 
 /// Coefficients that are computed side by side, and the number of such blocks.
 pub(crate) const EIGHT: usize = 8;
 pub(crate) const BLOCKS: usize = Series::CAPACITY / EIGHT;
-
-/// The weights n^k/k! of the Taylor coefficients k of a wave of order n over its angle, with the signs
-/// + + - - in turn.
-#[derive(Clone, PartialEq)]
-pub(crate) struct WaveWeights([[f64; EIGHT]; BLOCKS]);
-
-impl WaveWeights {
-    pub(crate) fn new(n: f64) -> Self {
-        let (mut weights, mut weight) = ([[0.0; EIGHT]; BLOCKS], 1.0);
-        for (k, out) in weights.as_flattened_mut().iter_mut().enumerate() {
-            *out = if k % 4 < 2 { weight } else { -weight };
-            weight *= n / (k + 1) as f64;
-        }
-        WaveWeights(weights)
-    }
-    /// The weights of the coefficients k and k + 1, k even.
-    #[inline(always)]
-    pub(crate) fn pair(&self, k: usize) -> [f64; 2] {
-        self.0.as_flattened().as_chunks().0[k / 2]
-    }
-
-    /// Adds the coefficients of the wave with this value and this slope over nφ.
-    #[inline(always)]
-    pub(crate) fn add<const USED: usize>(&self, [value, slope]: [f64; 2], sums: &mut [[f64; EIGHT]; USED]) {
-        let turns = [value, slope, value, slope, value, slope, value, slope];
-        for (sum, weights) in sums.iter_mut().zip(&self.0) {
-            for l in 0..EIGHT {
-                sum[l] += turns[l] * weights[l];
-            }
-        }
-    }
-}
-
-impl fmt::Debug for WaveWeights {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("..")
-    }
-}
 
 impl<C: Scalar> fmt::Debug for PowerSeries<C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -324,7 +315,7 @@ impl<C: Scalar> Div for PowerSeries<C> {
             done[0] = done[0] / o.c[0];
             open.iter_mut().zip(&o.c[1..]).for_each(|(rest, b)| *rest = *rest - done[0] * *b);
         }
-        rest
+        rest.steep_in(&o, 1.0, true)
     }
 }
 
@@ -333,6 +324,7 @@ impl<C: Scalar> Scalar for PowerSeries<C> {
         self.function(self.c[0].sqrt(), |n, a, s| {
             (a[n] - sum((1..n).map(|j| s[j] * s[n - j]))) / (s[0] * 2.0)
         })
+        .steep_in(&self, 0.5, true)
     }
     fn abs(self) -> Self {
         self.constant_or("the absolute value of something that varies", C::abs)
@@ -365,12 +357,14 @@ impl<C: Scalar> Scalar for PowerSeries<C> {
         self.function(self.c[0].exp(), |n, a, e| {
             sum((1..=n).map(|j| a[j] * j as f64 * e[n - j])) / C::from(n as f64)
         })
+        .steep_in(&self, 1.0, false)
     }
     fn ln(self) -> Self {
         self.function(self.c[0].ln(), |n, a, l| {
             let sum = sum((1..n).map(|j| l[j] * j as f64 * a[n - j]));
             (a[n] - sum / C::from(n as f64)) / a[0]
         })
+        .steep_in(&self, 1.0, true)
     }
     fn sin(self) -> Self {
         self.sin_cos().0

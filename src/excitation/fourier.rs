@@ -3,10 +3,11 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::enclosed_angle::EnclosedAngle;
 use crate::excitation::jet::Jet;
+use crate::excitation::wave_weights::WaveWeights;
 use crate::interval::number::Interval;
 use crate::numeric::sine::turned;
 use crate::scalar::Scalar;
-use crate::series::{BLOCKS, EIGHT, PowerSeries, Series, WaveWeights};
+use crate::series::{BLOCKS, EIGHT, PowerSeries, Series};
 use std::cell::Cell;
 use std::f64::consts::TAU;
 

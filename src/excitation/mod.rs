@@ -16,6 +16,7 @@ pub(crate) mod functions;
 pub(crate) mod jet;
 pub(crate) mod side;
 pub(crate) mod wave;
+pub(crate) mod wave_weights;
 
 pub use crate::excitation::angle::Angle;
 pub use crate::excitation::earliest::earliest;

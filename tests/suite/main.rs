@@ -77,6 +77,7 @@ mod shooting;
 mod solvers;
 mod speed_laws;
 mod stored_mutations;
+mod steep_forces;
 mod stored_results;
 mod sweeps;
 mod symmetric_trains;

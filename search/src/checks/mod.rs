@@ -4,13 +4,21 @@ mod branches;
 mod infinity;
 mod orbits;
 mod shapes;
+mod steep;
 mod symmetric;
 
 use crate::Check;
 
 /// All checks.
 pub fn all() -> impl Iterator<Item = &'static Check> {
-    [&branches::CHECKS[..], &infinity::CHECKS, &orbits::CHECKS, &shapes::CHECKS, &symmetric::CHECKS]
-        .into_iter()
-        .flatten()
+    [
+        &branches::CHECKS[..],
+        &infinity::CHECKS,
+        &orbits::CHECKS,
+        &shapes::CHECKS,
+        &steep::CHECKS,
+        &symmetric::CHECKS,
+    ]
+    .into_iter()
+    .flatten()
 }

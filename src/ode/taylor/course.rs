@@ -43,6 +43,11 @@ pub(crate) fn valid_until(series: &[Series], drives: &[(usize, usize)]) -> Resul
     })
 }
 
+/// Whether a function in one of the given drives varies, so that a later part of a step may be hidden.
+pub(crate) fn are_steep(series: &[Series], drives: &[(usize, usize)]) -> bool {
+    drives.iter().any(|&(drive, _)| series[drive].steepness() > 0.0)
+}
+
 impl<'m> Course<'m> {
     /// # Errors
     /// Those of [`Passage::begin`].
@@ -136,6 +141,13 @@ impl<'m> Course<'m> {
                 Ok(Some(root))
             }
         }
+    }
+
+    /// Ends the step already after the time `h`, before its first exit.
+    pub(crate) fn shorten(&mut self, h: f64) {
+        self.found = Found::Nothing;
+        self.e.aim(self.e.t + h);
+        self.passage.stats.rejected += 1;
     }
 
     /// Takes the crossings at the end of the step. `full`: the length that the tolerances allowed. Returns

@@ -1,5 +1,6 @@
-//! The distances from the edges in the Taylor coefficients of a motion.
+//! The Taylor coefficients of a motion as polynomials over a step.
 
+use crate::ode::taylor::defect::MotionPolynomials;
 use crate::ode::taylor::distances::Distances;
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::expansion::plan::EdgeColumn;
@@ -21,5 +22,14 @@ impl Distances for Coefficients {
     fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
         let start = self.distances(0)[column];
         self.samples::<1>(column, h).risen_until(sign * start, sign, least, h)
+    }
+}
+
+impl MotionPolynomials for Coefficients {
+    fn state(&self, s: f64, y: &mut [f64]) {
+        self.at(s, y);
+    }
+    fn acceleration(&self, s: f64, a: &mut [f64]) {
+        Coefficients::acceleration(self, s, a);
     }
 }

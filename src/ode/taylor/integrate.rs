@@ -7,8 +7,10 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
-use crate::ode::taylor::course::{COLLAPSE, Course, valid_until};
+use crate::ode::taylor::course::{COLLAPSE, Course, are_steep, valid_until};
+use crate::ode::taylor::defect::{Checked, Defect};
 use crate::ode::taylor::expansion::coefficients::Coefficients;
+use crate::ode::taylor::expansion::steepness::may_hide;
 use crate::ode::taylor::pace::SeriesPace;
 use crate::ode::taylor::polynomials::Polynomials;
 use crate::ode::taylor::settings::Taylor;
@@ -24,6 +26,8 @@ pub(crate) struct Prepared {
     moving: Vec<bool>,
     /// Drives that the algebra reads.
     needed: Vec<bool>,
+    /// The check of steps; `None` while neither tape nor drives have a function that a step may pass unseen.
+    defect: Option<Defect>,
 }
 
 /// Whether each drive varies between drive edges.
@@ -68,9 +72,12 @@ impl Prepared {
         expanded.drive_series(0.0, DRIVE_COEFFICIENTS, &mut series);
         let (tape, moving) = (change(recorded.0), self::moving(&series).collect::<Vec<bool>>());
         let needed = tape.needed()[2 * tape.dof..tape.inputs()].to_vec();
-        let prepared = Prepared { c: Coefficients::new(&tape, |d| !moving[d]), series, tape, moving, needed };
-        valid_until(&prepared.series, &prepared.c.plan.drives)?;
-        Ok(prepared)
+        let c = Coefficients::new(&tape, |d| !moving[d]);
+        valid_until(&series, &c.plan.drives)?;
+        let hides = may_hide(&tape);
+        let checked = hides || are_steep(&series, &c.plan.drives);
+        let defect = checked.then(|| Defect::new(&tape, hides));
+        Ok(Prepared { c, series, tape, moving, needed, defect })
     }
 
     /// Plans anew because a drive varies that did not vary before.
@@ -158,6 +165,9 @@ struct TaylorRun<'r> {
     degree: usize,
     /// Longest step that the settings allow.
     longest: f64,
+    rtol: f64,
+    /// Absolute tolerance of each coordinate and velocity.
+    atol: Vec<f64>,
     /// Scratch: two accelerations.
     accelerations: [Vec<f64>; 2],
 }
@@ -182,6 +192,8 @@ impl<'r> TaylorRun<'r> {
             prepared,
             course,
             degree,
+            rtol: settings.tolerances.rtol,
+            atol,
             longest: settings.tolerances.max,
             accelerations: [vec![0.0; n / 2], vec![0.0; n / 2]],
         })
@@ -211,15 +223,41 @@ impl<'r> TaylorRun<'r> {
         let c = &self.prepared.c;
         c.ranges(aim, &mut self.pace.ranges);
         let ranges = self.pace.ranges.as_flattened();
-        let Some(h) = self.course.meet(c, |column| [-ranges[column], ranges[column]])? else {
+        let Some(mut h) = self.course.meet(c, |column| [-ranges[column], ranges[column]])? else {
             self.prepared.c.set_pieces(&self.course.e.pieces);
             return Ok(Made::Again);
         };
-        c.at(h, self.course.e.y1.slice_mut());
+        let mut full = full;
+        let solved = self.solved_until(h);
+        if solved < h {
+            if !self.course.advances(solved) {
+                return Err(self.shrunk(solved));
+            }
+            self.course.shorten(solved);
+            (h, full) = (self.course.e.h(), solved);
+        }
+        self.prepared.c.at(h, self.course.e.y1.slice_mut());
         if !self.course.e.finite() {
             return Err(if self.course.has_shrunk(full) { self.shrunk(h) } else { self.not_finite() });
         }
         Ok(Made::Step { at_edge: self.course.cross(full)?, full })
+    }
+
+    /// The time in the step of length `h` up to which its polynomials solve the equation.
+    fn solved_until(&mut self, h: f64) -> f64 {
+        let Prepared { c, series, tape, defect, .. } = &mut *self.prepared;
+        if defect.is_none() && are_steep(series, &c.plan.drives) {
+            *defect = Some(Defect::new(tape, false));
+        }
+        let (Some(defect), false) = (defect, c.frozen) else { return h };
+        if !defect.of_tape && !are_steep(series, &c.plan.drives) {
+            return h;
+        }
+        let e = &self.course.e;
+        let step = Checked { t: e.t, h, pieces: &e.pieces, rtol: self.rtol, atol: &self.atol };
+        let solved = defect.length(&step, self.expanded, &*c);
+        self.course.passage.stats.evaluations += std::mem::take(&mut defect.evaluations);
+        solved
     }
 
     /// The length of the step that the tolerances allow; infinite if the series ends.

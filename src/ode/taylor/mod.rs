@@ -1,6 +1,7 @@
 //! Integration by Taylor series on fixed pieces.
 
 pub(crate) mod course;
+pub(crate) mod defect;
 pub(crate) mod distances;
 pub(crate) mod edge_distances;
 pub(crate) mod expansion;

@@ -8,10 +8,11 @@ use crate::ode::taylor::expansion::coefficients::ORDERS;
 /// Integration by Taylor series on fixed pieces, adaptive, with located edges.
 ///
 /// In each step the motion is a polynomial Σ c_n sⁿ. Its coefficients follow from the algebra of the model
-/// by recurrences, the step from the last two of them. Tooth edges are roots of the polynomials of the
-/// deflections, found with a bound on their second derivatives, so that no crossing of the polynomial is
-/// missed. The polynomial is also the dense output.   Source: Jorba & Zou, Experimental Mathematics 14
-/// (2005).
+/// by recurrences, the step from the last two of them. If the algebra or a drive has functions that may
+/// change later in the step (exponentials, powers, divisors), the equation is checked inside the step. Tooth
+/// edges are roots of the polynomials of the deflections, found with a bound on their second derivatives, so
+/// that no crossing of the polynomial is missed. The polynomial is also the dense output.   Source: Jorba &
+/// Zou, Experimental Mathematics 14 (2005).
 ///
 /// It requires a model that can be expanded: a [`Machine`](crate::Machine), also with held processes or
 /// varying speed. Any other model, and an algebra with a kink that is no contact, gives

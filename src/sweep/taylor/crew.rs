@@ -2,7 +2,10 @@
 
 use crate::model::shapes::waves::fourier_waves::FourierWaves;
 use crate::model::shapes::waves::waves_of_lanes::Turns;
+use crate::ode::taylor::course::are_steep;
+use crate::ode::taylor::defect::{Checked, Defect};
 use crate::ode::taylor::expansion::plan::EdgeColumn;
+use crate::ode::taylor::expansion::steepness::may_hide;
 use crate::ode::{IntegrateError, Taylor};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
@@ -60,6 +63,8 @@ pub(crate) struct Crew<'p, 'm, T: Task<'m>> {
     edges: Vec<EdgeColumn>,
     singular: Option<&'static str>,
     numbers: Numbers<'p>,
+    /// The check of steps; `None` if neither algebra nor waves have a function that a step may pass unseen.
+    defect: Option<Defect>,
     runs: [Option<Box<Run<'m, T>>>; W],
     /// How a run ended, until its lane is filled again.
     outcomes: [Option<Result<(), T::Error>>; W],
@@ -76,6 +81,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
         degree: usize,
     ) -> Self {
         let (zeros, zero, edges) = ([0.0; W], Lanes::from(0.0), program.edges());
+        let hides = may_hide(&program.tape);
         Crew {
             taylor,
             set,
@@ -95,6 +101,7 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
                 ends: vec![zero; 2 * program.dof],
             },
             edges,
+            defect: (hides || waves.is_none()).then(|| Defect::new(&program.tape, hides)),
             runs: std::array::from_fn(|_| None),
             outcomes: std::array::from_fn(|_| None),
             turns: [LaneTurn::Out; W],
@@ -155,7 +162,10 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
         self.set.run(Moves(&mut self.numbers));
         self.each(|crew, place, run| {
             let moves = |column: usize| crew.numbers.moves[column].map(|bound| bound.0[place]);
-            let length = run.lane.course.meet(&crew.view(place), moves)?;
+            let mut length = run.lane.course.meet(&crew.view(place), moves)?;
+            if let Some(h) = length {
+                length = Some(crew.check(place, run, h)?);
+            }
             crew.numbers.h.0[place] = length.unwrap_or(0.0);
             if length.is_none() {
                 crew.take_pieces(place, &run.lane);
@@ -190,6 +200,25 @@ impl<'p, 'm, T: Task<'m>> Crew<'p, 'm, T> {
     fn view(&self, lane: usize) -> LaneView<'_> {
         let (columns, singular) = (&self.numbers.columns, self.singular);
         LaneView { columns, lane, edges: &self.edges, arch: Arch::new(), singular }
+    }
+
+    /// Ends the step of length `h` of a lane where its polynomials cease to solve the equation. Returns its
+    /// length.
+    fn check(&mut self, place: usize, run: &mut Run<'m, T>, h: f64) -> Result<f64, IntegrateError> {
+        let Some(mut defect) = self.defect.take() else { return Ok(h) };
+        let Run { lane, task, .. } = run;
+        let mut solved = h;
+        if defect.of_tape || are_steep(&lane.series, &self.numbers.program.waves) {
+            let (e, rtol) = (&lane.course.e, self.taylor.tolerances.rtol);
+            let step = Checked { t: e.t, h, pieces: &e.pieces, rtol, atol: task.tolerances() };
+            solved = defect.length(&step, lane.expanded, &self.view(place));
+        }
+        self.defect = Some(defect);
+        if solved < h {
+            self.numbers.full[place] = solved;
+            return lane.shorten(solved, &self.view(place));
+        }
+        Ok(h)
     }
 
     fn take_pieces(&mut self, place: usize, lane: &Lane<'m>) {

@@ -23,12 +23,12 @@ pub(crate) struct Motion<'m> {
 /// A motion in progress.
 pub(crate) struct Lane<'m> {
     pub(super) course: Course<'m>,
-    expanded: &'m dyn Expand,
+    pub(super) expanded: &'m dyn Expand,
     pub(super) speed: f64,
     /// The drives at the start: of them, the constants are read.
     pub(super) drives: Vec<f64>,
     /// The drives as series, where the waves are no Fourier series.
-    series: Vec<Series>,
+    pub(super) series: Vec<Series>,
     /// Attempts to make a step since the task of the lane last set them to 0.
     pub(super) attempts: usize,
     /// Whether pieces may have changed since the last step.
@@ -103,6 +103,18 @@ impl<'m> Lane<'m> {
             return Err(if shrunk { self.shrunk(self.course.e.h(), view) } else { self.not_finite() });
         }
         self.course.cross(full)
+    }
+
+    /// Ends the step already after the time `h`. Returns its length.
+    ///
+    /// # Errors
+    /// A step below the resolution of the time.
+    pub(super) fn shorten(&mut self, h: f64, view: &LaneView<'_>) -> Result<f64, IntegrateError> {
+        if !self.course.advances(h) {
+            return Err(self.shrunk(h, view));
+        }
+        self.course.shorten(h);
+        Ok(self.course.e.h())
     }
 
     /// Shows the step that has ended.

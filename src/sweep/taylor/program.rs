@@ -73,6 +73,8 @@ pub(crate) struct Program {
     pub(super) stills: Stills,
     /// First contact and number of contacts of each selector.
     pub(super) selectors: Vec<(usize, usize)>,
+    /// The tape, for the check of steps.
+    pub(super) tape: Tape,
 }
 
 /// A program while it is written.
@@ -111,6 +113,7 @@ impl Program {
                 channels: Vec::new(),
                 stills: Stills::default(),
                 selectors: Vec::new(),
+                tape: tape.clone(),
             },
         };
         for slot in 0..2 * n {

@@ -1,5 +1,6 @@
 //! The polynomials of one lane.
 
+use crate::ode::taylor::defect::MotionPolynomials;
 use crate::ode::taylor::distances::Distances;
 use crate::ode::taylor::expansion::plan::EdgeColumn;
 use crate::ode::taylor::expansion::sums::{Samples, Sampling};
@@ -46,5 +47,18 @@ impl Distances for LaneView<'_> {
     fn risen_until(&self, column: usize, sign: f64, least: f64, h: f64) -> f64 {
         let start = self.coefficient(0, column);
         self.samples::<1>(column, h).risen_until(sign * start, sign, least, h)
+    }
+}
+
+impl MotionPolynomials for LaneView<'_> {
+    fn state(&self, s: f64, y: &mut [f64]) {
+        self.at(s, y);
+    }
+    fn acceleration(&self, s: f64, a: &mut [f64]) {
+        let n = a.len();
+        for (i, a) in a.iter_mut().enumerate() {
+            let terms = (1..=self.columns.degree).rev();
+            *a = terms.fold(0.0, |sum, k| sum * s + k as f64 * self.coefficient(k, n + i));
+        }
     }
 }

@@ -1,9 +1,9 @@
 //! The waves of a shape as finite Fourier series: their values, from one sine and cosine of the angle.
 
+use crate::excitation::wave_weights::WaveWeights;
 use crate::model::shapes::shape::Shape;
 use crate::model::shapes::waves::fourier_angle::{Harmonics, fourier_waves};
 use crate::numeric::sine::{rotate, sin_cos_each};
-use crate::series::WaveWeights;
 use pulp::{Arch, Simd, WithSimd};
 use std::collections::{BTreeMap, BTreeSet};
 

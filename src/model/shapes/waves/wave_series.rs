@@ -1,7 +1,8 @@
 //! The waves of a shape as Taylor series over time.
 
+use crate::excitation::wave_weights::WaveWeights;
 use crate::model::shapes::waves::fourier_waves::{FEW, FourierWaves, ORDERS, Turn};
-use crate::series::{BLOCKS, EIGHT, Series, WaveWeights};
+use crate::series::{BLOCKS, EIGHT, Series};
 
 impl FourierWaves {
     /// Writes the needed waves after the angle φ as series over time, at the constant speed φ'. Waves beyond

@@ -29,7 +29,7 @@ pub(crate) struct Coefficients {
     /// Highest order.
     pub(crate) degree: usize,
     /// Whether roots and powers keep their values, without further orders.
-    frozen: bool,
+    pub(crate) frozen: bool,
 }
 
 impl Coefficients {

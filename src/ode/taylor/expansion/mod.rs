@@ -7,4 +7,5 @@ pub(crate) mod functions;
 pub(crate) mod plan;
 pub(crate) mod products;
 pub(crate) mod rows;
+pub(crate) mod steepness;
 pub(crate) mod sums;

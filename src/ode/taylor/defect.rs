@@ -1,0 +1,197 @@
+//! Whether the polynomials of a step solve the equation throughout the step.
+
+use crate::contact::Piece;
+use crate::model::expansion::expand::Expand;
+use crate::ode::taylor::distances::Distances;
+use crate::ode::taylor::expansion::coefficients::Coefficients;
+use crate::ode::taylor::expansion::plan::EdgeColumn;
+use crate::ode::taylor::pace::FINEST;
+use crate::series::Series;
+use crate::steepness::JETS;
+use crate::tape::operations::Tape;
+
+/// The polynomials of a motion over a step.
+pub(crate) trait MotionPolynomials: Distances {
+    /// Writes coordinates and velocities at the time `s` after the start of the step.
+    fn state(&self, s: f64, y: &mut [f64]);
+    /// Writes the accelerations.
+    fn acceleration(&self, s: f64, a: &mut [f64]);
+}
+
+/// A step whose polynomials are checked.
+pub(crate) struct Checked<'s> {
+    /// Start and length.
+    pub(crate) t: f64,
+    pub(crate) h: f64,
+    pub(crate) pieces: &'s [Piece],
+    pub(crate) rtol: f64,
+    /// Absolute tolerance of each coordinate and velocity.
+    pub(crate) atol: &'s [f64],
+}
+
+/// The defect of a motion x(s) in a step: x'' - a(u, x, x'), at instants that no function on the tape or in a
+/// drive passes unseen. From one instant to the next the exponent of each exponential, and the logarithm
+/// of each divisor and of each base of a power, move by their [`steepness`](crate::steepness) at most.
+pub(crate) struct Defect {
+    /// Whether the tape has functions that a step may pass unseen.
+    pub(crate) of_tape: bool,
+    /// The expansion at an instant.
+    c: Coefficients,
+    series: Vec<Series>,
+    /// Coordinates and velocities, at the start and at an instant.
+    start: Vec<f64>,
+    y: Vec<f64>,
+    /// 1/tolerance of each coordinate and velocity.
+    per: Vec<f64>,
+    /// The accelerations of the polynomials.
+    held: Vec<f64>,
+    /// What rounding of coordinates, velocities and drives changes: accelerations, then distances.
+    noise: Vec<f64>,
+    /// Number of orders evaluated.
+    pub(crate) evaluations: u64,
+}
+
+/// Largest number of instants in a step. A step that needs more ends at the last one.
+const INSTANTS: usize = 64;
+
+/// The last instant lies before the end of the step by this share of it: drives may jump at the end `[1]`.
+const BEFORE_END: f64 = 1.0 / 1024.0;
+
+/// Allowed integral of the defect, in tolerances `[1]`: the terms after the last ones of the series are of
+/// the size of the tolerance.
+const ALLOWED: f64 = 4.0;
+
+/// From this share of a step on, the defect of a series grows like a high power of the time `[1]`.
+const LATE: f64 = 0.75;
+
+/// Relative size of the changes with which rounding is estimated, and safety factor `[1]`.
+const SHAKE: f64 = 4.0 * f64::EPSILON;
+const SAFETY: f64 = 8.0;
+
+impl Defect {
+    pub(crate) fn new(tape: &Tape, of_tape: bool) -> Self {
+        let (c, n) = (Coefficients::new(tape, |_| false), tape.dof);
+        let edges = c.plan.edges.len();
+        Defect {
+            of_tape,
+            c,
+            series: vec![Series::from(0.0); tape.drives],
+            start: vec![0.0; 2 * n],
+            y: vec![0.0; 2 * n],
+            per: vec![0.0; 2 * n],
+            held: vec![0.0; n],
+            noise: vec![0.0; n + edges],
+            evaluations: 0,
+        }
+    }
+
+    /// The length of the step up to which the polynomials solve the equation within the tolerances.
+    pub(crate) fn length(
+        &mut self,
+        step: &Checked<'_>,
+        expanded: &dyn Expand,
+        motion: &impl MotionPolynomials,
+    ) -> f64 {
+        self.c.set_pieces(step.pieces);
+        let mut h = step.h;
+        motion.state(0.0, &mut self.start);
+        let first = self.look(step.t, 0.0, expanded, motion);
+        for ((per, atol), i) in self.per.iter_mut().zip(step.atol).zip(0..) {
+            let n = self.held.len();
+            let rate = if i < n { self.c.q(1)[i] } else { self.c.v(1)[i - n] };
+            *per = 1.0 / (atol + step.rtol * (self.start[i].abs() + h * rate.abs()) + f64::MIN_POSITIVE);
+        }
+        loop {
+            let (mut s, mut steepness, mut before, mut sum) = (0.0, first, 0.0, 0.0);
+            let end = h * (1.0 - BEFORE_END);
+            if step.t + end >= step.t + h {
+                return h;
+            }
+            let failed = (0..INSTANTS).find_map(|_| {
+                let apart = if steepness.is_finite() { 1.0 / steepness } else { h / INSTANTS as f64 };
+                let next = (s + apart.min(0.5 * h)).min(end);
+                steepness = self.look(step.t, next, expanded, motion);
+                let mut rate = self.rate(h, step.rtol, motion, next, false);
+                let weight = |s: f64, apart: f64| match s > LATE * h {
+                    true => (0.5 * apart).min(h / (motion.degree() + 1) as f64),
+                    false => 0.5 * apart,
+                };
+                let added = |rate: f64| weight(s, next - s) * before + weight(next, next - s) * rate;
+                if !(sum + added(rate) <= ALLOWED) {
+                    self.shake();
+                    rate = self.rate(h, step.rtol, motion, next, true);
+                }
+                sum += added(rate);
+                if !(sum <= ALLOWED) {
+                    return Some(next);
+                }
+                (s, before) = (next, rate);
+                (s == end).then_some(f64::INFINITY)
+            });
+            match failed {
+                Some(f64::INFINITY) => return h,
+                _ if s > 0.0 => return s,
+                Some(next) => h = 0.5 * next,
+                None => return 0.0,
+            }
+        }
+    }
+
+    /// Expands the motion at the time `s` of the step. Returns how steep functions are there `[1/s]`.
+    fn look(&mut self, t: f64, s: f64, expanded: &dyn Expand, motion: &impl MotionPolynomials) -> f64 {
+        motion.state(s, &mut self.y);
+        motion.acceleration(s, &mut self.held);
+        expanded.drive_series(t + s, JETS + 1, &mut self.series);
+        self.c.expand(&self.y, &self.series, JETS, false);
+        self.evaluations += JETS as u64;
+        let of_drives = self.c.plan.drives.iter().map(|(drive, _)| self.series[*drive].steepness());
+        of_drives.fold(if self.of_tape { self.c.steepness() } else { 0.0 }, f64::max)
+    }
+
+    /// How fast the defect at the instant changes coordinates, velocities and distances, in tolerances
+    /// `[1/s]`, beyond what rounding explains.
+    fn rate(&self, h: f64, rtol: f64, motion: &impl MotionPolynomials, s: f64, noisy: bool) -> f64 {
+        let n = self.held.len();
+        let noise = |i: usize| if noisy { SAFETY * self.noise[i] } else { 0.0 };
+        let mut rate: f64 = 0.0;
+        let mut take = |x: f64| rate = if x > rate || x.is_nan() { x } else { rate };
+        for (i, (a, held)) in self.c.v(1).iter().zip(&self.held).enumerate() {
+            take(((a - held).abs() - noise(i)) * self.per[n + i].max(h * self.per[i]));
+        }
+        let actual = self.c.distances(0);
+        let distance = |edge: &EdgeColumn| edge.sign * actual[edge.column];
+        for (i, (own, edge)) in self.c.plan.edges.iter().zip(motion.edges()).enumerate() {
+            let held = edge.sign
+                * (0..=motion.degree())
+                    .rev()
+                    .fold(0.0, |sum, k| sum * s + motion.coefficient(k, edge.column));
+            let opposite = self.c.plan.edges.iter().find(|other| other.is_opposite(own));
+            let gap = opposite.map_or(0.0, |other| distance(own) + distance(other));
+            let size = rtol.max(FINEST) * gap.max(distance(own).abs() + held.abs());
+            let off = (distance(own) - held).abs() - noise(n + i);
+            if off > 0.0 && size > f64::MIN_POSITIVE {
+                take(off / (size * h));
+            }
+        }
+        rate
+    }
+
+    /// Estimates what rounding changes at the instant, from numbers that differ by a few roundings.
+    fn shake(&mut self) {
+        let n = self.held.len();
+        let by = |i: usize| if i.is_multiple_of(2) { SHAKE } else { -SHAKE };
+        self.noise[..n].copy_from_slice(self.c.v(1));
+        for (noise, edge) in self.noise[n..].iter_mut().zip(&self.c.plan.edges) {
+            *noise = self.c.distances(0)[edge.column];
+        }
+        self.y.iter_mut().enumerate().for_each(|(i, y)| *y *= 1.0 + by(i));
+        for (i, series) in self.series.iter_mut().enumerate() {
+            *series = series.moved_to(series.first() * (1.0 + by(i)));
+        }
+        self.c.expand(&self.y, &self.series, JETS, false);
+        self.noise[..n].iter_mut().zip(self.c.v(1)).for_each(|(noise, a)| *noise = (*noise - a).abs());
+        for (noise, edge) in self.noise[n..].iter_mut().zip(&self.c.plan.edges) {
+            *noise = (*noise - self.c.distances(0)[edge.column]).abs();
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! How soon a function of something that varies may change its nature.
+
+/// Number of coefficients that are read.
+pub(crate) const JETS: usize = 4;
+
+/// The way of an exponent in which e^w changes little enough to be seen by two samples `[1]`.
+const WAY: f64 = 2.0;
+
+/// Beyond ±FAR e^w is negligible beside 1, or 1 beside it: half of the way back is left out.
+const FAR: f64 = 30.0;
+
+/// 1/s of the time s in which the exponent w of e^w, with these Taylor coefficients, moves by [`WAY`] at most,
+/// or by half of what separates it from [`FAR`].
+///
+/// With L the allowed way it is Σ (|w_n|/L)^(1/n): then Σ |w_n| sⁿ <= L.
+pub(crate) fn steepness([w, first, second, third]: [f64; JETS]) -> f64 {
+    let way = WAY + 0.5 * (w.abs() - FAR).max(0.0);
+    (first / way).abs() + (second / way).abs().sqrt() + libm::cbrt((third / way).abs())
+}
+
+/// The Taylor coefficients of ln |b|: a power b^p is e^w with w = p ln |b|.
+pub(crate) fn logarithm([b, first, second, third]: [f64; JETS]) -> [f64; JETS] {
+    let [x, y, z] = [first / b, second / b, third / b];
+    [libm::log(b.abs()), x, y - 0.5 * x * x, z - x * y + x * x * x / 3.0]
+}

@@ -1,0 +1,92 @@
+//! Taylor series with steep smooth forces and drives, in single runs and in lanes: the last coefficients at the start of
+//! a step do not show what the step passes.
+
+use crate::api::*;
+use crate::lane_taylor::{axis, rows};
+
+/// x'' = cos φ + P e^(-((1 - cos (φ - 1))/d)²) - x - A tanh(x'/v0) - A e^(-(x/v0)²).
+#[derive(PartialEq)]
+struct Steep;
+
+impl Shape for Steep {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 2, constants: 5, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        ["speed", "v0", "friction", "bump", "pulse"].map(|name| Channel::new(name, "1")).into()
+    }
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+        let one = A::Number::from(1.0);
+        u[0] = angle.number().cos();
+        // Too narrow for a Fourier series with as few harmonics as are expanded.
+        let place = (one - (angle.number() - one).cos()) * 2e4;
+        u[1] = (-(place * place)).exp();
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let ([cos, pulse], [width, friction, bump, height]) = (u.waves(), u.constants());
+        let (one, place) = (S::from(1.0), q[0] / width);
+        let tanh = one - S::from(2.0) / ((v[0] * 2.0 / width).exp() + one);
+        a[0] = cos + height * pulse - q[0] - friction * tanh - bump * (-(place * place)).exp();
+    }
+}
+
+fn machine(speed: f64, width: f64, friction: f64, bump: f64, pulse: f64) -> Machine<Steep> {
+    let constants =
+        [("speed", speed), ("v0", width), ("friction", friction), ("bump", bump), ("pulse", pulse)];
+    Machine::of_constants(Steep, &constants).unwrap()
+}
+
+/// x(60) from rest to six digits, by two programs of other methods.
+#[test]
+fn friction_by_tanh() {
+    for (width, exact) in [(0.03, -1.122234), (0.1, -1.119359)] {
+        let machine = machine(0.7, width, 0.2, 0.0, 0.0);
+        for rtol in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
+            let end = Taylor::new().rtol(rtol).end(&machine, &State::at_rest(1), 60.0).unwrap();
+            // Errors of all steps remain: friction forgets half of them in a period.
+            let within = 100.0 * rtol + 1e-6;
+            assert!((end.q[0] - exact).abs() < within, "{width}, {rtol:e}: {} for {exact}", end.q[0]);
+        }
+    }
+}
+
+/// Every term alone, against DOP853 with steps that are shorter than the narrow features.
+#[test]
+fn steep_terms_against_short_steps() {
+    for terms in [[0.2, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 3.0], [0.1, 0.3, 2.0]] {
+        let [friction, bump, pulse] = terms;
+        let machine = machine(0.9, 0.01, friction, bump, pulse);
+        let start = State::new(0.0, &[0.8], &[0.3]);
+        let short = Dop853::new().rtol(1e-13).atol(1e-15).max_step(2e-3);
+        let exact = short.end(&machine, &start, 15.0).unwrap().q[0];
+        for rtol in [1e-5, 1e-8, 1e-11] {
+            let found = Taylor::new().rtol(rtol).end(&machine, &start, 15.0).unwrap().q[0];
+            assert!((found - exact).abs() < 300.0 * rtol, "{terms:?}, {rtol:e}: {found} for {exact}");
+        }
+    }
+}
+
+/// Rows in lanes end where single runs with short steps do, and do not depend on their neighbours.
+#[test]
+fn steep_terms_in_lanes() {
+    let machine = machine(0.9, 0.02, 0.1, 0.3, 2.0);
+    let start = State::new(0.0, &[0.8], &[0.3]);
+    let sweep = |from: f64, to: f64, count: usize| {
+        let points = axis("v0", from, to, count);
+        Sweep::new(points).settle(1).measure(1).channels(&["q0"]).strobe(1)
+    };
+    for rtol in [1e-6, 1e-10] {
+        let engine = LaneTaylor::new(Taylor::new().rtol(rtol));
+        let together = rows(&sweep(0.01, 0.1, 10), &engine, &machine, &start);
+        for (i, row) in together.iter().enumerate() {
+            let width = 0.01 + 0.01 * i as f64;
+            let own = machine.with("v0", width).unwrap();
+            let short = Dop853::new().rtol(1e-13).atol(1e-15).max_step(2e-3);
+            let exact = short.end(&own, &start, 2.0 * own.period()).unwrap().q[0];
+            let found = row.strobes().last().unwrap()[0];
+            assert!((found - exact).abs() < 300.0 * rtol, "{width}, {rtol:e}: {found} for {exact}");
+        }
+        let alone = rows(&sweep(0.01, 0.01, 1), &engine, &machine, &start);
+        assert!(alone.get(0).unwrap().strobes().eq(together.get(0).unwrap().strobes()));
+    }
+}
