@@ -131,8 +131,8 @@ impl<C: Scalar> PowerSeries<C> {
     fn constant_or(self, reason: &'static str, f: impl Fn(C) -> C) -> Self {
         if self.len > 1 { Self::refused(reason) } else { self.function(f(self.c[0]), |_, _, _| C::from(0.0)) }
     }
-    /// This result of a function, with the steepness of the function: that of `factor` times this argument, or
-    /// of `factor` times the logarithm of it. Only numbers have one.
+    /// This result of a function, with the steepness of the function: that of `factor` times its argument,
+    /// or of `factor` times the logarithm of it. Plain numbers alone have one.
     fn steep_in(mut self, argument: &Self, factor: f64, of_logarithm: bool) -> Self {
         if argument.len > 1
             && let Some(jets) = argument.jets()

@@ -9,8 +9,8 @@ const WAY: f64 = 2.0;
 /// Beyond ±FAR e^w is negligible beside 1, or 1 beside it: half of the way back is left out.
 const FAR: f64 = 30.0;
 
-/// 1/s of the time s in which the exponent w of e^w, with these Taylor coefficients, moves by [`WAY`] at most,
-/// or by half of what separates it from [`FAR`].
+/// 1/s of the time s in which the exponent w of e^w, with these Taylor coefficients, moves by [`WAY`] at
+/// most, or by half of what separates it from [`FAR`].
 ///
 /// With L the allowed way it is Σ (|w_n|/L)^(1/n): then Σ |w_n| sⁿ <= L.
 pub(crate) fn steepness([w, first, second, third]: [f64; JETS]) -> f64 {
