@@ -34,7 +34,7 @@ const KINDS: [Kind; 7] =
     [Kind::Tanh, Kind::Logistic, Kind::Gaussian, Kind::Lorentzian, Kind::Root, Kind::Power, Kind::Softplus];
 
 impl Kind {
-    /// Arguments beyond ±300 are written with the exponential that does not overflow by the caller's scales.
+    /// Its value. Arguments within ±350 do not overflow.
     fn at<S: Scalar>(self, x: S) -> S {
         let one = S::from(1.0);
         match self {
@@ -82,8 +82,7 @@ impl Shape for Steep {
     }
 }
 
-/// Runge-Kutta steps of order 4 in plain numbers, as many as needed: the end with 2n steps, and the distance to that
-/// with n steps.
+/// The end of `n` steps of the classical Runge-Kutta method of order 4.
 fn reference(f: &dyn Fn(f64, [f64; 2]) -> f64, y: [f64; 2], end: f64, n: usize) -> [f64; 2] {
     let (h, mut y) = (end / n as f64, y);
     for i in 0..n {
