@@ -13,8 +13,8 @@ use thiserror::Error;
 /// Integrates until the state repeats: settling to a periodic orbit.
 ///
 /// It also finds the smallest period multiple p of the orbit.
-/// A start later than 2²⁰ periods begins at the same instant of the first period, whose time is not rounded so
-/// coarsely.
+/// A start later than 2²⁰ periods begins at the same instant of the first period, whose time is not rounded
+/// so coarsely.
 ///
 /// The state repeats if max_i |y_i(t) - y_i(t - p T)|/range_i is at most the tolerance p + 1 times in a row,
 /// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with

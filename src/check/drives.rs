@@ -31,7 +31,8 @@ const UPDATES: usize = 11;
 const UPDATED: f64 = 1e-9;
 
 /// Checks that `next_edge` returns later instants, for 4096 edges, that the drives do not jump between them,
-/// that they have the values of the requested side at the first eight, and that `redrive` writes the values of `drive`.
+/// that they have the values of the requested side at the first eight, and that `redrive` writes the values
+/// of `drive`.
 ///
 /// The second and the third check cover the time up to the eighth edge and the period. If the period is not
 /// known, they cover the spans 1, 1e-3, 1e3, 1e-6 and max|q|/max|v| in its place.
@@ -119,8 +120,8 @@ fn sides<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsis
     })
 }
 
-/// Compares the drives of each side of the first edges with those a short time away on this side. A drive that
-/// ignores the side jumps between them: the difference does not decrease with the time.
+/// Compares the drives of each side of the first edges with those a short time away on this side. A drive
+/// that ignores the side jumps between them: the difference does not decrease with the time.
 fn ignored_sides<M: Model + ?Sized>(model: &M, start: f64) -> Option<Inconsistency> {
     let drives = model.drives();
     let [mut at, mut beside, mut least, mut most] = std::array::from_fn(|_| vec![0.0; drives]);

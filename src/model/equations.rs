@@ -209,8 +209,8 @@ pub trait Periodic: Model {
 /// Number of periods from which on a time is late: its rounding exceeds 1e-10 of the period.
 const LATE: f64 = (1u64 << 20) as f64;
 
-/// The instant in the first period at which the drives are those of a late time `t`; `t` itself if it is not late.
-/// The remainder is exact, and steps from it are not lost in the rounding of `t`.
+/// The instant in the first period at which the drives are those of a late time `t`; `t` itself if it is not
+/// late. The remainder is exact, and steps from it are not lost in the rounding of `t`.
 pub(crate) fn early(t: f64, period: f64) -> f64 {
     if t.is_finite() && t.abs() > LATE * period { t.rem_euclid(period) } else { t }
 }

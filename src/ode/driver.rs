@@ -192,8 +192,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     /// Judges the current step by its error. For a repetition the pace holds a shorter step.
     ///
     /// # Errors
-    /// [`IntegrateError::Discontinuity`]; [`IntegrateError::NotFinite`] if the result of a fixed step, or of more than `RETREATS` consecutive
-    /// adaptive steps, is not finite.
+    /// [`IntegrateError::Discontinuity`]; [`IntegrateError::NotFinite`] if the result of a fixed step, or of
+    /// more than `RETREATS` consecutive adaptive steps, is not finite.
     #[inline(always)]
     fn judge<T: Tableau>(&mut self) -> Result<Verdict, IntegrateError> {
         if !T::ADAPTIVE {
@@ -264,7 +264,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             }
             Ok(Found::At(_, exit) | Found::AtOnce(exit)) => {
                 match passage.leave(&mut e.ends, exit) {
-                    // A step that is too long for a fast decay may overshoot the edge at which the motion ends.
+                    // A step that is too long for a fast decay may overshoot the edge at which the motion
+                    // ends.
                     Err(IntegrateError::EdgeStall { .. }) if T::ADAPTIVE && self.stalls.shortens(made) => {
                         pace.h = STALLED * made;
                         passage.locator.still.fill(0);

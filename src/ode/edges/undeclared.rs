@@ -9,8 +9,8 @@ use crate::ode::stepping::vector::Vector;
 /// Number of rejected steps that are observed together.
 const WINDOW: u32 = 128;
 
-/// The second half of these steps is searched for jumps. With this number of jumps of one acceleration the run
-/// ends.
+/// The second half of these steps is searched for jumps. With this number of jumps of one acceleration the
+/// run ends.
 const JUMPS: u32 = 32;
 
 /// The steps are short if all of them together are shorter than this share of the longest attempt `[1]`.
@@ -22,15 +22,16 @@ const AHEAD: f64 = 4.0;
 /// Number of bisections: as many as a difference of two states has digits.
 const BISECTIONS: usize = 60;
 
-/// Share of a change that remains at a jump `[1]`. A sign has a third value, at 0, and keeps half of its change.
+/// Share of a change that remains at a jump `[1]`. A sign has a third value, at 0, and keeps half of its
+/// change.
 const KEPT: f64 = 0.25;
 
 /// Smallest jump, as a share of the largest acceleration `[1]`.
 const LEAST: f64 = 1e-6;
 
 /// Rejected steps of an adaptive run. At a jump of an acceleration, steps are rejected until one is so short
-/// that the jump stays within the tolerance. A motion that passes the jump leaves it with longer steps; a motion
-/// that stays on it needs such short steps for ever.
+/// that the jump stays within the tolerance. A motion that passes the jump leaves it with longer steps; a
+/// motion that stays on it needs such short steps for ever.
 pub(crate) struct Undeclared {
     /// Longest attempt.
     longest: f64,
@@ -91,8 +92,9 @@ impl Undeclared {
         }
     }
 
-    /// The acceleration that changes most ahead of the start of the step, if it jumps there: bisection keeps the
-    /// larger part of the change, and [`KEPT`] of it remains between states that rounding hardly separates.
+    /// The acceleration that changes most ahead of the start of the step, if it jumps there: bisection keeps
+    /// the larger part of the change, and [`KEPT`] of it remains between states that rounding hardly
+    /// separates.
     fn jump<M: Model + ?Sized, V: Vector>(&mut self, e: &Engine<'_, M, V>) -> Option<usize> {
         let Undeclared { look, a: [low, high, middle], .. } = self;
         let (y, rates) = (e.ends.y.slice(), e.k[0].slice());
