@@ -281,20 +281,25 @@ impl LawOfBody {
     }
 }
 
-/// Distance from an edge `[rad]`, max(1e-9, 16 ε |φ|) with ε = 2.2e-16. An angle within this distance lies
-/// on the edge, and the values before and after the edge are evaluated at this distance. The second term is
-/// the rounding of a large angle.
-fn aside(angle: f64) -> f64 {
-    (16.0 * f64::EPSILON * angle.abs()).max(1e-9)
+/// The angles aside `[rad]` between which all edges lie on φ: φ ± max(1e-9, 64 ε |φ|) with ε = 2.2e-16. The
+/// second term exceeds the rounding of a large angle, in the waves, too.
+///
+/// One rule decides for an angle and an edge: the edges that the shape gives after the angle ahead are
+/// announced, and where others lie between the two angles, the values after φ are those at the angle ahead.
+/// Both ask the shape at the same number. So no distance falls between the two cases.
+fn aside(angle: f64) -> [f64; 2] {
+    let near = (64.0 * f64::EPSILON * angle.abs()).max(1e-9);
+    [angle - near, angle + near]
 }
 
-/// The angle, or the angle on the given side of an edge on which it lies within rounding.
+/// The angle, or the angle aside if edges lie on it.
 fn beside_edges<G: Shape>(model: &Machine<G>, angle: f64, side: Side) -> f64 {
-    let near = aside(angle);
-    match model.shape().next_edge(angle - near).filter(|edge| *edge <= angle + near) {
-        Some(edge) if side == Side::Before => edge - near,
-        Some(edge) => edge + near,
-        None => angle,
+    let [behind, ahead] = aside(angle);
+    let first = model.shape().next_edge(behind);
+    match side {
+        _ if first.is_none() || first == model.shape().next_edge(ahead) => angle,
+        Side::Before => behind,
+        Side::After => ahead,
     }
 }
 
@@ -318,8 +323,9 @@ impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
         }
     }
     fn next_edge(&self, model: &Machine<G>, t: f64) -> Option<f64> {
-        let angle = self.angle(t);
-        let edge = model.shape().next_edge(angle + 2.0 * aside(angle)).map(|edge| self.time(edge));
-        earlier(edge.filter(|edge| *edge > t), self.next_knot(t))
+        let [_, ahead] = aside(self.angle(t));
+        // The time of an edge ahead may be rounded to t.
+        let edge = model.shape().next_edge(ahead).map(|edge| self.time(edge).max(t.next_up()));
+        earlier(edge, self.next_knot(t))
     }
 }

@@ -48,6 +48,11 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 const NEAR: f64 = 1e-13;
 
 /// Distance from an edge within which an angle lies on it: its rounding and that of the edge.
+///
+/// One rule decides for an angle and an edge, in [`Wave::jet`] and in [`Wave::next_edge`], with the same
+/// numbers: if edge - (n φ + ψ) <= near, the values after the angle are those beyond the edge; otherwise the
+/// edge is announced. So no distance falls between the two cases. Several edges on one angle are all behind
+/// the side `After` and all ahead of the side `Before`.
 fn near(far: f64) -> f64 {
     2.0 * NEAR.max(ROUNDING * far.abs())
 }
@@ -55,8 +60,9 @@ fn near(far: f64) -> f64 {
 /// Distance from an edge at which the values before and after it are evaluated `[rad]`.
 const ASIDE: f64 = 1e-12;
 
-/// Edges with a smaller distance from each other count as one `[rad]`.
-const APART: f64 = 4.0 * ASIDE;
+/// Edges with a smaller distance from each other count as one `[rad]`. The values after the first one are
+/// evaluated beyond all of them.
+const APART: f64 = 0.5 * ASIDE;
 
 /// Largest |n φ + ψ| `[rad]` at which edges are announced. The resolution of `f64` is too coarse beyond it.
 const FARTHEST: f64 = 1e12;
@@ -191,13 +197,20 @@ impl Wave {
     /// An angle in [0, 2π), moved to one side of an edge on which it lies. `far`: n φ + ψ, whose rounding
     /// counts.
     fn aside(&self, own: f64, far: f64, side: Side) -> f64 {
-        let next = self.edges.partition_point(|edge| *edge < own);
-        let [before, after] = self.neighbours(next);
-        let edge = if (after - own).abs() <= (own - before).abs() { after } else { before };
-        if (edge - own).abs() > near(far) {
-            return own;
+        let near = near(far);
+        let [before, after] = match side {
+            Side::Before => self.neighbours(self.edges.partition_point(|edge| own - *edge > near)),
+            Side::After => self.neighbours(self.edges.partition_point(|edge| *edge - own <= near)),
+        };
+        // At the ends of a turn both neighbours may lie on the angle.
+        let [met_before, met_after] = [own - before <= near, after - own <= near];
+        match side {
+            Side::Before if met_before => reduced(before - ASIDE),
+            Side::Before if met_after => reduced(after - ASIDE),
+            Side::After if met_after => reduced(after + ASIDE),
+            Side::After if met_before => reduced(before + ASIDE),
+            _ => own,
         }
-        reduced(edge + if side == Side::Before { -ASIDE } else { ASIDE })
     }
 
     /// The edges at the places `next` - 1 and `next`, continued periodically at both ends of the list.
@@ -217,12 +230,10 @@ impl Wave {
             return None;
         }
         // An edge on which the angle lies, within rounding, is not after it.
-        let turns = (far / TAU).floor();
-        let own = far - turns * TAU + near(far);
-        // An angle within rounding of the end of a turn lies at the start of the next one.
-        let (turns, own) = if own >= TAU { (turns + 1.0, own - TAU) } else { (turns, own) };
-        let next = self.edges.partition_point(|edge| *edge <= own);
-        let edge = self.edges.get(next).copied().unwrap_or(self.edges[0] + TAU);
+        let (own, near) = (reduced(far), near(far));
+        let turns = ((far - own) / TAU).round();
+        let of_next_turn = self.edges.iter().map(|edge| edge + TAU);
+        let edge = self.edges.iter().copied().chain(of_next_turn).find(|edge| edge - own > near)?;
         let at = (turns * TAU + edge - self.phase) / n;
         (at > angle).then_some(at)
     }

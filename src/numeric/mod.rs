@@ -1,6 +1,7 @@
 //! Numerical tools that several modules use.
 
 pub(crate) mod chi_square;
+pub(crate) mod complementarity;
 pub(crate) mod differences;
 pub(crate) mod gauss;
 pub(crate) mod lagrange;

@@ -3,7 +3,7 @@
 
 use crate::contact::Piece;
 use crate::model::{Model, State};
-use crate::ode::edges::arrival::{note_jumps, step_on_edge, step_to_edge};
+use crate::ode::edges::arrival::{note_jumps, stalled, step_on_edge, step_to_edge};
 use crate::ode::edges::exit::{Found, Share};
 use crate::ode::edges::passage::Passage;
 use crate::ode::edges::undeclared::Undeclared;
@@ -253,7 +253,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                             pace.h = STALLED * made;
                             return Ok(Verdict::Repeat);
                         }
-                        arrived => arrived?,
+                        arrived => arrived.map_err(|error| stalled(error, e))?,
                     }
                 }
                 passage.cross(&mut e.ends, exit)?;
@@ -271,7 +271,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                         passage.locator.still.fill(0);
                         passage.locator.classify(&mut e.ends, true);
                     }
-                    left => left?,
+                    left => left.map_err(|error| stalled(error, e))?,
                 }
                 e.derivative_at_start();
                 return Ok(Verdict::Repeat);

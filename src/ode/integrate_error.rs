@@ -188,11 +188,55 @@ pub enum IntegrateError {
         /// Distance beyond the stop, in the unit of the deflection.
         depth: f64,
     },
+    /// Impacts follow one another at one instant without end: stops that move towards one another, or very
+    /// unequal bodies that touch.
+    #[error(
+        "too many impacts at one instant, t = {t:?}: more than {limit}, the last on the rigid stop of contact \
+         {contact}"
+    )]
+    TooManyImpacts {
+        /// The instant.
+        t: f64,
+        /// Index of the contact of the last impact, from 0.
+        contact: usize,
+        /// The most impacts that are allowed.
+        limit: usize,
+    },
+    /// Two contacts strike their rigid stops at one instant and the motion afterwards depends on which one
+    /// strikes first. Neighbours of the motion take either order: the flow has no derivative.
+    #[error(
+        "contacts {contact} and {other} strike their rigid stops at one instant, t = {t:?}, and the motion \
+         depends on which one strikes first: the flow has no derivative there"
+    )]
+    SimultaneousImpacts {
+        /// The instant.
+        t: f64,
+        /// Index of one contact, from 0.
+        contact: usize,
+        /// Index of the other contact.
+        other: usize,
+    },
     /// The model has a rigid stop, but the run does not locate edges.
     #[error("contact {contact} has a rigid stop: it requires a solver that locates edges")]
     StopNotLocated {
         /// Index of the contact, from 0.
         contact: usize,
+    },
+    /// The absolute tolerance exceeds the whole motion at an edge: the steps do not resolve it.
+    #[error(
+        "contact {contact} stalls on its edge at t = {t:?} because the absolute tolerance atol = {atol:e} \
+         exceeds the motion, which is of the order of {motion:e} there: lower atol below the lengths of the \
+         model"
+    )]
+    BelowTolerance {
+        /// Time of the stall.
+        t: f64,
+        /// Index of the contact, from 0.
+        contact: usize,
+        /// The smallest absolute tolerance of a coordinate.
+        atol: f64,
+        /// The largest of the width of the gap, the coordinates and v²/a.
+        motion: f64,
     },
     /// A contact crosses its edges repeatedly while the time does not advance, or the location of an edge
     /// does not converge. The usual cause is a motion that slides along the edge or sticks to it: the

@@ -69,6 +69,17 @@ pub enum TeethError {
         /// Transverse contact ratio `[1]`.
         value: f64,
     },
+    /// Contact would extend past the point at which the line of action touches the base circle of a gear:
+    /// there is no involute.
+    #[error(
+        "the mesh undercuts gear {gear}: its partner reaches past the point where the line of action touches \
+         the base circle of gear {gear}, within which there is no involute; more teeth, a shorter addendum of \
+         the partner or a profile shift of gear {gear} avoid it"
+    )]
+    BeyondBaseCircle {
+        /// Place of the gear.
+        gear: usize,
+    },
     /// Contact would extend beyond the involute of a gear, into its fillet.
     #[error(
         "the mesh interferes with the root of gear {gear}: contact extends to the radius {contact:?} m, \
@@ -77,7 +88,7 @@ pub enum TeethError {
     Interference {
         /// Place of the gear.
         gear: usize,
-        /// Radius nearest to the root at which contact occurs `[m]`; 0 if it lies beyond the base circle.
+        /// Radius nearest to the root at which contact occurs `[m]`.
         contact: f64,
         /// Radius at which the involute ends at the root `[m]`.
         involute: f64,

@@ -120,6 +120,22 @@ pub enum TrainError {
         /// Speed by the other parts, over the reference speed.
         expected: f64,
     },
+    /// A shaft or a mesh joins a body that turns to one that does not.
+    #[error(
+        "\"{part}\" joins \"{body}\", which turns at {speed:?} times the reference speed, to \"{ground}\", \
+         which is grounded: a shaft or a mesh to the ground, with play or without, is for bodies that do not \
+         turn"
+    )]
+    LockedToGround {
+        /// The shaft or the mesh.
+        part: String,
+        /// The body that turns.
+        body: String,
+        /// Its speed by the other parts, over the reference speed.
+        speed: f64,
+        /// The grounded body.
+        ground: String,
+    },
     /// The speed of a body does not follow from that of the reference body.
     #[error(
         "the speed of \"{body}\" does not follow from that of the reference body: connect it, or hold a body \

@@ -582,6 +582,42 @@ fn grazing_doubling_and_fold_of_the_impact_oscillator() {
     }
 }
 
+/// At the least amplitude with an orbit of one impact in n periods, that is, where A(v) is smallest, the
+/// multiplier is 1.
+#[test]
+fn shooting_at_a_fold_of_impact_orbits_says_that_it_is_singular() {
+    let reference = &read("impacts.json")["impact_oscillator"];
+    let mut singular = 0;
+    for entry in reference["values"].as_array().unwrap() {
+        let get = |name: &str| entry[name].as_f64();
+        let Some(least) = get("A_fold") else { continue };
+        let (c, omega, n) = (get("c").unwrap(), get("w").unwrap(), get("n").unwrap() as usize);
+        let oscillator = Oscillator::new(c, omega, least);
+        let (mut lo, mut hi) = (0.02 * get("v_at_A_1").unwrap(), get("v_at_A_1").unwrap());
+        for _ in 0..100 {
+            let [a, b] = [lo + (hi - lo) / 3.0, hi - (hi - lo) / 3.0];
+            let less = oscillator.closed(n, a).1 < oscillator.closed(n, b).1;
+            if less { hi = b } else { lo = a }
+        }
+        let v = 0.5 * (lo + hi);
+        let amplitude = oscillator.closed(n, v).1;
+        assert!((amplitude / least - 1.0).abs() < 1e-9, "{amplitude} {least}");
+        let model = Oscillator::new(c, omega, amplitude);
+        for off in [0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3] {
+            let state = model.guess(n, v * (1.0 + off));
+            match Shooting::new().period_multiple(n).solve(&model, &[state]) {
+                Err(ShootingError::Singular { .. }) => singular += 1,
+                Ok(orbit) => {
+                    let near = |z: &num_complex::Complex64| (z - 1.0).norm() < 1e-2;
+                    assert!(orbit.multipliers().values().iter().any(near), "{off}");
+                }
+                Err(other) => panic!("{off}: {other}"),
+            }
+        }
+    }
+    assert!(singular > 0);
+}
+
 /// Orbits of one impact in n periods for 200 oscillators: trace and determinant of the monodromy matrix,
 /// which is S M in closed form. The sample contains stable and unstable orbits.
 #[test]

@@ -161,6 +161,16 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     // A shaft between gears that turn at different speeds.
     let error = refused(|parts| drop(parts.shaft("shaft", "pinion", "wheel", ShaftPart::new(1.0)).clone()));
     assert!(matches!(error, TrainError::Locked { .. }), "{error}");
+    // A coupling to the ground from a body that turns.
+    let error = refused(|parts| {
+        parts.body("ground", Body::new(1e-3).grounded());
+        parts.shaft("coupling", "wheel", "ground", ShaftPart::new(1.0));
+    });
+    assert!(
+        matches!(&error, TrainError::LockedToGround { part, body, speed, ground }
+            if part == "coupling" && body == "wheel" && *speed == -0.5 && ground == "ground"),
+        "{error}"
+    );
     let error = refused(|parts| {
         let mesh = MeshPart::external([20, 40], [0.03, 0.05], k());
         parts.mesh("second", "pinion", "wheel", mesh);

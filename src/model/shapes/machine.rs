@@ -66,8 +66,6 @@ impl<G> Clone for Machine<G> {
     }
 }
 
-/// Distance past an angle from which the next edge is searched, relative to max(|angle|, 1).
-const BESIDE: f64 = 1e-12;
 
 impl<G: Shape> Machine<G> {
     /// The machine of a shape. Every constant is given once, by its name.
@@ -301,12 +299,8 @@ impl<G: Shape> Model for Machine<G> {
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         let speed = self.speed();
-        let edge = self.shape().next_edge(speed * t)? / speed;
-        if edge > t {
-            return Some(edge);
-        }
-        // By rounding, the edge at t itself was returned: its angle is above φ' t, its time is not above t.
-        self.shape().next_edge(speed * t + BESIDE * (speed * t).abs().max(1.0)).map(|edge| edge / speed)
+        // The time of an edge ahead of φ' t may be rounded to t.
+        self.shape().next_edge(speed * t).map(|edge| (edge / speed).max(t.next_up()))
     }
     #[inline(always)]
     fn contacts(&self) -> usize {

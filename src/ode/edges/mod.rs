@@ -1,6 +1,7 @@
 //! Location of edges and of rigid stops inside a step.
 
 pub(crate) mod arrival;
+pub(crate) mod collisions;
 pub(crate) mod exit;
 pub(crate) mod first_root;
 pub(crate) mod gaps;

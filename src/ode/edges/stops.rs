@@ -1,15 +1,8 @@
 //! Rigid stops: velocities after impacts, flights between impacts, and contacts that come to rest.
 
-use crate::contact::edge::Edge;
 use crate::model::Model;
+use crate::ode::edges::collisions::{Collisions, stops};
 use crate::ode::edges::exit::Exit;
-
-/// Maximum number of impacts that follow from one another at one instant, per contact of the model.
-const ROUNDS: usize = 16;
-
-/// After an impact, a contact approaches its stop if its speed of approach exceeds this share of the largest
-/// one at this instant `[1]`.
-pub(crate) const APPROACHES: f64 = 1e-9;
 
 /// Allowed distance beyond a stop at the start of a step, as a share of |d| + |d' t| with the distance rate
 /// d' `[1]`.
@@ -43,6 +36,12 @@ impl Flight {
     pub(crate) const NONE: Flight =
         Flight { since: f64::NEG_INFINITY, speed: f64::NAN, low: 0, highest: 0.0 };
 
+    /// Starts a new flight after an impact at `t` that was passed on by others: the contact did not fall onto
+    /// its stop.
+    pub(crate) fn leaves(&mut self, t: f64, speed: f64) {
+        (self.since, self.speed) = (t, speed);
+    }
+
     /// Ends the flight with an impact at `t`, after which the contact leaves the stop at `speed`. Returns
     /// whether the contact is at rest: more than `LOW` consecutive flights were low. A flight is low if its
     /// height is at most `slack`, or at most the rounding of the highest flight.
@@ -55,7 +54,7 @@ impl Flight {
             false if height <= slack.max(f64::EPSILON * self.highest) => self.low + 1,
             false => 0,
         };
-        (self.since, self.speed) = (t, speed);
+        self.leaves(t, speed);
         self.low > LOW
     }
 }
@@ -68,6 +67,8 @@ pub(crate) struct Stops {
     pub(crate) v: Vec<f64>,
     /// Whether the step ends with an impact.
     pub(crate) met: bool,
+    /// The impacts at one instant.
+    pub(crate) collisions: Collisions,
     /// The current flight of each contact.
     pub(crate) flights: Vec<Flight>,
     /// Duration of the shortest flight that ended with the last impacts. The next flight has the same order
@@ -81,6 +82,7 @@ impl Stops {
         let rigid = if locate { model.offers().rigid_edges(model.contacts()) } else { Vec::new() };
         let contacts = rigid.len();
         Stops {
+            collisions: Collisions::new(&rigid, model.dof()),
             v: vec![0.0; if contacts > 0 { model.dof() } else { 0 }],
             met: false,
             flew: f64::INFINITY,
@@ -89,9 +91,9 @@ impl Stops {
         }
     }
 
-    /// Maximum number of crossings at one instant.
+    /// Maximum number of stops that are struck at one instant.
     pub(crate) fn room(&self) -> usize {
-        (ROUNDS + 1) * self.rigid.len()
+        2 * self.rigid.len()
     }
 
     /// Whether contact `i` has a rigid stop.
@@ -102,9 +104,6 @@ impl Stops {
 
     /// All rigid stops, as exits of their contacts.
     pub(crate) fn exits(&self) -> impl Iterator<Item = Exit> + '_ {
-        self.rigid.iter().enumerate().flat_map(|(contact, rigid)| {
-            let rigid = Edge::BOTH.into_iter().filter(|edge| rigid[*edge as usize]);
-            rigid.map(move |edge| Exit { contact, edge })
-        })
+        stops(&self.rigid)
     }
 }

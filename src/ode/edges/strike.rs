@@ -2,9 +2,10 @@
 
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
+use crate::ode::edges::collisions::Next;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
-use crate::ode::edges::stops::{APPROACHES, LONGER, ROUNDING, SHORTEST};
+use crate::ode::edges::stops::{LONGER, ROUNDING, SHORTEST};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Crossing;
 use crate::ode::stepping::control::RESOLUTION;
@@ -93,11 +94,12 @@ impl Locator {
         f64::INFINITY
     }
 
-    /// Computes the velocities after the impacts in `crossings`, one impact after another, until no contact
-    /// on a rigid stop approaches it. Impacts that follow from earlier ones are added to `crossings`.
+    /// Computes the velocities after all impacts of the instant; see
+    /// [`collisions`](crate::ode::edges::collisions). Of the rebounds in `crossings`, those of stops that are
+    /// struck remain, and stops that are struck besides are added, each once.
     ///
     /// # Errors
-    /// [`IntegrateError::EdgeStall`] if the impacts do not end.
+    /// [`IntegrateError::TooManyImpacts`].
     fn strike<M: Model + ?Sized>(
         &mut self,
         model: &M,
@@ -107,31 +109,33 @@ impl Locator {
         crossings: &mut Vec<Crossing>,
         t: f64,
     ) -> Result<(), IntegrateError> {
-        let approach = |c: &Crossing, contacts: &[Contact]| {
-            -Exit::of(c).distance(Piece::Gap, &contacts[c.contact], 1.0).rate
-        };
-        let mut fastest = 0.0f64;
-        for crossing in crossings.iter().filter(|c| c.rebounds) {
-            fastest = fastest.max(approach(crossing, contacts));
-            model.impact(crossing.contact, crossing.to, u, q, &mut self.stops.v);
-        }
+        let mut collisions = std::mem::take(&mut self.stops.collisions);
+        collisions.begin();
+        let mut end = Ok(());
         loop {
             model.contact(u, q, &self.stops.v, contacts);
-            let next = self.stops.exits().find(|exit| {
-                let met = crossings.iter().any(|c| c.rebounds && Exit::of(c) == *exit);
-                let c = &contacts[exit.contact];
-                let d = exit.distance(Piece::Gap, c, 1.0);
-                d.rate < -APPROACHES * fastest && (met || d.value <= self.slack(exit.contact, c))
+            let next = collisions.next(contacts, |exit, c| {
+                let met = crossings.iter().any(|c| c.rebounds && Exit::of(c) == exit);
+                met || exit.distance(Piece::Gap, c, 1.0).value <= self.slack(exit.contact, c)
             });
-            let Some(exit) = next else { return Ok(()) };
-            if crossings.len() >= self.stops.room() {
-                return Err(IntegrateError::EdgeStall { t, contact: exit.contact });
+            if next == Next::Over {
+                break;
             }
-            let crossing = exit.crossing(Piece::Gap, true);
-            fastest = fastest.max(approach(&crossing, contacts));
-            model.impact(crossing.contact, crossing.to, u, q, &mut self.stops.v);
-            crossings.push(crossing);
+            if let (Some(limit), Some(exit)) = (collisions.exceeded(), collisions.chosen().next()) {
+                end = Err(IntegrateError::TooManyImpacts { t, contact: exit.contact, limit });
+                break;
+            }
+            collisions.resolve(model, next, [u, q], &mut self.stops.v, contacts);
         }
+        let is = |c: &Crossing, exit: Exit| c.rebounds && Exit::of(c) == exit;
+        crossings.retain(|c| !c.rebounds || collisions.struck().any(|exit| is(c, exit)));
+        for exit in collisions.struck() {
+            if !crossings.iter().any(|c| is(c, exit)) {
+                crossings.push(exit.crossing(Piece::Gap, true));
+            }
+        }
+        self.stops.collisions = collisions;
+        end
     }
 
     /// Ends the flight of each contact with an impact. `after`: the contacts after the impacts.
@@ -143,11 +147,14 @@ impl Locator {
         for exit in crossings.iter().filter(|c| c.rebounds).map(Exit::of) {
             let contact = exit.contact;
             let slack = self.slack(contact, &after[contact]);
+            let speed = exit.distance(Piece::Gap, &after[contact], 1.0).rate;
             let flight = &mut self.stops.flights[contact];
             if t > flight.since {
                 self.stops.flew = self.stops.flew.min(t - flight.since);
             }
-            if flight.lands(t, exit.distance(Piece::Gap, &after[contact], 1.0).rate, slack) {
+            if !self.stops.collisions.arrives(exit) {
+                flight.leaves(t, speed);
+            } else if flight.lands(t, speed, slack) {
                 return Err(IntegrateError::RestsOnStop { t, contact });
             }
         }

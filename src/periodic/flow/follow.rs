@@ -148,6 +148,9 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
             step,
         };
         interrupter.saltation.begin(&mut state);
+        if let Some(refused) = interrupter.saltation.refused {
+            return Err(refused);
+        }
         for _ in 0..RESTARTS {
             let (atol, serves) = choose(&state);
             interrupter.serves = serves;
@@ -166,8 +169,8 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
                 Stop::Budget => return Ok((state, crossings)),
                 _ => {}
             }
-            if let Some(contact) = interrupter.saltation.rests {
-                return Err(IntegrateError::RestsOnStop { t: state.t, contact });
+            if let Some(refused) = interrupter.saltation.refused {
+                return Err(refused);
             }
             if state.t >= t_end {
                 return Ok((state, crossings));

@@ -1,11 +1,13 @@
 //! Jump of small differences at an impact on a rigid stop.
 
-use crate::contact::Piece;
-use crate::contact::edge::Edge;
+use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::{Model, State};
 use crate::numeric::differences::CENTRAL;
 use crate::numeric::norms::{dot, largest_share};
+use crate::ode::IntegrateError;
+use crate::ode::edges::collisions::{Next, speed};
+use crate::ode::edges::exit::Exit;
 use crate::periodic::flow::impact::ImpactScratch;
 use crate::periodic::flow::saltation::{Saltation, share_of_drives};
 
@@ -15,44 +17,104 @@ const PROBE_STEP: f64 = 3e-4;
 /// A start at this distance from a stop, as a share of the deflection, is on the stop `[1]`.
 const ON_STOP: f64 = 1e-12;
 
+/// Differences between two impacts below this share do not count `[1]`.
+const SAME: f64 = 1e-7;
+
 /// Maximum number of divisions of the step by 4, until no drive edge lies between its instants.
 const QUARTERINGS: usize = 8;
 
 impl<M: Model + ?Sized> Saltation<'_, M> {
-    /// Applies the impact at once to a start on a rigid stop that moves into the stop.
+    /// Applies impacts at once to a start on rigid stops that moves into them.
     pub(crate) fn begin(&mut self, state: &mut State) {
-        for k in 0..2 * self.rigid.len() {
-            let (contact, edge) = (k / 2, Edge::BOTH[k % 2]);
-            if !edge.is_stop(&self.rigid, contact) {
-                continue;
-            }
-            self.q.copy_from_slice(&state.q);
-            self.v.copy_from_slice(&state.v);
-            let (c, inward) = (self.contact_at(contact, state.t), edge.sign_on(Piece::Gap));
-            self.pieces.iter_mut().zip(&self.contacts).for_each(|(piece, c)| *piece = c.piece());
-            self.pieces[contact] = Piece::Gap;
-            let [above, rate] = [edge.distance(&c), edge.rate(&c)].map(|d| inward * d);
-            if above <= ON_STOP * c.deflection.abs() && rate < 0.0 {
-                self.rebound(contact, edge.flank(), state.t);
-                state.q.copy_from_slice(&self.q);
-                state.v.copy_from_slice(&self.v);
-            }
+        if self.rigid.iter().flatten().all(|rigid| !rigid) {
+            return;
         }
+        self.q.copy_from_slice(&state.q);
+        self.v.copy_from_slice(&state.v);
+        self.contact_at(0, state.t);
+        let pieces = self.pieces.iter_mut().zip(&self.contacts).zip(&self.rigid);
+        pieces.for_each(|((piece, c), rigid)| {
+            *piece = if rigid.contains(&true) { Piece::Gap } else { c.piece() };
+        });
+        self.collide(state.t, |exit, c| {
+            exit.distance(Piece::Gap, c, 1.0).value <= ON_STOP * c.deflection.abs()
+        });
+        state.q.copy_from_slice(&self.q);
+        state.v.copy_from_slice(&self.v);
+    }
+
+    /// Applies all impacts of an instant in the order of [`collisions`](crate::ode::edges::collisions).
+    /// `touches`: whether a contact is on its stop.
+    ///
+    /// Neighbours of the motion reach the stops one after another, in an order of their own. The derivative
+    /// exists if the order does not matter: impacts that do not change the approach of one another, or stops
+    /// that all neighbours reach together. A contact that only earlier impacts set in motion strikes after
+    /// them in all neighbours. `refused` is set where the derivative does not exist and where contacts come
+    /// to rest.
+    pub(crate) fn collide(&mut self, t: f64, touches: impl Fn(Exit, &Contact) -> bool) {
+        self.collisions.begin();
+        loop {
+            self.contact_at(0, t);
+            let next = self.collisions.next(&self.contacts, &touches);
+            let Some(first) = self.collisions.chosen().next() else { return };
+            if next == Next::Rest {
+                self.refused = Some(IntegrateError::RestsOnStop { t, contact: first.contact });
+                return;
+            }
+            if let Some(limit) = self.collisions.exceeded() {
+                self.refused = Some(IntegrateError::TooManyImpacts { t, contact: first.contact, limit });
+                return;
+            }
+            let others: Vec<Exit> = self.collisions.approached().filter(|exit| *exit != first).collect();
+            if let Some(other) = others.into_iter().find(|other| self.depend(first, *other, t)) {
+                let (contact, other) = (first.contact, other.contact);
+                self.refused = Some(IntegrateError::SimultaneousImpacts { t, contact, other });
+                return;
+            }
+            self.rebound(first, t);
+        }
+    }
+
+    /// Whether the motion after impacts on two stops depends on their order.
+    fn depend(&mut self, a: Exit, b: Exit, t: f64) -> bool {
+        let speeds = |contacts: &[Contact]| [a, b].map(|exit| speed(exit, &contacts[exit.contact]));
+        let before = speeds(&self.contacts);
+        let changes = [a, b].map(|exit| {
+            let (q, v) = (&self.q[..self.n], &self.v[..self.n]);
+            self.impact.after.copy_from_slice(v);
+            self.model.impact(exit.contact, exit.edge.flank(), &self.u, q, &mut self.impact.after);
+            self.model.contact(&self.u, q, &self.impact.after, &mut self.contacts);
+            speeds(&self.contacts)
+        });
+        let moved = |by: usize, of: usize| (changes[by][of] - before[of]).abs();
+        if moved(0, 1) <= SAME * moved(0, 0) && moved(1, 0) <= SAME * moved(1, 1) {
+            return false;
+        }
+        // ∇h/h' of both stops: the times by which neighbours arrive earlier.
+        let [of_a, of_b] = [a, b].map(|exit| {
+            self.contact_at(exit.contact, t);
+            self.slope(exit.contact, exit.edge);
+            self.gradient[..self.n].to_vec()
+        });
+        let times = of_a.iter().zip(&of_b).map(|(a, b)| (a * before[1], b * before[0]));
+        let sign = a.edge.sign_on(Piece::Gap) * b.edge.sign_on(Piece::Gap);
+        let largest = times.clone().fold(0.0f64, |m, (a, b)| m.max(a.abs()).max(b.abs()));
+        times.into_iter().any(|(a, b)| (a - sign * b).abs() > SAME * largest)
     }
 
     /// δq⁺ = δq - v σ + v⁺ σ, δv⁺ = ∂V (-σ, δq - v σ, δv - a σ) + a⁺ σ: the differences after an impact.
     ///
     /// The impact is q⁺ = q, v⁺ = V(t, q, v) at h(t, q) = 0. σ = ∇h·δq/h' is the time by which a neighbour
-    /// arrives earlier. The direction of the derivative of V is tangent to the stop. `rests` is set if the
+    /// arrives earlier. The direction of the derivative of V is tangent to the stop. `refused` is set if the
     /// contact comes to rest on the stop.   Source: Leine & Nijmeijer, Sect. 7.4; Müller, Chaos Solitons
     /// Fractals 5, 1671 (1995).
     ///
     /// For a difference with respect to a parameter, ∇h·δq contains ∂h/∂u u', and the direction contains u'.
     ///
     /// For one coordinate and a stop at rest the saltation matrix is [[-e, 0], [(a⁺ + e a)/v, -e]].
-    pub(crate) fn rebound(&mut self, contact: usize, on: Piece, t: f64) {
-        let n = self.n;
-        let (c, edge) = (self.contact_at(contact, t), Edge::between(Piece::Gap, on));
+    fn rebound(&mut self, exit: Exit, t: f64) {
+        let (n, Exit { contact, edge }) = (self.n, exit);
+        let (c, on) = (self.contact_at(contact, t), edge.flank());
         self.slope(contact, edge);
         self.move_onto(edge.distance(&c));
         let rate = edge.rate(&c);
@@ -83,9 +145,11 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         }
         self.v[..n].copy_from_slice(&self.impact.after);
         let c = self.contact_at(contact, t);
-        let speed = edge.rate(&c).abs();
-        if self.impact.flights[contact].lands(t, speed, ON_STOP * c.deflection.abs()) {
-            self.rests = Some(contact);
+        let (speed, flight) = (edge.rate(&c).abs(), &mut self.impact.flights[contact]);
+        if !self.collisions.arrives(exit) {
+            flight.leaves(t, speed);
+        } else if flight.lands(t, speed, ON_STOP * c.deflection.abs()) {
+            self.refused = Some(IntegrateError::RestsOnStop { t, contact });
         }
     }
 

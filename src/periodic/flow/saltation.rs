@@ -7,7 +7,9 @@ use crate::model::Model;
 use crate::model::drive_slope::DriveSlope;
 use crate::numeric::differences::{CENTRAL, ONE_SIDED};
 use crate::numeric::norms::{dot, largest_share};
-use crate::ode::Step;
+use crate::ode::edges::collisions::Collisions;
+use crate::ode::edges::exit::Exit;
+use crate::ode::{IntegrateError, Step};
 use crate::periodic::flow::continued::{Continued, gradient};
 use crate::periodic::flow::impact::ImpactScratch;
 use crate::periodic::flow::tangent::Tangent;
@@ -47,8 +49,10 @@ pub(crate) struct Saltation<'t, M: ?Sized> {
     pub(crate) forced: &'t [DriveSlope],
     /// Edges that are rigid stops; empty if there are none.
     pub(crate) rigid: Vec<[bool; 2]>,
-    /// Contact that came to rest on its stop.
-    pub(crate) rests: Option<usize>,
+    /// Impacts at one instant.
+    pub(crate) collisions: Collisions,
+    /// Why the flow has no derivative after the last impacts.
+    pub(crate) refused: Option<IntegrateError>,
     /// Scratch arrays for impacts.
     pub(crate) impact: ImpactScratch,
 }
@@ -75,7 +79,9 @@ pub(crate) fn share_of_drives(u: &[f64], w: &[f64]) -> f64 {
 impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
     pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
         let (model, n) = (&tangent.model, tangent.n);
+        let rigid = model.offers().rigid_edges(model.contacts());
         Saltation {
+            collisions: Collisions::new(&rigid, n),
             model,
             n,
             scale: tangent.scale,
@@ -92,8 +98,8 @@ impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
             v: vec![0.0; n * (1 + tangent.columns)],
             forced: tangent.forced,
             by_drives: vec![0.0; tangent.forced.len()],
-            rigid: model.offers().rigid_edges(model.contacts()),
-            rests: None,
+            rigid,
+            refused: None,
             impact: ImpactScratch::new(model),
         }
     }
@@ -119,16 +125,19 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
         self.pieces.copy_from_slice(pieces);
         self.q.copy_from_slice(step.q1());
         self.v.copy_from_slice(step.v1());
-        let mut changed = false;
+        let (mut changed, mut rebounds) = (false, false);
         for crossing in step.crossings() {
-            if crossing.rebounds {
-                self.rebound(crossing.contact, crossing.to, step.t1());
-                changed = true;
-            } else {
+            if !crossing.rebounds {
                 changed |= self.cross(crossing.contact, crossing.to, [step.t0(), step.t1()]);
+            } else if !rebounds {
+                // The stops that are struck at this instant are known; their order is found again.
+                let crossings = step.crossings();
+                let met = |exit: Exit| crossings.iter().any(|c| c.rebounds && Exit::of(c) == exit);
+                self.collide(step.t1(), |exit, _| met(exit));
+                rebounds = true;
             }
         }
-        changed
+        changed | rebounds
     }
 
     /// Computes ∇h of a contact at an edge. Returns whether h depends on the velocities.

@@ -86,7 +86,7 @@ impl<'s, 't> Closing<'s, 't> {
         }
         let grows = size.is_nan() || size > self.before;
         if grows || self.corrections.len() == self.shooting.max_iterations {
-            return Err(self.segments.not_converged(largest, self.last()));
+            return Err(self.segments.failure(&round, largest, self.last()));
         }
         self.before = size;
         let (states, slack) = self.segments.moved(&round, &step, &slack, 1.0);

@@ -335,10 +335,10 @@ impl Shooting {
                 None if size <= NOISE => {
                     return self.finish(model, &segments, here, first, corrections, meter);
                 }
-                None => return Err(segments.not_converged(largest, last(&corrections))),
+                None => return Err(segments.failure(&here, largest, last(&corrections))),
             };
         }
-        Err(segments.not_converged(largest, fail(&here.states, &corrections)))
+        Err(segments.failure(&here, largest, fail(&here.states, &corrections)))
     }
 
     /// The orbit of a converged round.

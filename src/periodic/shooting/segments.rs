@@ -8,12 +8,17 @@ use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::transition;
 use crate::periodic::flow::walk::{SegmentError, segments};
+use crate::periodic::multipliers::Multipliers;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
 /// Largest gain of a rigid velocity that is rounding, as a share of its range `[1]`.
 const GAINS: f64 = 1e-9;
+
+/// If the corrections do not become small, a multiplier of the last iterate within this distance of 1 is that
+/// of a fold or a branch point `[1]`.
+const FOLD: f64 = 1e-2;
 
 /// Data that stay fixed during the iterations of one shooting run.
 pub(crate) struct Segments<'m, M: ?Sized> {
@@ -156,7 +161,25 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     }
 
     /// The error for corrections that do not become small; `largest`: that of
-    /// [`largest_change`](Segments::largest_change) for the last one.
+    /// [`largest_change`](Segments::largest_change) for the last one. At a multiplier of 1 the equations are
+    /// singular: an error of the flow moves the iterate by its root, and corrections end at that distance.
+    pub(crate) fn failure(&self, round: &Round, largest: (usize, f64), last: Iterate) -> ShootingError {
+        let monodromy = round.monodromy();
+        let multipliers = Multipliers::without(&monodromy, self.rigid(), f64::INFINITY);
+        let near_one = |multipliers: Multipliers| multipliers.values().iter().any(|z| (z - 1.0).norm() < FOLD);
+        if multipliers.is_ok_and(near_one) {
+            let (m, k) = self.rigid().shape();
+            let mut equations = DMatrix::zeros(m + k, m);
+            equations.rows_mut(0, m).copy_from(&(&monodromy - DMatrix::identity(m, m)));
+            equations.rows_mut(m, k).copy_from(&self.rigid().transpose());
+            let right = equations.svd(false, true).v_t;
+            let component = right.map_or(0, |v| v.row(m - 1).transpose().iamax());
+            return ShootingError::Singular { component, last };
+        }
+        self.not_converged(largest, last)
+    }
+
+    /// The same error without a judgement of the multipliers.
     pub(crate) fn not_converged(&self, largest: (usize, f64), last: Iterate) -> ShootingError {
         let ((component, share), range) = (largest, self.range[largest.0]);
         ShootingError::NotConverged { component, range, correction: share * range, last }

@@ -40,7 +40,7 @@ impl GearPair {
             let beyond =
                 if gear.is_internal() { contact > involute + slack } else { contact < involute - slack };
             if start.min(end) <= 0.0 {
-                return Err(E::Interference { gear: i, contact: 0.0, involute });
+                return Err(E::BeyondBaseCircle { gear: i });
             }
             if beyond && !gear.may_be_undercut() {
                 return Err(E::Interference { gear: i, contact, involute });

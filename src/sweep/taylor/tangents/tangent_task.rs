@@ -1,7 +1,6 @@
 //! A motion whose small differences are followed.
 
 use crate::model::{Machine, Model, Shape, State};
-use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::saltation::Saltation;
@@ -96,8 +95,8 @@ impl<'m> Task<'m> for TangentTask<'m, '_> {
         self.meter.spend()?;
         let saltation = &mut self.saltation;
         let jumps = lane.show(&ended.view, ended.at_edge, |step| saltation.changes(step));
-        if let Some(contact) = saltation.rests {
-            return Err(IntegrateError::RestsOnStop { t: lane.course.e.t1, contact }.into());
+        if let Some(refused) = &saltation.refused {
+            return Err(refused.clone().into());
         }
         lane.pass(ended.at_edge)?;
         if jumps {

@@ -49,7 +49,16 @@ impl Kinematics {
                         queue.extend(&of_body[body]);
                     }
                     Some(expected) if expected != found => {
-                        let (part, body) = (part.clone(), name(body));
+                        let (part, grounded) = (part.clone(), |b: &usize| topology.bodies[*b].1.grounded);
+                        if let &[(a, _), (b, _)] = &terms[..]
+                            && let Some(ground) = [a, b].into_iter().find(grounded)
+                        {
+                            let turns = if ground == a { b } else { a };
+                            let speed = speeds[turns].map_or(0.0, Fraction::value);
+                            let [body, ground] = [turns, ground].map(name);
+                            return Err(TrainError::LockedToGround { part, body, speed, ground });
+                        }
+                        let body = name(body);
                         let [found, expected] = [found, expected].map(Fraction::value);
                         return Err(TrainError::Locked { part, body, found, expected });
                     }

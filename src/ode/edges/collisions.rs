@@ -1,0 +1,225 @@
+//! The order of the impacts at one instant.
+//!
+//! Of all contacts that touch their rigid stops, the one that approaches fastest strikes first; those that
+//! approach equally fast strike together. This is repeated until none approaches. In a row of balls an impact
+//! therefore passes from ball to ball (Newton's cradle), and equal members of a symmetric set stay equal.
+//!
+//! - Impacts together obey v⁺ = v + Σ λ_i Δ_i, with the change Δ_i of the velocities by impact i alone: no
+//!   contact leaves more slowly than after its own impact, and only contacts that leave with just that speed
+//!   receive an impulse, λ_i >= 0. For Newton's law of restitution with e <= 1 the energy does not grow: the
+//!   impulses change it by ½ Σ P_i (s_i⁺ - s_i), with s_i⁺ = e_i s_i and the speeds s_i of approach.
+//! - Impacts with e < 1 in rows that touch may follow one another without end, ever more slowly. Below
+//!   [`RESOLUTION`] times the fastest approach of the instant, the contacts that still press come to rest
+//!   relative to their stops, all together.
+//! - What is left of the velocities depends on the order of the impacts, except for impacts that do not share
+//!   a body and for elastic rows of equal bodies. Two unequal approaches that differ by less than [`TIED`] are
+//!   taken together.   Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, Chap. 8 (laws
+//!   of impact); Brogliato, Nonsmooth Mechanics, Sect. 6 (sequences of impacts).
+
+use crate::contact::edge::Edge;
+use crate::contact::{Contact, Piece};
+use crate::model::Model;
+use crate::numeric::complementarity::Complementarity;
+use crate::ode::edges::exit::Exit;
+
+/// A contact approaches its stop if its speed of approach exceeds this share of the fastest one at this
+/// instant `[1]`.
+pub(crate) const RESOLUTION: f64 = 1e-9;
+
+/// Contacts whose approach is slower than the fastest by less than this share of it strike together `[1]`.
+const TIED: f64 = 1e-6;
+
+/// Maximum number of impacts at one instant, per rigid stop of the model. Five balls that touch need 200 for
+/// e = 0.
+const MOST: usize = 10_000;
+
+/// What happens next at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Next {
+    /// No contact approaches its stop.
+    Over,
+    /// The chosen contacts strike.
+    Impacts,
+    /// The contacts press on their stops more slowly than the resolution.
+    Rest,
+}
+
+/// The impacts of one instant.
+#[derive(Default)]
+pub(crate) struct Collisions {
+    /// All rigid stops.
+    exits: Vec<Exit>,
+    /// Speed of approach to each stop; -∞ where the contact is not on the stop.
+    approach: Vec<f64>,
+    /// Whether the contact approached this stop before the first impact.
+    arrives: Vec<bool>,
+    /// Indices of the stops that strike next.
+    chosen: Vec<usize>,
+    /// Change of the velocities by the last impact on each stop alone; dof values for each stop.
+    changes: Vec<f64>,
+    /// Whether there was an impact on the stop.
+    struck: Vec<bool>,
+    /// Speed of the fastest approach at this instant.
+    fastest: f64,
+    /// Number of impacts.
+    count: usize,
+    /// Number of stops that were struck when the contacts last came to rest.
+    rested: usize,
+    /// Velocities after one impact alone.
+    alone: Vec<f64>,
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    problem: Complementarity,
+}
+
+impl Collisions {
+    pub(crate) fn new(rigid: &[[bool; 2]], dof: usize) -> Self {
+        let exits: Vec<Exit> = stops(rigid).collect();
+        let n = exits.len();
+        Collisions {
+            approach: vec![0.0; n],
+            arrives: vec![false; n],
+            chosen: Vec::with_capacity(n),
+            changes: vec![0.0; n * dof],
+            struck: vec![false; n],
+            fastest: 0.0,
+            count: 0,
+            rested: 0,
+            alone: vec![0.0; if n > 0 { dof } else { 0 }],
+            matrix: Vec::with_capacity(n * n),
+            right: Vec::with_capacity(n),
+            problem: Complementarity::of_size(n),
+            exits,
+        }
+    }
+
+    /// Begins a new instant.
+    pub(crate) fn begin(&mut self) {
+        self.struck.fill(false);
+        (self.fastest, self.count, self.rested) = (0.0, 0, 0);
+    }
+
+    /// Decides what happens next. `contacts`: at the present velocities; `touches`: whether a contact is on
+    /// its stop.
+    pub(crate) fn next(&mut self, contacts: &[Contact], touches: impl Fn(Exit, &Contact) -> bool) -> Next {
+        let mut top = 0.0f64;
+        for (exit, approach) in self.exits.iter().zip(&mut self.approach) {
+            let c = &contacts[exit.contact];
+            *approach = if touches(*exit, c) { speed(*exit, c) } else { f64::NEG_INFINITY };
+            top = top.max(*approach);
+        }
+        self.fastest = self.fastest.max(top);
+        let slow = RESOLUTION * self.fastest;
+        if self.count == 0 {
+            self.arrives.iter_mut().zip(&self.approach).for_each(|(arrives, s)| *arrives = *s > slow);
+        }
+        self.chosen.clear();
+        if top > slow {
+            let strikes = |k: &usize| self.approach[*k] >= (1.0 - TIED) * top;
+            self.chosen.extend((0..self.exits.len()).filter(strikes));
+            self.count += self.chosen.len();
+            self.chosen.iter().for_each(|&k| self.struck[k] = true);
+            return Next::Impacts;
+        }
+        let fresh = |k: usize| self.approach[k] > 0.0 && !self.struck[k];
+        let known = self.struck.iter().filter(|struck| **struck).count();
+        // After a single impact, what is left of the approach is rounding.
+        if top <= 0.0 || self.count < 2 || (self.rested == known && !(0..self.exits.len()).any(fresh)) {
+            return Next::Over;
+        }
+        let rests = |k: &usize| self.approach[*k].abs() <= slow && (self.struck[*k] || fresh(*k));
+        self.chosen.extend((0..self.exits.len()).filter(rests));
+        Next::Rest
+    }
+
+    /// The most impacts that are allowed at one instant, if there were more.
+    pub(crate) fn exceeded(&self) -> Option<usize> {
+        let most = MOST * self.exits.len();
+        (self.count > most).then_some(most)
+    }
+
+    /// The stops that strike next.
+    pub(crate) fn chosen(&self) -> impl Iterator<Item = Exit> + '_ {
+        self.chosen.iter().map(|&k| self.exits[k])
+    }
+    /// All stops that contacts approach.
+    pub(crate) fn approached(&self) -> impl Iterator<Item = Exit> + '_ {
+        let slow = RESOLUTION * self.fastest;
+        self.exits.iter().zip(&self.approach).filter(move |(_, s)| **s > slow).map(|(exit, _)| *exit)
+    }
+    /// The stops with an impact at this instant.
+    pub(crate) fn struck(&self) -> impl Iterator<Item = Exit> + '_ {
+        self.exits.iter().zip(&self.struck).filter(|(_, struck)| **struck).map(|(exit, _)| *exit)
+    }
+    /// Whether a contact approached this stop before the first impact of the instant.
+    pub(crate) fn arrives(&self, exit: Exit) -> bool {
+        self.exits.iter().zip(&self.arrives).any(|(own, arrives)| *own == exit && *arrives)
+    }
+
+    /// Computes the velocities after the chosen impacts, or at rest. `contacts`: scratch.
+    pub(crate) fn resolve<M: Model + ?Sized>(
+        &mut self,
+        model: &M,
+        next: Next,
+        [u, q]: [&[f64]; 2],
+        v: &mut [f64],
+        contacts: &mut [Contact],
+    ) {
+        let dof = v.len();
+        for &k in &self.chosen {
+            if next == Next::Rest && self.struck[k] {
+                continue;
+            }
+            self.struck[k] = true;
+            self.alone.copy_from_slice(v);
+            model.impact(self.exits[k].contact, self.exits[k].edge.flank(), u, q, &mut self.alone);
+            for ((change, after), v) in self.changes[k * dof..][..dof].iter_mut().zip(&self.alone).zip(&*v) {
+                *change = after - v;
+            }
+        }
+        match (next, &*self.chosen) {
+            (Next::Impacts, [_]) => return v.copy_from_slice(&self.alone),
+            (Next::Rest, _) => self.rested = self.struck.iter().filter(|struck| **struck).count(),
+            _ => {}
+        }
+        let n = self.chosen.len();
+        self.matrix.resize(n * n, 0.0);
+        for (j, &k) in self.chosen.iter().enumerate() {
+            let change = &self.changes[k * dof..][..dof];
+            self.alone.iter_mut().zip(&*v).zip(change).for_each(|((to, v), change)| *to = v + change);
+            model.contact(u, q, &self.alone, contacts);
+            for (i, &other) in self.chosen.iter().enumerate() {
+                let exit = self.exits[other];
+                self.matrix[i * n + j] = self.approach[other] - speed(exit, &contacts[exit.contact]);
+            }
+        }
+        self.right.clear();
+        self.right.extend((0..n).map(|i| match next {
+            Next::Rest => -self.approach[self.chosen[i]],
+            _ => -self.matrix[i * n + i],
+        }));
+        let solved = self.problem.solve(&self.matrix, &self.right);
+        for (j, &k) in self.chosen.iter().enumerate() {
+            // Stops that move towards one another have no common solution: one impact, then the others.
+            let share = match (solved, next) {
+                (true, _) => self.problem.z[j],
+                (false, Next::Impacts) if j == 0 => 1.0,
+                _ => 0.0,
+            };
+            v.iter_mut().zip(&self.changes[k * dof..][..dof]).for_each(|(v, change)| *v += share * change);
+        }
+    }
+}
+
+/// All rigid stops, as exits of their contacts.
+pub(crate) fn stops(rigid: &[[bool; 2]]) -> impl Iterator<Item = Exit> + '_ {
+    rigid.iter().enumerate().flat_map(|(contact, rigid)| {
+        let rigid = Edge::BOTH.into_iter().filter(|edge| rigid[*edge as usize]);
+        rigid.map(move |edge| Exit { contact, edge })
+    })
+}
+
+/// Speed at which a contact in its gap approaches a stop.
+pub(crate) fn speed(exit: Exit, c: &Contact) -> f64 {
+    -exit.distance(Piece::Gap, c, 1.0).rate
+}
