@@ -232,8 +232,9 @@ impl Wave {
         // An edge on which the angle lies, within rounding, is not after it.
         let (own, near) = (reduced(far), near(far));
         let turns = ((far - own) / TAU).round();
-        let of_next_turn = self.edges.iter().map(|edge| edge + TAU);
-        let edge = self.edges.iter().copied().chain(of_next_turn).find(|edge| edge - own > near)?;
+        // All edges of two turns may lie on the angle, if there is one a turn.
+        let mut of_turns = [0.0, TAU, 2.0 * TAU].into_iter().flat_map(|turn| self.edges.iter().map(move |e| e + turn));
+        let edge = of_turns.find(|edge| edge - own > near)?;
         let at = (turns * TAU + edge - self.phase) / n;
         (at > angle).then_some(at)
     }

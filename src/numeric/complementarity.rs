@@ -47,7 +47,8 @@ impl Complementarity {
             (row[cover], row[right]) = (-weight(i), q[i]);
         }
         let share = |i: usize| q[i] / weight(i);
-        let Some(first) = (0..n).filter(|&i| q[i] < 0.0).min_by(|&i, &j| share(i).total_cmp(&share(j))) else {
+        let Some(first) = (0..n).filter(|&i| q[i] < 0.0).min_by(|&i, &j| share(i).total_cmp(&share(j)))
+        else {
             return true;
         };
         let mut enters = self.pivot(first, cover, width);

@@ -95,7 +95,7 @@ fn edges_at_constant_speed_are_all_met() {
         let (pulses, common) = beside(&mut random, 1e-14, if case % 2 == 0 { 1e-12 } else { 1e-8 });
         let speed = 0.5 + 3.0 * random.next();
         let (expected, end) = (pulses.integral(common + 1.5, |angle| angle / speed), (common + 1.5) / speed);
-        let machine = Machine::new(pulses, &[speed]).unwrap();
+        let machine = Machine::of_constants(pulses, &[("speed", speed)]).unwrap();
         compare(&machine, end, expected, 1e-9, case);
     }
 }
@@ -116,7 +116,7 @@ fn edges_under_a_speed_law_are_all_met() {
             false => ramp + (angle - knot) / to,
         };
         let (expected, end) = (pulses.integral(common + 1.5, time), time(common + 1.5));
-        let machine = Machine::new(pulses, &[1.0]).unwrap();
+        let machine = Machine::of_constants(pulses, &[("speed", 1.0)]).unwrap();
         let law = SpeedLaw::ramp(from, to, ramp).unwrap();
         // Values beside an edge are those within 1e-9 rad.
         compare(&VaryingSpeed::new(machine, law), end, expected, 1e-7, case);

@@ -64,6 +64,7 @@ mod random_moments;
 mod rare_events;
 mod reference_nfg;
 mod reference_ring;
+mod resting_on_edges;
 mod results_at_edges;
 mod ring_relative;
 mod roots;

@@ -392,7 +392,7 @@ fn further_noncircular_gears_that_are_refused() {
     // A gear at rest, a planet, and a rotating frame.
     let mut parts = single(centre_mesh(0.2));
     parts.body("rack", Body::new(1.0).locked()).mesh("still", "oval", "rack", centre_mesh(0.2));
-    assert!(matches!(refused(parts), TrainError::Locked { .. }));
+    assert!(matches!(refused(parts), TrainError::LockedToGround { .. }));
     let mut parts = Parts::new();
     parts
         .body("motor", Body::new(1e-3))

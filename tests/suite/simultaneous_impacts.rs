@@ -34,7 +34,7 @@ impl Bodies {
         Bodies::new(masses, &pairs, e)
     }
     fn machine(&self) -> Machine<Bodies> {
-        Machine::new(self.clone(), &[]).unwrap()
+        Machine::of_constants(self.clone(), &[("speed", 1.0)]).unwrap()
     }
     fn rate(&self, contact: usize, v: &[f64]) -> f64 {
         let [a, b] = self.pairs[contact].map(|body| body.map_or(0.0, |body| v[body]));
@@ -48,12 +48,19 @@ impl Bodies {
 
 impl Shape for Bodies {
     fn size(&self) -> Size {
-        Size { dof: self.masses.len(), contacts: self.pairs.len(), ..Size::default() }
+        Size { dof: self.masses.len(), contacts: self.pairs.len(), constants: 1, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
-        Vec::new()
+        vec![Channel::new("speed", "1")]
     }
-    fn contact<S: Scalar, L: PieceChoice<S>>(&self, _: &L, i: usize, _: Drives<'_, S>, q: &[S], v: &[S]) -> Contact<S> {
+    fn contact<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        _: &L,
+        i: usize,
+        _: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
         let of = |x: &[S]| {
             let [a, b] = self.pairs[i].map(|body| body.map_or(S::from(0.0), |body| x[body]));
             b - a
@@ -106,10 +113,11 @@ fn one_floor_stated_as_several_contacts_is_one_floor() {
         for end in ends(&bodies.machine(), &State::new(0.0, &[1.0], &[0.0]), 0.7) {
             close(&end.q, &[expected], 1e-9);
         }
-        let variation = Variation::new().run(&bodies.machine(), &State::new(0.0, &[1.0], &[0.0]), 0.7).unwrap();
+        let variation =
+            Variation::new().run(&bodies.machine(), &State::new(0.0, &[1.0], &[0.0]), 0.7).unwrap();
         let one = Bodies { pull: -g, ..Bodies::new(&[1.0], &[[None, Some(0)]], e) };
         let alone = Variation::new().run(&one.machine(), &State::new(0.0, &[1.0], &[0.0]), 0.7).unwrap();
-        assert!((variation.matrix() - alone.matrix()).amax() < 1e-9);
+        assert!((variation.matrix - alone.matrix).amax() < 1e-9);
     }
 }
 
@@ -195,7 +203,7 @@ fn equal_members_of_a_set_stay_equal() {
 #[test]
 fn random_impacts_keep_momentum_and_lose_energy() {
     let mut random = Random(481);
-    let mut several = 0;
+    let (mut several, mut refused) = (0, 0);
     for case in 0..3000 {
         let n = 2 + (random.next() * 5.0) as usize;
         let masses: Vec<f64> = (0..n).map(|_| 10f64.powf(2.0 * random.next() - 1.0)).collect();
@@ -220,21 +228,37 @@ fn random_impacts_keep_momentum_and_lose_energy() {
         }
         // All touch at the start: the impacts happen at the start of the run.
         let machine = bodies.machine();
-        let end = Dop853::new().end(&machine, &State::new(0.0, &vec![0.0; n], &v), 1e-3).unwrap();
+        let start = State::new(0.0, &vec![0.0; n], &v);
+        let end = match Dop853::new().end(&machine, &start, 1e-3) {
+            Ok(end) => end,
+            // Some sets end with bodies that rest on one another; a refusal by name.
+            Err(IntegrateError::RestsOnStop { .. }) => {
+                refused += 1;
+                continue;
+            }
+            Err(error) => panic!("case {case}: {error}"),
+        };
         let [before, after] = [&v, &end.v].map(|v| bodies.sums(v));
         let size: f64 = masses.iter().zip(&v).map(|(m, v)| m * v.abs()).sum();
         assert!((after[0] - before[0]).abs() <= 1e-12 * size, "case {case}: momentum");
         assert!(after[1] <= before[1] * (1.0 + 1e-12), "case {case}: energy {before:?} {after:?}");
         if bodies.restitution.iter().all(|e| *e == 1.0) {
-            assert!((after[1] - before[1]).abs() <= 1e-10 * before[1], "case {case}: energy {before:?} {after:?}");
+            assert!(
+                (after[1] - before[1]).abs() <= 1e-10 * before[1],
+                "case {case}: energy {before:?} {after:?}"
+            );
         }
         let fastest = (0..pairs.len()).fold(0.0f64, |m, i| m.max(-bodies.rate(i, &v)));
         several += usize::from((0..pairs.len()).filter(|i| bodies.rate(*i, &v) < 0.0).count() > 1);
         for i in 0..pairs.len() {
-            assert!(bodies.rate(i, &end.v) >= -1e-12 * (1.0 + fastest), "case {case}: contact {i} approaches");
+            assert!(
+                bodies.rate(i, &end.v) >= -1e-12 * (1.0 + fastest),
+                "case {case}: contact {i} approaches"
+            );
         }
     }
-    assert!(several > 1000, "{several}");
+    println!("{several} sets with several impacts, {refused} refused");
+    assert!(several > 1000 && refused < 60, "{several} {refused}");
 }
 
 #[test]
@@ -243,7 +267,7 @@ fn the_derivative_follows_the_order_of_the_impacts() {
     for e in [1.0, 0.8] {
         let machine = Bodies { pull: 0.0, ..Bodies::row(&[1.0, 2.0, 0.5], e) }.machine();
         let start = State::new(0.0, &[-1.0, 0.0, 0.0], &[1.0, 0.0, 0.0]);
-        let matrix = Variation::new().run(&machine, &start, 1.6).unwrap().matrix().clone();
+        let matrix = Variation::new().run(&machine, &start, 1.6).unwrap().matrix.clone();
         let end = Dop853::new().end(&machine, &start, 1.6).unwrap();
         let h = 1e-6;
         for direction in [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 1.0, 2.0]] {

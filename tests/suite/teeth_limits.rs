@@ -174,7 +174,10 @@ fn gears_that_cannot_mesh() {
     // The partner reaches past the base circle: there is no radius of contact to report.
     let undercut = new(gear(9), gear(120).with_addendum(2.0).unwrap());
     assert_eq!(undercut, TeethError::BeyondBaseCircle { gear: 0 });
-    assert!(undercut.to_string().starts_with("the mesh undercuts gear 0") && !undercut.to_string().contains("0.0 m"));
+    assert!(
+        undercut.to_string().starts_with("the mesh undercuts gear 0")
+            && !undercut.to_string().contains("0.0 m")
+    );
     let close = GearPair::at_centre_distance(&gear(20), &gear(40), 0.0895).unwrap_err();
     assert!(matches!(close, TeethError::NoBacklash { backlash } if backlash < 0.0), "{close:?}");
     let far = GearPair::at_centre_distance(&gear(20), &gear(40), 0.08).unwrap_err();

@@ -163,7 +163,7 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     assert!(matches!(error, TrainError::Locked { .. }), "{error}");
     // A coupling to the ground from a body that turns.
     let error = refused(|parts| {
-        parts.body("ground", Body::new(1e-3).grounded());
+        parts.body("ground", Body::new(1e-3).grounded(1e3, 0.0));
         parts.shaft("coupling", "wheel", "ground", ShaftPart::new(1.0));
     });
     assert!(

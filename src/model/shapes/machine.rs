@@ -66,7 +66,6 @@ impl<G> Clone for Machine<G> {
     }
 }
 
-
 impl<G: Shape> Machine<G> {
     /// The machine of a shape. Every constant is given once, by its name.
     ///

@@ -166,7 +166,8 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     pub(crate) fn failure(&self, round: &Round, largest: (usize, f64), last: Iterate) -> ShootingError {
         let monodromy = round.monodromy();
         let multipliers = Multipliers::without(&monodromy, self.rigid(), f64::INFINITY);
-        let near_one = |multipliers: Multipliers| multipliers.values().iter().any(|z| (z - 1.0).norm() < FOLD);
+        let near_one =
+            |multipliers: Multipliers| multipliers.values().iter().any(|z| (z - 1.0).norm() < FOLD);
         if multipliers.is_ok_and(near_one) {
             let (m, k) = self.rigid().shape();
             let mut equations = DMatrix::zeros(m + k, m);

@@ -100,7 +100,10 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
         orbit.motion(0.5 * (start + end), &mut self.q, &mut self.v);
         self.model.drive(0.5 * (start + end), Side::After, &mut self.u);
         self.model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
-        self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| *p = c.piece());
+        // A gap without width has no inside: at rest in it, a contact is on its upper flank, as in a run.
+        self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| {
+            *p = if c.lower == c.upper && c.deflection == c.upper { Piece::Upper } else { c.piece() };
+        });
         let mut fastest = self.read();
         let mut h = f64::INFINITY;
         while t < end {
