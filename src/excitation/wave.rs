@@ -233,7 +233,8 @@ impl Wave {
         let (own, near) = (reduced(far), near(far));
         let turns = ((far - own) / TAU).round();
         // All edges of two turns may lie on the angle, if there is one a turn.
-        let mut of_turns = [0.0, TAU, 2.0 * TAU].into_iter().flat_map(|turn| self.edges.iter().map(move |e| e + turn));
+        let mut of_turns =
+            [0.0, TAU, 2.0 * TAU].into_iter().flat_map(|turn| self.edges.iter().map(move |e| e + turn));
         let edge = of_turns.find(|edge| edge - own > near)?;
         let at = (turns * TAU + edge - self.phase) / n;
         (at > angle).then_some(at)
