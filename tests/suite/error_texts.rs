@@ -103,7 +103,7 @@ fn conditions_are_sentences() {
         ),
         (
             NfgPair::new(&NfgParams { ratio: 3.75, ..NfgParams::table1() }).unwrap_err(),
-            "face gear teeth is 67.5: it must be a whole number: pinion_teeth times ratio",
+            "face gear teeth is 67.5: it must be a whole number from 1 to 1000000: pinion_teeth times ratio",
         ),
     ];
     for (error, text) in errors {

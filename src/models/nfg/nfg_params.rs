@@ -76,13 +76,9 @@ impl NfgParams {
         check::scale("ratio", self.ratio)?;
         let teeth = self.face_gear_teeth();
         // Beyond a million teeth rounding of the mesh phase over a turn is too large for the excitations.
-        let name = || "face gear teeth".to_owned();
-        if !(1.0..=1e6).contains(&teeth.round()) {
-            return Err(ParameterError::OutOfRange { name: name(), value: teeth, allowed: "[1, 1000000]" });
-        }
-        if (teeth - teeth.round()).abs() > 1e-9 * teeth {
-            let must = "be a whole number: pinion_teeth times ratio".into();
-            return Err(ParameterError::Wrong { name: name(), value: teeth, must });
+        if (teeth - teeth.round()).abs() > 1e-9 * teeth || !(1.0..=1e6).contains(&teeth.round()) {
+            let must = "be a whole number from 1 to 1000000: pinion_teeth times ratio".into();
+            return Err(ParameterError::Wrong { name: "face gear teeth".into(), value: teeth, must });
         }
         InstantCentre::check_ratio("eccentric_ratio", self.eccentric_ratio)?;
         check::quantity("pressure_angle", self.pressure_angle)?;
