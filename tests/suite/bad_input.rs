@@ -167,7 +167,7 @@ fn empty_and_mismatched_lists() {
 fn ratios_and_teeth() {
     let outside = |error: P, place: &str, x: f64| {
         assert!(
-            matches!(&error, P::OutOfRange { name, value, .. } if name == place && *value == x),
+            matches!(&error, P::OutOfRange { name, value, .. } | P::Wrong { name, value, .. } if name == place && *value == x),
             "{error}"
         )
     };
