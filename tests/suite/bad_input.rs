@@ -166,10 +166,10 @@ fn empty_and_mismatched_lists() {
 #[test]
 fn ratios_and_teeth() {
     let outside = |error: P, place: &str, x: f64| {
-        assert!(
-            matches!(&error, P::OutOfRange { name, value, .. } | P::Wrong { name, value, .. } if name == place && *value == x),
-            "{error}"
-        )
+        let (P::OutOfRange { name, value, .. } | P::Wrong { name, value, .. }) = &error else {
+            panic!("{error}")
+        };
+        assert!(name == place && *value == x, "{error}");
     };
     outside(pair(|p| p.eccentric_ratio = 1.0), "eccentric_ratio", 1.0);
     outside(pair(|p| p.eccentric_ratio = -0.1), "eccentric_ratio", -0.1);

@@ -125,7 +125,7 @@ fn members_start_at_time_zero() {
     assert_eq!((bands.members(), bands.failed()), (3, 1));
     let FailedMember { member, error } = bands.first_failure().unwrap();
     assert!(
-        *member == 2 && matches!(error, PointError::Parameter(ParameterError::OutOfRange { value: 0.5, .. })),
+        *member == 2 && matches!(error, PointError::Parameter(ParameterError::Wrong { value: 0.5, .. })),
         "{error}"
     );
 }

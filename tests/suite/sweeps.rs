@@ -547,7 +547,7 @@ fn a_motion_that_leaves_all_bounds_and_a_bad_start() {
         .start(|_, _| State::new(0.5, &[0.0], &[0.0]))
         .run()
         .unwrap();
-    assert!(matches!(late.get(0), Err(PointError::Parameter(ParameterError::OutOfRange { .. }))));
+    assert!(matches!(late.get(0), Err(PointError::Parameter(ParameterError::Wrong { .. }))));
 }
 
 /// Models that cannot share lanes run alone, and the rows count them. Models of several shapes run in groups
