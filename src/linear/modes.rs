@@ -120,8 +120,8 @@ impl Mode {
         if self.square == 0.0 { 0.0 } else { self.error / self.square.abs() }
     }
     /// Whether double precision resolves the mode: [`rounding`](Mode::rounding) is below 1/2. If not, its
-    /// frequency and the sign of its square are rounding, and it cannot be told from a rigid motion. Leave the
-    /// stiffest part out, as a rigid connection.
+    /// frequency and the sign of its square are rounding, and it cannot be told from a rigid motion. Leave
+    /// the stiffest part out, as a rigid connection.
     pub fn is_resolved(&self) -> bool {
         self.rounding() < 0.5
     }

@@ -10,8 +10,10 @@ const EQUAL: f64 = 1e-9;
 pub(crate) fn inertias(a: &DMatrix<f64>) -> Option<Vec<f64>> {
     let n = a.nrows();
     let mut m = vec![f64::NAN; n];
-    let largest = a.amax();
-    let couples = |i: usize, j: usize| a[(i, j)].abs().max(a[(j, i)].abs()) > 1e-14 * largest;
+    // Each row has its own size: a row of a small inertia is large.
+    let largest: Vec<f64> = a.row_iter().map(|row| row.amax()).collect();
+    let couples =
+        |i: usize, j: usize| a[(i, j)].abs() > 1e-14 * largest[i] || a[(j, i)].abs() > 1e-14 * largest[j];
     for start in 0..n {
         if !m[start].is_nan() {
             continue;

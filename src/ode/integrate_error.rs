@@ -123,7 +123,7 @@ pub enum IntegrateError {
         /// The maximum number of steps.
         limit: usize,
     },
-    /// The drive edges ahead are more than the run may have steps, each of which ends at an edge at the latest.
+    /// The drive edges ahead are more than the run may have steps. A step ends at an edge at the latest.
     #[error(
         "drive edges lie {apart:e} apart after t = {t:?}, more of them until the end than the {max_steps} steps \
          of a run: hold values for longer, shorten the run, or raise max_steps"

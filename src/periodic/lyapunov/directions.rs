@@ -7,8 +7,8 @@ use crate::numeric::split_mix::{GOLDEN_GAMMA, mix};
 /// The directions of one run, in units of `scale`.
 pub(crate) struct Directions<'s> {
     columns: Vec<f64>,
-    /// The directions one period before.
-    earlier: Vec<f64>,
+    /// The directions at the end of the last part, and of the last period.
+    earlier: [Vec<f64>; 2],
     lengths: Vec<f64>,
     /// Σ ln r_kk of each direction: the logarithm of its growth.
     pub(crate) growth: Vec<f64>,
@@ -19,7 +19,7 @@ impl<'s> Directions<'s> {
     pub(crate) fn new(count: usize, scale: &'s [f64]) -> Self {
         Directions {
             columns: vec![0.0; count * scale.len()],
-            earlier: vec![0.0; count * scale.len()],
+            earlier: [(); 2].map(|()| vec![0.0; count * scale.len()]),
             lengths: vec![0.0; count],
             growth: vec![0.0; count],
             scale,
@@ -74,17 +74,18 @@ impl<'s> Directions<'s> {
         least
     }
 
-    /// The angle between direction k and the same one at the last [`mark`](Directions::mark) `[rad]`.
-    pub(crate) fn turned(&self, k: usize) -> f64 {
+    /// The angle between direction k and the same one at the last [`mark`](Directions::mark) `[rad]`: that of
+    /// a part, 0, or of a period, 1.
+    pub(crate) fn turned(&self, k: usize, since: usize) -> f64 {
         let m = self.scale.len();
-        let (now, then) = (&self.columns[k * m..][..m], &self.earlier[k * m..][..m]);
+        let (now, then) = (&self.columns[k * m..][..m], &self.earlier[since][k * m..][..m]);
         let way = dot(now, then).signum();
         let apart: f64 = now.iter().zip(then).map(|(a, b)| (a - way * b).powi(2)).sum();
         2.0 * (0.5 * apart.sqrt()).min(1.0).asin()
     }
     /// Keeps the directions as those to which [`turned`](Directions::turned) refers.
-    pub(crate) fn mark(&mut self) {
-        self.earlier.copy_from_slice(&self.columns);
+    pub(crate) fn mark(&mut self, since: usize) {
+        self.earlier[since].copy_from_slice(&self.columns);
     }
 
     /// Continues with the measured e_k as new directions and adds ln r_kk to the growth.

@@ -58,8 +58,8 @@ impl Exponents {
     /// and that of all of it, which shows growth with a power of time:
     /// - a: the scatter of the growth, from up to 16 projections on sine tapers, with Student's t. Valid if
     ///   the growth is correlated over less than about 1/16 of the run.
-    /// - b: the effect of the angle of a rotating direction at the start and at the end of the run, from up to
-    ///   an eighth of the run at each end.
+    /// - b: the effect of the angle of a rotating direction at the start and at the end of the run, from
+    ///   up to an eighth of the run at each end.
     /// - c: 10 times the tolerance of the flow.
     ///
     /// If complex multipliers have an argument near a simple fraction of 2π, the direction drifts slowly from

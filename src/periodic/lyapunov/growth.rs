@@ -29,6 +29,8 @@ pub(crate) struct Growth {
     /// Angle by which the direction has turned from period to period `[rad]`: over the first half of the
     /// measured periods, and over the second half.
     turned: [f64; 2],
+    /// The same from part to part: a direction that turns once in a period stands still from period to period.
+    path: f64,
     /// Number of periods to measure.
     planned: usize,
 }
@@ -79,6 +81,7 @@ impl Growth {
             tail: VecDeque::new(),
             reach: (planned / 8).clamp(ENDS[0], ENDS[1]),
             turned: [0.0; 2],
+            path: 0.0,
             planned,
         }
     }
@@ -102,6 +105,10 @@ impl Growth {
         }
         self.whole += growth;
         self.sum += self.whole;
+    }
+    /// Adds the angle by which the direction turned in one part of the span.
+    pub(crate) fn turn(&mut self, angle: f64) {
+        self.path += angle;
     }
     /// Closes one period of the span, over which the direction turned by `angle`.
     pub(crate) fn period(&mut self, angle: f64) {
@@ -133,7 +140,7 @@ impl Growth {
     /// shorter than the time in which the direction finds its growth.
     fn is_on_first_turn(&self) -> bool {
         let [first, second] = self.turned;
-        first + second < TURN && second > STILL && second > COMES_TO_REST * first
+        self.path < TURN && second > STILL && second > COMES_TO_REST * first
     }
 
     /// The mean of the second half of the periods minus the mean of all of them: growth that falls like 1/t

@@ -83,6 +83,10 @@ impl<'s> Progress<'s> {
         let [align, _] = self.periods;
         let period = self.parts / self.renormalisations;
         self.parts += 1;
+        for (k, all) in self.exponents.grown.iter_mut().enumerate().filter(|_| period >= align) {
+            all.turn(self.directions.turned(k, 0));
+        }
+        self.directions.mark(0);
         for (all, grown) in self.exponents.grown.iter_mut().zip(&mut self.directions.growth) {
             match period >= align {
                 true => all.measure(*grown),
@@ -94,9 +98,9 @@ impl<'s> Progress<'s> {
         if self.parts.is_multiple_of(self.renormalisations) {
             if period >= align {
                 let all = self.exponents.grown.iter_mut().enumerate();
-                all.for_each(|(k, growth)| growth.period(self.directions.turned(k)));
+                all.for_each(|(k, growth)| growth.period(self.directions.turned(k, 1)));
             }
-            self.directions.mark();
+            self.directions.mark(1);
             let (State { t, q, v }, n) = (&self.state, self.exponents.state.q.len());
             self.exponents.state = State::new(*t, &q[..n], &v[..n]);
         }

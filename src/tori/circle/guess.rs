@@ -24,8 +24,8 @@ impl ClosedCurve {
     /// contains the angle at the first.
     ///
     /// # Errors
-    /// [`CircleError::Unspread`]; [`CircleError::Scattered`] if the points do not lie on one closed curve; and [`CircleError::Parameter`] for nodes, points and angles that are not
-    /// valid.
+    /// [`CircleError::Unspread`]; [`CircleError::Scattered`] if the points do not lie on one closed curve;
+    /// [`CircleError::Parameter`] for nodes, points and angles that are not valid.
     pub fn fit(points: &[State], rotation: f64, first: f64, nodes: usize) -> Result<Self, CircleError> {
         checked_nodes(nodes)?;
         check::count("coefficients of the normal equations", &[nodes, nodes], check::NUMBERS)?;
