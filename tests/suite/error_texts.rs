@@ -35,7 +35,7 @@ fn ranges_in_errors_are_intervals() {
     let (mut ranges, mut conditions) = (0, 0);
     for path in all {
         let text = std::fs::read_to_string(&path).unwrap();
-        let mut literals = |mark: &str, is_right: &dyn Fn(&str) -> bool| {
+        let literals = |mark: &str, is_right: &dyn Fn(&str) -> bool| {
             let found = text.split(mark).skip(1).map(|rest| &rest[..rest.find('"').unwrap()]);
             found.inspect(|literal| assert!(is_right(literal), "{path:?}: {literal}")).count()
         };

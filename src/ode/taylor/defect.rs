@@ -61,6 +61,11 @@ const BEFORE_END: f64 = 1.0 / 1024.0;
 /// the size of the tolerance.
 const ALLOWED: f64 = 4.0;
 
+/// Whether a sum of defects is above what is allowed, or not a number.
+fn exceeds(sum: f64) -> bool {
+    sum.is_nan() || sum > ALLOWED
+}
+
 /// From this share of a step on, the defect of a series grows like a high power of the time `[1]`.
 const LATE: f64 = 0.75;
 
@@ -117,12 +122,12 @@ impl Defect {
                     false => 0.5 * apart,
                 };
                 let added = |rate: f64| weight(s, next - s) * before + weight(next, next - s) * rate;
-                if !(sum + added(rate) <= ALLOWED) {
+                if exceeds(sum + added(rate)) {
                     self.shake();
                     rate = self.rate(h, step.rtol, motion, next, true);
                 }
                 sum += added(rate);
-                if !(sum <= ALLOWED) {
+                if exceeds(sum) {
                     return Some(next);
                 }
                 (s, before) = (next, rate);

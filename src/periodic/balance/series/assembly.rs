@@ -188,8 +188,9 @@ impl JacobianLayout {
         if unknown >= self.dof * width {
             return 0;
         }
-        let after = orders.iter().enumerate().filter(|(i, _)| self.harmonics.place(*i) <= unknown % width);
-        after.last().map_or(0, |(_, order)| *order)
+        let mut places = orders.iter().enumerate().rev();
+        let at = places.find(|(i, _)| self.harmonics.place(*i) <= unknown % width);
+        at.map_or(0, |(_, order)| *order)
     }
 }
 
