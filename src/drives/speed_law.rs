@@ -185,8 +185,8 @@ impl SpeedLaw {
 /// A [`Machine`] whose reference body follows a [`SpeedLaw`] instead of turning at constant speed.
 ///
 /// The reference body of a train is the one that [`Parts::build`](crate::trains::Parts::build) names; another
-/// one is named here ([`of_body`](VaryingSpeed::of_body)). Shapes without bodies have the angle of their waves
-/// ([`Shape::reference_ratio`]).
+/// one is named here ([`of_body`](VaryingSpeed::of_body)). Shapes without bodies have the angle of their
+/// waves ([`Shape::reference_ratio`]).
 ///
 /// Waves are evaluated at their angle φ(t). φ' and φ'' follow from the law, so that second derivatives of
 /// excitations are exact, d²e/dt² = e'' φ'² + e' φ'', and the inertia of the bodies acts against φ''
@@ -236,7 +236,8 @@ impl<G: Shape> VaryingSpeed<G> {
     }
 }
 
-/// The rule of [`VaryingSpeed`]: the speed law of a body, and the angle of the waves over the angle of the body.
+/// The rule of [`VaryingSpeed`]: the speed law of a body, and the angle of the waves over the angle of the
+/// body.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, drives::{SpeedLaw, VaryingSpeed}};

@@ -1,7 +1,6 @@
 //! Numerical tools that several modules use.
 
 pub(crate) mod chi_square;
-pub(crate) mod complementarity;
 pub(crate) mod differences;
 pub(crate) mod gauss;
 pub(crate) mod lagrange;

@@ -55,9 +55,9 @@ impl JitteredOrder {
     /// `[rad²/s]` and the grid spacing h `[s]`, or in the time unit of the model. Defaults: seed 0, member 0.
     ///
     /// # Errors
-    /// An amplitude beyond ±1e50; an angular frequency, with ten standard deviations √(2 D/h) of the walk, beyond
-    /// 1e9, above which Taylor coefficients overflow; a diffusion outside 1e-50 .. 1e50; a spacing above
-    /// 1/D, the correlation time, which the grid then does not resolve, or below 1e-12 of it.
+    /// An amplitude beyond ±1e50; an angular frequency, with ten standard deviations √(2 D/h) of the walk,
+    /// beyond 1e9, above which Taylor coefficients overflow; a diffusion outside 1e-50 .. 1e50; a spacing
+    /// above 1/D, the correlation time, which the grid then does not resolve, or below 1e-12 of it.
     pub fn new(
         amplitude: f64,
         angular_frequency: f64,

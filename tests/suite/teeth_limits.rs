@@ -163,13 +163,13 @@ fn gears_that_cannot_mesh() {
     assert_eq!(new(ring(30), gear(30)), TeethError::InternalTooSmall { internal: 30, external: 30 });
     let short = gear(40).with_addendum(0.3).unwrap();
     assert!(matches!(new(short, short), TeethError::ContactRatio { value } if value < 1.0 && value > 0.0));
-    let long = gear(120).with_addendum(1.2).unwrap();
+    let tall = gear(120).with_addendum(1.1).unwrap();
     // A pinion below the involute that a rack makes, accepted if another tool makes it.
     let inner = ring(100);
     assert!(matches!(new(gear(40), inner), TeethError::Interference { gear: 0, .. }));
     assert!(GearPair::new(&gear(40).allow_undercut(), &inner).is_ok());
     assert!(
-        matches!(new(gear(18), long), TeethError::Interference { gear: 0, contact, involute } if contact < involute)
+        matches!(new(gear(18), tall), TeethError::Interference { gear: 0, contact, involute } if contact < involute)
     );
     // The partner reaches past the base circle: there is no radius of contact to report.
     let undercut = new(gear(9), gear(120).with_addendum(2.0).unwrap());

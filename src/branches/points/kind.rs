@@ -84,7 +84,8 @@ impl SpecialPoint {
             SpecialPoint::Grazing { .. } => PointKind::Grazing,
         }
     }
-    /// Checks that a grazing names a flank of one of so many contacts, and that a bifurcation is not a grazing.
+    /// Checks that a grazing names a flank of one of so many contacts, and that a bifurcation is not a
+    /// grazing.
     pub(crate) fn check(&self, contacts: usize) -> Result<(), ParameterError> {
         match *self {
             SpecialPoint::Bifurcation(PointKind::Grazing) => {

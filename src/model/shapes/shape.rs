@@ -246,8 +246,8 @@ pub trait Shape: PartialEq {
         let _ = angle;
         None
     }
-    /// Accelerations of the coordinates by φ'' = 1, one for each coordinate; empty for none. They act where the
-    /// speed varies ([`VaryingSpeed`](crate::drives::VaryingSpeed)); [`Machine`](crate::Machine) adds
+    /// Accelerations of the coordinates by φ'' = 1, one for each coordinate; empty for none. They act where
+    /// the speed varies ([`VaryingSpeed`](crate::drives::VaryingSpeed)); [`Machine`](crate::Machine) adds
     /// φ'' times these numbers to q''. Default: none.
     ///
     /// Coordinates that are deviations from an ideal motion with the rates r_j over φ have -r_j here: the

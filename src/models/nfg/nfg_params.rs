@@ -373,11 +373,11 @@ pub struct NfgReading {
 impl NfgReading {
     /// The reading that fits the figures of Liu 2021 best.
     ///
-    /// It is not the equations letter by letter. It corrects Eqs. (8) (ω_c for ω_e), (19) (t is missing), (20) (both
-    /// squares are missing; of its series two terms are kept) and (21), (22) (sign of the error), and takes the bars of
-    /// Eqs. (11), (12) as b̄ = b/L. It keeps what Eq. (9) approximates: the constant ζ in place of a constant c_m, without
-    /// the term r_b2' q2 that is missing in (4) and (5), and e over a frozen r_b2. [Errata](crate::guide::errata) has all of
-    /// them.
+    /// It is not the equations letter by letter. It corrects Eqs. (8) (ω_c for ω_e), (19) (t is missing),
+    /// (20) (both squares are missing; of its series two terms are kept) and (21), (22) (sign of the error),
+    /// and takes the bars of Eqs. (11), (12) as b̄ = b/L. It keeps what Eq. (9) approximates: the constant ζ
+    /// in place of a constant c_m, without the term r_b2' q2 that is missing in (4) and (5), and e over a
+    /// frozen r_b2. [Errata](crate::guide::errata) has all of them.
     pub fn published() -> Self {
         NfgReading {
             radius: Radius::Pitch,

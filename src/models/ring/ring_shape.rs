@@ -49,9 +49,9 @@ pub enum Frame {
 /// The equations count from 1 as the paper does; contacts, constants and channels count from j = 0 to n - 1:
 /// number j belongs to mesh i = j + 1 and gear i = j + 1.
 ///
-/// At a varying speed, a law of the mesh angle φ ([`VaryingSpeed`](crate::drives::VaryingSpeed)), the angles are
-/// deviations from the ideal rotation r_j φ/z with the teeth z of gear 1: each body has the torque -J r φ''/z, and
-/// the motor has the torque Σ r² J φ''/z, which accelerates them all.
+/// At a varying speed, a law of the mesh angle φ ([`VaryingSpeed`](crate::drives::VaryingSpeed)), the angles
+/// are deviations from the ideal rotation r_j φ/z with the teeth z of gear 1: each body has the torque -J r
+/// φ''/z, and the motor has the torque Σ r² J φ''/z, which accelerates them all.
 ///
 /// Contact j is mesh i, with the deflection d_i `[m]` and the mesh force W_i `[N]`; g is its contact law,
 /// whose inner kinks are further contacts.
@@ -94,8 +94,8 @@ pub struct RingShape<N = Backlash> {
     pub(crate) frame: Frame,
     /// Rigid motion r_j: rate of each coordinate over the rate of θ_M.
     pub(crate) rigid: Vec<f64>,
-    /// Accelerations by φ'' = 1: the bodies lag behind r_j φ/z by their inertia, and the torque Σ r_j² J_j φ''/z on
-    /// the motor accelerates them.
+    /// Accelerations by φ'' = 1: the bodies lag behind r_j φ/z by their inertia, and the torque Σ r_j² J_j
+    /// φ''/z on the motor accelerates them.
     inertia: Vec<f64>,
     /// For each mesh, the index of the first mesh with an equal stiffness and of the first with an equal
     /// error. Equal waves are evaluated once.

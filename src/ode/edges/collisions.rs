@@ -12,14 +12,15 @@
 //!   [`RESOLUTION`] times the fastest approach of the instant, the contacts that still press come to rest
 //!   relative to their stops, all together.
 //! - What is left of the velocities depends on the order of the impacts, except for impacts that do not share
-//!   a body and for elastic rows of equal bodies. Two unequal approaches that differ by less than [`TIED`] are
+//!   a body and for elastic rows of equal bodies. Two unequal approaches that differ by less than [`TIED`]
+//!   are
 //!   taken together.   Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, Chap. 8 (laws
 //!   of impact); Brogliato, Nonsmooth Mechanics, Sect. 6 (sequences of impacts).
 
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
-use crate::numeric::complementarity::Complementarity;
+use crate::numeric::search::complementarity::Complementarity;
 use crate::ode::edges::exit::Exit;
 
 /// A contact approaches its stop if its speed of approach exceeds this share of the fastest one at this

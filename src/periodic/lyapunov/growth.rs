@@ -29,7 +29,8 @@ pub(crate) struct Growth {
     /// Angle by which the direction has turned from period to period `[rad]`: over the first half of the
     /// measured periods, and over the second half.
     turned: [f64; 2],
-    /// The same from part to part: a direction that turns once in a period stands still from period to period.
+    /// The same from part to part: a direction that turns once in a period stands still from period to
+    /// period.
     path: f64,
     /// Number of periods to measure.
     planned: usize,

@@ -73,8 +73,8 @@ impl TipRelief {
     /// contain.
     ///
     /// # Errors
-    /// A relief longer than the line of contact; [`TeethError::Helical`] for helical teeth, of which another section
-    /// may touch first.
+    /// A relief longer than the line of contact; [`TeethError::Helical`] for helical teeth, of which another
+    /// section may touch first.
     pub fn unloaded_error(&self, pair: &GearPair) -> Result<Piecewise, TeethError> {
         check_spur(pair.gears()[0].helix_angle())?;
         let (ratio, pitch) = (pair.contact_ratio(), pair.base_pitch());

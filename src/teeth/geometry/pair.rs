@@ -253,7 +253,8 @@ impl GearPair {
     /// [`Wave::with_phase`](crate::Wave::with_phase) with -π (ε_α - ⌊ε_α⌋) lets it start there.
     ///
     /// # Errors
-    /// [`TeethError::Helical`] for helical teeth, whose stiffness is not that of one section; a level beyond ±1e50.
+    /// [`TeethError::Helical`] for helical teeth, whose stiffness is not that of one section; a level beyond
+    /// ±1e50.
     pub fn rectangular(&self, low: f64, high: f64) -> Result<RectangularWave, TeethError> {
         check_spur(self.gears[0].helix_angle())?;
         Ok(RectangularWave::of_contact_ratio(self.contact_ratio, low, high)?)

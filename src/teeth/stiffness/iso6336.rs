@@ -221,8 +221,9 @@ impl MethodBStiffness {
     /// φ = 0.
     ///
     /// # Errors
-    /// [`TeethError::Helical`] for a helical pair: its sections across the width are at different places of the cycle,
-    /// so that its stiffness varies less, and by ramps. For a spur pair those of [`RectangularWave::of_contact_ratio`].
+    /// [`TeethError::Helical`] for a helical pair: its sections across the width are at different places of
+    /// the cycle, so that its stiffness varies less, and by ramps. For a spur pair those of
+    /// [`RectangularWave::of_contact_ratio`].
     pub fn rectangular(&self) -> Result<RectangularWave, TeethError> {
         check_spur(self.helix_angle)?;
         let level = |pairs: f64| self.single * self.width * (0.75 * pairs + 0.25);

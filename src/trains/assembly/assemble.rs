@@ -47,9 +47,9 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
         }
     }
 
-    /// Accelerations of the coordinates by φ'' = 1. The bodies lag behind their ideal rotation by their inertia;
-    /// a torque on the reference body accelerates them all along it. Bodies that turn unevenly are not among
-    /// them.
+    /// Accelerations of the coordinates by φ'' = 1. The bodies lag behind their ideal rotation by their
+    /// inertia; a torque on the reference body accelerates them all along it. Bodies that turn unevenly are
+    /// not among them.
     pub(crate) fn inertia(&self) -> Vec<f64> {
         let Layout { plan, angle, masses, .. } = &self.layout;
         let mut rates: Vec<f64> = self.layout.rigid().iter().map(|rate| rate / plan.orders.ratio).collect();

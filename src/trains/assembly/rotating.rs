@@ -55,8 +55,8 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
 
     /// The centrifugal force m r Ω² of a planet, and the preload m (r Ω² inwards + r Ω' along the rotation)
     /// with which its bearing carries it. The preload turns with the carrier: in the rotating terms the
-    /// displacement of the planet counts from its pin as the carrier turns, y = x - δ k × p with the angle δ of
-    /// the carrier and the place p. A rigid rotation then has no force.
+    /// displacement of the planet counts from its pin as the carrier turns, y = x - δ k × p with the angle δ
+    /// of the carrier and the place p. A rigid rotation then has no force.
     ///
     /// m x'' = ... + m (Ω² y - Ω' k × y),   J δ'' = ... - m k·(p × (Ω² y + Ω' k × y))
     fn preload(&mut self, planet: &Planet, [x, y]: [usize; 2], mass: f64) {

@@ -114,9 +114,9 @@ impl Body {
     pub fn radius(self, radius: f64) -> Self {
         Body { radius: Some(radius), ..self }
     }
-    /// The same body with a prescribed rotation: it turns exactly along its ideal rotation and has no angle among
-    /// the coordinates. For example a shaft that an engine with a flywheel turns, also at a varying speed
-    /// ([`SpeedLaw`](crate::drives::SpeedLaw)). A torque on it has no effect and is refused.
+    /// The same body with a prescribed rotation: it turns exactly along its ideal rotation and has no angle
+    /// among the coordinates. For example a shaft that an engine with a flywheel turns, also at a varying
+    /// speed ([`SpeedLaw`](crate::drives::SpeedLaw)). A torque on it has no effect and is refused.
     pub fn prescribed(self) -> Self {
         Body { locked: true, grounded: false, ..self }
     }

@@ -164,16 +164,16 @@ impl<N> Parts<N> {
         self.coordinates = Some(coordinates);
         self
     }
-    /// States all displacements x and y in the frame that rotates with a carrier at Ω: gyroscopic and centripetal
-    /// terms, and those of Ω' at a varying speed. The planets have their centrifugal forces m r Ω² and the
-    /// preloads of their bearings that carry these forces. Default: all these terms are neglected, as in Lin and
-    /// Parker 1999 at carrier speed 0.
+    /// States all displacements x and y in the frame that rotates with a carrier at Ω: gyroscopic and
+    /// centripetal terms, and those of Ω' at a varying speed. The planets have their centrifugal forces m r
+    /// Ω² and the preloads of their bearings that carry these forces. Default: all these terms are neglected,
+    /// as in Lin and Parker 1999 at carrier speed 0.
     pub fn rotating_with(&mut self, carrier: &str) -> &mut Self {
         self.rotating = Some(RotatingFrame { carrier: carrier.into(), preloaded: true });
         self
     }
-    /// [`rotating_with`](Parts::rotating_with) without centrifugal forces and preloads, for comparison with the
-    /// matrices of Lin and Parker 1999. They make the rotation of a set that turns freely unstable
+    /// [`rotating_with`](Parts::rotating_with) without centrifugal forces and preloads, for comparison with
+    /// the matrices of Lin and Parker 1999. They make the rotation of a set that turns freely unstable
     /// ([errata](crate::guide::errata)).
     pub fn rotating_without_preload(&mut self, carrier: &str) -> &mut Self {
         self.rotating = Some(RotatingFrame { carrier: carrier.into(), preloaded: false });

@@ -291,10 +291,11 @@ impl<N: Nonlinearity> MeshPart<N> {
     /// pitch point is that of [`of_pair`](MeshPart::of_pair), otherwise at the mesh angle π/2. μ becomes the
     /// constant `<mesh> friction`.
     ///
-    /// The whole load W has one sign, and its lever arms are those of the pitch point. Between real teeth two pairs
-    /// share the load for most of the cycle, one in approach and one in recess, so that their forces nearly cancel:
-    /// with a contact ratio of 1.68 this force is 3 to 4.5 times too large at the mesh order. At the pitch point teeth
-    /// do not slide: the model loses no power by friction. It is an excitation, not a loss.
+    /// The whole load W has one sign, and its lever arms are those of the pitch point. Between real teeth two
+    /// pairs share the load for most of the cycle, one in approach and one in recess, so that their forces
+    /// nearly cancel: with a contact ratio of 1.68 this force is 3 to 4.5 times too large at the mesh order.
+    /// At the pitch point teeth do not slide: the model loses no power by friction. It is an excitation, not
+    /// a loss.
     pub fn friction(mut self, coefficient: f64) -> Self {
         // `RectangularWave::sign` reverses from -1 to 1 at 3π/2.
         let sign = Wave::new(RectangularWave::sign());

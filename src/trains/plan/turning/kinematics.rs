@@ -32,7 +32,11 @@ impl Kinematics {
         for (r, relation) in relations.iter().enumerate() {
             relation.terms.iter().for_each(|(body, _)| of_body[*body].push(r));
         }
+        // The last relation comes first. Those of grounded bodies wait, so that a conflict with the ground is
+        // named.
         let mut queue: Vec<usize> = (0..relations.len()).rev().collect();
+        let grounded = |r: &usize| relations[*r].terms.iter().any(|(b, _)| topology.bodies[*b].1.grounded);
+        queue.sort_by_key(|r| !grounded(r));
         loop {
             while let Some(r) = queue.pop() {
                 let Relation { part, terms } = &relations[r];
