@@ -50,12 +50,13 @@ fn friction_by_tanh() {
     }
 }
 
-/// Every term alone, against DOP853 with steps that are shorter than the narrow features.
+/// Every term alone, against DOP853 with steps that are shorter than the narrow features. The coefficients of
+/// e^(2 v/v0) do not overflow: speeds remain below 7.
 #[test]
 fn steep_terms_against_short_steps() {
     for terms in [[0.2, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 3.0], [0.1, 0.3, 2.0]] {
         let [friction, bump, pulse] = terms;
-        let machine = machine(0.9, 0.01, friction, bump, pulse);
+        let machine = machine(0.9, 0.025, friction, bump, pulse);
         let start = State::new(0.0, &[0.8], &[0.3]);
         let short = Dop853::new().rtol(1e-13).atol(1e-15).max_step(2e-3);
         let exact = short.end(&machine, &start, 15.0).unwrap().q[0];
@@ -77,16 +78,35 @@ fn steep_terms_in_lanes() {
     };
     for rtol in [1e-6, 1e-10] {
         let engine = LaneTaylor::new(Taylor::new().rtol(rtol));
-        let together = rows(&sweep(0.01, 0.1, 10), &engine, &machine, &start);
-        for (i, row) in together.iter().enumerate() {
-            let width = 0.01 + 0.01 * i as f64;
+        let together = rows(&sweep(0.025, 0.115, 10), &engine, &machine, &start);
+        for i in 0..10 {
+            let row = together.get(i).unwrap();
+            let width = 0.025 + 0.01 * i as f64;
             let own = machine.with("v0", width).unwrap();
             let short = Dop853::new().rtol(1e-13).atol(1e-15).max_step(2e-3);
             let exact = short.end(&own, &start, 2.0 * own.period()).unwrap().q[0];
             let found = row.strobes().last().unwrap()[0];
             assert!((found - exact).abs() < 300.0 * rtol, "{width}, {rtol:e}: {found} for {exact}");
         }
-        let alone = rows(&sweep(0.01, 0.01, 1), &engine, &machine, &start);
+        let alone = rows(&sweep(0.025, 0.025, 1), &engine, &machine, &start);
         assert!(alone.get(0).unwrap().strobes().eq(together.get(0).unwrap().strobes()));
+    }
+}
+
+/// A limit: where coefficients of e^(2 v/v0) overflow, single runs and rows end in an error, not in a wrong number. In this
+/// motion 2 v/v0 reaches 700 at about t = 12.6.
+#[test]
+fn overflow_is_an_error() {
+    let (machine, start) = (machine(0.9, 0.01, 0.2, 0.0, 0.0), State::new(0.0, &[0.8], &[0.3]));
+    for rtol in [1e-5, 1e-8, 1e-11] {
+        let taylor = Taylor::new().rtol(rtol);
+        let Err(IntegrateError::NoSeriesAt { t, .. }) = taylor.end(&machine, &start, 15.0) else {
+            panic!("{rtol:e}: no error");
+        };
+        let exponent = Dop853::new().end(&machine, &start, t).unwrap().v[0] / 0.005;
+        assert!((600.0..710.0).contains(&exponent), "{rtol:e}: e^{exponent}");
+        let sweep = Sweep::new(axis("v0", 0.01, 0.01, 1)).settle(1).measure(1).channels(&["q0"]).strobe(1);
+        let rows = rows(&sweep, &LaneTaylor::new(taylor), &machine, &start);
+        assert!(matches!(rows.errors()[&0], PointError::Integrate(IntegrateError::NoSeriesAt { .. })));
     }
 }

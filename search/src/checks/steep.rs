@@ -5,6 +5,7 @@ use crate::{Check, Outcome};
 use gear_dynamics::contact::PieceChoice;
 use gear_dynamics::excitation::{Angle, Side};
 use gear_dynamics::model::{Channel, Drives, Machine, Scalar, Shape, Size};
+use gear_dynamics::ode::IntegrateError;
 use gear_dynamics::sweep::{Axis, LaneTaylor, Point, Points};
 use gear_dynamics::{Integrator, ParameterError, Periodic, State, Sweep, Taylor};
 
@@ -34,7 +35,22 @@ const KINDS: [Kind; 7] =
     [Kind::Tanh, Kind::Logistic, Kind::Gaussian, Kind::Lorentzian, Kind::Root, Kind::Power, Kind::Softplus];
 
 impl Kind {
-    /// Its value. Arguments within ±350 do not overflow.
+    /// Whether lanes refuse it as a force: it has a root or a power of something that varies.
+    fn refused_in_lanes(self) -> bool {
+        matches!(self, Kind::Root | Kind::Power)
+    }
+
+    /// Whether the coefficients of its exponential may overflow at an argument.
+    fn overflows(self, x: f64) -> bool {
+        match self {
+            Kind::Tanh => x > 300.0,
+            Kind::Logistic => x < -600.0,
+            Kind::Softplus => x > 600.0,
+            _ => false,
+        }
+    }
+
+    /// Its value.
     fn at<S: Scalar>(self, x: S) -> S {
         let one = S::from(1.0);
         match self {
@@ -104,7 +120,7 @@ fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
 /// Allowed error, in relative tolerances of the growing motion.
 const ALLOWED: f64 = 1000.0;
 
-/// `Taylor` and `LaneTaylor` over two periods at three tolerances.
+/// `Taylor`, and `LaneTaylor` where it takes the force, over two periods at three tolerances.
 fn steep(draw: &mut Draw) -> Outcome {
     let widest = draw.scale(1.0 / 300.0, 1.0);
     let shape = Steep {
@@ -127,6 +143,8 @@ fn steep(draw: &mut Draw) -> Outcome {
     let constants: Vec<(&str, f64)> = NAMES.into_iter().zip(values).collect();
     let text = format!("{shape:?}, {values:?}");
     draw.note(|| text.clone());
+    let (force, of_velocity) = (shape.force, shape.of_velocity);
+    let refused_in_lanes = force.refused_in_lanes();
     let start = [draw.within(-1.0, 1.0), draw.within(-0.5, 0.5)];
     let own = shape.clone();
     let f = move |t: f64, [x, v]: [f64; 2]| {
@@ -157,14 +175,30 @@ fn steep(draw: &mut Draw) -> Outcome {
         Ok(machine) => machine,
         Err(error) => return Outcome::Fails(error.to_string()),
     };
+    let overflows = |t: f64| {
+        let [x, v] = reference(&f, start, t, n);
+        force.overflows((if of_velocity { v } else { x } - values[4]) / values[5])
+    };
     let state = State::new(0.0, &start[..1], &start[1..]);
     for rtol in [1e-5, 1e-8, 1e-11] {
         let taylor = Taylor::new().rtol(rtol).atol(1e-3 * rtol);
         let allowed = ALLOWED * rtol * growth + 10.0 * open + 1e-9;
         let single = match taylor.end(&machine, &state, end) {
             Ok(end) => apart([end.q[0], end.v[0]], exact),
+            Err(IntegrateError::NoSeriesAt { t, .. }) if overflows(t) => {
+                return Outcome::Skipped("an exponential overflows");
+            }
             Err(error) => return Outcome::Fails(format!("rtol {rtol:e}: {error}; {text}")),
         };
+        if refused_in_lanes {
+            draw.note(|| format!("rtol {rtol:e}: off by {single:.1e}, allowed {allowed:.1e}"));
+            if !(single <= allowed) {
+                return Outcome::Fails(format!(
+                    "rtol {rtol:e}: off by {single:.1e}, allowed {allowed:.1e}; {text}"
+                ));
+            }
+            continue;
+        }
         let points = Axis::of_values("speed", &[values[0], 1.1 * values[0]]).map(Points::from);
         let rows = points.map_err(|error| error.to_string()).and_then(|points| {
             let begin = |_: &Point<'_>, _: &Machine<Steep>| Ok::<_, ParameterError>(state.clone());
