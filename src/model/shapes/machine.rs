@@ -66,6 +66,9 @@ impl<G> Clone for Machine<G> {
     }
 }
 
+/// Maximum number of edges that are searched past an edge at t whose angle or time is rounded.
+const ROUNDED: usize = 8;
+
 impl<G: Shape> Machine<G> {
     /// The machine of a shape. Every constant is given once, by its name.
     ///
@@ -298,8 +301,17 @@ impl<G: Shape> Model for Machine<G> {
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         let speed = self.speed();
-        // The time of an edge ahead of φ' t may be rounded to t.
-        self.shape().next_edge(speed * t).map(|edge| (edge / speed).max(t.next_up()))
+        let (mut angle, mut at) = (speed * t, t);
+        for _ in 0..ROUNDED {
+            let edge = self.shape().next_edge(angle)?;
+            at = edge / speed;
+            if at > t {
+                break;
+            }
+            // A shape may see the edge at t ahead of φ' t: by rounding its time is t, or its angle.
+            angle = edge.max(angle).next_up();
+        }
+        Some(at)
     }
     #[inline(always)]
     fn contacts(&self) -> usize {
