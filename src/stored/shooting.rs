@@ -32,7 +32,7 @@ impl Serialize for Multipliers {
 impl<'de> Deserialize<'de> for Multipliers {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let StoredMultipliers { values, error } = StoredMultipliers::deserialize(deserializer)?;
-        let values = values.into_iter().map(|[re, im]| Complex64::new(re.0, im.0)).collect();
+        let values: Vec<Complex64> = values.into_iter().map(|[re, im]| Complex64::new(re.0, im.0)).collect();
         check_values(&values, error.0).map_err(D::Error::custom)?;
         Ok(Multipliers::new(values, error.0))
     }
