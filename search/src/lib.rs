@@ -15,6 +15,7 @@
 pub mod checks;
 pub mod draw;
 pub mod models;
+pub mod reference;
 
 use draw::Draw;
 

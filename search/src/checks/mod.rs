@@ -1,6 +1,9 @@
 //! The checks.
 
 mod branches;
+mod drives;
+mod engines;
+mod forms;
 mod infinity;
 mod orbits;
 mod shapes;
@@ -13,6 +16,9 @@ use crate::Check;
 pub fn all() -> impl Iterator<Item = &'static Check> {
     [
         &branches::CHECKS[..],
+        &drives::CHECKS,
+        &engines::CHECKS,
+        &forms::CHECKS,
         &infinity::CHECKS,
         &orbits::CHECKS,
         &shapes::CHECKS,

@@ -1,0 +1,221 @@
+//! The reference: motions of plain closures by small fixed steps. It uses nothing of the library.
+//!
+//! A step is the classical Runge-Kutta step of order 4 on fixed zones of all contacts. Where a contact leaves its zone
+//! within a step, the length of the step is bisected. Steps end at the jumps of the drives. Every answer comes from two
+//! runs, with steps of the lengths h and h/2; their difference says what is left open.
+
+use std::f64::consts::TAU;
+
+/// An instant: time, coordinates, velocities.
+pub struct At<'a> {
+    /// Time. At a jump it lies a little inside the step, on the side of the step.
+    pub t: f64,
+    /// Coordinates.
+    pub q: &'a [f64],
+    /// Velocities.
+    pub v: &'a [f64],
+}
+
+/// Distances d - lower edge and d - upper edge of a contact.
+pub type Distances<'a> = dyn Fn(&At<'_>, usize) -> [f64; 2] + 'a;
+
+/// q'' = a(t, q, q') with contacts and jumps.
+pub struct Plain<'a> {
+    /// Number of coordinates.
+    pub dof: usize,
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Writes the accelerations. The zone of each contact is -1 below its lower edge, 0 in its gap, 1 above its upper one.
+    pub accel: &'a dyn Fn(&At<'_>, &[i8], &mut [f64]),
+    /// The distances of each contact from its edges.
+    pub distances: &'a Distances<'a>,
+    /// The first jump of a drive after an instant; infinite without one.
+    pub jump: &'a dyn Fn(f64) -> f64,
+    /// Replaces the velocities at the impact of a contact on a rigid edge. Without it every edge is crossed.
+    pub impact: Option<&'a dyn Fn(usize, &mut [f64])>,
+}
+
+/// A part of a motion without an event: both ends, and the zones between them.
+pub struct Part<'a> {
+    /// Its start.
+    pub start: At<'a>,
+    /// Its end.
+    pub end: At<'a>,
+    /// The zones of all contacts.
+    pub zones: &'a [i8],
+    /// Whether each contact has come to its zone at the start of the part.
+    pub entered: &'a [bool],
+}
+
+/// The share of a step by which its ends are moved inside.
+const INSIDE: f64 = 1e-10;
+
+impl Plain<'_> {
+    fn zone(&self, at: &At<'_>, contact: usize) -> i8 {
+        let [lower, upper] = (self.distances)(at, contact);
+        if lower < 0.0 { -1 } else { i8::from(upper > 0.0) }
+    }
+
+    /// Whether a contact lies outside its zone.
+    fn is_outside(&self, at: &At<'_>, zones: &[i8]) -> bool {
+        (0..self.contacts).any(|i| self.zone(at, i) != zones[i])
+    }
+
+    /// The state after a step.
+    fn step(&self, t: f64, y: &[f64], h: f64, zones: &[i8]) -> Vec<f64> {
+        let n = self.dof;
+        let slope = |t: f64, y: &[f64]| {
+            let mut slope = [&y[n..], &vec![0.0; n]].concat();
+            (self.accel)(&At { t, q: &y[..n], v: &y[n..] }, zones, &mut slope[n..]);
+            slope
+        };
+        let moved =
+            |by: f64, slope: &[f64]| y.iter().zip(slope).map(|(y, s)| y + by * s).collect::<Vec<f64>>();
+        let k1 = slope(t + INSIDE * h, y);
+        let k2 = slope(t + 0.5 * h, &moved(0.5 * h, &k1));
+        let k3 = slope(t + 0.5 * h, &moved(0.5 * h, &k2));
+        let k4 = slope(t + (1.0 - INSIDE) * h, &moved(h, &k3));
+        (0..2 * n).map(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])).collect()
+    }
+
+    /// The motion from `y` (coordinates, then velocities) at `t` to `end` with steps of at most `h`. Returns the last
+    /// state and the number of events of contacts.
+    pub fn run(
+        &self,
+        t: f64,
+        y: &[f64],
+        end: f64,
+        h: f64,
+        observe: &mut dyn FnMut(&Part<'_>),
+    ) -> (Vec<f64>, u64) {
+        let (mut t, mut y, n, mut events) = (t, y.to_vec(), self.dof, 0);
+        let inside = |t: f64, h: f64| t + INSIDE * h;
+        let first = At { t: inside(t, h), q: &y[..n], v: &y[n..] };
+        let mut zones: Vec<i8> = (0..self.contacts).map(|i| self.zone(&first, i)).collect();
+        let mut entered = vec![false; self.contacts];
+        while t < end {
+            let mut stop = end.min((self.jump)(t));
+            if stop - t < 1e-13 * h {
+                stop = end.min((self.jump)(t + 1e-12 * h));
+            }
+            let whole = (stop - t).min(h);
+            let at_end = |s: f64, y: &[f64]| {
+                self.is_outside(&At { t: t + (1.0 - INSIDE) * s, q: &y[..n], v: &y[n..] }, &zones)
+            };
+            let (mut s, mut next) = (whole, self.step(t, &y, whole, &zones));
+            let meets = at_end(s, &next);
+            if meets {
+                let mut low = 0.0;
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + s);
+                    let there = self.step(t, &y, middle, &zones);
+                    if at_end(middle, &there) {
+                        (s, next) = (middle, there);
+                    } else {
+                        low = middle;
+                    }
+                }
+            }
+            let [start, last] = [(t + INSIDE * s, &y), (t + (1.0 - INSIDE) * s, &next)].map(|(t, y)| At {
+                t,
+                q: &y[..n],
+                v: &y[n..],
+            });
+            let new: Vec<i8> = (0..self.contacts).map(|i| self.zone(&last, i)).collect();
+            observe(&Part { start, end: last, zones: &zones, entered: &entered });
+            t = if s == whole && whole < h { stop } else { t + s };
+            y = next;
+            entered.fill(false);
+            for i in 0..self.contacts {
+                if !meets || new[i] == zones[i] {
+                    continue;
+                }
+                events += 1;
+                match self.impact {
+                    Some(impact) => impact(i, &mut y[n..]),
+                    None => (zones[i], entered[i]) = (new[i], true),
+                }
+            }
+        }
+        (y, events)
+    }
+}
+
+/// Mean, root mean square, minimum and maximum of a channel, and the time and the entries of a contact.
+#[derive(Clone, Copy, Debug)]
+pub struct Figures {
+    /// ∫ x dt and ∫ x² dt over the time, by the trapezoidal rule.
+    pub means: [f64; 2],
+    /// Minimum and maximum, each side of a jump taken.
+    pub extremes: [f64; 2],
+}
+
+/// Collects the figures of one channel over parts.
+pub struct Meter {
+    sums: [f64; 2],
+    extremes: [f64; 2],
+    time: f64,
+    /// The last two ends of parts without a jump between them: time and value.
+    last: [Option<[f64; 2]>; 2],
+}
+
+impl Default for Meter {
+    fn default() -> Self {
+        Meter { sums: [0.0; 2], extremes: [f64::INFINITY, f64::NEG_INFINITY], time: 0.0, last: [None; 2] }
+    }
+}
+
+impl Meter {
+    /// Adds a part with the values at its ends.
+    pub fn add(&mut self, part: &Part<'_>, values: [f64; 2]) {
+        let (h, [a, b]) = (part.end.t - part.start.t, values);
+        self.sums[0] += 0.5 * h * (a + b);
+        self.sums[1] += 0.5 * h * (a * a + b * b);
+        self.time += h;
+        for x in values {
+            self.take(x);
+        }
+        let size = self.extremes[1] - self.extremes[0];
+        if let [Some([t0, x0]), Some([t1, x1])] = self.last {
+            if (a - x1).abs() > 1e-6 * size {
+                self.last = [None; 2];
+            } else if (x1 - x0) * (b - x1) < 0.0 {
+                // The vertex of the parabola through three neighbours.
+                let [before, after] = [t1 - t0, part.end.t - t1];
+                let [left, right] = [(x1 - x0) / before, (b - x1) / after];
+                let bend = (right - left) / (before + after);
+                let slope = left + bend * before;
+                // Very unequal steps beside an event leave the bend to rounding.
+                if (0.2..5.0).contains(&(before / after)) {
+                    self.take(x1 - slope * slope / (4.0 * bend));
+                }
+            }
+        }
+        self.last = [self.last[1].or(Some([part.start.t, a])), Some([part.end.t, b])];
+    }
+    fn take(&mut self, x: f64) {
+        self.extremes = [self.extremes[0].min(x), self.extremes[1].max(x)];
+    }
+    /// The figures so far.
+    pub fn figures(&self) -> Figures {
+        Figures {
+            means: [self.sums[0] / self.time, (self.sums[1] / self.time).sqrt()],
+            extremes: self.extremes,
+        }
+    }
+}
+
+/// The first of the instants (k + place) period behind `t`.
+pub fn next_of(places: &[f64], period: f64, t: f64) -> f64 {
+    let after = |place: &f64| {
+        let k = ((t - place) / period).floor() + 1.0;
+        let at = k * period + place;
+        if at > t { at } else { at + period }
+    };
+    places.iter().map(after).fold(f64::INFINITY, f64::min)
+}
+
+/// The remainder of an angle in [-π, π).
+pub fn wrapped(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU + 0.5).floor()
+}
