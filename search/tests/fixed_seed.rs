@@ -7,7 +7,7 @@ const SEED: u64 = 7;
 
 /// Numbers of cases, many of the fast checks, and the least numbers of those that agree: the others are skipped. The slow
 /// ones run by the command of the crate alone.
-const CASES: [(&str, u64, u64); 23] = [
+const CASES: [(&str, u64, u64); 25] = [
     ("integrators-of-pairs", 10, 6),
     ("integrators-of-stages", 4, 3),
     ("integrators-of-chains", 3, 1),
@@ -30,7 +30,9 @@ const CASES: [(&str, u64, u64); 23] = [
     ("stability-of-pairs", 3, 2),
     ("stability-of-stages", 1, 1),
     ("infinity-of-pairs", 3, 0),
-    ("infinity-of-stages", 1, 0),
+    ("reference-of-engines", 6, 5),
+    ("reference-of-forms", 6, 4),
+    ("reference-of-drives", 10, 9),
 ];
 
 /// Makes the cases of every second check.

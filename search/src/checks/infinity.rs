@@ -1,6 +1,6 @@
 //! Branches that run to infinity end at the border of parametric instability, and come back from there.
 
-use crate::checks::branches::{Case, Drawn, pair, set, settled, stages};
+use crate::checks::branches::{Case, settled};
 use crate::draw::Draw;
 use crate::models::pair::Pair;
 use crate::{Check, Outcome, agree};
@@ -9,12 +9,8 @@ use gear_dynamics::nalgebra::DMatrix;
 use gear_dynamics::{Dop853, Integrator, Model, Periodic, Shooting, State};
 
 /// The checks of this file.
-pub const CHECKS: [Check; 4] = [
-    Check { name: "infinity-of-pairs", run: |draw| infinity(draw, pair) },
-    Check { name: "infinity-of-sets", run: |draw| infinity(draw, set) },
-    Check { name: "infinity-of-stages", run: |draw| infinity(draw, stages) },
-    Check { name: "infinity-of-lines", run: lines },
-];
+pub const CHECKS: [Check; 2] =
+    [Check { name: "infinity-of-pairs", run: infinity }, Check { name: "infinity-of-lines", run: lines }];
 
 /// The linear system that a model tends to at large motions, from its accelerations at two such motions.
 struct Large<'m>(&'m dyn Periodic);
@@ -82,12 +78,16 @@ const CLOSE: f64 = 1e-8;
 /// Most points of a branch between motions of 20 times the reference and its end.
 const FEW: usize = 40;
 
-fn infinity(draw: &mut Draw, drawn: Drawn) -> Outcome {
-    let case = match drawn(draw) {
-        Ok(case) => case,
-        Err(error) => return Outcome::Fails(error),
+/// Speeds of the branches: the pairs are parametrically unstable near 1.
+const SPEEDS: [f64; 2] = [0.6, 1.4];
+
+fn infinity(draw: &mut Draw) -> Outcome {
+    let pair = Pair::draw_unstable(draw);
+    draw.note(|| format!("{pair:?}"));
+    let case = match pair.at(SPEEDS[0]) {
+        Ok(train) => Case { text: format!("{pair:?}"), train, speeds: SPEEDS },
+        Err(error) => return Outcome::Fails(error.to_string()),
     };
-    draw.note(|| case.text.clone());
     let Some(start) = settled(&case) else { return Outcome::Skipped("does not settle") };
     match run(draw, &case, &start) {
         Ok(outcome) => outcome,
@@ -137,19 +137,19 @@ fn run(draw: &mut Draw, case: &Case, start: &(State, usize)) -> Result<Outcome, 
 
 /// Lines of folds of pairs over the damping.
 fn lines(draw: &mut Draw) -> Outcome {
-    let pair = Pair::draw(draw);
+    let pair = Pair::draw_unstable(draw);
     draw.note(|| format!("{pair:?}"));
     run_lines(draw, &pair).unwrap_or_else(|error| Outcome::Fails(format!("{error}; {pair:?}")))
 }
 
 fn run_lines(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let text = |error: &dyn std::fmt::Display| error.to_string();
-    let (speeds, train) = ([0.5, 2.4], pair.at(0.5).map_err(|error| text(&error))?);
-    let case = Case { text: String::new(), train, speeds };
+    let train = pair.at(SPEEDS[0]).map_err(|error| text(&error))?;
+    let case = Case { text: String::new(), train, speeds: SPEEDS };
     let Some((state, multiple)) = settled(&case) else { return Ok(Outcome::Skipped("does not settle")) };
     let family = Family::over(&case.train, ["speed"]).map_err(|error| text(&error))?;
     let shooting = Shooting::new().period_multiple(multiple);
-    let branch = Continuation::new(0.5, 2.4).shooting(shooting.clone()).run(&family, &[state]);
+    let branch = Continuation::new(SPEEDS[0], SPEEDS[1]).shooting(shooting.clone()).run(&family, &[state]);
     let branch = branch.map_err(|error| text(&error))?;
     let plane = Family::over(&case.train, ["speed", "mesh damping"]).map_err(|error| text(&error))?;
     let damping = 2.0 * pair.zeta;

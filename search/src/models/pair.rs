@@ -24,6 +24,14 @@ impl Pair {
         let (stiffness, error) = (wave(), wave());
         Pair { zeta, load, stiffness, error }
     }
+    /// Draws a pair that is parametrically unstable near the speed 1: the amplitude of the second order of its stiffness
+    /// exceeds 4 ζ. Its forced branch can run to infinity there.
+    pub fn draw_unstable(draw: &mut Draw) -> Self {
+        let drawn = Pair::draw(draw);
+        let zeta = draw.within(0.01, 0.04);
+        let second = draw.one_of(&[-1.0, 1.0]) * draw.within(6.0 * zeta, 0.35);
+        Pair { zeta, stiffness: [0.3 * drawn.stiffness[0], second], ..drawn }
+    }
     /// The train at a speed `[1]`.
     pub fn at(&self, speed: f64) -> Result<Train, TrainError> {
         let pair = SpurPair::of_numbers(self.zeta, self.load, &self.stiffness, &self.error)?;
