@@ -47,8 +47,10 @@ pub struct Part<'a> {
     pub entered: &'a [bool],
 }
 
-/// The share of a step by which its ends are moved inside.
-const INSIDE: f64 = 1e-10;
+/// The time by which the ends of a step from `t` are moved inside, so that a drive that jumps there is on the step's side.
+fn inside(t: f64, h: f64) -> f64 {
+    (1e-10 * h).max(16.0 * f64::EPSILON * t.abs()).min(0.25 * h)
+}
 
 impl Plain<'_> {
     fn zone(&self, at: &At<'_>, contact: usize) -> i8 {
@@ -71,10 +73,10 @@ impl Plain<'_> {
         };
         let moved =
             |by: f64, slope: &[f64]| y.iter().zip(slope).map(|(y, s)| y + by * s).collect::<Vec<f64>>();
-        let k1 = slope(t + INSIDE * h, y);
+        let k1 = slope(t + inside(t, h), y);
         let k2 = slope(t + 0.5 * h, &moved(0.5 * h, &k1));
         let k3 = slope(t + 0.5 * h, &moved(0.5 * h, &k2));
-        let k4 = slope(t + (1.0 - INSIDE) * h, &moved(h, &k3));
+        let k4 = slope(t + h - inside(t, h), &moved(h, &k3));
         (0..2 * n).map(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])).collect()
     }
 
@@ -89,8 +91,7 @@ impl Plain<'_> {
         observe: &mut dyn FnMut(&Part<'_>),
     ) -> (Vec<f64>, u64) {
         let (mut t, mut y, n, mut events) = (t, y.to_vec(), self.dof, 0);
-        let inside = |t: f64, h: f64| t + INSIDE * h;
-        let first = At { t: inside(t, h), q: &y[..n], v: &y[n..] };
+        let first = At { t: t + inside(t, h), q: &y[..n], v: &y[n..] };
         let mut zones: Vec<i8> = (0..self.contacts).map(|i| self.zone(&first, i)).collect();
         let mut entered = vec![false; self.contacts];
         while t < end {
@@ -100,7 +101,7 @@ impl Plain<'_> {
             }
             let whole = (stop - t).min(h);
             let at_end = |s: f64, y: &[f64]| {
-                self.is_outside(&At { t: t + (1.0 - INSIDE) * s, q: &y[..n], v: &y[n..] }, &zones)
+                self.is_outside(&At { t: t + s - inside(t, s), q: &y[..n], v: &y[n..] }, &zones)
             };
             let (mut s, mut next) = (whole, self.step(t, &y, whole, &zones));
             let meets = at_end(s, &next);
@@ -116,7 +117,7 @@ impl Plain<'_> {
                     }
                 }
             }
-            let [start, last] = [(t + INSIDE * s, &y), (t + (1.0 - INSIDE) * s, &next)].map(|(t, y)| At {
+            let [start, last] = [(t + inside(t, s), &y), (t + s - inside(t, s), &next)].map(|(t, y)| At {
                 t,
                 q: &y[..n],
                 v: &y[n..],

@@ -1,7 +1,7 @@
 //! Prints a fingerprint of each of some random sweeps: `bits SEED`. The number of threads must not change it.
 
 use gear_dynamics::sweep::bounds::SweepEngine;
-use gear_dynamics::sweep::{Axis, LaneRk4, LaneTaylor, TableRk4};
+use gear_dynamics::sweep::{Axis, LaneRk4, LaneTaylor, Point, TableRk4};
 use gear_dynamics::{Model, ParameterError, Periodic, State, Sweep, Taylor, trains::Train};
 use search::draw::Draw;
 use search::models::pair::Pair;
@@ -17,7 +17,7 @@ fn print<E: SweepEngine<Train>>(name: &str, train: &Train, engine: &E) -> Result
     let points = Axis::linear("speed", 0.5, 2.4, POINTS).map_err(|error| told(&error))?;
     let sweep = Sweep::new(points).settle(10).measure(4).channels(&["deflection", "mesh force"]).rattle();
     let sweep = sweep.of(engine, |p| train.with("speed", p["speed"]));
-    let start = |_: &_, model: &Train| Ok::<_, ParameterError>(State::at_rest(model.dof()));
+    let start = |_: &Point<'_>, model: &Train| Ok::<_, ParameterError>(State::at_rest(model.dof()));
     let rows = sweep.start(start).run().map_err(|error| told(&error))?;
     println!("{name} {:x} {}", rows.fingerprint(), train.period());
     Ok(())
