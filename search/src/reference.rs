@@ -16,6 +16,12 @@ pub struct At<'a> {
     pub v: &'a [f64],
 }
 
+/// Writes the accelerations on given zones.
+pub type Acceleration<'a> = dyn Fn(&At<'_>, &[i8], &mut [f64]) + 'a;
+
+/// Replaces the velocities at the impact of a contact.
+pub type Impact<'a> = dyn Fn(usize, &mut [f64]) + 'a;
+
 /// Distances d - lower edge and d - upper edge of a contact.
 pub type Distances<'a> = dyn Fn(&At<'_>, usize) -> [f64; 2] + 'a;
 
@@ -26,13 +32,13 @@ pub struct Plain<'a> {
     /// Number of contacts.
     pub contacts: usize,
     /// Writes the accelerations. The zone of each contact is -1 below its lower edge, 0 in its gap, 1 above its upper one.
-    pub accel: &'a dyn Fn(&At<'_>, &[i8], &mut [f64]),
+    pub accel: &'a Acceleration<'a>,
     /// The distances of each contact from its edges.
     pub distances: &'a Distances<'a>,
     /// The first jump of a drive after an instant; infinite without one.
     pub jump: &'a dyn Fn(f64) -> f64,
     /// Replaces the velocities at the impact of a contact on a rigid edge. Without it every edge is crossed.
-    pub impact: Option<&'a dyn Fn(usize, &mut [f64])>,
+    pub impact: Option<&'a Impact<'a>>,
 }
 
 /// A part of a motion without an event: both ends, and the zones between them.

@@ -366,7 +366,7 @@ fn points_of_two_circles_are_not_fitted_by_one() {
     let rho = 2.4;
     let point = |k: usize| {
         let angle = rho * k as f64;
-        let away = if k % 2 == 0 { 1.5 } else { -1.5 };
+        let away = if k.is_multiple_of(2) { 1.5 } else { -1.5 };
         State::new(0.0, &[away + angle.cos()], &[angle.sin()])
     };
     let all: Vec<State> = (0..400).map(point).collect();

@@ -21,8 +21,8 @@ impl Model for Chain<'_> {
     fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         let mut j = Jacobian::new(q.len());
         self.jacobian(None, &[], q, v, &mut j);
-        for i in 0..q.len() {
-            a[i] = (0..q.len()).map(|k| j.q[(i, k)] * q[k] + j.v[(i, k)] * v[k]).sum();
+        for (i, a) in a.iter_mut().enumerate() {
+            *a = (0..q.len()).map(|k| j.q[(i, k)] * q[k] + j.v[(i, k)] * v[k]).sum();
         }
     }
     fn offers(&self) -> Offers<'_> {

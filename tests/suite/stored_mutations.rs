@@ -218,7 +218,7 @@ fn mutate(value: &mut Value, state: &mut u64) {
                 _ => mutate(&mut fields[&key], state),
             }
         }
-        Value::Number(number) if random % 3 == 0 => {
+        Value::Number(number) if random.is_multiple_of(3) => {
             let x = number.as_f64().unwrap();
             *value = json!(x * (0.5 + (random % 1000) as f64 / 1000.0));
         }
@@ -271,7 +271,9 @@ fn mutations(count: usize, seed: u64) {
     };
     let of_branch = survive(&short, seed + 1, count, &|branch: &Branch| {
         let _ = (branch.to_string(), branch.table(), branch.near(0.75), branch.located().count());
-        let _ = branch.points().iter().map(|point| (point.kind(), point.stability())).count();
+        for point in branch.points() {
+            let _ = (point.kind(), point.stability());
+        }
         use_orbit(&branch.points()[0].orbit);
     });
     let _ = survive(&form(serde_json::to_value(&line)), seed + 2, count / 4, &|line: &BoundaryLine| {
@@ -306,8 +308,9 @@ fn mutations(count: usize, seed: u64) {
                 row.strobes().count(),
                 row.step_error("deflection"),
             );
-            let _ =
-                row.contacts().iter().map(|contact| (contact.rattle_state(), contact.impact_count())).count();
+            for contact in row.contacts() {
+                let _ = (contact.rattle_state(), contact.impact_count());
+            }
         }
         let _ = (Attractors::find(rows, 1e-3), Rows::merge(vec![rows.clone(), rows.clone()]));
     });

@@ -92,6 +92,9 @@ fn drives(draw: &mut Draw) -> Outcome {
     run(draw).unwrap_or_else(Outcome::Fails)
 }
 
+/// The ends of the runs of a model.
+type Ends<'a> = dyn Fn(&dyn Model) -> Result<[State; 2], String> + 'a;
+
 /// Times of the run.
 const END: f64 = 40.0;
 
@@ -209,7 +212,7 @@ fn compare(
         Law::Even(_) => None,
         Law::Table(times, speeds) => Some(SpeedLaw::table(times, speeds).map_err(told)?),
     };
-    let moved = |model: &dyn Fn(&dyn Model) -> Result<[State; 2], String>| -> Result<[State; 2], String> {
+    let moved = |model: &Ends<'_>| -> Result<[State; 2], String> {
         let process = held.map(|(hold, values)| HeldProcess::of_values(*hold, values).map_err(told));
         let slot = machine.slot("force").map_err(told)?;
         match (law.clone(), process) {
