@@ -172,7 +172,7 @@ fn gears_that_cannot_mesh() {
         matches!(new(gear(18), tall), TeethError::Interference { gear: 0, contact, involute } if contact < involute)
     );
     // The partner reaches past the base circle: there is no radius of contact to report.
-    let undercut = new(gear(9).allow_undercut(), gear(120).with_addendum(2.0).unwrap());
+    let undercut = new(gear(9).allow_undercut(), gear(120));
     assert_eq!(undercut, TeethError::BeyondBaseCircle { gear: 0 });
     assert!(
         undercut.to_string().starts_with("the mesh undercuts gear 0")
