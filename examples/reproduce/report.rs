@@ -111,7 +111,7 @@ impl Report {
         println!("\n{} tables; everything is in {}", self.tables, self.folder.display());
         self.failed.iter().for_each(|line| println!("not computed: {line}"));
         self.unwritten.iter().for_each(|line| println!("not written: {line}"));
-        // Without the coarse run only: the page is regenerated in parts.
+        // Differences count in a full run only: the page is regenerated in parts.
         let counts = |_: Kind| !coarse();
         let mut wrong = 0;
         for (name, _) in self.differing.iter().filter(|(_, kind)| counts(*kind)) {
