@@ -134,7 +134,7 @@ struct Stalls {
     first: f64,
 }
 
-/// Factor by which a step is shortened at whose start a contact stalls on its edge `[1]`.
+/// A step is shortened by this factor if a contact stalls on its edge at the start of the step `[1]`.
 const STALLED: f64 = 0.25;
 
 /// Maximum number of such steps before one succeeds that is as long as the first of them.

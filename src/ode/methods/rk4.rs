@@ -16,8 +16,10 @@ use crate::ode::stepping::vector::Vector;
 /// Source: Hairer, Nørsett & Wanner I, Table II.1.2.
 ///
 /// Steps end on the grid `start.t + k h`; the last one ends exactly at the end of the run. Default: edges of
-/// the gaps are located and split a step in two, which preserves order 4. With [`plain`](Rk4::plain), steps
-/// run across the edges, as in Yao 2020. No step extends over a drive edge.
+/// the gaps are located and split a step in two. This preserves order 4 if the force is continuous at the
+/// edge or the model offers [`pieces`](crate::model::Offers::pieces). Without pieces a force that jumps at
+/// the edge leaves an error of order 1 in h at each crossing. With [`plain`](Rk4::plain), steps run across
+/// the edges, as in Yao 2020. No step extends over a drive edge.
 ///
 /// ```
 /// use gear_dynamics::{Integrator, Rk4, State, model::from_fn};
