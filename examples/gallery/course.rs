@@ -42,7 +42,7 @@ pub fn excitation(_: bool) -> Outcome<Picture> {
 
 /// The branch of the pair over its speed.
 fn branch_of<N: Nonlinearity>(pair: &Train<N>, [from, to]: [f64; 2]) -> Outcome<Branch<ShootingOrbit>> {
-    let start = static_state(pair, 0.0)?.state;
+    let start = static_state(pair, None)?.state;
     Ok(Continuation::new(from, to).max_step(0.002).run(&Family::over(pair, ["speed"])?, &[start])?)
 }
 
@@ -284,7 +284,7 @@ pub fn law(_: bool) -> Outcome<Picture> {
 
 pub fn solvers(_: bool) -> Outcome<Picture> {
     let pair = bench_pair(380.0)?;
-    let start = static_state(&pair, 0.0)?.state;
+    let start = static_state(&pair, None)?.state;
     let (end, radius) = (50.0 * pair.period(), 0.070_477);
     let exact = Dop853::new().rtol(1e-13).atol_each(&[1e-17, 1e-13]).end(&pair, &start, end)?.q[0];
     // The reference is as accurate as it agrees with a second method: no smaller error is known or drawn.

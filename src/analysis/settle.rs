@@ -70,7 +70,7 @@ impl Settle {
         Settle { budget, ..self }
     }
 
-    /// Integrates from `start` until the state repeats; from the [static state](static_state) at t = 0 if
+    /// Integrates from `start` until the state repeats; from the [static state](static_state) if
     /// `start` is `None`.
     ///
     /// # Errors
@@ -87,7 +87,7 @@ impl Settle {
     ) -> Result<Steady, SettleError> {
         let mut start = match start.into() {
             Some(start) => start.clone(),
-            None => static_state(&model, 0.0)?.state,
+            None => static_state(&model, None)?.state,
         };
         let period = model.period();
         self.check(period)?;

@@ -49,7 +49,7 @@ impl Reference {
         if contacts_at_rest(model).iter().all(|c| !c.lower.is_finite() && !c.upper.is_finite()) {
             return None;
         }
-        let pressed = static_state(model, 0.0).ok().map(|state| state.contacts);
+        let pressed = static_state(model, None).ok().map(|state| state.contacts);
         let size = |(i, c): (usize, &Contact)| {
             let gap = if c.lower.is_finite() && c.upper.is_finite() { c.upper - c.lower } else { 0.0 };
             let past = |c: &Contact| (c.deflection - c.upper).max(c.lower - c.deflection);

@@ -5,6 +5,8 @@
 //! meets a natural frequency ([`Resonance`]).
 
 pub(crate) mod campbell;
+pub(crate) mod instants;
+pub(crate) mod least;
 pub(crate) mod modes;
 pub(crate) mod spectrum;
 pub(crate) mod statics;

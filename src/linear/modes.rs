@@ -1,12 +1,12 @@
 //! Natural frequencies, damping ratios and modes.
 
 use crate::contact::Piece;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::excitation::Side;
+use crate::linear::instants::{Instants, smooth_intervals};
 use crate::linear::spectrum::{self, Found};
 use crate::model::structure::slopes::Slopes;
 use crate::model::{Model, Periodic, State};
-use crate::numeric::gauss::FIVE;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -181,27 +181,19 @@ impl Modes {
     /// As [`in_contact`](Modes::in_contact); more than 10 000 edges in a period.
     pub fn mean_in_contact(model: &dyn Periodic) -> Result<Self, LinearError> {
         const PANELS: usize = 64;
-        let (n, period) = (model.dof(), model.period());
-        let pieces = vec![Piece::Upper; model.contacts()];
-        let rest = vec![0.0; n];
-        let (mut u, mut slopes) = (vec![0.0; model.drives()], Slopes::new(model, vec![1.0; 2 * n], 0.0));
+        const EDGES: usize = 10_000;
+        let (n, pieces) = (model.dof(), vec![Piece::Upper; model.contacts()]);
+        let bounds = smooth_intervals(model, EDGES + 1);
+        check::count("edges of the drives in a period", &[bounds.len() - 1], EDGES)?;
+        let (rest, mut slopes) = (vec![0.0; n], Slopes::new(model, vec![1.0; 2 * n], 0.0));
         let mut mean = [DMatrix::zeros(n, n), DMatrix::zeros(n, n)];
-        let (mut t, mut edges) = (0.0, 0);
-        while t < period {
-            edges += 1;
-            crate::error::check::count("edges of the drives in a period", &[edges], 10_000)?;
-            let end = model.next_edge(t).map_or(period, |edge| edge.min(period));
-            let h = (end - t) / PANELS as f64;
-            for panel in 0..PANELS {
-                for [x, weight] in FIVE {
-                    model.drive(t + h * (panel as f64 + 0.5 + 0.5 * x), Side::After, &mut u);
-                    slopes.at(Some(&pieces), &u, &rest, &rest);
-                    let share = 0.5 * weight * h / period;
-                    mean[0] += &slopes.jacobian.q * share;
-                    mean[1] += &slopes.jacobian.v * share;
-                }
+        for bound in bounds.windows(2) {
+            for (weight, u) in Instants::of(model, bound, PANELS).iter() {
+                slopes.at(Some(&pieces), u, &rest, &rest);
+                let share = weight * (bound[1] - bound[0]) / model.period();
+                mean[0] += &slopes.jacobian.q * share;
+                mean[1] += &slopes.jacobian.v * share;
             }
-            t = end;
         }
         Modes::of([&mean[0], &mean[1]], 0.0, ROUNDINGS_OF_MEAN * f64::EPSILON + slopes.noise())
     }
@@ -215,7 +207,7 @@ impl Modes {
         state.check(n)?;
         let State { t, q, v } = state;
         if let Some(pieces) = pieces {
-            crate::error::check::length("pieces", pieces.len(), model.contacts())?;
+            check::length("pieces", pieces.len(), model.contacts())?;
         }
         let mut u = vec![0.0; model.drives()];
         model.drive(*t, Side::After, &mut u);

@@ -1,16 +1,18 @@
 //! Static deflection under load.
 
 use crate::contact::{Contact, Piece};
-use crate::excitation::Side;
+use crate::error::check;
+use crate::linear::instants::{Instants, Mean, smooth_intervals};
+use crate::linear::least::least_solution;
 use crate::linear::modes::LinearError;
 use crate::model::structure::rigid::rigid_modes;
-use crate::model::structure::slopes::{Slopes, accelerate};
+use crate::model::structure::slopes::Slopes;
 use crate::model::{Periodic, State};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use nalgebra::{DMatrix, DVector};
 
-/// A static state: deflections under the load at one instant, without motion.
+/// A static state: deflections under the mean load, or under that at one instant, without motion.
 ///
 /// ```
 /// use gear_dynamics::linear::static_state;
@@ -21,7 +23,7 @@ use nalgebra::{DMatrix, DVector};
 /// let mesh = MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?).half_backlash(5e-5);
 /// parts.mesh("mesh", "pinion", "wheel", mesh);
 /// parts.torque("drive", "pinion", 30.0).torque("load", "wheel", -60.0);
-/// let rest = static_state(&parts.build("pinion", 100.0)?, 0.0)?;
+/// let rest = static_state(&parts.build("pinion", 100.0)?, None)?;
 /// let contact = rest.contacts[0]; // 30 N m/0.03 m = 1000 N on 2e8 N/m past half the backlash
 /// assert!((contact.force - 1000.0).abs() < 1e-9);
 /// assert!((contact.deflection - 5.5e-5).abs() < 1e-15);
@@ -32,7 +34,7 @@ pub struct StaticState {
     /// The state at rest at the time t: a start of integrations and solvers. A rigid motion of the model is
     /// left at rest.
     pub state: State,
-    /// Contacts with their deflections and forces.
+    /// Contacts with their deflections, edges and forces: means over the period, or those at the instant.
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
     pub pieces: Vec<Piece>,
@@ -40,36 +42,71 @@ pub struct StaticState {
     pub acceleration: Vec<f64>,
 }
 
+/// Accelerations that are left in balance, as a share of the load.
+const BALANCED: f64 = 1e-9;
+
+/// The same for a mean over instants with and without contact, whose sum over few instants has this error.
+const SAMPLED: f64 = 1e-4;
+
 /// Maximum number of contact states that are tried, and of Newton steps in each.
 const TRIES: usize = 64;
 
 /// Maximum number of Newton steps for one step of implicit Euler.
 const NEWTON_STEPS: usize = 30;
 
-/// Maximum number of iterations of a singular value decomposition.
-const SWEEPS: usize = 10_000;
+/// Maximum number of intervals between two edges of the drives in the mean over a period.
+const INTERVALS: usize = 1000;
 
-/// The static state of a model under the loads and drives at time t: accelerations are 0, except those of a
-/// rigid motion.
+/// Number of Gauss panels in a period, first and at most.
+const PANELS: [usize; 2] = [8, 1024];
+
+/// The static state of a model: the position at rest in which the accelerations are 0, except those of a
+/// rigid motion. `t`: under the loads and drives at this time; `None`: under the mean ones.
+///
+/// The mean is that of the accelerations over a period, (1/T) ∫ a(u(t), q, 0) dt = 0. Waves that enter
+/// linearly, as loads, stiffnesses and transmission errors do, have their means there; of a product of two
+/// waves, as of stiffness and transmission error, it is the mean of the product. The integral is a sum over
+/// Gauss points between the edges of the drives, 40 at first, which are doubled until the balance holds to
+/// 1e-9 of the load, at most up to 5120. In a period with more than 1000 edges the mean is that up to the
+/// 1000th edge.
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
-/// the gap if both flanks pull. Where contacts that share a load do not settle so, the state is the end of
-/// the motion q' = a(u(t), q, 0) from that of all upper flanks, in steps of implicit Euler that grow as
-/// long as they converge. With stiffnesses that are not negative, the potential energy falls along it.
+/// the gap if both flanks pull. Where contacts that share a load do not settle so, or touch a flank during a
+/// part of the period only, the state is the end of the motion q' = a, the (mean) acceleration by deflection,
+/// from that of all upper flanks, in steps of implicit Euler that grow as long as they converge. With
+/// stiffnesses that are not negative, the potential energy falls along it. A contact then counts to the flank
+/// of its mean force.
 ///
 /// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static
 /// state is not found.
 ///
 /// # Errors
-/// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap.
-pub fn static_state(model: &dyn Periodic, t: f64) -> Result<StaticState, LinearError> {
-    crate::error::check::finite("time", t)?;
-    let search = Search::new(model, t);
-    match search.by_flanks() {
-        Err(error @ (LinearError::Free { .. } | LinearError::NoContactState { .. })) => {
-            search.by_descent()?.ok_or(error)
+/// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap;
+/// a period out of its range, if `t` is `None`.
+pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<StaticState, LinearError> {
+    let rigid = || {
+        let rigid = rigid_modes(model, model.period());
+        DMatrix::from_fn(model.dof(), rigid.len(), |i, j| rigid[j][i])
+    };
+    if let Some(t) = t.into() {
+        check::finite("time", t)?;
+        return Search::new(model, t, Instants::at(model, t), &rigid()).find().map(|(found, _)| found);
+    }
+    check::scale("period of the model", model.period())?;
+    let (rigid, bounds) = (rigid(), smooth_intervals(model, INTERVALS));
+    let intervals = bounds.len() - 1;
+    let mut panels = PANELS[0].div_ceil(intervals);
+    let mut search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
+    loop {
+        let found = search.find();
+        panels *= 2;
+        if panels * intervals > PANELS[1] {
+            return found.map(|(found, _)| found);
         }
-        found => found,
+        search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
+        if let Some((found, _)) = found.ok().filter(|found| search.confirms(found)) {
+            return Ok(found);
+        }
     }
 }
 
@@ -77,44 +114,47 @@ pub fn static_state(model: &dyn Periodic, t: f64) -> Result<StaticState, LinearE
 struct Search<'m> {
     model: &'m dyn Periodic,
     t: f64,
-    /// The drives at time t.
-    u: Vec<f64>,
+    mean: Mean<'m>,
     /// Coordinates and velocities of 0.
     rest: Vec<f64>,
     /// Directions of rigid motions, one in each column.
-    rigid: DMatrix<f64>,
+    rigid: &'m DMatrix<f64>,
 }
 
 impl<'m> Search<'m> {
-    fn new(model: &'m dyn Periodic, t: f64) -> Self {
-        let n = model.dof();
-        let mut u = vec![0.0; model.drives()];
-        model.drive(t, Side::After, &mut u);
-        let rigid = rigid_modes(model, model.period());
-        let rigid = DMatrix::from_fn(n, rigid.len(), |i, j| rigid[j][i]);
-        Search { model, t, u, rest: vec![0.0; n], rigid }
+    fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
+        Search { model, t, mean: Mean::new(model, instants), rest: vec![0.0; model.dof()], rigid }
     }
 
-    /// The contacts in a position.
-    fn contacts(&self, q: &[f64]) -> Vec<Contact> {
-        let mut contacts = vec![Contact::default(); self.model.contacts()];
-        self.model.contact(&self.u, q, &self.rest, &mut contacts);
-        contacts
+    /// The static state, and the share of the load within which more instants shall confirm it.
+    fn find(&self) -> Result<(StaticState, f64), LinearError> {
+        match self.by_flanks() {
+            Err(error @ (LinearError::Free { .. } | LinearError::NoContactState { .. })) => {
+                self.by_descent()?.ok_or(error)
+            }
+            found => found,
+        }
+    }
+
+    /// Whether a state that was found with fewer instants balances within this share of the load.
+    fn confirms(&self, (found, within): &(StaticState, f64)) -> bool {
+        let pieces = Some(&found.pieces[..]).filter(|_| *within == BALANCED);
+        let (a, load) = (self.mean.acceleration(pieces, &found.state.q), self.mean.load(&found.pieces));
+        a.iter().zip(&found.acceleration).all(|(a, before)| (a - before).abs() <= within * load)
     }
 
     /// Upper flanks first; a contact that pulls changes its piece.
-    fn by_flanks(&self) -> Result<StaticState, LinearError> {
+    fn by_flanks(&self) -> Result<(StaticState, f64), LinearError> {
         let mut pieces = vec![Piece::Upper; self.model.contacts()];
         // Flanks that a contact has left because it pulled.
         let mut left = vec![[false; 2]; pieces.len()];
         for _ in 0..TRIES {
             let (q, acceleration) = self.balanced(&pieces, &self.rest)?;
-            let contacts = self.contacts(&q);
+            let contacts = self.mean.contacts(&q);
             let found: Vec<Piece> =
                 (0..pieces.len()).map(|i| next_piece(pieces[i], &contacts[i], &mut left[i])).collect();
             if found == pieces {
-                let state = State { t: self.t, q, v: self.rest.clone() };
-                return Ok(StaticState { state, contacts, pieces, acceleration });
+                return Ok(self.state(q, contacts, pieces, acceleration, BALANCED));
             }
             pieces = found;
         }
@@ -122,14 +162,13 @@ impl<'m> Search<'m> {
     }
 
     /// The end of the motion q' = a(u, q, 0), without its rigid part. `None`: it does not come to rest.
-    fn by_descent(&self) -> Result<Option<StaticState>, LinearError> {
+    fn by_descent(&self) -> Result<Option<(StaticState, f64)>, LinearError> {
         let (n, upper) = (self.rest.len(), vec![Piece::Upper; self.model.contacts()]);
         let mut q = self.balanced(&upper, &self.rest).map_or(self.rest.clone(), |(q, _)| q);
         let mut slopes = Slopes::new(self.model, vec![1.0; 2 * n], 0.0);
-        slopes.at(Some(&upper), &self.u, &q, &self.rest);
         // The inverse of the first step is the largest stiffness.
-        let mut inverse = slopes.jacobian.q.amax();
-        let mut refused = None;
+        let mut inverse = self.mean.jacobian(&mut slopes, Some(&upper), &q).amax();
+        let (mut refused, load) = (None, self.mean.load(&upper));
         for _ in 0..TRIES {
             if !(inverse.is_finite() && inverse > 0.0) {
                 return Ok(None);
@@ -140,38 +179,56 @@ impl<'m> Search<'m> {
             };
             q = next;
             inverse /= 8.0;
-            let pieces: Vec<Piece> = self.contacts(&q).iter().map(piece_at).collect();
-            if refused.as_ref() == Some(&pieces) {
-                continue;
-            }
-            if let Ok((q, acceleration)) = self.balanced(&pieces, &q) {
-                let contacts = self.contacts(&q);
-                let mut left = vec![[true; 2]; pieces.len()];
-                let rests = |i: usize| next_piece(pieces[i], &contacts[i], &mut left[i]) == pieces[i];
-                if (0..pieces.len()).all(rests) {
-                    let state = State { t: self.t, q, v: self.rest.clone() };
-                    return Ok(Some(StaticState { state, contacts, pieces, acceleration }));
+            let contacts = self.mean.contacts(&q);
+            let pieces: Vec<Piece> = contacts.iter().map(piece_at).collect();
+            if refused.as_ref() != Some(&pieces) {
+                if let Ok((q, acceleration)) = self.balanced(&pieces, &q) {
+                    let contacts = self.mean.contacts(&q);
+                    let mut left = vec![[true; 2]; pieces.len()];
+                    let rests = |i: usize| next_piece(pieces[i], &contacts[i], &mut left[i]) == pieces[i];
+                    if (0..pieces.len()).all(rests) {
+                        return Ok(Some(self.state(q, contacts, pieces, acceleration, BALANCED)));
+                    }
                 }
+                refused = Some(pieces);
             }
-            refused = Some(pieces);
+            let acceleration = self.mean.acceleration(None, &q);
+            if self.is_rigid(&acceleration, BALANCED * load) {
+                let pieces = contacts.iter().map(piece_of_force).collect();
+                return Ok(Some(self.state(q, contacts, pieces, acceleration, SAMPLED)));
+            }
         }
         Ok(None)
+    }
+
+    fn state(
+        &self,
+        q: Vec<f64>,
+        contacts: Vec<Contact>,
+        pieces: Vec<Piece>,
+        acceleration: Vec<f64>,
+        within: f64,
+    ) -> (StaticState, f64) {
+        let state = State { t: self.t, q, v: self.rest.clone() };
+        (StaticState { state, contacts, pieces, acceleration }, within)
+    }
+
+    /// Whether accelerations are those of a rigid motion, within this limit.
+    fn is_rigid(&self, a: &[f64], limit: f64) -> bool {
+        let a = DVector::from_column_slice(a);
+        (&a - self.rigid * self.rigid.tr_mul(&a)).amax() <= limit
     }
 
     /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method with
     /// the least change of coordinates from `from`.
     fn balanced(&self, pieces: &[Piece], from: &[f64]) -> Result<(Vec<f64>, Vec<f64>), LinearError> {
-        let Search { model, t, u, rest, rigid } = self;
-        let (model, t, n) = (*model, *t, rest.len());
-        let (mut q, mut a) = (from.to_vec(), rest.clone());
-        accelerate(model, Some(pieces), u, rest, rest, &mut a);
-        let load = a.iter().fold(0.0f64, |most, a| most.max(a.abs()));
-        accelerate(model, Some(pieces), u, &q, rest, &mut a);
-        let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
+        let Search { model, t, rest, rigid, .. } = self;
+        let (t, n, load) = (*t, rest.len(), self.mean.load(pieces));
+        let (mut q, mut a) = (from.to_vec(), self.mean.acceleration(Some(pieces), from));
+        let mut slopes = Slopes::new(*model, vec![1.0; 2 * n], 0.0);
         let mut left = f64::INFINITY;
         for _ in 0..TRIES {
-            slopes.at(Some(pieces), u, &q, rest);
-            let jacobian = &slopes.jacobian.q;
+            let jacobian = self.mean.jacobian(&mut slopes, Some(pieces), &q);
             if jacobian.iter().chain(&a).any(|x| !x.is_finite()) {
                 return Err(LinearError::NotFinite { t });
             }
@@ -195,15 +252,15 @@ impl<'m> Search<'m> {
             let stepped = q.iter().zip(step.iter()).map(|(q, step)| q + step).collect();
             let change = (0..n).fold(0.0f64, |most, i| most.max(step[i].abs()));
             q = stepped;
-            accelerate(model, Some(pieces), u, &q, rest, &mut a);
+            a = self.mean.acceleration(Some(pieces), &q);
             let alpha = DVector::from_fn(rigid.ncols(), |j, _| step[n + j]);
-            let drift = rigid * &alpha;
+            let drift = *rigid * &alpha;
             left = a.iter().zip(drift.iter()).fold(0.0f64, |most, (a, d)| most.max((a - d).abs()));
             if q.iter().any(|q| !q.is_finite()) || !left.is_finite() {
                 return Err(LinearError::NotFinite { t });
             }
             let most = q.iter().fold(0.0f64, |most, q| most.max(q.abs()));
-            if left <= 1e-9 * load && change <= 1e-12 * most.max(f64::MIN_POSITIVE) || left == 0.0 {
+            if left <= BALANCED * load && change <= 1e-12 * most.max(f64::MIN_POSITIVE) || left == 0.0 {
                 break;
             }
         }
@@ -220,11 +277,9 @@ impl<'m> Search<'m> {
     /// r, by Newton's method. `None`: Newton's method does not converge.
     fn step(&self, slopes: &mut Slopes<'m, dyn Periodic + 'm>, q: &[f64], inverse: f64) -> Option<Vec<f64>> {
         let (n, k) = (q.len(), self.rigid.ncols());
-        let (mut x, mut a) = (q.to_vec(), vec![0.0; n]);
+        let mut x = q.to_vec();
         for _ in 0..NEWTON_STEPS {
-            accelerate(self.model, None, &self.u, &x, &self.rest, &mut a);
-            slopes.at(None, &self.u, &x, &self.rest);
-            let j = &slopes.jacobian.q;
+            let (a, j) = (self.mean.acceleration(None, &x), self.mean.jacobian(slopes, None, &x));
             let matrix = Mat::from_fn(n + k, n + k, |row, column| match (row < n, column < n) {
                 (true, true) => {
                     if row == column {
@@ -268,6 +323,15 @@ fn piece_at(contact: &Contact) -> Piece {
     }
 }
 
+/// The flank that carries the mean force of a contact.
+fn piece_of_force(contact: &Contact) -> Piece {
+    match contact.force {
+        force if force > 0.0 => Piece::Upper,
+        force if force < 0.0 => Piece::Lower,
+        _ => piece_at(contact),
+    }
+}
+
 /// The piece to try after `piece`: the same if the deflection lies on it, within rounding. A flank that pulls
 /// gives way to the other flank, and to the gap if that has pulled before.
 fn next_piece(piece: Piece, contact: &Contact, left: &mut [bool; 2]) -> Piece {
@@ -287,73 +351,6 @@ fn next_piece(piece: Piece, contact: &Contact, left: &mut [bool; 2]) -> Piece {
         Piece::Lower => {
             left[0] = true;
             if contact.upper.is_finite() && !left[1] { Piece::Upper } else { Piece::Gap }
-        }
-    }
-}
-
-/// Number of equations from which a factorisation with pivots is tried before a singular value
-/// decomposition, which takes longer.
-const PIVOTS_FROM: usize = 128;
-
-/// Smallest entry on the diagonal of R, as a share of the largest one, of equations that are independent.
-const INDEPENDENT: f64 = 1e-10;
-
-/// The least x with A x = b, for at least as many unknowns as equations, or with the least residual if the
-/// equations depend on each other. `None`: the singular value decomposition does not converge.
-fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
-    let n = matrix.nrows();
-    if n >= PIVOTS_FROM {
-        // Aᵀ = Q R with the columns in another order: Rᵀ z = b and x = Q z.
-        let factors = Mat::from_fn(matrix.ncols(), n, |i, j| matrix[(j, i)]).col_piv_qr();
-        let (r, order) = (factors.thin_R(), factors.P().arrays().0);
-        if r[(n - 1, n - 1)].abs() > INDEPENDENT * r[(0, 0)].abs() {
-            let mut z = Mat::<f64>::zeros(n, 1);
-            for j in 0..n {
-                let known: f64 = (0..j).map(|i| r[(i, j)] * z[(i, 0)]).sum();
-                z[(j, 0)] = (right[order[j]] - known) / r[(j, j)];
-            }
-            let x = factors.compute_thin_Q() * z;
-            return Some(DVector::from_fn(matrix.ncols(), |i, _| x[(i, 0)]));
-        }
-    }
-    matrix.try_svd(true, true, f64::EPSILON, SWEEPS)?.solve(right, 1e-13).ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::linear::statics::{PIVOTS_FROM, least_solution};
-    use nalgebra::{DMatrix, DVector};
-
-    /// Both ways: equations of a chain that is held at one end, with one unknown too many; the same with an
-    /// equation that depends on the others.
-    #[test]
-    fn least_solutions_agree() {
-        for n in [PIVOTS_FROM, PIVOTS_FROM - 1] {
-            let entry = |i: usize, j: usize| match j.abs_diff(i) {
-                0 => 2.5,
-                1 => -1.0,
-                _ if j == n => 0.1 * i as f64 / n as f64,
-                _ => 0.0,
-            };
-            let mut matrix = DMatrix::from_fn(n, n + 1, entry);
-            for dependent in [false, true] {
-                if dependent {
-                    let copy = matrix.row(3).clone_owned();
-                    matrix.set_row(7, &copy);
-                }
-                let right = &matrix * DVector::from_fn(n + 1, |i, _| (i as f64).sin());
-                let x = least_solution(matrix.clone(), &right).unwrap();
-                assert!((&matrix * &x - &right).amax() < 1e-12);
-                // The least solution is orthogonal to the kernel, which is one direction unless rows are
-                // equal.
-                if !dependent {
-                    let square = matrix.columns(0, n).clone_owned();
-                    let mut k = square.lu().solve(&-matrix.columns(n, 1)).unwrap().data.as_vec().clone();
-                    k.push(1.0);
-                    let k = DVector::from_vec(k);
-                    assert!(k.dot(&x).abs() < 1e-12 * k.norm() * x.norm());
-                }
-            }
         }
     }
 }

@@ -178,6 +178,20 @@ pub enum IntegrateError {
         /// Index of the contact, from 0.
         contact: usize,
     },
+    /// A contact rests on an edge of its gap where the stiffness or the damping of the model jumps, so that
+    /// the motion has two one-sided derivatives: an unloaded contact without backlash whose flanks differ, or
+    /// one that just touches.
+    #[error(
+        "contact {contact} rests on an edge of its gap from t = {t:?} on, where the slope of the accelerations \
+         jumps: the motion has two one-sided derivatives and no multipliers; load the contact, or state flanks of \
+         one slope"
+    )]
+    RestsOnEdge {
+        /// Start time.
+        t: f64,
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
     /// The start lies beyond a rigid stop, or a stop jumped past its contact at a drive edge.
     #[error("contact {contact} lies {depth:?} beyond its rigid stop at t = {t:?}")]
     BeyondStop {

@@ -61,6 +61,15 @@ pub enum MultiplierError {
         /// Index of the contact, from 0.
         contact: usize,
     },
+    /// A contact rests on an edge of its gap where the slope of the accelerations jumps.
+    #[error(
+        "contact {contact} rests on an edge of its gap, where the slope of the accelerations jumps: the motion has two \
+         one-sided derivatives and no multipliers"
+    )]
+    RestsOnEdge {
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
     /// The orbit has too many crossings and drive edges.
     #[error("the orbit has {count} crossings and drive edges: at most {max} are allowed")]
     Breaks {

@@ -61,8 +61,9 @@ impl Spur {
     /// ends on its own piece. Simpson's rule for the integrals.
     fn reference(&self, settle: usize, measure: usize, steps: usize) -> [f64; 4] {
         let period = TAU / (20.0 * self.speed);
-        // The static state at the start, as the engine: motions may coexist.
-        let mut y = [HALF_BACKLASH + self.torque / 0.03 / STIFFNESS[1], 0.0];
+        // The static state under the mean stiffness at the start, as the engine: motions may coexist.
+        let stiffness = (1.0 - self.duty) * STIFFNESS[0] + self.duty * STIFFNESS[1];
+        let mut y = [HALF_BACKLASH + self.torque / 0.03 / stiffness, 0.0];
         let mut piece = 1;
         let [mut least, mut most, mut sum, mut square] = [f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0];
         for cycle in 0..settle + measure {

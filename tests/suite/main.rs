@@ -79,6 +79,7 @@ mod shooting;
 mod simultaneous_impacts;
 mod solvers;
 mod speed_laws;
+mod static_states;
 mod steep_forces;
 mod stored_mutations;
 mod stored_results;
@@ -95,6 +96,7 @@ mod trains;
 mod variation;
 mod variation_hard_cases;
 mod white_noise;
+mod wide_gaps;
 
 #[path = "../../benches/common/mod.rs"]
 mod benchmarks;

@@ -37,3 +37,84 @@ fn an_unloaded_contact_without_backlash_is_a_spring() {
     // Their sum is the divergence, at any length of the run.
     assert!((exponents.values().iter().sum::<f64>() + damping).abs() < 1e-9);
 }
+
+/// A mass without load on one contact with the edges ±b and flanks of these stiffnesses and dampings.
+struct Unloaded {
+    b: f64,
+    stiffness: [f64; 2],
+    damping: [f64; 2],
+}
+
+impl Model for Unloaded {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let piece = if q[0] > self.b {
+            Piece::Upper
+        } else if q[0] < -self.b {
+            Piece::Lower
+        } else {
+            Piece::Gap
+        };
+        self.accel_on_pieces(&[piece], u, q, v, a);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        out[0] =
+            Contact { deflection: q[0], rate: v[0], lower: -self.b, upper: self.b, ..Contact::default() };
+    }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: true, ..Offers::default() }
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], _u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = match pieces[0] {
+            Piece::Lower => -self.stiffness[0] * (q[0] + self.b) - self.damping[0] * v[0],
+            Piece::Gap => 0.0,
+            Piece::Upper => -self.stiffness[1] * (q[0] - self.b) - self.damping[1] * v[0],
+        };
+    }
+}
+
+impl Periodic for Unloaded {
+    fn period(&self) -> f64 {
+        3.0
+    }
+}
+
+/// Where the slopes of both sides of the edge differ, the motion that rests there has two one-sided derivatives: a refusal by
+/// name, from every method. Where they agree it has one.
+#[test]
+fn a_contact_that_rests_where_slopes_jump_is_refused_by_name() {
+    let balance = Balance::new(Harmonics::up_to(5));
+    let cases = [
+        (0.0, [2.0, 2.0], [0.1, 0.1], false),
+        (0.0, [1.0, 2.0], [0.1, 0.1], true),
+        (0.0, [2.0, 2.0], [0.1, 0.0], true),
+        (1.0, [2.0, 2.0], [0.1, 0.1], true),
+    ];
+    for (b, stiffness, damping, refused) in cases {
+        let model = Unloaded { b, stiffness, damping };
+        let rest = State::new(0.0, &[b], &[0.0]);
+        let orbit =
+            FourierOrbit::new(balance.harmonics(), model.period(), &[[&[b], &[0.0; 10][..]].concat()])
+                .unwrap();
+        let shot = Shooting::new().solve(&model, &rest);
+        let exponents = Lyapunov::new().settle(0).align(5).measure(20).run(&model, &rest);
+        let by_series = balance.multipliers(&model, &orbit);
+        let varied = Variation::new().run(&model, &rest, 3.0);
+        if refused {
+            assert!(shot.unwrap_err().to_string().contains("rests on an edge of its gap"));
+            assert!(exponents.unwrap_err().to_string().contains("rests on an edge of its gap"));
+            assert!(matches!(by_series, Err(MultiplierError::RestsOnEdge { contact: 0 })), "{by_series:?}");
+            assert!(matches!(varied, Err(IntegrateError::RestsOnEdge { t: 0.0, contact: 0 })), "{varied:?}");
+        } else {
+            assert!(shot.is_ok() && exponents.is_ok() && by_series.is_ok() && varied.is_ok());
+        }
+    }
+    // A motion that only starts on the edge has a derivative.
+    let model = Unloaded { b: 0.0, stiffness: [1.0, 2.0], damping: [0.1; 2] };
+    assert!(Variation::new().run(&model, &State::new(0.0, &[0.0], &[0.3]), 3.0).is_ok());
+}

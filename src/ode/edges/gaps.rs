@@ -21,8 +21,11 @@ use crate::ode::stepping::vector::Vector;
 /// Allowed deviation of a distance from its cubic, as a share of the range of the distance in the step `[1]`.
 const DEVIATION: f64 = 0.005;
 
-/// Additional allowed deviation, as a share of the gap `[1]`.
+/// Additional allowed deviation, as a share of the distance from the edge, at most of the gap `[1]`.
 const FLOOR: f64 = 1e-6;
+
+/// Deviations below this share of the additional allowed one count as rounding `[1]`.
+const UNSEEN: f64 = 1e-3;
 
 /// Minimum of the allowed deviation, in units of the effect of rounding on the deflection.
 const ROUNDINGS: f64 = 16.0;
@@ -131,11 +134,12 @@ impl Gaps {
         }
         if ratio <= 1.0 || !T::ADAPTIVE || self.retries >= RETRIES {
             self.coarse |= ratio > 1.0 && !T::ADAPTIVE;
-            for ((seen, known), c) in self.seen.iter().zip(&mut self.known).zip(end) {
+            for (((seen, known), c), noise) in self.seen.iter().zip(&mut self.known).zip(end).zip(noise) {
                 // Deviations at the level of rounding do not grow with the step and are not kept.
-                let least = 1e-3 * FLOOR * scale(c);
                 for (seen, known) in seen.iter().zip(known) {
-                    *known = if seen.off > least { FADING * seen.off } else { 0.0 };
+                    let least = UNSEEN * FLOOR * reach(c, [seen.start.value, seen.end.value]);
+                    *known =
+                        if seen.off > larger(least, ROUNDINGS * noise) { FADING * seen.off } else { 0.0 };
                 }
             }
             self.length = h;
@@ -205,11 +209,18 @@ impl Gaps {
     }
 }
 
-/// Allowed deviation of a distance from its cubic: max(DEVIATION range + FLOOR gap, ROUNDINGS noise).
+/// Allowed deviation of a distance from its cubic: max(DEVIATION range + FLOOR reach, ROUNDINGS noise).
 /// `values`: values of the distance in the step; `noise`: the effect of rounding on it.
 #[inline]
 fn allowed(c: &Contact, noise: f64, values: [f64; 3]) -> f64 {
     let [a, b, c_] = values;
     let range = larger(larger(a, b), c_) - smaller(smaller(a, b), c_);
-    larger(larger(DEVIATION * range + FLOOR * scale(c), ROUNDINGS * noise), f64::MIN_POSITIVE)
+    larger(larger(DEVIATION * range + FLOOR * reach(c, [a, c_]), ROUNDINGS * noise), f64::MIN_POSITIVE)
+}
+
+/// Distance from an edge within a step with these values, at most the gap. The motion near one edge of a wide
+/// gap does not know of the other edge.
+#[inline]
+fn reach(c: &Contact, [a, b]: [f64; 2]) -> f64 {
+    smaller(scale(c), larger(a.abs(), b.abs()))
 }

@@ -3,6 +3,7 @@
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
+use crate::numeric::search::extremes::{larger, smaller};
 use crate::numeric::search::hermite::Hermite;
 use crate::ode::edges::exit::{Exit, Found, SLACK, Share, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
@@ -19,6 +20,10 @@ const STOP: f64 = 1e-14;
 
 /// Accuracy of the location of an edge, as a share of the gap `[1]`.
 const CLOSE: f64 = 1e-13;
+
+/// The longest way of a contact from an edge in one step times this number replaces a gap that is wider
+/// `[1]`: a motion near one edge of a wide gap does not know of the other edge.
+const WIDE: f64 = 1e4;
 
 /// Minimum slack, in units of the effect of rounding on the deflection.
 const NOISE: f64 = 4.0;
@@ -51,6 +56,8 @@ pub(crate) struct Locator {
     gaps: Gaps,
     /// Effect of rounding of the coordinates and velocities on each deflection.
     noise: Vec<f64>,
+    /// The longest way of each contact from its edges in one step so far.
+    ways: Vec<f64>,
     /// Number of steps until `noise` is measured again.
     countdown: u8,
     /// Maximum ratio of the next step to the current one.
@@ -71,6 +78,7 @@ impl Locator {
             fresh: vec![true; contacts],
             gaps: Gaps::new(contacts),
             noise: vec![0.0; contacts],
+            ways: vec![0.0; contacts],
             countdown: 0,
             growth: f64::INFINITY,
         }
@@ -114,13 +122,26 @@ impl Locator {
     /// Makes the end of the step the start of the next one.
     #[inline(always)]
     pub(crate) fn accept<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) {
-        self.start.copy_from_slice(&e.contacts);
+        for (i, end) in e.contacts.iter().enumerate() {
+            // NaN at an edge that is infinite.
+            let way = |edge: Edge| (edge.distance(end) - edge.distance(&self.start[i])).abs();
+            let [lower, upper] = Edge::BOTH.map(way);
+            self.goes(i, lower);
+            self.goes(i, upper);
+            self.start[i] = *end;
+        }
         self.advance();
         if self.countdown == 0 {
             self.measure_noise(e);
         } else {
             self.countdown -= 1;
         }
+    }
+
+    /// Notes a way of contact `i` from an edge in one step. NaN is ignored.
+    #[inline(always)]
+    pub(crate) fn goes(&mut self, i: usize, way: f64) {
+        self.ways[i] = larger(way, self.ways[i]);
     }
 
     /// The time has advanced.
@@ -147,7 +168,14 @@ impl Locator {
     /// Slack: the distance past its edge up to which contact `i` still counts as on its piece.
     #[inline]
     pub(crate) fn slack(&self, i: usize, c: &Contact) -> f64 {
-        (self.share(i, SLACK) * scale(c)).max(NOISE * self.noise[i])
+        (self.share(i, SLACK) * self.length(i, c)).max(NOISE * self.noise[i])
+    }
+
+    /// The length to which the slack and the accuracy of the location of contact `i` are relative.
+    #[inline]
+    fn length(&self, i: usize, c: &Contact) -> f64 {
+        let near = WIDE * self.ways[i];
+        if near > 0.0 { smaller(scale(c), near) } else { scale(c) }
     }
 
     /// Returns `share`, or `STOP` for a contact with a rigid stop.
@@ -185,7 +213,7 @@ impl Locator {
             let exits = Edge::around(pieces[i]).iter().map(move |&edge| Exit { contact: i, edge });
             exits.filter(move |exit| {
                 let d = exit.distance(pieces[i], &contacts[i], 1.0);
-                let length = scale(&contacts[i]);
+                let length = self.length(i, &contacts[i]);
                 d.rate < 0.0
                     && d.value <= self.slack(i, &contacts[i]).max((time * d.rate.abs()).min(WITH * length))
             })
@@ -232,7 +260,7 @@ impl Locator {
                 if d1.value == f64::INFINITY || clear {
                     continue;
                 }
-                let close = (self.share(i, CLOSE) * scale(end)).max(self.noise[i]);
+                let close = (self.share(i, CLOSE) * self.length(i, end)).max(self.noise[i]);
                 match first_root::<T, M, V>(e, exit, [d0, d1], &hermite, limit, [slack, close]) {
                     Some(0.0) => return Ok(Found::AtOnce(exit)),
                     Some(theta) => {

@@ -119,7 +119,7 @@ impl<'m> Course<'m> {
         moves: impl Fn(usize) -> [f64; 2],
     ) -> Result<Option<f64>, IntegrateError> {
         let (t, [aim, h]) = (self.e.t, self.aim);
-        self.found = first_exit(distances, &mut self.e, &self.passage.locator, moves, h)?;
+        self.found = first_exit(distances, &mut self.e, &mut self.passage.locator, moves, h)?;
         match self.found {
             Found::Nothing => {
                 self.e.aim(aim);

@@ -41,7 +41,7 @@ pub(crate) trait Distances {
 pub(crate) fn first_exit(
     c: &impl Distances,
     e: &mut Ends<'_, dyn Model + '_, Blocks>,
-    locator: &Locator,
+    locator: &mut Locator,
     moves: impl Fn(usize) -> [f64; 2],
     h: f64,
 ) -> Result<Found<Elapsed>, IntegrateError> {
@@ -60,6 +60,7 @@ pub(crate) fn first_exit(
         }
         let [least, most] = moves(i);
         let (range, lowest) = (most.max(-least), start + if sign > 0.0 { least } else { -most });
+        locator.goes(contact, range);
         let near = (NEAR_START * (start + range)).max(locator.slack(contact, &e.contacts[contact]));
         if lowest > near {
             continue;

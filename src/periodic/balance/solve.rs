@@ -101,7 +101,7 @@ impl Balance {
 
     /// Finds an orbit from a guess: a linearised or projected orbit, or the orbit of a neighbouring model.
     /// `None`: from the orbit [linearised on](Balance::linearised_on) the pieces of the
-    /// [static state](crate::linear::static_state) at t = 0.
+    /// [static state](crate::linear::static_state).
     ///
     /// # Errors
     /// [`BalanceError`]; the errors of the root finder contain the last iterate.
@@ -114,7 +114,7 @@ impl Balance {
         match guess.into() {
             Some(guess) => self.find(model, guess, &meter),
             None => {
-                let at_rest = static_state(model, 0.0).map_err(BalanceError::NoStaticState)?;
+                let at_rest = static_state(model, None).map_err(BalanceError::NoStaticState)?;
                 self.find(model, &self.linearised_within(model, &at_rest.pieces, &meter)?, &meter)
             }
         }

@@ -1,5 +1,8 @@
 //! Runs of the tangent flow. A run is interrupted where the differences jump or outgrow their tolerances.
 
+use crate::contact::Contact;
+use crate::excitation::Side;
+use crate::model::structure::resting::rests_on_kink;
 use crate::model::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::{IntegrateError, Observer, Step};
@@ -137,6 +140,7 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         watch: Option<&mut dyn Observer>,
         choose: &mut Choose<'_>,
     ) -> Result<(State, u64), IntegrateError> {
+        let rests = self.rests_on_kink(&start).map(|contact| (contact, start.t));
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
         let mut interrupter = Interrupter {
             tangent: self,
@@ -173,7 +177,11 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
                 return Err(refused);
             }
             if state.t >= t_end {
-                return Ok((state, crossings));
+                let still = |(contact, _): &(usize, f64)| self.rests_on_kink(&state) == Some(*contact);
+                return match rests.filter(still) {
+                    Some((contact, t)) => Err(IntegrateError::RestsOnEdge { t, contact }),
+                    None => Ok((state, crossings)),
+                };
             }
             step = match interrupter.stop {
                 Stop::Growth => interrupter.step.min(t_end - state.t),
@@ -181,6 +189,16 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
             };
         }
         Err(IntegrateError::TooManySteps { t: state.t, limit: RESTARTS })
+    }
+
+    /// The first contact that rests on an edge where the slopes jump.
+    fn rests_on_kink(&self, state: &State) -> Option<usize> {
+        let (q, v) = (&state.q[..self.n], &state.v[..self.n]);
+        let mut u = vec![0.0; self.model.drives()];
+        self.model.drive(state.t, Side::After, &mut u);
+        let mut contacts = vec![Contact::default(); self.model.contacts()];
+        self.model.contact(&u, q, v, &mut contacts);
+        rests_on_kink(&self.model, &mut self.slopes.borrow_mut(), &contacts, &u, q, v)
     }
 
     /// If the differences are not finite but the motion is, the cause is a slope: the error then names it.

@@ -124,7 +124,7 @@ impl Lyapunov {
     }
 
     /// Computes the exponents along the motion from `start`; `None`: from the
-    /// [static state](crate::linear::static_state) at t = 0.
+    /// [static state](crate::linear::static_state).
     ///
     /// # Errors
     /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the periods measured
@@ -136,7 +136,7 @@ impl Lyapunov {
     ) -> Result<Exponents, LyapunovError> {
         match start.into() {
             Some(start) => self.run_over(model, start, model.period()),
-            None => self.run_over(model, &static_state(model, 0.0)?.state, model.period()),
+            None => self.run_over(model, &static_state(model, None)?.state, model.period()),
         }
     }
 

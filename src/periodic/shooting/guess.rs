@@ -49,7 +49,7 @@ impl Guess {
         let period = plan.multiple as f64 * check::scale("period of the model", model.period())?;
         let mut states = guess.to_vec();
         if states.is_empty() {
-            states.push(static_state(model, 0.0).map_err(ShootingError::NoStaticState)?.state);
+            states.push(static_state(model, None).map_err(ShootingError::NoStaticState)?.state);
         }
         let moved = states[0].t - early(states[0].t, model.period());
         if moved != 0.0 {

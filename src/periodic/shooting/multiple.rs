@@ -141,7 +141,7 @@ impl Shooting {
     }
 
     /// Finds an orbit from a guess: a state, or several at increasing times within one period of the orbit.
-    /// `None`: from the [static state](crate::linear::static_state) at t = 0.
+    /// `None`: from the [static state](crate::linear::static_state).
     ///
     /// # Errors
     /// [`ShootingError`]; after the first integration it holds the last iterate and the corrections

@@ -114,7 +114,7 @@ impl<const W: usize> NoisySteps<W> {
         let noise = noise.collect::<Result<Vec<_>, ParameterError>>()?;
         let start = match start {
             Some(start) => start.clone(),
-            None => static_state(machine, 0.0)?.state,
+            None => static_state(machine, None)?.state,
         };
         start.check_at_zero(machine.size().dof)?;
         let table = DriveTable::of_waves(machine, self.steps, || true)?;

@@ -69,7 +69,7 @@ impl Sweep {
             sweep: self,
             engine,
             family: Box::new(move |point| family(point).map_err(|e| PointError::Model(e.into()))),
-            start: Box::new(|_, model| Ok(static_state(model, 0.0)?.state)),
+            start: Box::new(|_, model| Ok(static_state(model, None)?.state)),
             watch: Watch::new(),
             rows: None,
         }

@@ -147,7 +147,7 @@ impl<N> Parts<N> {
     /// let mesh = MeshPart::external([20, 40], [0.03, 0.06], Wave::constant(2e8)?);
     /// parts.mesh("mesh", "pinion", "wheel", mesh);
     /// let train = parts.torque("drive", "pinion", 30.0).load("wheel").build("pinion", 100.0)?;
-    /// let heavier = static_state(&train.with("drive", 45.0)?, 0.0)?;
+    /// let heavier = static_state(&train.with("drive", 45.0)?, None)?;
     /// assert!((heavier.contacts[0].force - 1500.0).abs() < 1e-9); // 45 N m over 0.03 m
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

@@ -3,6 +3,7 @@
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Periodic;
+use crate::model::structure::resting::rests_on_kink;
 use crate::model::structure::slopes::Slopes;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::amplitudes::sizes;
@@ -100,6 +101,10 @@ impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
         orbit.motion(0.5 * (start + end), &mut self.q, &mut self.v);
         self.model.drive(0.5 * (start + end), Side::After, &mut self.u);
         self.model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
+        let (model, slopes) = (self.model, &mut self.slopes);
+        if let Some(contact) = rests_on_kink(model, slopes, &self.contacts, &self.u, &self.q, &self.v) {
+            return Err(MultiplierError::RestsOnEdge { contact });
+        }
         // A gap without width has no inside: at rest in it, a contact is on its upper flank, as in a run.
         self.pieces.iter_mut().zip(&self.contacts).for_each(|(p, c)| {
             *p = if c.lower == c.upper && c.deflection == c.upper { Piece::Upper } else { c.piece() };

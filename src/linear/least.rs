@@ -1,0 +1,74 @@
+//! Least solutions of linear equations that may be singular.
+
+use faer::Mat;
+use nalgebra::{DMatrix, DVector};
+
+/// Maximum number of iterations of a singular value decomposition.
+const SWEEPS: usize = 10_000;
+
+/// Number of equations from which a factorisation with pivots is tried before a singular value
+/// decomposition, which takes longer.
+const PIVOTS_FROM: usize = 128;
+
+/// Smallest entry on the diagonal of R, as a share of the largest one, of equations that are independent.
+const INDEPENDENT: f64 = 1e-10;
+
+/// The least x with A x = b, for at least as many unknowns as equations, or with the least residual if the
+/// equations depend on each other. `None`: the singular value decomposition does not converge.
+pub(crate) fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let n = matrix.nrows();
+    if n >= PIVOTS_FROM {
+        // Aᵀ = Q R with the columns in another order: Rᵀ z = b and x = Q z.
+        let factors = Mat::from_fn(matrix.ncols(), n, |i, j| matrix[(j, i)]).col_piv_qr();
+        let (r, order) = (factors.thin_R(), factors.P().arrays().0);
+        if r[(n - 1, n - 1)].abs() > INDEPENDENT * r[(0, 0)].abs() {
+            let mut z = Mat::<f64>::zeros(n, 1);
+            for j in 0..n {
+                let known: f64 = (0..j).map(|i| r[(i, j)] * z[(i, 0)]).sum();
+                z[(j, 0)] = (right[order[j]] - known) / r[(j, j)];
+            }
+            let x = factors.compute_thin_Q() * z;
+            return Some(DVector::from_fn(matrix.ncols(), |i, _| x[(i, 0)]));
+        }
+    }
+    matrix.try_svd(true, true, f64::EPSILON, SWEEPS)?.solve(right, 1e-13).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::linear::least::{PIVOTS_FROM, least_solution};
+    use nalgebra::{DMatrix, DVector};
+
+    /// Both ways: equations of a chain that is held at one end, with one unknown too many; the same with an
+    /// equation that depends on the others.
+    #[test]
+    fn least_solutions_agree() {
+        for n in [PIVOTS_FROM, PIVOTS_FROM - 1] {
+            let entry = |i: usize, j: usize| match j.abs_diff(i) {
+                0 => 2.5,
+                1 => -1.0,
+                _ if j == n => 0.1 * i as f64 / n as f64,
+                _ => 0.0,
+            };
+            let mut matrix = DMatrix::from_fn(n, n + 1, entry);
+            for dependent in [false, true] {
+                if dependent {
+                    let copy = matrix.row(3).clone_owned();
+                    matrix.set_row(7, &copy);
+                }
+                let right = &matrix * DVector::from_fn(n + 1, |i, _| (i as f64).sin());
+                let x = least_solution(matrix.clone(), &right).unwrap();
+                assert!((&matrix * &x - &right).amax() < 1e-12);
+                // The least solution is orthogonal to the kernel, which is one direction unless rows are
+                // equal.
+                if !dependent {
+                    let square = matrix.columns(0, n).clone_owned();
+                    let mut k = square.lu().solve(&-matrix.columns(n, 1)).unwrap().data.as_vec().clone();
+                    k.push(1.0);
+                    let k = DVector::from_vec(k);
+                    assert!(k.dot(&x).abs() < 1e-12 * k.norm() * x.norm());
+                }
+            }
+        }
+    }
+}

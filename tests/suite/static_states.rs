@@ -1,0 +1,133 @@
+//! Static states under the mean loads and waves of a period, or under those of one instant.
+
+use crate::api::*;
+use crate::common::random::Random;
+use gear_dynamics::excitation::{Fourier, RectangularWave};
+use gear_dynamics::linear::static_state;
+use gear_dynamics::trains::{Body, MeshPart, Parts, ShaftPart};
+use gear_dynamics::{Dop853, Wave};
+
+/// A motor, a shaft, a pinion and a wheel, under a torque with a ripple.
+fn ripple(factor: Wave, stiffness: Wave) -> Parts {
+    let mut parts = Parts::new();
+    parts.body("motor", Body::new(2e-2)).body("pinion", Body::new(1e-3)).body("wheel", Body::new(2e-2));
+    parts.shaft("input shaft", "motor", "pinion", ShaftPart::new(8e3).damping(1.0));
+    parts.mesh(
+        "mesh",
+        "pinion",
+        "wheel",
+        MeshPart::external([20, 50], [0.02, 0.05], stiffness).damping(1500.0),
+    );
+    parts.torque_of_angle("drive torque", "motor", 20.0, factor).torque("load", "wheel", -50.0);
+    parts
+}
+
+fn fourier(mean: f64, terms: &[[f64; 2]]) -> Wave {
+    Wave::new(Fourier::new(mean, terms).unwrap())
+}
+
+/// A ripple of 1.65 times the mean torque of 20 N m, that is 33 N m: at its first instant the shaft would be wound 2.65
+/// times as far. The mesh carries 20 N m over 0.02 m on its mean stiffness.
+#[test]
+fn mean_loads_and_mean_waves_are_the_default() {
+    let ripples = [[1.65, 0.0], [0.0, 0.4], [0.3, 0.0]];
+    let stiffnesses = [
+        fourier(3e8, &[[6e7, 0.0], [2e7, -1e7]]),
+        Wave::new(RectangularWave::of_contact_ratio(1.6, 2.5e8, 3.333_333_333_333_333e8).unwrap()),
+    ];
+    for stiffness in stiffnesses {
+        let train = ripple(fourier(1.0, &ripples), stiffness).build("motor", 150.0).unwrap();
+        let rest = static_state(&train, None).unwrap();
+        let mean = 3e8;
+        assert_eq!(rest.state.t, 0.0);
+        assert!((rest.contacts[0].force - 1000.0).abs() < 1e-6, "{:?}", rest.contacts[0]);
+        assert!((rest.contacts[0].deflection * mean - 1000.0).abs() < 1e-6, "{:?}", rest.contacts[0]);
+        // The shaft is wound by 20 N m.
+        let wound = rest.state.q[0] - rest.state.q[1];
+        assert!((rest.state.q.len() == 2) && wound.is_finite());
+        // At the first instant the motor drives with 53 N m.
+        let first = static_state(&train, 0.0).unwrap();
+        assert!(first.contacts[0].force > 1200.0, "{:?}", first.contacts[0]);
+        assert!(rest.acceleration.iter().all(|a| a.abs() < 1e-6), "{:?}", rest.acceleration);
+    }
+}
+
+/// A load that only a formula knows, with time as the only drive: q'' = 3 + cos² 0.7t + 5 sin 1.4t - 2q - q³ - 0.1 v. The
+/// mean load is 3.5, and 2q + q³ = 3.5.
+#[test]
+fn the_mean_of_a_formula_is_that_of_its_accelerations() {
+    struct Loaded;
+    impl Model for Loaded {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            let t = u[0];
+            let load = 3.0 + (0.7 * t).cos().powi(2) + 5.0 * (1.4 * t).sin();
+            a[0] = load - 2.0 * q[0] - q[0].powi(3) - 0.1 * v[0];
+        }
+    }
+    impl Periodic for Loaded {
+        fn period(&self) -> f64 {
+            std::f64::consts::TAU / 1.4
+        }
+    }
+    let q = static_state(&Loaded, None).unwrap().state.q[0];
+    assert!((2.0 * q + q.powi(3) - 3.5).abs() < 1e-9, "{q}");
+    let q = static_state(&Loaded, 0.0).unwrap().state.q[0];
+    assert!((2.0 * q + q.powi(3) - 4.0).abs() < 1e-9, "{q}");
+}
+
+/// Random stiffness waves with up to 60 orders, or jumps, of random mean, on random loads: the deflection is load over mean
+/// stiffness.
+#[test]
+fn means_of_waves_of_many_orders() {
+    let mut random = Random(48);
+    for case in 0..200 {
+        let mean = 1e8 * (1.0 + random.next());
+        let wave = if case % 2 == 0 {
+            let orders = 1 + (60.0 * random.next()) as usize;
+            let share = 0.4 / orders as f64;
+            let terms: Vec<[f64; 2]> = (0..orders)
+                .map(|_| {
+                    [share * mean * (2.0 * random.next() - 1.0), share * mean * (2.0 * random.next() - 1.0)]
+                })
+                .collect();
+            fourier(mean, &terms)
+        } else {
+            // (2 - ε) of a mesh cycle with one pair, (ε - 1) with two.
+            let (ratio, single) = (1.2 + 0.6 * random.next(), 0.8 * mean);
+            let double = (mean - (2.0 - ratio) * single) / (ratio - 1.0);
+            Wave::new(RectangularWave::of_contact_ratio(ratio, single, double).unwrap())
+        };
+        let torque = 10.0 + 90.0 * random.next();
+        let mut parts = Parts::new();
+        parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(2e-2));
+        parts.mesh(
+            "mesh",
+            "pinion",
+            "wheel",
+            MeshPart::external([20, 50], [0.02, 0.05], wave).half_backlash(3e-5),
+        );
+        parts.torque("drive", "pinion", torque).load("wheel");
+        let contact = static_state(&parts.build("pinion", 150.0).unwrap(), None).unwrap().contacts[0];
+        let expected = 3e-5 + torque / 0.02 / mean;
+        assert!(
+            (contact.deflection / expected - 1.0).abs() < 1e-9,
+            "case {case}: {contact:?} for {expected}"
+        );
+    }
+}
+
+/// The default start is in the middle of the motion: a train whose slow shaft mode rings for long settles at once where the
+/// ripple is fast.
+#[test]
+fn the_default_start_is_that_of_the_mean_load() {
+    let train =
+        ripple(fourier(1.0, &[[1.65, 0.0]]), fourier(3e8, &[[0.0, 0.0]])).build("motor", 4000.0).unwrap();
+    let solver = Dop853::new().rtol(1e-9).atol(1e-15);
+    let settle = Settle::new().max_periods(3000).tolerance(1e-4);
+    let mean = settle.run(&solver, &train, None).unwrap();
+    let first = settle.run(&solver, &train, &static_state(&train, 0.0).unwrap().state).unwrap();
+    assert!(mean.periods < first.periods, "{} and {}", mean.periods, first.periods);
+}

@@ -1,0 +1,43 @@
+//! Gaps that are wide beside the motion: only one flank is ever touched, and the other one must not be felt.
+
+use crate::api::*;
+use crate::common::random::Random;
+use gear_dynamics::models::Oscillator;
+use gear_dynamics::{Dop853, Rk45, Taylor};
+use std::f64::consts::TAU;
+
+/// The motion about the upper edge with a half backlash of 1 and of b is the same, as far as the deflection of size b is
+/// resolved. Contact loss is found at every width.
+#[test]
+fn contact_loss_is_found_in_gaps_of_every_width() {
+    let mut random = Random(8);
+    for case in 0..40 {
+        let given = [
+            ("speed", 0.4 + 0.8 * random.next()),
+            ("damping", 0.1),
+            ("mesh stiffness", 1.0),
+            ("mean force", 0.1 + 0.1 * random.next()),
+            ("force", 0.15 + 0.2 * random.next()),
+        ];
+        let model = |b: f64| Oscillator::new(&[&given[..], &[("half backlash", b)]].concat()).unwrap();
+        let start = |b: f64| State::new(0.0, &[b + 0.2], &[0.0]);
+        let t_end = 3.0 * TAU / given[0].1;
+        let fine = |b: f64| Dop853::new().rtol(1e-15).atol(1e-12).end(&model(b), &start(b), t_end).unwrap();
+        let right = fine(10.0);
+        for b in [1e3, 1e5, 1e7, 1e8] {
+            let ends = [
+                ("Dop853", Dop853::new().rtol(1e-15).atol(1e-9).end(&model(b), &start(b), t_end)),
+                ("Rk45", Rk45::new().rtol(1e-15).atol(1e-9).end(&model(b), &start(b), t_end)),
+                ("Rk4", Rk4::new(1e-2).end(&model(b), &start(b), t_end)),
+                ("Taylor", Taylor::new().rtol(1e-15).atol(1e-12).end(&model(b), &start(b), t_end)),
+            ];
+            for (name, end) in ends {
+                let end = end.unwrap();
+                let off = (end.q[0] - b - (right.q[0] - 10.0)).abs().max((end.v[0] - right.v[0]).abs());
+                // The tolerances, and the rounding of a deflection of size b in up to 5000 steps: √5000 ε b, which
+                // the motion enlarges.
+                assert!(off < 1e-6 + 512.0 * f64::EPSILON * b, "case {case}, {name}, b = {b:e}: {off:e}");
+            }
+        }
+    }
+}
