@@ -3,7 +3,7 @@
 
 use super::super::report::{Kind, Report};
 use super::super::support::{Outcome, coarse, progress};
-use super::motions::{MEASURE, settled};
+use super::motions::{settled, turns};
 use gear_dynamics::analysis::Summary;
 use gear_dynamics::models::nfg::{NfgPair2, NfgReading};
 use gear_dynamics::ode::uniform_times;
@@ -13,8 +13,6 @@ use rayon::prelude::*;
 
 type Reading = (&'static str, fn() -> NfgReading);
 const READINGS: [Reading; 2] = [("published", NfgReading::published), ("exact", NfgReading::exact)];
-/// Resolution of the thresholds [rad/s]; 1 must be a multiple of it.
-const FINE: f64 = 0.5;
 
 fn solver() -> Dop853 {
     Dop853::new().rtol(1e-10).atol_each(&[1e-15, 1e-16])
@@ -33,12 +31,12 @@ struct Run {
     multiple: usize,
 }
 
-/// Settles from the static start and measures one period, or `MEASURE` turns if the motion does not repeat.
+/// Settles from the static start and measures one period, or so many [`turns`] if the motion does not repeat.
 fn measure(pair: &NfgPair) -> Outcome<Run> {
     let (state, cycle) = settled(pair, &pair.on_drive_flank()?)?;
     let start = cycle.as_ref().map_or(&state, |cycle| &cycle.states()[0]);
     let multiple = cycle.as_ref().map_or(0, |cycle| cycle.least_period_multiple());
-    let turns = if multiple > 0 { multiple } else { MEASURE };
+    let turns = if multiple > 0 { multiple } else { turns()[1] };
     let mut rattle = Rattle::new(pair);
     let mut statistics = Statistics::new(pair, &["q0", "elastic part", "deflection"])?;
     let mut both = (&mut rattle, &mut statistics);
@@ -63,7 +61,8 @@ fn run_at(reading: fn() -> NfgReading, speed: f64) -> Result<Run, String> {
 
 /// The speed sweep from the static start: each speed by itself.
 pub fn figures(report: &mut Report) -> Outcome<()> {
-    let step = if coarse() { 10.0 } else { 1.0 };
+    // Steps of the sweep, and the resolution of the thresholds [rad/s], which divides them.
+    let (step, fine) = if coarse() { (30.0, 15.0) } else { (1.0, 0.5) };
     let speeds: Vec<f64> =
         (0..).map(|i| 100.0 + step * f64::from(i)).take_while(|speed| *speed <= 250.0).collect();
     let bar = progress("speed sweep from rest", READINGS.len() * speeds.len());
@@ -87,10 +86,10 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         let threshold = |seen: &dyn Fn(&Run) -> bool| -> Result<String, String> {
             let Some(first) = runs.iter().position(seen) else { return Ok("nowhere".into()) };
             let mut upper = speeds[first];
-            while upper - FINE > speeds[first] - step && seen(&run_at(*reading, upper - FINE)?) {
-                upper -= FINE;
+            while upper - fine > speeds[first] - step && seen(&run_at(*reading, upper - fine)?) {
+                upper -= fine;
             }
-            Ok(format!("{}-{upper} rad/s", upper - FINE))
+            Ok(format!("{}-{upper} rad/s", upper - fine))
         };
         // The last speed at which the period is not 1.
         let last = runs.iter().rposition(|r| r.multiple != 1);

@@ -1,6 +1,6 @@
 //! Motions of the pair: by the harmonic balance of Liu 2021, and converged.
 
-use super::super::support::Outcome;
+use super::super::support::{Outcome, coarse};
 use gear_dynamics::analysis::{SettleError, Summary};
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
@@ -12,8 +12,9 @@ use gear_dynamics::{
 };
 
 /// Turns of the face gear for settling, and for measuring if the motion does not repeat.
-pub const SETTLE: usize = 200;
-pub const MEASURE: usize = 40;
+pub fn turns() -> [usize; 2] {
+    if coarse() { [20, 4] } else { [200, 40] }
+}
 
 /// Maximum number of turns of an orbit.
 const TURNS: usize = 8;
@@ -115,11 +116,11 @@ pub fn shooting() -> Shooting {
     Shooting::new().tolerance(1e-9).flow_tolerance(1e-13).max_iterations(16)
 }
 
-/// The state after a run of at most `SETTLE` turns from `start`, and the stable orbit of up to `TURNS` turns that
+/// The state after a run of at most so many [`turns`] from `start`, and the stable orbit of up to `TURNS` turns that
 /// shooting finds from there, if there is one. A run that has come near a return without settling is shot for the
 /// number of turns of its nearest return.
 pub fn settled(pair: &NfgPair, start: &State) -> Outcome<(State, Option<ShootingOrbit>)> {
-    let settle = Settle::new().tolerance(1e-5).max_periods(SETTLE).max_period_multiple(TURNS);
+    let settle = Settle::new().tolerance(1e-5).max_periods(turns()[0]).max_period_multiple(TURNS);
     let (state, multiple) = match settle.run(&solver(), pair, start) {
         Ok(steady) => (steady.state, Some(steady.period_multiple)),
         Err(SettleError::Aperiodic { last, .. }) => {
@@ -164,7 +165,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
     }
     let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q0", ELASTIC])?);
     let run =
-        solver().run(pair, &state, MEASURE as f64 * pair.period(), &mut (&mut rattle, &mut statistics))?;
+        solver().run(pair, &state, turns()[1] as f64 * pair.period(), &mut (&mut rattle, &mut statistics))?;
     Ok((motion(run.state, None), seen(&rattle, &statistics, "aperiodic")?))
 }
 

@@ -4,7 +4,7 @@
 use super::super::report::{Kind, Report};
 use super::super::support::{Outcome, progress};
 use super::motions::Point;
-use super::sweeps::{BRANCHES, READINGS, SWEEPS, follow, jumps, misses, onset, spans, trend};
+use super::sweeps::{BRANCHES, READINGS, SWEEPS, branches, follow, jumps, misses, onset, spans, trend};
 use gear_dynamics_plots::{Mark, Panel};
 use rayon::prelude::*;
 
@@ -37,7 +37,7 @@ fn gap_and_elastic(report: &mut Report, all: &[(Case, Line)], sweep: usize) -> O
 /// Figs. 11-15.
 pub fn figures(report: &mut Report) -> Outcome<()> {
     let runs: Vec<Case> = (0..SWEEPS.len())
-        .flat_map(|s| [2, 1, 0].into_iter().flat_map(move |r| (0..2).map(move |b| (s, r, b))))
+        .flat_map(|s| [2, 1, 0].into_iter().flat_map(move |r| (0..branches()).map(move |b| (s, r, b))))
         .collect();
     let bar = progress("sweeps", runs.iter().map(|&(s, r, _)| SWEEPS[s].intervals(r) + 1).sum());
     let points: Result<Vec<_>, String> = runs
@@ -51,7 +51,7 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         .collect();
     bar.finish_and_clear();
     let all = points?;
-    let of = |s: usize| (0..READINGS.len()).flat_map(move |r| (0..2).map(move |b| (s, r, b)));
+    let of = |s: usize| (0..READINGS.len()).flat_map(move |r| (0..branches()).map(move |b| (s, r, b)));
     let points = |case: Case| all.iter().find(|(other, _)| *other == case).map(|(_, points)| points);
     let (mut states, mut onsets, mut trends, mut misfits) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (s, sweep) in SWEEPS.iter().enumerate() {

@@ -2,10 +2,9 @@
 //! converged.
 
 use super::super::report::{Kind, Report};
-use super::super::support::Outcome;
+use super::super::support::{Outcome, coarse};
 use super::motions::{
-    MEASURE, Point, SETTLE, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point,
-    run, solver,
+    Point, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, solver, turns,
 };
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
@@ -42,11 +41,9 @@ fn converged_turn(pair: &NfgPair) -> Outcome<(FourierOrbit, Point, String)> {
     let (motion, point) = converged(pair, None)?;
     let turn = FourierOrbit::project(&solver(), pair, &motion.start, &many)?;
     if motion.cycle.is_none() {
-        return Ok((
-            turn,
-            point,
-            format!("no stable orbit by shooting after {SETTLE} turns: run of {MEASURE} more turns"),
-        ));
+        let [settle, measure] = turns();
+        let how = format!("no stable orbit by shooting after {settle} turns: run of {measure} more turns");
+        return Ok((turn, point, how));
     }
     let balance = Balance::new(Harmonics::up_to(600));
     let proof = balance.solve_to(pair, &turn, 2e-3, 1400)?;
@@ -76,7 +73,10 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         ("8", "unilateral", 160.0, 0.2),
         ("10", "bilateral", 180.0, 0.2),
         ("13b", "less vibration than Fig. 8", 160.0, 0.0),
-    ] {
+    ]
+    .into_iter()
+    .step_by(if coarse() { 3 } else { 1 })
+    {
         let params = NfgParams { speed, eccentric_ratio, ..NfgParams::table1() };
         let pair = pair(&params)?;
         let (orbit, way) = if eccentric_ratio == 0.0 {

@@ -24,8 +24,8 @@ pub fn roots(report: &mut Report, speeds: &[f64]) -> Outcome<()> {
 /// counts if Newton's method, started from it, remains there.
 fn roots_at(speed: f64) -> Outcome<Vec<Vec<String>>> {
     const TURNS: usize = 6;
-    const SHIFTED: u64 = 40;
-    let (in_gap, about_flank): (u64, u64) = if coarse() { (60, 60) } else { (600, 3000) };
+    let (in_gap, about_flank, shifted): (u64, u64, u64) =
+        if coarse() { (10, 10, 2) } else { (600, 3000, 40) };
     let starts_drawn = in_gap + about_flank;
     let pair = pair_at(speed)?;
     let (newton, broyden) = (paper()?, broyden()?);
@@ -69,14 +69,14 @@ fn roots_at(speed: f64) -> Outcome<Vec<Vec<String>>> {
             {
                 continue;
             }
-            for k in 0..SHIFTED {
-                let k = starts_drawn + SHIFTED * roots.len() as u64 + k;
-                let shifted = orbit
+            for k in 0..shifted {
+                let k = starts_drawn + shifted * roots.len() as u64 + k;
+                let changed = orbit
                     .coefficients(0)
                     .iter()
                     .enumerate()
                     .map(|(i, c)| c * (1.0 + 0.5 * draws.held(i as u64, k)));
-                starts.push(orbit_of(shifted.collect())?);
+                starts.push(orbit_of(changed.collect())?);
             }
             roots.push((paper_point(&pair, &orbit)?, orbit));
         }
@@ -111,7 +111,8 @@ fn pair_at(speed: f64) -> Outcome<NfgPair> {
 /// touches the back flank: from 25 N m downwards at 125 rad/s.
 pub fn load_limits(report: &mut Report) -> Outcome<()> {
     const STEP: f64 = 0.01;
-    let rows: Result<Vec<Vec<String>>, String> = [512, 1024, 2048, 16_384]
+    let numbers = if coarse() { vec![512, 1024] } else { vec![512, 1024, 2048, 16_384] };
+    let rows: Result<Vec<Vec<String>>, String> = numbers
         .par_iter()
         .map(|&samples| {
             let limits = || -> Outcome<(f64, f64, &str)> {

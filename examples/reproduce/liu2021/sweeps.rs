@@ -107,10 +107,9 @@ impl Sweep {
     pub fn speed_at(&self, x: f64) -> f64 {
         if self.speed.is_nan() { x } else { self.speed }
     }
-    /// Number of intervals of a reading; one sixth in a short run.
+    /// Number of intervals of a reading.
     pub fn intervals(&self, reading: usize) -> usize {
-        let intervals = self.intervals[reading.min(1)];
-        if coarse() { (intervals / 6).max(4) } else { intervals }
+        if coarse() { [4, 1][reading.min(1)] } else { self.intervals[reading.min(1)] }
     }
     pub fn value(&self, i: usize, intervals: usize) -> f64 {
         let x = self.from + (self.to - self.from) * i as f64 / intervals as f64;
@@ -130,6 +129,11 @@ pub const READINGS: [&str; 3] = ["P", "published", "exact"];
 const EXACT: usize = 2;
 
 pub const BRANCHES: [&str; 2] = ["up", "down"];
+
+/// Number of branches: upwards only in a short run.
+pub fn branches() -> usize {
+    if coarse() { 1 } else { BRANCHES.len() }
+}
 
 /// Follows the orbit of P from one value of the parameter to another, with halved steps if Newton fails;
 /// `None` at a fold.

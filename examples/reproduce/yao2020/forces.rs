@@ -1,7 +1,7 @@
 //! Figs. 11-13 of Yao 2020: the mesh force with constant and random mesh damping, torque and clearance.
 
 use super::super::report::{Kind, Report};
-use super::super::support::{Outcome, progress};
+use super::super::support::{Outcome, coarse, progress};
 use super::ring::{History, SETS, history, ring, solver, with_damping};
 use gear_dynamics::analysis::Summary;
 use gear_dynamics::drives::Noisy;
@@ -35,7 +35,7 @@ fn force<M: Model>(model: &M) -> Outcome<Force> {
     Ok(Force { peak: w.map(size), spring: kd.map(size), steady: w[1].peak_to_peak() })
 }
 
-/// Draws of each random disturbance.
+/// Draws of each random disturbance in a full run.
 const DRAWS: u64 = 16;
 
 /// A disturbance of the ring at 1000 r/min.
@@ -61,9 +61,13 @@ impl Disturbance {
         }
     }
 
-    /// Number of draws: one of a constant.
+    fn is_constant(&self) -> bool {
+        matches!(self, Disturbance::Constant(_))
+    }
+
+    /// Number of draws: one of a constant, and one in a short run.
     fn draws(&self) -> u64 {
-        if matches!(self, Disturbance::Constant(_)) { 1 } else { DRAWS }
+        if self.is_constant() || coarse() { 1 } else { DRAWS }
     }
 
     /// Runs the ring with the disturbance; random values are held for one mesh period.
@@ -107,6 +111,9 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
         Disturbance::Clearance(0.01),
         Disturbance::Clearance(0.1),
     ]);
+    if coarse() {
+        disturbances = disturbances.into_iter().step_by(5).collect();
+    }
     let cases: Vec<(&str, RingSet, Disturbance)> =
         SETS.iter().flat_map(|(name, set)| disturbances.iter().map(|d| (*name, set(1000.0), *d))).collect();
     let runs: Vec<(usize, u64)> = cases
@@ -139,20 +146,15 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
             Ok(())
         },
     );
-    let rows: Vec<Vec<String>> = cases
-        .iter()
-        .enumerate()
-        .map(|(i, (name, _, disturbance))| {
+    let rows = |constant: bool| -> Vec<Vec<String>> {
+        let wanted = cases.iter().enumerate().filter(|(_, case)| case.2.is_constant() == constant);
+        let row = |(i, (name, _, disturbance)): (usize, &(&str, RingSet, Disturbance))| {
             let mine = || runs.iter().zip(&forces).filter(move |(run, _)| run.0 == i).map(|(_, force)| force);
             // One value of a constant, the range of the draws of a random one.
             let cell = |of: fn(&Force) -> f64| {
                 let [least, most] =
                     mine().map(of).fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
-                if disturbance.draws() == 1 {
-                    format!("{least:.2}")
-                } else {
-                    format!("{least:.1}..{most:.1}")
-                }
+                if constant { format!("{least:.2}") } else { format!("{least:.1}..{most:.1}") }
             };
             vec![
                 (*name).to_owned(),
@@ -163,18 +165,20 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
                 cell(|f| f.spring[0]),
                 cell(|f| f.spring[1]),
             ]
-        })
-        .collect();
+        };
+        wanted.map(row).collect()
+    };
     #[rustfmt::skip]
     let header = ["set", "disturbance", "largest W, t < 7 s [N]", "largest W, t > 7 s [N]",
         "peak-to-peak of W, t > 7 s [N]", "largest K d, t < 7 s [N]", "largest K d, t > 7 s [N]"];
-    report.table("ring_force", Kind::Fixed, &header, &rows);
+    report.table("ring_force", Kind::Fixed, &header, &rows(true));
+    report.table("ring_force_random", Kind::Full, &header, &rows(false));
 
     let bare = ring(&RingSet::set_e(3, 1000.0))?;
     let hold = bare.period(); // one mesh period
     let process = HeldProcess::new(hold, Uniform::new(0.0, 1.0)?)?.seed(2020);
     let noisy = |gain: f64| with_damping(bare.clone(), gain, &process);
-    let channels = ["mesh force 0"];
+    let (channels, end) = (["mesh force 0"], if coarse() { 1.0 } else { 8.0 });
     let drawn = |label: &str, (times, values): History| {
         let panel = Panel::new(format!("set E, {label}"), "time t [s]", "mesh force W1 [N]")?;
         panel.series("", Mark::Line, times.into_iter().zip(values[0].iter().copied()))
@@ -184,10 +188,10 @@ pub fn figures(report: &mut Report) -> Outcome<()> {
     let held = Panel::new("Fig. 11: held values, first mesh", "number of the hold [1]", "C_D [N s/m]")?;
     let panels = [
         held.series("", Mark::Specks, values)?,
-        drawn("C_D = 0", history(&bare, &channels, 8.0, 1e-4)?)?,
-        drawn("C_D = 0.5 N s/m", history(&constant, &channels, 8.0, 1e-4)?)?,
-        drawn("C_D = U(0,1) N s/m", history(&noisy(1.0)?, &channels, 8.0, 1e-4)?)?,
-        drawn("C_D = U(0,1) C_g", history(&noisy(c_g)?, &channels, 8.0, 1e-4)?)?,
+        drawn("C_D = 0", history(&bare, &channels, end, 1e-4)?)?,
+        drawn("C_D = 0.5 N s/m", history(&constant, &channels, end, 1e-4)?)?,
+        drawn("C_D = U(0,1) N s/m", history(&noisy(1.0)?, &channels, end, 1e-4)?)?,
+        drawn("C_D = U(0,1) C_g", history(&noisy(c_g)?, &channels, end, 1e-4)?)?,
     ];
     report.picture("fig11_13_mesh_force.svg", 2, panels);
     Ok(())
