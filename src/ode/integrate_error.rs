@@ -83,8 +83,12 @@ pub enum IntegrateError {
         /// What has no series.
         what: &'static str,
     },
-    /// The acceleration has no Taylor series at an instant, and steps towards it shrink to nothing.
-    #[error("the steps of the Taylor series shrink to nothing at t = {t:?}, because of {what}")]
+    /// The acceleration has no Taylor series at an instant, and steps towards it shrink to nothing; or its
+    /// coefficients overflow, as those of e^x do above x = 700.
+    #[error(
+        "the steps of the Taylor series shrink to nothing at t = {t:?}, because of {what} or of coefficients that \
+         overflow: use Dop853"
+    )]
     NoSeriesAt {
         /// The time reached.
         t: f64,
