@@ -27,6 +27,7 @@ mod chunks_and_resuming;
 mod closed_forms;
 mod coordinate_storage;
 mod densities;
+mod doubled_tori;
 mod edges_at_step_ends;
 mod edges_beside_edges;
 mod ensembles;

@@ -1,6 +1,7 @@
 //! The checks.
 
 mod branches;
+mod closed;
 mod drives;
 mod engines;
 mod forms;
@@ -16,6 +17,7 @@ use crate::Check;
 pub fn all() -> impl Iterator<Item = &'static Check> {
     [
         &branches::CHECKS[..],
+        &closed::CHECKS,
         &drives::CHECKS,
         &engines::CHECKS,
         &forms::CHECKS,

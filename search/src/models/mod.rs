@@ -1,6 +1,9 @@
 //! Random models.
 
+pub mod balls;
 pub mod chain;
+pub mod flanks;
 pub mod pair;
 pub mod symmetric;
+pub mod tones;
 pub mod two_stage;

@@ -21,6 +21,10 @@ pub(crate) struct Engine<C> {
 /// A correction below this that no longer decreases is noise of the integration.
 const NOISE: f64 = 1e-9;
 
+/// Number of rounding errors of an unknown, as a share of its range, that a correction may consist of.
+/// Coordinates far larger than their motion have corrections of this noise.
+const ROUNDINGS: f64 = 16.0;
+
 /// Residual, in units of the motion, below which corrections that no longer decrease are noise even if they
 /// are larger; [`ShootingOrbit::accuracy`](crate::periodic::ShootingOrbit::accuracy) tells their size.
 const NOISY: f64 = 1e-10;
@@ -161,12 +165,14 @@ impl<C: Curve> Engine<C> {
             let solved = self.at_crossing && residual <= SOLVED;
             // The noise of an integration over hundreds of edges, amplified by the equations.
             let noisy = residual <= NOISY && size <= UNSTEADY;
+            let rounding = (0..n).fold(0.0, |m: f64, i| m.max(x[i].abs() / from.units[i])) * count;
+            let noise = NOISE.max((ROUNDINGS * f64::EPSILON * rounding).min(UNSTEADY));
             let is_last = !self.at_crossing && size <= self.curve.last_correction();
             if is_last {
                 step.rows(0, n).iter().enumerate().for_each(|(i, step)| x[i] += step * from.units[i]);
                 p += step[n] * from.units[n];
             }
-            if is_last || size <= self.tolerance || solved || (stalled && (size <= NOISE || noisy)) {
+            if is_last || size <= self.tolerance || solved || (stalled && (size <= noise || noisy)) {
                 let ahead = DVector::from_fn(n + 1, |i, _| if i == n { 1.0 } else { 0.0 });
                 let tangent = bordered.solve(ahead).normalize();
                 let (sign, logarithm, units) = (bordered.sign, bordered.logarithm, from.units.clone());
