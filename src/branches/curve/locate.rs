@@ -208,16 +208,18 @@ impl<C: Curve> Engine<C> {
     }
 
     /// A distance between two others at which `test` has the opposite sign, and its value; `None` if none is
-    /// found. The extremum of the test is approached by parabolas, as long as they come near to 0.
+    /// found. The extremum of the test is approached by parabolas, as long as they come near to 0. Where it
+    /// is known to lie inside, `turned` is a guess of its place, and they go on to the end.
     pub(crate) fn dip_between(
         &mut self,
         between: &Between<'_, C::Solution>,
         [from, to]: [[f64; 2]; 2],
+        turned: Option<f64>,
         test: &mut Test<'_, C>,
     ) -> Result<Option<[f64; 2]>, CurveError> {
         let (sign, width) = (from[1].signum(), to[0] - from[0]);
         let (mut ends, mut inner) = ([from, to], None);
-        let mut next = 0.5 * (from[0] + to[0]);
+        let mut next = turned.unwrap_or(0.5 * (from[0] + to[0]));
         for _ in 0..PARABOLAS {
             let point = self.point_at(between, next)?;
             let Some(value) = test(self, &point) else { break };
@@ -240,7 +242,8 @@ impl<C: Curve> Engine<C> {
             let least = y0.abs().min(y1.abs()).min(y2.abs());
             next = x1 + vertex;
             let is_new = [x0, x1, x2].iter().all(|x| (next - x).abs() > CLOSEST * width);
-            if !(curvature * sign > 0.0 && x0 < next && next < x2 && is_new && sign * lowest < 0.5 * least) {
+            let is_low = turned.is_some() || sign * lowest < 0.5 * least;
+            if !(curvature * sign > 0.0 && x0 < next && next < x2 && is_new && is_low) {
                 break;
             }
         }

@@ -155,7 +155,7 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         }
         let [from, to] = [[a.sigma, from.distance], [b.sigma, to.distance]];
         let test = &mut distance_of(extremum);
-        let inside = match self.engine.dip_between(self.between, [from, to], test) {
+        let inside = match self.engine.dip_between(self.between, [from, to], None, test) {
             Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
             Err(_) | Ok(None) => return Ok(()), // nothing shows that the sign of the distance changes
             Ok(Some(inside)) => inside,

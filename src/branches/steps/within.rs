@@ -102,8 +102,48 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             if self.found.len() == found {
                 self.search_dips(&near_zero(&places, k), places[k], places[k + 1])?;
             }
+            // The part beside the far end.
+            let inner = match k {
+                0 if b.grazes => places[1],
+                k if k + 1 == PARTS_BESIDE && a.grazes => places[k],
+                _ => continue,
+            };
+            if self.found.len() == found {
+                for (change, lowest) in self.turned(inner, far)? {
+                    self.search_dip(change, Some(lowest), places[k], places[k + 1])?;
+                }
+            }
         }
         Ok(())
+    }
+
+    /// The changes whose tests fall towards 0 from `inner` to `far` and rise again before `far`, with a guess
+    /// of the place of their least value. Beside the next grazing a test turns over a part of the step, which
+    /// no parabola through distant values shows. One orbit beside `far` tells it; only tests that lose half of
+    /// their value are asked.
+    fn turned(
+        &mut self,
+        inner: &Place<C::Solution>,
+        far: &Place<C::Solution>,
+    ) -> Result<Vec<(Change, f64)>, CurveError> {
+        let falls = |change: &Change| match [inner, far].map(|place| value(*change, place)) {
+            [Some(from), Some(to)] => from * to > 0.0 && to.abs() < 0.5 * from.abs(),
+            _ => false,
+        };
+        let falling: Vec<Change> = Change::ALL.into_iter().filter(falls).collect();
+        if falling.is_empty() {
+            return Ok(Vec::new());
+        }
+        let beside = self.at(far.sigma + ASIDE * (inner.sigma - far.sigma))?;
+        let lowest = |change: Change| {
+            let [from, near, to] = [inner, &beside, far].map(|place| value(change, place));
+            let (from, near, to) = (from?.abs(), near?.abs(), to?.abs());
+            // The parabola with the values at both ends and the slope at the far one, over the length 1.
+            let slope = (to - near) / ASIDE;
+            let place = 0.5 * slope / (from - to + slope);
+            (slope > 0.0).then_some((change, far.sigma + place * (inner.sigma - far.sigma)))
+        };
+        Ok(falling.into_iter().filter_map(lowest).collect())
     }
 
     /// Locates the bifurcations between two places, each in an interval of its own. The stretches on both
@@ -265,20 +305,30 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         a: &Place<C::Solution>,
         b: &Place<C::Solution>,
     ) -> Result<(), CurveError> {
-        for change in changes {
-            let [Some(from), Some(to)] = [a, b].map(|place| value(*change, place)) else { continue };
-            if from * to <= 0.0 {
-                continue;
-            }
-            let [from, to] = [[a.sigma, from], [b.sigma, to]];
-            match self.engine.dip_between(self.between, [from, to], &mut test_of(*change)) {
-                Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
-                Err(_) | Ok(None) => {} // nothing shows that the sign of the test changes
-                Ok(Some(inside)) => {
-                    for ends in [[from, inside], [inside, to]] {
-                        if let Zero::Nothing = self.locate(*change, ends.map(Some))? {
-                            self.unexplained.push(change.unlocated());
-                        }
+        changes.iter().try_for_each(|change| self.search_dip(*change, None, a, b))
+    }
+
+    /// Searches for a test that changes its sign twice. `turned`: a guess of its least value, if it has one
+    /// inside.
+    fn search_dip(
+        &mut self,
+        change: Change,
+        turned: Option<f64>,
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+    ) -> Result<(), CurveError> {
+        let [Some(from), Some(to)] = [a, b].map(|place| value(change, place)) else { return Ok(()) };
+        if from * to <= 0.0 {
+            return Ok(());
+        }
+        let [from, to] = [[a.sigma, from], [b.sigma, to]];
+        match self.engine.dip_between(self.between, [from, to], turned, &mut test_of(change)) {
+            Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
+            Err(_) | Ok(None) => {} // nothing shows that the sign of the test changes
+            Ok(Some(inside)) => {
+                for ends in [[from, inside], [inside, to]] {
+                    if let Zero::Nothing = self.locate(change, ends.map(Some))? {
+                        self.unexplained.push(change.unlocated());
                     }
                 }
             }
