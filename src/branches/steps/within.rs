@@ -119,8 +119,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
 
     /// The changes whose tests fall towards 0 from `inner` to `far` and rise again before `far`, with a guess
     /// of the place of their least value. Beside the next grazing a test turns over a part of the step, which
-    /// no parabola through distant values shows. One orbit beside `far` tells it; only tests that lose half of
-    /// their value are asked.
+    /// no parabola through distant values shows. One orbit beside `far` tells it; only tests that lose half
+    /// of their value are asked.
     fn turned(
         &mut self,
         inner: &Place<C::Solution>,
