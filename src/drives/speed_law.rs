@@ -271,6 +271,10 @@ impl LawOfBody {
     fn acceleration(&self, t: f64, side: Side) -> f64 {
         self.ratio * self.law.acceleration(t, side)
     }
+    /// φ and φ' t.
+    fn place(&self, t: f64) -> [f64; 2] {
+        [self.angle(t), self.speed(t) * t]
+    }
     fn expanded(&self, t: Series) -> [Series; 3] {
         self.law.expanded(t).map(|of_body| of_body * self.ratio)
     }
@@ -282,20 +286,21 @@ impl LawOfBody {
     }
 }
 
-/// The angles aside `[rad]` between which all edges lie on φ: φ ± max(1e-9, 64 ε |φ|) with ε = 2.2e-16. The
-/// second term exceeds the rounding of a large angle, in the waves, too.
+/// The angles aside `[rad]` between which all edges lie on φ: φ ± max(1e-9, 64 ε |φ|, 64 ε |φ' t|) with ε =
+/// 2.2e-16. The second term exceeds the rounding of a large angle, in the waves, too; the third one that of a
+/// late time, so that the time of an edge ahead is later than t.
 ///
 /// One rule decides for an angle and an edge: the edges that the shape gives after the angle ahead are
 /// announced, and where others lie between the two angles, the values after φ are those at the angle ahead.
 /// Both ask the shape at the same number. So no distance falls between the two cases.
-fn aside(angle: f64) -> [f64; 2] {
-    let near = (64.0 * f64::EPSILON * angle.abs()).max(1e-9);
+fn aside([angle, turned]: [f64; 2]) -> [f64; 2] {
+    let near = (64.0 * f64::EPSILON * angle.abs().max(turned.abs())).max(1e-9);
     [angle - near, angle + near]
 }
 
-/// The angle, or the angle aside if edges lie on it.
-fn beside_edges<G: Shape>(model: &Machine<G>, angle: f64, side: Side) -> f64 {
-    let [behind, ahead] = aside(angle);
+/// The angle φ of [φ, φ' t], or the angle aside if edges lie on it.
+fn beside_edges<G: Shape>(model: &Machine<G>, place: [f64; 2], side: Side) -> f64 {
+    let ([angle, _], [behind, ahead]) = (place, aside(place));
     let first = model.shape().next_edge(behind);
     match side {
         _ if first.is_none() || first == model.shape().next_edge(ahead) => angle,
@@ -306,7 +311,7 @@ fn beside_edges<G: Shape>(model: &Machine<G>, angle: f64, side: Side) -> f64 {
 
 impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
     fn drive(&self, model: &Machine<G>, t: f64, side: Side, u: &mut [f64]) {
-        let angle = beside_edges(model, self.angle(t), side);
+        let angle = beside_edges(model, self.place(t), side);
         model.drive_at(angle, side, self.speed(t), self.acceleration(t, side), u);
     }
     fn changes(&self, model: &Machine<G>, drive: usize) -> bool {
@@ -315,7 +320,7 @@ impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
     }
     fn series(&self, model: &Machine<G>, t: f64, coefficients: usize, u: &mut [Series]) {
         let [angle, speed, acceleration] = self.expanded(Series::variable(t, 1.0, coefficients));
-        let moved = beside_edges(model, angle.at(0.0), Side::After);
+        let moved = beside_edges(model, [angle.at(0.0), speed.at(0.0) * t], Side::After);
         model.drive_at(angle.moved_to(moved), Side::After, speed, acceleration, u);
         let ahead = (moved - angle.at(0.0)) / speed.at(0.0);
         if ahead != 0.0 {
@@ -324,9 +329,8 @@ impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
         }
     }
     fn next_edge(&self, model: &Machine<G>, t: f64) -> Option<f64> {
-        let [_, ahead] = aside(self.angle(t));
-        // The time of an edge ahead may be rounded to t.
-        let edge = model.shape().next_edge(ahead).map(|edge| self.time(edge).max(t.next_up()));
+        let [_, ahead] = aside(self.place(t));
+        let edge = model.shape().next_edge(ahead).map(|edge| self.time(edge));
         earlier(edge, self.next_knot(t))
     }
 }

@@ -3,10 +3,10 @@
 
 use crate::contact::Piece;
 use crate::model::{Model, State};
-use crate::ode::edges::arrival::{note_jumps, stalled, step_on_edge, step_to_edge};
+use crate::ode::edges::arrival::{note_jumps, step_on_edge, step_to_edge};
 use crate::ode::edges::exit::{Found, Share};
 use crate::ode::edges::passage::Passage;
-use crate::ode::edges::undeclared::Undeclared;
+use crate::ode::edges::staying::Undeclared;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::step::{Observer, Step, StepView};
@@ -66,8 +66,10 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         let aim = run.pace.aim::<T>(t, stop);
         if T::ADAPTIVE && aim - t <= RESOLUTION * t.abs() && aim < stop {
             // If the last attempts gave no finite result, the cause is the model and not the tolerance.
-            let underflow = IntegrateError::StepUnderflow { t, h: aim - t };
-            return Err(if run.retreats > 0 { not_finite::<T, M, V>(&run.e) } else { underflow });
+            return Err(match run.retreats {
+                0 => run.undeclared.underflow(&run.e, aim - t),
+                _ => not_finite::<T, M, V>(&run.e),
+            });
         }
         run.e.aim(aim);
         if !T::ADAPTIVE {
@@ -167,7 +169,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     ) -> Result<Self, IntegrateError> {
         let atol = rule.check(2 * model.dof())?;
         let mut e = Engine::<M, V>::new::<T>(model, start);
-        let passage = Passage::begin(&mut e.ends, t_end, LOCATE)?;
+        e.ends.atol.clone_from(&atol);
+        let passage = Passage::begin(&mut e.ends, t_end, LOCATE, &atol)?;
         e.on_fixed_pieces = LOCATE && model.offers().pieces;
         e.derivative_at_start();
         if let Some(component) = e.k[0].slice().iter().position(|x| !x.is_finite()) {
@@ -185,7 +188,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 StepEnds::new::<T>(start.t, h, Some(tolerances))
             }
         };
-        let undeclared = Undeclared::new(2 * model.dof(), pace.h, start.t);
+        let undeclared = Undeclared::new(&e.ends.u_stage, 2 * model.dof(), pace.h, start.t);
         Ok(Run { e, pace, passage, retreats: 0, stalls: Stalls::default(), undeclared })
     }
 
@@ -253,7 +256,11 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                             pace.h = STALLED * made;
                             return Ok(Verdict::Repeat);
                         }
-                        arrived => arrived.map_err(|error| stalled(error, e))?,
+                        Err(stall) => {
+                            passage.check_tolerance(&e.ends, exit.contact)?;
+                            return Err(stall);
+                        }
+                        Ok(()) => {}
                     }
                 }
                 passage.cross(&mut e.ends, exit)?;
@@ -271,7 +278,11 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                         passage.locator.still.fill(0);
                         passage.locator.classify(&mut e.ends, true);
                     }
-                    left => left.map_err(|error| stalled(error, e))?,
+                    Err(stall) => {
+                        passage.check_tolerance(&e.ends, exit.contact)?;
+                        return Err(stall);
+                    }
+                    Ok(()) => {}
                 }
                 e.derivative_at_start();
                 return Ok(Verdict::Repeat);

@@ -119,6 +119,22 @@ pub enum IntegrateError {
         /// Index of the acceleration that jumps, from 0.
         acceleration: usize,
     },
+    /// The time is so late that its rounding, ε |t| with ε = 2.2e-16, changes the accelerations through the
+    /// drives by more than the tolerance of a step allows: the steps of an adaptive solver stay short. A
+    /// model that repeats has the same motion from an earlier start, by whole periods.
+    #[error(
+        "at t = {t:?} the time is resolved to {resolution:e} only, and the drives change the motion within it by \
+         {change:e} tolerances of a step: start whole periods earlier, as `Settle` and `Shooting` do, use fixed \
+         steps or `Taylor`, or loosen the tolerance"
+    )]
+    LateTime {
+        /// The time reached.
+        t: f64,
+        /// Rounding of the time.
+        resolution: f64,
+        /// Effect of the rounding on a velocity at the end of the step, in tolerances `[1]`.
+        change: f64,
+    },
     /// The run reached the maximum number of steps, rejected steps included.
     #[error("the limit of {limit} steps was reached at t = {t:?}: raise max_steps, or loosen the tolerance")]
     TooManySteps {

@@ -122,3 +122,98 @@ fn edges_under_a_speed_law_are_all_met() {
         compare(&VaryingSpeed::new(machine, law), end, expected, 1e-7, case);
     }
 }
+
+/// φ = ω (t + a sin(ft)/f): the times of the angles follow from `SpeedLaw::time`, whose residual is checked.
+#[test]
+fn edges_under_a_fluctuating_speed_are_all_met() {
+    let mut random = Random(79);
+    for case in 0..500 {
+        let (pulses, common) = beside(&mut random, 1e-13, 1e-8);
+        let (speed, swing, frequency) =
+            (0.5 + 3.0 * random.next(), 0.95 * random.next(), 0.3 + 5.0 * random.next());
+        let law = SpeedLaw::fluctuation(speed, swing, frequency).unwrap();
+        let time = |angle: f64| {
+            let t = law.time(angle);
+            let back = speed * (t + swing * (frequency * t).sin() / frequency);
+            assert!((back - angle).abs() < 1e-13 * (1.0 + angle.abs()), "{case}: {back} {angle}");
+            t
+        };
+        let (expected, end) = (pulses.integral(common + 1.5, time), time(common + 1.5));
+        let machine = Machine::of_constants(pulses, &[("speed", 1.0)]).unwrap();
+        // Values beside an edge are those within 1e-9 rad, at the lowest speed 0.025 rad/s for 4e-8 s.
+        compare(&VaryingSpeed::new(machine, law.clone()), end, expected, 2e-7, case);
+    }
+}
+
+/// After 10⁶ s at 1 rad/s the speed rises to 10⁴ rad/s: the last digit of the time is then 10⁻⁶ rad.
+#[test]
+fn edges_closer_than_the_digits_of_a_late_time_are_met() {
+    let mut random = Random(80);
+    for case in 0..50 {
+        let (pulses, common) = beside(&mut random, 1e-13, 1e-8);
+        let (late, fast, slow) = (1e6, 1e4, 1.0);
+        let law = SpeedLaw::table(&[0.0, late, late + 1.0], &[slow, slow, fast]).unwrap();
+        let turned = slow * late + 0.5 * (slow + fast);
+        let end = late + 1.0 + 40.0 * (common + 1.5) / fast;
+        let from = late + 1.0 + 10.0 / fast;
+        let time = |angle: f64| late + 1.0 + (angle - turned) / fast;
+        let whole =
+            |t: f64| pulses.integral(turned + fast * (t - late - 1.0), |angle| time(angle) - time(0.0));
+        let expected = whole(end) - whole(from);
+        let machine = Machine::of_constants(pulses.clone(), &[("speed", 1.0)]).unwrap();
+        let model = VaryingSpeed::new(machine, law);
+        let start = State::new(from, &[0.0], &[0.0]);
+        for state in
+            [Taylor::new().end(&model, &start, end).unwrap(), Dop853::new().end(&model, &start, end).unwrap()]
+        {
+            // Three waves with up to 6 edges pairs a turn, each off by the digits of the time, 1.2e-10 s.
+            let off = (state.v[0] - expected).abs();
+            assert!(off < 1e-8 * (1.0 + common), "case {case}: {} for {expected}", state.v[0]);
+        }
+    }
+}
+
+/// Rows in lanes: v at the end is the largest v.
+#[test]
+fn lanes_meet_edges_beside_edges() {
+    let mut random = Random(81);
+    for case in 0..60 {
+        let (pulses, _) = beside(&mut random, 1e-14, if case % 2 == 0 { 1e-12 } else { 1e-8 });
+        let machine = Machine::of_constants(pulses.clone(), &[("speed", 1.0)]).unwrap();
+        let points = Points::from(Axis::linear("speed", 0.5, 3.5, 8).unwrap());
+        let sweep = Sweep::new(points).settle(1).measure(3).channels(&["v0"]);
+        let engine = LaneTaylor::new(Taylor::new());
+        let family = |p: &Point<'_>| machine.with("speed", p["speed"]);
+        let rows = sweep.of(&engine, family).start(|_, _| State::at_rest(1)).run().unwrap();
+        assert!(rows.errors().is_empty(), "{case}: {:?}", rows.errors());
+        for (i, row) in rows.iter().enumerate() {
+            let speed = 0.5 + 3.0 * i as f64 / 7.0;
+            let expected = pulses.integral(4.0 * TAU, |angle| angle / speed);
+            let found = row.channel("v0").unwrap().max;
+            assert!((found - expected).abs() < 1e-9, "case {case}, {i}: {found} for {expected}");
+        }
+    }
+}
+
+/// Waves of other shafts, with edges beside those of the machine.
+#[test]
+fn edges_of_other_shafts_are_all_met() {
+    let mut random = Random(82);
+    for case in 0..500 {
+        let (pulses, common) = beside(&mut random, 1e-14, 1e-8);
+        let speed = 0.5 + 3.0 * random.next();
+        // A wave of a further shaft on the slot of the first wave, with an edge beside those at `common`.
+        let (other, share) = (0.5 + 3.0 * random.next(), 0.2 + 0.6 * random.next());
+        let apart = 1e-14 * 1e6f64.powf(random.next()) * if random.next() < 0.5 { 1.0 } else { -1.0 };
+        let at = other * common / speed + apart;
+        let phase = (PI * share - at).rem_euclid(TAU);
+        let added = Pulses::new(&[(1, phase, share)]);
+        let end = (common + 1.5) / speed;
+        let expected = pulses.integral(common + 1.5, |angle| angle / speed)
+            + added.integral(other * end, |angle| angle / other);
+        let machine = Machine::of_constants(pulses, &[("speed", speed)]).unwrap();
+        let model =
+            gear_dynamics::tori::WithShafts::new(machine).add(0, other, added.waves[0].clone()).unwrap();
+        compare(&model, end, expected, 1e-9, case);
+    }
+}

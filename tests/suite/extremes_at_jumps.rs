@@ -252,3 +252,42 @@ fn branches_show_both_sides_of_a_jump() {
         compare("balance", &branch.points()[0].summaries[0], exact, 1e-2);
     }
 }
+
+/// The channel is 10 (t - floor(t)) + 0.5 q, which jumps by -10 at whole times.
+struct Saw;
+
+impl Model for Saw {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = 0.0;
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        let whole = if side == Side::Before { t.ceil() - 1.0 } else { t.floor() };
+        u[0] = t - whole;
+    }
+    fn next_edge(&self, t: f64) -> Option<f64> {
+        Some(t.floor() + 1.0)
+    }
+    fn channels(&self) -> Vec<Channel> {
+        vec![Channel::new("saw", "1")]
+    }
+    fn write_channels(&self, u: &[f64], q: &[f64], _: &[f64], _: &[Contact], out: &mut [f64]) {
+        out[0] = 10.0 * u[0] + 0.5 * q[0];
+    }
+}
+
+/// An ensemble at an instant has the values before a jump, at the start those after it; its peaks have both sides.
+#[test]
+fn an_ensemble_at_a_jump_has_the_values_before_it() {
+    let member = |_: u64| Ok::<_, ParameterError>((Saw, State::new(0.0, &[-20.0], &[-1.0])));
+    let ensemble = Ensemble::new(3, 2.0, 4).unwrap().channels(&["saw"]).peaks(&["saw"]);
+    let bands = ensemble.run(&Dop853::new(), member).unwrap();
+    for (i, expected) in [-10.0, -5.25, -0.5, -5.75, -1.0].into_iter().enumerate() {
+        let value = bands.at("saw", i).unwrap();
+        assert!((value.min() - expected).abs() < 1e-9 && (value.max() - expected).abs() < 1e-9, "{i}");
+    }
+    // |x| is largest after the jump at t = 1.
+    assert!((bands.peak("saw").unwrap().max() - 10.5).abs() < 1e-9);
+}

@@ -33,6 +33,31 @@ impl Bodies {
         let pairs: Vec<_> = (1..masses.len()).map(|i| [Some(i - 1), Some(i)]).collect();
         Bodies::new(masses, &pairs, e)
     }
+    /// Random bodies in a tree, some pairs with two contacts, and velocities; some of them are equal.
+    fn random(random: &mut Random, case: usize) -> (Self, Vec<f64>) {
+        let n = 2 + (random.next() * 5.0) as usize;
+        let masses: Vec<f64> = (0..n).map(|_| 10f64.powf(2.0 * random.next() - 1.0)).collect();
+        let mut pairs = Vec::new();
+        for b in 1..n {
+            let a = if random.next() < 0.5 { b - 1 } else { (random.next() * b as f64) as usize };
+            pairs.push([Some(a), Some(b)]);
+        }
+        // A second contact of a pair that has one already.
+        if random.next() < 0.3 {
+            pairs.push(pairs[0]);
+        }
+        let grid = |random: &mut Random| match random.next() < 0.4 {
+            true => (random.next() * 4.0).floor() - 2.0,
+            false => 4.0 * random.next() - 2.0,
+        };
+        let v: Vec<f64> = (0..n).map(|_| grid(random)).collect();
+        let e = [1.0, 0.0, random.next(), 0.9][(random.next() * 4.0) as usize];
+        let mut bodies = Bodies::new(&masses, &pairs, e);
+        if case % 2 == 0 {
+            bodies.restitution.iter_mut().for_each(|e| *e = random.next());
+        }
+        (bodies, v)
+    }
     fn machine(&self) -> Machine<Bodies> {
         Machine::of_constants(self.clone(), &[("speed", 1.0)]).unwrap()
     }
@@ -203,48 +228,16 @@ fn equal_members_of_a_set_stay_equal() {
 #[test]
 fn random_impacts_keep_momentum_and_lose_energy() {
     let mut random = Random(481);
-    let (mut several, mut refused) = (0, 0);
+    let mut several = 0;
     for case in 0..3000 {
-        let n = 2 + (random.next() * 5.0) as usize;
-        let masses: Vec<f64> = (0..n).map(|_| 10f64.powf(2.0 * random.next() - 1.0)).collect();
-        let mut pairs = Vec::new();
-        for b in 1..n {
-            let a = if random.next() < 0.5 { b - 1 } else { (random.next() * b as f64) as usize };
-            pairs.push([Some(a), Some(b)]);
-        }
-        // A second contact of a pair that has one already.
-        if random.next() < 0.3 {
-            pairs.push(pairs[0]);
-        }
-        let grid = |random: &mut Random| match random.next() < 0.4 {
-            true => (random.next() * 4.0).floor() - 2.0,
-            false => 4.0 * random.next() - 2.0,
-        };
-        let v: Vec<f64> = (0..n).map(|_| grid(&mut random)).collect();
-        let e = [1.0, 0.0, random.next(), 0.9][(random.next() * 4.0) as usize];
-        let mut bodies = Bodies::new(&masses, &pairs, e);
-        if case % 2 == 0 {
-            bodies.restitution.iter_mut().for_each(|e| *e = random.next());
-        }
+        let (bodies, v) = Bodies::random(&mut random, case);
         // All touch at the start: the impacts happen at the start of the run.
         let machine = bodies.machine();
+        let n = bodies.masses.len();
         let start = State::new(0.0, &vec![0.0; n], &v);
-        let end = match Dop853::new().end(&machine, &start, 1e-3) {
-            Ok(end) => end,
-            // Some sets that touch at the start of a run are refused although their impacts end: rounding that the
-            // first impacts leave counts as an approach. A refusal is not a wrong motion; the bound counts them.
-            Err(
-                IntegrateError::RestsOnStop { .. }
-                | IntegrateError::TooManyImpacts { .. }
-                | IntegrateError::EdgeStall { .. },
-            ) => {
-                refused += 1;
-                continue;
-            }
-            Err(error) => panic!("case {case}: {error}"),
-        };
+        let end = Dop853::new().end(&machine, &start, 1e-3).unwrap_or_else(|e| panic!("case {case}: {e}"));
         let [before, after] = [&v, &end.v].map(|v| bodies.sums(v));
-        let size: f64 = masses.iter().zip(&v).map(|(m, v)| m * v.abs()).sum();
+        let size: f64 = bodies.masses.iter().zip(&v).map(|(m, v)| m * v.abs()).sum();
         assert!((after[0] - before[0]).abs() <= 1e-12 * size, "case {case}: momentum");
         assert!(after[1] <= before[1] * (1.0 + 1e-12), "case {case}: energy {before:?} {after:?}");
         if bodies.restitution.iter().all(|e| *e == 1.0) {
@@ -253,17 +246,48 @@ fn random_impacts_keep_momentum_and_lose_energy() {
                 "case {case}: energy {before:?} {after:?}"
             );
         }
-        let fastest = (0..pairs.len()).fold(0.0f64, |m, i| m.max(-bodies.rate(i, &v)));
-        several += usize::from((0..pairs.len()).filter(|i| bodies.rate(*i, &v) < 0.0).count() > 1);
-        for i in 0..pairs.len() {
+        let pairs = bodies.pairs.len();
+        let fastest = (0..pairs).fold(0.0f64, |m, i| m.max(-bodies.rate(i, &v)));
+        several += usize::from((0..pairs).filter(|i| bodies.rate(*i, &v) < 0.0).count() > 1);
+        for i in 0..pairs {
             assert!(
                 bodies.rate(i, &end.v) >= -1e-12 * (1.0 + fastest),
                 "case {case}: contact {i} approaches"
             );
         }
     }
-    println!("{several} sets with several impacts, {refused} refused");
-    assert!(several > 1000 && refused < 60, "{several} {refused}");
+    assert!(several > 1000, "{several}");
+}
+
+/// Bodies that touch at the start leave one another for good: all methods, and rows in lanes, have the velocities
+/// after the impacts at the start. Bodies that stay together by e = 0 are not moved onto one another by rounding.
+#[test]
+fn bodies_that_touch_at_a_start_leave_one_another() {
+    let mut random = Random(482);
+    for case in 0..400 {
+        let (bodies, mut v) = Bodies::random(&mut random, case);
+        let drift = if case % 3 == 0 { 1e3 * random.next() } else { 0.0 };
+        v.iter_mut().for_each(|v| *v += drift);
+        let (machine, n) = (bodies.machine(), bodies.masses.len());
+        let start = State::new(0.0, &vec![0.0; n], &v);
+        let first = Dop853::new().end(&machine, &start, 1e-3).unwrap_or_else(|e| panic!("case {case}: {e}"));
+        let size = v.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        for (method, end) in ends(&machine, &start, 30.0).into_iter().enumerate() {
+            let off = end.v.iter().zip(&first.v).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+            assert!(off <= 1e-11 * size, "case {case}, method {method}: {:?} {:?}", end.v, first.v);
+        }
+        let sweep = Sweep::new(Points::from(Axis::linear("speed", 1.0, 2.0, 2).unwrap()));
+        let sweep = sweep.settle(1).measure(1).channels(&["v0"]);
+        let engine = LaneTaylor::new(Taylor::new());
+        let family = |p: &Point<'_>| machine.with("speed", p["speed"]);
+        let rows = sweep.of(&engine, family).start(|_, _| start.clone()).run().unwrap();
+        assert!(rows.errors().is_empty(), "case {case}: {:?}", rows.errors());
+        for row in rows.iter() {
+            let found = row.channel("v0").unwrap();
+            let off = (found.max - first.v[0]).abs().max((found.min - first.v[0]).abs());
+            assert!(off <= 1e-11 * size, "case {case}: {found:?} {:?}", first.v);
+        }
+    }
 }
 
 #[test]

@@ -16,6 +16,10 @@ use std::f64::consts::TAU;
 /// is sampled at equal steps of its angle. An order then remains one line while its frequency
 /// varies.
 ///
+/// A sample at a jump of the channel is the value before it. Amplitudes are those of the samples: orders
+/// above half of the samples a turn fold onto lower ones, and no amplitude is an extreme of the channel.
+/// [`Statistics`](crate::analysis::Statistics) have the extremes, on both sides of jumps.
+///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Rk4, drives::{SpeedLaw, VaryingSpeed}, analysis::Waterfall};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;

@@ -7,7 +7,6 @@ use crate::ode::edges::locate::Locator;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Crossing;
 use crate::ode::stepping::control::shortest;
-use crate::ode::stepping::ends::halves;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
@@ -98,23 +97,6 @@ pub(crate) fn step_on_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Eng
     attempt_again::<T, M, V>(e);
     e.evaluations += T::EVALUATIONS;
     e.ends.contacts_at_end();
-}
-
-/// A stall at an edge, or its cause where the absolute tolerance exceeds the motion: the width of the gap,
-/// all coordinates and v²/a.
-#[cold]
-pub(crate) fn stalled<M: Model + ?Sized, V: Vector>(
-    error: IntegrateError,
-    e: &Engine<'_, M, V>,
-) -> IntegrateError {
-    let IntegrateError::EdgeStall { t, contact } = error else { return error };
-    let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let ((q, v), (_, a)) = (halves(&e.ends.y), halves(&e.k[0]));
-    let c = &e.ends.contacts[contact];
-    let gap = Some(c.upper - c.lower).filter(|gap| gap.is_finite()).unwrap_or(0.0);
-    let motion = gap.max(largest(q)).max(largest(v).powi(2) / largest(a).max(f64::MIN_POSITIVE));
-    let atol = e.atol.slice()[..q.len()].iter().fold(f64::INFINITY, |m, x| m.min(*x));
-    if atol > motion { IntegrateError::BelowTolerance { t, contact, atol, motion } } else { error }
 }
 
 /// Compares the derivatives (v, a) on both sides of an edge and notes whether they jump: by more than 1e-7 of

@@ -11,9 +11,9 @@
 //! - Impacts with e < 1 in rows that touch may follow one another without end, ever more slowly. Below
 //!   [`RESOLUTION`] times the fastest approach of the instant, the contacts that still press come to rest
 //!   relative to their stops, all together.
-//! - Bodies that touch at the start of a run are refused in rare cases although their impacts end (1 % of
-//!   random
-//!   sets): rounding that the first impacts leave counts as an approach of its own.
+//! - What is then left of the approach is rounding. Contacts that leave their stops no faster than rounding
+//!   are moved apart by [`APART`] times the rounding of their speed, so that no later step finds them beyond
+//!   their stops.
 //! - What is left of the velocities depends on the order of the impacts, except for impacts that do not share
 //!   a body and for elastic rows of equal bodies. Two unequal approaches that differ by less than [`TIED`]
 //!   are taken together.   Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, Chap. 8
@@ -37,6 +37,13 @@ const TIED: f64 = 1e-6;
 /// e = 0.
 const MOST: usize = 10_000;
 
+/// Least speed at which contacts leave their stops after impacts, in units of the rounding of their speed
+/// `[1]`.
+const APART: f64 = 16.0;
+
+/// Maximum number of times that contacts are moved apart at one instant, each time faster.
+const TIMES: i32 = 10;
+
 /// What happens next at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Next {
@@ -46,6 +53,8 @@ pub(crate) enum Next {
     Impacts,
     /// The contacts press on their stops more slowly than the resolution.
     Rest,
+    /// The contacts are to leave their stops faster than rounding.
+    Apart,
 }
 
 /// The impacts of one instant.
@@ -69,6 +78,10 @@ pub(crate) struct Collisions {
     count: usize,
     /// Number of stops that were struck when the contacts last came to rest.
     rested: usize,
+    /// How often contacts were moved apart.
+    apart: i32,
+    /// Effect of rounding of the velocities on the speed of approach to each stop.
+    rounding: Vec<f64>,
     /// Velocities after one impact alone.
     alone: Vec<f64>,
     matrix: Vec<f64>,
@@ -89,6 +102,8 @@ impl Collisions {
             fastest: 0.0,
             count: 0,
             rested: 0,
+            apart: 0,
+            rounding: vec![0.0; n],
             alone: vec![0.0; if n > 0 { dof } else { 0 }],
             matrix: Vec::with_capacity(n * n),
             right: Vec::with_capacity(n),
@@ -100,7 +115,7 @@ impl Collisions {
     /// Begins a new instant.
     pub(crate) fn begin(&mut self) {
         self.struck.fill(false);
-        (self.fastest, self.count, self.rested) = (0.0, 0, 0);
+        (self.fastest, self.count, self.rested, self.apart) = (0.0, 0, 0, 0);
     }
 
     /// Decides what happens next. `contacts`: at the present velocities; `touches`: whether a contact is on
@@ -127,13 +142,21 @@ impl Collisions {
         }
         let fresh = |k: usize| self.approach[k] > 0.0 && !self.struck[k];
         let known = self.struck.iter().filter(|struck| **struck).count();
-        // After a single impact, what is left of the approach is rounding.
-        if top <= 0.0 || self.count < 2 || (self.rested == known && !(0..self.exits.len()).any(fresh)) {
+        if self.count == 0 {
             return Next::Over;
         }
         let rests = |k: &usize| self.approach[*k].abs() <= slow && (self.struck[*k] || fresh(*k));
         self.chosen.extend((0..self.exits.len()).filter(rests));
-        Next::Rest
+        // After a single impact, what is left of the approach is rounding.
+        let new = self.rested != known || (0..self.exits.len()).any(fresh);
+        match self.chosen.is_empty() {
+            _ if top > 0.0 && self.count > 1 && new => Next::Rest,
+            false if self.apart < TIMES => Next::Apart,
+            _ => {
+                self.chosen.clear();
+                Next::Over
+            }
+        }
     }
 
     /// The most impacts that are allowed at one instant, if there were more.
@@ -170,8 +193,11 @@ impl Collisions {
         contacts: &mut [Contact],
     ) {
         let dof = v.len();
+        if next == Next::Apart && !self.hasten(model, [u, q, v], contacts) {
+            return;
+        }
         for &k in &self.chosen {
-            if next == Next::Rest && self.struck[k] {
+            if next != Next::Impacts && self.struck[k] {
                 continue;
             }
             self.struck[k] = true;
@@ -189,19 +215,29 @@ impl Collisions {
         let n = self.chosen.len();
         self.matrix.resize(n * n, 0.0);
         for (j, &k) in self.chosen.iter().enumerate() {
-            let change = &self.changes[k * dof..][..dof];
-            self.alone.iter_mut().zip(&*v).zip(change).for_each(|((to, v), change)| *to = v + change);
+            let change = &mut self.changes[k * dof..][..dof];
+            self.alone.iter_mut().zip(&*v).zip(&*change).for_each(|((to, v), change)| *to = v + change);
             model.contact(u, q, &self.alone, contacts);
             for (i, &other) in self.chosen.iter().enumerate() {
                 let exit = self.exits[other];
                 self.matrix[i * n + j] = self.approach[other] - speed(exit, &contacts[exit.contact]);
             }
+            // The last impacts on the stops may differ by many orders: each as one of unit speed.
+            let own = self.matrix[j * n + j];
+            if next != Next::Impacts && own > 0.0 {
+                change.iter_mut().for_each(|change| *change /= own);
+                (0..n).for_each(|i| self.matrix[i * n + j] /= own);
+            }
         }
         self.right.clear();
-        self.right.extend((0..n).map(|i| match next {
-            Next::Rest => -self.approach[self.chosen[i]],
-            _ => -self.matrix[i * n + i],
-        }));
+        for (i, &k) in self.chosen.iter().enumerate() {
+            let change = match next {
+                Next::Rest => -self.approach[k],
+                Next::Apart => -self.approach[k] - 4f64.powi(self.apart - 1) * self.above_rounding(k),
+                _ => -self.matrix[i * n + i],
+            };
+            self.right.push(change);
+        }
         let solved = self.problem.solve(&self.matrix, &self.right);
         for (j, &k) in self.chosen.iter().enumerate() {
             // Stops that move towards one another have no common solution: one impact, then the others.
@@ -212,6 +248,40 @@ impl Collisions {
             };
             v.iter_mut().zip(&self.changes[k * dof..][..dof]).for_each(|(v, change)| *v += share * change);
         }
+    }
+
+    /// Speed of a contact that leaves its stop faster than rounding.
+    fn above_rounding(&self, k: usize) -> f64 {
+        APART * self.rounding[k].max(f64::EPSILON * self.fastest)
+    }
+
+    /// Measures the effect of rounding on the speeds of approach. Returns whether a contact is to be moved
+    /// apart, faster than the last time.
+    #[cold]
+    fn hasten<M: Model + ?Sized>(
+        &mut self,
+        model: &M,
+        [u, q, v]: [&[f64]; 3],
+        contacts: &mut [Contact],
+    ) -> bool {
+        self.rounding.fill(0.0);
+        // The direction of velocity j is a bit of j, as in `Ends::rounding_of_contacts`.
+        for pattern in 0..usize::BITS - v.len().leading_zeros() {
+            for (j, (shaken, v)) in self.alone.iter_mut().zip(v).enumerate() {
+                let up = (j >> pattern) & 1 == 0;
+                *shaken = v * if up { 1.0 + f64::EPSILON } else { 1.0 - f64::EPSILON };
+            }
+            model.contact(u, q, &self.alone, contacts);
+            for ((rounding, exit), approach) in self.rounding.iter_mut().zip(&self.exits).zip(&self.approach)
+            {
+                if approach.is_finite() {
+                    *rounding = rounding.max((speed(*exit, &contacts[exit.contact]) - approach).abs());
+                }
+            }
+        }
+        let together = self.chosen.iter().any(|&k| self.approach[k] > -0.5 * self.above_rounding(k));
+        self.apart = if together { self.apart + 1 } else { TIMES };
+        together
     }
 }
 

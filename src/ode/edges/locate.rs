@@ -39,6 +39,13 @@ const WITH: f64 = 1e-6;
 /// number of slacks per step.
 pub(crate) const PLAIN: f64 = 1e3;
 
+/// A contact rests on its edge while its distance and its rate stay below this number of effects of the
+/// absolute tolerances on them. Its crossings in this time are errors of the integration.
+const REST: f64 = 16.0;
+
+/// A motion this many times larger than these effects is resolved.
+const FAR: f64 = 1e3;
+
 /// The contacts of one run at the ends of the current step, and the data for the location of their edges.
 pub(crate) struct Locator {
     /// Contacts at the start of the step.
@@ -55,7 +62,15 @@ pub(crate) struct Locator {
     pub(crate) fresh: Vec<bool>,
     gaps: Gaps,
     /// Effect of rounding of the coordinates and velocities on each deflection.
-    noise: Vec<f64>,
+    pub(crate) noise: Vec<f64>,
+    /// The effect before it was last measured.
+    before: Vec<f64>,
+    /// Effect of the absolute tolerances on each deflection and its rate. Empty without tolerances.
+    tolerated: Vec<[f64; 2]>,
+    /// Whether the motion of each contact has exceeded these effects by far.
+    resolved: Vec<bool>,
+    /// Scratch of the measurement.
+    here: Vec<Contact>,
     /// The longest way of each contact from its edges in one step so far.
     ways: Vec<f64>,
     /// Number of steps until `noise` is measured again.
@@ -78,6 +93,10 @@ impl Locator {
             fresh: vec![true; contacts],
             gaps: Gaps::new(contacts),
             noise: vec![0.0; contacts],
+            before: vec![0.0; contacts],
+            tolerated: Vec::new(),
+            resolved: vec![false; contacts],
+            here: Vec::new(),
             ways: vec![0.0; contacts],
             countdown: 0,
             growth: f64::INFINITY,
@@ -92,7 +111,8 @@ impl Locator {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
         for (i, (piece, c)) in e.pieces.iter_mut().zip(&self.start).enumerate() {
-            let slack = self.slack(i, c);
+            let rates = [c.rate - c.lower_rate, c.rate - c.upper_rate];
+            let slack = self.slack(i, c).max(self.rest(i, rates));
             let inside = match Edge::of(*piece) {
                 Some(edge) => edge.depth(c) >= -slack,
                 None => Edge::BOTH.into_iter().all(|edge| edge.depth(c) <= slack),
@@ -163,6 +183,39 @@ impl Locator {
     pub(crate) fn measure_noise<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) {
         self.countdown = STEPS_BETWEEN;
         e.rounding_of_contacts(&mut self.noise);
+        if e.atol.is_empty() {
+            return;
+        }
+        self.tolerated.resize(self.noise.len(), [0.0; 2]);
+        self.here.resize(self.noise.len(), Contact::default());
+        e.tolerances_of_contacts(&mut self.tolerated, &mut self.here);
+        for ((resolved, c), tolerated) in self.resolved.iter_mut().zip(&e.contacts).zip(&self.tolerated) {
+            let far = |edge: Edge| edge.depth(c).abs().min(scale(c)) > FAR * tolerated[0];
+            *resolved |= Edge::BOTH.into_iter().all(far) && tolerated[1] > 0.0;
+        }
+    }
+
+    /// Measures the effect of rounding anew at the end of the step. Returns whether it is twice as large
+    /// there: a motion from rest at 0 grows by many orders in a step.
+    #[cold]
+    fn noise_has_grown<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) -> bool {
+        self.before.clone_from(&self.noise);
+        e.rounding_of_contacts_at_end(&mut self.noise);
+        self.before.iter().zip(&self.noise).any(|(before, now)| *now > 2.0 * before)
+    }
+
+    /// The distance past its edge at which a contact rests that moves at `rates` at both ends of a step: 0,
+    /// or [`REST`] times the effect of the tolerances, if its rates are as small. A contact whose whole
+    /// motion is as small does not rest: it is not resolved.
+    #[inline]
+    fn rest(&self, i: usize, rates: [f64; 2]) -> f64 {
+        match self.tolerated.get(i) {
+            Some([distance, rate]) if self.resolved[i] && !self.stops.any(i) => {
+                let slow = rates[0].abs().max(rates[1].abs()) <= REST * rate;
+                if slow { REST * distance } else { 0.0 }
+            }
+            _ => 0.0,
+        }
     }
 
     /// Slack: the distance past its edge up to which contact `i` still counts as on its piece.
@@ -232,7 +285,11 @@ impl Locator {
         let mut first = Found::Nothing;
         // The search evaluates contacts inside the step in `e.contacts`.
         std::mem::swap(&mut self.end, &mut e.ends.contacts);
-        match self.gaps.look::<T, M, V>(e, &self.start, &self.end, &self.noise) {
+        let mut resolved = self.gaps.look::<T, M, V>(e, &self.start, &self.end, &self.noise);
+        if matches!(resolved, Resolved::No(_)) && self.noise_has_grown(&mut e.ends) {
+            resolved = self.gaps.look::<T, M, V>(e, &self.start, &self.end, &self.noise);
+        }
+        match resolved {
             Resolved::Yes(growth) => self.growth = growth,
             Resolved::No(share) => return Err(share),
         }
@@ -244,7 +301,8 @@ impl Locator {
                     continue;
                 }
                 let exit = Exit { contact: i, edge };
-                let slack = self.slack(i, end);
+                let slack =
+                    self.slack(i, end).max(self.rest(i, [d0.rate, d1.rate].map(|rate| rate / e.ends.h())));
                 let hermite = Hermite::new(d0, d1);
                 // The crossing is at the end of the step: the next step would start past the edge and not
                 // report it.

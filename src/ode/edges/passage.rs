@@ -3,11 +3,12 @@
 use crate::model::Model;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
+use crate::ode::edges::staying::Sliding;
 use crate::ode::edges::stops::Stops;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::Stats;
 use crate::ode::step::Crossing;
-use crate::ode::stepping::ends::Ends;
+use crate::ode::stepping::ends::{Ends, halves};
 use crate::ode::stepping::vector::Vector;
 
 /// Largest magnitude of the end time of a run. Beyond it, products of steps and rates overflow.
@@ -19,10 +20,15 @@ pub(crate) struct Passage {
     pub(crate) locator: Locator,
     /// Crossings at the end of the current step.
     pub(crate) crossings: Vec<Crossing>,
+    sliding: Sliding,
     /// Next drive edge; infinite if there is none.
     edge: f64,
     /// End of the run.
     end: f64,
+    /// The smallest absolute tolerance of a coordinate; 0 without tolerances.
+    atol: f64,
+    /// Whether the motion has exceeded it.
+    resolved: bool,
     /// Latest end of the next step: the next drive edge or the end of the run.
     pub(crate) stop: f64,
     pub(crate) stats: Stats,
@@ -32,7 +38,9 @@ pub(crate) struct Passage {
 const EDGES: u32 = 64;
 
 impl Passage {
-    /// Begins a run from `e.t` to `end`. Without `locate` no edge of a contact is looked for.
+    /// Begins a run from `e.t` to `end`. Without `locate` no edge of a contact is looked for. `atol`: the
+    /// absolute tolerance of each component; none with fixed steps and with Taylor series, which resolve the
+    /// distances from edges whatever it is.
     ///
     /// # Errors
     /// [`IntegrateError::TimeSpan`], [`IntegrateError::NegativeGap`], [`IntegrateError::BeyondStop`],
@@ -41,6 +49,7 @@ impl Passage {
         e: &mut Ends<'_, M, V>,
         end: f64,
         locate: bool,
+        atol: &[f64],
     ) -> Result<Self, IntegrateError> {
         if !(end.abs() <= LAST_TIME && end > e.t) {
             return Err(IntegrateError::TimeSpan { start: e.t, end });
@@ -49,13 +58,17 @@ impl Passage {
         let edge = edge_after(e.model, e.t)?;
         let mut passage = Passage {
             crossings: Vec::with_capacity(2 * e.contacts.len() + locator.stops.room()),
+            sliding: Sliding::new(e, locator.start.len()),
             locator,
             edge,
             end,
+            atol: atol[..atol.len() / 2].iter().copied().reduce(f64::min).unwrap_or(0.0),
+            resolved: false,
             stop: edge.min(end),
             stats: Stats::default(),
         };
         if locate {
+            passage.resolved = halves(&e.y).0.iter().any(|q| q.abs() >= passage.atol);
             passage.locator.measure_noise(e);
             passage.take_pieces(e, true)?;
         }
@@ -117,23 +130,50 @@ impl Passage {
         changed.then_some(()).ok_or(IntegrateError::EdgeStall { t: e.t, contact: exit.contact })
     }
 
+    /// Checks that some motion until this crossing was larger than the absolute tolerance.
+    ///
+    /// # Errors
+    /// [`IntegrateError::BelowTolerance`].
+    #[inline]
+    pub(crate) fn check_tolerance<M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &Ends<'_, M, V>,
+        contact: usize,
+    ) -> Result<(), IntegrateError> {
+        if self.resolved {
+            return Ok(());
+        }
+        let gap = e.contacts[contact].upper - e.contacts[contact].lower;
+        let coordinates = halves(&e.y).0.iter().chain(halves(&e.y1).0);
+        let motion = coordinates.fold(if gap.is_finite() { gap } else { 0.0 }, |m: f64, q| m.max(q.abs()));
+        self.resolved = motion >= self.atol;
+        if self.resolved {
+            return Ok(());
+        }
+        Err(IntegrateError::BelowTolerance { t: e.t1, contact, atol: self.atol, motion })
+    }
+
     /// Ends the step with the crossing of the located exit, all that happen together with it, and the impacts
     /// that follow. `e.contacts` must be the contacts at the end of the step.
     ///
     /// # Errors
-    /// [`IntegrateError::EdgeStall`], [`IntegrateError::RestsOnStop`].
+    /// [`IntegrateError::EdgeStall`], [`IntegrateError::RestsOnStop`], [`IntegrateError::BelowTolerance`].
     #[inline]
     pub(crate) fn cross<M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &mut Ends<'_, M, V>,
         located: Exit,
     ) -> Result<(), IntegrateError> {
-        let Passage { locator, crossings, .. } = self;
+        self.check_tolerance(e, located.contact)?;
+        let Passage { locator, crossings, sliding, .. } = self;
         let together = locator.together(&e.pieces, &e.contacts, located);
         crossings.extend([located].into_iter().chain(together).map(|exit| {
             let rebounds = exit.edge.is_stop(&locator.stops.rigid, exit.contact);
             exit.crossing(e.pieces[exit.contact], rebounds)
         }));
+        if let Some(contact) = sliding.find(e, crossings, self.edge, &locator.noise) {
+            return Err(IntegrateError::EdgeStall { t: e.t1, contact });
+        }
         locator.strike_at_end(e, crossings)?;
         self.stats.crossings += self.crossings.len() as u64;
         Ok(())

@@ -17,6 +17,8 @@ pub struct Ends<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) t1: f64,
     /// t1 - t.
     pub(super) h: f64,
+    /// Absolute tolerance of each component; none with fixed steps and with Taylor series.
+    pub(crate) atol: Vec<f64>,
     /// Coordinates, then velocities, at the start.
     pub(crate) y: V,
     /// Coordinates, then velocities, at the end.
@@ -52,6 +54,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
             t: start.t,
             t1: start.t,
             h: 0.0,
+            atol: Vec::new(),
             y1: y.clone(),
             nodes: Nodes::new(&u, nodes, steps),
             kink_rates: KinkRates::new(model, &u),
@@ -167,23 +170,39 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
         }
     }
 
-    /// Computes in `noise` the effect of rounding of the coordinates and velocities on each deflection: the
-    /// largest change when every one of them changes by its last bit, up or down.
+    /// Computes in `noise` the effect of rounding of the coordinates and velocities at the start of the step
+    /// on each deflection: the largest change when every one of them changes by its last bit, up or down.
     pub(crate) fn rounding_of_contacts(&mut self, noise: &mut [f64]) {
         noise.fill(0.0);
         self.contacts_at_start();
-        // The direction of component j is a bit of j: any two components change in opposite directions at
-        // least once.
-        let patterns = usize::BITS - self.y.slice().len().leading_zeros();
+        let Ends { model, u_stage, y, look, contacts, shaken, .. } = self;
+        shake(*model, u_stage, y, look, [contacts, shaken], noise);
+    }
+    /// Raises `noise` to the effect of rounding at the end of the step.
+    pub(crate) fn rounding_of_contacts_at_end(&mut self, noise: &mut [f64]) {
+        self.contacts_at_end();
+        let Ends { model, nodes, y1, look, contacts, shaken, .. } = self;
+        shake(*model, nodes.end(), y1, look, [contacts, shaken], noise);
+    }
+
+    /// Computes in `tolerated` the effect of the absolute tolerances on each deflection and its rate: the
+    /// largest change when every component changes by its tolerance, as in
+    /// [`rounding_of_contacts`](Ends::rounding_of_contacts). `here`: scratch.
+    pub(crate) fn tolerances_of_contacts(&mut self, tolerated: &mut [[f64; 2]], here: &mut [Contact]) {
+        tolerated.fill([0.0; 2]);
+        let (q, v) = halves(&self.y);
+        self.model.contact(&self.u_stage, q, v, here);
+        let patterns = usize::BITS - self.atol.len().leading_zeros();
         for pattern in 0..patterns {
-            for (j, (out, y)) in self.look.slice_mut().iter_mut().zip(self.y.slice()).enumerate() {
-                let up = (j >> pattern) & 1 == 0;
-                *out = if up { y * (1.0 + f64::EPSILON) } else { y * (1.0 - f64::EPSILON) };
+            let components = self.look.slice_mut().iter_mut().zip(self.y.slice()).zip(&self.atol);
+            for (j, ((out, y), atol)) in components.enumerate() {
+                *out = if (j >> pattern) & 1 == 0 { y + atol } else { y - atol };
             }
             let (q, v) = halves(&self.look);
             self.model.contact(&self.u_stage, q, v, &mut self.shaken);
-            for (noise, (a, b)) in noise.iter_mut().zip(self.contacts.iter().zip(&self.shaken)) {
-                *noise = noise.max((a.deflection - b.deflection).abs());
+            for (tolerated, (a, b)) in tolerated.iter_mut().zip(here.iter().zip(&self.shaken)) {
+                let [d, rate] = [a.deflection - b.deflection, a.rate - b.rate].map(f64::abs);
+                *tolerated = [tolerated[0].max(d), tolerated[1].max(rate)];
             }
         }
     }
@@ -216,6 +235,32 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
             }
         }
         Ok(())
+    }
+}
+
+/// Raises `noise` to the largest change of each deflection when every component of `y` changes by its last
+/// bit, up or down. `look`: scratch; `contacts`: those at `y`, and scratch.
+fn shake<M: Model + ?Sized, V: Vector>(
+    model: &M,
+    u: &[f64],
+    y: &V,
+    look: &mut V,
+    [contacts, shaken]: [&mut Vec<Contact>; 2],
+    noise: &mut [f64],
+) {
+    // The direction of component j is a bit of j: any two components change in opposite directions at least
+    // once.
+    let patterns = usize::BITS - y.slice().len().leading_zeros();
+    for pattern in 0..patterns {
+        for (j, (out, y)) in look.slice_mut().iter_mut().zip(y.slice()).enumerate() {
+            let up = (j >> pattern) & 1 == 0;
+            *out = if up { y * (1.0 + f64::EPSILON) } else { y * (1.0 - f64::EPSILON) };
+        }
+        let (q, v) = halves(look);
+        model.contact(u, q, v, shaken);
+        for (noise, (a, b)) in noise.iter_mut().zip(contacts.iter().zip(&*shaken)) {
+            *noise = noise.max((a.deflection - b.deflection).abs());
+        }
     }
 }
 

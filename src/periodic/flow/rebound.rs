@@ -57,6 +57,9 @@ impl<M: Model + ?Sized> Saltation<'_, M> {
             self.contact_at(0, t);
             let next = self.collisions.next(&self.contacts, &touches);
             let Some(first) = self.collisions.chosen().next() else { return };
+            if next == Next::Apart {
+                return;
+            }
             if next == Next::Rest {
                 self.refused = Some(IntegrateError::RestsOnStop { t, contact: first.contact });
                 return;

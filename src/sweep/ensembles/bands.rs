@@ -154,7 +154,9 @@ impl Bands {
         self.first_failure.as_ref()
     }
 
-    /// The distribution of a channel at time `i`, counted from 0.
+    /// The distribution of a channel at time `i`, counted from 0. At a jump of the channel it has the values
+    /// before the jump, at the start those after it. The extremes of a run, on both sides of jumps, are its
+    /// [`peak`](Bands::peak).
     ///
     /// # Errors
     /// [`ParameterError::NoSuchChannel`]; [`ParameterError::Length`] if there is no time `i`.
