@@ -256,20 +256,20 @@ pub enum IntegrateError {
         /// Index of the contact, from 0.
         contact: usize,
     },
-    /// The absolute tolerance exceeds the whole motion at an edge: the steps do not resolve it.
+    /// The absolute tolerance exceeds the whole motion until a contact meets an edge: the steps do not resolve
+    /// it.
     #[error(
-        "contact {contact} stalls on its edge at t = {t:?} because the absolute tolerance atol = {atol:e} \
-         exceeds the motion, which is of the order of {motion:e} there: lower atol below the lengths of the \
-         model"
+        "the absolute tolerance atol = {atol:e} exceeds the motion, which is of the order of {motion:e} when \
+         contact {contact} meets its edge at t = {t:?}: lower atol below the lengths of the model"
     )]
     BelowTolerance {
-        /// Time of the stall.
+        /// Time at which it meets its edge.
         t: f64,
         /// Index of the contact, from 0.
         contact: usize,
         /// The smallest absolute tolerance of a coordinate.
         atol: f64,
-        /// The largest of the width of the gap, the coordinates and v²/a.
+        /// The largest of the width of the gap and the coordinates.
         motion: f64,
     },
     /// A contact crosses its edges repeatedly while the time does not advance, or the location of an edge
