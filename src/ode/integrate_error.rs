@@ -256,8 +256,7 @@ pub enum IntegrateError {
         /// Index of the contact, from 0.
         contact: usize,
     },
-    /// The absolute tolerance exceeds the whole motion until a contact meets an edge: the steps do not resolve
-    /// it.
+    /// The absolute tolerance exceeds all motion until a contact meets an edge: steps do not resolve it.
     #[error(
         "the absolute tolerance atol = {atol:e} exceeds the motion, which is of the order of {motion:e} when \
          contact {contact} meets its edge at t = {t:?}: lower atol below the lengths of the model"
