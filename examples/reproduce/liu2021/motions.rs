@@ -117,36 +117,42 @@ pub fn shooting() -> Shooting {
 }
 
 /// The state after a run of at most so many [`turns`] from `start`, and the stable orbit of up to `TURNS` turns that
-/// shooting finds from there, if there is one. A run that has come near a return without settling is shot for the
-/// number of turns of its nearest return.
+/// shooting finds from there, if there is one. A run that repeats near an unstable orbit has not settled and goes on. A
+/// run that has come near a return without settling is shot for the numbers of turns of its nearest returns.
 pub fn settled(pair: &NfgPair, start: &State) -> Outcome<(State, Option<ShootingOrbit>)> {
     let settle = Settle::new().tolerance(1e-5).max_periods(turns()[0]).max_period_multiple(TURNS);
-    let (state, multiple) = match settle.run(&solver(), pair, start) {
-        Ok(steady) => (steady.state, Some(steady.period_multiple)),
-        Err(SettleError::Aperiodic { last, .. }) => {
-            let nearest = nearest_return(pair, &last)?;
-            (last, nearest)
+    let stable = |state: &State, turns: usize| {
+        let cycle = shooting().period_multiple(turns).solve(pair, state).ok();
+        cycle.filter(|cycle| cycle.stability() == Stability::Stable)
+    };
+    let mut state = match settle.run(&solver(), pair, start) {
+        Ok(steady) => {
+            let state = State { t: 0.0, ..steady.state };
+            if let Some(cycle) = stable(&state, steady.period_multiple) {
+                return Ok((state, Some(cycle)));
+            }
+            solver().end(pair, &state, turns()[0] as f64 * pair.period())?
         }
+        Err(SettleError::Aperiodic { last, .. }) => last,
         Err(failed) => return Err(failed.into()),
     };
-    let state = State { t: 0.0, ..state };
-    let cycle = multiple.and_then(|turns| shooting().period_multiple(turns).solve(pair, &state).ok());
-    Ok((state, cycle.filter(|cycle| cycle.stability() == Stability::Stable)))
+    state.t = 0.0;
+    let cycle = nearest_returns(pair, &state)?.into_iter().find_map(|turns| stable(&state, turns));
+    Ok((state, cycle))
 }
 
-/// The number of turns, up to `TURNS`, after which the motion returns nearest to `start`; `None` if it comes no
-/// nearer than 1 % of the gap.
-fn nearest_return(pair: &NfgPair, start: &State) -> Outcome<Option<usize>> {
-    let mut state = start.clone();
-    let mut nearest = (0.02 * pair.half_backlash_angle(), None);
-    for turns in 1..=TURNS {
+/// The numbers of turns, up to `TURNS`, after which the motion returns nearest to `start`, or ten times as far; none if
+/// it comes no nearer than 1 % of the gap.
+fn nearest_returns(pair: &NfgPair, start: &State) -> Outcome<Vec<usize>> {
+    let (mut state, mut apart) = (start.clone(), Vec::with_capacity(TURNS));
+    for _ in 0..TURNS {
         state = solver().end(pair, &state, state.t + pair.period())?;
-        let apart = (state.q[0] - start.q[0]).abs().max((state.v[0] - start.v[0]).abs());
-        if apart < nearest.0 {
-            nearest = (apart, Some(turns));
-        }
+        apart.push((state.q[0] - start.q[0]).abs().max((state.v[0] - start.v[0]).abs()));
     }
-    Ok(nearest.1)
+    let nearest = apart.iter().fold(f64::INFINITY, |least, apart| least.min(*apart));
+    let near =
+        |turns: &usize| apart[turns - 1] <= 10.0 * nearest && nearest < 0.02 * pair.half_backlash_angle();
+    Ok((1..=TURNS).filter(near).collect())
 }
 
 /// The motion to which a run from the previous motion settles, polished if it repeats.

@@ -1,6 +1,6 @@
 //! Motions that stay on a jump, and steps that stay short.
 //!
-//! - [`Undeclared`]: jumps of the accelerations that the model does not declare and on which the motion stays;
+//! - [`Undeclared`]: jumps of the accelerations that the model does not declare, on which the motion stays;
 //!   times so late that their rounding exceeds the tolerance.
 //! - [`Sliding`]: motions that slide along an edge whose deflection depends on velocities. The rate of such a
 //!   deflection contains accelerations and may jump at the edge. If it points to the edge on both sides, no
