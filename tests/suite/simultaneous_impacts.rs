@@ -53,7 +53,7 @@ impl Bodies {
         let v: Vec<f64> = (0..n).map(|_| grid(random)).collect();
         let e = [1.0, 0.0, random.next(), 0.9][(random.next() * 4.0) as usize];
         let mut bodies = Bodies::new(&masses, &pairs, e);
-        if case % 2 == 0 {
+        if case.is_multiple_of(2) {
             bodies.restitution.iter_mut().for_each(|e| *e = random.next());
         }
         (bodies, v)
