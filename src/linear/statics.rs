@@ -45,9 +45,6 @@ pub struct StaticState {
 /// Accelerations that are left in balance, as a share of the load.
 const BALANCED: f64 = 1e-9;
 
-/// The same for a mean over instants with and without contact, whose sum over few instants has this error.
-const SAMPLED: f64 = 1e-4;
-
 /// Maximum number of contact states that are tried, and of Newton steps in each.
 const TRIES: usize = 64;
 
@@ -71,11 +68,11 @@ const PANELS: [usize; 2] = [8, 1024];
 /// 1000th edge.
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
-/// the gap if both flanks pull. Where contacts that share a load do not settle so, or touch a flank during a
-/// part of the period only, the state is the end of the motion q' = a, the (mean) acceleration by deflection,
-/// from that of all upper flanks, in steps of implicit Euler that grow as long as they converge. With
-/// stiffnesses that are not negative, the potential energy falls along it. A contact then counts to the flank
-/// of its mean force.
+/// the gap if both flanks pull. If no such pieces carry the mean load, as with a lever that varies over the
+/// period or planets that share a small torque, the state is that at t = 0. At an instant, where contacts that
+/// share a load do not settle so, it is the end of the motion q' = a(u(t), q, 0) from that of all upper flanks,
+/// in steps of implicit Euler that grow as long as they converge. With stiffnesses that are not negative, the
+/// potential energy falls along it.
 ///
 /// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static
 /// state is not found.
@@ -90,7 +87,7 @@ pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<S
     };
     if let Some(t) = t.into() {
         check::finite("time", t)?;
-        return Search::new(model, t, Instants::at(model, t), &rigid()).find().map(|(found, _)| found);
+        return Search::new(model, t, Instants::at(model, t), &rigid()).find();
     }
     check::scale("period of the model", model.period())?;
     let (rigid, bounds) = (rigid(), smooth_intervals(model, INTERVALS));
@@ -98,13 +95,18 @@ pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<S
     let mut panels = PANELS[0].div_ceil(intervals);
     let mut search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
     loop {
-        let found = search.find();
+        let found = match search.by_flanks() {
+            Err(LinearError::Free { .. } | LinearError::NoContactState { .. }) => {
+                return Search::new(model, 0.0, Instants::at(model, 0.0), &rigid).find();
+            }
+            found => found?,
+        };
         panels *= 2;
         if panels * intervals > PANELS[1] {
-            return found.map(|(found, _)| found);
+            return Ok(found);
         }
         search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
-        if let Some((found, _)) = found.ok().filter(|found| search.confirms(found)) {
+        if search.confirms(&found) {
             return Ok(found);
         }
     }
@@ -126,8 +128,7 @@ impl<'m> Search<'m> {
         Search { model, t, mean: Mean::new(model, instants), rest: vec![0.0; model.dof()], rigid }
     }
 
-    /// The static state, and the share of the load within which more instants shall confirm it.
-    fn find(&self) -> Result<(StaticState, f64), LinearError> {
+    fn find(&self) -> Result<StaticState, LinearError> {
         match self.by_flanks() {
             Err(error @ (LinearError::Free { .. } | LinearError::NoContactState { .. })) => {
                 self.by_descent()?.ok_or(error)
@@ -136,15 +137,15 @@ impl<'m> Search<'m> {
         }
     }
 
-    /// Whether a state that was found with fewer instants balances within this share of the load.
-    fn confirms(&self, (found, within): &(StaticState, f64)) -> bool {
-        let pieces = Some(&found.pieces[..]).filter(|_| *within == BALANCED);
-        let (a, load) = (self.mean.acceleration(pieces, &found.state.q), self.mean.load(&found.pieces));
-        a.iter().zip(&found.acceleration).all(|(a, before)| (a - before).abs() <= within * load)
+    /// Whether a state that was found with fewer instants balances.
+    fn confirms(&self, found: &StaticState) -> bool {
+        let pieces = &found.pieces[..];
+        let (a, load) = (self.mean.acceleration(Some(pieces), &found.state.q), self.mean.load(pieces));
+        a.iter().zip(&found.acceleration).all(|(a, before)| (a - before).abs() <= BALANCED * load)
     }
 
     /// Upper flanks first; a contact that pulls changes its piece.
-    fn by_flanks(&self) -> Result<(StaticState, f64), LinearError> {
+    fn by_flanks(&self) -> Result<StaticState, LinearError> {
         let mut pieces = vec![Piece::Upper; self.model.contacts()];
         // Flanks that a contact has left because it pulled.
         let mut left = vec![[false; 2]; pieces.len()];
@@ -154,7 +155,7 @@ impl<'m> Search<'m> {
             let found: Vec<Piece> =
                 (0..pieces.len()).map(|i| next_piece(pieces[i], &contacts[i], &mut left[i])).collect();
             if found == pieces {
-                return Ok(self.state(q, contacts, pieces, acceleration, BALANCED));
+                return Ok(self.state(q, contacts, pieces, acceleration));
             }
             pieces = found;
         }
@@ -162,13 +163,13 @@ impl<'m> Search<'m> {
     }
 
     /// The end of the motion q' = a(u, q, 0), without its rigid part. `None`: it does not come to rest.
-    fn by_descent(&self) -> Result<Option<(StaticState, f64)>, LinearError> {
+    fn by_descent(&self) -> Result<Option<StaticState>, LinearError> {
         let (n, upper) = (self.rest.len(), vec![Piece::Upper; self.model.contacts()]);
         let mut q = self.balanced(&upper, &self.rest).map_or(self.rest.clone(), |(q, _)| q);
         let mut slopes = Slopes::new(self.model, vec![1.0; 2 * n], 0.0);
         // The inverse of the first step is the largest stiffness.
         let mut inverse = self.mean.jacobian(&mut slopes, Some(&upper), &q).amax();
-        let (mut refused, load) = (None, self.mean.load(&upper));
+        let mut refused = None;
         for _ in 0..TRIES {
             if !(inverse.is_finite() && inverse > 0.0) {
                 return Ok(None);
@@ -187,15 +188,10 @@ impl<'m> Search<'m> {
                     let mut left = vec![[true; 2]; pieces.len()];
                     let rests = |i: usize| next_piece(pieces[i], &contacts[i], &mut left[i]) == pieces[i];
                     if (0..pieces.len()).all(rests) {
-                        return Ok(Some(self.state(q, contacts, pieces, acceleration, BALANCED)));
+                        return Ok(Some(self.state(q, contacts, pieces, acceleration)));
                     }
                 }
                 refused = Some(pieces);
-            }
-            let acceleration = self.mean.acceleration(None, &q);
-            if self.is_rigid(&acceleration, BALANCED * load) {
-                let pieces = contacts.iter().map(piece_of_force).collect();
-                return Ok(Some(self.state(q, contacts, pieces, acceleration, SAMPLED)));
             }
         }
         Ok(None)
@@ -207,16 +203,8 @@ impl<'m> Search<'m> {
         contacts: Vec<Contact>,
         pieces: Vec<Piece>,
         acceleration: Vec<f64>,
-        within: f64,
-    ) -> (StaticState, f64) {
-        let state = State { t: self.t, q, v: self.rest.clone() };
-        (StaticState { state, contacts, pieces, acceleration }, within)
-    }
-
-    /// Whether accelerations are those of a rigid motion, within this limit.
-    fn is_rigid(&self, a: &[f64], limit: f64) -> bool {
-        let a = DVector::from_column_slice(a);
-        (&a - self.rigid * self.rigid.tr_mul(&a)).amax() <= limit
+    ) -> StaticState {
+        StaticState { state: State { t: self.t, q, v: self.rest.clone() }, contacts, pieces, acceleration }
     }
 
     /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method with
@@ -320,15 +308,6 @@ fn piece_at(contact: &Contact) -> Piece {
         Contact { deflection, upper, .. } if deflection >= upper => Piece::Upper,
         Contact { deflection, lower, .. } if deflection <= lower => Piece::Lower,
         _ => Piece::Gap,
-    }
-}
-
-/// The flank that carries the mean force of a contact.
-fn piece_of_force(contact: &Contact) -> Piece {
-    match contact.force {
-        force if force > 0.0 => Piece::Upper,
-        force if force < 0.0 => Piece::Lower,
-        _ => piece_at(contact),
     }
 }
 
