@@ -69,10 +69,10 @@ const PANELS: [usize; 2] = [8, 1024];
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
 /// the gap if both flanks pull. If no such pieces carry the mean load, as with a lever that varies over the
-/// period or planets that share a small torque, the state is that at t = 0. At an instant, where contacts that
-/// share a load do not settle so, it is the end of the motion q' = a(u(t), q, 0) from that of all upper flanks,
-/// in steps of implicit Euler that grow as long as they converge. With stiffnesses that are not negative, the
-/// potential energy falls along it.
+/// period or planets that share a small torque, the state is that at t = 0. At an instant, where contacts
+/// that share a load do not settle so, it is the end of the motion q' = a(u(t), q, 0) from that of all upper
+/// flanks, in steps of implicit Euler that grow as long as they converge. With stiffnesses that are not
+/// negative, the potential energy falls along it.
 ///
 /// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static
 /// state is not found.
