@@ -271,10 +271,6 @@ impl LawOfBody {
     fn acceleration(&self, t: f64, side: Side) -> f64 {
         self.ratio * self.law.acceleration(t, side)
     }
-    /// φ and φ' t.
-    fn place(&self, t: f64) -> [f64; 2] {
-        [self.angle(t), self.speed(t) * t]
-    }
     fn expanded(&self, t: Series) -> [Series; 3] {
         self.law.expanded(t).map(|of_body| of_body * self.ratio)
     }
@@ -286,9 +282,9 @@ impl LawOfBody {
     }
 }
 
-/// The angles aside `[rad]` between which all edges lie on φ: φ ± max(1e-9, 64 ε |φ|, 64 ε |φ' t|) with ε =
-/// 2.2e-16. The second term exceeds the rounding of a large angle, in the waves, too; the third one that of a
-/// late time, so that the time of an edge ahead is later than t.
+/// Two angles `[rad]`, one on each side of φ: φ ± max(1e-9, 64 ε |φ|, 64 ε |φ' t|) with ε = 2.2e-16. An
+/// edge between them counts as an edge at φ. The second number exceeds the rounding error of the angle, the
+/// third one the rounding error of the time, as an angle. So the time of the next edge is later than t.
 ///
 /// One rule decides for an angle and an edge: the edges that the shape gives after the angle ahead are
 /// announced, and where others lie between the two angles, the values after φ are those at the angle ahead.
@@ -311,8 +307,9 @@ fn beside_edges<G: Shape>(model: &Machine<G>, place: [f64; 2], side: Side) -> f6
 
 impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
     fn drive(&self, model: &Machine<G>, t: f64, side: Side, u: &mut [f64]) {
-        let angle = beside_edges(model, self.place(t), side);
-        model.drive_at(angle, side, self.speed(t), self.acceleration(t, side), u);
+        let speed = self.speed(t);
+        let angle = beside_edges(model, [self.angle(t), speed * t], side);
+        model.drive_at(angle, side, speed, self.acceleration(t, side), u);
     }
     fn changes(&self, model: &Machine<G>, drive: usize) -> bool {
         let waves = model.size().waves;
@@ -329,7 +326,7 @@ impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
         }
     }
     fn next_edge(&self, model: &Machine<G>, t: f64) -> Option<f64> {
-        let [_, ahead] = aside(self.place(t));
+        let [_, ahead] = aside([self.angle(t), self.speed(t) * t]);
         let edge = model.shape().next_edge(ahead).map(|edge| self.time(edge));
         earlier(edge, self.next_knot(t))
     }

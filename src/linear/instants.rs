@@ -1,4 +1,4 @@
-//! Instants of a period with weights, for means over it.
+//! Means of accelerations, Jacobians and contacts of a model at rest over a period.
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
@@ -54,10 +54,10 @@ impl Instants {
 
 /// Means of a model at rest over some instants.
 pub(crate) struct Mean<'m> {
-    model: &'m dyn Periodic,
+    pub(crate) model: &'m dyn Periodic,
     instants: Instants,
     /// Coordinates and velocities of 0.
-    rest: Vec<f64>,
+    pub(crate) rest: Vec<f64>,
 }
 
 impl<'m> Mean<'m> {

@@ -57,15 +57,14 @@ const INTERVALS: usize = 1000;
 /// Number of Gauss panels in a period, first and at most.
 const PANELS: [usize; 2] = [8, 1024];
 
-/// The static state of a model: the position at rest in which the accelerations are 0, except those of a
-/// rigid motion. `t`: under the loads and drives at this time; `None`: under the mean ones.
+/// The static state of a model: the position at rest in which no coordinate accelerates, except along a rigid
+/// motion. `t`: under the loads and drives at this time. `None`: under their means over a period.
 ///
-/// The mean is that of the accelerations over a period, (1/T) ∫ a(u(t), q, 0) dt = 0. Waves that enter
-/// linearly, as loads, stiffnesses and transmission errors do, have their means there; of a product of two
-/// waves, as of stiffness and transmission error, it is the mean of the product. The integral is a sum over
-/// Gauss points between the edges of the drives, 40 at first, which are doubled until the balance holds to
-/// 1e-9 of the load, at most up to 5120. In a period with more than 1000 edges the mean is that up to the
-/// 1000th edge.
+/// `None` solves (1/T) ∫ a(u(t), q, 0) dt = 0 over the period T. A wave that acts alone, such as a load, a
+/// stiffness or a transmission error, enters with its mean. A product of two waves, such as stiffness times
+/// transmission error, enters with the mean of the product. The integral is a Gauss sum between the edges of
+/// the drives. It begins with some 40 points; their number is doubled until the balance holds to 1e-9 of the
+/// load, up to some 5000. In a period with more than 1000 edges the mean is that up to the 1000th edge.
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
 /// the gap if both flanks pull. If no such pieces carry the mean load, as with a lever that varies over the
@@ -114,18 +113,15 @@ pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<S
 
 /// The search for a static state.
 struct Search<'m> {
-    model: &'m dyn Periodic,
     t: f64,
     mean: Mean<'m>,
-    /// Coordinates and velocities of 0.
-    rest: Vec<f64>,
     /// Directions of rigid motions, one in each column.
     rigid: &'m DMatrix<f64>,
 }
 
 impl<'m> Search<'m> {
     fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
-        Search { model, t, mean: Mean::new(model, instants), rest: vec![0.0; model.dof()], rigid }
+        Search { t, mean: Mean::new(model, instants), rigid }
     }
 
     fn find(&self) -> Result<StaticState, LinearError> {
@@ -146,11 +142,11 @@ impl<'m> Search<'m> {
 
     /// Upper flanks first; a contact that pulls changes its piece.
     fn by_flanks(&self) -> Result<StaticState, LinearError> {
-        let mut pieces = vec![Piece::Upper; self.model.contacts()];
+        let mut pieces = vec![Piece::Upper; self.mean.model.contacts()];
         // Flanks that a contact has left because it pulled.
         let mut left = vec![[false; 2]; pieces.len()];
         for _ in 0..TRIES {
-            let (q, acceleration) = self.balanced(&pieces, &self.rest)?;
+            let (q, acceleration) = self.balanced(&pieces, &self.mean.rest)?;
             let contacts = self.mean.contacts(&q);
             let found: Vec<Piece> =
                 (0..pieces.len()).map(|i| next_piece(pieces[i], &contacts[i], &mut left[i])).collect();
@@ -164,9 +160,9 @@ impl<'m> Search<'m> {
 
     /// The end of the motion q' = a(u, q, 0), without its rigid part. `None`: it does not come to rest.
     fn by_descent(&self) -> Result<Option<StaticState>, LinearError> {
-        let (n, upper) = (self.rest.len(), vec![Piece::Upper; self.model.contacts()]);
-        let mut q = self.balanced(&upper, &self.rest).map_or(self.rest.clone(), |(q, _)| q);
-        let mut slopes = Slopes::new(self.model, vec![1.0; 2 * n], 0.0);
+        let (n, upper) = (self.mean.rest.len(), vec![Piece::Upper; self.mean.model.contacts()]);
+        let mut q = self.balanced(&upper, &self.mean.rest).map_or(self.mean.rest.clone(), |(q, _)| q);
+        let mut slopes = Slopes::new(self.mean.model, vec![1.0; 2 * n], 0.0);
         // The inverse of the first step is the largest stiffness.
         let mut inverse = self.mean.jacobian(&mut slopes, Some(&upper), &q).amax();
         let mut refused = None;
@@ -180,19 +176,19 @@ impl<'m> Search<'m> {
             };
             q = next;
             inverse /= 8.0;
-            let contacts = self.mean.contacts(&q);
-            let pieces: Vec<Piece> = contacts.iter().map(piece_at).collect();
-            if refused.as_ref() != Some(&pieces) {
-                if let Ok((q, acceleration)) = self.balanced(&pieces, &q) {
-                    let contacts = self.mean.contacts(&q);
-                    let mut left = vec![[true; 2]; pieces.len()];
-                    let rests = |i: usize| next_piece(pieces[i], &contacts[i], &mut left[i]) == pieces[i];
-                    if (0..pieces.len()).all(rests) {
-                        return Ok(Some(self.state(q, contacts, pieces, acceleration)));
-                    }
-                }
-                refused = Some(pieces);
+            let pieces: Vec<Piece> = self.mean.contacts(&q).iter().map(piece_at).collect();
+            if refused.as_ref() == Some(&pieces) {
+                continue;
             }
+            if let Ok((q, acceleration)) = self.balanced(&pieces, &q) {
+                let contacts = self.mean.contacts(&q);
+                let mut left = vec![[true; 2]; pieces.len()];
+                let rests = |i: usize| next_piece(pieces[i], &contacts[i], &mut left[i]) == pieces[i];
+                if (0..pieces.len()).all(rests) {
+                    return Ok(Some(self.state(q, contacts, pieces, acceleration)));
+                }
+            }
+            refused = Some(pieces);
         }
         Ok(None)
     }
@@ -204,13 +200,18 @@ impl<'m> Search<'m> {
         pieces: Vec<Piece>,
         acceleration: Vec<f64>,
     ) -> StaticState {
-        StaticState { state: State { t: self.t, q, v: self.rest.clone() }, contacts, pieces, acceleration }
+        StaticState {
+            state: State { t: self.t, q, v: self.mean.rest.clone() },
+            contacts,
+            pieces,
+            acceleration,
+        }
     }
 
     /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method with
     /// the least change of coordinates from `from`.
     fn balanced(&self, pieces: &[Piece], from: &[f64]) -> Result<(Vec<f64>, Vec<f64>), LinearError> {
-        let Search { model, t, rest, rigid, .. } = self;
+        let Search { t, mean: Mean { model, rest, .. }, rigid } = self;
         let (t, n, load) = (*t, rest.len(), self.mean.load(pieces));
         let (mut q, mut a) = (from.to_vec(), self.mean.acceleration(Some(pieces), from));
         let mut slopes = Slopes::new(*model, vec![1.0; 2 * n], 0.0);

@@ -32,9 +32,26 @@ pub(crate) fn weyl(index: usize, direction: usize) -> f64 {
     ((index + 1) as f64 * ((2 * direction + 3) as f64).sqrt() + 0.137 * direction as f64).fract()
 }
 
+/// Patterns of signs ±1 of `n` components: in pattern k component j has the sign of bit k of j. Any two
+/// components have opposite signs in at least one pattern.
+pub(crate) fn sign_patterns(n: usize) -> impl Iterator<Item = impl Fn(usize) -> f64> {
+    let bits = usize::BITS - n.leading_zeros();
+    (0..bits).map(|bit| move |j: usize| if (j >> bit) & 1 == 0 { 1.0 } else { -1.0 })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn any_two_components_have_opposite_signs_in_a_pattern() {
+        for n in [1, 2, 3, 8, 9] {
+            let rows: Vec<Vec<f64>> = sign_patterns(n).map(|sign| (0..n).map(sign).collect()).collect();
+            for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
+                assert!(rows.iter().any(|row| row[i] == -row[j]), "{i} and {j} of {n}");
+            }
+        }
+    }
 
     #[test]
     fn constants_are_the_first_multiples() {

@@ -169,8 +169,10 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     ) -> Result<Self, IntegrateError> {
         let atol = rule.check(2 * model.dof())?;
         let mut e = Engine::<M, V>::new::<T>(model, start);
-        e.ends.atol.clone_from(&atol);
-        let passage = Passage::begin(&mut e.ends, t_end, LOCATE, &atol)?;
+        if !atol.is_empty() {
+            e.ends.atol.slice_mut().copy_from_slice(&atol);
+        }
+        let passage = Passage::begin(&mut e.ends, t_end, LOCATE)?;
         e.on_fixed_pieces = LOCATE && model.offers().pieces;
         e.derivative_at_start();
         if let Some(component) = e.k[0].slice().iter().position(|x| !x.is_finite()) {
@@ -183,7 +185,6 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             StepRule::Fixed(h) => StepEnds::new::<T>(start.t, h, None),
             StepRule::Adaptive(tolerances) => {
                 e.rtol = tolerances.rtol;
-                e.atol.slice_mut().copy_from_slice(&atol);
                 let h = tolerances.first.unwrap_or_else(|| starting_step::<T, M, V>(&mut e, t_end - start.t));
                 StepEnds::new::<T>(start.t, h, Some(tolerances))
             }
@@ -256,11 +257,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                             pace.h = STALLED * made;
                             return Ok(Verdict::Repeat);
                         }
-                        Err(stall) => {
-                            passage.check_tolerance(&e.ends, exit.contact)?;
-                            return Err(stall);
-                        }
-                        Ok(()) => {}
+                        arrived => arrived.map_err(|stall| passage.cause(&e.ends, exit.contact, stall))?,
                     }
                 }
                 passage.cross(&mut e.ends, exit)?;
@@ -278,11 +275,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                         passage.locator.still.fill(0);
                         passage.locator.classify(&mut e.ends, true);
                     }
-                    Err(stall) => {
-                        passage.check_tolerance(&e.ends, exit.contact)?;
-                        return Err(stall);
-                    }
-                    Ok(()) => {}
+                    left => left.map_err(|stall| passage.cause(&e.ends, exit.contact, stall))?,
                 }
                 e.derivative_at_start();
                 return Ok(Verdict::Repeat);

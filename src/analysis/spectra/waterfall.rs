@@ -16,9 +16,9 @@ use std::f64::consts::TAU;
 /// is sampled at equal steps of its angle. An order then remains one line while its frequency
 /// varies.
 ///
-/// A sample at a jump of the channel is the value before it. Amplitudes are those of the samples: orders
-/// above half of the samples a turn fold onto lower ones, and no amplitude is an extreme of the channel.
-/// [`Statistics`](crate::analysis::Statistics) have the extremes, on both sides of jumps.
+/// Where the channel jumps, a sample is the value before the jump. Orders above half the number of samples in
+/// a turn appear as lower orders. Amplitudes are not extremes of the channel;
+/// [`Statistics`](crate::analysis::Statistics) have these, on both sides of a jump.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, Rk4, drives::{SpeedLaw, VaryingSpeed}, analysis::Waterfall};

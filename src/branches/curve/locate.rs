@@ -207,9 +207,10 @@ impl<C: Curve> Engine<C> {
         Ok(Some((point, turns)))
     }
 
-    /// A distance between two others at which `test` has the opposite sign, and its value; `None` if none is
-    /// found. The extremum of the test is approached by parabolas, as long as they come near to 0. Where it
-    /// is known to lie inside, `turned` is a guess of its place, and they go on to the end.
+    /// A distance between two others at which `test` has the opposite sign, and its value; `None` if none
+    /// is found. Parabolas approach the extremum of the test, as long as their extremum is near 0.
+    /// `turned`: a guess of the place, if the extremum is known to lie between; the parabolas then go on in
+    /// any case.
     pub(crate) fn dip_between(
         &mut self,
         between: &Between<'_, C::Solution>,

@@ -24,6 +24,7 @@ use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
 use crate::numeric::search::complementarity::Complementarity;
+use crate::numeric::spread::sign_patterns;
 use crate::ode::edges::exit::Exit;
 
 /// A contact approaches its stop if its speed of approach exceeds this share of the fastest one at this
@@ -265,12 +266,9 @@ impl Collisions {
         contacts: &mut [Contact],
     ) -> bool {
         self.rounding.fill(0.0);
-        // The direction of velocity j is a bit of j, as in `Ends::rounding_of_contacts`.
-        for pattern in 0..usize::BITS - v.len().leading_zeros() {
-            for (j, (shaken, v)) in self.alone.iter_mut().zip(v).enumerate() {
-                let up = (j >> pattern) & 1 == 0;
-                *shaken = v * if up { 1.0 + f64::EPSILON } else { 1.0 - f64::EPSILON };
-            }
+        for sign in sign_patterns(v.len()) {
+            let components = self.alone.iter_mut().zip(v).enumerate();
+            components.for_each(|(j, (shaken, v))| *shaken = v * (1.0 + sign(j) * f64::EPSILON));
             model.contact(u, q, &self.alone, contacts);
             for ((rounding, exit), approach) in self.rounding.iter_mut().zip(&self.exits).zip(&self.approach)
             {

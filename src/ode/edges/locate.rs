@@ -183,7 +183,7 @@ impl Locator {
     pub(crate) fn measure_noise<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) {
         self.countdown = STEPS_BETWEEN;
         e.rounding_of_contacts(&mut self.noise);
-        if e.atol.is_empty() {
+        if e.atol.slice().iter().all(|atol| *atol == 0.0) {
             return;
         }
         self.tolerated.resize(self.noise.len(), [0.0; 2]);

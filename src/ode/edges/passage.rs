@@ -38,9 +38,7 @@ pub(crate) struct Passage {
 const EDGES: u32 = 64;
 
 impl Passage {
-    /// Begins a run from `e.t` to `end`. Without `locate` no edge of a contact is looked for. `atol`: the
-    /// absolute tolerance of each component; none with fixed steps and with Taylor series, which resolve the
-    /// distances from edges whatever it is.
+    /// Begins a run from `e.t` to `end`. Without `locate` no edge of a contact is looked for.
     ///
     /// # Errors
     /// [`IntegrateError::TimeSpan`], [`IntegrateError::NegativeGap`], [`IntegrateError::BeyondStop`],
@@ -49,7 +47,6 @@ impl Passage {
         e: &mut Ends<'_, M, V>,
         end: f64,
         locate: bool,
-        atol: &[f64],
     ) -> Result<Self, IntegrateError> {
         if !(end.abs() <= LAST_TIME && end > e.t) {
             return Err(IntegrateError::TimeSpan { start: e.t, end });
@@ -62,7 +59,7 @@ impl Passage {
             locator,
             edge,
             end,
-            atol: atol[..atol.len() / 2].iter().copied().reduce(f64::min).unwrap_or(0.0),
+            atol: halves(&e.atol).0.iter().copied().reduce(f64::min).unwrap_or(0.0),
             resolved: false,
             stop: edge.min(end),
             stats: Stats::default(),
@@ -130,7 +127,8 @@ impl Passage {
         changed.then_some(()).ok_or(IntegrateError::EdgeStall { t: e.t, contact: exit.contact })
     }
 
-    /// Checks that some motion until this crossing was larger than the absolute tolerance.
+    /// Checks that the gap, or a coordinate up to this crossing, is at least as large as the absolute
+    /// tolerance.
     ///
     /// # Errors
     /// [`IntegrateError::BelowTolerance`].
@@ -151,6 +149,18 @@ impl Passage {
             return Ok(());
         }
         Err(IntegrateError::BelowTolerance { t: e.t1, contact, atol: self.atol, motion })
+    }
+
+    /// The error of a contact that stalls: [`BelowTolerance`](IntegrateError::BelowTolerance) if that is the
+    /// cause.
+    #[cold]
+    pub(crate) fn cause<M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &Ends<'_, M, V>,
+        contact: usize,
+        stall: IntegrateError,
+    ) -> IntegrateError {
+        self.check_tolerance(e, contact).err().unwrap_or(stall)
     }
 
     /// Ends the step with the crossing of the located exit, all that happen together with it, and the impacts

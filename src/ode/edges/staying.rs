@@ -11,6 +11,7 @@ use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::Model;
 use crate::model::structure::slopes::accelerate;
+use crate::numeric::spread::sign_patterns;
 use crate::ode::edges::exit::Exit;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Crossing;
@@ -41,7 +42,8 @@ const KEPT: f64 = 0.25;
 /// Smallest jump, as a share of the largest acceleration `[1]`.
 const LEAST: f64 = 1e-6;
 
-/// The time is too late if its rounding keeps steps this many times as long from the tolerance.
+/// A time is too late if its rounding changes a velocity by more than the tolerance in a step of this many
+/// times the shortest length.
 const FEW: f64 = 32.0;
 
 /// Least change of an acceleration by the rounding of the time, as a share of the largest acceleration `[1]`:
@@ -147,7 +149,7 @@ impl Undeclared {
             accelerate(e.ends.model, pieces, u, q, v, a);
             if neighbour > 0 {
                 let least = OF_TIME * here.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
-                let atol = &e.atol.slice()[v.len()..];
+                let atol = &e.ends.atol.slice()[v.len()..];
                 let rows = here.iter().zip(&*there).zip(v.iter().zip(atol));
                 let changes = rows.filter(|((a, b), _)| (*a - *b).abs() > least);
                 let shares = changes.map(|((a, b), (v, atol))| h * (a - b).abs() / (atol + e.rtol * v.abs()));
@@ -271,13 +273,9 @@ impl Sliding {
             return known;
         }
         let (q, v) = halves(&e.y1);
-        // Any two velocities change in opposite directions at least once, as in `Ends::rounding_of_contacts`.
-        let patterns = usize::BITS - v.len().leading_zeros();
-        let found = (0..patterns).any(|pattern| {
-            for (j, (shaken, v)) in self.v.iter_mut().zip(v).enumerate() {
-                let sign = if (j >> pattern) & 1 == 0 { SHAKE } else { -SHAKE };
-                *shaken = v + sign * (1.0 + v.abs());
-            }
+        let found = sign_patterns(v.len()).any(|sign| {
+            let components = self.v.iter_mut().zip(v).enumerate();
+            components.for_each(|(j, (shaken, v))| *shaken = v + sign(j) * SHAKE * (1.0 + v.abs()));
             e.model.contact(e.nodes.end(), q, &self.v, &mut self.contacts);
             let [at, here] = [&self.contacts[contact], &e.contacts[contact]];
             [at.deflection, at.lower, at.upper] != [here.deflection, here.lower, here.upper]

@@ -3,6 +3,7 @@
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::{Model, State};
+use crate::numeric::spread::sign_patterns;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::kink_rates::KinkRates;
 use crate::ode::stepping::nodes::Nodes;
@@ -17,8 +18,8 @@ pub struct Ends<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) t1: f64,
     /// t1 - t.
     pub(super) h: f64,
-    /// Absolute tolerance of each component; none with fixed steps and with Taylor series.
-    pub(crate) atol: Vec<f64>,
+    /// Absolute tolerance of each component; 0 with fixed steps and with Taylor series.
+    pub(crate) atol: V,
     /// Coordinates, then velocities, at the start.
     pub(crate) y: V,
     /// Coordinates, then velocities, at the end.
@@ -54,7 +55,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
             t: start.t,
             t1: start.t,
             h: 0.0,
-            atol: Vec::new(),
+            atol: V::zeros(y.slice().len()),
             y1: y.clone(),
             nodes: Nodes::new(&u, nodes, steps),
             kink_rates: KinkRates::new(model, &u),
@@ -192,12 +193,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
         tolerated.fill([0.0; 2]);
         let (q, v) = halves(&self.y);
         self.model.contact(&self.u_stage, q, v, here);
-        let patterns = usize::BITS - self.atol.len().leading_zeros();
-        for pattern in 0..patterns {
-            let components = self.look.slice_mut().iter_mut().zip(self.y.slice()).zip(&self.atol);
-            for (j, ((out, y), atol)) in components.enumerate() {
-                *out = if (j >> pattern) & 1 == 0 { y + atol } else { y - atol };
-            }
+        for sign in sign_patterns(self.atol.slice().len()) {
+            let components = self.look.slice_mut().iter_mut().zip(self.y.slice()).zip(self.atol.slice());
+            components.enumerate().for_each(|(j, ((out, y), atol))| *out = y + sign(j) * atol);
             let (q, v) = halves(&self.look);
             self.model.contact(&self.u_stage, q, v, &mut self.shaken);
             for (tolerated, (a, b)) in tolerated.iter_mut().zip(here.iter().zip(&self.shaken)) {
@@ -248,14 +246,9 @@ fn shake<M: Model + ?Sized, V: Vector>(
     [contacts, shaken]: [&mut Vec<Contact>; 2],
     noise: &mut [f64],
 ) {
-    // The direction of component j is a bit of j: any two components change in opposite directions at least
-    // once.
-    let patterns = usize::BITS - y.slice().len().leading_zeros();
-    for pattern in 0..patterns {
-        for (j, (out, y)) in look.slice_mut().iter_mut().zip(y.slice()).enumerate() {
-            let up = (j >> pattern) & 1 == 0;
-            *out = if up { y * (1.0 + f64::EPSILON) } else { y * (1.0 - f64::EPSILON) };
-        }
+    for sign in sign_patterns(y.slice().len()) {
+        let components = look.slice_mut().iter_mut().zip(y.slice());
+        components.enumerate().for_each(|(j, (out, y))| *out = y * (1.0 + sign(j) * f64::EPSILON));
         let (q, v) = halves(look);
         model.contact(u, q, v, shaken);
         for (noise, (a, b)) in noise.iter_mut().zip(contacts.iter().zip(&*shaken)) {

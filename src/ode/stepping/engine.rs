@@ -54,8 +54,6 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) on_fixed_pieces: bool,
     /// Relative tolerance.
     pub(crate) rtol: f64,
-    /// Absolute tolerance of each component.
-    pub(crate) atol: V,
     /// Dense output: y0, then its coefficients.
     pub(super) dense: [V; DENSE],
     pub(super) ready: Ready,
@@ -80,7 +78,6 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             k: std::array::from_fn(|s| V::slot(if s < T::SLOTS { m } else { 0 })),
             on_fixed_pieces: false,
             rtol: 0.0,
-            atol: V::zeros(m),
             dense: std::array::from_fn(|c| V::zeros(if c <= T::DENSE { m } else { 0 })),
             ready: Ready { end: false, dense: false },
             evaluations: 0,
@@ -229,7 +226,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     pub(crate) fn norms<const L: usize, const R: usize>(&self, rows: [&TableauRow<L>; R]) -> [f64; R] {
         let Ends { h, y, y1, .. } = &self.ends;
         let m = y.slice().len() as f64;
-        V::squares([y, y1], &self.k, &self.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
+        V::squares([y, y1], &self.k, &self.ends.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
     }
 }
 

@@ -17,7 +17,7 @@ pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(
         f64::sqrt(sum / f64::max(count, 1.0))
     };
     let size: Vec<f64> =
-        e.ends.y.slice().iter().zip(e.atol.slice()).map(|(y, atol)| atol + e.rtol * y.abs()).collect();
+        e.ends.y.slice().iter().zip(e.ends.atol.slice()).map(|(y, atol)| atol + e.rtol * y.abs()).collect();
     let slope: Vec<f64> = e.k[0].slice().to_vec();
     let d0 = rms(&mut e.ends.y.slice().iter().zip(&size).map(|(y, s)| y / s));
     let d1 = rms(&mut slope.iter().zip(&size).map(|(f, s)| f / s));

@@ -57,7 +57,7 @@ impl<'m> Course<'m> {
         t_end: f64,
     ) -> Result<Self, IntegrateError> {
         let mut e = Ends::<dyn Model, Blocks>::new(model, start, 1, 1);
-        let passage = Passage::begin(&mut e, t_end, true, &[])?;
+        let passage = Passage::begin(&mut e, t_end, true)?;
         Ok(Course {
             e,
             passage,

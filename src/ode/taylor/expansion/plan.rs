@@ -294,10 +294,10 @@ impl Level {
         let (row_forms, first_row, zero) = (rows, first / EIGHT, columns.zero);
         let rows = Rows::new(&forms, &columns.places(), first_row);
 
-        let operand = |form: FormId, columns: &Columns| match columns.of_form.get(&form) {
-            Some(&column) => column,
-            None if tape.forms[form].is_zero() => zero,
-            None => columns.of_slot[tape.forms[form].alone().expect("a row or a slot") as usize],
+        // A form without a row is one slot, or 0.
+        let operand = |form: FormId, columns: &Columns| {
+            let slot = || tape.forms[form].alone().map(|slot| columns.of_slot[slot as usize]);
+            columns.of_form.get(&form).copied().or_else(slot).unwrap_or(zero)
         };
         let (mut choices, mut functions) = (Vec::new(), Vec::new());
         let (mut pairs, mut results) = (Vec::new(), Vec::new());
