@@ -43,11 +43,24 @@ pub struct Check {
     pub run: fn(&mut Draw) -> Outcome,
 }
 
+/// Number of models that a case draws until one has what the check compares.
+const DRAWS: usize = 16;
+
 impl Check {
-    /// Makes case `index`. A panic is a failure.
-    pub fn case(&self, seed: u64, index: u64, verbose: bool) -> Outcome {
+    /// Makes case `index`, and the reasons for which models of it were drawn again. A panic is a failure.
+    pub fn case(&self, seed: u64, index: u64, verbose: bool) -> (Outcome, Vec<&'static str>) {
         let mut draw = Draw::new(seed, self.name, index, verbose);
-        let made = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| (self.run)(&mut draw)));
+        let mut again = Vec::new();
+        loop {
+            match self.drawn(&mut draw) {
+                Outcome::Skipped(why) if again.len() + 1 < DRAWS => again.push(why),
+                outcome => return (outcome, again),
+            }
+        }
+    }
+    /// The next model of a case.
+    fn drawn(&self, draw: &mut Draw) -> Outcome {
+        let made = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| (self.run)(draw)));
         made.unwrap_or_else(|panic| {
             let text = panic.downcast_ref::<String>().map(String::as_str);
             let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no text");

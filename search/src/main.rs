@@ -18,7 +18,9 @@ const LIMIT: Duration = Duration::from_secs(120);
 struct Count {
     agree: u64,
     fail: u64,
-    skipped: BTreeMap<&'static str, u64>,
+    skipped: u64,
+    /// Models that were drawn again, by the reason.
+    again: BTreeMap<&'static str, u64>,
     time: Duration,
 }
 
@@ -30,10 +32,10 @@ fn option<'a>(arguments: &'a [String], name: &str) -> Option<&'a str> {
 fn print(counts: &BTreeMap<&str, Count>) {
     println!("{:24}{:>9}{:>9}{:>9}{:>12}", "check", "agree", "fail", "skipped", "ms a case");
     for (name, count) in counts {
-        let skipped: u64 = count.skipped.values().sum();
+        let skipped = count.skipped;
         let each = count.time.as_secs_f64() * 1e3 / (count.agree + count.fail + skipped) as f64;
         println!("{name:24}{:9}{:9}{skipped:9}{each:12.1}", count.agree, count.fail);
-        count.skipped.iter().for_each(|(why, n)| println!("{:>33} skipped: {why}", n));
+        count.again.iter().for_each(|(why, n)| println!("{n:>33} drawn again: {why}"));
     }
 }
 
@@ -46,7 +48,8 @@ fn run(arguments: &[String]) -> Result<bool, String> {
     let seconds: f64 = arguments.get(1).and_then(|s| s.parse().ok()).ok_or(USAGE)?;
     if let Some(case) = option(arguments, "--case") {
         let (name, index) = case.split_once(':').ok_or(USAGE)?;
-        let outcome = find(name)?.case(seed, index.parse().map_err(|_| USAGE)?, true);
+        let (outcome, again) = find(name)?.case(seed, index.parse().map_err(|_| USAGE)?, true);
+        again.iter().for_each(|why| println!("drawn again: {why}"));
         println!("{outcome:?}");
         return Ok(!matches!(outcome, Outcome::Fails(_)));
     }
@@ -74,16 +77,20 @@ fn run(arguments: &[String]) -> Result<bool, String> {
         if let Ok(mut running) = running.lock() {
             running.insert(turn, (format!("{}:{index}", check.name), begin));
         }
-        let outcome = check.case(seed, index, false);
+        let (outcome, again) = check.case(seed, index, false);
         if let Ok(mut running) = running.lock() {
             running.remove(&turn);
         }
         let Ok(mut counts) = counts.lock() else { break };
         let count = counts.entry(check.name).or_default();
         count.time += begin.elapsed();
+        again.into_iter().for_each(|why| *count.again.entry(why).or_default() += 1);
         match outcome {
             Outcome::Agrees => count.agree += 1,
-            Outcome::Skipped(why) => *count.skipped.entry(why).or_default() += 1,
+            Outcome::Skipped(why) => {
+                count.skipped += 1;
+                *count.again.entry(why).or_default() += 1;
+            }
             Outcome::Fails(what) => {
                 count.fail += 1;
                 println!("-- {seed} {seconds} --case {}:{index}   {what}", check.name);

@@ -5,56 +5,51 @@ use search::checks::all;
 
 const SEED: u64 = 7;
 
-/// Numbers of cases, many of the fast checks, and the least numbers of those that agree: the others are skipped. The slow
-/// ones run by the command of the crate alone.
-const CASES: [(&str, u64, u64); 31] = [
-    ("integrators-of-pairs", 10, 6),
-    ("integrators-of-stages", 4, 3),
-    ("integrators-of-chains", 3, 1),
-    ("slopes-of-chains", 20, 11),
-    ("flow-of-chains", 3, 1),
-    ("lanes-of-chains", 2, 2),
-    ("lanes-of-pairs", 2, 2),
-    ("lanes-of-sets", 1, 1),
-    ("lanes-of-stages", 1, 1),
-    ("closing-of-pairs", 12, 6),
-    ("closing-of-sets", 1, 1),
-    ("derivatives-of-pairs", 5, 2),
-    ("derivatives-of-stages", 2, 1),
-    ("balance-of-pairs", 5, 2),
-    ("conserved", 10, 9),
-    ("cuts-of-lines", 1, 0),
-    ("symmetric-coordinates", 3, 0),
-    ("symmetric-solvers", 2, 1),
-    ("symmetric-methods", 1, 1),
-    ("stability-of-pairs", 3, 2),
-    ("stability-of-stages", 1, 1),
-    ("infinity-of-pairs", 3, 0),
-    ("reference-of-engines", 6, 5),
-    ("reference-of-forms", 6, 4),
-    ("reference-of-drives", 10, 9),
-    ("closed-far-flanks", 2, 2),
-    ("closed-stiffness", 20, 20),
-    ("closed-rows-of-balls", 10, 9),
-    ("closed-late-times", 8, 8),
-    ("closed-tori", 5, 5),
-    ("closed-run-ups", 10, 10),
+/// Numbers of cases, many of the fast checks. The slow ones run by the command of the crate alone.
+const CASES: [(&str, u64); 32] = [
+    ("integrators-of-pairs", 10),
+    ("integrators-of-stages", 4),
+    ("integrators-of-chains", 3),
+    ("slopes-of-chains", 20),
+    ("flow-of-chains", 3),
+    ("lanes-of-chains", 2),
+    ("lanes-of-pairs", 2),
+    ("lanes-of-sets", 1),
+    ("lanes-of-stages", 1),
+    ("closing-of-pairs", 12),
+    ("closing-of-sets", 1),
+    ("derivatives-of-pairs", 5),
+    ("derivatives-of-stages", 2),
+    ("balance-of-pairs", 5),
+    ("conserved", 10),
+    ("cuts-of-lines", 1),
+    ("symmetric-coordinates", 3),
+    ("symmetric-solvers", 2),
+    ("symmetric-methods", 1),
+    ("stability-of-pairs", 3),
+    ("stability-of-stages", 1),
+    ("infinity-of-pairs", 3),
+    ("infinity-of-lines", 1),
+    ("reference-of-engines", 6),
+    ("reference-of-forms", 6),
+    ("reference-of-drives", 10),
+    ("closed-far-flanks", 2),
+    ("closed-stiffness", 20),
+    ("closed-rows-of-balls", 10),
+    ("closed-late-times", 8),
+    ("closed-tori", 5),
+    ("closed-run-ups", 10),
 ];
 
 /// Makes the cases of every second check.
 fn none_fails(part: usize) {
-    for (name, cases, least) in CASES.into_iter().skip(part).step_by(2) {
+    for (name, cases) in CASES.into_iter().skip(part).step_by(2) {
         let check = all().find(|check| check.name == name);
         let check = check.unwrap_or_else(|| panic!("there is no check {name}"));
-        let mut agree = 0;
         for index in 0..cases {
-            match check.case(SEED, index, false) {
-                Outcome::Agrees => agree += 1,
-                Outcome::Skipped(_) => {}
-                Outcome::Fails(what) => panic!("{name}:{index} {what}"),
-            }
+            let (outcome, again) = check.case(SEED, index, false);
+            assert_eq!(outcome, Outcome::Agrees, "{name}:{index}, drawn again: {again:?}");
         }
-        assert!(agree >= least, "{name}: {agree} of {cases} cases agree");
     }
 }
 
@@ -69,11 +64,18 @@ fn no_case_of_the_other_checks_fails() {
 }
 
 /// Cases of other seeds that have failed: two period doublings within a twentieth of a step that begins with a grazing; a
-/// motion of 3e-11 rad about 4e-4 rad, in which corrections are rounding.
+/// motion of 3e-11 rad about 4e-4 rad, in which corrections are rounding; a branch that passes beside its first point after a
+/// fold; an exponential that overflows in lanes.
 #[test]
 fn cases_that_failed_agree() {
-    for (seed, name, index) in [(900412, "short-steps-of-stages", 53), (900412, "symmetric-methods", 58)] {
-        let outcome = all().find(|check| check.name == name).map(|check| check.case(seed, index, false));
-        assert_eq!(outcome, Some(Outcome::Agrees), "{name}:{index}");
+    let cases = [
+        (900412, "short-steps-of-stages", 53),
+        (900412, "symmetric-methods", 58),
+        (20261127, "short-steps-of-pairs", 23),
+        (20261127, "steep-forces", 45),
+    ];
+    for (seed, name, index) in cases {
+        let case = all().find(|check| check.name == name).map(|check| check.case(seed, index, false));
+        assert_eq!(case.map(|(outcome, _)| outcome), Some(Outcome::Agrees), "{name}:{index}");
     }
 }

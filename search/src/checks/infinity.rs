@@ -4,7 +4,7 @@ use crate::checks::branches::{Case, settled};
 use crate::draw::Draw;
 use crate::models::pair::Pair;
 use crate::{Check, Outcome, agree};
-use gear_dynamics::branches::{Beyond, Branch, BranchEnd, BranchError, Continuation, Family, PointKind};
+use gear_dynamics::branches::{Beyond, Branch, BranchEnd, BranchError, BranchPoint, Continuation, Family, PointKind};
 use gear_dynamics::nalgebra::DMatrix;
 use gear_dynamics::{Dop853, Integrator, Model, Periodic, Shooting, State};
 
@@ -137,7 +137,7 @@ fn run(draw: &mut Draw, case: &Case, start: &(State, usize)) -> Result<Outcome, 
 
 /// Lines of folds of pairs over the damping.
 fn lines(draw: &mut Draw) -> Outcome {
-    let pair = Pair::draw_unstable(draw);
+    let pair = Pair::draw_damped(draw);
     draw.note(|| format!("{pair:?}"));
     run_lines(draw, &pair).unwrap_or_else(|error| Outcome::Fails(format!("{error}; {pair:?}")))
 }
@@ -154,11 +154,14 @@ fn run_lines(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let plane = Family::over(&case.train, ["speed", "mesh damping"]).map_err(|error| text(&error))?;
     let damping = 2.0 * pair.zeta;
     let mut ends = 0;
-    for point in branch.of_kind(PointKind::Fold).into_iter().take(2) {
+    let mut folds: Vec<&BranchPoint> = branch.of_kind(PointKind::Fold);
+    folds.sort_by(|a, b| (a.parameter - 1.0).abs().total_cmp(&(b.parameter - 1.0).abs()));
+    for point in folds.into_iter().take(2) {
         let line = Continuation::new(damping, 0.2 * damping).max_points(300).shooting(shooting.clone());
         let line = match line.run(&plane, point) {
             Ok(line) => line,
-            Err(BranchError::Curve(_)) => continue, // a fold too steep beside a grazing
+            // A fold too steep beside a grazing.
+            Err(BranchError::Curve(_)) => continue,
             Err(error) => return Err(text(&error)),
         };
         draw.note(|| format!("{line}"));

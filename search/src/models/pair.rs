@@ -32,6 +32,14 @@ impl Pair {
         let second = draw.one_of(&[-1.0, 1.0]) * draw.within(6.0 * zeta, 0.35);
         Pair { zeta, stiffness: [0.3 * drawn.stiffness[0], second], ..drawn }
     }
+    /// Draws a pair that becomes parametrically unstable near the speed 1 if its damping ratio falls: the amplitude of the
+    /// second order of its stiffness is less than 4 ζ. A fold of its forced branch runs to infinity then.
+    pub fn draw_damped(draw: &mut Draw) -> Self {
+        let drawn = Pair::draw(draw);
+        let zeta = draw.within(0.02, 0.08);
+        let second = draw.one_of(&[-1.0, 1.0]) * draw.within(3.0, 3.9) * zeta;
+        Pair { zeta, stiffness: [0.3 * drawn.stiffness[0], second], ..drawn }
+    }
     /// The train at a speed `[1]`.
     pub fn at(&self, speed: f64) -> Result<Train, TrainError> {
         let pair = SpurPair::of_numbers(self.zeta, self.load, &self.stiffness, &self.error)?;

@@ -109,6 +109,9 @@ pub(crate) const CORNER: f64 = 1e-5;
 /// Least number of points of a closed line.
 const LOOP: usize = 8;
 
+/// Largest distance of a closed line from its first point where it passes it, in the units of the line `[1]`.
+const SAME_POINT: f64 = 1e-6;
+
 /// Least |dp/ds| at which nodes are moved: the sign of dp/ds shows the direction of the curve `[1]`.
 const STEEP: f64 = 1e-3;
 
@@ -236,9 +239,10 @@ impl<'f, C: Followed> Stepper<'f, C> {
         } else if unbounded.is_some() {
             unbounded
         } else {
-            self.closes(next, step).then_some(BranchEnd::Closed)
+            self.closes(&reached.point, step)?.then_some(BranchEnd::Closed)
         };
         // From here on nothing fails: the step is not made again.
+        let (next, measured) = (&mut reached.point, &reached.measured);
         let parameters = [self.last.point.p, next.p];
         let turned = "the branch turned by more than 0.5 rad over a shortest step";
         let notes = unexplained.into_iter().chain((angle > TURN).then_some(turned));
@@ -262,10 +266,16 @@ impl<'f, C: Followed> Stepper<'f, C> {
     }
 
     /// Whether the line returns to its first point between the last point and the next one.
-    fn closes(&self, next: &CurvePoint<C::Solution>, step: f64) -> bool {
+    fn closes(&mut self, next: &CurvePoint<C::Solution>, step: f64) -> Result<bool, CurveError> {
         let is_long = self.line.points.len() + self.waiting.len() >= LOOP;
-        let first = self.first.as_ref().filter(|_| is_long);
-        first.is_some_and(|first| first.is_passed(&self.last.point, next, step))
+        let last = &self.last.point;
+        let Some(first) = self.first.as_ref().filter(|first| is_long && first.is_passed(last, next, step)) else {
+            return Ok(false);
+        };
+        // Another part of the line may pass beside its first point.
+        let mut along = |engine: &mut Engine<C>, point: &CurvePoint<_>| Some(engine.distance(first, point));
+        let at = self.engine.locate(last, next, step, &mut along)?;
+        Ok(at.is_some_and(|at| first.scaled_difference(&at).norm() < SAME_POINT))
     }
 
     /// Moves the nodes of the last point if an impact comes near one of them: there the state jumps.
