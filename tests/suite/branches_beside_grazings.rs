@@ -1,6 +1,6 @@
 //! Bifurcations beside grazings of a branch.
 
-use gear_dynamics::branches::{Branch, Continuation, Family, PointKind};
+use gear_dynamics::branches::{Branch, BranchEnd, Continuation, Family, PointKind};
 use gear_dynamics::trains::SpurPair;
 use gear_dynamics::{Dop853, Model, Settle, Shooting, State};
 
@@ -102,5 +102,25 @@ fn orbits_of_two_periods_end_at_their_parent() -> Result<()> {
         assert!((doublings[k] - doublings[doublings.len() - 1 - k]).abs() < 1e-8, "{doublings:?}");
     }
     assert_eq!(located(&branch, PointKind::Fold, 2.4).len(), 0, "{branch}");
+    Ok(())
+}
+
+#[test]
+fn a_line_that_passes_beside_its_first_point_is_not_closed() -> Result<()> {
+    // Beyond the fold the branch comes back beside its first point, with other motions: it ends at the bound.
+    let waves: [&[f64]; 2] = [
+        &[0.214_705_574_489_662_38, -0.222_423_319_865_678_1],
+        &[-0.053_329_346_611_013_684, 0.015_152_051_878_228_712],
+    ];
+    let (zeta, load) = (0.021_344_592_098_428_334, 0.180_550_597_584_572_04);
+    let branch = branch(zeta, load, waves, Continuation::new(0.5, 2.4))?;
+    assert_eq!(branch.end(), &BranchEnd::Bound);
+    let [first, last] =
+        [branch.points().first(), branch.points().last()].map(|p| p.map(|p| p.peak_to_peak()));
+    assert!(last > first.map(|first| 1.5 * first), "{branch}");
+    let grazings = located(&branch, PointKind::Grazing, 2.4);
+    for expected in [0.521_620_306_03, 0.528_143_331_8] {
+        assert!(grazings.iter().any(|p| (p - expected).abs() < 1e-9), "{expected} {grazings:?}");
+    }
     Ok(())
 }

@@ -269,7 +269,8 @@ impl<'f, C: Followed> Stepper<'f, C> {
     fn closes(&mut self, next: &CurvePoint<C::Solution>, step: f64) -> Result<bool, CurveError> {
         let is_long = self.line.points.len() + self.waiting.len() >= LOOP;
         let last = &self.last.point;
-        let Some(first) = self.first.as_ref().filter(|first| is_long && first.is_passed(last, next, step)) else {
+        let Some(first) = self.first.as_ref().filter(|first| is_long && first.is_passed(last, next, step))
+        else {
             return Ok(false);
         };
         // Another part of the line may pass beside its first point.
