@@ -6,7 +6,7 @@ use search::checks::all;
 const SEED: u64 = 7;
 
 /// Numbers of cases, many of the fast checks. The slow ones run by the command of the crate alone.
-const CASES: [(&str, u64); 32] = [
+const CASES: [(&str, u64); 33] = [
     ("integrators-of-pairs", 10),
     ("integrators-of-stages", 4),
     ("integrators-of-chains", 3),
@@ -35,6 +35,7 @@ const CASES: [(&str, u64); 32] = [
     ("reference-of-drives", 10),
     ("closed-far-flanks", 2),
     ("closed-stiffness", 20),
+    ("closed-densities", 1),
     ("closed-rows-of-balls", 10),
     ("closed-late-times", 8),
     ("closed-tori", 5),

@@ -2,6 +2,7 @@
 
 mod branches;
 mod closed;
+mod densities;
 mod drives;
 mod engines;
 mod forms;
@@ -18,6 +19,7 @@ pub fn all() -> impl Iterator<Item = &'static Check> {
     [
         &branches::CHECKS[..],
         &closed::CHECKS,
+        &densities::CHECKS,
         &drives::CHECKS,
         &engines::CHECKS,
         &forms::CHECKS,
