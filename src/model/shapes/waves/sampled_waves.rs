@@ -26,6 +26,9 @@ const TAIL: f64 = 1e-15;
 /// `[1]`.
 const DIFFERENCE: f64 = 1e-14;
 
+/// The waves at an angle, in their order.
+type Waves<'w> = &'w dyn Fn(f64, &mut [f64]);
+
 impl FourierWaves {
     /// The waves of a shape from samples, exact to rounding; `None` if it has edges, or waves whose harmonics
     /// do not decay.
@@ -33,18 +36,23 @@ impl FourierWaves {
         if shape.next_edge(0.0).is_some() {
             return None;
         }
-        let repeats = shape.repeats().max(1);
-        let waves = FourierWaves::new(&harmonics(shape, repeats)?, repeats);
+        let waves = |angle: f64, u: &mut [f64]| shape.waves(angle, Side::After, u);
+        FourierWaves::of_samples(shape.size().waves, shape.repeats().max(1), &waves)
+    }
+
+    /// Compiled once, in this crate: the planner of the transform is large.
+    fn of_samples(count: usize, repeats: u32, at: Waves<'_>) -> Option<Self> {
+        let waves = FourierWaves::new(&harmonics(count, repeats, at)?, repeats);
         // With too many orders the sums are neither written nor expanded.
-        (waves.weights.is_some() && waves.agree_with(shape, repeats)).then_some(waves)
+        (waves.weights.is_some() && waves.agree_with(repeats, at)).then_some(waves)
     }
 
     /// Whether the series agree with the waves at points between the samples.
-    fn agree_with<G: Shape>(&self, shape: &G, repeats: u32) -> bool {
+    fn agree_with(&self, repeats: u32, at: Waves<'_>) -> bool {
         let [mut u, mut sums] = [vec![0.0; self.means.len()], vec![0.0; self.means.len()]];
         GOLDEN_POINTS.iter().all(|place| {
             let angle = place * TAU / f64::from(repeats);
-            shape.waves(angle, Side::After, &mut u);
+            at(angle, &mut u);
             self.write(angle, &mut sums);
             self.means.iter().zip(&self.terms).zip(u.iter().zip(&sums)).all(|((mean, terms), (u, sum))| {
                 let size = terms.iter().fold(mean.abs(), |size, (_, [a, b])| size + a.abs() + b.abs());
@@ -55,8 +63,7 @@ impl FourierWaves {
 }
 
 /// The harmonics of the waves from samples; `None` if they are too few.
-fn harmonics<G: Shape>(shape: &G, repeats: u32) -> Option<Vec<Harmonics>> {
-    let waves = shape.size().waves;
+fn harmonics(waves: usize, repeats: u32, at: Waves<'_>) -> Option<Vec<Harmonics>> {
     let mut count = SAMPLES[0];
     while count > SAMPLES[1] && count * waves > ALL_SAMPLES {
         count /= 2;
@@ -64,7 +71,7 @@ fn harmonics<G: Shape>(shape: &G, repeats: u32) -> Option<Vec<Harmonics>> {
     let mut samples = vec![vec![0.0; count]; waves];
     let mut u = vec![0.0; waves];
     for i in 0..count {
-        shape.waves(TAU * i as f64 / (count as f64 * f64::from(repeats)), Side::After, &mut u);
+        at(TAU * i as f64 / (count as f64 * f64::from(repeats)), &mut u);
         samples.iter_mut().zip(&u).for_each(|(samples, u)| samples[i] = *u);
     }
     let fft = FftPlanner::new().plan_fft_forward(count);
