@@ -1,7 +1,7 @@
 //! Truncated Taylor series: the numbers with which drives are expanded over time.
 
 use crate::scalar::{Scalar, is_product};
-use crate::steepness::{JETS, logarithm, steepness};
+use crate::steepness::{HIGH_DEGREE, JETS, logarithm, steepness, steepness_of_product};
 use std::fmt;
 use std::ops::Add;
 use std::ops::Div;
@@ -44,6 +44,8 @@ pub struct PowerSeries<C> {
     until: f64,
     /// The largest [`steepness`] of the functions in it `[1/s]`.
     steepness: f64,
+    /// Of how many numbers that vary it is a product, at most.
+    degree: usize,
     refusal: Option<&'static str>,
 }
 
@@ -57,8 +59,8 @@ impl<C: Scalar> PowerSeries<C> {
     /// c_0 + c_1 t, from its value and its rate. Functions of it have `coefficients` coefficients, at most
     /// [`CAPACITY`](PowerSeries::CAPACITY) and at least 2.
     pub fn variable(value: C, rate: C, coefficients: usize) -> Self {
-        let mut series =
-            PowerSeries { len: 2, full: coefficients.clamp(2, CAPACITY), ..PowerSeries::constant(value) };
+        let full = coefficients.clamp(2, CAPACITY);
+        let mut series = PowerSeries { len: 2, full, degree: 1, ..PowerSeries::constant(value) };
         series.c[1] = rate;
         series
     }
@@ -67,7 +69,7 @@ impl<C: Scalar> PowerSeries<C> {
     pub(crate) fn constant(value: C) -> Self {
         let mut c = [C::from(0.0); CAPACITY];
         c[0] = value;
-        PowerSeries { c, len: 1, full: 1, until: f64::INFINITY, steepness: 0.0, refusal: None }
+        PowerSeries { c, len: 1, full: 1, until: f64::INFINITY, steepness: 0.0, degree: 0, refusal: None }
     }
 
     /// A series that stands for a function without one; `reason` says which function.
@@ -111,6 +113,7 @@ impl<C: Scalar> PowerSeries<C> {
             full: self.full.max(o.full),
             until: self.until.min(o.until),
             steepness: self.steepness.max(o.steepness),
+            degree: self.degree.max(o.degree),
             refusal: self.refusal.or(o.refusal),
         }
     }
@@ -209,7 +212,7 @@ impl Series {
     pub(crate) fn set_constant(&mut self, value: f64) {
         self.c[1..self.len].fill(0.0);
         self.c[0] = value;
-        (self.len, self.full) = (1, 1);
+        (self.len, self.full, self.degree) = (1, 1, 0);
         (self.until, self.steepness, self.refusal) = (f64::INFINITY, 0.0, None);
     }
     /// Sets the first `len` coefficients; all further ones are 0.
@@ -221,7 +224,7 @@ impl Series {
         for c in &mut self.c[len..(USED * EIGHT).max(len)] {
             *c = 0.0;
         }
-        (self.len, self.full) = (len, len);
+        (self.len, self.full, self.degree) = (len, len, 1);
         (self.until, self.steepness, self.refusal) = (f64::INFINITY, 0.0, None);
     }
 }
@@ -292,6 +295,12 @@ impl<C: Scalar> Mul for PowerSeries<C> {
         for (j, a) in short.coefficients().iter().enumerate() {
             let sums = &mut product.c[j..full];
             sums.iter_mut().zip(&long.c[..long.len]).for_each(|(sum, b)| *sum = *sum + *a * *b);
+        }
+        product.degree = self.degree.saturating_add(o.degree);
+        if product.degree > HIGH_DEGREE
+            && let Some(jets) = product.jets()
+        {
+            product.steepness = product.steepness.max(steepness_of_product(jets));
         }
         product
     }

@@ -9,6 +9,9 @@ const WAY: f64 = 2.0;
 /// Beyond ±FAR e^w is negligible beside 1, or 1 beside it: half of the way back is left out.
 const FAR: f64 = 30.0;
 
+/// A product of so many numbers that vary may vanish in all coefficients that are computed.
+pub(crate) const HIGH_DEGREE: usize = 12;
+
 /// 1/s of the time s in which the exponent w of e^w, with these Taylor coefficients, moves by [`WAY`] at
 /// most, or by half of what separates it from [`FAR`].
 ///
@@ -16,6 +19,12 @@ const FAR: f64 = 30.0;
 pub(crate) fn steepness([w, first, second, third]: [f64; JETS]) -> f64 {
     let way = WAY + 0.5 * (w.abs() - FAR).max(0.0);
     (first / way).abs() + (second / way).abs().sqrt() + libm::cbrt((third / way).abs())
+}
+
+/// The [`steepness`] of a product of high degree, from its own coefficients: it is e^w with the logarithm w of its size. 0
+/// for a product that is 0, or so small: its factors of lower degree are not.
+pub(crate) fn steepness_of_product(jets: [f64; JETS]) -> f64 {
+    if jets[0] == 0.0 { 0.0 } else { steepness(logarithm(jets)) }
 }
 
 /// The Taylor coefficients of ln |b|: a power b^p is e^w with w = p ln |b|.

@@ -65,6 +65,11 @@ impl<'m> Mean<'m> {
         Mean { model, instants, rest: vec![0.0; model.dof()] }
     }
 
+    /// Whether the mean is the value at one instant.
+    pub(crate) fn is_of_one_instant(&self) -> bool {
+        self.instants.weights.len() == 1
+    }
+
     /// The mean acceleration at rest in a position.
     pub(crate) fn acceleration(&self, pieces: Option<&[Piece]>, q: &[f64]) -> Vec<f64> {
         let (mut mean, mut a) = (self.rest.clone(), self.rest.clone());

@@ -110,3 +110,65 @@ fn overflow_is_an_error() {
         assert!(matches!(rows.errors()[&0], PointError::Integrate(IntegrateError::NoSeriesAt { .. })));
     }
 }
+
+/// x'' = cos φ + P ((1 + cos (φ - 1))/2)^n - x - 0.1 x' + F (1 - (x/4)²)^n with n = 256 or 1024: products only.
+#[derive(PartialEq)]
+struct Peaks {
+    squarings: usize,
+}
+
+impl Peaks {
+    fn power<S: Scalar>(&self, x: S) -> S {
+        (0..self.squarings).fold(x, |x, _| x * x)
+    }
+}
+
+impl Shape for Peaks {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 2, constants: 3, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        ["speed", "pulse", "force"].map(|name| Channel::new(name, "1")).into()
+    }
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+        let one = A::Number::from(1.0);
+        u[0] = angle.number().cos();
+        u[1] = self.power((one + (angle.number() - one).cos()) * 0.5);
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let ([cos, pulse], [height, force]) = (u.waves(), u.constants());
+        let place = q[0] * 0.25;
+        let peak = self.power(S::from(1.0) - place * place);
+        a[0] = cos + height * pulse - q[0] - v[0] * 0.1 + force * peak;
+    }
+}
+
+/// Powers of high degree by products, against short steps: they vanish in all coefficients away from their peak.
+#[test]
+fn products_of_high_degree() {
+    for (squarings, pulse, force, start) in [
+        (8, 3.0, 0.0, [0.8, 0.3]),
+        (10, 3.0, 0.0, [0.8, 0.3]),
+        (12, 3.0, 0.0, [0.8, 0.3]),
+        (8, 0.0, 2.0, [3.0, 0.3]),
+        (10, 0.0, 2.0, [3.0, 0.3]),
+    ] {
+        let constants = [("speed", 0.7), ("pulse", pulse), ("force", force)];
+        let machine = Machine::of_constants(Peaks { squarings }, &constants).unwrap();
+        let start = State::new(0.0, &start[..1], &start[1..]);
+        let short = Dop853::new().rtol(1e-13).atol(1e-15).max_step(5e-3);
+        let exact = short.end(&machine, &start, 30.0).unwrap().q[0];
+        let sweep =
+            Sweep::new(axis("speed", 0.7, 0.8, 2)).settle(1).measure(1).channels(&["q0"]).strobe(1);
+        let turns = short.end(&machine, &start, 2.0 * machine.period()).unwrap().q[0];
+        for rtol in [1e-6, 1e-8, 1e-10, 1e-12] {
+            let taylor = Taylor::new().rtol(rtol);
+            let found = taylor.end(&machine, &start, 30.0).unwrap().q[0];
+            let within = 3000.0 * rtol + 1e-9;
+            assert!((found - exact).abs() < within, "{squarings}, {force}, {rtol:e}: {found} for {exact}");
+            let rows = rows(&sweep, &LaneTaylor::new(taylor), &machine, &start);
+            let found = rows.get(0).unwrap().strobes().last().unwrap()[0];
+            assert!((found - turns).abs() < within, "{squarings}, {force}, {rtol:e}: {found} for {turns}");
+        }
+    }
+}

@@ -36,7 +36,7 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let mut u = vec![0.0; model.drives()];
     let flanks = [vec![Piece::Lower; model.contacts()], vec![Piece::Upper; model.contacts()]];
     let (exact, mut a, rest) = (model.offers().jacobian, vec![0.0; n], vec![0.0; n]);
-    // Jacobians, each divided by its largest entry.
+    // Jacobians, each divided by its largest entry; exact ones by that of each row.
     let mut jacobians = Vec::new();
     let mut free = Free::whole(n);
     for (instant, size) in SIZES.iter().enumerate() {
@@ -62,7 +62,11 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
                 let half = if velocity { &slopes.jacobian.v } else { &slopes.jacobian.q };
                 let largest = half.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
                 if largest > 0.0 && rounding <= DIFFERENCE_ROUNDING * largest {
-                    jacobians.push(half.map(|x| if x.is_finite() { x / largest } else { 0.0 }));
+                    let mut rows = half.map(|x| if x.is_finite() { x / largest } else { 0.0 });
+                    if exact {
+                        level(&mut rows);
+                    }
+                    jacobians.push(rows);
                 }
             }
         }
@@ -80,6 +84,17 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     let limits = if exact { EXACT } else { DIFFERENCES };
     free.resisted(&jacobians, limits);
     free.motions(limits)
+}
+
+/// Divides each row by its largest entry: small inertias make rows large, and a soft spring of a large inertia resists
+/// as a stiff one.
+fn level(rows: &mut DMatrix<f64>) {
+    for mut row in rows.row_iter_mut() {
+        let largest = row.amax();
+        if largest > 0.0 {
+            row /= largest;
+        }
+    }
 }
 
 /// The directions that no Jacobian so far resists.

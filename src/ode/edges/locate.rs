@@ -25,6 +25,10 @@ const CLOSE: f64 = 1e-13;
 /// `[1]`: a motion near one edge of a wide gap does not know of the other edge.
 const WIDE: f64 = 1e4;
 
+/// Factor by which the longest way decreases with each step: a motion that settles has smaller ways than at
+/// its start.
+const FADING: f64 = 0.98;
+
 /// Minimum slack, in units of the effect of rounding on the deflection.
 const NOISE: f64 = 4.0;
 
@@ -71,7 +75,7 @@ pub(crate) struct Locator {
     resolved: Vec<bool>,
     /// Scratch of the measurement.
     here: Vec<Contact>,
-    /// The longest way of each contact from its edges in one step so far.
+    /// The longest way of each contact from its edges in one step, of the last hundred steps or so.
     ways: Vec<f64>,
     /// Number of steps until `noise` is measured again.
     countdown: u8,
@@ -167,6 +171,7 @@ impl Locator {
     /// The time has advanced.
     #[inline(always)]
     pub(crate) fn advance(&mut self) {
+        self.ways.iter_mut().for_each(|way| *way *= FADING);
         self.still.fill(0);
         self.fresh.fill(false);
     }

@@ -93,7 +93,8 @@ impl Undeclared {
     /// The current step was rejected because of its error.
     ///
     /// # Errors
-    /// [`IntegrateError::Discontinuity`] if many short steps in a row met a jump of the same acceleration.
+    /// [`IntegrateError::Discontinuity`] if many short steps in a row met a jump of an acceleration: the error names the last
+    /// one.
     #[cold]
     pub(crate) fn rejected<M: Model + ?Sized, V: Vector>(
         &mut self,
@@ -109,7 +110,7 @@ impl Undeclared {
             return Ok(());
         }
         if let Some(acceleration) = self.jump(e) {
-            self.jumps = if self.acceleration == acceleration { self.jumps + 1 } else { 1 };
+            self.jumps += 1;
             self.acceleration = acceleration;
         }
         if self.jumps < JUMPS {

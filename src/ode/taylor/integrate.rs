@@ -10,7 +10,7 @@ use crate::ode::step::{Observer, Step};
 use crate::ode::taylor::course::{COLLAPSE, Course, are_steep, valid_until};
 use crate::ode::taylor::defect::{Checked, Defect};
 use crate::ode::taylor::expansion::coefficients::Coefficients;
-use crate::ode::taylor::expansion::steepness::may_hide;
+use crate::ode::taylor::expansion::degrees::may_hide;
 use crate::ode::taylor::pace::SeriesPace;
 use crate::ode::taylor::polynomials::Polynomials;
 use crate::ode::taylor::settings::Taylor;

@@ -192,7 +192,7 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
     }
 
     /// The first contact that rests on an edge where the slopes jump.
-    fn rests_on_kink(&self, state: &State) -> Option<usize> {
+    pub(crate) fn rests_on_kink(&self, state: &State) -> Option<usize> {
         let (q, v) = (&state.q[..self.n], &state.v[..self.n]);
         let mut u = vec![0.0; self.model.drives()];
         self.model.drive(state.t, Side::After, &mut u);

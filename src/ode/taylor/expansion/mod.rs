@@ -2,6 +2,7 @@
 
 pub(crate) mod aligned;
 pub(crate) mod coefficients;
+pub(crate) mod degrees;
 mod dependence;
 pub(crate) mod functions;
 pub(crate) mod plan;

@@ -3,6 +3,7 @@
 use crate::contact::Piece;
 use crate::contact::edge::Edge;
 use crate::contact::piece::alternative;
+use crate::ode::taylor::expansion::degrees::high_products;
 use crate::ode::taylor::expansion::dependence::{dependants_of_powers, levels, uses};
 use crate::ode::taylor::expansion::functions::{Function, Grid, Placed};
 use crate::ode::taylor::expansion::products::{BATCH, Products};
@@ -79,6 +80,8 @@ pub(crate) struct Plan {
     pub(crate) edges: Vec<EdgeColumn>,
     /// Number of levels that the distances need.
     pub(crate) levels_of_distances: usize,
+    /// Columns of the products of high degree.
+    pub(crate) high_products: Vec<u32>,
 }
 
 /// Number of blocks of the columns of a small plan. Plans have at least this number.
@@ -199,6 +202,7 @@ impl Plan {
             distances: if own { first } else { made[0].first_row },
             distance_blocks: edges.iter().map(|edge| edge.column / EIGHT + 1).max().unwrap_or(0),
             levels_of_distances: if own { deepest.unwrap_or(0) } else { 1 },
+            high_products: high_products(tape).into_iter().map(|slot| columns.of_slot[slot]).collect(),
             levels: made,
             edges,
         }

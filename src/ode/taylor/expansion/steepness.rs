@@ -3,11 +3,7 @@
 use crate::ode::taylor::expansion::coefficients::Coefficients;
 use crate::ode::taylor::expansion::functions::Function;
 use crate::ode::taylor::expansion::rows::EIGHT;
-use crate::steepness::{JETS, logarithm, steepness};
-use crate::tape::operations::{Op, Tape};
-
-/// A product of so many coordinates and velocities may vanish in all coefficients that are computed.
-const HIGH_DEGREE: usize = 12;
+use crate::steepness::{JETS, logarithm, steepness, steepness_of_product};
 
 impl Coefficients {
     /// The largest [`steepness`] of the active functions, from their arguments of the first orders `[1/s]`. A
@@ -24,28 +20,7 @@ impl Coefficients {
             Function::Power(a, p, _) => steepness(power(a, p)),
             Function::SinCos(_) => 0.0,
         });
-        all.fold(0.0, f64::max)
+        let products = self.plan.high_products.iter().map(|&column| steepness_of_product(jets(column)));
+        all.chain(products).fold(0.0, f64::max)
     }
-}
-
-/// Whether the last coefficients of a motion may hide what is in a later part of its step: its tape contains
-/// a function with singular points or of fast growth, or products of high degree.
-pub(crate) fn may_hide(tape: &Tape) -> bool {
-    let mut degrees = vec![1; tape.inputs()];
-    let needed = tape.needed();
-    let degree_of = |form: usize, degrees: &[usize]| {
-        tape.forms[form].terms.iter().map(|(slot, _)| degrees[*slot as usize]).max().unwrap_or(0)
-    };
-    for (op, _) in &tape.ops {
-        let operands = op.operands().into_iter().map(|form| degree_of(form, &degrees));
-        let degree = match op {
-            Op::Product(..) => operands.sum(),
-            _ => operands.max().unwrap_or(0),
-        };
-        degrees.push(degree);
-    }
-    tape.ops.iter().zip(tape.inputs()..).any(|((op, _), slot)| {
-        let steep = matches!(op, Op::Quotient(..) | Op::Sqrt(_) | Op::Power(..) | Op::Exp(_) | Op::Ln(_));
-        needed[slot] && (steep || degrees[slot] > HIGH_DEGREE)
-    })
 }

@@ -1,0 +1,41 @@
+//! Of how many factors the products of a tape consist, and what its last coefficients may hide.
+
+use crate::steepness::HIGH_DEGREE;
+use crate::tape::operations::{Op, Tape};
+
+/// The number of coordinates, velocities and drives of which each slot is a product, at most.
+fn degrees(tape: &Tape) -> Vec<usize> {
+    let mut degrees = vec![1; tape.inputs()];
+    let degree_of = |form: usize, degrees: &[usize]| {
+        tape.forms[form].terms.iter().map(|(slot, _)| degrees[*slot as usize]).max().unwrap_or(0)
+    };
+    for (op, _) in &tape.ops {
+        let operands = op.operands().into_iter().map(|form| degree_of(form, &degrees));
+        let degree = match op {
+            Op::Product(..) => operands.fold(0, usize::saturating_add),
+            _ => operands.max().unwrap_or(0),
+        };
+        degrees.push(degree);
+    }
+    degrees
+}
+
+/// The slots of products of high degree.
+pub(crate) fn high_products(tape: &Tape) -> Vec<usize> {
+    let (degrees, needed) = (degrees(tape), tape.needed());
+    let ops = tape.ops.iter().zip(tape.inputs()..);
+    let high = ops.filter(|((op, _), slot)| {
+        matches!(op, Op::Product(..)) && needed[*slot] && degrees[*slot] > HIGH_DEGREE
+    });
+    high.map(|(_, slot)| slot).collect()
+}
+
+/// Whether the last coefficients of a motion may hide what is in a later part of its step: its tape contains
+/// a function with singular points or of fast growth, or products of high degree.
+pub(crate) fn may_hide(tape: &Tape) -> bool {
+    let (degrees, needed) = (degrees(tape), tape.needed());
+    tape.ops.iter().zip(tape.inputs()..).any(|((op, _), slot)| {
+        let steep = matches!(op, Op::Quotient(..) | Op::Sqrt(_) | Op::Power(..) | Op::Exp(_) | Op::Ln(_));
+        needed[slot] && (steep || degrees[slot] > HIGH_DEGREE)
+    })
+}
