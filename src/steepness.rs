@@ -21,8 +21,8 @@ pub(crate) fn steepness([w, first, second, third]: [f64; JETS]) -> f64 {
     (first / way).abs() + (second / way).abs().sqrt() + libm::cbrt((third / way).abs())
 }
 
-/// The [`steepness`] of a product of high degree, from its own coefficients: it is e^w with the logarithm w of its size. 0
-/// for a product that is 0, or so small: its factors of lower degree are not.
+/// The [`steepness`] of a product of high degree, from its own coefficients: it is e^w with the logarithm w
+/// of its size. 0 for a product that is 0, or so small: its factors of lower degree are not.
 pub(crate) fn steepness_of_product(jets: [f64; JETS]) -> f64 {
     if jets[0] == 0.0 { 0.0 } else { steepness(logarithm(jets)) }
 }

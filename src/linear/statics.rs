@@ -59,7 +59,8 @@ const INTERVALS: usize = 1000;
 /// Number of Gauss panels in a period, first and at most.
 const PANELS: [usize; 2] = [8, 1024];
 
-/// Number of panels with which a state is confirmed: smooth pulses as narrow as 1/1000 of the period are seen.
+/// Number of panels with which a state is confirmed: smooth pulses as narrow as 1/1000 of the period are
+/// seen.
 const CONFIRMED: usize = 128;
 
 /// The static state of a model: the position at rest in which no coordinate accelerates, except along a rigid
@@ -69,15 +70,15 @@ const CONFIRMED: usize = 128;
 /// stiffness or a transmission error, enters with its mean. A product of two waves, such as stiffness times
 /// transmission error, enters with the mean of the product. The integral is a Gauss sum between the edges of
 /// the drives. It begins with some 40 points; their number is doubled until the balance holds to 1e-9 of the
-/// load, up to some 5000, and confirmed with 640: a smooth pulse narrower than a thousandth of the period may be missed. In
-/// a period with more than 1000 edges the mean is that up to the 1000th edge.
+/// load, up to some 5000, and confirmed with 640: a smooth pulse narrower than a thousandth of the period
+/// may be missed. In a period with more than 1000 edges the mean is that up to the 1000th edge.
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
 /// the gap if both flanks pull. If no such pieces carry the mean load, as with a lever that varies over the
-/// period or planets that share a small torque, the state is that at t = 0 and says so ([`StaticState::instant`]). At an instant, where contacts
-/// that share a load do not settle so, it is the end of the motion q' = a(u(t), q, 0) from that of all upper
-/// flanks, in steps of implicit Euler that grow as long as they converge. With stiffnesses that are not
-/// negative, the potential energy falls along it.
+/// period or planets that share a small torque, the state is that at t = 0 and says so
+/// ([`StaticState::instant`]). At an instant, where contacts that share a load do not settle so, it is the
+/// end of the motion q' = a(u(t), q, 0) from that of all upper flanks, in steps of implicit Euler that grow
+/// as long as they converge. With stiffnesses that are not negative, the potential energy falls along it.
 ///
 /// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static
 /// state is not found.

@@ -1,6 +1,7 @@
 //! Motions that rest on the edge of a gap without width: an unloaded train without backlash is a spring.
 
 use crate::api::*;
+use crate::lane_taylor::{axis, rows};
 use gear_dynamics::linear::Modes;
 use gear_dynamics::models::Oscillator;
 use std::f64::consts::TAU;
@@ -117,4 +118,67 @@ fn a_contact_that_rests_where_slopes_jump_is_refused_by_name() {
     // A motion that only starts on the edge has a derivative.
     let model = Unloaded { b: 0.0, stiffness: [1.0, 2.0], damping: [0.1; 2] };
     assert!(Variation::new().run(&model, &State::new(0.0, &[0.0], &[0.3]), 3.0).is_ok());
+}
+
+/// A mass without load on flanks of the slopes 1 and 2, as a shape.
+#[derive(PartialEq)]
+struct Uneven;
+
+impl Nonlinearity for Uneven {
+    fn force<S: Scalar>(&self, at: Deflection<S>) -> S {
+        (at.d - at.upper).max(S::from(0.0)) * 2.0 + (at.d - at.lower).min(S::from(0.0))
+    }
+    fn force_on<S: Scalar>(&self, piece: Piece, _: &[Piece], at: Deflection<S>) -> S {
+        match piece {
+            Piece::Upper => (at.d - at.upper) * 2.0,
+            Piece::Gap => S::from(0.0),
+            Piece::Lower => at.d - at.lower,
+        }
+    }
+}
+
+#[derive(PartialEq)]
+struct UnevenMass;
+
+impl Shape for UnevenMass {
+    fn size(&self) -> Size {
+        Size { dof: 1, contacts: 1, constants: 2, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        ["speed", "damping"].map(|name| Channel::new(name, "1")).into()
+    }
+    fn waves<A: Angle>(&self, _: A, _: Side, _: &mut [A::Number]) {}
+    fn contact<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        _: usize,
+        _: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
+        let zero = S::from(0.0);
+        let force = law.force(0, &Uneven, Deflection { d: q[0], rate: v[0], lower: zero, upper: zero });
+        Contact { deflection: q[0], rate: v[0], lower: zero, upper: zero, force, ..Contact::default() }
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let [damping] = u.constants();
+        a[0] = -self.contact(law, 0, u, q, v).force - damping * v[0];
+    }
+}
+
+/// Exponents in lanes refuse the motion at rest as single runs do.
+#[test]
+fn lanes_refuse_a_contact_that_rests_where_slopes_jump() {
+    let machine = Machine::of_constants(UnevenMass, &[("speed", 2.0), ("damping", 0.1)]).unwrap();
+    let rest = State::at_rest(1);
+    let settings = Lyapunov::new().settle(0).align(3).measure(5);
+    let single = settings.clone().run(&machine, &rest).unwrap_err().to_string();
+    assert!(single.contains("rests on an edge of its gap"), "{single}");
+    let sweep =
+        Sweep::new(axis("damping", 0.1, 0.2, 3)).settle(1).measure(1).channels(&["q0"]).lyapunov(settings);
+    let rows = rows(&sweep, &LaneTaylor::new(Taylor::new()), &machine, &rest);
+    assert_eq!(rows.exponent_errors().len(), 3);
+    for error in rows.exponent_errors().values() {
+        assert!(error.to_string().contains("rests on an edge of its gap"), "{error}");
+    }
 }

@@ -131,3 +131,59 @@ fn the_default_start_is_that_of_the_mean_load() {
     let first = settle.run(&solver, &train, &static_state(&train, 0.0).unwrap().state).unwrap();
     assert!(mean.periods < first.periods, "{} and {}", mean.periods, first.periods);
 }
+
+/// A pulse of 1/750 of the period between the points of the first two sums is seen: the mean load is 1 + 100 w √π/2π.
+#[test]
+fn a_narrow_pulse_is_part_of_the_mean() {
+    struct Pulse;
+    impl Model for Pulse {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, u: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            let place = (u[0].rem_euclid(std::f64::consts::TAU) - 1.3) / 0.005;
+            a[0] = 1.0 + 100.0 * (-place * place).exp() - q[0];
+        }
+    }
+    impl Periodic for Pulse {
+        fn period(&self) -> f64 {
+            std::f64::consts::TAU
+        }
+    }
+    let found = static_state(&Pulse, None).unwrap();
+    let mean = 1.0 + 0.5 * std::f64::consts::PI.sqrt() / std::f64::consts::TAU;
+    assert!((found.state.q[0] - mean).abs() < 1e-8, "{found:?}");
+    assert_eq!(found.instant, None);
+    assert_eq!(static_state(&Pulse, 0.0).unwrap().instant, Some(0.0));
+}
+
+/// A soft spring of a large inertia beside a stiff one of a small inertia is no rigid motion.
+#[test]
+fn a_soft_spring_beside_a_light_body_carries_its_load() {
+    struct Soft;
+    impl Model for Soft {
+        fn dof(&self) -> usize {
+            2
+        }
+        fn accel(&self, _: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+            let coupling = 1e6 * (q[0] - q[1]);
+            a[0] = -coupling / 1e-7;
+            a[1] = coupling - q[1] - 0.5 * v[1] + 3.0;
+        }
+        fn offers(&self) -> Offers<'_> {
+            Offers { jacobian: true, ..Offers::default() }
+        }
+        fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
+            out.q.copy_from_slice(&[-1e13, 1e6, 1e13, -1e6 - 1.0]); // column by column
+            out.v.copy_from_slice(&[0.0, 0.0, 0.0, -0.5]);
+        }
+    }
+    impl Periodic for Soft {
+        fn period(&self) -> f64 {
+            1.0
+        }
+    }
+    let found = static_state(&Soft, None).unwrap();
+    assert!((found.state.q[1] - 3.0).abs() < 1e-8, "{found:?}");
+    assert!(found.acceleration.iter().all(|a| a.abs() < 1e-3), "{found:?}");
+}

@@ -158,8 +158,7 @@ fn products_of_high_degree() {
         let start = State::new(0.0, &start[..1], &start[1..]);
         let short = Dop853::new().rtol(1e-13).atol(1e-15).max_step(5e-3);
         let exact = short.end(&machine, &start, 30.0).unwrap().q[0];
-        let sweep =
-            Sweep::new(axis("speed", 0.7, 0.8, 2)).settle(1).measure(1).channels(&["q0"]).strobe(1);
+        let sweep = Sweep::new(axis("speed", 0.7, 0.8, 2)).settle(1).measure(1).channels(&["q0"]).strobe(1);
         let turns = short.end(&machine, &start, 2.0 * machine.period()).unwrap().q[0];
         for rtol in [1e-6, 1e-8, 1e-10, 1e-12] {
             let taylor = Taylor::new().rtol(rtol);

@@ -41,3 +41,25 @@ fn contact_loss_is_found_in_gaps_of_every_width() {
         }
     }
 }
+
+/// A motion that starts far inside the flank and settles on a small ripple loses contact in it as in a narrow gap.
+#[test]
+fn contact_loss_of_a_motion_that_has_settled_is_found() {
+    let given =
+        [("speed", 0.7), ("damping", 0.6), ("mesh stiffness", 1.0), ("mean force", 1e-7), ("force", 4e-7)];
+    let model = |b: f64| Oscillator::new(&[&given[..], &[("half backlash", b)]].concat()).unwrap();
+    let t_end = 12.0 * TAU / 0.7;
+    let right =
+        Dop853::new().rtol(1e-15).atol(1e-14).end(&model(1e-3), &State::new(0.0, &[1.001], &[0.0]), t_end);
+    let right = right.unwrap().q[0] - 1e-3;
+    let b = 1e6;
+    let start = State::new(0.0, &[b + 1.0], &[0.0]);
+    for (name, end) in [
+        ("Dop853", Dop853::new().rtol(1e-15).atol(1e-13).end(&model(b), &start, t_end)),
+        ("Rk4", Rk4::new(1e-2).end(&model(b), &start, t_end)),
+        ("Taylor", Taylor::new().rtol(1e-15).atol(1e-13).end(&model(b), &start, t_end)),
+    ] {
+        let off = (end.unwrap().q[0] - b - right).abs();
+        assert!(off < 2e-8, "{name}: {off:e} beside {right:e}");
+    }
+}

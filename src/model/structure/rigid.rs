@@ -86,8 +86,8 @@ pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
     free.motions(limits)
 }
 
-/// Divides each row by its largest entry: small inertias make rows large, and a soft spring of a large inertia resists
-/// as a stiff one.
+/// Divides each row by its largest entry: small inertias make rows large, and a soft spring of a large
+/// inertia resists as a stiff one.
 fn level(rows: &mut DMatrix<f64>) {
     for mut row in rows.row_iter_mut() {
         let largest = row.amax();

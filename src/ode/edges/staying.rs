@@ -93,8 +93,8 @@ impl Undeclared {
     /// The current step was rejected because of its error.
     ///
     /// # Errors
-    /// [`IntegrateError::Discontinuity`] if many short steps in a row met a jump of an acceleration: the error names the last
-    /// one.
+    /// [`IntegrateError::Discontinuity`] if many short steps in a row met a jump of an acceleration: the
+    /// error names the last one.
     #[cold]
     pub(crate) fn rejected<M: Model + ?Sized, V: Vector>(
         &mut self,
