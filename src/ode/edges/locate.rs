@@ -27,7 +27,7 @@ const WIDE: f64 = 1e4;
 
 /// Factor by which the longest way decreases with each step: a motion that settles has smaller ways than at
 /// its start.
-const FADING: f64 = 0.98;
+const FADING: f64 = 0.8;
 
 /// Minimum slack, in units of the effect of rounding on the deflection.
 const NOISE: f64 = 4.0;
@@ -75,7 +75,7 @@ pub(crate) struct Locator {
     resolved: Vec<bool>,
     /// Scratch of the measurement.
     here: Vec<Contact>,
-    /// The longest way of each contact from its edges in one step, of the last hundred steps or so.
+    /// The longest way of each contact from its edges in one step, of the last ten steps or so.
     ways: Vec<f64>,
     /// Number of steps until `noise` is measured again.
     countdown: u8,
