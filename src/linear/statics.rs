@@ -36,7 +36,8 @@ pub struct StaticState {
     /// The state at rest at the time t: a start of integrations and solvers. A rigid motion of the model is
     /// left at rest.
     pub state: State,
-    /// Contacts with their deflections, edges and forces: means over the period, or those at the instant.
+    /// Contacts with their deflections, edges and forces: means over the period, or those at the instant. Forces
+    /// are by deflection: their mean exceeds the mean load where the teeth part in some instants of the period.
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
     pub pieces: Vec<Piece>,
@@ -66,7 +67,9 @@ const CONFIRMED: usize = 128;
 /// The static state of a model: the position at rest in which no coordinate accelerates, except along a rigid
 /// motion. `t`: under the loads and drives at this time. `None`: under their means over a period.
 ///
-/// `None` solves (1/T) ∫ a(u(t), q, 0) dt = 0 over the period T. A wave that acts alone, such as a load, a
+/// `None` solves (1/T) ∫ a(u(t), q, 0) dt = 0 over the period T, with a on the pieces of the state, continued
+/// past their edges: so the mean load is carried also where a transmission error that exceeds the deflection
+/// would part the teeth at rest in this position. A wave that acts alone, such as a load, a
 /// stiffness or a transmission error, enters with its mean. A product of two waves, such as stiffness times
 /// transmission error, enters with the mean of the product. The integral is a Gauss sum between the edges of
 /// the drives. It begins with some 40 points; their number is doubled until the balance holds to 1e-9 of the
