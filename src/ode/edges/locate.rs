@@ -171,7 +171,9 @@ impl Locator {
     /// The time has advanced.
     #[inline(always)]
     pub(crate) fn advance(&mut self) {
-        self.ways.iter_mut().for_each(|way| *way *= FADING);
+        let stops = &self.stops;
+        // Rebounds that become smaller end in rest: they are resolved as far as the first ones.
+        self.ways.iter_mut().enumerate().filter(|(i, _)| !stops.any(*i)).for_each(|(_, way)| *way *= FADING);
         self.still.fill(0);
         self.fresh.fill(false);
     }
