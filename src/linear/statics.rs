@@ -36,8 +36,9 @@ pub struct StaticState {
     /// The state at rest at the time t: a start of integrations and solvers. A rigid motion of the model is
     /// left at rest.
     pub state: State,
-    /// Contacts with their deflections, edges and forces: means over the period, or those at the instant. Forces
-    /// are by deflection: their mean exceeds the mean load where the teeth part in some instants of the period.
+    /// Contacts with their deflections, edges and forces: means over the period, or those at the instant.
+    /// Forces are by deflection: their mean exceeds the mean load where the teeth part in some instants of
+    /// the period.
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
     pub pieces: Vec<Piece>,
