@@ -60,9 +60,7 @@ pub(crate) fn first_exit(
         }
         let [least, most] = moves(i);
         let (range, lowest) = (most.max(-least), start + if sign > 0.0 { least } else { -most });
-        // The bounds of a long step exceed the motion by orders.
-        let way = (1..=c.degree()).rev().fold(0.0, |sum, k| (sum + c.coefficient(k, i)) * h);
-        locator.goes(contact, range.min(way.abs()));
+        locator.goes(contact, range);
         let near = (NEAR_START * (start + range)).max(locator.slack(contact, &e.contacts[contact]));
         if lowest > near {
             continue;
