@@ -44,7 +44,7 @@ pub struct PowerSeries<C> {
     until: f64,
     /// The largest [`steepness`] of the functions in it `[1/s]`.
     steepness: f64,
-    /// Of how many numbers that vary it is a product, at most.
+    /// Upper bound of the number of varying factors that are multiplied in it.
     degree: usize,
     refusal: Option<&'static str>,
 }

@@ -283,8 +283,9 @@ impl LawOfBody {
 }
 
 /// Two angles `[rad]`, one on each side of φ: φ ± max(1e-9, 64 ε |φ|, 64 ε |φ' t|) with ε = 2.2e-16. An
-/// edge between them counts as an edge at φ. The second number exceeds the rounding error of the angle, the
-/// third one the rounding error of the time, as an angle. So the time of the next edge is later than t.
+/// edge between them counts as an edge at φ. The second number exceeds the rounding error of the angle. The
+/// third one exceeds the angle through which the shaft turns in the rounding error of the time. So the time
+/// of the next edge is later than t.
 ///
 /// One rule decides for an angle and an edge: the edges that the shape gives after the angle ahead are
 /// announced, and where others lie between the two angles, the values after φ are those at the angle ahead.

@@ -61,28 +61,30 @@ const INTERVALS: usize = 1000;
 /// Number of Gauss panels in a period, first and at most.
 const PANELS: [usize; 2] = [8, 1024];
 
-/// Number of panels with which a state is confirmed: smooth pulses as narrow as 1/1000 of the period are
+/// Number of panels with which a state is confirmed: smooth pulses as narrow as 1/750 of the period are
 /// seen.
 const CONFIRMED: usize = 128;
 
 /// The static state of a model: the position at rest in which no coordinate accelerates, except along a rigid
 /// motion. `t`: under the loads and drives at this time. `None`: under their means over a period.
 ///
-/// `None` solves (1/T) ∫ a(u(t), q, 0) dt = 0 over the period T, with a on the pieces of the state, continued
-/// past their edges: so the mean load is carried also where a transmission error that exceeds the deflection
-/// would part the teeth at rest in this position. A wave that acts alone, such as a load, a
+/// `None` solves (1/T) ∫ a(u(t), q, 0) dt = 0 over the period T. Each contact stays on its piece in this
+/// integral, also at instants at which its deflection passes an edge. The teeth therefore carry the mean load
+/// also where the transmission error exceeds the static deflection. A wave that acts alone, such as a load, a
 /// stiffness or a transmission error, enters with its mean. A product of two waves, such as stiffness times
 /// transmission error, enters with the mean of the product. The integral is a Gauss sum between the edges of
 /// the drives. It begins with some 40 points; their number is doubled until the balance holds to 1e-9 of the
-/// load, up to some 5000, and confirmed with 640: a smooth pulse narrower than a thousandth of the period
-/// may be missed. In a period with more than 1000 edges the mean is that up to the 1000th edge.
+/// load, up to some 5000, and confirmed with 640: a smooth pulse narrower than 1/750 of the period may be
+/// missed. In a period with more than 1000 edges the mean is that up to the 1000th edge.
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
 /// the gap if both flanks pull. If no such pieces carry the mean load, as with a lever that varies over the
 /// period or planets that share a small torque, the state is that at t = 0 and says so
-/// ([`StaticState::instant`]). At an instant, where contacts that share a load do not settle so, it is the
-/// end of the motion q' = a(u(t), q, 0) from that of all upper flanks, in steps of implicit Euler that grow
-/// as long as they converge. With stiffnesses that are not negative, the potential energy falls along it.
+/// ([`StaticState::instant`]).
+///
+/// Contacts that share the load of an instant may find no pieces in this way. The method of implicit Euler
+/// then follows q' = a(u(t), q, 0) from the position on all upper flanks until it rests; its steps grow
+/// while they converge. With stiffnesses that are not negative, the potential energy falls on this way.
 ///
 /// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static
 /// state is not found.

@@ -162,6 +162,28 @@ fn an_undeclared_sign_that_sticks_is_named() -> Result<(), IntegrateError> {
     Ok(())
 }
 
+/// Two bodies that stick in turns are named, too.
+#[test]
+fn two_bodies_that_stick_are_named() {
+    let both = gear_dynamics::model::from_fn(2, |t, q, v, a| {
+        for i in 0..2 {
+            a[i] = 0.5 * (t + i as f64).cos() - 0.3 * q[i] - [1.0, 1.2][i] * v[i].signum();
+        }
+    });
+    let both = both.expect("two degrees of freedom");
+    let start = State::new(0.0, &[1.0, 0.9], &[0.3, 0.28]);
+    for rtol in [1e-5, 1e-7, 1e-9, 1e-11] {
+        let high = Dop853::new().rtol(rtol).atol(rtol / 100.0).max_steps(20_000);
+        let low = Rk45::new().rtol(rtol).atol(rtol / 100.0).max_steps(20_000);
+        for failed in [high.end(&both, &start, 30.0), low.end(&both, &start, 30.0)] {
+            match failed {
+                Err(IntegrateError::Discontinuity { t, .. }) => assert!(t < 1.0, "{t}"),
+                other => panic!("{rtol}: {other:?}"),
+            }
+        }
+    }
+}
+
 /// q'' on a floor with k = 10⁶ and c = 2000, unloaded: after its one impact the contact creeps back to its edge and
 /// does not rebound, x = -τ exp(-1000 τ).
 #[test]

@@ -109,7 +109,7 @@ pub(crate) const CORNER: f64 = 1e-5;
 /// Least number of points of a closed line.
 const LOOP: usize = 8;
 
-/// Largest distance of a closed line from its first point where it passes it, in the units of the line `[1]`.
+/// A line is closed if it comes back to its first point within this distance, in the units of the line `[1]`.
 const SAME_POINT: f64 = 1e-6;
 
 /// Least |dp/ds| at which nodes are moved: the sign of dp/ds shows the direction of the curve `[1]`.

@@ -25,8 +25,8 @@ const CLOSE: f64 = 1e-13;
 /// `[1]`: a motion near one edge of a wide gap does not know of the other edge.
 const WIDE: f64 = 1e4;
 
-/// Factor by which the longest way decreases with each step: a motion that settles has smaller ways than at
-/// its start.
+/// Factor by which an earlier step counts less with each later one: the steps of a motion that has settled
+/// move contacts less than the first ones.
 const FADING: f64 = 0.8;
 
 /// Minimum slack, in units of the effect of rounding on the deflection.
@@ -75,7 +75,8 @@ pub(crate) struct Locator {
     resolved: Vec<bool>,
     /// Scratch of the measurement.
     here: Vec<Contact>,
-    /// The longest way of each contact from its edges in one step, of the last ten steps or so.
+    /// The largest change of the distance of each contact from its edges in one step. Earlier steps count
+    /// less, by [`FADING`] for each later one.
     ways: Vec<f64>,
     /// Number of steps until `noise` is measured again.
     countdown: u8,

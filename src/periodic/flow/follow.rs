@@ -140,7 +140,7 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         watch: Option<&mut dyn Observer>,
         choose: &mut Choose<'_>,
     ) -> Result<(State, u64), IntegrateError> {
-        let rests = self.rests_on_kink(&start).map(|contact| (contact, start.t));
+        let rests = self.rests_at(&start);
         let (mut state, mut crossings, mut step) = (start, 0, 0.0);
         let mut interrupter = Interrupter {
             tangent: self,
@@ -177,11 +177,8 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
                 return Err(refused);
             }
             if state.t >= t_end {
-                let still = |(contact, _): &(usize, f64)| self.rests_on_kink(&state) == Some(*contact);
-                return match rests.filter(still) {
-                    Some((contact, t)) => Err(IntegrateError::RestsOnEdge { t, contact }),
-                    None => Ok((state, crossings)),
-                };
+                self.leaves_rest(rests, &state)?;
+                return Ok((state, crossings));
             }
             step = match interrupter.stop {
                 Stop::Growth => interrupter.step.min(t_end - state.t),
@@ -191,8 +188,31 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         Err(IntegrateError::TooManySteps { t: state.t, limit: RESTARTS })
     }
 
-    /// The first contact that rests on an edge where the slopes jump.
-    pub(crate) fn rests_on_kink(&self, state: &State) -> Option<usize> {
+    /// The first contact that rests in a state on an edge at which its stiffness or damping jumps, and the
+    /// time of the state.
+    pub(crate) fn rests_at(&self, state: &State) -> Option<(usize, f64)> {
+        self.rests_on_kink(state).map(|contact| (contact, state.t))
+    }
+
+    /// Checks that the contact which rested at the start of a flow does not rest at its end: the flow then
+    /// has no derivative.
+    ///
+    /// # Errors
+    /// [`IntegrateError::RestsOnEdge`].
+    pub(crate) fn leaves_rest(
+        &self,
+        rested: Option<(usize, f64)>,
+        end: &State,
+    ) -> Result<(), IntegrateError> {
+        match rested {
+            Some((contact, t)) if self.rests_on_kink(end) == Some(contact) => {
+                Err(IntegrateError::RestsOnEdge { t, contact })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn rests_on_kink(&self, state: &State) -> Option<usize> {
         let (q, v) = (&state.q[..self.n], &state.v[..self.n]);
         let mut u = vec![0.0; self.model.drives()];
         self.model.drive(state.t, Side::After, &mut u);

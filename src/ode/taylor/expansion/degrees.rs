@@ -3,7 +3,8 @@
 use crate::steepness::HIGH_DEGREE;
 use crate::tape::operations::{Op, Tape};
 
-/// The number of coordinates, velocities and drives of which each slot is a product, at most.
+/// For each slot an upper bound of the number of coordinates, velocities and drives that are multiplied in
+/// it.
 fn degrees(tape: &Tape) -> Vec<usize> {
     let mut degrees = vec![1; tape.inputs()];
     let degree_of = |form: usize, degrees: &[usize]| {

@@ -1,7 +1,6 @@
 //! A motion whose small differences are followed.
 
 use crate::model::{Machine, Model, Shape, State};
-use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::saltation::Saltation;
@@ -22,7 +21,8 @@ pub(crate) struct TangentTask<'m, 't> {
     target: f64,
     /// Motion and differences at the start of the next step.
     state: State,
-    /// The contact that rests on an edge at the start of the flow, where the slopes jump, and the time.
+    /// The contact that rests at the start of the flow on an edge at which its stiffness or damping jumps,
+    /// and the time of the start.
     rests: Option<(usize, f64)>,
 }
 
@@ -35,7 +35,7 @@ impl<'m, 't> TangentTask<'m, 't> {
     ) -> Option<Self> {
         let target = pursuit.target()?;
         let (mut saltation, mut state) = (Saltation::new(tangent), pursuit.state().clone());
-        let rests = tangent.rests_on_kink(&state).map(|contact| (contact, state.t));
+        let rests = tangent.rests_at(&state);
         saltation.begin(&mut state);
         let atol = tangent.fixed_tolerances(pursuit.tolerance(), &state);
         Some(TangentTask { tangent, pursuit, saltation, meter, atol, target, state, rests })
@@ -66,16 +66,12 @@ impl<'m, 't> TangentTask<'m, 't> {
         self.state.t = e.t;
         self.state.q.copy_from_slice(&e.y.slice()[..n]);
         self.state.v.copy_from_slice(&e.y.slice()[n..]);
-        if let Some((contact, t)) =
-            self.rests.filter(|(contact, _)| self.tangent.rests_on_kink(&self.state) == Some(*contact))
-        {
-            return Err(IntegrateError::RestsOnEdge { t, contact }.into());
-        }
+        self.tangent.leaves_rest(self.rests, &self.state)?;
         let accepted = self.pursuit.arrive(&self.state)?;
         let Some(target) = self.pursuit.target() else { return Ok(true) };
         let state = self.pursuit.state();
         self.target = target;
-        self.rests = self.tangent.rests_on_kink(state).map(|contact| (contact, state.t));
+        self.rests = self.tangent.rests_at(state);
         if accepted {
             e.y.slice_mut()[..n].copy_from_slice(&state.q);
             e.y.slice_mut()[n..].copy_from_slice(&state.v);
