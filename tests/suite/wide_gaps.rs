@@ -57,6 +57,7 @@ fn contact_loss_of_a_motion_that_has_settled_is_found() {
     for (name, end) in [
         ("Dop853", Dop853::new().rtol(1e-15).atol(1e-13).end(&model(b), &start, t_end)),
         ("Rk4", Rk4::new(1e-2).end(&model(b), &start, t_end)),
+        ("Taylor", Taylor::new().rtol(1e-15).atol(1e-13).end(&model(b), &start, t_end)),
     ] {
         let off = (end.unwrap().q[0] - b - right).abs();
         assert!(off < 2e-8, "{name}: {off:e} beside {right:e}");

@@ -60,7 +60,8 @@ pub(crate) fn first_exit(
         }
         let [least, most] = moves(i);
         let (range, lowest) = (most.max(-least), start + if sign > 0.0 { least } else { -most });
-        locator.goes(contact, range);
+        // The bound of a long step exceeds its way by orders.
+        locator.goes(contact, range.min(way(c, i, h)));
         let near = (NEAR_START * (start + range)).max(locator.slack(contact, &e.contacts[contact]));
         if lowest > near {
             continue;
@@ -128,6 +129,18 @@ pub(crate) fn first_exit(
         }
     }
     Ok(found)
+}
+
+/// The largest change of a distance at the quarters of a step of length `h`.
+#[inline]
+fn way(c: &impl Distances, column: usize, h: f64) -> f64 {
+    let times = [0.25 * h, 0.5 * h, 0.75 * h, h];
+    let mut ways = [0.0; 4];
+    for n in (1..=c.degree()).rev() {
+        let coefficient = c.coefficient(n, column);
+        ways = std::array::from_fn(|k| (ways[k] + coefficient) * times[k]);
+    }
+    ways.into_iter().fold(0.0, |most, way: f64| most.max(way.abs()))
 }
 
 /// Computes the contacts at the start of the step. Returns true.
