@@ -86,8 +86,7 @@ impl<C: Scalar> PowerSeries<C> {
     pub fn coefficients(&self) -> &[C] {
         &self.c[..self.len]
     }
-    /// The value at the time `t` after the instant; infinite or NaN if a coefficient has overflowed, as those
-    /// of 1/τ^n do for a decay time τ of 1e-50 s.
+    /// The value at the time `t` after the instant.
     pub fn at(&self, t: C) -> C {
         self.coefficients().iter().rev().fold(C::from(0.0), |sum, c| sum * t + *c)
     }

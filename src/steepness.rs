@@ -9,8 +9,8 @@ const WAY: f64 = 2.0;
 /// Beyond ±FAR e^w is negligible beside 1, or 1 beside it: half of the way back is left out.
 const FAR: f64 = 30.0;
 
-/// Number of varying factors up to which the last Taylor coefficients of a product show its changes. With
-/// more factors all coefficients may be 0 to rounding while the product is small.
+/// Largest number of varying factors in a product that the step rule judges by its Taylor coefficients. A
+/// product of more factors may have coefficients below rounding now and be large later in the step.
 pub(crate) const HIGH_DEGREE: usize = 12;
 
 /// 1/s of the time s in which the exponent w of e^w, with these Taylor coefficients, moves by [`WAY`] at

@@ -282,9 +282,9 @@ impl LawOfBody {
     }
 }
 
-/// Two angles `[rad]`, one on each side of φ: φ ± max(1e-9, 64 ε |φ|, 64 ε |φ' t|) with ε = 2.2e-16. An
-/// edge between them counts as an edge at φ. The second number exceeds the rounding error of the angle. The
-/// third one exceeds the angle through which the shaft turns in the rounding error of the time. So the time
+/// Two angles `[rad]`, one on each side of φ: φ ± max(1e-9, 64 ε |φ|, 64 ε |φ' t|) with ε = 2.2e-16. A drive
+/// edge between these angles counts as a drive edge at φ. The second number exceeds the rounding error of φ.
+/// The third number exceeds the angle through which the shaft turns in the rounding error of t. So the time
 /// of the next edge is later than t.
 ///
 /// One rule decides for an angle and an edge: the edges that the shape gives after the angle ahead are

@@ -53,8 +53,8 @@ pub(crate) fn above_zero(name: impl Into<String>, value: f64) -> Checked {
     }
 }
 
-/// An angular frequency of a path: the Taylor coefficients of its sines, its powers up to the order 31 over
-/// the factorials, stay finite with every amplitude that is a [`quantity`].
+/// An angular frequency or a rate of decay of a path: its Taylor coefficients, the powers up to the order 31
+/// over the factorials, stay finite with every amplitude that is a [`quantity`].
 pub(crate) fn frequency(name: impl Into<String>, value: f64) -> Checked {
     if value.abs() <= 1e9 {
         Ok(value)

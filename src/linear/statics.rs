@@ -61,16 +61,16 @@ const INTERVALS: usize = 1000;
 /// Number of Gauss panels in a period, first and at most.
 const PANELS: [usize; 2] = [8, 1024];
 
-/// Number of panels with which a state is confirmed: smooth pulses as narrow as 1/750 of the period are
-/// seen.
+/// Number of Gauss panels in the sum that confirms a state. This sum sees smooth pulses down to a width of
+/// 1/750 of the period.
 const CONFIRMED: usize = 128;
 
 /// The static state of a model: the position at rest in which no coordinate accelerates, except along a rigid
 /// motion. `t`: under the loads and drives at this time. `None`: under their means over a period.
 ///
-/// `None` solves (1/T) ∫ a(u(t), q, 0) dt = 0 over the period T. Each contact stays on its piece in this
-/// integral, also at instants at which its deflection passes an edge. The teeth therefore carry the mean load
-/// also where the transmission error exceeds the static deflection. A wave that acts alone, such as a load, a
+/// With `None` the mean acceleration over the period T is 0: (1/T) ∫ a(u(t), q, 0) dt = 0. This mean takes
+/// each contact on one flank, or in its gap, for the whole period. The teeth therefore carry the mean load
+/// even if the transmission error exceeds the static deflection. A wave that acts alone, such as a load, a
 /// stiffness or a transmission error, enters with its mean. A product of two waves, such as stiffness times
 /// transmission error, enters with the mean of the product. The integral is a Gauss sum between the edges of
 /// the drives. It begins with some 40 points; their number is doubled until the balance holds to 1e-9 of the
@@ -82,9 +82,10 @@ const CONFIRMED: usize = 128;
 /// period or planets that share a small torque, the state is that at t = 0 and says so
 /// ([`StaticState::instant`]).
 ///
-/// Contacts that share the load of an instant may find no pieces in this way. The method of implicit Euler
-/// then follows q' = a(u(t), q, 0) from the position on all upper flanks until it rests; its steps grow
-/// while they converge. With stiffnesses that are not negative, the potential energy falls on this way.
+/// The load of an instant may be shared by contacts for which this search does not end. The bodies then move
+/// from their position on all upper flanks with the velocity q' = a(u(t), q, 0) until they rest. Implicit
+/// Euler steps follow this motion; the steps grow while they converge. The potential energy falls in the
+/// motion if no stiffness is negative.
 ///
 /// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static
 /// state is not found.

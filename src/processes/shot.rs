@@ -59,12 +59,14 @@ impl ShotNoise {
     /// distribution of its size. Defaults: seed 0, member 0, moments not stated.
     ///
     /// # Errors
-    /// A rate or a decay time outside 1e-50 .. 1e50; more than 10⁴ pulses in a decay time.
+    /// A rate or a decay time outside 1e-50 .. 1e50; a decay time below 1e-9, for which Taylor coefficients
+    /// overflow; more than 10⁴ pulses in a decay time.
     pub fn new<D>(rate: f64, decay: f64, sizes: D) -> Result<Self, ParameterError>
     where
         D: Distribution<f64> + Send + Sync + 'static,
     {
         let (rate, decay) = (check::scale("rate of pulses", rate)?, check::scale("decay time", decay)?);
+        check::frequency("1/decay time", 1.0 / decay)?;
         if rate * decay > OVERLAP {
             let (name, value) = ("pulses in a decay time".into(), rate * decay);
             return Err(ParameterError::OutOfRange { name, value, allowed: "[0, 1e4]" });

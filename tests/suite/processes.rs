@@ -261,7 +261,12 @@ fn refused_processes() {
 fn paths_too_fast_for_series_are_refused() {
     let jittered = |fast: f64, spacing: f64| JitteredOrder::new(1e50, fast, 1.0, spacing);
     let spectral = |end: f64| SpectralProcess::new(|_| 1e50, [0.0, end], 3);
-    let paths = [jittered(9.9e8, 1e-4).unwrap().path(0), spectral(1.5e8).unwrap().path(0)];
+    let shots = |decay: f64| ShotNoise::new(9.9e8, decay, Exp::new(1e-50).unwrap());
+    let paths = [
+        jittered(9.9e8, 1e-4).unwrap().path(0),
+        spectral(1.5e8).unwrap().path(0),
+        shots(1.01e-9).unwrap().path(0),
+    ];
     for path in paths {
         for t in [0.0, 0.3, -1e9, 1e20] {
             let series = path.series(t, 32);
@@ -269,6 +274,12 @@ fn paths_too_fast_for_series_are_refused() {
             assert!((series.at(0.0) - path.at(t, Side::After)).abs() <= 1e-9 * 1e50);
         }
     }
+    assert_eq!(
+        shots(9e-10).unwrap_err().to_string(),
+        "1/decay time is 1111111111.1111112: it must lie in [-1e9, 1e9]"
+    );
+    let fast = ShotNoise::new(1.0, 1e-50, Exp::new(1.0).unwrap()).err();
+    assert!(fast.unwrap().to_string().contains("1/decay time is 1e50"));
     let text = |error: Option<ParameterError>| error.unwrap().to_string();
     assert_eq!(text(jittered(1e50, 0.1).err()), "angular frequency is 1e50: it must lie in [-1e9, 1e9]");
     let walk = JitteredOrder::new(1.0, 1.0, 1e20, 1e-20).err();

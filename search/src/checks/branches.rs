@@ -178,7 +178,7 @@ fn ended(branch: &Branch, case: &Case) -> Outcome {
     }
 }
 
-/// Largest distance of a point found by either branch, and of a point from a noted interval, over the parameter.
+/// Largest distance of a point found by either branch, over the parameter.
 const NEAR: f64 = 1e-7;
 
 fn short_steps(draw: &mut Draw, drawn: Drawn) -> Outcome {
@@ -205,8 +205,7 @@ fn short_steps(draw: &mut Draw, drawn: Drawn) -> Outcome {
             let noted = b.notes().iter().any(|note| {
                 let [low, high] =
                     [note.parameters[0].min(note.parameters[1]), note.parameters[0].max(note.parameters[1])];
-                let near = NEAR * point.parameter;
-                (low - near..=high + near).contains(&point.parameter)
+                (low..=high).contains(&point.parameter)
             });
             if !found && !noted {
                 let by = if std::ptr::eq(a, &coarse) { "long" } else { "short" };

@@ -194,8 +194,8 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
         self.rests_on_kink(state).map(|contact| (contact, state.t))
     }
 
-    /// Checks that the contact which rested at the start of a flow does not rest at its end: the flow then
-    /// has no derivative.
+    /// Refuses the derivative of a motion in which a contact rests on an edge from start to end. `rested`:
+    /// the contact that rested at the start, and the time of the start.
     ///
     /// # Errors
     /// [`IntegrateError::RestsOnEdge`].
