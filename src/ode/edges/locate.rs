@@ -3,7 +3,7 @@
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
 use crate::model::Model;
-use crate::numeric::search::extremes::{larger, smaller};
+use crate::numeric::search::extremes::larger;
 use crate::numeric::search::hermite::Hermite;
 use crate::ode::edges::exit::{Exit, Found, SLACK, Share, scale};
 use crate::ode::edges::first_root::{DOUBT, first_root};
@@ -24,6 +24,12 @@ const CLOSE: f64 = 1e-13;
 /// The longest way of a contact from an edge in one step times this number replaces a gap that is wider
 /// `[1]`: a motion near one edge of a wide gap does not know of the other edge.
 const WIDE: f64 = 1e4;
+
+/// Whether the gap of a contact is wide beside its way from an edge in one step.
+#[inline]
+pub(crate) fn is_wide(c: &Contact, way: f64) -> bool {
+    WIDE * way < scale(c)
+}
 
 /// Factor by which an earlier step counts less with each later one: the steps of a motion that has settled
 /// move contacts less than the first ones.
@@ -235,8 +241,8 @@ impl Locator {
     /// The length to which the slack and the accuracy of the location of contact `i` are relative.
     #[inline]
     fn length(&self, i: usize, c: &Contact) -> f64 {
-        let near = WIDE * self.ways[i];
-        if near > 0.0 { smaller(scale(c), near) } else { scale(c) }
+        let way = self.ways[i];
+        if way > 0.0 && is_wide(c, way) { WIDE * way } else { scale(c) }
     }
 
     /// Returns `share`, or `STOP` for a contact with a rigid stop.
