@@ -156,7 +156,7 @@ impl Locator {
         for (i, end) in e.contacts.iter().enumerate() {
             // NaN at an edge that is infinite.
             let way = |edge: Edge| (edge.distance(end) - edge.distance(&self.start[i])).abs();
-            let [lower, upper] = Edge::BOTH.map(way);
+            let (lower, upper) = (way(Edge::Lower), way(Edge::Upper));
             self.goes(i, lower);
             self.goes(i, upper);
             self.start[i] = *end;
