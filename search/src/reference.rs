@@ -162,7 +162,7 @@ pub struct Meter {
     sums: [f64; 2],
     extremes: [f64; 2],
     time: f64,
-    /// The last two ends of parts without a jump between them: time and value.
+    /// The last two ends of parts without a jump or an edge between them: time and value.
     last: [Option<[f64; 2]>; 2],
 }
 
@@ -184,7 +184,8 @@ impl Meter {
         }
         let size = self.extremes[1] - self.extremes[0];
         if let [Some([t0, x0]), Some([t1, x1])] = self.last {
-            if (a - x1).abs() > 1e-6 * size {
+            // A jump, or a kink at an edge: a parabola through it would overshoot.
+            if (a - x1).abs() > 1e-6 * size || part.entered.contains(&true) {
                 self.last = [None; 2];
             } else if (x1 - x0) * (b - x1) < 0.0 {
                 // The vertex of the parabola through three neighbours.

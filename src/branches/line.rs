@@ -71,7 +71,8 @@ pub struct Line<P: LinePoint> {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BranchNote {
-    /// Parameters of the two points between which it happened.
+    /// Parameters of the two points between which it happened. If the line turns back between them, the
+    /// parameter that it reaches takes the place of the nearer one.
     pub parameters: [f64; 2],
     /// What happened.
     pub what: String,

@@ -6,9 +6,9 @@ use crate::model::{Model, State};
 use crate::ode::edges::arrival::{note_jumps, step_on_edge, step_to_edge};
 use crate::ode::edges::exit::{Found, Share};
 use crate::ode::edges::passage::Passage;
-use crate::ode::edges::staying::Undeclared;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
+use crate::ode::rejections::Rejections;
 use crate::ode::step::{Observer, Step, StepView};
 use crate::ode::stepping::control::{Limits, RESOLUTION, StepEnds, StepRule};
 use crate::ode::stepping::engine::{Engine, Tableau};
@@ -67,7 +67,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         if T::ADAPTIVE && aim - t <= RESOLUTION * t.abs() && aim < stop {
             // If the last attempts gave no finite result, the cause is the model and not the tolerance.
             return Err(match run.retreats {
-                0 => run.undeclared.underflow(&run.e, aim - t),
+                0 => run.rejections.underflow(&run.e, aim - t),
                 _ => not_finite::<T, M, V>(&run.e),
             });
         }
@@ -125,7 +125,7 @@ struct Run<'m, M: Model + ?Sized, V: Vector> {
     /// Number of consecutive steps with a result that is not finite.
     retreats: u32,
     stalls: Stalls,
-    undeclared: Undeclared,
+    rejections: Rejections,
 }
 
 /// Steps shortened because a contact stalled on its edge.
@@ -189,8 +189,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 StepEnds::new::<T>(start.t, h, Some(tolerances))
             }
         };
-        let undeclared = Undeclared::new(&e.ends.u_stage, 2 * model.dof(), pace.h, start.t);
-        Ok(Run { e, pace, passage, retreats: 0, stalls: Stalls::default(), undeclared })
+        let rejections = Rejections::new(&e.ends.u_stage, 2 * model.dof(), pace.h, start.t);
+        Ok(Run { e, pace, passage, retreats: 0, stalls: Stalls::default(), rejections })
     }
 
     /// Judges the current step by its error. For a repetition the pace holds a shorter step.
@@ -225,7 +225,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             Ok(Verdict::Accept)
         } else {
             pace.h = proposed;
-            self.undeclared.rejected(&self.e)?;
+            self.rejections.rejected(&self.e)?;
             Ok(Verdict::Repeat)
         }
     }

@@ -135,6 +135,23 @@ pub enum IntegrateError {
         /// Effect of the rounding on a velocity at the end of the step, in tolerances `[1]`.
         change: f64,
     },
+    /// The tolerance of a velocity lies below what the rounding of the coordinates, ε |q| with ε = 2.2e-16,
+    /// changes in it: the steps of an adaptive solver stay short. Coordinates that are far larger than their
+    /// motion, as those of a contact on one flank of a wide gap, lose its digits.
+    #[error(
+        "the rounding of the coordinates near t = {t:?} changes velocity {velocity} by {rounding:e} in a step, which \
+         its tolerance {tolerance:e} does not allow: raise atol or rtol (velocities count from 0)"
+    )]
+    BelowRounding {
+        /// The time reached.
+        t: f64,
+        /// Index of the velocity, from 0.
+        velocity: usize,
+        /// Its change in a step that was rejected.
+        rounding: f64,
+        /// Its tolerance in a step, atol + rtol |v|.
+        tolerance: f64,
+    },
     /// The run reached the maximum number of steps, rejected steps included.
     #[error("the limit of {limit} steps was reached at t = {t:?}: raise max_steps, or loosen the tolerance")]
     TooManySteps {

@@ -14,6 +14,7 @@ pub(crate) mod integrator;
 pub(crate) mod methods;
 pub(crate) mod outcome;
 pub(crate) mod probe;
+pub(crate) mod rejections;
 pub(crate) mod step;
 pub(crate) mod stepping;
 pub(crate) mod taylor;

@@ -198,3 +198,35 @@ fn a_line_of_folds_ends_alike() -> Result<()> {
     assert!(ends > 0, "{branch}");
     Ok(())
 }
+
+/// The damping falls to that of the tip of a tongue, from outside: no border lies at the damping of the last point.
+#[test]
+fn a_line_of_folds_ends_at_the_tip_of_a_tongue() -> Result<()> {
+    let hill =
+        Hill { zeta: 0.065_833_862_998_399_98, waves: [0.026_029_083_933_464_252, 0.248_916_044_145_362_5] };
+    let error = [0.188_235_640_176_846_63, -0.056_036_244_129_522_93];
+    let pair = SpurPair::of_numbers(hill.zeta, 0.518_452_058_636_989_6, &hill.waves, &error)?;
+    let train = pair.parts()?.build("driver", 0.6)?;
+    let family = Family::over(&train, ["speed"])?;
+    let branch = Continuation::new(0.6, 1.4).run(&family, &[settled(&train)?])?;
+    let plane = Family::over(&train, ["speed", "mesh damping"])?;
+    let mut ends = 0;
+    for fold in branch.of_kind(PointKind::Fold) {
+        let line = Continuation::new(2.0 * hill.zeta, 0.4 * hill.zeta).max_points(300).run(&plane, fold)?;
+        if let BranchEnd::Unbounded { border, motion } = *line.end() {
+            let border = border.ok_or_else(|| format!("no border at {motion}"))?;
+            let [speed, damping] = line.points().last().ok_or("a point")?.parameters;
+            let damped = Hill { zeta: 0.5 * damping, ..hill };
+            // The parabola of the determinant around the tip: it comes to 0 without a change of its sign.
+            let h = 3e-5;
+            let [a, b, c] = [border - h, border, border + h].map(|w| damped.determinant(w));
+            let bend = a - 2.0 * b + c;
+            assert!(a > 0.0 && b > 0.0 && c > 0.0 && bend > 0.0, "{a} {b} {c}");
+            let tip = border + 0.5 * h * (a - c) / bend;
+            assert!((border - tip).abs() < 1e-7 && (border - speed).abs() < 1e-4, "{border} {tip} {speed}");
+            ends += 1;
+        }
+    }
+    assert!(ends > 0, "{branch}");
+    Ok(())
+}

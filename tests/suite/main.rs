@@ -20,6 +20,7 @@ mod branches;
 mod branches_beside_grazings;
 mod branches_by_balance;
 mod branches_to_infinity;
+mod branches_within_steps;
 mod certificates;
 mod check_findings;
 mod check_own_models;

@@ -3,6 +3,7 @@
 use crate::api::*;
 use crate::common::random::Random;
 use gear_dynamics::models::Oscillator;
+use gear_dynamics::ode::IntegrateError;
 use gear_dynamics::{Dop853, Rk45, Taylor};
 use std::f64::consts::TAU;
 
@@ -62,4 +63,23 @@ fn contact_loss_of_a_motion_that_has_settled_is_found() {
         let off = (end.unwrap().q[0] - b - right).abs();
         assert!(off < 2e-8, "{name}: {off:e} beside {right:e}");
     }
+}
+
+/// A tolerance far below the rounding of a deflection of 6e5 kept steps at 1e-4 of their length.
+#[test]
+fn a_tolerance_below_the_rounding_of_the_coordinates_is_refused() {
+    let given =
+        [("speed", 0.6), ("damping", 0.1), ("mesh stiffness", 1.0), ("mean force", 0.7), ("force", 0.01)];
+    let b = 6e5;
+    let model = Oscillator::new(&[&given[..], &[("half backlash", b)]].concat()).unwrap();
+    let start = State::new(0.0, &[b + 0.7], &[0.0]);
+    let run = |atol: f64| Dop853::new().rtol(1e-13).atol(atol).end(&model, &start, 20.0 * TAU / 0.6);
+    let Err(IntegrateError::BelowRounding { t, velocity: 0, rounding, tolerance }) = run(1e-16) else {
+        panic!("{:?}", run(1e-16));
+    };
+    assert!(t < 1.0 && rounding > 0.5 * tolerance && tolerance < 1e-14, "{t} {rounding:e} {tolerance:e}");
+    // A tolerance above ε b.
+    let end = run(1e-9).unwrap();
+    let exact = 0.7 + 0.01 * (1.0f64 - 0.36).hypot(0.06).recip();
+    assert!((end.q[0] - b - 0.7).abs() < exact - 0.7 + 1e-6, "{end:?}");
 }

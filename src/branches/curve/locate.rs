@@ -4,6 +4,7 @@ use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::point::CurvePoint;
 use crate::numeric::search::brent::Brent;
+use crate::numeric::search::parabola::CURVED;
 use nalgebra::DVector;
 
 /// Interval of the arclength within which a point is located, as a share of the step `[1]`.
@@ -30,6 +31,9 @@ const PARABOLAS: usize = 8;
 
 /// Distance of two places of this search, as a share of the interval `[1]`.
 const CLOSEST: f64 = 1e-4;
+
+/// How far beyond a turn of the cubic the curve may reach, over the way from the nearer point to the turn.
+const BEYOND: f64 = 0.1;
 
 /// Cubic Hermite interpolation of a curve between two of its points, over the distance σ along the tangent of
 /// the first.
@@ -58,6 +62,25 @@ impl<'p, S> Between<'p, S> {
     /// The distance of the two points.
     pub(crate) fn length(&self) -> f64 {
         self.ds
+    }
+
+    /// The parameters of the two points. Where the curve turns back between them it reaches beyond one of
+    /// them: that one is replaced by a bound of what it reaches.
+    pub(crate) fn parameters(&self, end: f64) -> [f64; 2] {
+        let n = self.end.len() - 1;
+        let [rise, from, to] = [self.end[n], self.ds * self.a.tangent[n], self.ds * self.slope[n]];
+        // The slope a z² + 2 b z + from of the cubic.
+        let (a, b) = (3.0 * (from + to - 2.0 * rise), 3.0 * rise - 2.0 * from - to);
+        let root = (b * b - a * from).sqrt();
+        let mut range = [self.a.p, end];
+        for z in [(root - b) / a, -(root + b) / a].into_iter().filter(|z| *z > 0.0 && *z < 1.0) {
+            let turn = self.at(z * self.ds).1;
+            let k = usize::from((turn - range[1]).abs() < (turn - range[0]).abs());
+            if (turn - range[0]) * (turn - range[1]) > 0.0 {
+                range[k] = turn + BEYOND * (turn - range[k]);
+            }
+        }
+        range
     }
 
     /// The first of the two points.
@@ -243,7 +266,11 @@ impl<C: Curve> Engine<C> {
             let least = y0.abs().min(y1.abs()).min(y2.abs());
             next = x1 + vertex;
             let is_new = [x0, x1, x2].iter().all(|x| (next - x).abs() > CLOSEST * width);
-            let is_low = turned.is_some() || sign * lowest < 0.5 * least;
+            // A test of another shape than a parabola may lie lower.
+            let longest = h0.max(h1);
+            let is_low = turned.is_some()
+                || sign * lowest < 0.5 * least
+                || least < 0.25 * CURVED * curvature.abs() * longest * longest;
             if !(curvature * sign > 0.0 && x0 < next && next < x2 && is_new && is_low) {
                 break;
             }

@@ -7,10 +7,16 @@ pub(crate) enum Change {
     Branch,
     PeriodDoubling,
     NeimarkSacker,
+    /// Equal real multipliers, from this number in falling order, pass 1 together, as those of equal members
+    /// do.
+    Branches(usize),
+    /// Equal real multipliers, from this number in rising order, pass -1 together.
+    PeriodDoublings(usize),
 }
 
 impl Change {
-    pub(crate) const ALL: [Change; 4] =
+    /// The changes of single multipliers and pairs.
+    pub(crate) const SINGLE: [Change; 4] =
         [Change::Fold, Change::Branch, Change::PeriodDoubling, Change::NeimarkSacker];
 
     /// What is noted if the point is not located.
@@ -20,9 +26,14 @@ impl Change {
             Change::Branch => "the determinant changed its sign",
             Change::PeriodDoubling => "a multiplier passed -1",
             Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
+            Change::Branches(_) => "several multipliers passed 1",
+            Change::PeriodDoublings(_) => SEVERAL_DOUBLINGS,
         }
     }
 }
+
+/// What is noted if several multipliers pass -1.
+pub(crate) const SEVERAL_DOUBLINGS: &str = "several multipliers passed -1";
 
 /// Slopes dp/ds below this are rounding: the branch is vertical, as that of a linear model with the
 /// multiplier 1.

@@ -2,7 +2,7 @@
 
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
-use crate::branches::points::change::{Change, VERTICAL};
+use crate::branches::points::change::{Change, SEVERAL_DOUBLINGS, VERTICAL};
 use crate::branches::points::test_functions::{below, outside, pairs_outside};
 use crate::contact::edge::Edge;
 use crate::periodic::Multipliers;
@@ -35,7 +35,7 @@ pub(crate) fn bifurcations<S>(
     if doublings == 1 {
         all.push(Change::PeriodDoubling);
     } else if doublings > 1 {
-        unexplained = Some("several multipliers passed -1");
+        unexplained = Some(SEVERAL_DOUBLINGS);
     }
     let single = all.len();
     if pairs_outside(ma) != pairs_outside(mb) && outside(ma) != outside(mb) {

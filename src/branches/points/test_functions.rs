@@ -2,6 +2,7 @@
 
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
 use crate::branches::points::change::{Change, VERTICAL};
+use crate::numeric::search::parabola::may_dip;
 use crate::periodic::Multipliers;
 use num_complex::Complex64;
 
@@ -65,6 +66,21 @@ pub(crate) fn from_above(multipliers: &Multipliers, k: usize) -> Option<f64> {
     all.get(k).map(|m| 1.0 - m)
 }
 
+/// Largest difference of equal multipliers, over that of rounding.
+const EQUAL: f64 = 1e-9;
+
+/// The changes that equal multipliers inside of 1 and -1 may make next, and their distances.
+pub(crate) fn together(multipliers: &Multipliers) -> [Option<(Change, f64)>; 2] {
+    let equal = EQUAL.max(2.0 * multipliers.value_error());
+    let next = |number: fn(&Multipliers, usize) -> Option<f64>, k: usize| {
+        let [one, other] = [number(multipliers, k)?, number(multipliers, k + 1)?];
+        (other - one <= equal).then_some(one)
+    };
+    let (k, l) = (above(multipliers), below(multipliers));
+    let branches = next(from_above, k).map(|distance| (Change::Branches(k), distance));
+    [branches, next(from_below, l).map(|distance| (Change::PeriodDoublings(l), distance))]
+}
+
 /// Number of multipliers outside the unit circle by more than rounding.
 pub(crate) fn outside(multipliers: &Multipliers) -> usize {
     multipliers.values().iter().filter(|m| m.norm() > 1.0 + CIRCLE_ROUNDING).count()
@@ -105,6 +121,7 @@ pub(crate) struct Values {
     fold: Option<f64>,
     doubling: Option<f64>,
     torus: Option<f64>,
+    together: [Option<(Change, f64)>; 2],
     pub(crate) extremes: Vec<Extremum>,
 }
 
@@ -115,6 +132,7 @@ impl Values {
             fold: multipliers.map(fold),
             doubling: multipliers.map(doubling),
             torus: multipliers.and_then(torus),
+            together: multipliers.map_or([None; 2], together),
             extremes: trace.extremes.clone(),
         }
     }
@@ -137,7 +155,12 @@ pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
         (Change::NeimarkSacker, |v| v.torus),
     ];
     let near = single.iter().filter(|(_, of)| all(*of).is_some_and(|values| may_dip(values, steps)));
-    near.map(|(change, _)| *change).collect()
+    let single = near.map(|(change, _)| *change);
+    let several = (0..2).filter_map(|i| {
+        let [Some((a, x)), Some((b, y)), Some((c, z))] = values.map(|v| v.together[i]) else { return None };
+        (a == b && b == c && may_dip([x, y, z], steps)).then_some(a)
+    });
+    single.chain(several).collect()
 }
 
 /// The extremes of the third of three orbits that may pass their edge twice within the last of two steps.
@@ -152,38 +175,4 @@ pub(crate) fn grazing_dips([before, a, b]: [&[Extremum]; 3], steps: [f64; 2]) ->
         distances.is_some_and(|(before, a)| may_dip([before, a, extremum.distance], steps))
     };
     b.iter().filter(near).copied().collect()
-}
-
-/// Factor by which the curvature of a test may exceed that of the parabola through three of its values.
-const CURVED: f64 = 4.0;
-
-/// How far outside of the last step the extremum of the parabola may lie, in steps.
-const OUTSIDE_STEP: f64 = 1.5;
-
-/// Whether a test with three values of one sign may pass 0 twice within the last of two steps: below a chord
-/// over the step h a parabola y = c x² + .. reaches c h²/4.
-pub(crate) fn may_dip([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
-    if y1 * y2 <= 0.0 || y0 * y1 <= 0.0 {
-        return false;
-    }
-    // y = y1 + s x + c x² with x from the middle point.
-    let (left, right) = ((y1 - y0) / h0, (y2 - y1) / h1);
-    let c = (right - left) / (h0 + h1);
-    let vertex = 0.5 * h1 - 0.5 * right / c;
-    c * y1 > 0.0
-        && (-OUTSIDE_STEP * h1..=(1.0 + OUTSIDE_STEP) * h1).contains(&vertex)
-        && y1.abs().min(y2.abs()) < 0.25 * CURVED * c.abs() * h1 * h1
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::branches::points::test_functions::may_dip;
-
-    #[test]
-    fn parabolas_that_touch_zero_are_noticed() {
-        let at = |lowest: f64, x: f64| (x - 0.4) * (x - 0.4) + lowest;
-        let near = |lowest: f64| may_dip([at(lowest, -1.0), at(lowest, 0.0), at(lowest, 1.0)], [1.0, 1.0]);
-        assert!(near(-0.01) && near(0.01) && !near(1.0));
-        assert!(!may_dip([3.0, 2.0, 1.0], [1.0, 1.0]));
-    }
 }

@@ -59,6 +59,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         if let (true, Some((length, before))) = (grazed.is_empty(), &self.before) {
             let dips = dips([before, &self.last.values, &reached.values], [*length, step]);
             within.search_dips(&dips, &places[0], &places[1])?;
+            within.search_turned(&dips, &places[0], &places[1])?;
         }
         let Within { found, unexplained: left, .. } = within;
         unexplained.extend(left);
@@ -67,9 +68,11 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         for (sigma, point, change) in found {
             let kind = match change {
                 Change::Fold => PointKind::Fold,
-                Change::Branch if self.engine.curve.is_symmetric(&point) => PointKind::SymmetryBreaking,
-                Change::Branch => PointKind::Branch,
-                Change::PeriodDoubling => PointKind::PeriodDoubling,
+                Change::Branch | Change::Branches(_) if self.engine.curve.is_symmetric(&point) => {
+                    PointKind::SymmetryBreaking
+                }
+                Change::Branch | Change::Branches(_) => PointKind::Branch,
+                Change::PeriodDoubling | Change::PeriodDoublings(_) => PointKind::PeriodDoubling,
                 Change::NeimarkSacker => PointKind::NeimarkSacker,
             };
             all.push((sigma, point, SpecialPoint::Bifurcation(kind)));

@@ -5,6 +5,7 @@ use crate::branches::branch_end::BranchEnd;
 use crate::branches::continuation::Continuation;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
+use crate::branches::curve::locate::Between;
 use crate::branches::curve::past::Past;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::following::Steps;
@@ -243,10 +244,11 @@ impl<'f, C: Followed> Stepper<'f, C> {
         };
         // From here on nothing fails: the step is not made again.
         let (next, measured) = (&mut reached.point, &reached.measured);
-        let parameters = [self.last.point.p, next.p];
         let turned = "the branch turned by more than 0.5 rad over a shortest step";
         let notes = unexplained.into_iter().chain((angle > TURN).then_some(turned));
-        self.line.notes.extend(notes.map(|what| BranchNote { parameters, what: what.into() }));
+        let parameters = || Between::new(&self.last.point, next, step).parameters(next.p);
+        let noted = notes.map(|what| BranchNote { parameters: parameters(), what: what.into() });
+        self.line.notes.extend(noted);
         self.arclength += step;
         let few = next.corrections.len() <= C::FEW;
         self.engine.curve.accept(next, measured);

@@ -6,11 +6,12 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::locate::{Between, Test};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
-use crate::branches::points::change::Change;
+use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::detect::{OUTSIDE, bifurcations};
 use crate::branches::points::test_functions::{
-    above, below, doubling, from_above, from_below, is_torus, may_dip, torus,
+    above, below, doubling, from_above, from_below, is_torus, together, torus,
 };
+use crate::numeric::search::parabola::may_dip;
 use crate::periodic::Multipliers;
 
 /// A point within a step.
@@ -44,6 +45,9 @@ const MAX_DIVISIONS: usize = 10;
 /// above the accuracy of a crossing of branches, at which the equations are singular.
 const ASIDE: f64 = 1e-3;
 
+/// Distance of a multiplier from the unit circle that it may have left within the step `[1]`.
+const NEAR_CIRCLE: f64 = 0.2;
+
 /// What the search for a zero of a test found.
 enum Zero {
     /// The distance of a point that is kept, and whether the branch turns back there though it is no fold.
@@ -53,12 +57,6 @@ enum Zero {
     /// No point.
     Nothing,
 }
-
-/// A number of multipliers.
-type CountOf = fn(&Multipliers) -> usize;
-
-/// The distance of a multiplier, by its number, from -1 or 1.
-type NumberOf = fn(&Multipliers, usize) -> Option<f64>;
 
 impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
     pub(crate) fn new(engine: &'w mut Engine<C>, between: &'w Between<'p, C::Solution>) -> Self {
@@ -127,10 +125,15 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         far: &Place<C::Solution>,
     ) -> Result<Vec<(Change, f64)>, CurveError> {
         let falls = |change: &Change| match [inner, far].map(|place| value(*change, place)) {
-            [Some(from), Some(to)] => from * to > 0.0 && to.abs() < 0.5 * from.abs(),
+            [Some(from), Some(to)] => {
+                let least = if *change == Change::Fold { VERTICAL } else { 0.0 };
+                from * to > 0.0 && (least..0.5 * from.abs()).contains(&to.abs())
+            }
             _ => false,
         };
-        let falling: Vec<Change> = Change::ALL.into_iter().filter(falls).collect();
+        let several = far.multipliers.as_ref().map_or([None; 2], together);
+        let several = several.into_iter().flatten().map(|(change, _)| change);
+        let falling: Vec<Change> = Change::SINGLE.into_iter().chain(several).filter(falls).collect();
         if falling.is_empty() {
             return Ok(Vec::new());
         }
@@ -241,40 +244,25 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         b: &Place<C::Solution>,
     ) -> Result<bool, CurveError> {
         let (Some(of_a), Some(of_b)) = (&a.multipliers, &b.multipliers) else { return Ok(false) };
-        let kinds: [(Change, CountOf, NumberOf); 2] =
-            [(Change::PeriodDoubling, below, from_below), (Change::Branch, above, from_above)];
+        let passed = [below, above].map(|count| [count(of_a), count(of_b)]);
+        let of = [Change::PeriodDoublings, Change::Branches];
         let mut found = false;
-        for (change, count, number) in kinds {
-            let passed = [count(of_a), count(of_b)];
-            if passed[0].abs_diff(passed[1]) < 2 {
+        for (change, [from, to]) in of.into_iter().zip(passed) {
+            if from.abs_diff(to) < 2 {
                 continue;
             }
-            let k = passed[0].min(passed[1]);
-            let ends = [a, b].map(|place| {
-                let value = place.multipliers.as_ref().and_then(|m| number(m, k));
-                value.map(|value| [place.sigma, value])
-            });
-            let mut test = move |engine: &mut Engine<C>, point: &CurvePoint<C::Solution>| {
-                engine.curve.multipliers(point).as_ref().and_then(|m| number(m, k))
-            };
-            found |= matches!(self.locate_by(change, ends, &mut test)?, Zero::Point(..));
+            let change = change(from.min(to));
+            let ends = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
+            found |= matches!(self.locate(change, ends)?, Zero::Point(..));
         }
         Ok(found)
     }
 
     /// Locates a bifurcation between two distances with values of its test, and keeps it.
     fn locate(&mut self, change: Change, ends: [Option<[f64; 2]>; 2]) -> Result<Zero, CurveError> {
-        self.locate_by(change, ends, &mut test_of(change))
-    }
-
-    fn locate_by(
-        &mut self,
-        change: Change,
-        ends: [Option<[f64; 2]>; 2],
-        test: &mut Test<'_, C>,
-    ) -> Result<Zero, CurveError> {
         let [Some(from), Some(to)] = ends else { return Ok(Zero::Nothing) };
-        let located = if change == Change::Branch {
+        let test: &mut Test<'_, C> = &mut test_of(change);
+        let located = if matches!(change, Change::Branch | Change::Branches(_)) {
             self.engine.locate_crossing(self.between, [from, to], test)
         } else {
             let point = match change {
@@ -306,6 +294,26 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         b: &Place<C::Solution>,
     ) -> Result<(), CurveError> {
         changes.iter().try_for_each(|change| self.search_dip(*change, None, a, b))
+    }
+
+    /// Searches for tests that turn inside a step without a grazing and come back from 0 before its end, but
+    /// for `known` ones. Such a multiplier is near the unit circle at the end.
+    pub(crate) fn search_turned(
+        &mut self,
+        known: &[Change],
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+    ) -> Result<(), CurveError> {
+        let near = |m: &Multipliers| m.values().iter().any(|m| (m.norm() - 1.0).abs() < NEAR_CIRCLE);
+        if !b.multipliers.as_ref().is_some_and(near) {
+            return Ok(());
+        }
+        for (change, lowest) in self.turned(a, b)? {
+            if !known.contains(&change) {
+                self.search_dip(change, Some(lowest), a, b)?;
+            }
+        }
+        Ok(())
     }
 
     /// Searches for a test that changes its sign twice. `turned`: a guess of its least value, if it has one
@@ -356,7 +364,7 @@ fn near_zero<S>(places: &[&Place<S>], k: usize) -> Vec<Change> {
         let before = k + 2 < places.len() && may_dip([at(k + 2), at(k + 1), at(k)], [1.0; 2]);
         after || before
     };
-    Change::ALL.into_iter().filter(near).collect()
+    Change::SINGLE.into_iter().filter(near).collect()
 }
 
 /// The test function of a bifurcation at a place.
@@ -374,6 +382,8 @@ fn value_at<S>(
         Change::Branch => Some(point.sign * point.logarithm.exp()),
         Change::PeriodDoubling => multipliers().as_ref().map(doubling),
         Change::NeimarkSacker => multipliers().as_ref().and_then(torus),
+        Change::Branches(k) => multipliers().as_ref().and_then(|m| from_above(m, k)),
+        Change::PeriodDoublings(k) => multipliers().as_ref().and_then(|m| from_below(m, k)),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Maxima by parabolas through three points.
+//! Parabolas through three points: maxima, and functions that may pass 0 twice.
 
 /// Maximum number of parabolas of [`maximum`].
 const PARABOLAS: usize = 12;
@@ -55,9 +55,30 @@ pub(crate) fn peak(x: [f64; 3], f: [f64; 3]) -> f64 {
     f[1] - slope * slope / (4.0 * curve)
 }
 
+/// Factor by which the curvature of a function may exceed that of the parabola through three of its values.
+pub(crate) const CURVED: f64 = 4.0;
+
+/// How far outside of the last step the extremum of the parabola may lie, in steps.
+const OUTSIDE_STEP: f64 = 1.5;
+
+/// Whether a function with three values of one sign may pass 0 twice within the last of two steps: below a
+/// chord over the step h a parabola y = c x² + .. reaches c h²/4.
+pub(crate) fn may_dip([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
+    if y1 * y2 <= 0.0 || y0 * y1 <= 0.0 {
+        return false;
+    }
+    // y = y1 + s x + c x² with x from the middle point.
+    let (left, right) = ((y1 - y0) / h0, (y2 - y1) / h1);
+    let c = (right - left) / (h0 + h1);
+    let vertex = 0.5 * h1 - 0.5 * right / c;
+    c * y1 > 0.0
+        && (-OUTSIDE_STEP * h1..=(1.0 + OUTSIDE_STEP) * h1).contains(&vertex)
+        && y1.abs().min(y2.abs()) < 0.25 * CURVED * c.abs() * h1 * h1
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{maximum, peak, vertex};
+    use super::{maximum, may_dip, peak, vertex};
 
     #[test]
     fn parabolas_are_exact_and_maxima_are_found() {
@@ -67,5 +88,13 @@ mod tests {
         assert_eq!(peak(x, f.map(|f| -f)), f64::NEG_INFINITY);
         let x = [1.0, 1.3, 2.0];
         assert!((maximum(x, x.map(f64::sin), f64::sin) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn parabolas_that_touch_zero_are_noticed() {
+        let at = |lowest: f64, x: f64| (x - 0.4) * (x - 0.4) + lowest;
+        let near = |lowest: f64| may_dip([at(lowest, -1.0), at(lowest, 0.0), at(lowest, 1.0)], [1.0, 1.0]);
+        assert!(near(-0.01) && near(0.01) && !near(1.0));
+        assert!(!may_dip([3.0, 2.0, 1.0], [1.0, 1.0]));
     }
 }

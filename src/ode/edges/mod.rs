@@ -7,6 +7,6 @@ pub(crate) mod first_root;
 pub(crate) mod gaps;
 pub(crate) mod locate;
 pub(crate) mod passage;
-pub(crate) mod staying;
+pub(crate) mod sliding;
 pub(crate) mod stops;
 pub(crate) mod strike;

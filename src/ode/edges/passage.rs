@@ -3,7 +3,7 @@
 use crate::model::Model;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
-use crate::ode::edges::staying::Sliding;
+use crate::ode::edges::sliding::Sliding;
 use crate::ode::edges::stops::Stops;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::Stats;

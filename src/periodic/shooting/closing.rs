@@ -78,7 +78,7 @@ impl<'s, 't> Closing<'s, 't> {
         let size = self.segments.norm(&step);
         let largest = self.segments.largest_change(&step, false);
         self.corrections.push(largest.1);
-        if self.shooting.accepts(size, self.before) {
+        if self.shooting.accepts([self.before, size], largest.1) {
             let found = Multipliers::without(&round.monodromy(), self.segments.rigid(), f64::INFINITY)
                 .map_err(|error| ShootingError::Multipliers { error, last: self.last() })?;
             self.outcome = Some(Ok(found));

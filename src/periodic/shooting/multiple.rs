@@ -229,9 +229,11 @@ impl Shooting {
         self.budget.begin_while(go_on)
     }
     /// Whether a correction is within the tolerance, or noise of the flow: below [`NOISE`], and no longer
-    /// half of the one before.
-    pub(crate) fn accepts(&self, size: f64, before: f64) -> bool {
-        size <= self.tolerance || (size > 0.5 * before && size <= NOISE)
+    /// half of the one `before`. `of_range`: the correction as a share of the ranges of motion. Where the
+    /// motion is far smaller than its distance from the origin, one more correction is made.
+    pub(crate) fn accepts(&self, [before, size]: [f64; 2], of_range: f64) -> bool {
+        let is_fine = of_range <= NOISE || before <= self.tolerance;
+        (size <= self.tolerance && is_fine) || (size > 0.5 * before && size <= NOISE)
     }
     pub(crate) fn method(&self) -> Option<FlowMethod> {
         self.method
@@ -304,7 +306,7 @@ impl Shooting {
                 first = segments.largest_change(&step, true).1;
             }
             largest = segments.largest_change(&step, false);
-            let accepted = self.accepts(size, before);
+            let accepted = self.accepts([before, size], largest.1);
             before = size;
             corrections.push(largest.1);
             if accepted {

@@ -1,0 +1,269 @@
+//! Rejected steps of an adaptive run: motions that stay on a jump, and steps that stay short.
+//!
+//! The accelerations may jump where the model does not declare it, the time may be so late that its rounding
+//! exceeds the tolerance, or the tolerance may lie below the rounding of the state.
+
+use crate::excitation::Side;
+use crate::model::Model;
+use crate::model::structure::slopes::accelerate;
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::stepping::ends::halves;
+use crate::ode::stepping::engine::Engine;
+use crate::ode::stepping::vector::Vector;
+
+/// Number of rejected steps that are observed together.
+const WINDOW: u32 = 128;
+
+/// The second half of these steps is searched for jumps. With this number of jumps of one acceleration the
+/// run ends.
+const JUMPS: u32 = 32;
+
+/// The steps are short if all of them together are shorter than this share of the longest attempt `[1]`.
+const SHORT: f64 = 0.1;
+
+/// A jump is searched over this number of steps ahead. Where the motion stays on a jump, it lies within one.
+const AHEAD: f64 = 4.0;
+
+/// Number of bisections: as many as a difference of two states has digits.
+const BISECTIONS: usize = 60;
+
+/// Share of a change that remains at a jump `[1]`. A sign has a third value, at 0, and keeps half of its
+/// change.
+const KEPT: f64 = 0.25;
+
+/// Smallest jump, as a share of the largest acceleration `[1]`.
+const LEAST: f64 = 1e-6;
+
+/// A time is too late if its rounding changes a velocity by more than the tolerance in a step of this many
+/// times the shortest length.
+const FEW: f64 = 32.0;
+
+/// Least change of an acceleration by the rounding of the time, as a share of the largest acceleration `[1]`:
+/// well above the rounding of the accelerations themselves.
+const OF_TIME: f64 = 1e5 * f64::EPSILON;
+
+/// Number of neighbouring times at which the accelerations are compared.
+const NEIGHBOURS: u32 = 4;
+
+/// Every one of this number of rejected steps is asked whether rounding rejects it.
+const ASKED: u32 = 32;
+
+/// The run ends if this many more of them were rejected by rounding than were not.
+const ROUNDED: u32 = 8;
+
+/// Such a step is shorter than this share of the longest attempt `[1]`, and the run has advanced by less than
+/// one longest attempt for each rejection.
+const OF_LONGEST: f64 = 0.01;
+
+/// The rounding of the state changes a velocity by more than this share of the tolerance in such a step.
+const OF_TOLERANCE: f64 = 0.5;
+
+/// The state is moved by this many roundings.
+const MOVED: f64 = 16.0;
+
+/// Rejected steps of an adaptive run. At a jump of an acceleration, steps are rejected until one is so short
+/// that the jump stays within the tolerance. A motion that passes the jump leaves it with longer steps; a
+/// motion that stays on it needs such short steps for ever.
+pub(crate) struct Rejections {
+    /// Longest attempt.
+    longest: f64,
+    /// Time of the first rejection in the window.
+    since: f64,
+    /// Number of rejections in the window.
+    count: u32,
+    /// Number of jumps found in the window.
+    jumps: u32,
+    /// The acceleration that jumps.
+    acceleration: usize,
+    /// Number of rejections of the run, and how many more of those asked were due to rounding.
+    all: u32,
+    rounded: u32,
+    /// Time when they were asked last.
+    asked: f64,
+    /// Scratch: drives, a state, and the accelerations at three states.
+    u: Vec<f64>,
+    look: Vec<f64>,
+    a: [Vec<f64>; 3],
+}
+
+impl Rejections {
+    /// `u`: the drives at the start `t`; `components`: length of the state; `first`: length of the first
+    /// attempt.
+    pub(crate) fn new(u: &[f64], components: usize, first: f64, t: f64) -> Self {
+        let accelerations = || vec![0.0; components / 2];
+        Rejections {
+            longest: first,
+            since: t,
+            count: 0,
+            jumps: 0,
+            acceleration: 0,
+            all: 0,
+            rounded: 0,
+            asked: t,
+            u: u.to_vec(),
+            look: vec![0.0; components],
+            a: [accelerations(), accelerations(), accelerations()],
+        }
+    }
+
+    /// The current step was rejected because of its error.
+    ///
+    /// # Errors
+    /// [`IntegrateError::Discontinuity`] if many short steps in a row met a jump of an acceleration: the
+    /// error names the last one. [`IntegrateError::BelowRounding`].
+    #[cold]
+    pub(crate) fn rejected<M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &Engine<'_, M, V>,
+    ) -> Result<(), IntegrateError> {
+        let (t, h) = (e.ends.t, e.ends.h());
+        self.longest = self.longest.max(h);
+        self.all = self.all.wrapping_add(1);
+        if self.all.is_multiple_of(ASKED) {
+            self.ask_rounding(e)?;
+        }
+        if self.count == 0 || self.count >= WINDOW || t - self.since > SHORT * self.longest {
+            (self.since, self.count, self.jumps) = (t, 0, 0);
+        }
+        self.count += 1;
+        if self.count <= WINDOW / 2 {
+            return Ok(());
+        }
+        if let Some(acceleration) = self.jump(e) {
+            self.jumps += 1;
+            self.acceleration = acceleration;
+        }
+        if self.jumps < JUMPS {
+            Ok(())
+        } else {
+            Err(IntegrateError::Discontinuity { t, acceleration: self.acceleration })
+        }
+    }
+
+    /// The error for a step `h` below the resolution of the time.
+    #[cold]
+    pub(crate) fn underflow<M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &Engine<'_, M, V>,
+        h: f64,
+    ) -> IntegrateError {
+        let t = e.ends.t;
+        let resolution = f64::EPSILON * t.abs();
+        let change = self.change_by_rounding(e, FEW * h.max(resolution));
+        if change > 1.0 {
+            IntegrateError::LateTime { t, resolution, change }
+        } else {
+            IntegrateError::StepUnderflow { t, h }
+        }
+    }
+
+    /// The largest effect of the last digits of the time on a velocity at the end of a step `h`, through the
+    /// drives, in tolerances.
+    fn change_by_rounding<M: Model + ?Sized, V: Vector>(&mut self, e: &Engine<'_, M, V>, h: f64) -> f64 {
+        let Rejections { u, a: [here, there, _], .. } = self;
+        let (t, (q, v)) = (e.ends.t, halves(&e.ends.y));
+        let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
+        let (mut largest, mut time) = (0.0f64, t);
+        for neighbour in 0..=NEIGHBOURS {
+            e.ends.model.redrive(&[time], Side::After, u);
+            let a = if neighbour == 0 { &mut *here } else { &mut *there };
+            accelerate(e.ends.model, pieces, u, q, v, a);
+            if neighbour > 0 {
+                let least = OF_TIME * here.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+                let atol = &e.ends.atol.slice()[v.len()..];
+                let rows = here.iter().zip(&*there).zip(v.iter().zip(atol));
+                let changes = rows.filter(|((a, b), _)| (*a - *b).abs() > least);
+                let shares = changes.map(|((a, b), (v, atol))| h * (a - b).abs() / (atol + e.rtol * v.abs()));
+                largest = shares.fold(largest, f64::max);
+            }
+            time = time.next_up();
+        }
+        largest
+    }
+
+    /// Asks whether the current step was rejected because rounding of the state exceeds the tolerance: the
+    /// steps of the run stay short then.
+    fn ask_rounding<M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &Engine<'_, M, V>,
+    ) -> Result<(), IntegrateError> {
+        let (t, h) = (e.ends.t, e.ends.h());
+        let advanced = t - std::mem::replace(&mut self.asked, t);
+        let is_slow = h < OF_LONGEST * self.longest && advanced < f64::from(ASKED) * self.longest;
+        let found = if is_slow { self.rounding(e, h) } else { None };
+        self.rounded = if found.is_some() { self.rounded + 1 } else { self.rounded.saturating_sub(1) };
+        match found {
+            Some((velocity, rounding, tolerance)) if self.rounded >= ROUNDED => {
+                Err(IntegrateError::BelowRounding { t, velocity, rounding, tolerance })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The velocity that the rounding of the coordinates changes most in a step `h`, in tolerances: its
+    /// index, the change and the tolerance; `None` if it is small.
+    fn rounding<M: Model + ?Sized, V: Vector>(
+        &mut self,
+        e: &Engine<'_, M, V>,
+        h: f64,
+    ) -> Option<(usize, f64, f64)> {
+        let Rejections { look, a: [here, there, changes], .. } = self;
+        let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
+        let (n, u) = (here.len(), e.ends.nodes.end());
+        look.copy_from_slice(e.ends.y.slice());
+        let at = |look: &[f64], a: &mut [f64]| {
+            let (q, v) = look.split_at(n);
+            accelerate(e.ends.model, pieces, u, q, v, a);
+        };
+        at(look, here);
+        changes.fill(0.0);
+        for j in 0..n {
+            let q = look[j];
+            look[j] = q * (1.0 + MOVED * f64::EPSILON);
+            at(look, there);
+            look[j] = q;
+            changes.iter_mut().zip(here.iter().zip(&*there)).for_each(|(c, (a, b))| *c += (a - b).abs());
+        }
+        let shares = changes.iter().enumerate().map(|(i, change)| {
+            let tolerance = e.ends.atol.slice()[n + i] + e.rtol * look[n + i].abs();
+            (i, h * change / MOVED, tolerance)
+        });
+        let most = shares.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
+        (most.1 > OF_TOLERANCE * most.2).then_some(most)
+    }
+
+    /// The acceleration that changes most ahead of the start of the step, if it jumps there: bisection keeps
+    /// the larger part of the change, and [`KEPT`] of it remains between states that rounding hardly
+    /// separates.
+    fn jump<M: Model + ?Sized, V: Vector>(&mut self, e: &Engine<'_, M, V>) -> Option<usize> {
+        let Rejections { look, a: [low, high, middle], .. } = self;
+        let (y, rates) = (e.ends.y.slice(), e.k[0].slice());
+        let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
+        let mut at = |share: f64, a: &mut [f64]| {
+            for (look, (y, rate)) in look.iter_mut().zip(y.iter().zip(rates)) {
+                *look = y + share * AHEAD * e.ends.h() * rate;
+            }
+            let (q, v) = look.split_at(look.len() / 2);
+            accelerate(e.ends.model, pieces, e.ends.nodes.end(), q, v, a);
+        };
+        at(0.0, low);
+        at(1.0, high);
+        let changes = low.iter().zip(high.iter()).map(|(a, b)| (b - a).abs());
+        let (i, change) = changes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let size = low.iter().chain(high.iter()).fold(0.0, |m: f64, a| m.max(a.abs()));
+        if !(change > LEAST * size && size.is_finite()) {
+            return None;
+        }
+        let (mut lo, mut hi, mut from, mut to) = (0.0, 1.0, low[i], high[i]);
+        for _ in 0..BISECTIONS {
+            let m = 0.5 * (lo + hi);
+            at(m, middle);
+            if (middle[i] - from).abs() > (to - middle[i]).abs() {
+                (hi, to) = (m, middle[i]);
+            } else {
+                (lo, from) = (m, middle[i]);
+            }
+        }
+        ((to - from).abs() > KEPT * change).then_some(i)
+    }
+}

@@ -1,0 +1,112 @@
+//! Pairs of bifurcations within one step of a branch, and notes of steps within which a branch turns back.
+
+use gear_dynamics::branches::{Continuation, Family, PointKind};
+use gear_dynamics::excitation::Fourier;
+use gear_dynamics::trains::{
+    Body, Coordinates, Members, MeshPart, Planetary, ShaftPart, SpurPair, Train, two_stage,
+};
+use gear_dynamics::{Dop853, Model, Settle, Shooting, State, Wave};
+
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// The points of a branch over the speed from `speed` to its double, by steps of the default length and by short ones.
+fn located_by_both(train: &Train, speed: f64, kind: PointKind) -> Result<[Vec<f64>; 2]> {
+    let settle = Settle::new().tolerance(1e-8).max_periods(600);
+    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), train, &State::at_rest(train.dof()))?;
+    let (family, mut found) = (Family::over(train, ["speed"])?, [Vec::new(), Vec::new()]);
+    let long = Continuation::new(speed, 2.0 * speed);
+    for (steps, found) in
+        [long.clone(), long.first_step(0.001).max_step(0.005).max_points(2000)].iter().zip(&mut found)
+    {
+        let shooting = Shooting::new().period_multiple(steady.period_multiple);
+        let branch = steps.clone().shooting(shooting).run(&family, &steady.state)?;
+        *found = branch.of_kind(kind).iter().map(|point| point.parameter).collect();
+        found.sort_by(f64::total_cmp);
+    }
+    Ok(found)
+}
+
+/// The multipliers of three equal planets pass 1 together and come back within one step. The determinant keeps its sign.
+#[test]
+fn equal_members_lose_and_regain_stability_within_one_step() -> Result<()> {
+    let wave = |k: f64, share: f64| Fourier::new(k, &[[share * k, 0.0]]).map(Wave::new);
+    let members = Members {
+        sun: (36, Body::new(1e-3)),
+        planet: (24, Body::new(1e-3)),
+        ring: (84, Body::new(5e-2).locked()),
+        carrier: Body::new(3e-2),
+    };
+    let waves = [wave(318_711_311.038_558_6, 0.266_259_015)?, wave(187_607_993.587, 0.202_560_532)?];
+    let set = Planetary::new(3, 0.03, members, waves)?.damping(549.210_749_8).half_backlash(1.295_070_5e-5);
+    let mut parts = set.parts();
+    let torque = 13.824_536_3;
+    parts.torque("drive", "sun", torque).torque("load", "carrier", -(1.0 + 84.0 / 36.0) * torque);
+    let speed = 228.343_336_6;
+    let train = parts.coordinates(Coordinates::Relative).build("sun", speed)?;
+    let [long, short] = located_by_both(&train, speed, PointKind::Branch)?;
+    assert_eq!(long.len(), 4, "{long:?} {short:?}");
+    assert!(long.iter().zip(&short).all(|(a, b)| (a / b - 1.0).abs() < 1e-8), "{long:?} {short:?}");
+    Ok(())
+}
+
+/// A complex pair leaves the unit circle and comes back within one step. The parabola through the middle of the step
+/// stays above 0.
+#[test]
+fn a_complex_pair_leaves_the_circle_and_comes_back_within_one_step() -> Result<()> {
+    let mesh = |teeth: [u32; 2], mean: f64, share: f64| -> Result<MeshPart> {
+        let wave = Wave::new(Fourier::new(mean, &[[share * mean, 0.0]])?);
+        let part = MeshPart::external(teeth, teeth.map(|z| 1e-3 * f64::from(z)), wave);
+        Ok(part.damping(554.766_922_967_831_4).half_backlash(1.995_428_538_846_601_5e-5))
+    };
+    let inertias = [
+        0.001_196_711_823_731_293_3,
+        0.000_433_905_705_333_017_6,
+        0.000_482_672_687_754_835_3,
+        0.002_493_568_510_499_767_3,
+    ];
+    let meshes = [
+        mesh([30, 45], 364_340_913.754_632_96, 0.177_647_956_862_103_02)?,
+        mesh([30, 40], 177_941_142.154_337_02, 0.275_015_010_674_350_75)?,
+    ];
+    let mut parts = two_stage(inertias, ShaftPart::new(274_676.795_257_368).damping(1.0), meshes);
+    let torque = 25.328_306_318_447_46;
+    parts.torque("drive", "pinion 1", torque).torque("load", "wheel 2", -2.0 * torque);
+    let speed = 314.777_093_720_706_3;
+    let train = parts.coordinates(Coordinates::Relative).build("pinion 1", speed)?;
+    let [long, short] = located_by_both(&train, speed, PointKind::NeimarkSacker)?;
+    let pair = [460.717_250, 462.929_476];
+    for found in [&long, &short] {
+        let near = |at: &f64| found.iter().any(|x| (x / at - 1.0).abs() < 1e-8);
+        assert!(pair.iter().all(near), "{long:?} {short:?}");
+    }
+    assert_eq!(long.len(), short.len(), "{long:?} {short:?}");
+    Ok(())
+}
+
+/// At a crossing the branch turns back within a step. The note tells how far it reaches.
+#[test]
+fn a_note_reaches_as_far_as_the_branch() -> Result<()> {
+    let stiffness = [-0.009_284_487_830_699_906, -0.247_148_306_488_064_07];
+    let error = [0.123_903_713_529_665_06, -0.169_521_568_598_138_22];
+    let pair = SpurPair::of_numbers(0.033_425_226_585_401_98, 0.053_184_661_962_062_244, &stiffness, &error)?;
+    let train = pair.parts()?.build("driver", 0.5)?;
+    let settle = Settle::new().tolerance(1e-8).max_periods(600);
+    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &train, &State::at_rest(1))?;
+    let family = Family::over(&train, ["speed"])?;
+    let shooting = Shooting::new().period_multiple(steady.period_multiple);
+    let long = Continuation::new(0.5, 2.4).shooting(shooting);
+    let short = long.clone().first_step(0.001).max_step(0.005);
+    let [long, short] = [long.run(&family, &steady.state)?, short.run(&family, &steady.state)?];
+    let crossing = short.of_kind(PointKind::Branch);
+    let at = crossing.first().ok_or("a crossing")?.parameter;
+    let told = |branch: &gear_dynamics::branches::Branch| {
+        let noted = branch.notes().iter().any(|note| {
+            let [from, to] = note.parameters;
+            from.min(to) <= at && at <= from.max(to)
+        });
+        noted
+            || branch.of_kind(PointKind::Branch).iter().any(|point| (point.parameter / at - 1.0).abs() < 1e-8)
+    };
+    assert!(told(&long), "{at} {long}");
+    Ok(())
+}
