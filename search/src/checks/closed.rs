@@ -65,9 +65,9 @@ fn far_flanks(draw: &mut Draw) -> Result<Outcome, String> {
     let contraction = (-0.5 * model.damping * model.period()).exp();
     let gap = model.rest() / response.norm();
     for (name, rtol, state) in solvers {
-        // Each step of a period has the tolerance of its coordinate.
+        // Each of some hundred steps of a period has the tolerance of its coordinate.
         let allowed = 10.0 * tolerance * contraction / (1.0 - contraction)
-            + (10.0 * rtol * gap + 1e-10) / (1.0 - contraction);
+            + (300.0 * rtol * gap + 1e-10) / (1.0 - contraction);
         let state = state.map_err(|error| format!("{name}: {error}; {text}"))?;
         let turn = response * Complex64::cis(model.speed * state.t);
         let off = [state.q[0] - model.rest() - turn.re, (state.v[0] + model.speed * turn.im) / model.speed];
