@@ -232,7 +232,7 @@ impl Shooting {
     /// half of the one `before`. `of_range`: the correction as a share of the ranges of motion. Where the
     /// motion is far smaller than its distance from the origin, one more correction is made.
     pub(crate) fn accepts(&self, [before, size]: [f64; 2], of_range: f64) -> bool {
-        let is_fine = of_range <= NOISE || before <= self.tolerance;
+        let is_fine = of_range <= NOISE.max(self.tolerance) || before <= self.tolerance;
         (size <= self.tolerance && is_fine) || (size > 0.5 * before && size <= NOISE)
     }
     pub(crate) fn method(&self) -> Option<FlowMethod> {
