@@ -11,6 +11,7 @@ use crate::model::structure::rigid::rigid_modes;
 use crate::model::structure::slopes::{accelerate, offered};
 use crate::model::{Jacobian, Model, Offers, Periodic, State};
 use crate::numeric::search::brent::Brent;
+use crate::numeric::search::parabola::vertex;
 use crate::ode::Budget;
 use crate::periodic::shooting::segments::orthonormal;
 use crate::periodic::{Multipliers, Variation};
@@ -196,8 +197,8 @@ const BORDER_ACCURACY: f64 = 1e-15;
 
 /// The border of parametric instability near the parameter `p`: there the linear system without gaps has a
 /// multiplier 1 over `multiple` periods, and no bounded motion. `motion`: size of the motion at p, whose
-/// largest state is `large`. `unit`: unit of the parameter. Where the multiplier comes to 1 and turns back,
-/// the border is the tip of a tongue of instability. `None` if the model is not linear at large motions.
+/// largest state is `large`. `unit`: unit of the parameter. Where the multiplier reaches 1 and does not pass
+/// it, the border is the tip of an instability tongue. `None` if the model is not linear at large motions.
 pub(crate) fn border(
     family: &Family<'_>,
     p: f64,
@@ -237,19 +238,21 @@ pub(crate) fn border(
 /// Most parabolas to a tip.
 const PARABOLAS: usize = 20;
 
-/// Largest test at a tip, over that at the farthest distance.
+/// At a tip the test is below this share of its value at the farthest of the distances `[1]`.
 const TOUCHES: f64 = 1e-3;
 
-/// The tip of a tongue of instability near `p`, where the test comes to 0 without a change of its sign: a
-/// line of folds comes to it from outside the tongue. `None` if the test does not come close to 0.
+/// The tip of an instability tongue near `p`: there the test comes to 0 and does not change its sign. A line
+/// of folds may come to it from outside of the tongue. `None` if the test does not come close to 0.
 fn tip(mut p: f64, distances: [f64; 7], test: impl Fn(f64) -> Option<f64>) -> Option<f64> {
     let (h, far) = (distances[1], distances[6]);
     let large = test(p - far)?.abs().min(test(p + far)?.abs());
     for _ in 0..PARABOLAS {
-        let [before, at, after] = [test(p - h)?, test(p)?, test(p + h)?];
-        let bend = 0.5 * (before + after) - at;
-        let shift = h * (before - after) / (4.0 * bend);
-        if bend * at <= 0.0 || !shift.is_finite() {
+        let places = [p - h, p, p + h];
+        let values = [test(places[0])?, test(p)?, test(places[2])?];
+        let [before, at, after] = values;
+        let shift = vertex(places, values) - p;
+        // The test falls towards 0 from both sides.
+        if (before + after - 2.0 * at) * at <= 0.0 || !shift.is_finite() {
             return None;
         }
         p += shift.clamp(-far, far);

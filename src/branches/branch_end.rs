@@ -42,10 +42,10 @@ pub enum BranchEnd {
         motion: f64,
         /// The parameter of the border. A large motion is that of the system without gaps, and at the border
         /// this linear system has a multiplier 1 over the period of the orbit (1 or -1 over that of the
-        /// model). A boundary ends near a border at the other parameter of its last point: the nearest one,
-        /// or the tip of a tongue of instability just beside that point. `None` if the system without gaps is
-        /// not linear, if its flanks differ or there is only one, if an edge is a rigid stop, or if the last
-        /// points do not tend to such a border.
+        /// model). A boundary ends at the nearest border for the other parameter of its last point. If there
+        /// is none, it ends at the tip of an instability tongue beside that point. `None` if the system
+        /// without gaps is not linear, if its flanks differ or there is only one, if an edge is a rigid stop,
+        /// or if the last points do not tend to such a border.
         border: Option<f64>,
     },
     /// The maximum number of points is reached.

@@ -71,8 +71,8 @@ pub struct Line<P: LinePoint> {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BranchNote {
-    /// Parameters of the two points between which it happened. If the line turns back between them, the
-    /// parameter that it reaches takes the place of the nearer one.
+    /// Parameters of the two points between which it happened. If the line turns back between them, a bound
+    /// of the parameter that it reaches replaces that of the nearer point.
     pub parameters: [f64; 2],
     /// What happened.
     pub what: String,

@@ -135,9 +135,9 @@ pub enum IntegrateError {
         /// Effect of the rounding on a velocity at the end of the step, in tolerances `[1]`.
         change: f64,
     },
-    /// The tolerance of a velocity lies below what the rounding of the coordinates, ε |q| with ε = 2.2e-16,
-    /// changes in it: the steps of an adaptive solver stay short. Coordinates that are far larger than their
-    /// motion, as those of a contact on one flank of a wide gap, lose its digits.
+    /// The rounding of the coordinates, ε |q| with ε = 2.2e-16, changes a velocity by more than half of its
+    /// tolerance and keeps the steps of an adaptive solver below 1 % of the longest one. Such coordinates are
+    /// far larger than their motion. An example is a contact on one flank of a wide gap.
     #[error(
         "the rounding of the coordinates near t = {t:?} changes velocity {velocity} by {rounding:e} in a step, which \
          its tolerance {tolerance:e} does not allow: raise atol or rtol (velocities count from 0)"

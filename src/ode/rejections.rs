@@ -45,20 +45,20 @@ const OF_TIME: f64 = 1e5 * f64::EPSILON;
 /// Number of neighbouring times at which the accelerations are compared.
 const NEIGHBOURS: u32 = 4;
 
-/// Every one of this number of rejected steps is asked whether rounding rejects it.
-const ASKED: u32 = 32;
+/// One rejected step of this many is checked for rounding.
+const CHECKED: u32 = 32;
 
-/// The run ends if this many more of them were rejected by rounding than were not.
+/// The run ends if rounding rejected this many more of the checked steps than other errors did.
 const ROUNDED: u32 = 8;
 
-/// Such a step is shorter than this share of the longest attempt `[1]`, and the run has advanced by less than
-/// one longest attempt for each rejection.
+/// Rounding rejects only steps below this share of the longest attempt `[1]`, while the run advances by less
+/// than one longest attempt for each rejection.
 const OF_LONGEST: f64 = 0.01;
 
-/// The rounding of the state changes a velocity by more than this share of the tolerance in such a step.
+/// Rounding rejects a step if it changes a velocity by more than this share of the tolerance `[1]`.
 const OF_TOLERANCE: f64 = 0.5;
 
-/// The state is moved by this many roundings.
+/// A coordinate is moved by this many roundings to see what its rounding changes.
 const MOVED: f64 = 16.0;
 
 /// Rejected steps of an adaptive run. At a jump of an acceleration, steps are rejected until one is so short
@@ -75,11 +75,12 @@ pub(crate) struct Rejections {
     jumps: u32,
     /// The acceleration that jumps.
     acceleration: usize,
-    /// Number of rejections of the run, and how many more of those asked were due to rounding.
+    /// Number of rejections in the run.
     all: u32,
+    /// The steps that rounding rejected, less the other checked ones; at least 0.
     rounded: u32,
-    /// Time when they were asked last.
-    asked: f64,
+    /// Time of the last check for rounding.
+    checked: f64,
     /// Scratch: drives, a state, and the accelerations at three states.
     u: Vec<f64>,
     look: Vec<f64>,
@@ -99,7 +100,7 @@ impl Rejections {
             acceleration: 0,
             all: 0,
             rounded: 0,
-            asked: t,
+            checked: t,
             u: u.to_vec(),
             look: vec![0.0; components],
             a: [accelerations(), accelerations(), accelerations()],
@@ -110,7 +111,7 @@ impl Rejections {
     ///
     /// # Errors
     /// [`IntegrateError::Discontinuity`] if many short steps in a row met a jump of an acceleration: the
-    /// error names the last one. [`IntegrateError::BelowRounding`].
+    /// error names the last one; [`IntegrateError::BelowRounding`] if rounding rejected most of the steps.
     #[cold]
     pub(crate) fn rejected<M: Model + ?Sized, V: Vector>(
         &mut self,
@@ -119,8 +120,8 @@ impl Rejections {
         let (t, h) = (e.ends.t, e.ends.h());
         self.longest = self.longest.max(h);
         self.all = self.all.wrapping_add(1);
-        if self.all.is_multiple_of(ASKED) {
-            self.ask_rounding(e)?;
+        if self.all.is_multiple_of(CHECKED) {
+            self.check_rounding(e)?;
         }
         if self.count == 0 || self.count >= WINDOW || t - self.since > SHORT * self.longest {
             (self.since, self.count, self.jumps) = (t, 0, 0);
@@ -170,10 +171,9 @@ impl Rejections {
             accelerate(e.ends.model, pieces, u, q, v, a);
             if neighbour > 0 {
                 let least = OF_TIME * here.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
-                let atol = &e.ends.atol.slice()[v.len()..];
-                let rows = here.iter().zip(&*there).zip(v.iter().zip(atol));
-                let changes = rows.filter(|((a, b), _)| (*a - *b).abs() > least);
-                let shares = changes.map(|((a, b), (v, atol))| h * (a - b).abs() / (atol + e.rtol * v.abs()));
+                let rows = here.iter().zip(&*there).map(|(a, b)| (a - b).abs()).enumerate();
+                let changes = rows.filter(|(_, change)| *change > least);
+                let shares = changes.map(|(i, change)| h * change / tolerance(e, i));
                 largest = shares.fold(largest, f64::max);
             }
             time = time.next_up();
@@ -181,15 +181,14 @@ impl Rejections {
         largest
     }
 
-    /// Asks whether the current step was rejected because rounding of the state exceeds the tolerance: the
-    /// steps of the run stay short then.
-    fn ask_rounding<M: Model + ?Sized, V: Vector>(
+    /// Checks whether rounding of the coordinates rejected the current step.
+    fn check_rounding<M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &Engine<'_, M, V>,
     ) -> Result<(), IntegrateError> {
         let (t, h) = (e.ends.t, e.ends.h());
-        let advanced = t - std::mem::replace(&mut self.asked, t);
-        let is_slow = h < OF_LONGEST * self.longest && advanced < f64::from(ASKED) * self.longest;
+        let advanced = t - std::mem::replace(&mut self.checked, t);
+        let is_slow = h < OF_LONGEST * self.longest && advanced < f64::from(CHECKED) * self.longest;
         let found = if is_slow { self.rounding(e, h) } else { None };
         self.rounded = if found.is_some() { self.rounded + 1 } else { self.rounded.saturating_sub(1) };
         match found {
@@ -200,8 +199,8 @@ impl Rejections {
         }
     }
 
-    /// The velocity that the rounding of the coordinates changes most in a step `h`, in tolerances: its
-    /// index, the change and the tolerance; `None` if it is small.
+    /// The velocity that rounding of the coordinates changes most in a step `h`, relative to its tolerance:
+    /// its index, the change and the tolerance. `None` if the change is far below the tolerance.
     fn rounding<M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &Engine<'_, M, V>,
@@ -224,10 +223,7 @@ impl Rejections {
             look[j] = q;
             changes.iter_mut().zip(here.iter().zip(&*there)).for_each(|(c, (a, b))| *c += (a - b).abs());
         }
-        let shares = changes.iter().enumerate().map(|(i, change)| {
-            let tolerance = e.ends.atol.slice()[n + i] + e.rtol * look[n + i].abs();
-            (i, h * change / MOVED, tolerance)
-        });
+        let shares = changes.iter().enumerate().map(|(i, change)| (i, h * change / MOVED, tolerance(e, i)));
         let most = shares.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
         (most.1 > OF_TOLERANCE * most.2).then_some(most)
     }
@@ -266,4 +262,11 @@ impl Rejections {
         }
         ((to - from).abs() > KEPT * change).then_some(i)
     }
+}
+
+/// The tolerance of velocity `i` in a step.
+fn tolerance<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>, i: usize) -> f64 {
+    let (y, atol) = (e.ends.y.slice(), e.ends.atol.slice());
+    let component = y.len() / 2 + i;
+    atol[component] + e.rtol * y[component].abs()
 }

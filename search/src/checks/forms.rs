@@ -100,9 +100,6 @@ fn run<I: Integrator>(solver: &I, model: &dyn Model, start: &State, end: f64) ->
 /// A small difference.
 const BESIDE: f64 = 1e-6;
 
-/// Least relative tolerance of `Rk45`.
-const RK45: f64 = 1e-10;
-
 /// Steps of the reference in a unit of its fastest time.
 const STEPS: f64 = 300.0;
 
@@ -149,7 +146,7 @@ fn compare(draw: &mut Draw, plane: &Plane, start: &State, end: f64, rtol: f64) -
     let dop853 = Dop853::new().rtol(rtol).atol(atol);
     let mut runs: Vec<(&str, Run)> = vec![
         ("Model by Dop853", run(&dop853, plane, start, end)),
-        ("Model by Rk45", run(&Rk45::new().rtol(rtol.max(RK45)).atol(atol), plane, start, end)),
+        ("Model by Rk45", run(&Rk45::new().rtol(rtol.max(1e-12)).atol(atol), plane, start, end)),
     ];
     // Without pieces a step that ends on an edge sees the jump of the force there.
     if plane.pieces || smooth {
@@ -177,8 +174,7 @@ fn compare(draw: &mut Draw, plane: &Plane, start: &State, end: f64, rtol: f64) -
         draw.note(|| format!("{name} {:?} {:?} {crossings:?}, reference {:?}", state.q, state.v, fine));
         let off = (state.q[0] - fine.0[0]).abs() + (state.v[0] - fine.0[1]).abs();
         let fixed = name.ends_with("Rk4");
-        let least = if name.ends_with("Rk45") { RK45 } else { 1e-12 };
-        let local = if fixed { 1e-6 } else { 3e2 * (1.0 + plane.mesh.sqrt()) * rtol.max(least) };
+        let local = if fixed { 1e-6 } else { 3e2 * (1.0 + plane.mesh.sqrt()) * rtol.max(1e-12) };
         let allowed = 3.0 * open + growth.max(1.0) * local + 1e-8;
         if off.is_nan() || off > allowed {
             return Err(format!("{name} is off by {off:e}, allowed {allowed:e}"));

@@ -4,6 +4,7 @@ use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::point::CurvePoint;
 use crate::numeric::search::brent::Brent;
+use crate::numeric::search::hermite::{Distance, Hermite};
 use crate::numeric::search::parabola::CURVED;
 use nalgebra::DVector;
 
@@ -32,7 +33,8 @@ const PARABOLAS: usize = 8;
 /// Distance of two places of this search, as a share of the interval `[1]`.
 const CLOSEST: f64 = 1e-4;
 
-/// How far beyond a turn of the cubic the curve may reach, over the way from the nearer point to the turn.
+/// The curve may reach beyond a turn of its cubic by this share of the way from the nearer point to the turn
+/// `[1]`.
 const BEYOND: f64 = 0.1;
 
 /// Cubic Hermite interpolation of a curve between two of its points, over the distance σ along the tangent of
@@ -64,16 +66,14 @@ impl<'p, S> Between<'p, S> {
         self.ds
     }
 
-    /// The parameters of the two points. Where the curve turns back between them it reaches beyond one of
-    /// them: that one is replaced by a bound of what it reaches.
+    /// The parameters of the two points. If the curve turns back between them, it reaches a parameter beyond
+    /// one of them. A bound of this parameter replaces that of the nearer point.
     pub(crate) fn parameters(&self, end: f64) -> [f64; 2] {
         let n = self.end.len() - 1;
-        let [rise, from, to] = [self.end[n], self.ds * self.a.tangent[n], self.ds * self.slope[n]];
-        // The slope a z² + 2 b z + from of the cubic.
-        let (a, b) = (3.0 * (from + to - 2.0 * rise), 3.0 * rise - 2.0 * from - to);
-        let root = (b * b - a * from).sqrt();
+        let at = |value: f64, tangent: f64| Distance { value, rate: self.ds * tangent };
+        let cubic = Hermite::new(at(0.0, self.a.tangent[n]), at(self.end[n], self.slope[n]));
         let mut range = [self.a.p, end];
-        for z in [(root - b) / a, -(root + b) / a].into_iter().filter(|z| *z > 0.0 && *z < 1.0) {
+        for z in cubic.extrema().into_iter().flatten() {
             let turn = self.at(z * self.ds).1;
             let k = usize::from((turn - range[1]).abs() < (turn - range[0]).abs());
             if (turn - range[0]) * (turn - range[1]) > 0.0 {

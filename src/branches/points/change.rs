@@ -7,10 +7,10 @@ pub(crate) enum Change {
     Branch,
     PeriodDoubling,
     NeimarkSacker,
-    /// Equal real multipliers, from this number in falling order, pass 1 together, as those of equal members
-    /// do.
+    /// Several real multipliers pass 1 together, as those of equal members do. The number is that of the
+    /// first of them in falling order.
     Branches(usize),
-    /// Equal real multipliers, from this number in rising order, pass -1 together.
+    /// Several real multipliers pass -1 together. The number is that of the first of them in rising order.
     PeriodDoublings(usize),
 }
 
@@ -27,13 +27,10 @@ impl Change {
             Change::PeriodDoubling => "a multiplier passed -1",
             Change::NeimarkSacker => "a pair of multipliers passed the unit circle",
             Change::Branches(_) => "several multipliers passed 1",
-            Change::PeriodDoublings(_) => SEVERAL_DOUBLINGS,
+            Change::PeriodDoublings(_) => "several multipliers passed -1",
         }
     }
 }
-
-/// What is noted if several multipliers pass -1.
-pub(crate) const SEVERAL_DOUBLINGS: &str = "several multipliers passed -1";
 
 /// Slopes dp/ds below this are rounding: the branch is vertical, as that of a linear model with the
 /// multiplier 1.

@@ -2,7 +2,7 @@
 
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
-use crate::branches::points::change::{Change, SEVERAL_DOUBLINGS, VERTICAL};
+use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::test_functions::{below, outside, pairs_outside};
 use crate::contact::edge::Edge;
 use crate::periodic::Multipliers;
@@ -31,11 +31,12 @@ pub(crate) fn bifurcations<S>(
     }
     let (Some(ma), Some(mb)) = (a.1, b.1) else { return (all, None) };
     let mut unexplained = None;
-    let doublings = below(ma).abs_diff(below(mb));
+    let [least, most] = [below(ma).min(below(mb)), below(ma).max(below(mb))];
+    let doublings = most - least;
     if doublings == 1 {
         all.push(Change::PeriodDoubling);
     } else if doublings > 1 {
-        unexplained = Some(SEVERAL_DOUBLINGS);
+        unexplained = Some(Change::PeriodDoublings(least).unlocated());
     }
     let single = all.len();
     if pairs_outside(ma) != pairs_outside(mb) && outside(ma) != outside(mb) {

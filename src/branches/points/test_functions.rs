@@ -66,10 +66,11 @@ pub(crate) fn from_above(multipliers: &Multipliers, k: usize) -> Option<f64> {
     all.get(k).map(|m| 1.0 - m)
 }
 
-/// Largest difference of equal multipliers, over that of rounding.
+/// Multipliers with a smaller difference count as equal `[1]`.
 const EQUAL: f64 = 1e-9;
 
-/// The changes that equal multipliers inside of 1 and -1 may make next, and their distances.
+/// The bifurcations at which equal real multipliers would leave the unit circle together: at 1 and at -1.
+/// Beside each stands the distance of these multipliers from 1 or -1.
 pub(crate) fn together(multipliers: &Multipliers) -> [Option<(Change, f64)>; 2] {
     let equal = EQUAL.max(2.0 * multipliers.value_error());
     let next = |number: fn(&Multipliers, usize) -> Option<f64>, k: usize| {

@@ -45,7 +45,8 @@ const MAX_DIVISIONS: usize = 10;
 /// above the accuracy of a crossing of branches, at which the equations are singular.
 const ASIDE: f64 = 1e-3;
 
-/// Distance of a multiplier from the unit circle that it may have left within the step `[1]`.
+/// A multiplier this close to the unit circle at the end of a step may have passed it twice within the step
+/// `[1]`.
 const NEAR_CIRCLE: f64 = 0.2;
 
 /// What the search for a zero of a test found.
@@ -107,7 +108,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 _ => continue,
             };
             if self.found.len() == found {
-                for (change, lowest) in self.turned(inner, far)? {
+                for (change, lowest) in self.turned(inner, far, &[])? {
                     self.search_dip(change, Some(lowest), places[k], places[k + 1])?;
                 }
             }
@@ -123,6 +124,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         &mut self,
         inner: &Place<C::Solution>,
         far: &Place<C::Solution>,
+        known: &[Change],
     ) -> Result<Vec<(Change, f64)>, CurveError> {
         let falls = |change: &Change| match [inner, far].map(|place| value(*change, place)) {
             [Some(from), Some(to)] => {
@@ -133,7 +135,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         };
         let several = far.multipliers.as_ref().map_or([None; 2], together);
         let several = several.into_iter().flatten().map(|(change, _)| change);
-        let falling: Vec<Change> = Change::SINGLE.into_iter().chain(several).filter(falls).collect();
+        let falling: Vec<Change> =
+            Change::SINGLE.into_iter().chain(several).filter(|c| !known.contains(c) && falls(c)).collect();
         if falling.is_empty() {
             return Ok(Vec::new());
         }
@@ -296,8 +299,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         changes.iter().try_for_each(|change| self.search_dip(*change, None, a, b))
     }
 
-    /// Searches for tests that turn inside a step without a grazing and come back from 0 before its end, but
-    /// for `known` ones. Such a multiplier is near the unit circle at the end.
+    /// Searches for tests that change their sign twice within a step without a grazing and grow again at its
+    /// end. The changes in `known` are left out.
     pub(crate) fn search_turned(
         &mut self,
         known: &[Change],
@@ -308,12 +311,8 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         if !b.multipliers.as_ref().is_some_and(near) {
             return Ok(());
         }
-        for (change, lowest) in self.turned(a, b)? {
-            if !known.contains(&change) {
-                self.search_dip(change, Some(lowest), a, b)?;
-            }
-        }
-        Ok(())
+        let turned = self.turned(a, b, known)?;
+        turned.into_iter().try_for_each(|(change, lowest)| self.search_dip(change, Some(lowest), a, b))
     }
 
     /// Searches for a test that changes its sign twice. `turned`: a guess of its least value, if it has one

@@ -123,8 +123,9 @@ impl Sliding {
         false
     }
 
-    /// Rate of the distance from an edge, positive on the piece `from`, along the motion on one `side` of it:
-    /// 0 before the crossing, 1 after it. `None` if states within the time `span` are not on that side.
+    /// Rate of the distance from an edge, positive on the piece `from`, along the motion on one side of it.
+    /// `side`: 0 before the crossing, 1 after it. `None` if the states within the time `span` lie on the
+    /// other side.
     fn rate<M: Model + ?Sized, V: Vector>(
         &mut self,
         e: &Ends<'_, M, V>,
