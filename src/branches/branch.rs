@@ -103,11 +103,18 @@ impl<O> Branch<O> {
         self.points.iter().filter(|point| point.kind() == Some(kind)).collect()
     }
     /// The stability of the points after point `at` up to the next located one, for a person: `stable`, or
-    /// `stable, unstable` where it changes at no located point.
+    /// `stable, unstable` where it changes at no located point. It is `undecided` if no other point lies
+    /// between two located ones.
     fn stability_after(&self, at: usize) -> String {
         let after = &self.points[at + 1..];
         let next = after.iter().position(|point| point.located.is_some()).unwrap_or(after.len());
-        let first = usize::from(self.points[at].located.is_some());
+        let located = self.points[at].located.as_ref();
+        let is_critical = located.is_some_and(|what| !matches!(what, SpecialPoint::Grazing { .. }));
+        if next == 0 && is_critical {
+            // Its own multiplier lies on the unit circle.
+            return Stability::Undecided.to_string();
+        }
+        let first = usize::from(located.is_some());
         let stretch = &self.points[at + first.min(next)..=at + next];
         let mut seen: Vec<Stability> = stretch.iter().map(BranchPoint::stability).collect();
         if seen.iter().any(|stability| *stability != Stability::Undecided) {

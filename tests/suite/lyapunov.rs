@@ -428,7 +428,7 @@ fn coverage<M: Periodic>(lyapunov: &Lyapunov, model: &M, count: u32, exact: Opti
         "exponent {exact:.6}, scatter {off:.2e}, standard error {:.2e}: {held} of {count} within two errors",
         mean(|run| run.1)
     );
-    assert!(mean(|run| run.1) < 2.0 * off, "standard errors are more than twice the scatter");
+    assert!(mean(|run| run.1) < 1.5 * off, "standard errors are more than 1.5 times the scatter");
     held as f64 / f64::from(count)
 }
 
@@ -441,8 +441,9 @@ fn bars_cover_a_linear_oscillator() {
     assert!(share >= 0.85, "{share}");
 }
 
-/// Two standard errors contain the exponent for 90 to 98 % of 200 random starts, for turning directions and
-/// for chaotic motions.
+/// Two standard errors contain the exponent for at least 90 % of 200 random starts, for turning directions and
+/// for chaotic motions, and are not wide: 1.5 times the scatter at most. The error of a linear oscillator is
+/// bounded, and two standard errors may hold all of it.
 #[test]
 #[ignore = "minutes: cargo test --release --test suite lyapunov -- --ignored --nocapture"]
 fn bars_cover_95_percent_of_200_seeds() {
@@ -456,7 +457,7 @@ fn bars_cover_95_percent_of_200_seeds() {
         coverage(&lyapunov, &duffing, 200, None),
         coverage(&lyapunov, &ueda, 200, None),
     ];
-    assert!(shares.iter().all(|share| (0.90..=0.98).contains(share)), "{shares:?}");
+    assert!(shares.iter().all(|share| *share >= 0.90), "{shares:?}");
 }
 
 /// Stiff models: between two renormalisations a direction shrinks by e⁻¹¹⁸, or underflows to zero.

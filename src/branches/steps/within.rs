@@ -9,7 +9,7 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::detect::{OUTSIDE, bifurcations};
 use crate::branches::points::test_functions::{
-    above, below, doubling, from_above, from_below, is_torus, together, torus,
+    above, below, doubling, from_above, from_below, is_torus, outside, together, torus,
 };
 use crate::numeric::search::parabola::may_dip;
 use crate::periodic::Multipliers;
@@ -329,7 +329,21 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             return Ok(());
         }
         let [from, to] = [[a.sigma, from], [b.sigma, to]];
-        match self.engine.dip_between(self.between, [from, to], turned, &mut test_of(change)) {
+        let (between, sign) = (self.between, from[1].signum());
+        let is_new = !self.found.iter().any(|(sigma, ..)| (a.sigma..b.sigma).contains(sigma));
+        let before = a.multipliers.as_ref().filter(|_| is_new).map(outside);
+        // Two multipliers that pass the circle together leave the sign of the test as it is.
+        let (mut passed, mut of_change) = (None, test_of(change));
+        let mut test = |engine: &mut Engine<C>, point: &CurvePoint<C::Solution>| {
+            let value = of_change(engine, point)?;
+            let now = before.and_then(|_| engine.curve.multipliers(point));
+            if sign * value > 0.0 && now.is_some_and(|now| before != Some(outside(&now))) {
+                passed = Some(engine.distance(between.start(), point));
+                return None;
+            }
+            Some(value)
+        };
+        match self.engine.dip_between(between, [from, to], turned, &mut test) {
             Err(CurveError::Exhausted(exhausted)) => return Err(exhausted.into()),
             Err(_) | Ok(None) => {} // nothing shows that the sign of the test changes
             Ok(Some(inside)) => {
@@ -340,7 +354,10 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 }
             }
         }
-        Ok(())
+        let Some(sigma) = passed else { return Ok(()) };
+        let middle = self.at(sigma)?;
+        self.separate(a, &middle, MAX_DIVISIONS)?;
+        self.separate(&middle, b, MAX_DIVISIONS)
     }
 
     /// The rattle states between two grazings.
