@@ -101,8 +101,9 @@ impl Pair {
         damping * rate + f64::from(zone).abs() * stiffness * (d - f64::from(zone) * self.half_backlash)
     }
 
-    /// The figures of deflection and mesh force, the shares of time and the impacts, with `steps` steps a cycle.
-    fn reference(&self, steps: f64) -> ([Figures; 2], [f64; 3], [u64; 2]) {
+    /// The figures of deflection and mesh force, the shares of time and the impacts, with `steps` steps a cycle. Last
+    /// the impacts within one step of the lanes before: their first sample on the flank may be the first one measured.
+    fn reference(&self, steps: f64) -> ([Figures; 2], [f64; 3], [[u64; 2]; 2]) {
         let cycle = TAU / (self.speed * f64::from(self.teeth[0]));
         let per_mass = self.radii[0].powi(2) / self.inertias[0] + self.radii[1].powi(2) / self.inertias[1];
         let pushed = self.torque / self.radii[0];
@@ -122,9 +123,17 @@ impl Pair {
             impact: None,
         };
         let h = cycle / steps;
-        let (mut meters, mut time, mut impacts) = ([Meter::default(), Meter::default()], [0.0; 3], [0; 2]);
+        let (mut meters, mut time, mut impacts) =
+            ([Meter::default(), Meter::default()], [0.0; 3], [[0; 2]; 2]);
         let begin = SETTLE as f64 * cycle;
-        let (y, _) = plain.run(0.0, &[0.0, 0.0], begin, h, &mut |_| {});
+        let before = begin - cycle / LANES as f64;
+        let (y, _) = plain.run(0.0, &[0.0, 0.0], before, h, &mut |_| {});
+        let (y, _) = plain.run(before, &y, begin, h, &mut |part| {
+            let zone = part.zones[0];
+            if part.entered[0] && zone != 0 {
+                impacts[1][usize::from(zone > 0)] += 1;
+            }
+        });
         plain.run(begin, &y, begin + MEASURE as f64 * cycle, h, &mut |part| {
             let zone = part.zones[0];
             let ends = [&part.start, &part.end].map(|at| (at.t, at.q[0], at.v[0]));
@@ -132,7 +141,7 @@ impl Pair {
             meters[1].add(part, ends.map(|(t, x, v)| self.force(t, x, v, zone)));
             time[(zone + 1) as usize] += (part.end.t - part.start.t) / (MEASURE as f64 * cycle);
             if part.entered[0] && zone != 0 {
-                impacts[usize::from(zone > 0)] += 1;
+                impacts[0][usize::from(zone > 0)] += 1;
             }
         });
         (meters.map(|meter| meter.figures()), time, impacts)
@@ -142,6 +151,9 @@ impl Pair {
 fn told(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
+
+/// Steps of the lanes in a mesh cycle.
+const LANES: usize = 32 * 64;
 
 /// Steps of the reference in a mesh cycle.
 const STEPS: f64 = 2048.0;
@@ -165,7 +177,6 @@ fn compare(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
         |figures: &[Figures; 2]| figures.map(|f| [f.means[0], f.means[1], f.extremes[0], f.extremes[1]]);
     let (exact, before): (Numbers, Numbers) = (numbers(&fine.0), numbers(&coarse.0));
     let size = [0, 1].map(|i| exact[i][3] - exact[i][2]);
-    let lanes = 32 * 64;
     // (name, row, accuracy as a share of the range)
     type Row = Result<(Numbers, [f64; 3], [u64; 2]), String>;
     let rows: [(&str, Row, f64); 6] = [
@@ -173,8 +184,8 @@ fn compare(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
         ("Located(Dop853)", row(&train, &Located(Dop853::new().rtol(1e-11).atol(1e-17))), 1e-8),
         ("Located(Taylor)", row(&train, &Located(Taylor::new())), 1e-8),
         ("Located(Rk45)", row(&train, &Located(Rk45::new().rtol(1e-9).atol(1e-15))), 1e-6),
-        ("LaneRk4", row(&train, &LaneRk4::new(lanes)), 1e-2),
-        ("TableRk4", row(&train, &TableRk4::new(lanes)), 1e-2),
+        ("LaneRk4", row(&train, &LaneRk4::new(LANES)), 1e-2),
+        ("TableRk4", row(&train, &TableRk4::new(LANES)), 1e-2),
     ];
     for (name, row, share) in rows {
         let (found, time, impacts) = row.map_err(|error| format!("{name}: {error}"))?;
@@ -195,9 +206,11 @@ fn compare(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
         if off > 1e-5 + 3.0 * share {
             return Err(format!("{name}: times of contact {time:?}, {:?}", fine.1));
         }
+        let [exact, before] = fine.2;
         // Fixed steps may pass over a contact that is shorter than a step.
-        if impacts != fine.2 && (share < 1e-4 || impacts[0] + impacts[1] > fine.2[0] + fine.2[1]) {
-            return Err(format!("{name}: impacts {impacts:?}, {:?}", fine.2));
+        let most = exact[0] + exact[1] + before[0] + before[1];
+        if impacts != exact && (share < 1e-4 || impacts[0] + impacts[1] > most) {
+            return Err(format!("{name}: impacts {impacts:?}, {exact:?}"));
         }
     }
     Ok(Outcome::Agrees)
