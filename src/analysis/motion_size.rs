@@ -202,13 +202,22 @@ impl MotionSize {
     /// max_i |Δy_i|/unit_i at a tolerance, with Δy = a - b without rigid motion. The states are coordinates,
     /// then velocities.
     pub(crate) fn distance(&mut self, a: &[f64], b: &[f64], tolerance: f64) -> f64 {
+        let share = OF_A_PERIOD * f64::EPSILON / tolerance;
+        self.apart(a, b, |motion, i| (motion.high[i] - motion.low[i]).max(share * motion.sizes[i]))
+    }
+
+    /// max_i |Δy_i|/range_i with the [ranges](MotionSize::ranges), as [`distance`](MotionSize::distance).
+    pub(crate) fn change(&mut self, a: &[f64], b: &[f64]) -> f64 {
+        let ranges = self.ranges();
+        self.apart(a, b, |_, i| ranges[i])
+    }
+
+    fn apart(&mut self, a: &[f64], b: &[f64], unit: impl Fn(&Self, usize) -> f64) -> f64 {
         self.y.iter_mut().zip(a.iter().zip(b)).for_each(|(y, (a, b))| *y = a - b);
         self.relative();
-        let share = OF_A_PERIOD * f64::EPSILON / tolerance;
         self.y.iter().enumerate().fold(0.0, |worst: f64, (i, apart)| {
-            let unit = (self.high[i] - self.low[i]).max(share * self.sizes[i]);
             // A NaN gives an infinite distance.
-            let apart = if *apart == 0.0 { 0.0 } else { apart.abs() / unit };
+            let apart = if *apart == 0.0 { 0.0 } else { apart.abs() / unit(self, i) };
             if apart.is_nan() { f64::INFINITY } else { worst.max(apart) }
         })
     }

@@ -140,12 +140,11 @@ impl Settle {
                     0
                 };
                 if repeated[p - 1] > p {
-                    let mut before = |j: usize| {
-                        motion.distance(&section[k - j * p], &section[k - (j + 1) * p], self.tolerance)
-                    };
+                    let mut change = |j: usize| motion.change(&section[k - j * p], &section[k - (j + 1) * p]);
                     // Over several periods the rounding of one change weighs less.
                     let most = (k / p - 1).min(CONTRACTION);
-                    let contraction = (change / before(most)).powf(1.0 / most as f64);
+                    let (change, before) = (change(0), change(most));
+                    let contraction = (change / before).powf(1.0 / most as f64);
                     return Ok(Steady { state: last, period_multiple: p, periods: k, change, contraction });
                 }
             }
@@ -192,7 +191,8 @@ pub struct Steady {
     pub period_multiple: usize,
     /// Number of periods of the drives that were integrated.
     pub periods: usize,
-    /// Difference of the last repetition, as a share of the ranges.
+    /// Difference of the last repetition, as a share of the ranges. It exceeds the tolerance where rounding
+    /// errors replace the tolerance.
     pub change: f64,
     /// The factor μ by which the difference shrank from one period of the orbit to the next, as a mean over
     /// up to four of them `[1]`. NaN where the state did not change at all.

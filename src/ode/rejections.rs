@@ -49,7 +49,7 @@ const NEIGHBOURS: u32 = 4;
 const CHECKED: u32 = 32;
 
 /// The run ends if rounding rejected this many more of the checked steps than other errors did.
-const ROUNDED: u32 = 8;
+const ROUNDED: u32 = 2048;
 
 /// Rounding rejects only steps below this share of the longest attempt `[1]`, while the run advances by less
 /// than one longest attempt for each rejection.
