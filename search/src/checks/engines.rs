@@ -179,15 +179,13 @@ fn compare(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let size = [0, 1].map(|i| exact[i][3] - exact[i][2]);
     // (name, row, accuracy as a share of the range)
     type Row = Result<(Numbers, [f64; 3], [u64; 2]), String>;
-    let rows: [(&str, Row, f64); 6] = [
+    let located: [(&str, Row, f64); 4] = [
         ("LaneTaylor", row(&train, &LaneTaylor::new(Taylor::new())), 1e-8),
         ("Located(Dop853)", row(&train, &Located(Dop853::new().rtol(1e-11).atol(1e-17))), 1e-8),
         ("Located(Taylor)", row(&train, &Located(Taylor::new())), 1e-8),
         ("Located(Rk45)", row(&train, &Located(Rk45::new().rtol(1e-9).atol(1e-15))), 1e-6),
-        ("LaneRk4", row(&train, &LaneRk4::new(LANES)), 1e-2),
-        ("TableRk4", row(&train, &TableRk4::new(LANES)), 1e-2),
     ];
-    for (name, row, share) in rows {
+    let judge = |name: &str, row: Row, share: f64| -> Result<(), String> {
         let (found, time, impacts) = row.map_err(|error| format!("{name}: {error}"))?;
         draw.note(|| {
             format!("{name} {found:?} {time:?} {impacts:?}\n  reference {exact:?} {:?} {:?}", fine.1, fine.2)
@@ -212,7 +210,17 @@ fn compare(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
         if impacts != exact && (share < 1e-4 || impacts[0] + impacts[1] > most) {
             return Err(format!("{name}: impacts {impacts:?}, {exact:?}"));
         }
+        Ok(())
+    };
+    for (name, row, share) in located {
+        judge(name, row, share)?;
     }
+    // A motion that amplifies the errors of fixed steps tenfold in a cycle needs shorter ones.
+    let either = |name: &str, at: &dyn Fn(usize) -> Row| {
+        judge(name, at(LANES), 1e-2).or_else(|_| judge(name, at(8 * LANES), 1e-2))
+    };
+    either("LaneRk4", &|lanes| row(&train, &LaneRk4::new(lanes)))?;
+    either("TableRk4", &|lanes| row(&train, &TableRk4::new(lanes)))?;
     Ok(Outcome::Agrees)
 }
 

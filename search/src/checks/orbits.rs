@@ -325,8 +325,9 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     if !line.notes().is_empty() {
         return Ok(Outcome::Skipped("the contact sequence changes"));
     }
-    let points = line.points();
-    let at = &points[draw.below(points.len())];
+    // At an extremum of the line the cut touches it: the test function does not change its sign there.
+    let points: Vec<_> = line.points().iter().filter(|point| point.turn.is_none()).collect();
+    let at = points[draw.below(points.len())];
     let [p, c] = at.parameters;
     if !(0.5..=2.4).contains(&p) {
         return Ok(Outcome::Skipped("the line leaves the speeds"));

@@ -189,7 +189,9 @@ impl<'f, C: Followed> Stepper<'f, C> {
         for (k, range) in self.across.map(|across| (n - 1, across)).into_iter().chain([(n, range)]) {
             let Some(bound) = outside(point.value(k), range) else { continue };
             if last.value(k) == bound {
-                return Ok(None);
+                let inwards = (point.value(k) - bound) * last.tangent[k] < 0.0;
+                // From a bound the line leads inside and turns back within the step.
+                return if inwards { Err(CurveError::Turned { angle: turn, step }) } else { Ok(None) };
             }
             let mut beyond =
                 |_: &mut Engine<C>, point: &CurvePoint<C::Solution>| Some(point.value(k) - bound);
