@@ -10,8 +10,9 @@ use crate::branches::points::test_functions::dips;
 use crate::branches::steps::grazings::Grazings;
 use crate::branches::steps::node::Node;
 use crate::branches::steps::of_orbits::{LocatedPoints, SEPARATE};
+use crate::branches::steps::place::Place;
 use crate::branches::steps::stepper::Stepper;
-use crate::branches::steps::within::{Place, Within};
+use crate::branches::steps::within::Within;
 
 /// Distance of two grazings that happen at the same time, as a share of the step `[1]`.
 const SAME_TIME: f64 = 1e-9;

@@ -8,21 +8,9 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::detect::{OUTSIDE, bifurcations};
-use crate::branches::points::test_functions::{
-    above, below, doubling, from_above, from_below, is_torus, outside, together, torus,
-};
-use crate::numeric::search::parabola::may_dip;
+use crate::branches::points::test_functions::{above, below, is_torus, outside, together};
+use crate::branches::steps::place::{Place, near_zero, test_of, value};
 use crate::periodic::Multipliers;
-
-/// A point within a step.
-pub(crate) struct Place<S> {
-    /// Distance from the start of the step.
-    pub(crate) sigma: f64,
-    pub(crate) point: CurvePoint<S>,
-    pub(crate) multipliers: Option<Multipliers>,
-    /// Whether a contact grazes an edge.
-    pub(crate) grazes: bool,
-}
 
 /// The search within one step.
 pub(crate) struct Within<'w, 'p, C: OrbitMethod> {
@@ -44,6 +32,10 @@ const MAX_DIVISIONS: usize = 10;
 /// Distance from a located point at which the stretch beside it begins, as a share of the step `[1]`. It is
 /// above the accuracy of a crossing of branches, at which the equations are singular.
 const ASIDE: f64 = 1e-3;
+
+/// A fold and a crossing of branches whose parameters differ by less, as a share, are the same point `[1]`.
+/// Beside it the parameter is known to some 1e-10, and its place on the branch to the root of that.
+const SAME: f64 = 1e-9;
 
 /// A multiplier this close to the unit circle at the end of a step may have passed it twice within the step
 /// `[1]`.
@@ -180,7 +172,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         // A zero of the test of tori that is none is known before other points are kept.
         all.sort_by_key(|change| *change != Change::NeimarkSacker);
         let mut at = Vec::with_capacity(all.len());
-        let mut turns = false;
+        let (mut turns, mut crossing) = (false, None);
         for &change in &all {
             // A crossing at which the branch turns back is no fold.
             if change == Change::Fold && turns {
@@ -189,7 +181,20 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             let ends = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
             match self.locate(change, ends)? {
                 Zero::Point(sigma, turned) => {
+                    let p = self.found.last().map(|(_, point, _)| point.p);
+                    let near =
+                        crossing.zip(p).is_some_and(|(a, b): (f64, f64)| (a - b).abs() < SAME * b.abs());
                     turns |= turned;
+                    match change {
+                        Change::Branch => crossing = p,
+                        // The branch turns back at the crossing.
+                        Change::Fold if near => {
+                            self.found.pop();
+                            turns = true;
+                            continue;
+                        }
+                        _ => {}
+                    }
                     at.push(sigma);
                 }
                 Zero::Saddle if left > 0 => return self.halve(a, b, left),
@@ -369,43 +374,4 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         let middle = self.engine.point_at(self.between, 0.5 * (a.sigma + b.sigma))?;
         Ok(self.engine.curve.measure(&middle, &[])?.rattle)
     }
-}
-
-/// The bifurcations whose tests may change their sign twice between the places k and k + 1, which lie at
-/// equal distances in √σ.
-fn near_zero<S>(places: &[&Place<S>], k: usize) -> Vec<Change> {
-    let near = |change: &Change| {
-        let at = |i: usize| value(*change, places[i]).unwrap_or(f64::NAN);
-        let after = k > 0 && may_dip([at(k - 1), at(k), at(k + 1)], [1.0; 2]);
-        let before = k + 2 < places.len() && may_dip([at(k + 2), at(k + 1), at(k)], [1.0; 2]);
-        after || before
-    };
-    Change::SINGLE.into_iter().filter(near).collect()
-}
-
-/// The test function of a bifurcation at a place.
-fn value<S>(change: Change, place: &Place<S>) -> Option<f64> {
-    value_at(change, &place.point, || place.multipliers.clone())
-}
-
-fn value_at<S>(
-    change: Change,
-    point: &CurvePoint<S>,
-    multipliers: impl FnOnce() -> Option<Multipliers>,
-) -> Option<f64> {
-    match change {
-        Change::Fold => Some(point.slope()),
-        Change::Branch => Some(point.sign * point.logarithm.exp()),
-        Change::PeriodDoubling => multipliers().as_ref().map(doubling),
-        Change::NeimarkSacker => multipliers().as_ref().and_then(torus),
-        Change::Branches(k) => multipliers().as_ref().and_then(|m| from_above(m, k)),
-        Change::PeriodDoublings(k) => multipliers().as_ref().and_then(|m| from_below(m, k)),
-    }
-}
-
-/// The test function of a bifurcation.
-fn test_of<C: OrbitMethod>(
-    change: Change,
-) -> impl FnMut(&mut Engine<C>, &CurvePoint<C::Solution>) -> Option<f64> {
-    move |engine, point| value_at(change, point, || engine.curve.multipliers(point))
 }

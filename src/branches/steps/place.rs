@@ -1,0 +1,58 @@
+//! Places within a step and the test functions of bifurcations there.
+
+use crate::branches::curve::engine::Engine;
+use crate::branches::curve::point::CurvePoint;
+use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::points::change::Change;
+use crate::branches::points::test_functions::{doubling, from_above, from_below, torus};
+use crate::numeric::search::parabola::may_dip;
+use crate::periodic::Multipliers;
+
+/// A point within a step.
+pub(crate) struct Place<S> {
+    /// Distance from the start of the step.
+    pub(crate) sigma: f64,
+    pub(crate) point: CurvePoint<S>,
+    pub(crate) multipliers: Option<Multipliers>,
+    /// Whether a contact grazes an edge.
+    pub(crate) grazes: bool,
+}
+
+/// The bifurcations whose tests may change their sign twice between the places k and k + 1, which lie at
+/// equal distances in √σ.
+pub(crate) fn near_zero<S>(places: &[&Place<S>], k: usize) -> Vec<Change> {
+    let near = |change: &Change| {
+        let at = |i: usize| value(*change, places[i]).unwrap_or(f64::NAN);
+        let after = k > 0 && may_dip([at(k - 1), at(k), at(k + 1)], [1.0; 2]);
+        let before = k + 2 < places.len() && may_dip([at(k + 2), at(k + 1), at(k)], [1.0; 2]);
+        after || before
+    };
+    Change::SINGLE.into_iter().filter(near).collect()
+}
+
+/// The test function of a bifurcation at a place.
+pub(crate) fn value<S>(change: Change, place: &Place<S>) -> Option<f64> {
+    value_at(change, &place.point, || place.multipliers.clone())
+}
+
+fn value_at<S>(
+    change: Change,
+    point: &CurvePoint<S>,
+    multipliers: impl FnOnce() -> Option<Multipliers>,
+) -> Option<f64> {
+    match change {
+        Change::Fold => Some(point.slope()),
+        Change::Branch => Some(point.sign * point.logarithm.exp()),
+        Change::PeriodDoubling => multipliers().as_ref().map(doubling),
+        Change::NeimarkSacker => multipliers().as_ref().and_then(torus),
+        Change::Branches(k) => multipliers().as_ref().and_then(|m| from_above(m, k)),
+        Change::PeriodDoublings(k) => multipliers().as_ref().and_then(|m| from_below(m, k)),
+    }
+}
+
+/// The test function of a bifurcation.
+pub(crate) fn test_of<C: OrbitMethod>(
+    change: Change,
+) -> impl FnMut(&mut Engine<C>, &CurvePoint<C::Solution>) -> Option<f64> {
+    move |engine, point| value_at(change, point, || engine.curve.multipliers(point))
+}
