@@ -164,6 +164,13 @@ pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
     single.chain(several).collect()
 }
 
+/// Whether a multiplier approaches 1 so fast that it would pass it within the last of two steps, of lengths
+/// `steps`, and has not. The step may have passed over a fold, and over the gap behind it to another branch.
+pub(crate) fn misses_a_fold(values: [&Values; 3], steps: [f64; 2]) -> bool {
+    let [Some(before), Some(a), Some(b)] = values.map(|v| v.fold) else { return false };
+    a * b > 0.0 && a * (a + (a - before) * steps[1] / steps[0]) < 0.0
+}
+
 /// The extremes of the third of three orbits that may pass their edge twice within the last of two steps.
 pub(crate) fn grazing_dips([before, a, b]: [&[Extremum]; 3], steps: [f64; 2]) -> Vec<Extremum> {
     let near = |extremum: &&Extremum| {

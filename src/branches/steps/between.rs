@@ -6,7 +6,7 @@ use crate::branches::curve::locate::Between;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
 use crate::branches::points::kind::{PointKind, SpecialPoint};
-use crate::branches::points::test_functions::dips;
+use crate::branches::points::test_functions::{dips, misses_a_fold};
 use crate::branches::steps::grazings::Grazings;
 use crate::branches::steps::node::Node;
 use crate::branches::steps::of_orbits::{LocatedPoints, SEPARATE};
@@ -58,7 +58,11 @@ impl<C: OrbitMethod> Stepper<'_, C> {
             }
         }
         if let (true, Some((length, before))) = (grazed.is_empty(), &self.before) {
-            let dips = dips([before, &self.last.values, &reached.values], [*length, step]);
+            let (values, steps) = ([before, &self.last.values, &reached.values], [*length, step]);
+            if misses_a_fold(values, steps) {
+                within.is_continuous()?;
+            }
+            let dips = dips(values, steps);
             within.search_dips(&dips, &places[0], &places[1])?;
             within.search_turned(&dips, &places[0], &places[1])?;
         }

@@ -41,6 +41,9 @@ const SAME: f64 = 1e-9;
 /// `[1]`.
 const NEAR_CIRCLE: f64 = 0.2;
 
+/// Largest distance of the middle of a step from its interpolation, as a share of the step `[1]`.
+const STRAIGHT: f64 = 0.05;
+
 /// What the search for a zero of a test found.
 enum Zero {
     /// The distance of a point that is kept, and whether the branch turns back there though it is no fold.
@@ -363,6 +366,18 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         let middle = self.at(sigma)?;
         self.separate(a, &middle, MAX_DIVISIONS)?;
         self.separate(&middle, b, MAX_DIVISIONS)
+    }
+
+    /// Checks that the branch runs through the middle of the step.
+    ///
+    /// # Errors
+    /// The error of the correction, or [`CurveError::Turned`], if there is no point near the interpolation.
+    pub(crate) fn is_continuous(&mut self) -> Result<(), CurveError> {
+        let (start, length) = (self.between.start(), self.between.length());
+        let middle = self.engine.point_at(self.between, 0.5 * length)?;
+        let (x, p) = self.between.at(0.5 * length);
+        let off = start.scaled(&(&middle.x - &x + &start.x), middle.p - p + start.p).norm() / length;
+        if off < STRAIGHT { Ok(()) } else { Err(CurveError::Turned { angle: off, step: length }) }
     }
 
     /// The rattle states between two grazings.
