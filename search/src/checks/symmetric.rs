@@ -7,6 +7,7 @@ use crate::models::symmetric::Symmetric;
 use crate::{Check, Outcome, agree};
 use gear_dynamics::analysis::{SettleError, Summary};
 use gear_dynamics::branches::{BranchEnd, Continuation, Family, Figure, Sensitivity};
+use gear_dynamics::linear::Modes;
 use gear_dynamics::periodic::{BalanceError, FlowMethod, Lyapunov, ShootingOrbit, Variation};
 use gear_dynamics::sweep::{Axis, LaneRk4, Located, Points, bounds::SweepEngine};
 use gear_dynamics::trains::{Coordinates, Train};
@@ -266,9 +267,11 @@ impl Figures {
         let speed = train.constant("speed").map_err(|e| said("speed", &e))?;
         let [(located, change), (lanes, by_lanes)] =
             [by_rows(train, start, &Located(Dop853::new().rtol(1e-10).atol(1e-16)))?, {
-                // Mesh cycles are long at low speeds, the fastest mode is not.
-                let steps = (128.0 * (400.0 / speed).max(1.0)) as usize;
-                let steps = steps * train.shape().cycles_in_a_period() as usize;
+                // Fixed steps are stable and accurate where they resolve the fastest mode.
+                let modes = Modes::mean_in_contact(train).map_err(|e| said("modes", &e))?;
+                let fastest = modes.all().iter().fold(0.0, |m: f64, mode| m.max(mode.square().sqrt()));
+                let cycles = train.shape().cycles_in_a_period() as usize;
+                let steps = 128.0f64.max(fastest * train.period() / cycles as f64).ceil() as usize * cycles;
                 by_rows(train, start, &LaneRk4::new(steps).lanes::<4>())?
             }];
         let family = Family::over(train, ["speed"]).map_err(|e| said("family", &e))?;
