@@ -11,6 +11,9 @@ use crate::branches::starts::start::Start;
 use crate::model::State;
 use crate::numeric::norms::dot;
 
+/// Distances from the border at which the motion is looked for, as shares of that of the last point `[1]`.
+const DISTANCES: [f64; 3] = [1.0, 0.25, 4.0];
+
 /// Least size of an orbit that comes back from infinity, as a share of the last orbit `[1]`.
 const LARGE: f64 = 0.02;
 
@@ -21,7 +24,7 @@ const LARGE: f64 = 0.02;
 /// g)/(p - p*): f is the projection of load and excitation, g that of the gap forces, which change their sign
 /// with A. The branch passes through infinity to the motions -A u(t). Where |f| > |g| they lie on the other
 /// side of the border, otherwise on the same side. Both sides are tried, at the distance of the last point
-/// from the border. The continuation leads away from it; its bounds must contain the start.
+/// from the border, at a quarter of it and at four times it. The continuation leads away from it; its bounds must contain the start.
 ///
 /// ```
 /// use gear_dynamics::branches::{Beyond, Continuation, Family};
@@ -56,23 +59,25 @@ impl Start for Beyond<'_> {
             return Err(BranchError::NoBorder { end: Box::new(branch.end.clone()) });
         };
         let last = branch.points.last().ok_or(BranchError::NoPoints)?;
-        let opposite = |state: &State| State {
+        let opposite = |state: &State, size: f64| State {
             t: state.t,
-            q: state.q.iter().map(|q| -q).collect(),
-            v: state.v.iter().map(|v| -v).collect(),
+            q: state.q.iter().map(|q| -size * q).collect(),
+            v: state.v.iter().map(|v| -size * v).collect(),
         };
         let shooting = settings
             .shooting_of_branch()?
             .budget(settings.budget.clone())
             .period_multiple(last.orbit.period_multiple());
         let mut failure = None;
-        for p in [2.0 * border - last.parameter, last.parameter] {
+        let places = DISTANCES.iter().flat_map(|share| [[-share, 1.0 / share], [*share, 1.0 / share]]);
+        for [share, size] in places {
+            let p = border + share * (last.parameter - border);
             // There may be no model beyond the border, or none within the bounds.
             let (Ok(model), Ok(())) = (family.at([p]), settings.check_start(p)) else { continue };
             // On another branch the phases of the nodes are the same, their times are not.
             let times = model.period() * last.orbit.period_multiple() as f64 / last.orbit.period();
             let guess: Vec<State> =
-                last.orbit.states().iter().map(|s| State { t: s.t * times, ..opposite(s) }).collect();
+                last.orbit.states().iter().map(|s| State { t: s.t * times, ..opposite(s, size) }).collect();
             match shooting.solve(&*model, &guess) {
                 Ok(orbit) => {
                     let (found, wanted) = (&orbit.states()[0], &guess[0]);
