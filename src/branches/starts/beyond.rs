@@ -24,7 +24,8 @@ const LARGE: f64 = 0.02;
 /// g)/(p - p*): f is the projection of load and excitation, g that of the gap forces, which change their sign
 /// with A. The branch passes through infinity to the motions -A u(t). Where |f| > |g| they lie on the other
 /// side of the border, otherwise on the same side. Both sides are tried, at the distance of the last point
-/// from the border, at a quarter of it and at four times it. The continuation leads away from it; its bounds must contain the start.
+/// from the border, at a quarter of it and at four times it. The continuation leads away from the border; its
+/// bounds must contain the start.
 ///
 /// ```
 /// use gear_dynamics::branches::{Beyond, Continuation, Family};
