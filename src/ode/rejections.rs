@@ -48,8 +48,8 @@ const NEIGHBOURS: u32 = 4;
 /// One rejected step of this many is checked for rounding.
 const CHECKED: u32 = 32;
 
-/// The run ends if rounding rejected this many more of the checked steps than other errors did: a run that ends
-/// after fewer rejections is not refused.
+/// The run ends if rounding rejected this many more of the checked steps than other errors did. A run that
+/// ends after fewer rejections is not refused.
 const ROUNDED: u32 = 2048;
 
 /// Rounding rejects only steps below this share of the longest attempt `[1]`, while the run advances by less
