@@ -110,3 +110,63 @@ fn a_note_reaches_as_far_as_the_branch() -> Result<()> {
     assert!(told(&long), "{at} {long}");
     Ok(())
 }
+
+/// A spur pair at the speed 0.5, and the multiple of its settled motion.
+fn settled_pair(zeta: f64, load: f64, stiffness: [f64; 2], error: [f64; 2]) -> Result<(Train, State, usize)> {
+    let train = SpurPair::of_numbers(zeta, load, &stiffness, &error)?.parts()?.build("driver", 0.5)?;
+    let settle = Settle::new().tolerance(1e-8).max_periods(600);
+    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &train, &State::at_rest(1))?;
+    Ok((train, steady.state, steady.period_multiple))
+}
+
+/// Behind the fold at 0.6318 another branch comes close. A long step must not pass over the gap to it.
+#[test]
+fn a_step_does_not_jump_over_a_fold_to_another_branch() -> Result<()> {
+    let (stiffness, error) = (
+        [0.221_779_888_622_777_14, -0.245_211_315_750_884_48],
+        [-0.052_062_097_943_859_686, -0.270_501_238_538_308_93],
+    );
+    let (train, state, multiple) =
+        settled_pair(0.036_417_078_344_097_284, 0.344_803_306_884_980_6, stiffness, error)?;
+    let family = Family::over(&train, ["speed"])?;
+    let branch = Continuation::new(0.5, 2.4).shooting(Shooting::new().period_multiple(multiple));
+    let branch = branch.run(&family, &state)?;
+    let folds: Vec<f64> = branch.of_kind(PointKind::Fold).iter().map(|point| point.parameter).collect();
+    assert!((folds[2] - 0.631_802_847_5).abs() < 1e-9, "{branch}");
+    assert!(branch.points().iter().all(|point| point.parameter < 0.632), "{branch}");
+    Ok(())
+}
+
+/// A branch of doubled orbits begins on a bound of the speed and turns back 4e-5 behind it.
+#[test]
+fn a_branch_that_turns_back_beside_its_bound_has_the_turn() -> Result<()> {
+    let (stiffness, error) = (
+        [0.059_153_198_096_391_19, -0.279_573_092_208_865],
+        [0.282_592_023_783_889_4, 0.100_084_970_306_403_9],
+    );
+    let (train, state, multiple) =
+        settled_pair(0.027_343_232_817_235_71, 0.153_863_317_667_114_34, stiffness, error)?;
+    let family = Family::over(&train, ["speed"])?;
+    let branch = Continuation::new(0.5, 2.4).shooting(Shooting::new().period_multiple(multiple));
+    let branch = branch.run(&family, &state)?;
+    let crossings = branch.of_kind(PointKind::Branch);
+    assert!((crossings[0].parameter - 0.500_040_113_2).abs() < 1e-9, "{branch}");
+    Ok(())
+}
+
+/// A branch of doubled orbits turns back at a crossing. Rounding makes folds beside it with short steps.
+#[test]
+fn a_crossing_at_which_a_branch_turns_back_has_no_folds_beside_it() -> Result<()> {
+    let (stiffness, error) = (
+        [-0.020_245_522_180_293_296, -0.250_672_808_723_867_8],
+        [-0.142_244_663_954_052_08, 0.074_182_738_987_090_49],
+    );
+    let (train, state, multiple) =
+        settled_pair(0.097_115_266_538_785_01, 0.050_493_747_671_991_8, stiffness, error)?;
+    let family = Family::over(&train, ["speed"])?;
+    let short = Continuation::new(0.5, 2.4).first_step(0.001).max_step(0.005);
+    let branch = short.shooting(Shooting::new().period_multiple(multiple)).run(&family, &state)?;
+    assert_eq!(branch.of_kind(PointKind::Branch).len(), 1, "{branch}");
+    assert_eq!(branch.of_kind(PointKind::Fold).len(), 2, "{branch}");
+    Ok(())
+}
