@@ -259,6 +259,11 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                         }
                         arrived => arrived.map_err(|stall| passage.cause(&e.ends, exit.contact, stall))?,
                     }
+                    // Without fixed pieces a stage at the end of the step may see the jump behind the edge.
+                    if T::ADAPTIVE && !e.on_fixed_pieces && T::error(e) > 1.0 {
+                        pace.h = STALLED * e.ends.h();
+                        return Ok(Verdict::Repeat);
+                    }
                 }
                 passage.cross(&mut e.ends, exit)?;
             }

@@ -636,3 +636,65 @@ fn late_runs_are_right_or_refused() -> Result<(), IntegrateError> {
     assert!(late > 5, "{late}");
     Ok(())
 }
+
+/// q'' = F + P cos Ωt - c q' - 0.1 q³ - W: the contact pushes and damps past ±b, with its piece or by deflection.
+struct Pushed {
+    pieces: bool,
+}
+
+impl Pushed {
+    const B: f64 = 0.058_271_892_890_442_09;
+
+    fn of_zone(t: f64, q: f64, v: f64, zone: f64) -> f64 {
+        let cos = (1.080_484_378_220_550_7 * t).cos();
+        let push = 1.037_738_328_016_162
+            * (1.0 + 0.065_124_352_577_341_37 * cos)
+            * zone.abs()
+            * (q - zone * Self::B);
+        let drive = 0.324_035_708_238_004_65 + 0.239_733_672_522_169_1 * cos;
+        drive - 0.141_248_057_923_863_83 * v - 0.1 * q * q * q - push - 0.5 * zone.abs() * v
+    }
+}
+
+impl Model for Pushed {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let zone = if q[0].abs() > Self::B { q[0].signum() } else { 0.0 };
+        a[0] = Self::of_zone(u[0], q[0], v[0], zone);
+    }
+    fn contacts(&self) -> usize {
+        1
+    }
+    fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+        let (lower, upper) = (-Self::B, Self::B);
+        out[0] = Contact { deflection: q[0], rate: v[0], lower, upper, ..Contact::default() };
+    }
+    fn offers(&self) -> Offers<'_> {
+        Offers { pieces: self.pieces, ..Offers::default() }
+    }
+    fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        let zone = match pieces[0] {
+            Piece::Lower => -1.0,
+            Piece::Gap => 0.0,
+            Piece::Upper => 1.0,
+        };
+        a[0] = Self::of_zone(u[0], q[0], v[0], zone);
+    }
+}
+
+/// A step that ends on an edge has a stage behind it, where the force jumps. Its error counts without pieces, too.
+#[test]
+fn a_step_that_ends_on_a_jump_keeps_its_tolerance_without_pieces() {
+    let start = State::new(0.0, &[-0.075_237_305_051_386_84], &[0.452_676_378_376_681_27]);
+    let solver = Dop853::new().rtol(3e-11).atol(3e-13);
+    for k in 1..=400 {
+        let t_end = 0.05 * f64::from(k);
+        let [a, b] = [false, true].map(|pieces| solver.end(&Pushed { pieces }, &start, t_end).unwrap());
+        let off = (a.q[0] - b.q[0]).abs().max((a.v[0] - b.v[0]).abs());
+        assert!(off < 2e-9, "{off:e} at {t_end}");
+    }
+    let end = solver.end(&Pushed { pieces: false }, &start, 10.441_219_881_444_573).unwrap();
+    assert!((end.v[0] - 0.036_246_415_195).abs() < 1e-9, "{end:?}");
+}
