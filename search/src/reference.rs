@@ -58,6 +58,9 @@ fn inside(t: f64, h: f64) -> f64 {
     (1e-10 * h).max(16.0 * f64::EPSILON * t.abs()).min(0.25 * h)
 }
 
+/// A run ends after this number of events.
+const MOST: u64 = 2_000;
+
 impl Plain<'_> {
     fn zone(&self, at: &At<'_>, contact: usize) -> i8 {
         let [lower, upper] = (self.distances)(at, contact);
@@ -87,7 +90,7 @@ impl Plain<'_> {
     }
 
     /// The motion from `y` (coordinates, then velocities) at `t` to `end` with steps of at most `h`. Returns the last
-    /// state and the number of events of contacts.
+    /// state and the number of events of contacts; after 2 000 of them it ends early.
     pub fn run(
         &self,
         t: f64,
@@ -100,7 +103,7 @@ impl Plain<'_> {
         let first = At { t: t + inside(t, h), q: &y[..n], v: &y[n..] };
         let mut zones: Vec<i8> = (0..self.contacts).map(|i| self.zone(&first, i)).collect();
         let mut entered = vec![false; self.contacts];
-        while t < end {
+        while t < end && events < MOST {
             let mut stop = end.min((self.jump)(t));
             if stop - t < 1e-13 * h {
                 stop = end.min((self.jump)(t + 1e-12 * h));

@@ -10,6 +10,7 @@ mod infinity;
 mod orbits;
 mod shapes;
 mod steep;
+mod stops;
 mod symmetric;
 
 use crate::Check;
@@ -27,6 +28,7 @@ pub fn all() -> impl Iterator<Item = &'static Check> {
         &orbits::CHECKS,
         &shapes::CHECKS,
         &steep::CHECKS,
+        &stops::CHECKS,
         &symmetric::CHECKS,
     ]
     .into_iter()

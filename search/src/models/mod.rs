@@ -1,6 +1,7 @@
 //! Random models.
 
 pub mod balls;
+pub mod bodies;
 pub mod chain;
 pub mod flanks;
 pub mod pair;
