@@ -51,8 +51,8 @@ fn stops(draw: &mut Draw) -> Result<Outcome, String> {
         dof: n,
         contacts: n + 1,
         accel: &|at, _, a| {
-            for i in 0..n {
-                a[i] = bodies.squares[i] * (bodies.places[i] - at.q[i]);
+            for (i, a) in a.iter_mut().enumerate() {
+                *a = bodies.squares[i] * (bodies.places[i] - at.q[i]);
             }
         },
         distances: &|at, contact| {
