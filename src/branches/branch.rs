@@ -102,9 +102,8 @@ impl<O> Branch<O> {
     pub fn of_kind(&self, kind: PointKind) -> Vec<&BranchPoint<O>> {
         self.points.iter().filter(|point| point.kind() == Some(kind)).collect()
     }
-    /// The stability of the points after point `at` up to the next located one, for a person: `stable`, or
-    /// `stable, unstable` where it changes at no located point. It is `undecided` if no other point lies
-    /// between two located ones.
+    /// The stability of the points between point `at` and the next located one, for a person: `stable`, or
+    /// `stable, unstable` if it changes between them. If there is no such point, a bifurcation is `undecided`.
     fn stability_after(&self, at: usize) -> String {
         let after = &self.points[at + 1..];
         let next = after.iter().position(|point| point.located.is_some()).unwrap_or(after.len());

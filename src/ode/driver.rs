@@ -136,7 +136,8 @@ struct Stalls {
     first: f64,
 }
 
-/// A step is shortened by this factor if a contact stalls on its edge at the start of the step `[1]`.
+/// A step is shortened by this factor if a contact stalls on its edge at the start of the step, or if the error
+/// of a step that ends on an edge exceeds the tolerance `[1]`.
 const STALLED: f64 = 0.25;
 
 /// Maximum number of such steps before one succeeds that is as long as the first of them.
@@ -189,7 +190,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 StepEnds::new::<T>(start.t, h, Some(tolerances))
             }
         };
-        let rejections = Rejections::new(&e.ends.u_stage, 2 * model.dof(), pace.h, start.t);
+        let rejections = Rejections::new(&e.ends.u_stage, 2 * model.dof(), pace.h, [start.t, t_end]);
         Ok(Run { e, pace, passage, retreats: 0, stalls: Stalls::default(), rejections })
     }
 

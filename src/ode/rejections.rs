@@ -48,9 +48,11 @@ const NEIGHBOURS: u32 = 4;
 /// One rejected step of this many is checked for rounding.
 const CHECKED: u32 = 32;
 
-/// The run ends if rounding rejected this many more of the checked steps than other errors did. A run that
-/// ends after fewer rejections is not refused.
-const ROUNDED: u32 = 2048;
+/// The run may end if rounding rejected this many more of the checked steps than other errors did.
+const ROUNDED: u32 = 8;
+
+/// It ends if it would need more than this number of rejections up to its end, as far as they came so far.
+const MANY: f64 = 65_536.0;
 
 /// Rounding rejects only steps below this share of the longest attempt `[1]`, while the run advances by less
 /// than one longest attempt for each rejection.
@@ -80,6 +82,8 @@ pub(crate) struct Rejections {
     all: u32,
     /// The steps that rounding rejected, less the other checked ones; at least 0.
     rounded: u32,
+    /// Start and end of the run.
+    run: [f64; 2],
     /// Time of the last check for rounding.
     checked: f64,
     /// Scratch: drives, a state, and the accelerations at three states.
@@ -90,8 +94,9 @@ pub(crate) struct Rejections {
 
 impl Rejections {
     /// `u`: the drives at the start `t`; `components`: length of the state; `first`: length of the first
-    /// attempt.
-    pub(crate) fn new(u: &[f64], components: usize, first: f64, t: f64) -> Self {
+    /// attempt; `run`: start and end of the run.
+    pub(crate) fn new(u: &[f64], components: usize, first: f64, run: [f64; 2]) -> Self {
+        let t = run[0];
         let accelerations = || vec![0.0; components / 2];
         Rejections {
             longest: first,
@@ -101,6 +106,7 @@ impl Rejections {
             acceleration: 0,
             all: 0,
             rounded: 0,
+            run,
             checked: t,
             u: u.to_vec(),
             look: vec![0.0; components],
@@ -192,8 +198,10 @@ impl Rejections {
         let is_slow = h < OF_LONGEST * self.longest && advanced < f64::from(CHECKED) * self.longest;
         let found = if is_slow { self.rounding(e, h) } else { None };
         self.rounded = if found.is_some() { self.rounded + 1 } else { self.rounded.saturating_sub(1) };
+        let [start, end] = self.run;
+        let is_long = f64::from(self.all) * (end - start) > MANY * (t - start);
         match found {
-            Some((velocity, rounding, tolerance)) if self.rounded >= ROUNDED => {
+            Some((velocity, rounding, tolerance)) if self.rounded >= ROUNDED && is_long => {
                 Err(IntegrateError::BelowRounding { t, velocity, rounding, tolerance })
             }
             _ => Ok(()),

@@ -313,17 +313,19 @@ fn bilateral_branch_by_shooting() {
     let nodes: Vec<State> = (0..63).map(|i| State::new(times[i], turn.q(i), turn.v(i))).collect();
     let family = Family::over(&pair, ["speed"]).unwrap();
     // 252 crossings of edges: beside grazings the corrections of the unstable orbits end near 1e-7.
-    let continuation = Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(60);
+    let continuation = Continuation::new(180.0, 130.0).bounds(130.0, 181.0).max_points(250);
     let continuation = continuation.shooting(Shooting::new().tolerance(1e-6));
     let branch = continuation.run(&family, &nodes).unwrap();
     println!("{branch}");
-    let doublings = branch.of_kind(PointKind::PeriodDoubling);
-    assert!((doublings[0].parameter - 163.5279).abs() < 1e-3);
     // A multiplier passes 1 without a fold: the two arms come closer than the tolerance. The branch says so.
     let note = branch.notes().iter().find(|note| note.what.contains("the determinant changed its sign"));
     let [low, high] = note.unwrap().parameters;
     assert!(161.8 < high && low < 161.9, "{low} .. {high}");
     assert!(branch.of_kind(PointKind::Branch).is_empty());
+    let (doublings, folds) = (branch.of_kind(PointKind::PeriodDoubling), branch.of_kind(PointKind::Fold));
+    assert!((doublings[0].parameter - 163.5279).abs() < 1e-3);
+    // Open: the branch follows one of the arms and does not reach this fold.
+    assert!((folds[0].parameter - 154.881_16).abs() < 1e-4);
 }
 
 /// Doubled orbits by balance are those of shooting; a balance over one period is refused at a doubling.

@@ -441,9 +441,8 @@ fn bars_cover_a_linear_oscillator() {
     assert!(share >= 0.85, "{share}");
 }
 
-/// Two standard errors contain the exponent for at least 90 % of 200 random starts, for turning directions and
-/// for chaotic motions, and are not wide: 1.5 times the scatter at most. The error of a linear oscillator is
-/// bounded, and two standard errors may hold all of it.
+/// Two standard errors contain the exponent for 90 to 98 % of 200 random starts, for turning directions and
+/// for chaotic motions.
 #[test]
 #[ignore = "minutes: cargo test --release --test suite lyapunov -- --ignored --nocapture"]
 fn bars_cover_95_percent_of_200_seeds() {
@@ -457,7 +456,7 @@ fn bars_cover_95_percent_of_200_seeds() {
         coverage(&lyapunov, &duffing, 200, None),
         coverage(&lyapunov, &ueda, 200, None),
     ];
-    assert!(shares.iter().all(|share| *share >= 0.90), "{shares:?}");
+    assert!(shares.iter().all(|share| (0.90..=0.98).contains(share)), "{shares:?}");
 }
 
 /// Stiff models: between two renormalisations a direction shrinks by e⁻¹¹⁸, or underflows to zero.

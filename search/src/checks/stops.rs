@@ -40,7 +40,7 @@ fn stops(draw: &mut Draw) -> Result<Outcome, String> {
 
     let strike = |contact: usize, v: &mut [f64]| {
         let sides = bodies.sides(contact);
-        let rate: f64 = sides.iter().flatten().map(|(body, sign)| sign * v[*body]).sum();
+        let rate = bodies.of(contact, v, 0.0);
         let inverse: f64 = sides.iter().flatten().map(|(body, _)| 1.0 / bodies.masses[*body]).sum();
         let impulse = -(1.0 + bodies.restitution[contact]) * rate.min(0.0) / inverse;
         for (body, sign) in sides.into_iter().flatten() {
@@ -55,11 +55,7 @@ fn stops(draw: &mut Draw) -> Result<Outcome, String> {
                 *a = bodies.squares[i] * (bodies.places[i] - at.q[i]);
             }
         },
-        distances: &|at, contact| {
-            let wall = if contact == n { ceiling } else { 0.0 };
-            let sides = bodies.sides(contact).into_iter().flatten();
-            [wall + sides.map(|(body, sign)| sign * at.q[body]).sum::<f64>(), -1.0]
-        },
+        distances: &|at, contact| [bodies.of(contact, at.q, ceiling), -1.0],
         jump: &|_| f64::INFINITY,
         impact: Some(&strike),
     };

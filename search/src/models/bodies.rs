@@ -1,4 +1,4 @@
-//! Unequal bodies on springs between a floor and a ceiling.
+//! Bodies on springs between a floor and a ceiling; equal balls without springs are a case of them.
 
 use gear_dynamics::contact::{Contact, Piece, PieceChoice, Restitution};
 use gear_dynamics::model::{Channel, Drives, Scalar, Shape, Size};
@@ -41,7 +41,7 @@ impl Bodies {
         }
     }
     /// The deflection at the coordinates or velocities `x`; `wall`: the place or velocity of the ceiling.
-    fn of<S: Scalar>(&self, contact: usize, x: &[S], wall: f64) -> S {
+    pub fn of<S: Scalar>(&self, contact: usize, x: &[S], wall: f64) -> S {
         let first = S::from(if contact == self.masses.len() { wall } else { 0.0 });
         self.sides(contact).into_iter().flatten().fold(first, |sum, (body, sign)| sum + x[body] * sign)
     }

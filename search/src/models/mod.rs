@@ -1,6 +1,5 @@
 //! Random models.
 
-pub mod balls;
 pub mod bodies;
 pub mod chain;
 pub mod flanks;

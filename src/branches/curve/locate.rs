@@ -89,7 +89,7 @@ impl<'p, S> Between<'p, S> {
     }
 
     /// (x, p) at the distance σ.
-    pub(crate) fn at(&self, sigma: f64) -> (DVector<f64>, f64) {
+    fn at(&self, sigma: f64) -> (DVector<f64>, f64) {
         let z = sigma / self.ds;
         let (z2, z3) = (z * z, z * z * z);
         let place = &self.end * (3.0 * z2 - 2.0 * z3)

@@ -164,8 +164,9 @@ pub(crate) fn dips(values: [&Values; 3], steps: [f64; 2]) -> Vec<Change> {
     single.chain(several).collect()
 }
 
-/// Whether a multiplier approaches 1 so fast that it would pass it within the last of two steps, of lengths
-/// `steps`, and has not. The step may have passed over a fold, and over the gap behind it to another branch.
+/// Whether a multiplier would pass 1 in the second of two steps if it went on as in the first one, but is on
+/// the same side at the end. The second step may then have jumped over a fold to another branch. `steps`: the
+/// lengths of the two steps.
 pub(crate) fn misses_a_fold(values: [&Values; 3], steps: [f64; 2]) -> bool {
     let [Some(before), Some(a), Some(b)] = values.map(|v| v.fold) else { return false };
     a * b > 0.0 && a * (a + (a - before) * steps[1] / steps[0]) < 0.0

@@ -70,15 +70,18 @@ impl Start for Beyond<'_> {
             .budget(settings.budget.clone())
             .period_multiple(last.orbit.period_multiple());
         let mut failure = None;
-        let places = DISTANCES.iter().flat_map(|share| [[-share, 1.0 / share], [*share, 1.0 / share]]);
-        for [share, size] in places {
+        for share in DISTANCES.iter().flat_map(|share| [-share, *share]) {
             let p = border + share * (last.parameter - border);
             // There may be no model beyond the border, or none within the bounds.
             let (Ok(model), Ok(())) = (family.at([p]), settings.check_start(p)) else { continue };
             // On another branch the phases of the nodes are the same, their times are not.
             let times = model.period() * last.orbit.period_multiple() as f64 / last.orbit.period();
-            let guess: Vec<State> =
-                last.orbit.states().iter().map(|s| State { t: s.t * times, ..opposite(s, size) }).collect();
+            let guess: Vec<State> = last
+                .orbit
+                .states()
+                .iter()
+                .map(|s| State { t: s.t * times, ..opposite(s, 1.0 / share.abs()) })
+                .collect();
             match shooting.solve(&*model, &guess) {
                 Ok(orbit) => {
                     let (found, wanted) = (&orbit.states()[0], &guess[0]);

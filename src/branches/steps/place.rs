@@ -1,4 +1,4 @@
-//! Places within a step and the test functions of bifurcations there.
+//! The points at which a step is searched. Test functions tell where a bifurcation lies between two of them.
 
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::point::CurvePoint;

@@ -33,15 +33,16 @@ const MAX_DIVISIONS: usize = 10;
 /// above the accuracy of a crossing of branches, at which the equations are singular.
 const ASIDE: f64 = 1e-3;
 
-/// A fold and a crossing of branches whose parameters differ by less, as a share, are the same point `[1]`.
-/// Beside it the parameter is known to some 1e-10, and its place on the branch to the root of that.
+/// A fold is the crossing of branches beside it if their parameters differ by less than this share `[1]`.
+/// Rounding leaves the parameter open by some 1e-10 there. The place along the branch is open by the square
+/// root of that.
 const SAME: f64 = 1e-9;
 
 /// A multiplier this close to the unit circle at the end of a step may have passed it twice within the step
 /// `[1]`.
 const NEAR_CIRCLE: f64 = 0.2;
 
-/// Largest distance of the middle of a step from its interpolation, as a share of the step `[1]`.
+/// Largest first correction of the interpolated middle of a step on one branch, as a share of the step `[1]`.
 const STRAIGHT: f64 = 0.05;
 
 /// What the search for a zero of a test found.
@@ -368,15 +369,15 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         self.separate(&middle, b, MAX_DIVISIONS)
     }
 
-    /// Checks that the branch runs through the middle of the step.
+    /// Computes the point in the middle of the step. If the step has jumped to another branch, no point lies
+    /// near the interpolation between its ends.
     ///
     /// # Errors
-    /// The error of the correction, or [`CurveError::Turned`], if there is no point near the interpolation.
+    /// The error of the corrections; [`CurveError::Turned`] if the first one is large.
     pub(crate) fn is_continuous(&mut self) -> Result<(), CurveError> {
-        let (start, length) = (self.between.start(), self.between.length());
+        let length = self.between.length();
         let middle = self.engine.point_at(self.between, 0.5 * length)?;
-        let (x, p) = self.between.at(0.5 * length);
-        let off = start.scaled(&(&middle.x - &x + &start.x), middle.p - p + start.p).norm() / length;
+        let off = middle.corrections.first().map_or(0.0, |first| first / length);
         if off < STRAIGHT { Ok(()) } else { Err(CurveError::Turned { angle: off, step: length }) }
     }
 
