@@ -103,7 +103,8 @@ impl<O> Branch<O> {
         self.points.iter().filter(|point| point.kind() == Some(kind)).collect()
     }
     /// The stability of the points between point `at` and the next located one, for a person: `stable`, or
-    /// `stable, unstable` if it changes between them. If there is no such point, a bifurcation is `undecided`.
+    /// `stable, unstable` if it changes between them. After a bifurcation without such a point it is
+    /// `undecided`.
     fn stability_after(&self, at: usize) -> String {
         let after = &self.points[at + 1..];
         let next = after.iter().position(|point| point.located.is_some()).unwrap_or(after.len());

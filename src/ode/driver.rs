@@ -136,8 +136,8 @@ struct Stalls {
     first: f64,
 }
 
-/// A step is shortened by this factor if a contact stalls on its edge at the start of the step, or if the error
-/// of a step that ends on an edge exceeds the tolerance `[1]`.
+/// A step is shortened by this factor if a contact stalls on its edge at the start of the step, or if the
+/// error of a step that ends on an edge exceeds the tolerance `[1]`.
 const STALLED: f64 = 0.25;
 
 /// Maximum number of such steps before one succeeds that is as long as the first of them.

@@ -1,4 +1,5 @@
-//! The points at which a step is searched. Test functions tell where a bifurcation lies between two of them.
+//! The points at which a step is searched, and the test functions whose signs tell of a bifurcation between
+//! two of them.
 
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::point::CurvePoint;
