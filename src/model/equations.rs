@@ -210,9 +210,10 @@ pub trait Periodic: Model {
 const LATE: f64 = (1u64 << 20) as f64;
 
 /// The instant in the first period at which the drives are those of a late time `t`; `t` itself if it is not
-/// late. The remainder is exact, and steps from it are not lost in the rounding of `t`.
+/// late, or if the period is not positive. The remainder is exact, and steps from it are not lost in the
+/// rounding of `t`.
 pub(crate) fn early(t: f64, period: f64) -> f64 {
-    if t.is_finite() && t.abs() > LATE * period { t.rem_euclid(period) } else { t }
+    if period > 0.0 && t.is_finite() && t.abs() > LATE * period { t.rem_euclid(period) } else { t }
 }
 
 /// The optional parts that a model implements. Default: none.

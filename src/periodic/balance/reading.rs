@@ -1,6 +1,7 @@
 //! Results of an orbit: time histories, contacts.
 
 use crate::error::{ParameterError, check};
+use crate::model::equations::early;
 use crate::model::{Periodic, State};
 use crate::ode::{Failed, Integrator, Trajectory};
 use crate::periodic::balance::crossings::contact_history::ContactHistory;
@@ -15,7 +16,8 @@ use std::f64::consts::TAU;
 
 impl FourierOrbit {
     /// Orbit from a run: integrates one span from `start`, which must lie on a settled orbit, and transforms
-    /// it to the given orders.
+    /// it to the given orders. A start later than 2²⁰ periods begins at the same instant of the first period,
+    /// whose time is not rounded so coarsely.
     ///
     /// # Errors
     /// [`Failed`] if the integration fails, `start` does not fit the model, or the run would hold more than
@@ -26,6 +28,7 @@ impl FourierOrbit {
         start: &State,
         harmonics: &Harmonics,
     ) -> Result<Self, Failed> {
+        let start = &State { t: early(start.t, model.period()), ..start.clone() };
         let span = model.period() * harmonics.period_multiple() as f64;
         let (m, n) = (samples_for(harmonics.highest()), start.q.len());
         harmonics.check()?;

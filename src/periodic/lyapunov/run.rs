@@ -3,6 +3,7 @@
 use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
 use crate::linear::static_state;
+use crate::model::equations::early;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
@@ -126,6 +127,9 @@ impl Lyapunov {
     /// Computes the exponents along the motion from `start`; `None`: from the
     /// [static state](crate::linear::static_state).
     ///
+    /// A start later than 2²⁰ periods begins at the same instant of the first period, whose time is not
+    /// rounded so coarsely. [`run_over`](Lyapunov::run_over) keeps the time of its start.
+    ///
     /// # Errors
     /// [`LyapunovError`]; after the checks of the settings it holds the exponents over the periods measured
     /// so far.
@@ -134,10 +138,13 @@ impl Lyapunov {
         model: &dyn Periodic,
         start: impl Into<Option<&'s State>>,
     ) -> Result<Exponents, LyapunovError> {
-        match start.into() {
-            Some(start) => self.run_over(model, start, model.period()),
-            None => self.run_over(model, &static_state(model, None)?.state, model.period()),
-        }
+        let mut start = match start.into() {
+            Some(start) => start.clone(),
+            None => static_state(model, None)?.state,
+        };
+        let period = model.period();
+        start.t = early(start.t, period);
+        self.run_over(model, &start, period)
     }
 
     /// [`run`](Lyapunov::run) for a model that is not periodic: `span` replaces the period.
