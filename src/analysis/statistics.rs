@@ -75,8 +75,8 @@ impl Summary {
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let Summary { mean, rms, min, max, deviation } = *self;
         check::all_finite("figures of a summary", &[mean, rms, min, max, deviation])?;
-        // Means are sums of rounded products.
-        let slack = 1e-6 * min.abs().max(max.abs());
+        // Means are sums of rounded products, and squares below 1e-308 are 0.
+        let slack = 1e-6 * min.abs().max(max.abs()) + 1e-150;
         let wrong = |name: &str, value: f64, must: String| {
             Err(ParameterError::Wrong { name: format!("{name} of a summary"), value, must })
         };

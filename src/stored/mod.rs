@@ -4,6 +4,7 @@ pub(crate) mod branch_end;
 pub(crate) mod certificates;
 pub(crate) mod lines;
 pub(crate) mod orbit_series;
+pub(crate) mod row_figures;
 pub(crate) mod rows;
 pub(crate) mod shooting;
 pub(crate) mod sweep_points;

@@ -1,11 +1,12 @@
 //! The stored form of rows.
 
 use crate::numeric::not_finite::{AnyNumber, numbers, plain};
+use crate::stored::row_figures::{check_exponents, check_figures};
 use crate::sweep::rows::layout::Layout;
 use crate::sweep::{PointError, Rows, Sweep};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Version of the stored form. A change that older readers cannot read increases it.
 ///
@@ -107,11 +108,17 @@ impl StoredRows {
             return Err(format!("{} units for {} channels", self.units.len(), layout.channels));
         }
         let mut rows = Rows::new(sweep, layout, self.first..end);
+        let failed: BTreeSet<usize> = self.exponent_errors.iter().map(|(index, _)| *index).collect();
         rows.units = self.units;
         for (place, row) in self.rows.into_iter().enumerate() {
             if let Some(row) = row {
-                fits(self.first + place, &row)?;
-                rows.put(self.first + place, &Ok(plain(row)));
+                let index = self.first + place;
+                fits(index, &row)?;
+                let row = plain(row);
+                check_figures(layout, &row)
+                    .and_then(|()| check_exponents(layout, &row, failed.contains(&index)))
+                    .map_err(|error| format!("row of point {index}: {error}"))?;
+                rows.put(index, &Ok(row));
             }
         }
         let (first, has_row) = (self.first, rows.done.clone());
@@ -126,7 +133,11 @@ impl StoredRows {
             if let Ok(row) = &check {
                 fits(index, row)?;
             }
-            rows.checks.insert(belongs(index, true)?, check.map(plain).map_err(PointError::Text));
+            let check = check.map(plain).map_err(PointError::Text);
+            if let Ok(row) = &check {
+                check_figures(layout, row).map_err(|error| format!("check of point {index}: {error}"))?;
+            }
+            rows.checks.insert(belongs(index, true)?, check);
         }
         for (index, text) in self.exponent_errors {
             rows.exponent_errors.insert(belongs(index, true)?, PointError::Text(text));

@@ -39,7 +39,7 @@ impl<'de> Deserialize<'de> for Multipliers {
 }
 
 /// Whether these can be the multipliers of an orbit of real numbers.
-fn check_values(values: &[Complex64], error: f64) -> Result<(), ParameterError> {
+pub(crate) fn check_values(values: &[Complex64], error: f64) -> Result<(), ParameterError> {
     let name = || "error of the multipliers".to_owned();
     if error.is_nan() {
         return Err(ParameterError::NotFinite { name: name(), value: error });

@@ -164,6 +164,84 @@ fn stored_forms_that_contradict_themselves_are_refused() {
     assert!(serde_json::from_value::<Harmonics>(orders).unwrap_err().to_string().contains("order"));
 }
 
+/// Figures of a row that contradict one another are refused: the error names the point, the figure, its value
+/// and what is allowed. Places of the row: head 0 to 4, channels from 5 and 10, the contact from 15, then the
+/// strobed period.
+#[test]
+fn figures_of_a_row_that_contradict_themselves_are_refused() {
+    let whole = serde_json::to_value(rows()).unwrap();
+    let cases = [
+        (0, json!(0.5), "period multiple is 0.5: it must be a whole number"),
+        (0, json!(-1.0), "period multiple is -1.0: it must not be negative"),
+        (1, json!("NaN"), "change is NaN"),
+        (2, json!("inf"), "number of settling periods is inf"),
+        (3, json!(-0.1), "margin to grazing is -0.1: it must not be negative"),
+        (4, json!("NaN"), "scatter is NaN"),
+        (5, json!(1e9), "mean of a summary is 1000000000.0: it must be within"),
+        (5, json!("NaN"), "figures of a summary[0] is NaN"),
+        (6, json!(0.0), "rms of a summary is 0.0: it must be"),
+        (7, json!(1e9), "min of a summary is 1000000000.0: it must be at most"),
+        (9, json!(-1.0), "deviation of a summary is -1.0: it must not be negative"),
+        (10, json!(-1e9), "mean of a summary is -1000000000.0: it must be within"),
+        (15, json!(-0.25), "share of time on the lower flank of contact 0 is -0.25: it must lie in [0, 1]"),
+        (16, json!(1.5), "share of time in the gap of contact 0 is 1.5: it must lie in [0, 1]"),
+        (17, json!("NaN"), "share of time on the upper flank of contact 0 is NaN"),
+        (18, json!(-1.0), "number of impacts on the lower flank of contact 0 is -1.0"),
+        (
+            19,
+            json!(1.5),
+            "number of impacts on the upper flank of contact 0 is 1.5: it must be a whole number",
+        ),
+        (20, json!(1e9), "minimum of channel 0 in strobed period 0 is 1000000000.0: it must be at most"),
+        (24, json!("NaN"), "strobed state[0] is NaN"),
+    ];
+    for (place, value, text) in cases {
+        let mut changed = whole.clone();
+        changed["rows"][1][place] = value.clone();
+        let error = serde_json::from_value::<Rows>(changed).unwrap_err().to_string();
+        assert!(error.contains("row of point 1: ") && error.contains(text), "{text}: {error}");
+        let mut changed = whole.clone();
+        let (index, of) = (changed["checks"][0][0].clone(), &mut changed["checks"][0][1]["Ok"]);
+        of[place] = value;
+        let error = serde_json::from_value::<Rows>(changed).unwrap_err().to_string();
+        assert!(error.contains(&format!("check of point {index}: ")) && error.contains(text), "{error}");
+    }
+    // Each time is a share, and together they are not 1.
+    let mut changed = whole;
+    [0.5, 0.25, 0.5].iter().enumerate().for_each(|(i, time)| changed["rows"][1][15 + i] = json!(time));
+    let error = serde_json::from_value::<Rows>(changed).unwrap_err().to_string();
+    assert!(error.contains("sum of the shares of time of contact 0 is 1.25: it must be 1.0"), "{error}");
+}
+
+/// NaN stands for an exponent that was not computed; its error says why. Without an error it is refused.
+#[test]
+fn exponents_and_multipliers_of_rows_are_checked() {
+    let sweep = Sweep::new(Axis::of_values("speed", &[100.0]).unwrap()).settle(40).measure(2);
+    let sweep = sweep.lyapunov(Lyapunov::new().measure(2)).multipliers(Shooting::new());
+    let pair = |p: &Point<'_>| NfgPair::new(&NfgParams { speed: p["speed"], ..NfgParams::table1() });
+    let engine = LaneTaylor::new(Taylor::new());
+    let rows = sweep.of(&engine, pair).start(|_, pair| pair.on_drive_flank()).run().unwrap();
+    assert_eq!(stored(&rows), rows);
+    assert!(rows.exponent_errors().is_empty());
+    let whole = serde_json::to_value(&rows).unwrap();
+    // The head, exponent, standard error, parts of two multipliers, their error.
+    for (place, value, text) in [
+        (5, json!("NaN"), "row of point 0: Lyapunov exponent is NaN"),
+        (6, json!(-1.0), "standard error of the Lyapunov exponent is -1.0: it must not be negative"),
+        (7, json!("inf"), "real part of multiplier 0 is inf"),
+        (11, json!(-1.0), "error of the multipliers is -1.0: it must not be negative"),
+    ] {
+        let mut changed = whole.clone();
+        changed["rows"][0][place] = value;
+        let error = serde_json::from_value::<Rows>(changed).unwrap_err().to_string();
+        assert!(error.contains(text), "{text}: {error}");
+    }
+    let mut failed = whole;
+    failed["rows"][0][5] = json!("NaN");
+    failed["exponent_errors"] = json!([[0, "the integration failed"]]);
+    assert_eq!(serde_json::from_value::<Rows>(failed).unwrap().get(0).unwrap().lyapunov(), None);
+}
+
 /// Bytes that are cut off are an error. Bytes with a changed bit are an error or rows that can be read from
 /// end to end.
 #[test]
