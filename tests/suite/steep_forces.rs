@@ -3,6 +3,7 @@
 
 use crate::api::*;
 use crate::lane_taylor::{axis, rows};
+use gear_dynamics::branches::{Continuation, Family};
 
 /// x'' = cos φ + P e^(-((1 - cos (φ - 1))/d)²) - x - A tanh(x'/v0) - A e^(-(x/v0)²).
 #[derive(PartialEq)]
@@ -168,6 +169,108 @@ fn products_of_high_degree() {
             let rows = rows(&sweep, &LaneTaylor::new(taylor), &machine, &start);
             let found = rows.get(0).unwrap().strobes().last().unwrap()[0];
             assert!((found - turns).abs() < within, "{squarings}, {force}, {rtol:e}: {found} for {turns}");
+        }
+    }
+}
+
+/// x'' = cos φ - x - A tanh(x'/v0), with tanh w = 2 h/(1 + h²) and h = tanh(w/2) = 1 - 2/(e^w + 1), whose
+/// coefficients do not overflow for |x'| below 600 v0.
+#[derive(PartialEq)]
+struct Friction;
+
+impl Shape for Friction {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 1, constants: 3, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        ["speed", "v0", "friction"].map(|name| Channel::new(name, "1")).into()
+    }
+    fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
+        u[0] = angle.number().cos();
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let ([cos], [width, friction], one) = (u.waves(), u.constants(), S::from(1.0));
+        let half = one - S::from(2.0) / ((v[0] / width).exp() + one);
+        a[0] = cos - q[0] - friction * (half * 2.0 / (one + half * half));
+    }
+}
+
+const METHODS: [FlowMethod; 2] = [FlowMethod::Taylor, FlowMethod::Dop853];
+
+fn rubbing(width: f64) -> Machine<Friction> {
+    Machine::of_constants(Friction, &[("speed", 0.7), ("v0", width), ("friction", 0.2)]).unwrap()
+}
+
+fn settled(machine: &Machine<Friction>) -> State {
+    Settle::new().run(&Dop853::new(), machine, &State::at_rest(1)).unwrap().state
+}
+
+/// The state one period of the drive later, by steps that are shorter than the reversal of the friction.
+fn return_of(machine: &Machine<Friction>, start: &State, width: f64) -> [f64; 2] {
+    let short = Dop853::new().rtol(1e-13).atol(1e-15).max_step(0.05 * width);
+    let end = short.end(machine, start, start.t + machine.period()).unwrap();
+    [end.q[0], end.v[0]]
+}
+
+/// Orbits by both flows close under short steps, and have the same multipliers and exponents: their product
+/// is exp ∫ -A tanh'(x'/v0)/v0 dt, and the sum of the exponents is its logarithm.
+#[test]
+fn orbits_and_exponents_with_friction_by_tanh() {
+    for width in [0.03, 0.003] {
+        let machine = rubbing(width);
+        let start = settled(&machine);
+        let orbits =
+            METHODS.map(|method| Shooting::new().flow_method(method).solve(&machine, &start).unwrap());
+        for orbit in &orbits {
+            let state = &orbit.states()[0];
+            let [q, v] = return_of(&machine, state, width);
+            assert!((q - state.q[0]).abs() < 1e-11 && (v - state.v[0]).abs() < 1e-11, "{width}: {q} {v}");
+        }
+        let [a, b] = orbits.each_ref().map(|orbit| &orbit.states()[0]);
+        assert!((a.q[0] - b.q[0]).abs() < 1e-11 && (a.v[0] - b.v[0]).abs() < 1e-11, "{width}: {a:?} {b:?}");
+        let [a, b] = orbits.each_ref().map(|orbit| orbit.multipliers().values());
+        for (a, b) in a.iter().zip(b) {
+            assert!((a - b).norm() < 1e-9, "{width}: {a} {b}");
+        }
+        let shrinks = (a[0] * a[1]).re.ln();
+        for (method, tolerance) in METHODS.into_iter().flat_map(|method| [(method, 1e-9), (method, 1e-11)]) {
+            let lyapunov = Lyapunov::new().settle(20).align(5).measure(40).flow_tolerance(tolerance);
+            let exponents = lyapunov.flow_method(method).run(&machine, &start).unwrap();
+            let (found, bars) = (exponents.per_period(), exponents.standard_error());
+            // Local errors of some 60 steps in a period, larger ones in the reversals of a pair.
+            let off = found[0] + found[1] - shrinks;
+            assert!(off.abs() < 300.0 * tolerance, "{width}, {method:?}, {tolerance:e}: {off:e}");
+            // A pair of complex multipliers has two equal exponents.
+            let apart = (found[0] - 0.5 * shrinks).abs();
+            assert!(apart < 3.0 * bars[0], "{width}: {found:?} {bars:?}");
+        }
+    }
+}
+
+/// A branch over the strength of the friction: every orbit closes under short steps.
+#[test]
+fn a_branch_with_friction_by_tanh() {
+    for width in [0.03, 0.003] {
+        let machine = rubbing(width);
+        let start = settled(&machine);
+        let ends = METHODS.map(|method| {
+            let family = Family::over(&machine, ["friction"]).unwrap();
+            let settings = Continuation::new(0.2, 0.24).shooting(Shooting::new().flow_method(method));
+            let branch = settings.run(&family, &start).unwrap();
+            assert!(branch.points().len() > 5, "{width}: {}", branch.points().len());
+            for point in branch.points() {
+                let (own, state) =
+                    (machine.with("friction", point.parameter).unwrap(), &point.orbit.states()[0]);
+                let [q, v] = return_of(&own, state, width);
+                let off = (q - state.q[0]).abs().max((v - state.v[0]).abs());
+                assert!(off < 1e-10, "{width}, {}: {off:e}", point.parameter);
+            }
+            let last = branch.points().last().unwrap();
+            assert_eq!(last.parameter, 0.24);
+            last.orbit.multipliers().values().to_vec()
+        });
+        for (a, b) in ends[0].iter().zip(&ends[1]) {
+            assert!((a - b).norm() < 1e-9, "{width}: {a} {b}");
         }
     }
 }
