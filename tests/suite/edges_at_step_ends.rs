@@ -2,7 +2,7 @@
 
 use crate::api::*;
 use crate::common::random::Random;
-use gear_dynamics::contact::PieceChoice;
+use gear_dynamics::contact::{Deflection, PieceChoice};
 use gear_dynamics::model::{Drives, Scalar, Size};
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::{Machine, Shape};
@@ -199,6 +199,15 @@ fn a_contact_that_creeps_back_to_its_edge_does_not_stall() -> Result<(), Integra
             assert!(end.q[0].abs() < 100.0 * rtol && end.v[0].abs() < 100.0 * rtol, "{rtol} {end:?}");
         }
     }
+    // Fixed steps, also with more damping: decays of 1000/s and of 4791/s and 209/s.
+    for damping in [2000.0, 5000.0] {
+        let floor = Damped { damping, ..floor };
+        for h in [4e-4, 1e-4, 3e-5] {
+            let start = State::new(0.0, &[1.0], &[-1.0]);
+            let end = Rk4::new(h).max_steps(100_000).end(&floor, &start, 2.0)?;
+            assert!(end.q[0].abs() < 1e-15 && end.v[0].abs() < 1e-15, "{damping} {h} {end:?}");
+        }
+    }
     Ok(())
 }
 
@@ -235,6 +244,46 @@ impl Model for Sliding {
     }
 }
 
+/// [`Sliding`] as a shape, for Taylor series.
+#[derive(PartialEq)]
+struct SlidingShape;
+
+impl Shape for SlidingShape {
+    fn size(&self) -> Size {
+        Size { dof: 2, contacts: 2, constants: 1, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        vec![Channel::new("speed", "1")]
+    }
+    fn waves<A: Angle>(&self, _: A, _: Side, _: &mut [A::Number]) {}
+    fn contact<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> gear_dynamics::contact::Contact<S> {
+        let mut a = [S::from(0.0); 2];
+        self.accel(law, u, q, v, &mut a);
+        gear_dynamics::contact::Contact {
+            deflection: v[i] - v[1 - i],
+            rate: a[i] - a[1 - i],
+            lower: f64::NEG_INFINITY.into(),
+            upper: 0.0.into(),
+            ..gear_dynamics::contact::Contact::default()
+        }
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, _: Drives<'_, S>, _: &[S], v: &[S], a: &mut [S]) {
+        let touch = |i: usize| {
+            let (lower, upper) = (f64::NEG_INFINITY.into(), 0.0.into());
+            law.touch(i, Deflection { d: v[i] - v[1 - i], rate: 0.0.into(), lower, upper })
+        };
+        a[0] = S::from(2.0) - touch(0) * 4.0;
+        a[1] = S::from(1.5) - touch(1) * 4.5;
+    }
+}
+
 /// Sliding along an edge is refused by name, by every solver at every tolerance: with fixed pieces at the crossing after
 /// which it begins. Without them a step may mix both sides of the edge within its error, and the next crossing counts.
 #[test]
@@ -266,6 +315,15 @@ fn sliding_along_an_edge_is_refused() {
         }
         for h in [0.05, 0.02, 0.01, 1e-3, 1.0 / 700.0, 1.0 / 7.0] {
             refused(&Rk4::new(h).max_steps(100_000), &model, &start, if pieces { 1e-9 } else { h });
+        }
+    }
+    for rtol in [1e-3, 1e-6, 1e-9, 1e-12] {
+        let machine = Machine::of_constants(SlidingShape, &[("speed", 1.0)]).unwrap();
+        match Taylor::new().rtol(rtol).max_steps(4000).end(&machine, &start, 30.0) {
+            Err(IntegrateError::EdgeStall { t, .. }) => {
+                assert!((t - 1.0 / 7.0).abs() < 1e-9, "{rtol:e}: {t}");
+            }
+            other => panic!("{rtol:e}: {other:?}"),
         }
     }
 }
