@@ -177,11 +177,15 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         e.on_fixed_pieces = LOCATE && model.offers().pieces;
         e.derivative_at_start();
         if let Some(component) = e.k[0].slice().iter().position(|x| !x.is_finite()) {
+            let acceleration = component.saturating_sub(model.dof());
+            if e.k[0].slice()[component].is_nan() {
+                return Err(IntegrateError::NotANumber { t: start.t, acceleration });
+            }
             return Err(IntegrateError::NotFinite { t: start.t, component });
         }
         let pace = match rule {
             StepRule::Fixed(h) if h <= RESOLUTION * start.t.abs().max(t_end.abs()) => {
-                return Err(IntegrateError::StepUnderflow { t: start.t, h });
+                return Err(e.ends.underflow(h));
             }
             StepRule::Fixed(h) => StepEnds::new::<T>(start.t, h, None),
             StepRule::Adaptive(tolerances) => {

@@ -52,6 +52,18 @@ pub enum IntegrateError {
         /// first.
         component: usize,
     },
+    /// An acceleration is NaN although the state is finite: at the start of a run, or at the start of a step
+    /// of a Taylor series.
+    #[error(
+        "acceleration {acceleration} is NaN at t = {t:?}, where the state is finite: check the model and its \
+         parameters there (accelerations count from 0)"
+    )]
+    NotANumber {
+        /// The time of the state.
+        t: f64,
+        /// Index of the acceleration, from 0.
+        acceleration: usize,
+    },
     /// An entry of ∂a/∂q or ∂a/∂v is not finite, although the motion is finite.
     #[error(
         "the derivative of acceleration {acceleration} with respect to {of} {coordinate} is not finite after \
@@ -96,16 +108,22 @@ pub enum IntegrateError {
         what: &'static str,
     },
     /// The step size is below the resolution of the time, about 4 ε |t| (ε = 2.2e-16): an adaptive solver
-    /// cannot meet its tolerance, or the fixed step is too small.
+    /// cannot meet its tolerance, the fixed step is too small, or the motion tends to infinity at that time.
+    /// The largest component of the state shows the last case.
     #[error(
-        "the step {h:?} at t = {t:?} is below the resolution of the time: the tolerance cannot be met, or the \
-         fixed step is too small"
+        "the step {h:?} at t = {t:?} is below the resolution of the time: the tolerance cannot be met, the fixed \
+         step is too small, or the motion grows without bound (component {component} of (coordinates, velocities) \
+         is {value:e}, the largest one; components count from 0)"
     )]
     StepUnderflow {
         /// Start time of the step.
         t: f64,
         /// The step size.
         h: f64,
+        /// Index of the largest component in (coordinates, velocities) at the start of the step, from 0.
+        component: usize,
+        /// Its value.
+        value: f64,
     },
     /// An acceleration jumps, and the motion stays on the jump: dry friction that sticks, or forces that push
     /// towards the jump from both sides. Steps of an adaptive solver shrink to its tolerance there.

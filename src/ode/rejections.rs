@@ -158,11 +158,7 @@ impl Rejections {
         let t = e.ends.t;
         let resolution = f64::EPSILON * t.abs();
         let change = self.change_by_rounding(e, FEW * h.max(resolution));
-        if change > 1.0 {
-            IntegrateError::LateTime { t, resolution, change }
-        } else {
-            IntegrateError::StepUnderflow { t, h }
-        }
+        if change > 1.0 { IntegrateError::LateTime { t, resolution, change } } else { e.ends.underflow(h) }
     }
 
     /// The largest effect of the last digits of the time on a velocity at the end of a step `h`, through the

@@ -106,6 +106,15 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
         self.y1.slice().iter().position(|y| !y.is_finite() || y.abs() > LARGEST)
     }
 
+    /// The error for a step `h` below the resolution of the time. It names the largest component of the
+    /// state.
+    #[cold]
+    pub(crate) fn underflow(&self, h: f64) -> IntegrateError {
+        let larger = |a: (usize, f64), (i, y): (usize, &f64)| if y.abs() > a.1.abs() { (i, *y) } else { a };
+        let (component, value) = self.y.slice().iter().enumerate().fold((0, 0.0), larger);
+        IntegrateError::StepUnderflow { t: self.t, h, component, value }
+    }
+
     /// Evaluates the drives at t + θ h in `u_stage`.
     #[inline(always)]
     pub(crate) fn drive(&mut self, theta: f64) {

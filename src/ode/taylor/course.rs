@@ -101,7 +101,7 @@ impl<'m> Course<'m> {
         let aim = if t + reach * (1.0 + 1e-10) >= stop { stop } else { t + reach };
         let h = aim - t;
         if aim < stop && h <= RESOLUTION * t.abs() {
-            return Err(IntegrateError::StepUnderflow { t, h });
+            return Err(self.e.underflow(h));
         }
         self.passage.crossings.clear();
         self.aim = [aim, h];

@@ -312,12 +312,15 @@ impl<'r> TaylorRun<'r> {
         match c.plan.functions().find(|function| function.is_singular_at_zero()) {
             Some(function) => IntegrateError::NoSeriesAt { t, what: function.name() },
             None if !finite || h.is_nan() => self.not_finite(),
-            None => IntegrateError::StepUnderflow { t, h },
+            None => self.course.e.underflow(h),
         }
     }
 
     fn not_finite(&self) -> IntegrateError {
         let (c, n) = (&self.prepared.c, self.course.e.model.dof());
+        if let Some(acceleration) = c.v(1).iter().position(|a| a.is_nan()) {
+            return IntegrateError::NotANumber { t: self.course.e.t, acceleration };
+        }
         let component = c.q(1).iter().chain(c.v(1)).position(|x| !x.is_finite());
         let component = component.or_else(|| self.course.e.not_finite());
         IntegrateError::NotFinite { t: self.course.e.t, component: component.unwrap_or(0).min(2 * n - 1) }

@@ -223,18 +223,22 @@ impl<M: Model + ?Sized> Tangent<'_, M> {
 
     /// If the differences are not finite but the motion is, the cause is a slope: the error then names it.
     fn explain(&self, error: IntegrateError) -> IntegrateError {
-        match (error, self.slopes.borrow().jacobian.not_finite()) {
-            (IntegrateError::NotFinite { t, component }, Some((acceleration, coordinate, velocity)))
-                if component % (self.n * (1 + self.columns)) >= self.n =>
-            {
-                IntegrateError::Slope {
-                    t,
-                    acceleration,
-                    of: if velocity { "velocity" } else { "coordinate" },
-                    coordinate,
-                }
+        // The time, and whether an entry of the differences is not finite.
+        let failed = match error {
+            IntegrateError::NotFinite { t, component } => {
+                Some((t, component % (self.n * (1 + self.columns)) >= self.n))
             }
-            (error, _) => error,
+            IntegrateError::NotANumber { t, acceleration } => Some((t, acceleration >= self.n)),
+            _ => None,
+        };
+        match (failed, self.slopes.borrow().jacobian.not_finite()) {
+            (Some((t, true)), Some((acceleration, coordinate, velocity))) => IntegrateError::Slope {
+                t,
+                acceleration,
+                of: if velocity { "velocity" } else { "coordinate" },
+                coordinate,
+            },
+            _ => error,
         }
     }
 }

@@ -145,7 +145,7 @@ impl<'m> Lane<'m> {
         match view.singular {
             Some(what) => IntegrateError::NoSeriesAt { t, what },
             None if h.is_nan() => self.not_finite(),
-            None => IntegrateError::StepUnderflow { t, h },
+            None => self.course.e.underflow(h),
         }
     }
 
