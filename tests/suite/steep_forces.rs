@@ -4,6 +4,7 @@
 use crate::api::*;
 use crate::lane_taylor::{axis, rows};
 use gear_dynamics::branches::{Continuation, Family};
+use std::f64::consts::{FRAC_2_PI, TAU};
 
 /// x'' = cos φ + P e^(-((1 - cos (φ - 1))/d)²) - x - A tanh(x'/v0) - A e^(-(x/v0)²).
 #[derive(PartialEq)]
@@ -272,5 +273,78 @@ fn a_branch_with_friction_by_tanh() {
         for (a, b) in ends[0].iter().zip(&ends[1]) {
             assert!((a - b).norm() < 1e-9, "{width}: {a} {b}");
         }
+    }
+}
+
+/// q'' = -f(q/w) with f(x) = x/√(1 + x²), a smooth step of plain `Scalar` operations.
+#[derive(PartialEq)]
+struct RootStep;
+
+impl Shape for RootStep {
+    fn size(&self) -> Size {
+        Size { dof: 1, constants: 2, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        ["speed", "width"].map(|name| Channel::new(name, "1")).into()
+    }
+    fn waves<A: Angle>(&self, _: A, _: Side, _: &mut [A::Number]) {}
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], _: &[S], a: &mut [S]) {
+        let [width] = u.constants();
+        let x = q[0] / width;
+        a[0] = -x / (S::from(1.0) + x * x).sqrt();
+    }
+}
+
+/// Smooth steps x/√(1 + x²) and arctan x of the width w keep their energy v²/2 + w √(1 + x²) and v²/2 + w (x
+/// arctan x - ln(1 + x²)/2), x = q/w. `Scalar` has no arctan: such a model is one of plain numbers.
+#[test]
+fn smooth_steps_keep_their_energy() {
+    let start = State::new(0.0, &[1.0], &[0.0]);
+    for width in [0.1, 0.01, 1e-3] {
+        let arctan = from_fn(1, |_, q, _, a| a[0] = -(q[0] / width).atan()).unwrap();
+        let of_arctan = |state: &State| {
+            let x = state.q[0] / width;
+            0.5 * state.v[0] * state.v[0] + width * (x * x.atan() - 0.5 * (x * x).ln_1p())
+        };
+        let root = Machine::of_constants(RootStep, &[("speed", 1.0), ("width", width)]).unwrap();
+        let of_root = |state: &State| 0.5 * state.v[0] * state.v[0] + state.q[0].hypot(width);
+        for rtol in [1e-6, 1e-9, 1e-12] {
+            let (high, series) = (Dop853::new().rtol(rtol).atol(rtol / 100.0), Taylor::new().rtol(rtol));
+            let found = [
+                of_arctan(&high.end(&arctan, &start, 30.0).unwrap()) - of_arctan(&start),
+                of_root(&high.end(&root, &start, 30.0).unwrap()) - of_root(&start),
+                of_root(&series.end(&root, &start, 30.0).unwrap()) - of_root(&start),
+            ];
+            // About 20 passages and 100 to 600 steps, each with an error of the tolerance.
+            assert!(found.iter().all(|off| off.abs() < 300.0 * rtol), "{width}, {rtol:e}: {found:?}");
+        }
+    }
+}
+
+/// Friction by arctan, x'' = cos 0.7t - x - 0.2 (2/π) arctan(x'/v0), against steps shorter than its reversal.
+#[test]
+fn friction_by_arctan() {
+    for width in [0.03, 0.003] {
+        let rubbing = from_fn(1, |t, q, v, a| {
+            a[0] = (0.7 * t).cos() - q[0] - 0.2 * FRAC_2_PI * (v[0] / width).atan();
+        });
+        let rubbing = rubbing.unwrap().with_period(TAU / 0.7).unwrap();
+        let rest = State::at_rest(1);
+        let exact =
+            Dop853::new().rtol(1e-13).atol(1e-15).max_step(0.05 * width).end(&rubbing, &rest, 60.0).unwrap();
+        for rtol in [1e-6, 1e-8, 1e-10] {
+            let high = Dop853::new().rtol(rtol).atol(rtol).end(&rubbing, &rest, 60.0).unwrap();
+            assert!(
+                (high.q[0] - exact.q[0]).abs() < 100.0 * rtol,
+                "{width}, {rtol:e}: {}",
+                high.q[0] - exact.q[0]
+            );
+        }
+        let orbit = Shooting::new().solve(&rubbing, &exact).unwrap();
+        let state = &orbit.states()[0];
+        let short = Dop853::new().rtol(1e-13).atol(1e-15).max_step(0.05 * width);
+        let end = short.end(&rubbing, state, state.t + rubbing.period()).unwrap();
+        let off = (end.q[0] - state.q[0]).abs().max((end.v[0] - state.v[0]).abs());
+        assert!(off < 1e-8, "{width}: {off:e}");
     }
 }
