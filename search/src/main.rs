@@ -19,10 +19,34 @@ struct Count {
     agree: u64,
     fail: u64,
     skipped: u64,
-    /// Models that were drawn again, by the reason.
-    again: BTreeMap<&'static str, u64>,
+    /// Models that had nothing to compare, by the reason: those drawn again, and the last one of a skipped
+    /// case.
+    without: BTreeMap<&'static str, u64>,
     time: Duration,
 }
+
+impl Count {
+    fn cases(&self) -> u64 {
+        self.agree + self.fail + self.skipped
+    }
+    /// Number of models with and without what the check compares.
+    fn models(&self) -> [u64; 2] {
+        [self.agree + self.fail, self.without.values().sum()]
+    }
+    /// Whether more than 5 % of the cases are skipped.
+    fn skips(&self) -> bool {
+        self.skipped * 20 > self.cases()
+    }
+    /// Whether fewer than one model in four has what the check compares; of fewer than `FEW` models nothing
+    /// is said.
+    fn seldom_finds(&self) -> bool {
+        let [with, without] = self.models();
+        with + without >= FEW && 4 * with < with + without
+    }
+}
+
+/// Number of models from which on their share with something to compare is judged.
+const FEW: u64 = 20;
 
 fn option<'a>(arguments: &'a [String], name: &str) -> Option<&'a str> {
     let at = arguments.iter().position(|argument| argument == name)?;
@@ -30,12 +54,17 @@ fn option<'a>(arguments: &'a [String], name: &str) -> Option<&'a str> {
 }
 
 fn print(counts: &BTreeMap<&str, Count>) {
-    println!("{:24}{:>9}{:>9}{:>9}{:>12}", "check", "agree", "fail", "skipped", "ms a case");
+    println!(
+        "{:24}{:>9}{:>9}{:>9}{:>14}{:>12}",
+        "check", "agree", "fail", "skipped", "of models %", "ms a case"
+    );
     for (name, count) in counts {
-        let skipped = count.skipped;
-        let each = count.time.as_secs_f64() * 1e3 / (count.agree + count.fail + skipped) as f64;
-        println!("{name:24}{:9}{:9}{skipped:9}{each:12.1}", count.agree, count.fail);
-        count.again.iter().for_each(|(why, n)| println!("{n:>33} drawn again: {why}"));
+        let each = count.time.as_secs_f64() * 1e3 / count.cases() as f64;
+        let [with, without] = count.models();
+        let share = 100.0 * without as f64 / (with + without) as f64;
+        let [agree, fail, skipped] = [count.agree, count.fail, count.skipped];
+        println!("{name:24}{agree:9}{fail:9}{skipped:9}{share:14.1}{each:12.1}");
+        count.without.iter().for_each(|(why, n)| println!("{n:>33} models without: {why}"));
     }
 }
 
@@ -84,12 +113,12 @@ fn run(arguments: &[String]) -> Result<bool, String> {
         let Ok(mut counts) = counts.lock() else { break };
         let count = counts.entry(check.name).or_default();
         count.time += begin.elapsed();
-        again.into_iter().for_each(|why| *count.again.entry(why).or_default() += 1);
+        again.into_iter().for_each(|why| *count.without.entry(why).or_default() += 1);
         match outcome {
             Outcome::Agrees => count.agree += 1,
             Outcome::Skipped(why) => {
                 count.skipped += 1;
-                *count.again.entry(why).or_default() += 1;
+                *count.without.entry(why).or_default() += 1;
             }
             Outcome::Fails(what) => {
                 count.fail += 1;
@@ -119,11 +148,13 @@ fn run(arguments: &[String]) -> Result<bool, String> {
     let counts = counts.into_inner().map_err(|error| error.to_string())?;
     print(&counts);
     // A check that seldom finds what it looks for checks little.
-    let skips = |count: &Count| count.skipped * 20 > count.agree + count.fail + count.skipped;
-    for (name, _) in counts.iter().filter(|(_, count)| skips(count)) {
+    for (name, _) in counts.iter().filter(|(_, count)| count.skips()) {
         println!("{name}: more than 5 % of its cases are skipped");
     }
-    Ok(counts.values().all(|count| count.fail == 0 && !skips(count)))
+    for (name, _) in counts.iter().filter(|(_, count)| count.seldom_finds()) {
+        println!("{name}: fewer than one model in four has what it compares");
+    }
+    Ok(counts.values().all(|count| count.fail == 0 && !count.skips() && !count.seldom_finds()))
 }
 
 fn main() -> ExitCode {

@@ -230,3 +230,26 @@ pub fn next_of(places: &[f64], period: f64, t: f64) -> f64 {
 pub fn wrapped(angle: f64) -> f64 {
     angle - TAU * (angle / TAU + 0.5).floor()
 }
+
+/// Least and largest value on [0, h] of the cubic with these values and slopes at both ends.
+pub fn extremes_of_cubic([a, b]: [f64; 2], [slope_a, slope_b]: [f64; 2], h: f64) -> [f64; 2] {
+    // x(s) = a + p s + c s² + d s³ with the share s of h.
+    let (p, q) = (h * slope_a, h * slope_b);
+    let (c, d) = (3.0 * (b - a) - 2.0 * p - q, p + q - 2.0 * (b - a));
+    let root = (c * c - 3.0 * d * p).max(0.0).sqrt();
+    // The roots of p + 2 c s + 3 d s² without cancellation.
+    let sum = -(c + if c < 0.0 { -root } else { root });
+    let at = |s: f64| a + s * (p + s * (c + s * d));
+    let inner = [sum / (3.0 * d), p / sum].into_iter().filter(|s| (0.0..1.0).contains(s)).map(at);
+    inner.fold([a.min(b), a.max(b)], |[low, high], x| [low.min(x), high.max(x)])
+}
+
+/// ∫ x dt over [0, h] of the cubic with these values and slopes at both ends.
+pub fn integral_of_cubic([a, b]: [f64; 2], [slope_a, slope_b]: [f64; 2], h: f64) -> f64 {
+    h * (0.5 * (a + b) + h * (slope_a - slope_b) / 12.0)
+}
+
+/// Whether a number exceeds a bound or is NaN.
+pub fn exceeds(x: f64, bound: f64) -> bool {
+    x.is_nan() || x > bound
+}

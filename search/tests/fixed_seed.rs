@@ -6,7 +6,7 @@ use search::checks::all;
 const SEED: u64 = 7;
 
 /// Numbers of cases, many of the fast checks. The slow ones run by the command of the crate alone.
-const CASES: [(&str, u64); 33] = [
+const CASES: [(&str, u64); 42] = [
     ("integrators-of-pairs", 10),
     ("integrators-of-stages", 4),
     ("integrators-of-chains", 3),
@@ -40,6 +40,15 @@ const CASES: [(&str, u64); 33] = [
     ("closed-late-times", 8),
     ("closed-tori", 5),
     ("closed-run-ups", 10),
+    ("reference-of-ensembles", 5),
+    ("reference-of-processes", 5),
+    ("reference-of-tables", 5),
+    ("reference-of-waterfalls", 5),
+    ("closed-noisy-ends", 1),
+    ("closed-normal-processes", 20),
+    ("closed-jittered-orders", 10),
+    ("closed-shot-noise", 10),
+    ("closed-spectra", 20),
 ];
 
 /// Makes the cases of every second check.

@@ -5,13 +5,19 @@ mod closed;
 mod densities;
 mod drives;
 mod engines;
+mod ensembles;
 mod forms;
 mod infinity;
+mod noise;
 mod orbits;
+mod processes;
+mod random_drives;
 mod shapes;
 mod steep;
 mod stops;
 mod symmetric;
+mod tables;
+mod waterfall;
 
 use crate::Check;
 
@@ -23,13 +29,19 @@ pub fn all() -> impl Iterator<Item = &'static Check> {
         &densities::CHECKS,
         &drives::CHECKS,
         &engines::CHECKS,
+        &ensembles::CHECKS,
         &forms::CHECKS,
         &infinity::CHECKS,
+        &noise::CHECKS,
         &orbits::CHECKS,
+        &processes::CHECKS,
+        &random_drives::CHECKS,
         &shapes::CHECKS,
         &steep::CHECKS,
         &stops::CHECKS,
         &symmetric::CHECKS,
+        &tables::CHECKS,
+        &waterfall::CHECKS,
     ]
     .into_iter()
     .flatten()

@@ -2,6 +2,8 @@
 
 pub mod bodies;
 pub mod chain;
+pub mod curve;
+pub mod driven;
 pub mod flanks;
 pub mod pair;
 pub mod symmetric;
