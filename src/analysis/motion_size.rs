@@ -23,6 +23,7 @@ pub(crate) struct MotionSize {
     low: Vec<f64>,
     high: Vec<f64>,
     sizes: Vec<f64>,
+    /// Number of steps, or of their parts.
     pub(crate) steps: usize,
     /// Whether the last step ended in a rebound.
     rebounded: bool,
@@ -36,8 +37,12 @@ pub(crate) struct MotionSize {
 /// Number of rounding errors in an error estimate of a step, a sum over a dozen evaluations.
 const OF_A_STEP: f64 = 16.0;
 
-/// Number of rounding errors in the distance of two states a period apart.
+/// Least number of rounding errors in the distance of two states a period apart.
 const OF_A_PERIOD: f64 = 64.0;
+
+/// Number of rounding errors in that distance, over the root of the number of steps: errors of steps add up at
+/// random.
+const OF_STEPS: f64 = 4.0;
 
 /// Number of steps over which errors of accelerations add up in a motion: 1/ω of its slow elastic modes,
 /// which are some thirty times slower than the step follows.
@@ -200,10 +205,19 @@ impl MotionSize {
     }
 
     /// max_i |Δy_i|/unit_i at a tolerance, with Δy = a - b without rigid motion. The states are coordinates,
-    /// then velocities.
+    /// then velocities. As a share of its range a velocity is not better known than its coordinate.
     pub(crate) fn distance(&mut self, a: &[f64], b: &[f64], tolerance: f64) -> f64 {
-        let share = OF_A_PERIOD * f64::EPSILON / tolerance;
-        self.apart(a, b, |motion, i| (motion.high[i] - motion.low[i]).max(share * motion.sizes[i]))
+        let errors = OF_A_PERIOD.max(OF_STEPS * (self.steps as f64).sqrt());
+        let (n, share) = (self.low.len() / 2, errors * f64::EPSILON / tolerance);
+        self.apart(a, b, |motion, i| {
+            let range = |i: usize| motion.high[i] - motion.low[i];
+            let rounded = |i: usize| share * motion.sizes[i];
+            let of_coordinate = match i.checked_sub(n).filter(|q| range(*q) > 0.0) {
+                Some(q) => rounded(q) / range(q) * range(i),
+                None => 0.0,
+            };
+            range(i).max(rounded(i)).max(of_coordinate)
+        })
     }
 
     /// max_i |Δy_i|/range_i with the [ranges](MotionSize::ranges), as [`distance`](MotionSize::distance).

@@ -102,6 +102,7 @@ impl Settle {
         let mut repeated = vec![0; self.max_period_multiple];
         let mut changes = vec![f64::INFINITY; self.max_period_multiple];
         let mut closest = f64::INFINITY;
+        let mut contraction = f64::NAN;
         let meter = self.budget.begin();
         for k in 1..=self.max_periods {
             // Halving the ranges each period removes the influence of transients.
@@ -126,6 +127,7 @@ impl Settle {
                 return Err(SettleError::Exhausted { exhausted, last, periods });
             }
             last = state;
+            motion.steps = parts;
             motion.weigh_on_flanks(model, &last, period / parts.max(1) as f64);
             section.push(joined(&last));
             for p in 1..=self.max_period_multiple.min(k) {
@@ -140,12 +142,24 @@ impl Settle {
                     0
                 };
                 if repeated[p - 1] > p {
-                    let mut change = |j: usize| motion.change(&section[k - j * p], &section[k - (j + 1) * p]);
-                    // Over several periods the rounding of one change weighs less.
-                    let most = (k / p - 1).min(CONTRACTION);
-                    let (change, before) = (change(0), change(most));
-                    let contraction = (change / before).powf(1.0 / most as f64);
-                    return Ok(Steady { state: last, period_multiple: p, periods: k, change, contraction });
+                    let change = |j: usize| motion.change(&section[k - j * p], &section[k - (j + 1) * p]);
+                    let recent: Vec<f64> = (0..(k / p).min(2 * RECENT)).map(change).collect();
+                    let (change, shrinks) = (recent[0], shrinks(&recent));
+                    let met = change <= self.tolerance;
+                    if met || shrinks || contraction.is_nan() {
+                        // Over several periods the rounding of one change weighs less.
+                        let most = (recent.len() - 1).min(RECENT);
+                        contraction = (change / recent[most]).powf(1.0 / most as f64);
+                    }
+                    if met || !shrinks || k == self.max_periods {
+                        return Ok(Steady {
+                            state: last,
+                            period_multiple: p,
+                            periods: k,
+                            change,
+                            contraction,
+                        });
+                    }
                 }
             }
         }
@@ -165,8 +179,19 @@ impl Settle {
     }
 }
 
-/// Maximum number of periods of the orbit over which the contraction is measured.
-const CONTRACTION: usize = 4;
+/// Number of changes whose largest one is compared with the largest one of as many before.
+const RECENT: usize = 4;
+
+/// Largest ratio of these two for a change that shrinks: 0.9 a period. Changes that are made of rounding errors
+/// reach it by chance in one of five periods.
+const SHRINKS: f64 = 0.65;
+
+/// Whether the change shrinks. `changes` begins with the last one.
+fn shrinks(changes: &[f64]) -> bool {
+    let largest = |changes: &[f64]| changes.iter().copied().fold(0.0, f64::max);
+    let (late, early) = changes.split_at(changes.len() / 2);
+    largest(late) < SHRINKS * largest(early)
+}
 
 /// Largest allowed value of `max_period_multiple`.
 const LONGEST: usize = 1 << 16;
@@ -195,7 +220,7 @@ pub struct Steady {
     /// errors replace the tolerance.
     pub change: f64,
     /// The factor μ by which the difference shrank from one period of the orbit to the next, as a mean over
-    /// up to four of them `[1]`. NaN where the state did not change at all.
+    /// up to four of them `[1]`: the last ones in which it shrank. NaN where the state did not change at all.
     pub contraction: f64,
 }
 
