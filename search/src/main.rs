@@ -37,16 +37,13 @@ impl Count {
     fn skips(&self) -> bool {
         self.skipped * 20 > self.cases()
     }
-    /// Whether fewer than one model in four has what the check compares; of fewer than `FEW` models nothing
-    /// is said.
+    /// Whether fewer than one model in four has what the check compares, by more than three standard deviations of chance.
     fn seldom_finds(&self) -> bool {
-        let [with, without] = self.models();
-        with + without >= FEW && 4 * with < with + without
+        let [with, without] = self.models().map(|n| n as f64);
+        let all = with + without;
+        with < 0.25 * all - 3.0 * (0.25 * 0.75 * all).sqrt()
     }
 }
-
-/// Number of models from which on their share with something to compare is judged.
-const FEW: u64 = 20;
 
 fn option<'a>(arguments: &'a [String], name: &str) -> Option<&'a str> {
     let at = arguments.iter().position(|argument| argument == name)?;

@@ -10,6 +10,10 @@ use std::f64::consts::TAU;
 /// The periodic cubic spline through uniform samples of one turn, the first at φ = 0. It is twice
 /// continuously differentiable.
 ///
+/// The third derivative jumps at the samples. Steps of `Taylor` end there. Runge-Kutta steps pass over them and lose
+/// some digits: `Dop853` at rtol 1e-12 was off by up to 1e-8 of the range in random runs of a few turns, and by 1e-11
+/// with steps of at most 1/3000 of a turn (`max_step`).
+///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Table};
 /// let samples: Vec<f64> = (0..64).map(|i| (i as f64 / 64.0 * std::f64::consts::TAU).cos()).collect();
