@@ -40,8 +40,8 @@ const OF_A_STEP: f64 = 16.0;
 /// Least number of rounding errors in the distance of two states a period apart.
 const OF_A_PERIOD: f64 = 64.0;
 
-/// Number of rounding errors in that distance, over the root of the number of steps: errors of steps add up at
-/// random.
+/// Number of rounding errors in that distance, over the root of the number of steps: errors of steps add up
+/// at random.
 const OF_STEPS: f64 = 4.0;
 
 /// Number of steps over which errors of accelerations add up in a motion: 1/ω of its slow elastic modes,

@@ -102,7 +102,6 @@ impl Settle {
         let mut repeated = vec![0; self.max_period_multiple];
         let mut changes = vec![f64::INFINITY; self.max_period_multiple];
         let mut closest = f64::INFINITY;
-        let mut contraction = f64::NAN;
         let meter = self.budget.begin();
         for k in 1..=self.max_periods {
             // Halving the ranges each period removes the influence of transients.
@@ -143,15 +142,10 @@ impl Settle {
                 };
                 if repeated[p - 1] > p {
                     let change = |j: usize| motion.change(&section[k - j * p], &section[k - (j + 1) * p]);
-                    let recent: Vec<f64> = (0..(k / p).min(2 * RECENT)).map(change).collect();
-                    let (change, shrinks) = (recent[0], shrinks(&recent));
-                    let met = change <= self.tolerance;
-                    if met || shrinks || contraction.is_nan() {
-                        // Over several periods the rounding of one change weighs less.
-                        let most = (recent.len() - 1).min(RECENT);
-                        contraction = (change / recent[most]).powf(1.0 / most as f64);
-                    }
-                    if met || !shrinks || k == self.max_periods {
+                    let changes: Vec<f64> = (0..k / p).map(change).collect();
+                    let change = changes[0];
+                    if change <= self.tolerance || !shrinks(&changes) || k == self.max_periods {
+                        let contraction = contraction(&changes);
                         return Ok(Steady {
                             state: last,
                             period_multiple: p,
@@ -182,15 +176,27 @@ impl Settle {
 /// Number of changes whose largest one is compared with the largest one of as many before.
 const RECENT: usize = 4;
 
-/// Largest ratio of these two for a change that shrinks: 0.9 a period. Changes that are made of rounding errors
-/// reach it by chance in one of five periods.
+/// Largest ratio of these two for a change that shrinks: 0.9 a period. Changes that are made of rounding
+/// errors reach it by chance in one of five periods.
 const SHRINKS: f64 = 0.65;
 
 /// Whether the change shrinks. `changes` begins with the last one.
 fn shrinks(changes: &[f64]) -> bool {
     let largest = |changes: &[f64]| changes.iter().copied().fold(0.0, f64::max);
-    let (late, early) = changes.split_at(changes.len() / 2);
+    let recent = &changes[..changes.len().min(2 * RECENT)];
+    let (late, early) = recent.split_at(recent.len() / 2);
     largest(late) < SHRINKS * largest(early)
+}
+
+/// The mean factor from one change to the next one over the last four changes, or over the last four of
+/// which it is below 1: where changes are made of rounding errors, they shrink and grow.
+fn contraction(changes: &[f64]) -> f64 {
+    // Over several periods the rounding of one change weighs less.
+    let most = RECENT.min(changes.len() - 1);
+    let mut factors =
+        (0..changes.len() - most).map(|j| (changes[j] / changes[j + most]).powf(1.0 / most as f64));
+    let last = factors.next().unwrap_or(f64::NAN);
+    if last < 1.0 { last } else { factors.find(|factor| *factor < 1.0).unwrap_or(last) }
 }
 
 /// Largest allowed value of `max_period_multiple`.

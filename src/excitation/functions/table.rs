@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 /// The periodic cubic spline through uniform samples of one turn, the first at φ = 0. It is twice
 /// continuously differentiable.
 ///
-/// The third derivative jumps at the samples. Steps of `Taylor` end there. Runge-Kutta steps pass over them and lose
-/// some digits: `Dop853` at rtol 1e-12 was off by up to 1e-8 of the range in random runs of a few turns, and by 1e-11
-/// with steps of at most 1/3000 of a turn (`max_step`).
+/// The third derivative jumps at the samples. Steps of `Taylor` end there. Runge-Kutta steps pass over them and
+/// lose some digits: `Dop853` at rtol 1e-12 was off by up to 1e-8 of the range in random runs of a few turns,
+/// and by 1e-11 with steps of at most 1/3000 of a turn (`max_step`).
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Table};
