@@ -8,7 +8,7 @@ use gear_dynamics::model::{Jacobian, Offers};
 use gear_dynamics::models::nfg::{NfgReading, Radius};
 use gear_dynamics::models::ring::{Frame, RingSet};
 use gear_dynamics::periodic::{FourierOrbit, Integrals};
-use gear_dynamics::roots::{Newton, Residual};
+use gear_dynamics::roots::{Newton, Residual, RootFinder};
 use gear_dynamics::{
     Balance, Dop853, Harmonics, Integrator, Model, NfgPair, NfgParams, Periodic, Ring, Settle, Shooting,
     State,

@@ -12,7 +12,7 @@
 //!
 //! A model without what the check compares is drawn again. The column `of models %` is the share of such
 //! models. The exit code is 1, too, if more than 5 % of the cases of a check find no model in 16 draws, or if
-//! fewer than one model in four has what the check compares.
+//! fewer than one model in four has what the check compares, by more than chance.
 //!
 //! A case is a function of seed, check and index alone.
 

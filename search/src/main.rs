@@ -37,11 +37,12 @@ impl Count {
     fn skips(&self) -> bool {
         self.skipped * 20 > self.cases()
     }
-    /// Whether fewer than one model in four has what the check compares, by more than three standard deviations of chance.
+    /// Whether fewer than one model in four has what the check compares, by more than three standard
+    /// deviations of chance, or none of 16.
     fn seldom_finds(&self) -> bool {
-        let [with, without] = self.models().map(|n| n as f64);
-        let all = with + without;
-        with < 0.25 * all - 3.0 * (0.25 * 0.75 * all).sqrt()
+        let [with, without] = self.models();
+        let all = (with + without) as f64;
+        (with == 0 && without >= 16) || (with as f64) < 0.25 * all - 3.0 * (0.25 * 0.75 * all).sqrt()
     }
 }
 

@@ -6,7 +6,7 @@ use search::checks::all;
 const SEED: u64 = 7;
 
 /// Numbers of cases, many of the fast checks. The slow ones run by the command of the crate alone.
-const CASES: [(&str, u64); 42] = [
+const CASES: [(&str, u64); 44] = [
     ("integrators-of-pairs", 10),
     ("integrators-of-stages", 4),
     ("integrators-of-chains", 3),
@@ -33,6 +33,8 @@ const CASES: [(&str, u64); 42] = [
     ("reference-of-engines", 6),
     ("reference-of-forms", 6),
     ("reference-of-drives", 10),
+    ("reference-of-stops", 5),
+    ("steep-forces", 2),
     ("closed-far-flanks", 2),
     ("closed-stiffness", 20),
     ("closed-densities", 1),

@@ -18,8 +18,13 @@ use thiserror::Error;
 ///
 /// The state repeats if max_i |y_i(t) - y_i(t - p T)|/range_i is at most the tolerance p + 1 times in a row,
 /// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with
-/// each period the ranges so far are halved. Where the tolerance asks for less than 64 rounding errors of the
-/// terms of which y_i is made, they replace it. Rigid motion is removed from the states and the ranges.
+/// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges.
+///
+/// Where the tolerance asks for less than the rounding errors of N steps, they replace it: max(64, 4 √N) of the
+/// terms of which y_i is made, and for a velocity the same share of its range as for its coordinate. The run
+/// then goes on while the change shrinks by at least a tenth a period, to `max_periods` at most: while the
+/// largest of the last four changes is below 0.65 of the largest of the four before. A slower decay ends where
+/// these rounding errors are reached, and [`Steady::error`] says how far from the orbit.
 ///
 /// The tolerance bounds this change, not the distance from the orbit: where a perturbation shrinks by the
 /// factor μ in one period of the orbit, the distance is change μ/(1 - μ), for example 99 changes at μ = 0.99.
@@ -177,7 +182,7 @@ impl Settle {
 const RECENT: usize = 4;
 
 /// Largest ratio of these two for a change that shrinks: 0.9 a period. Changes that are made of rounding
-/// errors reach it by chance in one of five periods.
+/// errors reach it by chance now and then, and the run takes a further period.
 const SHRINKS: f64 = 0.65;
 
 /// Whether the change shrinks. `changes` begins with the last one.
@@ -225,14 +230,15 @@ pub struct Steady {
     /// Difference of the last repetition, as a share of the ranges. It exceeds the tolerance where rounding
     /// errors replace the tolerance.
     pub change: f64,
-    /// The factor μ by which the difference shrank from one period of the orbit to the next, as a mean over
-    /// up to four of them `[1]`: the last ones in which it shrank. NaN where the state did not change at all.
+    /// The factor μ by which the difference shrank from one period of the orbit to the next `[1]`, as a mean
+    /// over the last four of them, or the last four in which it shrank: differences that are made of rounding
+    /// errors shrink and grow. NaN where the state did not change at all.
     pub contraction: f64,
 }
 
 impl Steady {
     /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. Infinite if
-    /// the differences no longer shrink: they are then errors of the solver, or the motion does not settle.
+    /// the differences shrank over no four periods: the motion does not settle.
     /// The errors of the solver themselves are not in it.
     pub fn error(&self) -> f64 {
         match (self.change, self.contraction) {

@@ -108,19 +108,26 @@ pub enum IntegrateError {
         what: &'static str,
     },
     /// The step size is below the resolution of the time, about 4 ε |t| (ε = 2.2e-16): an adaptive solver
-    /// cannot meet its tolerance, the fixed step is too small, or the motion tends to infinity at that time.
-    /// The largest component of the state shows the last case.
+    /// cannot meet its tolerance, or the fixed step is too small.
     #[error(
-        "the step {h:?} at t = {t:?} is below the resolution of the time: the tolerance cannot be met, the fixed \
-         step is too small, or the motion grows without bound (component {component} of (coordinates, velocities) \
-         is {value:e}, the largest one; components count from 0)"
+        "the step {h:?} at t = {t:?} is below the resolution of the time: the tolerance cannot be met, or the \
+         fixed step is too small"
     )]
     StepUnderflow {
         /// Start time of the step.
         t: f64,
         /// The step size.
         h: f64,
-        /// Index of the largest component in (coordinates, velocities) at the start of the step, from 0.
+    },
+    /// The motion tends to infinity at a finite time: steps shrink to nothing, and a component exceeds 1e12.
+    #[error(
+        "the motion grows without bound at t = {t:?}, where component {component} of (coordinates, velocities) is \
+         {value:?} (components count from 0): check the force at large deflections and its sign"
+    )]
+    Unbounded {
+        /// The time reached.
+        t: f64,
+        /// Index of the largest component in (coordinates, velocities), from 0.
         component: usize,
         /// Its value.
         value: f64,

@@ -25,9 +25,6 @@ impl<R: Residual + ?Sized> Residual for Metered<'_, '_, R> {
     fn matrix(&self) -> Matrix {
         self.equations.matrix()
     }
-    fn has_jacobian(&self) -> bool {
-        self.equations.has_jacobian()
-    }
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
         self.equations.jacobian(x, out);
     }

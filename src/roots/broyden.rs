@@ -4,13 +4,15 @@ use crate::error::{ParameterError, check};
 use crate::numeric::norms::{dot, largest};
 use crate::roots::factors::Factors;
 use crate::roots::matrix::Matrix;
-use crate::roots::residual::{Residual, is_root, jacobian_of};
+use crate::roots::residual::{Residual, is_root};
 use crate::roots::root::{Root, RootError};
+use crate::roots::root_finder::RootFinder;
+use std::sync::Arc;
 
 /// First Jacobian of [`Broyden`].
 ///
 /// ```
-/// use gear_dynamics::roots::{Broyden, Equations, FirstJacobian};
+/// use gear_dynamics::roots::{Broyden, Equations, FirstJacobian, RootFinder};
 /// let mut equations = Equations::new(1, |x: &[f64], r: &mut [f64]| r[0] = 5.0 * x[0].sin() - 1.0);
 /// let plain = Broyden::new().solve(&mut equations, &[0.3])?;
 /// let informed = Broyden::new().first(FirstJacobian::Own).solve(&mut equations, &[0.3])?;
@@ -39,7 +41,7 @@ pub enum FirstJacobian {
 /// differences. If this Jacobian requires a larger correction, the iteration continues with it in place of B.
 ///
 /// ```
-/// use gear_dynamics::roots::{Broyden, Equations};
+/// use gear_dynamics::roots::{Broyden, Equations, RootFinder};
 /// let mut equations = Equations::new(2, |x, r| {
 ///     r[0] = x[0] + 0.1 * x[1] * x[1] - 1.0;
 ///     r[1] = x[1] - 0.2 * x[0];
@@ -83,12 +85,6 @@ impl Broyden {
     pub fn first(self, first: FirstJacobian) -> Self {
         Broyden { first, ..self }
     }
-    /// The same method for equations of another size. A given Jacobian no longer fits; the Jacobian of the
-    /// equations replaces it.
-    pub(crate) fn resized(self) -> Self {
-        let first = if let FirstJacobian::Given(_) = self.first { FirstJacobian::Own } else { self.first };
-        Broyden { first, ..self }
-    }
     /// Number of updates after which all updates are discarded, at least 1. Default: never.
     pub fn restart(self, restart: usize) -> Self {
         Broyden { restart, ..self }
@@ -103,12 +99,18 @@ impl Broyden {
     pub fn max_iterations(self, max_iterations: usize) -> Self {
         Broyden { max_iterations, ..self }
     }
+}
 
-    /// Solves r(x) = 0 from a guess.
-    ///
-    /// # Errors
-    /// [`RootError`]; [`RootError::last`] returns the last iterate.
-    pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
+impl RootFinder for Broyden {
+    /// A given first Jacobian does not fit another number of equations. Their own one replaces it.
+    fn resized(&self) -> Option<Arc<dyn RootFinder>> {
+        match self.first {
+            FirstJacobian::Given(_) => Some(Arc::new(self.clone().first(FirstJacobian::Own))),
+            FirstJacobian::Identity | FirstJacobian::Own => None,
+        }
+    }
+
+    fn solve(&self, equations: &mut dyn Residual, guess: &[f64]) -> Result<Root, RootError> {
         check::share("tolerance", self.tolerance)?;
         if self.restart == 0 {
             return Err(ParameterError::TooFew { name: "restart".into(), value: 0, min: 1 }.into());
@@ -123,7 +125,7 @@ impl Broyden {
             }
             FirstJacobian::Own => {
                 let mut matrix = equations.matrix();
-                jacobian_of(equations, guess, &mut matrix);
+                equations.jacobian(guess, &mut matrix);
                 Some(matrix)
             }
             FirstJacobian::Identity => None,
@@ -152,7 +154,7 @@ impl Broyden {
             std::mem::swap(&mut r, &mut next);
             let bound = self.tolerance * first.max(largest(&x));
             let size = largest(&step);
-            root.step_to(&x, largest(&r));
+            root.accept(&x, largest(&r));
             if size <= bound {
                 let matrix = jacobian.get_or_insert_with(|| equations.matrix());
                 if root.residual == 0.0 || is_root(equations, &x, &r, bound, matrix) {

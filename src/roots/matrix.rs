@@ -174,7 +174,7 @@ impl Matrix {
     }
 
     /// Sets every stored entry of column j to `value(row)`.
-    pub(crate) fn set_column(&mut self, j: usize, value: impl Fn(usize) -> f64) {
+    pub fn set_column(&mut self, j: usize, value: impl Fn(usize) -> f64) {
         let starts = &self.starts;
         for part in &mut self.parts {
             let (first, height) = (starts[part.i], starts[part.i + 1] - starts[part.i]);
@@ -200,7 +200,7 @@ impl Matrix {
     }
 
     /// Visits every stored entry: row, column, value.
-    pub(crate) fn each(&self, mut visit: impl FnMut(usize, usize, f64)) {
+    pub fn each(&self, mut visit: impl FnMut(usize, usize, f64)) {
         for part in &self.parts {
             let height = self.height(part.i);
             let stored = if part.pairs { 2 } else { height };

@@ -4,8 +4,9 @@ use crate::error::check;
 use crate::numeric::norms::{dot, largest};
 use crate::roots::factors::{Factors, Floating};
 use crate::roots::matrix::Matrix;
-use crate::roots::residual::{Residual, is_root, jacobian_of};
+use crate::roots::residual::{Residual, is_root};
 use crate::roots::root::{Root, RootError};
+use crate::roots::root_finder::RootFinder;
 
 /// Newton's method with damping: x ← x + λ Δx, J Δx = -r(x).
 ///
@@ -21,7 +22,7 @@ use crate::roots::root::{Root, RootError};
 /// Source: Deuflhard, Newton Methods for Nonlinear Problems, Sects. 2.1.2, 2.1.4 and 3.3.
 ///
 /// ```
-/// use gear_dynamics::roots::{Equations, Newton};
+/// use gear_dynamics::roots::{Equations, Newton, RootFinder};
 /// // Without damping the iteration diverges from this guess.
 /// let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].atan()), &[3.0])?;
 /// assert!(root.x[0].abs() < 1e-9);
@@ -59,12 +60,10 @@ impl Newton {
     pub fn max_iterations(self, max_iterations: usize) -> Self {
         Newton { max_iterations, ..self }
     }
+}
 
-    /// Solves r(x) = 0 from a guess.
-    ///
-    /// # Errors
-    /// [`RootError`]; [`RootError::last`] returns the last iterate.
-    pub fn solve<R: Residual + ?Sized>(&self, equations: &mut R, guess: &[f64]) -> Result<Root, RootError> {
+impl RootFinder for Newton {
+    fn solve(&self, equations: &mut dyn Residual, guess: &[f64]) -> Result<Root, RootError> {
         check::share("tolerance", self.tolerance)?;
         let mut at = Iterate::start(equations, guess)?;
         let first = largest(guess);
@@ -118,8 +117,8 @@ impl Newton {
 }
 
 /// An iterate, the correction there, and the point that is tried next.
-struct Iterate<'e, R: ?Sized> {
-    equations: &'e mut R,
+struct Iterate<'e> {
+    equations: &'e mut dyn Residual,
     matrix: Matrix,
     root: Root,
     /// r at the iterate.
@@ -156,8 +155,8 @@ enum Updated {
     Fails,
 }
 
-impl<'e, R: Residual + ?Sized> Iterate<'e, R> {
-    fn start(equations: &'e mut R, guess: &[f64]) -> Result<Self, RootError> {
+impl<'e> Iterate<'e> {
+    fn start(equations: &'e mut dyn Residual, guess: &[f64]) -> Result<Self, RootError> {
         let zeros = vec![0.0; equations.size()];
         let mut r = zeros.clone();
         let root = Root::start(equations, guess, &mut r)?;
@@ -171,7 +170,7 @@ impl<'e, R: Residual + ?Sized> Iterate<'e, R> {
         let factors = match kept {
             Some(kept) => kept,
             None => {
-                jacobian_of(self.equations, &self.root.x, &mut self.matrix);
+                self.equations.jacobian(&self.root.x, &mut self.matrix);
                 let fresh = Factors::new(&self.matrix)?;
                 self.step.iter_mut().zip(&self.r).for_each(|(s, r)| *s = -r);
                 fresh.solve(&mut self.step);
@@ -204,7 +203,7 @@ impl<'e, R: Residual + ?Sized> Iterate<'e, R> {
                 // A correction within the tolerance needs no test of monotonicity.
                 let Iterate { equations, x, trial, step, matrix, .. } = self;
                 if damping == 1.0 && size <= bound && is_met(*equations, x, trial, step, bound, matrix) {
-                    self.root.step_to(&self.x, residual);
+                    self.root.accept(&self.x, residual);
                     return Damped::Root;
                 }
                 self.next.iter_mut().zip(&self.trial).for_each(|(n, r)| *n = -r);
@@ -233,7 +232,7 @@ impl<'e, R: Residual + ?Sized> Iterate<'e, R> {
 
     /// Goes to the point that was tried.
     fn accept(&mut self) {
-        self.root.step_to(&self.x, largest(&self.trial));
+        self.root.accept(&self.x, largest(&self.trial));
         std::mem::swap(&mut self.r, &mut self.trial);
     }
 
@@ -241,7 +240,7 @@ impl<'e, R: Residual + ?Sized> Iterate<'e, R> {
     fn restart(&mut self, guess: &[f64]) {
         self.equations.residual(guess, &mut self.r);
         self.root.evaluations += 1;
-        self.root.step_to(guess, largest(&self.r));
+        self.root.accept(guess, largest(&self.r));
     }
 
     /// After a whole step: the next correction by the factors of the last one and their updates.
@@ -262,8 +261,8 @@ impl<'e, R: Residual + ?Sized> Iterate<'e, R> {
 
 /// Whether x is a root to `bound`. This is so if every |r_i| is at most half of Σ_j |J_ij s_j|, with the last
 /// Jacobian J and the correction s that led to x, or if x satisfies [`is_root`] with the Jacobian at x.
-fn is_met<R: Residual + ?Sized>(
-    equations: &mut R,
+fn is_met(
+    equations: &mut dyn Residual,
     x: &[f64],
     r: &[f64],
     step: &[f64],
@@ -311,7 +310,7 @@ const SHORT: f64 = 0.125;
 
 impl Descent {
     /// Finds the next iterate. `false`: no λ of at least [`MIN_DAMPING`] is accepted.
-    fn step<R: Residual + ?Sized>(&mut self, at: &mut Iterate<'_, R>) -> bool {
+    fn step(&mut self, at: &mut Iterate<'_>) -> bool {
         let here = dot(&at.r, &at.r);
         self.last[self.steps % WINDOW] = here;
         self.steps += 1;

@@ -7,14 +7,13 @@ use crate::roots::matrix::Matrix;
 /// Equations r(x) = 0, as many as unknowns. `self` may contain working arrays.
 ///
 /// ```
-/// use gear_dynamics::roots::{Matrix, Newton, Residual};
+/// use gear_dynamics::roots::{Matrix, Newton, Residual, RootFinder};
 /// struct Circle; // x² + y² = 1, x = y
 /// impl Residual for Circle {
 ///     fn size(&self) -> usize { 2 }
 ///     fn residual(&mut self, x: &[f64], r: &mut [f64]) {
 ///         r.copy_from_slice(&[x[0] * x[0] + x[1] * x[1] - 1.0, x[0] - x[1]]);
 ///     }
-///     fn has_jacobian(&self) -> bool { true }
 ///     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
 ///         out.column_mut(0).copy_from_slice(&[2.0 * x[0], 1.0]);
 ///         out.column_mut(1).copy_from_slice(&[2.0 * x[1], -1.0]);
@@ -37,28 +36,16 @@ pub trait Residual {
     fn matrix(&self) -> Matrix {
         Matrix::dense(self.size())
     }
-    /// Whether the equations have a [`jacobian`](Residual::jacobian). Default: `false`, differences are used.
-    ///
-    /// A Jacobian by differences costs two residuals per unknown, and its relative error is about 1e-10 for
-    /// residuals that are exact to rounding: Newton's method then converges linearly with that factor. A root
-    /// at which the Jacobian is nearly singular is found less accurately.
-    fn has_jacobian(&self) -> bool {
-        false
-    }
-    /// Writes ∂r_i/∂x_j to every stored entry. It is called if [`has_jacobian`](Residual::has_jacobian).
-    /// Default: NaN.
+    /// Writes ∂r_i/∂x_j to every stored entry. Default: [`differences`].
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
-        let _ = x;
-        for column in 0..self.size() {
-            out.set_column(column, |_| f64::NAN);
-        }
+        differences(self, x, out);
     }
 }
 
 /// Equations given by a closure. Their Jacobian is computed by differences.
 ///
 /// ```
-/// use gear_dynamics::roots::{Broyden, Equations};
+/// use gear_dynamics::roots::{Broyden, Equations, RootFinder};
 /// let root = Broyden::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0] - x[0].cos()), &[0.5])?;
 /// assert!((root.x[0] - 0.739_085_133_215).abs() < 1e-10);
 /// # Ok::<(), gear_dynamics::roots::RootError>(())
@@ -85,12 +72,19 @@ impl<F: FnMut(&[f64], &mut [f64])> Residual for Equations<F> {
     }
 }
 
-/// Computes the Jacobian of any equations: the one that they provide, or central differences.
-pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], out: &mut Matrix) {
-    if equations.has_jacobian() {
-        equations.jacobian(x, out);
-        return;
-    }
+/// Writes the Jacobian of any equations by central differences to every stored entry.
+///
+/// It costs two residuals per unknown, and its relative error is about 1e-10 for residuals that are exact to
+/// rounding: Newton's method then converges linearly with that factor. A root at which the Jacobian is nearly
+/// singular is found less accurately.
+///
+/// ```
+/// use gear_dynamics::roots::{Equations, Matrix, differences};
+/// let mut jacobian = Matrix::dense(1);
+/// differences(&mut Equations::new(1, |x, r| r[0] = x[0].exp()), &[0.0], &mut jacobian);
+/// assert!((jacobian.column(0)[0] - 1.0).abs() < 1e-9);
+/// ```
+pub fn differences<R: Residual + ?Sized>(equations: &mut R, x: &[f64], out: &mut Matrix) {
     let n = equations.size();
     let size = Some(largest(x)).filter(|&size| size > 0.0).unwrap_or(1.0);
     let (mut moved, mut plus, mut minus) = (x.to_vec(), vec![0.0; n], vec![0.0; n]);
@@ -110,14 +104,14 @@ pub(crate) fn jacobian_of<R: Residual + ?Sized>(equations: &mut R, x: &[f64], ou
 ///
 /// J is the Jacobian at x and is written to `jacobian`. A Jacobian at another place may be so much larger
 /// that every correction by it is small.
-pub(crate) fn is_root<R: Residual + ?Sized>(
-    equations: &mut R,
+pub(crate) fn is_root(
+    equations: &mut dyn Residual,
     x: &[f64],
     r: &[f64],
     bound: f64,
     jacobian: &mut Matrix,
 ) -> bool {
-    jacobian_of(equations, x, jacobian);
+    equations.jacobian(x, jacobian);
     let mut reach = vec![0.0; r.len()];
     jacobian.each(|row, _, slope| reach[row] += slope.abs());
     // A comparison with NaN is false.

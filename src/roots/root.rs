@@ -10,7 +10,7 @@ use thiserror::Error;
 /// A root, with its residual and the number of iterations.
 ///
 /// ```
-/// use gear_dynamics::roots::{Equations, Newton};
+/// use gear_dynamics::roots::{Equations, Newton, RootFinder};
 /// let root = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0] * x[0] - 2.0), &[1.0])?;
 /// assert!((root.x[0] - 2f64.sqrt()).abs() < 1e-9 && root.iterations < 10);
 /// # Ok::<(), gear_dynamics::roots::RootError>(())
@@ -29,10 +29,10 @@ pub struct Root {
     pub residuals: Vec<f64>,
 }
 
-/// Errors of [`Newton`](crate::roots::Newton) and [`Broyden`](crate::roots::Broyden).
+/// Errors of root finders: [`Newton`](crate::roots::Newton), [`Broyden`](crate::roots::Broyden) and others.
 ///
 /// ```
-/// use gear_dynamics::roots::{Equations, Newton, RootError};
+/// use gear_dynamics::roots::{Equations, Newton, RootError, RootFinder};
 /// let error = Newton::new().solve(&mut Equations::new(1, |x, r| r[0] = x[0].exp()), &[0.0]).unwrap_err();
 /// assert!(matches!(error, RootError::NotConverged { .. }));
 /// let last = error.last().unwrap();
@@ -107,12 +107,12 @@ impl RootError {
 }
 
 impl Root {
-    /// Checks the guess and evaluates its residual.
-    pub(crate) fn start<R: Residual + ?Sized>(
-        equations: &mut R,
-        guess: &[f64],
-        r: &mut [f64],
-    ) -> Result<Self, RootError> {
+    /// The guess as the first iterate of a [`RootFinder`](crate::roots::RootFinder). Writes its residual to `r`.
+    ///
+    /// # Errors
+    /// [`RootError::Parameter`] if the guess has the wrong size or there are no equations,
+    /// [`RootError::NotFinite`] if a residual is not finite.
+    pub fn start(equations: &mut dyn Residual, guess: &[f64], r: &mut [f64]) -> Result<Self, RootError> {
         check::length("guess", guess.len(), equations.size())?;
         if guess.is_empty() {
             return Err(
@@ -129,7 +129,15 @@ impl Root {
         }
     }
 
-    pub(crate) fn step_to(&mut self, x: &[f64], residual: f64) {
+    /// Makes `x` the next iterate. Writes its residual to `r`.
+    pub fn step_to(&mut self, equations: &mut dyn Residual, x: &[f64], r: &mut [f64]) {
+        equations.residual(x, r);
+        self.evaluations += 1;
+        self.accept(x, largest(r));
+    }
+
+    /// Makes `x` with the largest residual `residual` the next iterate.
+    pub(crate) fn accept(&mut self, x: &[f64], residual: f64) {
         self.x.copy_from_slice(x);
         self.residual = residual;
         self.residuals.push(residual);

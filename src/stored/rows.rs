@@ -135,7 +135,9 @@ impl StoredRows {
             }
             let check = check.map(plain).map_err(PointError::Text);
             if let Ok(row) = &check {
-                check_figures(layout, row).map_err(|error| format!("check of point {index}: {error}"))?;
+                check_figures(layout, row)
+                    .and_then(|()| check_exponents(layout, row, true))
+                    .map_err(|error| format!("check of point {index}: {error}"))?;
             }
             rows.checks.insert(belongs(index, true)?, check);
         }

@@ -260,9 +260,9 @@ fn broyden_takes_the_known_counts() {
             FourierOrbit::new(&Harmonics::up_to(0), pair.period(), &[pair.on_drive_flank().unwrap().q])
                 .unwrap();
         let flank = balance.linearised(&pair, Piece::Lower).unwrap();
-        let plain = balance.clone().broyden(Broyden::new()).solve(&pair, &start).unwrap();
+        let plain = balance.clone().root_finder(Broyden::new()).solve(&pair, &start).unwrap();
         let first = balance.flank_jacobian(&pair, Piece::Lower, &flank).unwrap();
-        let informed = balance.clone().broyden(Broyden::new().first(first)).solve(&pair, &flank).unwrap();
+        let informed = balance.clone().root_finder(Broyden::new().first(first)).solve(&pair, &flank).unwrap();
         println!(
             "{speed}: {} from the identity, {} from the flank",
             plain.iterations(),
@@ -275,7 +275,7 @@ fn broyden_takes_the_known_counts() {
     let start =
         FourierOrbit::new(&Harmonics::up_to(0), beyond.period(), &[beyond.on_drive_flank().unwrap().q])
             .unwrap();
-    let orbit = balance.clone().broyden(Broyden::new()).solve(&beyond, &start).unwrap();
+    let orbit = balance.clone().root_finder(Broyden::new()).solve(&beyond, &start).unwrap();
     println!("200: {}", orbit.iterations());
     assert_eq!(orbit.contacts(&beyond).unwrap()[0].statistics.rattle_state(), RattleState::Bilateral);
 }
@@ -610,8 +610,10 @@ fn coarse_sampling_is_noted() {
         .unwrap();
     assert!(exact.contacts(&model).unwrap()[0].statistics.impacts[1] > 0);
     let noted = |samples: usize| {
-        let sampled =
-            balance.clone().integrals(Integrals::Sampled { samples }).newton(Newton::new().tolerance(1e-7));
+        let sampled = balance
+            .clone()
+            .integrals(Integrals::Sampled { samples })
+            .root_finder(Newton::new().tolerance(1e-7));
         let orbit = sampled.solve(&model, &exact).unwrap();
         let note = orbit.notes().iter().find_map(|note| match note {
             BalanceNote::Aliased { samples: m, error } => Some((*m, *error)),
@@ -660,7 +662,7 @@ fn accuracy_is_reached() {
 fn aliasing_counts_as_inaccuracy() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.1, amplitude: 0.02, stiffness: 0.0 };
     let guess = FourierOrbit::new(&Harmonics::up_to(1), model.period(), &[vec![1.1, 0.05, 0.0]]).unwrap();
-    let loose = Balance::new(Harmonics::up_to(3)).newton(Newton::new().tolerance(0.5));
+    let loose = Balance::new(Harmonics::up_to(3)).root_finder(Newton::new().tolerance(0.5));
     match loose.solve_to(&model, &guess, 1e-9, 8) {
         Err(BalanceError::Accuracy { reached, last: best, highest: 8, .. }) => {
             println!("{reached:.1e} {best:?}");
@@ -848,7 +850,7 @@ fn informed_broyden_can_be_proved() {
     let balance = balance.truncated_forces();
     let flank = balance.linearised(&pair, Piece::Lower).unwrap();
     let first = balance.flank_jacobian(&pair, Piece::Lower, &flank).unwrap();
-    let informed = balance.broyden(Broyden::new().first(first));
+    let informed = balance.root_finder(Broyden::new().first(first));
     let orbit = informed.solve(&pair, &flank).unwrap();
     let estimate = informed.error_estimate(&pair, &orbit).unwrap();
     assert_eq!(estimate.finer.harmonics().highest(), 85);

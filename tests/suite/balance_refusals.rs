@@ -28,7 +28,7 @@ fn start_in_the_gap_is_explained() {
     let pair = pair(120.0);
     let gap = FourierOrbit::new(&Harmonics::up_to(0), pair.period(), &[vec![0.0]]).unwrap();
     for balance in
-        [Balance::new(Harmonics::up_to(70)), Balance::new(Harmonics::up_to(70)).broyden(Broyden::new())]
+        [Balance::new(Harmonics::up_to(70)), Balance::new(Harmonics::up_to(70)).root_finder(Broyden::new())]
     {
         let error = balance.solve(&pair, &gap).unwrap_err();
         assert!(matches!(error, BalanceError::StartInGap { contact: 0 }));
@@ -67,7 +67,8 @@ fn floating_coordinate_is_named() {
 #[test]
 fn no_convergence_hands_back_the_last_iterate() {
     let pair = pair(200.0);
-    let balance = Balance::new(Harmonics::bands(63, 1, 2).unwrap()).newton(Newton::new().max_iterations(2));
+    let balance =
+        Balance::new(Harmonics::bands(63, 1, 2).unwrap()).root_finder(Newton::new().max_iterations(2));
     let error = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower).unwrap()).unwrap_err();
     let BalanceError::NotConverged { last, residuals } = error else { panic!("{error}") };
     assert_eq!(last.dof(), 1);
@@ -133,7 +134,7 @@ fn orbits_of_another_model_are_refused_by_name() {
 #[test]
 fn errors_print_shortly() {
     let pair = pair(200.0);
-    let balance = Balance::new(Harmonics::up_to(150)).newton(Newton::new().max_iterations(2));
+    let balance = Balance::new(Harmonics::up_to(150)).root_finder(Newton::new().max_iterations(2));
     let error = balance.solve(&pair, &balance.linearised(&pair, Piece::Lower).unwrap()).unwrap_err();
     let text = format!("{error:?}");
     assert!(

@@ -122,7 +122,7 @@ fn describing_function_of_a_backlash() {
                 .unwrap();
         for integrals in [Integrals::Closed, Integrals::Kinks, Integrals::Panels] {
             let newton = Newton::new().tolerance(1e-14);
-            let balance = Balance::new(harmonics.clone()).integrals(integrals).newton(newton);
+            let balance = Balance::new(harmonics.clone()).integrals(integrals).root_finder(newton);
             let orbit = balance.solve(&model, &guess).unwrap();
             let found = orbit.coefficients(0);
             let error =

@@ -443,8 +443,9 @@ fn bars_cover_a_linear_oscillator() {
 
 /// Two standard errors contain the exponent for 90 to 98 % of 200 random starts of chaotic motions.
 ///
-/// The errors of a linear oscillator are those of a direction that turns: at most √2 times their root mean square. Two
-/// standard errors then contain all of them or nearly all, and the standard error itself is compared with the scatter.
+/// The errors of a linear oscillator are those of a direction that turns: at most √2 times their root mean
+/// square. Two exact standard errors contain all of them, so that their share has no upper limit. The standard
+/// error itself is held to within a quarter of the scatter.
 #[test]
 #[ignore = "minutes: cargo test --release --test suite lyapunov -- --ignored --nocapture"]
 fn bars_cover_95_percent_of_200_seeds() {

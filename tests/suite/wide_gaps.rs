@@ -84,8 +84,8 @@ fn a_tolerance_below_the_rounding_of_the_coordinates_is_refused() {
     assert!((end.q[0] - b - 0.7).abs() < exact - 0.7 + 1e-6, "{end:?}");
 }
 
-/// Settling in a gap of 7e5 motions: the change reaches the tolerance, or the rounding of the coordinate, and does not end
-/// at many times that rounding. The estimate of the error says so.
+/// Settling in a gap of 7e5 motions: the change reaches the tolerance, or the rounding of the coordinate, and
+/// does not end at many times that rounding. The estimate of the error says so.
 #[test]
 fn settling_in_a_wide_gap_goes_on_to_its_rounding() {
     let (b, load, pulse, damping, speed) = (42.102_984_254_649_01, 1.3e-3, 5.67e-5, 0.217, 0.937);
@@ -110,7 +110,6 @@ fn settling_in_a_wide_gap_goes_on_to_its_rounding() {
         let off =
             [(steady.state.q[0] - b - load - turn[0]) / size, (steady.state.v[0] - turn[1]) / (speed * size)];
         let off = 0.5 * off[0].abs().max(off[1].abs());
-        println!("{off:e} {steady:?}");
         assert!(off < 1e-9 && off < 2.0 * steady.error() && steady.error() < 1e-6, "{off:e} {steady:?}");
         assert_eq!(steady.change <= tolerance, tolerance == 4e-10, "{steady:?}");
         assert!(steady.periods < 60, "{steady:?}");

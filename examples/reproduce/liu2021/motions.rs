@@ -91,7 +91,7 @@ pub fn at_rest(pair: &NfgPair) -> Outcome<FourierOrbit> {
 
 /// The balance of Liu 2021 solved by Broyden's good method from the identity, as in Liu 2021.
 pub fn broyden() -> Result<Balance, BalanceError> {
-    Ok(paper()?.broyden(Broyden::new()))
+    Ok(paper()?.root_finder(Broyden::new()))
 }
 
 pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {

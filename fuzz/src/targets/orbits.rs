@@ -197,8 +197,8 @@ pub fn balance(case: &mut Case) -> Run {
     let mut balance = Balance::new(harmonics(case)?).integrals(case.pick(&all)).budget(budget());
     let tolerance = case.number(1e-9);
     balance = match case.chance(0.7) {
-        true => balance.newton(super::roots::newton(case, tolerance)),
-        false => balance.broyden(super::roots::broyden(case, tolerance)),
+        true => balance.root_finder(super::roots::newton(case, tolerance)),
+        false => balance.root_finder(super::roots::broyden(case, tolerance)),
     };
     case.note(|| format!("{balance:?}"));
     if balance.harmonics().highest() > 512 {

@@ -1,7 +1,7 @@
 //! Newton and Broyden on equations with, near and without roots; block matrices.
 
 use crate::case::{Case, Run, all_finite, finite, holds};
-use gear_dynamics::roots::{Broyden, Equations, FirstJacobian, Matrix, Newton};
+use gear_dynamics::roots::{Broyden, Equations, FirstJacobian, Matrix, Newton, RootFinder};
 
 /// Newton's method with any setting.
 pub fn newton(case: &mut Case, tolerance: f64) -> Newton {

@@ -116,20 +116,20 @@ impl Pair {
         if d < -self.half_backlash { -1 } else { i8::from(d > self.half_backlash) }
     }
 
-    /// The motion of the lanes: [`LANES`] steps a cycle of the classical Runge-Kutta method, each stage on the zone of its
+    /// The motion of lanes with `steps` steps a cycle of the classical Runge-Kutta method, each stage on the zone of its
     /// state. The stiffness jumps at ends of steps.
-    fn fixed(&self) -> Motion {
-        let h = self.cycle() / LANES as f64;
+    fn fixed(&self, steps: usize) -> Motion {
+        let h = self.cycle() / steps as f64;
         let slope = |t: f64, [x, v]: [f64; 2]| [v, self.acceleration(t, x, v, self.zone(t, x))];
         let moved = |[x, v]: [f64; 2], by: f64, [dx, dv]: [f64; 2]| [x + by * dx, v + by * dv];
         let mut figures = [Figures { means: [0.0; 2], extremes: [f64::INFINITY, f64::NEG_INFINITY] }; 2];
         let (mut y, mut before, mut time, mut impacts) = ([0.0; 2], 0, [0.0; 3], [0; 2]);
-        let samples = MEASURE * LANES;
-        for k in 0..SETTLE * LANES + samples {
+        let (first, samples) = (SETTLE * steps, MEASURE * steps);
+        for k in 0..first + samples {
             let t = k as f64 * h;
             let [x, v] = y;
             let zone = self.zone(t, x);
-            if k >= SETTLE * LANES {
+            if k >= first {
                 // Both sides of a jump.
                 let sides = [t - 1e-6 * h, t + 1e-6 * h].map(|t| self.force(t, x, v, zone));
                 let [d, _] = self.deflection(t, x, v);
@@ -225,7 +225,7 @@ fn compare(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     if coarse.2 != fine.2 {
         return Ok(Outcome::Skipped("the reference counts other impacts with half the step"));
     }
-    let fixed = pair.fixed();
+    let fixed = pair.fixed(LANES);
     let numbers =
         |figures: &[Figures; 2]| figures.map(|f| [f.means[0], f.means[1], f.extremes[0], f.extremes[1]]);
     let (exact, before, fixed_numbers): (Numbers, Numbers, Numbers) =
@@ -241,6 +241,14 @@ fn compare(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
         ("LaneRk4", row(&train, &LaneRk4::new(LANES)), None),
         ("TableRk4", row(&train, &TableRk4::new(LANES)), None),
     ];
+    // The scheme itself comes to the motion.
+    let close = numbers(&pair.fixed(8 * LANES).0);
+    for (channel, exact) in exact.iter().enumerate() {
+        let off = (0..4).map(|k| (close[channel][k] - exact[k]).abs()).fold(0.0, f64::max);
+        if off.is_nan() || off > 1e-2 * size[channel] {
+            return Err(format!("channel {channel} by {} fixed steps is off by {off:e}", 8 * LANES));
+        }
+    }
     for (name, row, located) in rows {
         let (found, time, impacts) = row.map_err(|error| format!("{name}: {error}"))?;
         // Fixed steps are compared with the same steps, of which a mean is a sum.

@@ -11,8 +11,7 @@ use std::f64::consts::TAU;
 /// continuously differentiable.
 ///
 /// The third derivative jumps at the samples. Steps of `Taylor` end there. Runge-Kutta steps pass over them and
-/// lose some digits: `Dop853` at rtol 1e-12 was off by up to 1e-8 of the range in random runs of a few turns,
-/// and by 1e-11 with steps of at most 1/3000 of a turn (`max_step`).
+/// lose digits: with tolerances below 1e-8 limit the step to a fraction of the spacing (`max_step`).
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Table};

@@ -9,6 +9,9 @@ use crate::ode::stepping::kink_rates::KinkRates;
 use crate::ode::stepping::nodes::Nodes;
 use crate::ode::stepping::vector::Vector;
 
+/// A component above this size grows without bound where steps shrink to nothing.
+const UNBOUNDED: f64 = 1e12;
+
 /// The current step of a run, seen from its ends. The method that computes the end adds its own arrays.
 pub struct Ends<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) model: &'m M,
@@ -106,13 +109,35 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
         self.y1.slice().iter().position(|y| !y.is_finite() || y.abs() > LARGEST)
     }
 
-    /// The error for a step `h` below the resolution of the time. It names the largest component of the
-    /// state.
+    /// The acceleration that is NaN at the start of the step.
+    #[cold]
+    pub(crate) fn nan_acceleration(&self) -> Option<usize> {
+        let ((q, v), mut u) = (halves(&self.y), self.u_stage.clone());
+        let mut a = vec![0.0; q.len()];
+        self.model.drive(self.t, Side::After, &mut u);
+        self.model.accel(&u, q, v, &mut a);
+        a.iter().position(|a| a.is_nan())
+    }
+
+    /// The error for a step whose end is not finite.
+    #[cold]
+    pub(crate) fn diverged(&self) -> IntegrateError {
+        match self.nan_acceleration() {
+            Some(acceleration) => IntegrateError::NotANumber { t: self.t, acceleration },
+            None => IntegrateError::NotFinite { t: self.t, component: self.not_finite().unwrap_or(0) },
+        }
+    }
+
+    /// The error for a step `h` below the resolution of the time.
     #[cold]
     pub(crate) fn underflow(&self, h: f64) -> IntegrateError {
         let larger = |a: (usize, f64), (i, y): (usize, &f64)| if y.abs() > a.1.abs() { (i, *y) } else { a };
-        let (component, value) = self.y.slice().iter().enumerate().fold((0, 0.0), larger);
-        IntegrateError::StepUnderflow { t: self.t, h, component, value }
+        match self.y.slice().iter().enumerate().fold((0, 0.0), larger) {
+            (component, value) if value.abs() > UNBOUNDED => {
+                IntegrateError::Unbounded { t: self.t, component, value }
+            }
+            _ => IntegrateError::StepUnderflow { t: self.t, h },
+        }
     }
 
     /// Evaluates the drives at t + θ h in `u_stage`.

@@ -3,7 +3,8 @@
 use crate::ode::Budget;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::series::harmonics::Harmonics;
-use crate::roots::{Broyden, Newton};
+use crate::roots::{Newton, RootFinder};
+use std::sync::Arc;
 
 /// q(t) = Σ_k c_k cos kωt + s_k sin kωt: harmonic balance of a periodic model.
 ///
@@ -42,7 +43,7 @@ pub struct Balance {
     pub(crate) harmonics: Harmonics,
     pub(crate) integrals: Integrals,
     pub(crate) truncated_forces: bool,
-    pub(crate) roots: Roots,
+    pub(crate) root_finder: Arc<dyn RootFinder>,
     pub(crate) budget: Budget,
 }
 
@@ -53,7 +54,7 @@ impl Balance {
             harmonics,
             integrals: Integrals::Exact,
             truncated_forces: false,
-            roots: Roots::Newton(Newton::new()),
+            root_finder: Arc::new(Newton::new()),
             budget: Budget::new(),
         }
     }
@@ -101,14 +102,25 @@ impl Balance {
         Balance { truncated_forces: true, ..self }
     }
 
-    /// Solves by Newton's method with these settings. This is the default method.
-    pub fn newton(self, newton: Newton) -> Self {
-        Balance { roots: Roots::Newton(newton), ..self }
-    }
-
-    /// Solves by Broyden's method with these settings.
-    pub fn broyden(self, broyden: Broyden) -> Self {
-        Balance { roots: Roots::Broyden(broyden), ..self }
+    /// The method that solves the equations: [`Newton`], [`Broyden`](crate::roots::Broyden), or one of one's own.
+    /// Default: [`Newton`] with its default settings. Branches of a balance correct their points by a method
+    /// of their own.
+    ///
+    /// ```
+    /// use gear_dynamics::models::nfg::NfgReading;
+    /// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, periodic::Integrals, roots::Broyden};
+    /// let params = NfgParams { speed: 140.0, ..NfgParams::table1() };
+    /// let pair = NfgPair::of_reading(&params, NfgReading::published())?;
+    /// let sampled = Integrals::Sampled { samples: 1024 };
+    /// let balance = Balance::new(Harmonics::bands(63, 1, 2)?).integrals(sampled).truncated_forces();
+    /// let by_newton = balance.solve(&pair, None)?;
+    /// let by_broyden = balance.root_finder(Broyden::new()).solve(&pair, None)?;
+    /// assert!(by_newton.iterations() < by_broyden.iterations());
+    /// assert!(by_newton.distance(&by_broyden) < 1e-6);
+    /// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
+    /// ```
+    pub fn root_finder(self, root_finder: impl RootFinder + 'static) -> Self {
+        Balance { root_finder: Arc::new(root_finder), ..self }
     }
 
     /// Orders that the balance keeps.
@@ -119,16 +131,7 @@ impl Balance {
     /// The same balance with other orders. If Broyden's method starts from a given Jacobian, the Jacobian of
     /// the equations replaces it, since its size no longer fits.
     pub fn with_harmonics(self, harmonics: Harmonics) -> Self {
-        let roots = match self.roots {
-            Roots::Broyden(broyden) if harmonics != self.harmonics => Roots::Broyden(broyden.resized()),
-            roots => roots,
-        };
-        Balance { harmonics, roots, ..self }
+        let resized = if harmonics == self.harmonics { None } else { self.root_finder.resized() };
+        Balance { harmonics, root_finder: resized.unwrap_or(self.root_finder), ..self }
     }
-}
-
-#[derive(Clone, Debug)]
-pub(crate) enum Roots {
-    Newton(Newton),
-    Broyden(Broyden),
 }

@@ -10,9 +10,9 @@ use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::quality::coarseness::MORE;
 use crate::periodic::balance::quality::notes::notes;
-use crate::periodic::balance::settings::{Balance, Roots};
+use crate::periodic::balance::settings::Balance;
 use crate::periodic::metered::{Metered, RootFailure};
-use crate::roots::{FirstJacobian, Newton, Residual, Root, RootError};
+use crate::roots::{FirstJacobian, Newton, Residual, Root, RootError, RootFinder};
 
 impl Balance {
     /// The equations of the balance. Their unknowns are scaled by the sizes of the coordinates of `near`.
@@ -133,10 +133,7 @@ impl Balance {
             return Err(BalanceError::StartInGap { contact });
         }
         let mut metered = Metered { equations: &mut equations, meter };
-        let root = match &self.roots {
-            Roots::Newton(newton) => newton.solve(&mut metered, &x),
-            Roots::Broyden(broyden) => broyden.solve(&mut metered, &x),
-        };
+        let root = self.root_finder.solve(&mut metered, &x);
         let mut orbit = self.finish(&equations, root, meter, None)?;
         orbit.notes.extend(notes(&mut equations, &orbit, |orbit| self.set_up(model, orbit, MORE, meter)));
         Ok(orbit)

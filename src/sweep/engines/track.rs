@@ -323,6 +323,7 @@ impl Track {
     fn repeats(&self, tolerance: f64, motion: &mut MotionSize) -> (usize, f64) {
         let n = self.plan.layout.dof;
         let states: Vec<&[f64]> = self.section.rchunks_exact(2 * n).take(2 * LONGEST + 1).collect();
+        motion.steps = self.steps as usize;
         let mut apart = |a: &[f64], b: &[f64]| motion.distance(a, b, tolerance);
         let mut closest = f64::INFINITY;
         let mut returns = Vec::with_capacity(LONGEST);

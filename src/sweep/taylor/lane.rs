@@ -141,17 +141,17 @@ impl<'m> Lane<'m> {
 
     /// The error for a step below the resolution of the time.
     fn shrunk(&self, h: f64, view: &LaneView<'_>) -> IntegrateError {
-        let t = self.course.e.t;
-        match view.singular {
-            Some(what) => IntegrateError::NoSeriesAt { t, what },
-            None if h.is_nan() => self.not_finite(),
-            None => self.course.e.underflow(h),
+        let e = &self.course.e;
+        match (e.nan_acceleration(), view.singular) {
+            (Some(acceleration), _) => IntegrateError::NotANumber { t: e.t, acceleration },
+            (None, Some(what)) => IntegrateError::NoSeriesAt { t: e.t, what },
+            (None, None) if h.is_nan() => e.diverged(),
+            (None, None) => e.underflow(h),
         }
     }
 
     pub(super) fn not_finite(&self) -> IntegrateError {
-        let e = &self.course.e;
-        IntegrateError::NotFinite { t: e.t, component: e.not_finite().unwrap_or(0) }
+        self.course.e.diverged()
     }
 }
 

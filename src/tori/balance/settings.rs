@@ -6,7 +6,7 @@ use crate::model::equations::lacks_pieces;
 use crate::ode::Budget;
 use crate::ode::budget::Meter;
 use crate::periodic::metered::{Metered, RootFailure};
-use crate::roots::{Newton, Residual, Root, RootError};
+use crate::roots::{Newton, Residual, Root, RootError, RootFinder};
 use crate::tori::balance::quality::{aliasing, between, smallest_rate};
 use crate::tori::balance::torus::Torus;
 use crate::tori::balance::torus_equations::TorusEquations;

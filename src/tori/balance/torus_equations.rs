@@ -265,9 +265,6 @@ impl<M: QuasiPeriodic + ?Sized> Residual for TorusEquations<'_, M> {
         }
     }
 
-    fn has_jacobian(&self) -> bool {
-        true
-    }
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
         self.evaluate(x);
         let (n, m, width) = (self.model.dof(), self.model.drives(), self.vectors.unknowns());

@@ -264,9 +264,6 @@ impl Residual for CircleEquations<'_> {
         }
     }
 
-    fn has_jacobian(&self) -> bool {
-        true
-    }
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
         let (width, m) = (self.units.len(), self.nodes);
         if !self.evaluate(x) {

@@ -7,7 +7,7 @@ use crate::periodic::FlowMethod;
 use crate::periodic::flow::walk::SegmentError;
 use crate::periodic::metered::RootFailure;
 use crate::roots::matrix::MAX_ENTRIES;
-use crate::roots::{Newton, Root};
+use crate::roots::{Newton, Root, RootFinder};
 use crate::tori::circle::circle_equations::CircleEquations;
 use crate::tori::circle::circle_error::CircleError;
 use crate::tori::circle::closed_curve::{ClosedCurve, checked_nodes};

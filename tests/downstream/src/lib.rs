@@ -1,5 +1,9 @@
-//! A crate that uses public names only: a spur pair, a contact law, an excitation, a number type and an
-//! integrator of its own.
+//! A crate that uses public names only: a spur pair, a contact law, an excitation, a number type, an
+//! integrator and a root finder of its own.
+
+mod marquardt;
+
+pub use marquardt::Marquardt;
 
 use gear_dynamics::contact::{Contact, Deflection, Edges, Nonlinearity, Piece, PieceChoice};
 use gear_dynamics::excitation::{Angle, Excitation, Jet, Side};

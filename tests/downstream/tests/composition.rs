@@ -1,6 +1,6 @@
 //! The types of this crate in all parts of the library.
 
-use downstream::{Four, Heun, Kick, Knock, MeshedPair, SoftStop};
+use downstream::{Four, Heun, Kick, Knock, Marquardt, MeshedPair, SoftStop};
 use gear_dynamics::analysis::Summary;
 use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
@@ -11,12 +11,12 @@ use gear_dynamics::excitation::{Fourier, RectangularWave, Scaled, Side};
 use gear_dynamics::model::Drives;
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
 use gear_dynamics::ode::Probe;
-use gear_dynamics::periodic::{FourierOrbit, Stability};
+use gear_dynamics::periodic::{BalanceError, FourierOrbit, Stability};
 use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Located, Point, Points, TableRk4};
 use gear_dynamics::{
-    Backlash, Balance, Dop853, Harmonics, Integrator, Machine, Mesh, Model, ParameterError, Periodic, Rattle,
-    RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
+    Backlash, Balance, Budget, Dop853, Harmonics, Integrator, Machine, Mesh, Model, ParameterError, Periodic,
+    Rattle, RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
 };
 
 fn knock(stiffness: f64) -> Machine<Knock> {
@@ -258,4 +258,18 @@ fn in_the_ring() {
     let (a, b) = (run(1e-9), run(1e-11));
     let size = b.v.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     assert!(a.v.iter().zip(&b.v).all(|(a, b)| (a - b).abs() < 1e-6 * size));
+}
+
+/// A balance by a root finder of this crate is that of Newton's method, and its failure is one of the balance.
+#[test]
+fn a_balance_takes_any_root_finder() {
+    let pair = pair(Backlash::new(20e-6).unwrap());
+    let balance = Balance::new(Harmonics::up_to(12));
+    let by_newton = balance.solve(&pair, None).unwrap();
+    let by_marquardt =
+        balance.clone().root_finder(Marquardt { tolerance: 1e-10 }).solve(&pair, None).unwrap();
+    assert!(by_newton.distance(&by_marquardt) < 1e-8, "{}", by_newton.distance(&by_marquardt));
+    assert!(by_marquardt.residual() < 1e-6 * by_newton.coefficients(0)[0].abs().max(1.0));
+    let spent = balance.root_finder(Marquardt { tolerance: 1e-10 }).budget(Budget::new().steps(1));
+    assert!(matches!(spent.solve(&pair, None), Err(BalanceError::Exhausted { .. })));
 }

@@ -33,7 +33,8 @@ use crate::roots::{Matrix, Residual};
 /// The equations are a [`Residual`], for your own root finders and for path following.
 ///
 /// ```
-/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, roots::Newton, contact::Piece};
+/// use gear_dynamics::{Balance, Harmonics, NfgPair, NfgParams, contact::Piece};
+/// use gear_dynamics::roots::{Newton, RootFinder};
 /// let pair = NfgPair::new(&NfgParams { speed: 100.0, ..NfgParams::table1() })?;
 /// let balance = Balance::new(Harmonics::up_to(70));
 /// let start = balance.linearised(&pair, Piece::Lower)?;
@@ -311,9 +312,6 @@ impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
         self.work.layout.matrix(&self.work.couplings)
     }
 
-    fn has_jacobian(&self) -> bool {
-        true
-    }
     fn jacobian(&mut self, x: &[f64], out: &mut Matrix) {
         self.evaluate(x, true);
         self.work.layout.fill(&self.work.couplings, &self.work.spectra, out);
