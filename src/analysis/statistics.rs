@@ -72,13 +72,13 @@ impl Summary {
     ///
     /// # Errors
     /// The figure that contradicts the others.
-    pub(crate) fn check(&self) -> Result<(), ParameterError> {
+    pub(crate) fn check(&self, of: &str) -> Result<(), ParameterError> {
         let Summary { mean, rms, min, max, deviation } = *self;
-        check::all_finite("figures of a summary", &[mean, rms, min, max, deviation])?;
+        check::all_finite(&format!("figures of {of}"), &[mean, rms, min, max, deviation])?;
         // Means are sums of rounded products, and squares below 1e-308 are 0.
         let slack = 1e-6 * min.abs().max(max.abs()) + 1e-150;
         let wrong = |name: &str, value: f64, must: String| {
-            Err(ParameterError::Wrong { name: format!("{name} of a summary"), value, must })
+            Err(ParameterError::Wrong { name: format!("{name} of {of}"), value, must })
         };
         if min > max {
             return wrong("min", min, format!("be at most {max:?}, the max"));
@@ -88,7 +88,7 @@ impl Summary {
         }
         for (name, value) in [("rms", rms), ("deviation", deviation)] {
             if value < 0.0 {
-                return Err(ParameterError::Negative { name: format!("{name} of a summary"), value });
+                return Err(ParameterError::Negative { name: format!("{name} of {of}"), value });
             }
         }
         let square = mean.hypot(deviation);

@@ -1,6 +1,5 @@
 //! A branch of periodic orbits.
 
-use crate::analysis::Summary;
 use crate::branches::line::{Line, LinePoint};
 use crate::branches::points::branch_point::BranchPoint;
 use crate::branches::points::kind::{PointKind, SpecialPoint};
@@ -51,7 +50,10 @@ impl<O> LinePoint for BranchPoint<O> {
     }
     fn check(&self, head: &BranchHead, first: &Self) -> Result<(), ParameterError> {
         check::length("summaries of a point", self.summaries.len(), head.channels.len())?;
-        self.summaries.iter().try_for_each(Summary::check)?;
+        self.summaries
+            .iter()
+            .enumerate()
+            .try_for_each(|(i, summary)| summary.check(&format!("channel {i}")))?;
         check::length("rattle states of a point", self.rattle.len(), first.rattle.len())?;
         check::length("pairs of crossings of a point", self.crossings.len(), self.rattle.len())?;
         let [own, of_first] = [self, first].map(|point| point.multipliers.values().len());

@@ -15,7 +15,7 @@ type Checked = Result<(), ParameterError>;
 ///
 /// # Errors
 /// The figure that contradicts the others.
-pub(crate) fn check_figures(layout: &Layout, row: &[f64]) -> Result<(), String> {
+pub(crate) fn check_figures(layout: &Layout, row: &[f64]) -> Checked {
     let [multiple, change, settled, margin, scatter] = *Layout::group(row, Layout::HEAD);
     whole("period multiple", multiple)?;
     distance("change", change)?;
@@ -24,8 +24,7 @@ pub(crate) fn check_figures(layout: &Layout, row: &[f64]) -> Result<(), String> 
     distance("scatter", scatter)?;
     for channel in 0..layout.channels {
         let [mean, rms, min, max, deviation] = *Layout::group(row, layout.channel(channel));
-        let summary = Summary { mean, rms, min, max, deviation };
-        summary.check().map_err(|error| format!("channel {channel}: {error}"))?;
+        Summary { mean, rms, min, max, deviation }.check(&format!("channel {channel}"))?;
     }
     for contact in 0..layout.contacts {
         let [times @ .., on_lower, on_upper] = *Layout::group(row, layout.contact(contact));
@@ -42,7 +41,7 @@ pub(crate) fn check_figures(layout: &Layout, row: &[f64]) -> Result<(), String> 
             if min > max {
                 let name = format!("minimum of channel {channel} in strobed period {period}");
                 let must = format!("be at most {max:?}, the maximum");
-                return Err(ParameterError::Wrong { name, value: min, must }.to_string());
+                return Err(ParameterError::Wrong { name, value: min, must });
             }
         }
     }
@@ -54,15 +53,14 @@ pub(crate) fn check_figures(layout: &Layout, row: &[f64]) -> Result<(), String> 
 ///
 /// # Errors
 /// The figure that contradicts the others.
-pub(crate) fn check_exponents(layout: &Layout, row: &[f64], failed: bool) -> Result<(), String> {
+pub(crate) fn check_exponents(layout: &Layout, row: &[f64], failed: bool) -> Checked {
     if let &[exponent, error] = &row[layout.exponent()..][..layout.exponents] {
         if exponent.is_nan() && !failed {
-            let name = "Lyapunov exponent".into();
-            return Err(ParameterError::NotFinite { name, value: exponent }.to_string());
+            return Err(ParameterError::NotFinite { name: "Lyapunov exponent".into(), value: exponent });
         }
         if error < 0.0 {
             let name = "standard error of the Lyapunov exponent".into();
-            return Err(ParameterError::Negative { name, value: error }.to_string());
+            return Err(ParameterError::Negative { name, value: error });
         }
     }
     if let Some((error, parts)) = row[layout.multiplier()..][..layout.multipliers].split_last() {
