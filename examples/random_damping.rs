@@ -90,7 +90,7 @@ pub(crate) fn main() -> Outcome<()> {
     if let Some(impacts) = bands.impacts(0) {
         println!("impacts of mesh 1: mean {:.2}, {} .. {}", impacts.mean(), impacts.min(), impacts.max());
     }
-    for MeanAfter { members, mean, standard_error: error } in bands.convergence(force)? {
+    for MeanAfter { members, mean, standard_error: error, .. } in bands.convergence(force)? {
         println!("  after {members:4} members: {mean:8.3} +- {error:.3} N");
     }
 

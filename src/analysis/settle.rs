@@ -38,6 +38,7 @@ use thiserror::Error;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "settings make a new value"]
 pub struct Settle {
     tolerance: f64,
     max_periods: usize,
@@ -220,6 +221,7 @@ const LONGEST: usize = 1 << 16;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Steady {
     /// A state on the orbit, a whole number of periods of the drives after the start.
     pub state: State,

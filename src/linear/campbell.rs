@@ -19,6 +19,7 @@ use crate::model::Model;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Resonance {
     /// Value of the constant `speed`.
     pub speed: f64,

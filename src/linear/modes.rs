@@ -286,6 +286,7 @@ impl Modes {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DampedMode {
     /// Undamped natural frequency |λ|/2π, in cycles per time unit.
     pub hertz: f64,

@@ -30,6 +30,7 @@ use nalgebra::{DMatrix, DVector};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct StaticState {
     /// The time whose loads and drives the state balances; `None`: their means over a period.
     pub instant: Option<f64>,

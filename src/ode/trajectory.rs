@@ -151,6 +151,7 @@ impl Trajectory {
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{error} ({} states before the error are kept)", trajectory.len())]
+#[non_exhaustive]
 pub struct Failed {
     /// The reason of the failure.
     pub error: IntegrateError,

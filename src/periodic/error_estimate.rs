@@ -25,6 +25,7 @@ use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 /// # Ok::<(), gear_dynamics::periodic::BalanceError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ErrorEstimate {
     /// max |z_H - z_1.3H| over the peak-to-peak value `[1]`: the truncation error of this orbit, if both
     /// balances converged.

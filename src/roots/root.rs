@@ -16,6 +16,7 @@ use thiserror::Error;
 /// # Ok::<(), gear_dynamics::roots::RootError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Root {
     /// The root; in a [`RootError`] the last iterate.
     pub x: Vec<f64>,

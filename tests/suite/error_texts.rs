@@ -116,8 +116,9 @@ fn conditions_are_sentences() {
 /// What an engineer needs of an error: the number, and what to do.
 #[test]
 fn messages_name_number_and_remedy() {
-    let root =
-        Root { x: vec![1.0, 0.25], residual: 2.0, iterations: 3, evaluations: 4, residuals: vec![2.0] };
+    let mut root =
+        Root::start(&mut Equations::new(2, |_, r| r.fill(2.0)), &[1.0, 0.25], &mut [0.0; 2]).unwrap();
+    root.iterations = 3;
     let what = || "a contact force that the rigid motion changes".to_owned();
     let texts = [
         (Unproved::NoEnclosure { what: what() }.to_string(), ["none for a contact force", "`Machine`"]),

@@ -25,6 +25,7 @@ use rustfft::num_complex::Complex64;
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "settings make a new value"]
 pub struct Welch {
     segment: usize,
     overlap: f64,

@@ -16,6 +16,7 @@ use std::fmt;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct BoundaryPoint {
     /// The parameters p and λ.
     pub parameters: [f64; 2],

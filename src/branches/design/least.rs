@@ -43,6 +43,7 @@ pub struct Minimised {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Optimum {
     /// Names and values of the constants.
     pub constants: Vec<(String, f64)>,

@@ -26,6 +26,7 @@ use crate::tape::operations::Tape;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct CertifiedFigures {
     /// Largest minus least value of each coordinate, then of each velocity, over a period of the orbit, in
     /// the units of the model.

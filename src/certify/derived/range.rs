@@ -22,6 +22,7 @@ use crate::periodic::{Shooting, ShootingOrbit};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CertifiedRange {
     /// Values of the constant, increasing, with the certificate of the orbits for all of them. Where two
     /// parts meet, the orbit of one is proved to be that of the other, unless `open` has the value.

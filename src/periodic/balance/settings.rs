@@ -39,6 +39,7 @@ use std::sync::Arc;
 /// }
 /// ```
 #[derive(Clone, Debug)]
+#[must_use = "settings make a new value"]
 pub struct Balance {
     pub(crate) harmonics: Harmonics,
     pub(crate) integrals: Integrals,

@@ -27,6 +27,7 @@ use std::ops::ControlFlow;
 /// # Ok::<(), gear_dynamics::ode::IntegrateError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "settings make a new value"]
 pub struct Variation {
     flow_tolerance: f64,
     budget: Budget,
@@ -89,6 +90,7 @@ impl Variation {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Transition {
     /// State at the end.
     pub state: State,

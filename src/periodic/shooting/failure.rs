@@ -19,6 +19,7 @@ use thiserror::Error;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Iterate {
     /// The states at the nodes.
     pub states: Vec<State>,

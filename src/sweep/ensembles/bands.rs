@@ -66,6 +66,7 @@ pub struct Bands {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MeanAfter {
     /// Number of members that were averaged.
     pub members: u64,

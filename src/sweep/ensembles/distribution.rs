@@ -344,6 +344,7 @@ impl Distribution {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct HistogramSpan {
     /// Middle of the span.
     pub middle: f64,

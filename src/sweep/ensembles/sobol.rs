@@ -23,6 +23,7 @@ type Drawn = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
+#[must_use = "settings make a new value"]
 pub struct RandomParameters {
     seed: u64,
     names: Vec<String>,
@@ -133,6 +134,7 @@ pub struct SobolDesign {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct SobolIndex {
     /// Name of the parameter.
     pub name: String,

@@ -52,6 +52,7 @@ pub struct Attractors {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Attractor {
     /// Period multiple of the motion. All motions that do not repeat form one attractor with `None`.
     pub period_multiple: Option<usize>,

@@ -141,6 +141,7 @@ fn component(name: &str, dof: usize) -> Result<usize, ParameterError> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DiagramPoint {
     /// Index of the point on the axis, counted from 0.
     pub index: usize,

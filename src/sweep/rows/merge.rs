@@ -63,6 +63,7 @@ impl Rows {
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{error}")]
+#[non_exhaustive]
 pub struct RowsError {
     /// The error.
     pub error: SweepError,

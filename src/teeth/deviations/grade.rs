@@ -29,6 +29,7 @@ pub struct QualityGrade(u32);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Tolerances {
     /// Single pitch f_pT.
     pub single_pitch: f64,

@@ -51,6 +51,7 @@ impl Foundation {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PairStiffness {
     /// Contact of two cylinders, linearised: π E b/(4 (1 - ν²)).   Source: Yang & Sun 1985.
     pub hertz: f64,
@@ -87,6 +88,7 @@ impl PairStiffness {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "settings make a new value"]
 pub struct PotentialEnergy {
     young: f64,
     poisson: f64,

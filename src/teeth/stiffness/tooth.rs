@@ -55,6 +55,7 @@ pub enum ToothModel {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ToothStiffness {
     /// Bending.
     pub bending: f64,

@@ -17,6 +17,7 @@ use crate::periodic::balance::crossings::instants::Crossings;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ContactHistory {
     /// Intervals in increasing time. The first interval begins at the first crossing; the last one may end
     /// after the span.
@@ -36,6 +37,7 @@ pub struct ContactHistory {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ContactInterval {
     /// Start, in the model's time unit.
     pub start: f64,
