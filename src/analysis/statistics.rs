@@ -263,9 +263,29 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
                     best = best.max(maximum(x, g, |t| sign * self.read(step, t)[index]));
                 }
             }
+            for (end, near) in [(0, 1), (POINTS - 1, POINTS - 2)] {
+                if f[end] >= best {
+                    let at = |t: f64| sign * self.read(step, t)[index];
+                    best = best.max(beside_end([times[end], times[near]], f[end], at));
+                }
+            }
             if sign > 0.0 { self.running[c].max = best } else { self.running[c].min = -best }
         }
     }
+}
+
+/// The largest value beside an end of a part, where it has `value`. A parabola through the wide points of the
+/// part may put the vertex on the wrong side of the end; one through points close to the end does not. `near`
+/// is the point next to the end.
+fn beside_end([end, near]: [f64; 2], value: f64, mut at: impl FnMut(f64) -> f64) -> f64 {
+    let [close, next] = [1.0 / 16.0, 1.0 / 8.0].map(|share| end + share * (near - end));
+    let (x, f) = ([end, close, next], [value, at(close), at(next)]);
+    let vertex = vertex(x, f);
+    if !((vertex > end && vertex < next) || (vertex < end && vertex > next)) {
+        return value;
+    }
+    let (x, f) = if close > end { (x, f) } else { ([x[2], x[1], x[0]], [f[2], f[1], f[0]]) };
+    value.max(maximum(x, f, at))
 }
 
 impl<M: Model + ?Sized> Observer for Statistics<'_, M> {

@@ -302,6 +302,11 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     #[inline(always)]
     fn pass_edges<T: Tableau, const LOCATE: bool>(&mut self, at_edge: bool) -> Result<(), IntegrateError> {
         let Run { e, passage, pace, .. } = self;
+        let behind = if LOCATE && !e.on_fixed_pieces {
+            passage.locator.behind(&passage.crossings, &e.ends.contacts, e.ends.t1, BESIDE * e.ends.h())
+        } else {
+            0.0
+        };
         let unknown = LOCATE && !at_edge && passage.locator.has_unknown_jump(&passage.crossings);
         if unknown {
             e.accept::<T, LOCATE>(); // with the derivative on the old pieces, for `note_jumps`
@@ -316,13 +321,16 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             pace.h = pace.h.min(longest);
         }
         if unknown {
-            note_jumps(e, &mut passage.locator, &passage.crossings);
+            note_jumps(e, &mut passage.locator, &passage.crossings, behind);
         } else {
-            e.derivative_at_start();
+            e.derivative_behind(behind);
         }
         Ok(())
     }
 }
+
+/// Longest time behind a crossing at which a step takes its first derivative, as a share of the last step.
+const BESIDE: f64 = 1e-3;
 
 /// The error for a step without a finite result. It names the first acceleration that is not finite, in the
 /// order of the stages; if there is none, the first component of the result that is not finite or exceeds

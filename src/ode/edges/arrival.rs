@@ -100,15 +100,22 @@ pub(crate) fn step_on_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Eng
 }
 
 /// Compares the derivatives (v, a) on both sides of an edge and notes whether they jump: by more than 1e-7 of
-/// their largest component. An edge with a jump is located more closely.
+/// their largest component. An edge with a jump is located more closely. `behind`: see
+/// [`Engine::derivative_behind`].
 pub(crate) fn note_jumps<M: Model + ?Sized, V: Vector>(
     e: &mut Engine<'_, M, V>,
     locator: &mut Locator,
     crossings: &[Crossing],
+    behind: f64,
 ) {
-    e.ends.look.slice_mut().copy_from_slice(e.k[0].slice());
-    e.derivative_at_start();
-    let before = e.ends.look.slice();
+    // Without fixed pieces the state may lie on either side.
+    if behind > 0.0 {
+        e.derivative_behind(-behind);
+    }
+    let [now, kept, ..] = &mut e.k;
+    kept.slice_mut().copy_from_slice(now.slice());
+    e.derivative_behind(behind);
+    let before = e.k[1].slice();
     let size = before.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let change = before.iter().zip(e.k[0].slice()).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
     for crossing in crossings.iter().filter(|c| !c.rebounds) {

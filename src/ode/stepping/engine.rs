@@ -195,6 +195,20 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.evaluations += 1;
     }
 
+    /// [`derivative_at_start`](Engine::derivative_at_start), at a time `behind` later on the motion, or earlier.
+    /// Without fixed pieces the state of a crossing may lie before its edge, within the accuracy of its
+    /// location, where the force is still that of the old piece.
+    pub(crate) fn derivative_behind(&mut self, behind: f64) {
+        self.derivative_at_start();
+        if behind != 0.0 {
+            let Ends { model, pieces, u_stage, y, look, .. } = &mut self.ends;
+            let moved = y.slice().iter().zip(self.k[0].slice()).map(|(y, k)| y + behind * k);
+            look.slice_mut().iter_mut().zip(moved).for_each(|(look, y)| *look = y);
+            derivative::<M, V, false>(*model, pieces, u_stage, look, &mut self.k[0]);
+            self.evaluations += 1;
+        }
+    }
+
     /// Computes in slot 1 the derivative at the end of an Euler step, for the first step size.
     pub(crate) fn euler(&mut self) {
         self.ends.drive(1.0);
