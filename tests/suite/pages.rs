@@ -223,6 +223,22 @@ fn the_readme_prints_what_it_says() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// The template of a project holds the program of README.md and the profile of docs/start.md.
+#[test]
+fn the_template_is_that_of_the_pages() -> Result<(), Box<dyn std::error::Error>> {
+    let block = |page: &str, language: &str, has: &str| -> Result<String, Box<dyn std::error::Error>> {
+        let text = read_to_string(root().join(page))?;
+        let mut blocks =
+            text.split(&format!("```{language}\n")).skip(1).filter_map(|rest| rest.split("```").next());
+        Ok(blocks.find(|block| block.contains(has)).ok_or("no such block")?.to_owned())
+    };
+    let program = read_to_string(root().join("examples/template/src/main.rs"))?;
+    assert!(program.ends_with(&block("README.md", "rust", "fn main()")?), "{program}");
+    let manifest = read_to_string(root().join("examples/template/Cargo.toml"))?;
+    assert!(manifest.contains(&block("docs/start.md", "toml", "[profile.release]")?), "{manifest}");
+    Ok(())
+}
+
 /// The words `Type::name` between backquotes, where the type is public in the library: a function, a variant, a field or a
 /// constant of this name stands in a source that names the type.
 #[test]
