@@ -20,11 +20,11 @@ use thiserror::Error;
 /// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with
 /// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges.
 ///
-/// Where the tolerance asks for less than the rounding errors of N steps, they replace it: max(64, 4 √N) of the
-/// terms of which y_i is made, and for a velocity the same share of its range as for its coordinate. The run
-/// then goes on while the change shrinks by at least a tenth a period, to `max_periods` at most: while the
-/// largest of the last four changes is below 0.65 of the largest of the four before. A slower decay ends where
-/// these rounding errors are reached, and [`Steady::error`] says how far from the orbit.
+/// Where the tolerance asks for less than the rounding errors of N steps, they replace it: max(64, 4 √N) of
+/// the terms of which y_i is made, and for a velocity the same share of its range as for its coordinate. The
+/// run then goes on while the change shrinks by at least a tenth a period, to `max_periods` at most: while
+/// the largest of the last four changes is below 0.65 of the largest of the four before. A slower decay ends
+/// where these rounding errors are reached, and [`Steady::error`] says how far from the orbit.
 ///
 /// The tolerance bounds this change, not the distance from the orbit: where a perturbation shrinks by the
 /// factor μ in one period of the orbit, the distance is change μ/(1 - μ), for example 99 changes at μ = 0.99.

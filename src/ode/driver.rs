@@ -303,7 +303,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     fn pass_edges<T: Tableau, const LOCATE: bool>(&mut self, at_edge: bool) -> Result<(), IntegrateError> {
         let Run { e, passage, pace, .. } = self;
         let behind = if LOCATE && !e.on_fixed_pieces {
-            passage.locator.behind(&passage.crossings, &e.ends.contacts, e.ends.t1, BESIDE * e.ends.h())
+            passage.locator.behind(&passage.crossings, &e.ends.contacts, e.ends.t1)
         } else {
             0.0
         };
@@ -328,9 +328,6 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         Ok(())
     }
 }
-
-/// Longest time behind a crossing at which a step takes its first derivative, as a share of the last step.
-const BESIDE: f64 = 1e-3;
 
 /// The error for a step without a finite result. It names the first acceleration that is not finite, in the
 /// order of the stages; if there is none, the first component of the result that is not finite or exceeds

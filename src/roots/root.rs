@@ -108,7 +108,8 @@ impl RootError {
 }
 
 impl Root {
-    /// The guess as the first iterate of a [`RootFinder`](crate::roots::RootFinder). Writes its residual to `r`.
+    /// The guess as the first iterate of a [`RootFinder`](crate::roots::RootFinder). Writes its residual to
+    /// `r`.
     ///
     /// # Errors
     /// [`RootError::Parameter`] if the guess has the wrong size or there are no equations,

@@ -5,8 +5,9 @@ use crate::roots::root::{Root, RootError};
 use std::fmt::Debug;
 use std::sync::Arc;
 
-/// A method that finds a root of equations: [`Newton`](crate::roots::Newton), [`Broyden`](crate::roots::Broyden),
-/// or one of one's own. [`Balance::root_finder`](crate::Balance::root_finder) takes any.
+/// A method that finds a root of equations: [`Newton`](crate::roots::Newton),
+/// [`Broyden`](crate::roots::Broyden), or one of one's own.
+/// [`Balance::root_finder`](crate::Balance::root_finder) takes any.
 ///
 /// ```
 /// use gear_dynamics::roots::{Equations, Residual, Root, RootError, RootFinder};

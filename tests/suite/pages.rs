@@ -228,8 +228,8 @@ fn the_readme_prints_what_it_says() -> Result<(), Box<dyn std::error::Error>> {
 fn the_template_is_that_of_the_pages() -> Result<(), Box<dyn std::error::Error>> {
     let block = |page: &str, language: &str, has: &str| -> Result<String, Box<dyn std::error::Error>> {
         let text = read_to_string(root().join(page))?;
-        let mut blocks =
-            text.split(&format!("```{language}\n")).skip(1).filter_map(|rest| rest.split("```").next());
+        let fence = format!("```{language}\n");
+        let mut blocks = text.split(&fence).skip(1).filter_map(|rest| rest.split("```").next());
         Ok(blocks.find(|block| block.contains(has)).ok_or("no such block")?.to_owned())
     };
     let program = read_to_string(root().join("examples/template/src/main.rs"))?;

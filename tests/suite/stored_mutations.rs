@@ -68,9 +68,9 @@ fn branches_that_contradict_themselves_are_refused() {
             "crossings of a point has 101 entries: 1 are needed",
         ),
         ("/points/1/arclength", json!(-1.0), "arclength of point 1 is -1.0: it must be at least 0.0"),
-        ("/points/1/summaries/0/min", json!(1e9), "min of a summary"),
-        ("/points/1/summaries/0/rms", json!(1e9), "rms of a summary is 1000000000.0: it must be"),
-        ("/points/1/summaries/0/deviation", json!(-1.0), "deviation of a summary is -1.0"),
+        ("/points/1/summaries/0/min", json!(1e9), "min of channel 0"),
+        ("/points/1/summaries/0/rms", json!(1e9), "rms of channel 0 is 1000000000.0: it must be"),
+        ("/points/1/summaries/0/deviation", json!(-1.0), "deviation of channel 0 is -1.0"),
         (&kind, json!({ "Bifurcation": "Grazing" }), "the contact of a grazing is not set"),
         (
             &kind,

@@ -347,14 +347,12 @@ impl Locator {
         Ok(first)
     }
 
-    /// The time within which a motion that has crossed edges is behind all of them `[s]`, 0 if it would exceed
-    /// `most`. It may have been located before an edge, within the slack.
-    pub(crate) fn behind(&self, crossings: &[Crossing], contacts: &[Contact], t: f64, most: f64) -> f64 {
-        let time =
-            |c: &Crossing| 2.0 * self.slack(c.contact, &contacts[c.contact]) / contacts[c.contact].rate.abs();
-        let longest = crossings.iter().filter(|c| !c.rebounds).map(time).reduce(f64::max);
-        let longest = longest.map_or(0.0, |longest| longest + 4.0 * f64::EPSILON * t.abs());
-        if longest <= most { longest } else { 0.0 }
+    /// The time within which a motion that has crossed edges is behind all of them `[s]`: it may have been
+    /// located before an edge, within the slack. 0 without a crossing, infinite without a rate.
+    pub(crate) fn behind(&self, crossings: &[Crossing], contacts: &[Contact], t: f64) -> f64 {
+        let time = |i: usize| 2.0 * self.slack(i, &contacts[i]) / contacts[i].rate.abs();
+        let crossed = crossings.iter().filter(|c| !c.rebounds).map(|c| time(c.contact));
+        crossed.reduce(f64::max).map_or(0.0, |longest| longest + 4.0 * f64::EPSILON * t.abs())
     }
 
     /// Distance of a contact from the edge of an exit, its rate in time, and its slack.

@@ -61,6 +61,10 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) evaluations: u64,
 }
 
+/// Largest change of the velocities within the time from a crossing to where it is certainly behind its edge,
+/// as a share of them `[1]`.
+const BESIDE: f64 = 1e-6;
+
 /// Which results of the current step are computed.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Ready {
@@ -195,12 +199,15 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.evaluations += 1;
     }
 
-    /// [`derivative_at_start`](Engine::derivative_at_start), at a time `behind` later on the motion, or earlier.
-    /// Without fixed pieces the state of a crossing may lie before its edge, within the accuracy of its
-    /// location, where the force is still that of the old piece.
+    /// [`derivative_at_start`](Engine::derivative_at_start), at a time `behind` later on the motion, or
+    /// earlier. Without fixed pieces the state of a crossing may lie before its edge, within the accuracy of
+    /// its location, where the force is still that of the old piece.
     pub(crate) fn derivative_behind(&mut self, behind: f64) {
         self.derivative_at_start();
-        if behind != 0.0 {
+        let largest = |part: &[f64]| part.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let (v, a) = self.k[0].slice().split_at(self.ends.model.dof());
+        // At a grazing it would be a time in which the motion changes.
+        if behind != 0.0 && behind.abs() * largest(a) <= BESIDE * largest(v) {
             let Ends { model, pieces, u_stage, y, look, .. } = &mut self.ends;
             let moved = y.slice().iter().zip(self.k[0].slice()).map(|(y, k)| y + behind * k);
             look.slice_mut().iter_mut().zip(moved).for_each(|(look, y)| *look = y);

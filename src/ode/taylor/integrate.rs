@@ -309,9 +309,6 @@ impl<'r> TaylorRun<'r> {
         let t = self.course.e.t;
         let c = &self.prepared.c;
         let finite = (0..=c.degree).all(|n| c.q(n).iter().chain(c.v(n)).all(|x| x.is_finite()));
-        if let Some(acceleration) = self.course.e.nan_acceleration() {
-            return IntegrateError::NotANumber { t, acceleration };
-        }
         match c.plan.functions().find(|function| function.is_singular_at_zero()) {
             Some(function) => IntegrateError::NoSeriesAt { t, what: function.name() },
             None if !finite || h.is_nan() => self.not_finite(),
@@ -321,6 +318,9 @@ impl<'r> TaylorRun<'r> {
 
     fn not_finite(&self) -> IntegrateError {
         let (c, n) = (&self.prepared.c, self.course.e.model.dof());
+        if let Some(acceleration) = self.course.e.nan_acceleration() {
+            return IntegrateError::NotANumber { t: self.course.e.t, acceleration };
+        }
         let component = c.q(1).iter().chain(c.v(1)).position(|x| !x.is_finite());
         let component = component.or_else(|| self.course.e.not_finite());
         IntegrateError::NotFinite { t: self.course.e.t, component: component.unwrap_or(0).min(2 * n - 1) }

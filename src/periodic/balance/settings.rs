@@ -103,9 +103,9 @@ impl Balance {
         Balance { truncated_forces: true, ..self }
     }
 
-    /// The method that solves the equations: [`Newton`], [`Broyden`](crate::roots::Broyden), or one of one's own.
-    /// Default: [`Newton`] with its default settings. Branches of a balance correct their points by a method
-    /// of their own.
+    /// The method that solves the equations: [`Newton`], [`Broyden`](crate::roots::Broyden), or one of one's
+    /// own. Default: [`Newton`] with its default settings. Branches of a balance correct their points by a
+    /// method of their own.
     ///
     /// ```
     /// use gear_dynamics::models::nfg::NfgReading;

@@ -324,18 +324,20 @@ impl Track {
         let n = self.plan.layout.dof;
         let states: Vec<&[f64]> = self.section.rchunks_exact(2 * n).take(2 * LONGEST + 1).collect();
         motion.steps = self.steps as usize;
-        let mut apart = |a: &[f64], b: &[f64]| motion.distance(a, b, tolerance);
+        let apart = |motion: &mut MotionSize, a: &[f64], b: &[f64]| motion.distance(a, b, tolerance);
         let mut closest = f64::INFINITY;
         let mut returns = Vec::with_capacity(LONGEST);
         for p in 1..=LONGEST {
             if states.len() < 2 * p + 1 {
                 break;
             }
-            let change = apart(states[0], states[p]);
+            let change = apart(motion, states[0], states[p]);
             closest = closest.min(change);
             returns.push(change);
-            if is_own_multiple(&returns) && (0..=p).all(|k| apart(states[k], states[k + p]) <= tolerance) {
-                return (p, change);
+            if is_own_multiple(&returns)
+                && (0..=p).all(|k| apart(motion, states[k], states[k + p]) <= tolerance)
+            {
+                return (p, motion.change(states[0], states[p]));
             }
         }
         (0, closest)

@@ -142,11 +142,10 @@ impl<'m> Lane<'m> {
     /// The error for a step below the resolution of the time.
     fn shrunk(&self, h: f64, view: &LaneView<'_>) -> IntegrateError {
         let e = &self.course.e;
-        match (e.nan_acceleration(), view.singular) {
-            (Some(acceleration), _) => IntegrateError::NotANumber { t: e.t, acceleration },
-            (None, Some(what)) => IntegrateError::NoSeriesAt { t: e.t, what },
-            (None, None) if h.is_nan() => e.diverged(),
-            (None, None) => e.underflow(h),
+        match view.singular {
+            Some(what) => IntegrateError::NoSeriesAt { t: e.t, what },
+            None if h.is_nan() => e.diverged(),
+            None => e.underflow(h),
         }
     }
 
