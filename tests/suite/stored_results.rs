@@ -182,7 +182,7 @@ fn figures_of_a_row_that_contradict_themselves_are_refused() {
         (6, json!(0.0), "rms of channel 0 is 0.0: it must be"),
         (7, json!(1e9), "min of channel 0 is 1000000000.0: it must be at most"),
         (9, json!(-1.0), "deviation of channel 0 is -1.0: it must not be negative"),
-        (10, json!(-1e9), "mean of channel 0 is -1000000000.0: it must be within"),
+        (10, json!(-1e9), "mean of channel 1 is -1000000000.0: it must be within"),
         (15, json!(-0.25), "share of time on the lower flank of contact 0 is -0.25: it must lie in [0, 1]"),
         (16, json!(1.5), "share of time in the gap of contact 0 is 1.5: it must lie in [0, 1]"),
         (17, json!("NaN"), "share of time on the upper flank of contact 0 is NaN"),
