@@ -17,7 +17,6 @@ use crate::trains::shape::elements::Entry;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub struct Drawing {
     /// The bodies, in the order of their statement.
     pub bodies: Vec<DrawnBody>,
@@ -73,7 +72,6 @@ pub struct DrawnBody {
 /// assert_eq!(shaft.distance, None);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct DrawnLink {
     /// Indices of the bodies.
     pub ends: [usize; 2],
