@@ -38,7 +38,7 @@ use thiserror::Error;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Settle {
     tolerance: f64,
     max_periods: usize,
@@ -148,10 +148,9 @@ impl Settle {
                 };
                 if repeated[p - 1] > p {
                     let change = |j: usize| motion.change(&section[k - j * p], &section[k - (j + 1) * p]);
-                    let changes: Vec<f64> = (0..k / p).map(change).collect();
-                    let change = changes[0];
-                    if change <= self.tolerance || !shrinks(&changes) || k == self.max_periods {
-                        let contraction = contraction(&changes);
+                    let history: Vec<f64> = (0..k / p).map(change).collect();
+                    let (change, contraction) = (history[0], contraction(&history));
+                    if change <= self.tolerance || !shrinks(&history) || k == self.max_periods {
                         return Ok(Steady {
                             state: last,
                             period_multiple: p,
@@ -239,8 +238,8 @@ pub struct Steady {
 }
 
 impl Steady {
-    /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. Infinite if
-    /// the differences shrank over no four periods: the motion does not settle.
+    /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. It is infinite
+    /// if the differences did not shrink over any four periods: the motion does not settle.
     /// The errors of the solver themselves are not in it.
     pub fn error(&self) -> f64 {
         match (self.change, self.contraction) {

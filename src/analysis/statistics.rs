@@ -76,8 +76,8 @@ impl Summary {
     pub(crate) fn check(&self, of: &str) -> Result<(), ParameterError> {
         let Summary { mean, rms, min, max, deviation } = *self;
         check::all_finite(&format!("figures of {of}"), &[mean, rms, min, max, deviation])?;
-        // Means are sums of rounded products, and squares below 1e-308 are 0.
-        let slack = 1e-6 * min.abs().max(max.abs()) + 1e-150;
+        // Means are sums of rounded products.
+        let slack = 1e-6 * min.abs().max(max.abs());
         let wrong = |name: &str, value: f64, must: String| {
             Err(ParameterError::Wrong { name: format!("{name} of {of}"), value, must })
         };
@@ -93,7 +93,8 @@ impl Summary {
             }
         }
         let square = mean.hypot(deviation);
-        if (rms - square).abs() > slack {
+        // Squares below 1e-308 are 0.
+        if (rms - square).abs() > slack.max(1e-150) {
             return wrong("rms", rms, format!("be {square:?}, by its mean and its deviation"));
         }
         Ok(())
@@ -264,7 +265,7 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
                 }
             }
             for (end, near) in [(0, 1), (POINTS - 1, POINTS - 2)] {
-                if f[end] >= best {
+                if f[end] >= best && f[end] > f[near] {
                     let at = |t: f64| sign * self.read(step, t)[index];
                     best = best.max(beside_end([times[end], times[near]], f[end], at));
                 }

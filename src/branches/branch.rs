@@ -104,7 +104,7 @@ impl<O> Branch<O> {
     pub fn of_kind(&self, kind: PointKind) -> Vec<&BranchPoint<O>> {
         self.points.iter().filter(|point| point.kind() == Some(kind)).collect()
     }
-    /// The stability of the points between point `at` and the next located one, for a person: `stable`, or
+    /// The stability of the points between point `at` and the next located one, in words: `stable`, or
     /// `stable, unstable` if it changes between them. After a bifurcation without such a point it is
     /// `undecided`.
     fn stability_after(&self, at: usize) -> String {

@@ -47,7 +47,7 @@ use crate::periodic::{Balance, FourierOrbit, Shooting};
 /// # Ok::<(), gear_dynamics::branches::BranchError>(())
 /// ```
 #[derive(Clone, Debug)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Continuation {
     pub(crate) from: f64,
     pub(crate) to: f64,

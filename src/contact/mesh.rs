@@ -70,7 +70,7 @@ pub(crate) const UPPER_RATE: usize = 6; // rate of the upper edge over φ [m]
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Mesh<N = Backlash> {
     stiffness: Wave,
     error: Wave,

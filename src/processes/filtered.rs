@@ -41,7 +41,7 @@ use std::sync::Arc;
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct FilteredNoise {
     deviation: f64,
     filter: Filter,

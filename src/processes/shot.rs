@@ -44,7 +44,7 @@ use std::sync::Arc;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct ShotNoise {
     rate: f64,
     decay: f64,

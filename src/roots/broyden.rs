@@ -51,7 +51,7 @@ pub enum FirstJacobian {
 /// # Ok::<(), gear_dynamics::roots::RootError>(())
 /// ```
 #[derive(Clone, Debug)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Broyden {
     tolerance: f64,
     max_iterations: usize,

@@ -29,7 +29,7 @@ use crate::roots::root_finder::RootFinder;
 /// # Ok::<(), gear_dynamics::roots::RootError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Newton {
     tolerance: f64,
     max_iterations: usize,

@@ -25,7 +25,7 @@ type OfProgress<'w> = Arc<dyn Fn(usize, usize) + Send + Sync + 'w>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Default)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Watch<'w> {
     progress: Option<OfProgress<'w>>,
     cancel: Option<Arc<AtomicBool>>,

@@ -455,6 +455,20 @@ fn late_starts_settle_and_close() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// A pair that loses contact, for late times.
+fn swinging_pair() -> Oscillator {
+    Oscillator::new(&[
+        ("speed", 0.7),
+        ("damping", 0.05),
+        ("mesh stiffness", 1.0),
+        ("stiffness variation", 0.2),
+        ("mean force", 0.1),
+        ("force", 0.3),
+        ("half backlash", 0.2),
+    ])
+    .expect("constants in range")
+}
+
 /// q'' + 3 q' + 2 q = cos 2t and a pair with backlash from starts up to 10⁹ periods late: exponents, and the
 /// coefficients of a projected orbit, are those of a start at t = 0. Times of 2²⁷ and 2³⁰ periods are reduced
 /// to 0 exactly, so that all bits agree.
@@ -464,15 +478,7 @@ fn late_starts_have_exponents_and_series_of_early_ones() -> Result<(), Box<dyn s
     let swing =
         gear_dynamics::model::from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 3.0 * v[0] - 2.0 * q[0])?;
     let swing = swing.with_period(period)?;
-    let pair = Oscillator::new(&[
-        ("speed", 0.7),
-        ("damping", 0.05),
-        ("mesh stiffness", 1.0),
-        ("stiffness variation", 0.2),
-        ("mean force", 0.1),
-        ("force", 0.3),
-        ("half backlash", 0.2),
-    ])?;
+    let pair = swinging_pair();
     fn found<M: Periodic>(model: &M, t: f64) -> Result<(Vec<f64>, Vec<f64>), Box<dyn std::error::Error>> {
         let start = State::new(t, &[0.3], &[0.1]);
         let exponents = Lyapunov::new().settle(20).measure(20).run(model, &start)?;
@@ -717,16 +723,7 @@ fn lengths_below_the_tolerance_are_refused_or_resolved() -> Result<(), Integrate
 /// refused by name, within few steps.
 #[test]
 fn late_runs_are_right_or_refused() -> Result<(), IntegrateError> {
-    let pair = Oscillator::new(&[
-        ("speed", 0.7),
-        ("damping", 0.05),
-        ("mesh stiffness", 1.0),
-        ("stiffness variation", 0.2),
-        ("mean force", 0.1),
-        ("force", 0.3),
-        ("half backlash", 0.2),
-    ])
-    .expect("constants in range");
+    let pair = swinging_pair();
     // Steps that the noise of a late phase rejects, but that stay above the limit of `LateTime`, end at the
     // limit of steps: a run does not know the period by which it could be moved.
     let (period, mut late) = (pair.period(), 0);

@@ -31,7 +31,7 @@ use std::f64::consts::TAU;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Waterfall {
     turns: usize,
     samples: usize,

@@ -25,7 +25,7 @@ use rustfft::num_complex::Complex64;
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Welch {
     segment: usize,
     overlap: f64,

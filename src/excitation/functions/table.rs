@@ -10,8 +10,8 @@ use std::f64::consts::TAU;
 /// The periodic cubic spline through uniform samples of one turn, the first at φ = 0. It is twice
 /// continuously differentiable.
 ///
-/// The third derivative jumps at the samples. Steps of `Taylor` end there. Runge-Kutta steps pass over them
-/// and lose digits: with tolerances below 1e-8 limit the step to a fraction of the spacing (`max_step`).
+/// The third derivative jumps at the samples. `Taylor` ends its steps there. Runge-Kutta steps pass over the
+/// samples, and their error may exceed a tolerance below 1e-8: set `max_step` to a fraction of the spacing.
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Table};

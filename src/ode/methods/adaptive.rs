@@ -26,7 +26,7 @@ use crate::ode::stepping::engine::Tableau;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Adaptive<T> {
     pub(crate) tolerances: Tolerances,
     pub(crate) limits: Limits,

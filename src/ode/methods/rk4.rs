@@ -29,7 +29,7 @@ use crate::ode::stepping::vector::Vector;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Rk4 {
     step: f64,
     limits: Limits,

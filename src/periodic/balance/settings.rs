@@ -39,7 +39,7 @@ use std::sync::Arc;
 /// }
 /// ```
 #[derive(Clone, Debug)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Balance {
     pub(crate) harmonics: Harmonics,
     pub(crate) integrals: Integrals,

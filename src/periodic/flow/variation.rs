@@ -27,7 +27,7 @@ use std::ops::ControlFlow;
 /// # Ok::<(), gear_dynamics::ode::IntegrateError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Variation {
     flow_tolerance: f64,
     budget: Budget,

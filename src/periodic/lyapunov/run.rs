@@ -43,7 +43,7 @@ use std::ops::ControlFlow;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Lyapunov {
     count: Option<usize>,
     settle: Option<usize>,

@@ -42,7 +42,7 @@ use crate::roots::newton::is_monotone;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Shooting {
     pub(crate) period_multiple: usize,
     segments: Option<usize>,

@@ -40,7 +40,7 @@ use std::sync::Arc;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct PathIntegration<'w> {
     intensity: f64,
     deflections: [f64; 2],

@@ -35,7 +35,7 @@ use std::ops::Range;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct NoisySteps<const W: usize = 16> {
     steps: usize,
     noise: Vec<WhiteNoise>,

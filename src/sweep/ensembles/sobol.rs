@@ -23,7 +23,7 @@ type Drawn = Arc<dyn Fn(&mut CounterRng) -> f64 + Send + Sync>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct RandomParameters {
     seed: u64,
     names: Vec<String>,

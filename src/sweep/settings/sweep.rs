@@ -63,7 +63,7 @@ pub enum WarmStart {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Sweep {
     pub(crate) points: Points,
     pub(crate) settle: usize,

@@ -56,7 +56,7 @@ use std::collections::VecDeque;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct LaneTaylor {
     taylor: Taylor,
     set: InstructionSet,

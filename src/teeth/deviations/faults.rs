@@ -39,7 +39,7 @@ pub enum LossShape {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct ToothLoss {
     teeth: u32,
     tooth: u32,

@@ -88,7 +88,7 @@ impl PairStiffness {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct PotentialEnergy {
     young: f64,
     poisson: f64,

@@ -58,7 +58,7 @@ use crate::tori::quasi_periodic::{QuasiPeriodic, checked_frequencies};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct TorusBalance {
     vectors: WaveVectors,
     oversampling: usize,

@@ -62,7 +62,7 @@ use std::f64::consts::TAU;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct CircleShooting {
     nodes: Option<usize>,
     strobe: usize,

@@ -8,7 +8,7 @@
 /// assert_eq!(bearing.stiffness, [1e8, 1e8]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Bearing {
     /// Mass of the body `[kg]`.
     pub mass: f64,
@@ -63,7 +63,7 @@ pub(crate) struct Place {
 /// assert_eq!(sun.inertia(), 3.9e-4);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Body {
     pub(crate) inertia: f64,
     pub(crate) bearing: Option<Bearing>,

@@ -62,7 +62,7 @@ pub(crate) struct FrictionPart {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct MeshPart<N = Backlash> {
     pub(crate) law: N,
     pub(crate) gears: MeshGears,

@@ -17,7 +17,7 @@ use crate::contact::Backlash;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct ShaftPart<N = Backlash> {
     pub(crate) stiffness: f64,
     pub(crate) damping: f64,

@@ -49,7 +49,7 @@ pub struct Members {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct Planetary {
     members: Members,
     angles: Vec<f64>,

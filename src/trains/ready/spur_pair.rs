@@ -38,7 +38,7 @@ use crate::trains::parts::mesh_part::MeshPart;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[must_use = "settings make a new value"]
+#[must_use = "a setting returns a new value"]
 pub struct SpurPair {
     inertias: [f64; 2],
     /// Without its damping.
