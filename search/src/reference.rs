@@ -190,15 +190,16 @@ impl Meter {
             // A jump, or a kink at an edge: a parabola through it would overshoot.
             if (a - x1).abs() > 1e-6 * size || part.entered.contains(&true) {
                 self.last = [None; 2];
-            } else if (x1 - x0) * (b - x1) < 0.0 {
-                // The vertex of the parabola through three neighbours.
+            } else {
+                // The vertex of the parabola through three neighbours, if it lies between them.
                 let [before, after] = [t1 - t0, part.end.t - t1];
                 let [left, right] = [(x1 - x0) / before, (b - x1) / after];
                 let bend = (right - left) / (before + after);
                 let slope = left + bend * before;
+                let vertex = -0.5 * slope / bend;
                 // Very unequal steps beside an event leave the bend to rounding.
-                if (0.2..5.0).contains(&(before / after)) {
-                    self.take(x1 - slope * slope / (4.0 * bend));
+                if (-before..after).contains(&vertex) && (0.2..5.0).contains(&(before / after)) {
+                    self.take(x1 + 0.5 * slope * vertex);
                 }
             }
         }
