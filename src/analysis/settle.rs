@@ -238,9 +238,9 @@ pub struct Steady {
 }
 
 impl Steady {
-    /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. It is infinite
-    /// if the differences did not shrink over any four periods: the motion does not settle.
-    /// The errors of the solver themselves are not in it.
+    /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. It is
+    /// infinite if the differences did not shrink over any four periods: the motion does not settle.
+    /// The errors of the solver are not in it.
     pub fn error(&self) -> f64 {
         match (self.change, self.contraction) {
             (0.0, _) => 0.0,

@@ -42,8 +42,8 @@ pub trait RootFinder: Debug + Send + Sync {
     /// [`RootError`]; [`RootError::last`] returns the last iterate.
     fn solve(&self, equations: &mut dyn Residual, guess: &[f64]) -> Result<Root, RootError>;
 
-    /// Returns the same method for another number of equations, or `None` if this one fits any number. Default:
-    /// `None`.
+    /// Returns the same method for another number of equations, or `None` if this one fits any number.
+    /// Default: `None`.
     fn resized(&self) -> Option<Arc<dyn RootFinder>> {
         None
     }

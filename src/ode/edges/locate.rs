@@ -347,8 +347,8 @@ impl Locator {
         Ok(first)
     }
 
-    /// The time after which the motion lies behind every edge that it has crossed `[s]`. The crossing may have
-    /// been located before its edge, within the slack. 0 without a crossing, infinite without a rate.
+    /// The time after which the motion lies behind every edge that it has crossed `[s]`. The crossing may
+    /// have been located before its edge, within the slack. 0 without a crossing, infinite without a rate.
     pub(crate) fn behind(&self, crossings: &[Crossing], contacts: &[Contact], t: f64) -> f64 {
         let time = |i: usize| 2.0 * self.slack(i, &contacts[i]) / contacts[i].rate.abs();
         let crossed = crossings.iter().filter(|c| !c.rebounds).map(|c| time(c.contact));

@@ -199,9 +199,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         self.evaluations += 1;
     }
 
-    /// Computes the [derivative at the start](Engine::derivative_at_start) of a step that begins at a crossing,
-    /// at a time `behind` later (if negative, earlier). Without fixed pieces the start may lie before the edge,
-    /// within the accuracy of its location, and the force there is still that of the old piece.
+    /// Computes the [derivative at the start](Engine::derivative_at_start) of a step that begins at a
+    /// crossing, at a time `behind` later (if negative, earlier). Without fixed pieces the start may lie
+    /// before the edge, within the accuracy of its location, and the force there is that of the old piece.
     pub(crate) fn derivative_behind(&mut self, behind: f64) {
         self.derivative_at_start();
         let largest = |part: &[f64]| part.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
