@@ -10,6 +10,7 @@ use gear_dynamics::branches::{
 };
 use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::Side;
+use gear_dynamics::nalgebra::DMatrix;
 use gear_dynamics::ode::Probe;
 use gear_dynamics::periodic::{FlowMethod, Integrals, ShootingOrbit};
 use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train};
@@ -296,6 +297,25 @@ fn branch_of(pair: &Pair) -> Result<Option<(Branch, usize)>, String> {
     Ok(Some((continuation.run(&family, &[state]).map_err(told)?, multiple)))
 }
 
+/// The first state of an orbit and states beside it along the direction in which the orbit is determined least:
+/// at a fold, the orbits beside it lie there.
+fn guesses_beside(orbit: &ShootingOrbit) -> Result<Vec<State>, String> {
+    let (first, range, mut open) = (&orbit.states()[0], orbit.range(), orbit.monodromy().clone());
+    let n = range.len();
+    open -= DMatrix::identity(n, n);
+    let scaled = DMatrix::from_fn(n, n, |i, j| open[(i, j)] * range[j] / range[i]);
+    let svd = scaled.svd(false, true);
+    let least = svd.v_t.ok_or("no singular vectors")?.row(svd.singular_values.imin()).transpose();
+    let shares = [0.0, 1e-3, -1e-3, 3e-3, -3e-3, 1e-2, -1e-2];
+    let moved = |share: f64| {
+        let mut y = [&first.q[..], &first.v].concat();
+        y.iter_mut().enumerate().for_each(|(i, y)| *y += share * least[i] * range[i]);
+        let (q, v) = y.split_at(first.q.len());
+        State::new(first.t, q, v)
+    };
+    Ok(shares.map(moved).to_vec())
+}
+
 fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
     let Some((branch, multiple)) = branch_of(pair)? else { return Ok(Outcome::Skipped("does not settle")) };
     let followed: Vec<_> = branch
@@ -354,9 +374,14 @@ fn cut(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
         for start in [p * (1.0 - 1e-5), p * (1.0 + 1e-5)] {
             let beside = Continuation::new(start, 1.01 * p).bounds(0.99 * p, 1.01 * p).both_ways();
             let beside = beside.max_points(200).shooting(Shooting::new().period_multiple(multiple));
-            if let Ok(branch) = beside.run(&family, at.orbit.states()) {
-                draw.note(|| format!("beside {branch}"));
-                nearest = nearest.min(distance(&branch));
+            for guess in guesses_beside(&at.orbit)? {
+                match beside.run(&family, &[guess]) {
+                    Ok(branch) => {
+                        draw.note(|| format!("beside {branch}"));
+                        nearest = nearest.min(distance(&branch));
+                    }
+                    Err(error) => draw.note(|| format!("beside {start}: {error}")),
+                }
             }
         }
     }

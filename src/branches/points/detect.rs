@@ -7,9 +7,6 @@ use crate::branches::points::test_functions::{below, outside, pairs_outside};
 use crate::contact::edge::Edge;
 use crate::periodic::Multipliers;
 
-/// Distance of two phases up to which extremes of neighbouring orbits are the same one.
-pub(crate) const NEAR: f64 = 0.1;
-
 /// The change that a located point with a multiplier on the unit circle explains.
 pub(crate) const OUTSIDE: &str = "the number of multipliers outside the unit circle changed";
 
@@ -52,7 +49,7 @@ pub(crate) fn bifurcations<S>(
 /// The extremes that lie on different sides of their edge in two orbits, in the first and in the second.
 pub(crate) fn passed(a: &ContactTrace, b: &ContactTrace) -> Vec<[Extremum; 2]> {
     let both = |after: &Extremum| {
-        let before = a.nearest(after).filter(|before| before.apart(after.phase) < NEAR)?;
+        let before = a.same(after, b)?;
         (before.distance * after.distance < 0.0).then_some([*before, *after])
     };
     b.extremes.iter().filter_map(both).collect()

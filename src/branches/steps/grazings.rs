@@ -4,9 +4,9 @@ use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::locate::Between;
 use crate::branches::curve::point::CurvePoint;
-use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
+use crate::branches::orbits::contact_trace::{ContactTrace, Extremum, NEAR};
 use crate::branches::orbits::orbit_method::OrbitMethod;
-use crate::branches::points::detect::{NEAR, SEQUENCE, explain_the_sequence, passed};
+use crate::branches::points::detect::{SEQUENCE, explain_the_sequence, passed};
 use crate::branches::points::test_functions::grazing_dips;
 
 /// A place within a step with the extremes of its orbit.
@@ -178,10 +178,9 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
 /// Whether an extremum of the first orbit that is near its edge has none like it in the second one. `part`:
 /// distance of the two orbits.
 fn vanishes(a: &ContactTrace, b: &ContactTrace, part: f64) -> bool {
-    a.extremes.iter().any(|e| {
-        e.distance.abs() < REACH * part * a.farthest(e.contact)
-            && b.nearest(e).is_none_or(|like| like.apart(e.phase) > NEAR)
-    })
+    a.extremes
+        .iter()
+        .any(|e| e.distance.abs() < REACH * part * a.farthest(e.contact) && b.same(e, a).is_none())
 }
 
 /// The distance of an extremum from its edge.
