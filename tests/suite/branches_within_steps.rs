@@ -120,6 +120,27 @@ fn settled_pair(zeta: f64, load: f64, stiffness: [f64; 2], error: [f64; 2]) -> R
 }
 
 /// Behind the fold at 0.6318 another branch comes close. A long step must not pass over the gap to it.
+/// A maximum of the deflection and a minimum beside it pass the edge one after the other; both vanish before the end of
+/// the step. Another minimum in the same tenth of the period is not one of them.
+#[test]
+fn two_extremes_that_pass_an_edge_and_vanish_within_one_step() -> Result<()> {
+    let (stiffness, error) = ([0.178_276_584_2, 0.208_627_505_3], [0.062_412_359_9, 0.231_879_431_6]);
+    let (train, start, multiple) = settled_pair(0.010_491_092_16, 0.190_817_156_2, stiffness, error)?;
+    let (family, mut found) = (Family::over(&train, ["speed"])?, Vec::new());
+    let long = Continuation::new(0.5, 2.4);
+    for steps in [long.clone(), long.clone().first_step(0.001).max_step(0.005), long.max_step(0.0005)] {
+        let shooting = Shooting::new().period_multiple(multiple);
+        let branch = steps.max_points(2000).shooting(shooting).run(&family, &start)?;
+        let grazings = branch.of_kind(PointKind::Grazing);
+        found.push(grazings.iter().map(|point| point.parameter).collect::<Vec<f64>>());
+    }
+    let [a, b] = found[0][..] else { return Err(format!("{found:?}").into()) };
+    assert!((a - b - 1.18e-5).abs() < 1e-7, "{found:?}");
+    let same = |x: &Vec<f64>| x.len() == 2 && (x[0] / a - 1.0).abs().max((x[1] / b - 1.0).abs()) < 1e-8;
+    assert!(found.iter().all(same), "{found:?}");
+    Ok(())
+}
+
 #[test]
 fn a_step_does_not_jump_over_a_fold_to_another_branch() -> Result<()> {
     let (stiffness, error) = (

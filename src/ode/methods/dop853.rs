@@ -11,7 +11,8 @@ use crate::ode::stepping::vector::Vector;
 /// and II.6; coefficients as in the authors' published code.
 ///
 /// Recommended for gears: with located edges the trajectory is smooth between edges, and a high order is
-/// efficient.
+/// efficient. Behind the edge of a contact law with a fractional power, as Hertz's, the error estimate is too
+/// low: the first step there may exceed the tolerance a hundredfold. [`Taylor`](crate::Taylor) does not.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, State, model::from_fn};
