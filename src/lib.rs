@@ -7,6 +7,7 @@
 //!
 #![doc = include_str!("../docs/links.md")]
 #![doc = include_str!("../docs/planetary.md")]
+#![warn(missing_debug_implementations)]
 
 pub mod analysis;
 pub mod branches;

@@ -5,6 +5,7 @@ use crate::model::{Model, State};
 use crate::numeric::gauss::FIVE;
 use crate::ode::probe::Probe;
 use crate::ode::{Observer, Step};
+use std::fmt;
 use std::ops::ControlFlow;
 
 /// The direction in which a channel crosses the level of a [`Section`].
@@ -58,6 +59,16 @@ pub struct Section<'m, M: ?Sized> {
     y: Vec<f64>,
     /// End time of the last step, and channel less level there.
     last: Option<(f64, f64)>,
+}
+
+impl<M: ?Sized> fmt::Debug for Section<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Section")
+            .field("channel", &self.channel)
+            .field("level", &self.level)
+            .field("states", &self.states)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<'m, M: Model + ?Sized> Section<'m, M> {

@@ -7,6 +7,7 @@ use crate::numeric::moments::Moments;
 use crate::numeric::search::parabola::{maximum, peak, vertex};
 use crate::ode::probe::Probe;
 use crate::ode::{Observer, Step};
+use std::fmt;
 use std::ops::ControlFlow;
 
 /// Mean, RMS, extremes and deviation of a channel over a time T, in the unit of the channel.
@@ -131,6 +132,15 @@ pub struct Statistics<'m, M: ?Sized> {
     y: Vec<f64>,
     /// The chosen channels at the points of one step.
     points: Vec<[f64; POINTS]>,
+}
+
+impl<M: ?Sized> fmt::Debug for Statistics<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Statistics")
+            .field("channels", &self.chosen)
+            .field("duration", &self.duration)
+            .finish_non_exhaustive()
+    }
 }
 
 /// Figures of one channel so far.

@@ -2,6 +2,7 @@
 
 use crate::branches::line::{Line, LinePoint};
 use crate::branches::points::branch_point::BranchPoint;
+use std::fmt;
 
 /// A continuation that yields its points one by one, from
 /// [`Continuation::begin`](crate::branches::Continuation::begin).
@@ -20,6 +21,12 @@ use crate::branches::points::branch_point::BranchPoint;
 /// ```
 pub struct Following<'f, P: LinePoint = BranchPoint> {
     steps: Box<dyn Steps<P> + 'f>,
+}
+
+impl<P: LinePoint> fmt::Debug for Following<'_, P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Following").finish_non_exhaustive()
+    }
 }
 
 /// A line that is followed by any method.

@@ -4,6 +4,8 @@ use crate::check::inconsistency::Inconsistency;
 use crate::excitation::Side;
 use std::fmt;
 
+impl std::error::Error for Inconsistency {}
+
 impl fmt::Display for Inconsistency {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,6 +1,6 @@
 //! Comma-separated values.
 
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::io::{Error, ErrorKind, Result, Write};
 
 /// A writer of comma-separated values after RFC 4180, with lines that end in `\n`.
@@ -20,6 +20,12 @@ use std::io::{Error, ErrorKind, Result, Write};
 pub struct Csv<W> {
     writer: W,
     columns: usize,
+}
+
+impl<W> fmt::Debug for Csv<W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Csv").field("columns", &self.columns).finish_non_exhaustive()
+    }
 }
 
 impl<W: Write> Csv<W> {

@@ -5,6 +5,7 @@ use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::model::{Channel, Model};
 use crate::ode::step::Step;
+use std::fmt;
 
 /// First and last distance from an edge at which a channel is sampled for its limit there, as shares of the
 /// step.
@@ -50,6 +51,15 @@ pub struct Probe<'m, M: ?Sized> {
     values: Vec<f64>,
     /// Values at the farther of two points inside a step.
     inside: Vec<f64>,
+}
+
+impl<M: ?Sized> fmt::Debug for Probe<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Probe")
+            .field("channels", &self.channels)
+            .field("values", &self.values)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<'m, M: Model + ?Sized> Probe<'m, M> {

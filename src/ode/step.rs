@@ -1,6 +1,7 @@
 //! One accepted step of a run, as an observer receives it.
 
 use crate::contact::Piece;
+use std::fmt;
 use std::ops::ControlFlow;
 
 /// A crossing: a contact reaches an edge of its gap at the end of a step, at the time [`Step::t1`].
@@ -71,6 +72,16 @@ pub struct Step<'a> {
     view: &'a mut dyn StepView,
     at_drive_edge: bool,
     crossings: &'a [Crossing],
+}
+
+impl fmt::Debug for Step<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Step")
+            .field("t0", &self.t0())
+            .field("t1", &self.t1())
+            .field("crossings", &self.crossings)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<'a> Step<'a> {

@@ -76,6 +76,23 @@ fn links_and_pictures_of_pages_exist() {
     assert!(dead.is_empty(), "{dead:#?}");
 }
 
+/// A registry shows README.md and the package holds CHANGELOG.md: their links do not lead out of the package.
+#[test]
+fn links_of_the_readme_and_the_changes_hold_in_the_package() {
+    let manifest = read_to_string(root().join("Cargo.toml")).unwrap();
+    let line = manifest.lines().find_map(|line| line.strip_prefix("exclude = [")).unwrap();
+    let excluded: Vec<&str> = line.split('"').filter_map(|path| path.strip_prefix('/')).collect();
+    assert!(excluded.contains(&"tests"), "{excluded:?}");
+    for page in ["README.md", "CHANGELOG.md"] {
+        let text = prose(Path::new(page));
+        let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
+        let links: Vec<&str> = links.filter(|link| !link.contains("://") && !link.is_empty()).collect();
+        assert!(!links.is_empty(), "{page}");
+        let leaves = |link: &&str| excluded.iter().any(|path| Path::new(link).starts_with(path));
+        assert!(!links.iter().any(|link| leaves(&link)), "{page}: {links:?}");
+    }
+}
+
 #[test]
 fn links_of_pages_lead_somewhere_in_rustdoc() {
     let rustdoc = read_to_string(root().join("docs/links.md")).unwrap();

@@ -11,6 +11,7 @@ use crate::model::Model;
 use crate::numeric::gauss::FIVE;
 use crate::numeric::search::hermite::{Distance, Hermite};
 use crate::ode::{Observer, Step};
+use std::fmt;
 use std::ops::ControlFlow;
 
 /// Observer that lists the impacts of all contacts of a run: instant, flank, speed, impulse, flight before.
@@ -69,6 +70,15 @@ pub struct Impacts<'m, M: ?Sized> {
     /// End of the last step.
     end: Option<f64>,
     y: Vec<f64>,
+}
+
+impl<M: ?Sized> fmt::Debug for Impacts<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Impacts")
+            .field("impacts", &self.impacts)
+            .field("time", &self.time)
+            .finish_non_exhaustive()
+    }
 }
 
 /// What is known of one contact.

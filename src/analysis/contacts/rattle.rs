@@ -5,6 +5,7 @@ use crate::contact::Piece;
 use crate::contact::edge::Edge;
 use crate::model::Model;
 use crate::ode::{Observer, Step};
+use std::fmt;
 use std::ops::ControlFlow;
 
 /// The rattle state of a mesh, numbered as rsv in Liu 2021.
@@ -117,6 +118,12 @@ impl ContactStatistics {
 pub struct Rattle<'m, M: ?Sized> {
     pieces: Pieces<'m, M>,
     contacts: Vec<ContactStatistics>,
+}
+
+impl<M: ?Sized> fmt::Debug for Rattle<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Rattle").field("contacts", &self.contacts).finish_non_exhaustive()
+    }
 }
 
 impl<'m, M: Model + ?Sized> Rattle<'m, M> {

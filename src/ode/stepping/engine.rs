@@ -6,6 +6,7 @@ use crate::model::{Model, State};
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
+use std::fmt;
 
 /// An explicit Runge-Kutta method, written stage by stage as in Hairer, Nørsett & Wanner I.
 pub trait Tableau: Default {
@@ -59,6 +60,12 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(super) ready: Ready,
     /// Number of evaluations outside of attempts.
     pub(crate) evaluations: u64,
+}
+
+impl<M: Model + ?Sized, V: Vector> fmt::Debug for Engine<'_, M, V> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Engine").finish_non_exhaustive()
+    }
 }
 
 /// Largest change of the velocities within the time from a crossing to where it is certainly behind its edge,

@@ -130,6 +130,7 @@ pub trait Source<M> {
 }
 
 /// A run to make.
+#[derive(Debug)]
 pub struct Job<M> {
     /// Index of the point in the sweep.
     pub index: usize,

@@ -17,6 +17,7 @@ use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};
 use crate::sweep::watch::Watch;
+use std::fmt;
 use std::sync::{Arc, Mutex};
 
 /// A sweep with its engine and its family of models: runs the points, all or in chunks.
@@ -50,6 +51,12 @@ pub struct Runner<'a, M, E> {
     pub(crate) start: Box<StartOf<'a, M>>,
     pub(crate) watch: Watch<'a>,
     pub(crate) rows: Option<Arc<OfRows<'a>>>,
+}
+
+impl<M, E> fmt::Debug for Runner<'_, M, E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Runner").field("sweep", &self.sweep).finish_non_exhaustive()
+    }
 }
 
 impl Sweep {

@@ -23,6 +23,7 @@ use crate::periodic::balance::series::harmonics::Harmonics;
 use crate::periodic::balance::series::spectra::{Samples, Spectra};
 use crate::roots::matrix::MAX_ENTRIES;
 use crate::roots::{Matrix, Residual};
+use std::fmt;
 
 /// R(x) = coefficients of q'' - a(u(t), q, q') at the kept orders: the equations of a balance.
 ///
@@ -49,6 +50,12 @@ pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
     pub(crate) grid: Grid<'m, M>,
     pub(crate) slopes: Slopes<'m, M>,
     pub(crate) work: Workspace<M>,
+}
+
+impl<M: Periodic + ?Sized> fmt::Debug for BalanceEquations<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("BalanceEquations").finish_non_exhaustive()
+    }
 }
 
 /// What the equations of a balance hold besides their model.
