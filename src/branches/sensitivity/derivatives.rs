@@ -261,7 +261,7 @@ pub(crate) fn gather(
     let (scale, passage, count) = (totals.curve.scale(), &totals.passage, totals.forced.len());
     let tolerance = totals.curve.flow_tolerance();
     let failed = |segment: usize| move |error| CurveError::Integrate { segment, error };
-    let expansion = Expansion::new(plain, count, &totals.forced, totals.curve.wanted()).map_err(failed(0))?;
+    let expansion = Expansion::new(plain, count, &totals.forced, totals.curve.chosen()).map_err(failed(0))?;
     let flow = Tangent::new(plain, count, &totals.forced, scale, tolerance, &expansion);
     let n = plain.dof();
     let empty = |sign: f64| (sign * f64::INFINITY, f64::NAN, vec![0.0; count]);

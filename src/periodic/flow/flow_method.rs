@@ -3,10 +3,11 @@
 use crate::model::drive_slope::DriveSlope;
 use crate::model::{Model, State};
 use crate::ode::taylor::integrate::Prepared;
-use crate::ode::{Dop853, Finish, IntegrateError, Integrator, Observer, Taylor};
+use crate::ode::{Dop853, Finish, IntegrateError, Integrator, Observer, Step, Taylor};
 use crate::periodic::flow::tangent_tape::tangent;
 use std::cell::RefCell;
 use std::fmt;
+use std::sync::Arc;
 
 /// The method by which [`Variation`](crate::periodic::Variation), [`Shooting`](crate::Shooting) and
 /// [`Lyapunov`](crate::Lyapunov) integrate a motion with its derivatives.
@@ -31,6 +32,8 @@ pub enum FlowMethod {
     Taylor,
     /// The Runge-Kutta method of [`Dop853`](crate::Dop853).
     Dop853,
+    /// An [`Integrator`] of one's own: what a result says. As a setting it is the default.
+    Own,
 }
 
 impl fmt::Display for FlowMethod {
@@ -38,7 +41,76 @@ impl fmt::Display for FlowMethod {
         f.write_str(match self {
             FlowMethod::Taylor => "Taylor series",
             FlowMethod::Dop853 => "DOP853",
+            FlowMethod::Own => "an integrator of one's own",
         })
+    }
+}
+
+/// The method that the settings of a flow ask for.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "Option<FlowMethod>"))]
+pub(crate) enum Chosen {
+    /// The default for the model.
+    #[default]
+    ByModel,
+    Method(FlowMethod),
+    Own(OwnIntegrator),
+}
+
+impl From<Option<FlowMethod>> for Chosen {
+    fn from(method: Option<FlowMethod>) -> Self {
+        method.map_or(Chosen::ByModel, Chosen::Method)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl serde::Serialize for Chosen {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Chosen::ByModel => serializer.serialize_none(),
+            Chosen::Method(method) => serializer.serialize_some(method),
+            Chosen::Own(_) => Err(serde::ser::Error::custom("an integrator of one's own cannot be stored")),
+        }
+    }
+}
+
+/// An [`Integrator`] whose type is not known.
+#[derive(Clone, Debug)]
+pub(crate) struct OwnIntegrator(Arc<dyn AnyIntegrator>);
+
+impl OwnIntegrator {
+    pub(crate) fn new(integrator: impl Integrator + fmt::Debug + Send + Sync + 'static) -> Self {
+        OwnIntegrator(Arc::new(integrator))
+    }
+}
+
+/// The same integrator, not an equal one.
+impl PartialEq for OwnIntegrator {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+trait AnyIntegrator: fmt::Debug + Send + Sync {
+    fn run_any(
+        &self,
+        model: &dyn Model,
+        start: &State,
+        t_end: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Finish, IntegrateError>;
+}
+
+impl<I: Integrator + fmt::Debug + Send + Sync> AnyIntegrator for I {
+    fn run_any(
+        &self,
+        model: &dyn Model,
+        start: &State,
+        t_end: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Finish, IntegrateError> {
+        self.run(model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))
     }
 }
 
@@ -54,43 +126,51 @@ pub(crate) struct Accuracy<'a> {
     pub(crate) first: f64,
 }
 
-/// The tape of a model, with or without its derivatives, if it is integrated by Taylor series; `None`:
-/// DOP853.
-pub(crate) struct Expansion(Option<RefCell<Prepared>>);
+/// How the flow of a model is integrated.
+pub(crate) enum Expansion {
+    /// By Taylor series: the tape of the model, with or without its derivatives.
+    Series(RefCell<Prepared>),
+    Dop853,
+    /// By an integrator with tolerances of its own.
+    Own(OwnIntegrator),
+}
 
 impl Expansion {
     /// The expansion for a number of differences, the last ones with respect to the parameters `forced`.
-    /// `wanted`: the method, if it is not chosen by the model.
     ///
     /// # Errors
-    /// [`IntegrateError::NoSeries`] and [`IntegrateError::DriveWithoutSeries`] if `wanted` is Taylor.
+    /// [`IntegrateError::NoSeries`] and [`IntegrateError::DriveWithoutSeries`] if Taylor is chosen.
     pub(crate) fn new(
         model: &dyn Model,
         columns: usize,
         forced: &[DriveSlope],
-        wanted: Option<FlowMethod>,
+        chosen: &Chosen,
     ) -> Result<Self, IntegrateError> {
-        if wanted == Some(FlowMethod::Dop853) {
-            return Ok(Expansion(None));
+        match chosen {
+            Chosen::Method(FlowMethod::Dop853) => return Ok(Expansion::Dop853),
+            Chosen::Own(own) => return Ok(Expansion::Own(own.clone())),
+            _ => {}
         }
         let moving = |drive: usize| forced.iter().any(|by| by.drives[drive] != 0.0);
-        match (Prepared::with(model, &moving, |tape| tangent(&tape, columns, forced)), wanted) {
-            (Ok(prepared), _) => Ok(Expansion(Some(RefCell::new(prepared)))),
-            (Err(error), Some(_)) => Err(error),
-            (Err(_), None) => Ok(Expansion(None)),
+        match Prepared::with(model, &moving, |tape| tangent(&tape, columns, forced)) {
+            Ok(prepared) => Ok(Expansion::Series(RefCell::new(prepared))),
+            Err(error) if *chosen == Chosen::Method(FlowMethod::Taylor) => Err(error),
+            Err(_) => Ok(Expansion::Dop853),
         }
     }
 
-    /// The expansion of a model without its derivatives: by DOP853 if that is `wanted` or if there is no
+    /// The expansion of a model without its derivatives: by DOP853 if that is chosen or if there is no
     /// series.
-    pub(crate) fn of_motion(model: &dyn Model, wanted: Option<FlowMethod>) -> Self {
-        let series = || Prepared::new(model).ok().map(RefCell::new);
-        Expansion(if wanted == Some(FlowMethod::Dop853) { None } else { series() })
+    pub(crate) fn of_motion(model: &dyn Model, chosen: &Chosen) -> Self {
+        if *chosen == Chosen::Method(FlowMethod::Dop853) {
+            return Expansion::Dop853;
+        }
+        Prepared::new(model).map_or(Expansion::Dop853, |series| Expansion::Series(RefCell::new(series)))
     }
 
     /// No expansion: for flows that are integrated elsewhere.
     pub(crate) fn none() -> Self {
-        Expansion(None)
+        Expansion::Dop853
     }
 
     /// Integrates the model of this expansion.
@@ -103,12 +183,15 @@ impl Expansion {
         observer: &mut O,
     ) -> Result<Finish, IntegrateError> {
         let &Accuracy { rtol, atol, order, first } = accuracy;
-        match &self.0 {
-            Some(prepared) => {
+        match self {
+            Expansion::Series(prepared) => {
                 let settings = Taylor::new().rtol(rtol).atol_each(atol).order(order);
                 prepared.borrow_mut().run(&settings, &model, start, t_end, observer)
             }
-            None => {
+            Expansion::Own(own) => {
+                own.0.run_any(&model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))
+            }
+            Expansion::Dop853 => {
                 let solver = Dop853::new().rtol(rtol).atol_each(atol);
                 let solver = if first > 0.0 { solver.first_step(first) } else { solver };
                 solver.run(model, start, t_end, observer)
@@ -117,6 +200,10 @@ impl Expansion {
     }
 
     pub(crate) fn method(&self) -> FlowMethod {
-        if self.0.is_some() { FlowMethod::Taylor } else { FlowMethod::Dop853 }
+        match self {
+            Expansion::Series(_) => FlowMethod::Taylor,
+            Expansion::Dop853 => FlowMethod::Dop853,
+            Expansion::Own(_) => FlowMethod::Own,
+        }
     }
 }

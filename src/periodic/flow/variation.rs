@@ -4,11 +4,12 @@ use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
 use crate::model::{Model, State};
 use crate::ode::budget::Meter;
-use crate::ode::{Budget, Finish, IntegrateError, Observer, Step, Taylor};
+use crate::ode::{Budget, Finish, IntegrateError, Integrator, Observer, Step, Taylor};
 use crate::periodic::flow::continued::Continued;
-use crate::periodic::flow::flow_method::{Accuracy, Expansion, FlowMethod};
+use crate::periodic::flow::flow_method::{Accuracy, Chosen, Expansion, FlowMethod, OwnIntegrator};
 use crate::periodic::flow::tangent::Tangent;
 use nalgebra::DMatrix;
+use std::fmt::Debug;
 use std::ops::ControlFlow;
 
 /// δx' = ∂f/∂x δx between edges; δx⁺ = δx + (f⁺ - f⁻) (∇h·δx)/h' at an edge.
@@ -31,7 +32,7 @@ use std::ops::ControlFlow;
 pub struct Variation {
     flow_tolerance: f64,
     budget: Budget,
-    method: Option<FlowMethod>,
+    method: Chosen,
 }
 
 impl Default for Variation {
@@ -43,7 +44,7 @@ impl Default for Variation {
 impl Variation {
     /// Defaults: tolerance 1e-12, the default [`Budget`], the method by the model.
     pub fn new() -> Self {
-        Variation { flow_tolerance: 1e-12, budget: Budget::new(), method: None }
+        Variation { flow_tolerance: 1e-12, budget: Budget::new(), method: Chosen::ByModel }
     }
     /// Local error of the motion, as a share of the range of each coordinate and velocity `[1]`, in [1e-16,
     /// 1). Default: 1e-12. The rounding error of the terms replaces it where that is larger.
@@ -54,7 +55,15 @@ impl Variation {
     }
     /// The method. Default: Taylor series for a model that can be expanded, DOP853 for any other.
     pub fn flow_method(self, method: FlowMethod) -> Self {
-        Variation { method: Some(method), ..self }
+        Variation { method: Chosen::Method(method), ..self }
+    }
+    /// Integrates the motion with its derivatives by an integrator of one's own, with its own steps and
+    /// tolerances instead of `flow_tolerance`. The variational equations are a model for it. Where it reports
+    /// [crossings](crate::ode::Step::crossings), the derivatives jump as they must; edges that it does not
+    /// locate leave errors of its steps. The default method measures the ranges of motion, and reads results
+    /// along orbits.
+    pub fn integrator(self, integrator: impl Integrator + Debug + Send + Sync + 'static) -> Self {
+        Variation { method: Chosen::Own(OwnIntegrator::new(integrator)), ..self }
     }
     /// Maximum number of steps and maximum time of a run.
     pub fn budget(self, budget: Budget) -> Self {
@@ -71,9 +80,9 @@ impl Variation {
         let meter = self.budget.begin();
         let mut motion = MotionSize::new(model.dof(), &[]);
         motion.see(start.t, &start.q, &start.v);
-        metered(start, self.method, model, start, t_end, &mut motion.along(model), &meter)?;
+        metered(start, &self.method, model, start, t_end, &mut motion.along(model), &meter)?;
         let scale = motion.units(self.flow_tolerance);
-        let expansion = Expansion::new(model, scale.len(), &[], self.method)?;
+        let expansion = Expansion::new(model, scale.len(), &[], &self.method)?;
         let flow = Tangent::new(model, scale.len(), &[], &scale, self.flow_tolerance, &expansion);
         let (state, scaled, crossings) = transition(&flow, self.flow_tolerance, start, t_end, &meter)?;
         Ok(Transition { state, matrix: unscaled(&scaled, &scale), crossings, method: expansion.method() })
@@ -102,11 +111,11 @@ pub struct Transition {
     pub method: FlowMethod,
 }
 
-/// The coarse run that measures the ranges of motion: tolerance 1e-9, by the method `wanted` or by the one
-/// that the model allows. `first`: a state whose size is that of the motion.
+/// The coarse run that measures the ranges of motion: tolerance 1e-9, by the method that is chosen or by
+/// the one that the model allows. `first`: a state whose size is that of the motion.
 pub(crate) fn coarse_run(
     first: &State,
-    wanted: Option<FlowMethod>,
+    chosen: &Chosen,
     model: &dyn Model,
     start: &State,
     t_end: f64,
@@ -115,7 +124,7 @@ pub(crate) fn coarse_run(
     let (atol, order) = (1e-12 * largest(first), Taylor::order_for(1e-9));
     let accuracy = Accuracy { rtol: 1e-9, atol: &[atol], order, first: 0.0 };
     let mut watch = |step: &mut Step<'_>| observer.step(step);
-    Expansion::of_motion(model, wanted).run(&accuracy, model, start, t_end, &mut watch)
+    Expansion::of_motion(model, chosen).run(&accuracy, model, start, t_end, &mut watch)
 }
 
 /// max |q_i|, |v_i|; 1 if that is 0 or not finite.
@@ -127,7 +136,7 @@ fn largest(start: &State) -> f64 {
 /// A [`coarse_run`] within a budget.
 pub(crate) fn metered(
     first: &State,
-    wanted: Option<FlowMethod>,
+    chosen: &Chosen,
     model: &dyn Model,
     start: &State,
     t_end: f64,
@@ -139,7 +148,7 @@ pub(crate) fn metered(
     let mut watch = |step: &mut Step<'_>| {
         if observer.step(step).is_break() { ControlFlow::Break(()) } else { spend.step(step) }
     };
-    let finish = coarse_run(first, wanted, model, start, t_end, &mut watch)?;
+    let finish = coarse_run(first, chosen, model, start, t_end, &mut watch)?;
     meter.left().map_err(|exhausted| IntegrateError::Exhausted { t: finish.state.t, exhausted })?;
     Ok(finish.state)
 }

@@ -4,7 +4,7 @@ use crate::model::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::{Finish, IntegrateError, Observer, Stats, Step, Taylor};
 use crate::periodic::flow::continued::Continued;
-use crate::periodic::flow::flow_method::{Accuracy, Expansion, FlowMethod};
+use crate::periodic::flow::flow_method::{Accuracy, Chosen, Expansion, FlowMethod};
 use std::ops::ControlFlow;
 
 /// Relative tolerance so small that only the absolute tolerances have an effect.
@@ -48,7 +48,7 @@ impl<'m> Walk<'m> {
         method: FlowMethod,
     ) -> Self {
         let continued = Continued::new(model, scale);
-        let expansion = Expansion::of_motion(&continued, Some(method));
+        let expansion = Expansion::of_motion(&continued, &Chosen::Method(method));
         Walk { continued, scale, tolerance, expansion }
     }
 

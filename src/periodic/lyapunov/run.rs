@@ -7,14 +7,15 @@ use crate::model::equations::early;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
-use crate::ode::{Budget, Observer, Step};
-use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::ode::{Budget, Integrator, Observer, Step};
+use crate::periodic::flow::flow_method::{Chosen, Expansion, FlowMethod, OwnIntegrator};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::coarse_run;
 use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::growth::Growth;
 use crate::periodic::lyapunov::progress::Progress;
 use crate::periodic::pursuit::{Pursuit, PursuitError};
+use std::fmt::Debug;
 use std::ops::ControlFlow;
 
 /// Lyapunov exponents by QR.
@@ -52,7 +53,7 @@ pub struct Lyapunov {
     measure: usize,
     renormalisations: usize,
     flow_tolerance: f64,
-    method: Option<FlowMethod>,
+    method: Chosen,
     #[cfg_attr(feature = "serde", serde(skip))]
     budget: Budget,
 }
@@ -74,7 +75,7 @@ impl Lyapunov {
             measure: 200,
             renormalisations: 16,
             flow_tolerance: 1e-9,
-            method: None,
+            method: Chosen::ByModel,
             budget: Budget::new(),
         }
     }
@@ -106,7 +107,11 @@ impl Lyapunov {
     /// The method of the integration. Default: Taylor series for a model that can be expanded, DOP853 for
     /// any other.
     pub fn flow_method(self, method: FlowMethod) -> Self {
-        Lyapunov { method: Some(method), ..self }
+        Lyapunov { method: Chosen::Method(method), ..self }
+    }
+    /// Replaces the method: see [`Variation::integrator`](crate::periodic::Variation::integrator).
+    pub fn integrator(self, integrator: impl Integrator + Debug + Send + Sync + 'static) -> Self {
+        Lyapunov { method: Chosen::Own(OwnIntegrator::new(integrator)), ..self }
     }
     /// Maximum number of steps and maximum time of one call, settling included.
     pub fn budget(self, budget: Budget) -> Self {
@@ -169,7 +174,7 @@ impl Lyapunov {
         let meter = self.meter(go_on);
         let settled = self.settled(model, start, span, &meter)?;
         let count = settled.exponents.grown.len();
-        let expansion = match Expansion::new(model, count, &[], self.method) {
+        let expansion = match Expansion::new(model, count, &[], &self.method) {
             Ok(expansion) => expansion,
             Err(error) => return Err(LyapunovError::after(error.into(), settled.exponents)),
         };
@@ -200,7 +205,7 @@ impl Lyapunov {
     }
     /// Whether the flow may be integrated by Taylor series.
     pub(crate) fn allows_series(&self) -> bool {
-        self.method != Some(FlowMethod::Dop853)
+        matches!(self.method, Chosen::ByModel | Chosen::Method(FlowMethod::Taylor | FlowMethod::Own))
     }
     /// Number of exponents of a model with `dof` degrees of freedom.
     pub(crate) fn count_for(&self, dof: usize) -> usize {
@@ -288,7 +293,7 @@ impl Lyapunov {
         if settle > 1 {
             let start = state.clone();
             let mut last = Last { state, meter };
-            let finish = coarse_run(&start, self.method, model, &start, settled - span, &mut last)?;
+            let finish = coarse_run(&start, &self.method, model, &start, settled - span, &mut last)?;
             *state = finish.state;
             meter.left()?;
         }
@@ -298,7 +303,7 @@ impl Lyapunov {
         let mut last = Last { state: &mut ahead, meter };
         let mut along = motion.along(model);
         let mut observers = (&mut along, &mut last);
-        let finish = coarse_run(&start, self.method, model, &start, start.t + span, &mut observers);
+        let finish = coarse_run(&start, &self.method, model, &start, start.t + span, &mut observers);
         if settle > 0 {
             *state = ahead;
         }

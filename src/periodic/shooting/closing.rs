@@ -6,8 +6,8 @@ use crate::periodic::multipliers::Multipliers;
 use crate::periodic::pursuit::{Pursuit, PursuitError};
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
-use crate::periodic::shooting::multiple::{LOOSER, Shooting};
-use crate::periodic::shooting::segments::Segments;
+use crate::periodic::shooting::multiple::Shooting;
+use crate::periodic::shooting::segments::{LOOSER, Segments};
 use nalgebra::{DMatrix, DVector};
 
 /// The orbit of one motion while it is found: single shooting from a guess that is nearly closed, so that

@@ -8,7 +8,7 @@ use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
 use crate::ode::{IntegrateError, Step};
-use crate::periodic::flow::flow_method::FlowMethod;
+use crate::periodic::flow::flow_method::Chosen;
 use crate::periodic::flow::variation::metered;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use std::ops::ControlFlow;
@@ -18,7 +18,7 @@ pub(crate) struct NodePlan {
     pub(crate) multiple: usize,
     pub(crate) segments: Option<usize>,
     pub(crate) flow_tolerance: f64,
-    pub(crate) method: Option<FlowMethod>,
+    pub(crate) method: Chosen,
 }
 
 pub(crate) struct Guess {
@@ -81,7 +81,7 @@ impl Guess {
         for (i, state) in states.iter().enumerate() {
             motion.see(state.t, &state.q, &state.v);
             let until = states.get(i + 1).map_or(end, |next| next.t);
-            metered(first, plan.method, model, state, until, &mut motion.along(model), meter)
+            metered(first, &plan.method, model, state, until, &mut motion.along(model), meter)
                 .map_err(|error| fail(i, error, &states))?;
         }
         if states.len() == 1 {
@@ -97,7 +97,7 @@ impl Guess {
                 ControlFlow::Continue(())
             };
             if let Some(&last) = times[1..].last() {
-                metered(first, plan.method, model, first, last, &mut keep, meter)
+                metered(first, &plan.method, model, first, last, &mut keep, meter)
                     .map_err(|error| fail(0, error, &states))?;
             }
             states = nodes;

@@ -3,8 +3,8 @@
 use crate::error::{ParameterError, check};
 use crate::model::{Model, Periodic, State};
 use crate::ode::budget::Meter;
-use crate::ode::{Budget, IntegrateError};
-use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
+use crate::ode::{Budget, IntegrateError, Integrator};
+use crate::periodic::flow::flow_method::{Chosen, Expansion, FlowMethod, OwnIntegrator};
 use crate::periodic::flow::variation::unscaled;
 use crate::periodic::flow::walk::SegmentError;
 use crate::periodic::multipliers::Multipliers;
@@ -15,6 +15,7 @@ use crate::periodic::shooting::neighbour::Neighbour;
 use crate::periodic::shooting::segments::{Round, Segments, drift};
 use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
 use crate::roots::newton::is_monotone;
+use std::fmt::Debug;
 
 /// Periodic orbits by multiple shooting.
 ///
@@ -49,7 +50,7 @@ pub struct Shooting {
     pub(crate) tolerance: f64,
     pub(crate) flow_tolerance: f64,
     pub(crate) max_iterations: usize,
-    method: Option<FlowMethod>,
+    method: Chosen,
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) budget: Budget,
 }
@@ -70,9 +71,6 @@ const MIN_DAMPING: f64 = 1.0 / 1024.0;
 /// edges.
 const NOISE: f64 = 1e-9;
 
-/// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
-pub(crate) const LOOSER: f64 = 100.0;
-
 /// Default of the steps of one call. A start far from every orbit can use all of them.
 const STEPS: u64 = 10_000_000;
 
@@ -86,7 +84,7 @@ impl Shooting {
             tolerance: 1e-12,
             flow_tolerance: 1e-13,
             max_iterations: 40,
-            method: None,
+            method: Chosen::ByModel,
             budget: Budget::new().steps(STEPS),
         }
     }
@@ -118,7 +116,11 @@ impl Shooting {
     /// The method of the integration. Default: Taylor series for a model that can be expanded, DOP853 for
     /// any other.
     pub fn flow_method(self, method: FlowMethod) -> Self {
-        Shooting { method: Some(method), ..self }
+        Shooting { method: Chosen::Method(method), ..self }
+    }
+    /// Replaces the method: see [`Variation::integrator`](crate::periodic::Variation::integrator).
+    pub fn integrator(self, integrator: impl Integrator + Debug + Send + Sync + 'static) -> Self {
+        Shooting { method: Chosen::Own(OwnIntegrator::new(integrator)), ..self }
     }
     /// Maximum number of Newton iterations. Default: 40.
     pub fn max_iterations(self, max_iterations: usize) -> Self {
@@ -222,7 +224,7 @@ impl Shooting {
             multiple: self.period_multiple,
             segments: self.segments,
             flow_tolerance: self.flow_tolerance,
-            method: self.method,
+            method: self.method.clone(),
         }
     }
     /// The work of one call, which is cancelled once `go_on` returns `false`.
@@ -236,13 +238,14 @@ impl Shooting {
         let is_fine = of_range <= NOISE.max(self.tolerance) || before <= self.tolerance;
         (size <= self.tolerance && is_fine) || (size > 0.5 * before && size <= NOISE)
     }
-    pub(crate) fn method(&self) -> Option<FlowMethod> {
-        self.method
+    pub(crate) fn method(&self) -> &Chosen {
+        &self.method
     }
 
     /// Whether an orbit in one segment, along Taylor series, is what the settings ask for.
     pub(crate) fn suits_lanes(&self) -> bool {
-        self.segments.is_none_or(|segments| segments == 1) && self.method != Some(FlowMethod::Dop853)
+        self.segments.is_none_or(|segments| segments == 1)
+            && matches!(self.method, Chosen::ByModel | Chosen::Method(FlowMethod::Taylor | FlowMethod::Own))
     }
 
     /// Checks the settings in a sweep, which measures the period multiple of each motion.
@@ -277,7 +280,7 @@ impl Shooting {
         guess: Guess,
         meter: &Meter<'_>,
     ) -> Result<ShootingOrbit, ShootingError> {
-        let expansion = Expansion::new(model, 2 * model.dof(), &[], self.method).map_err(|error| {
+        let expansion = Expansion::new(model, 2 * model.dof(), &[], &self.method).map_err(|error| {
             let last = Iterate { states: guess.states.clone(), corrections: Vec::new() };
             ShootingError::of_segment(0, error, last)
         })?;
@@ -359,8 +362,7 @@ impl Shooting {
             let last = Iterate { states: round.states, corrections };
             return Err(ShootingError::Accelerates { coordinate, gain, last });
         }
-        let looser =
-            segments.round(&round.states, Some(&round.slack), LOOSER * self.flow_tolerance, meter).ok();
+        let looser = segments.compared(&round.states, Some(&round.slack), self.flow_tolerance, meter).ok();
         let monodromy = round.monodromy();
         let multipliers = match Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY) {
             Ok(multipliers) => multipliers,

@@ -13,6 +13,9 @@ use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
+/// Ratio of the flow tolerances of the two runs that estimate the error of the multipliers.
+pub(crate) const LOOSER: f64 = 100.0;
+
 /// Largest gain of a rigid velocity that is rounding, as a share of its range `[1]`.
 const GAINS: f64 = 1e-9;
 
@@ -104,11 +107,38 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
         tolerance: f64,
         meter: &Meter<'_>,
     ) -> Result<Round, SegmentError> {
+        self.round_by(&self.expansion, states, slack, tolerance, meter)
+    }
+
+    /// Integrates once more for the error of the derivatives: with a looser tolerance, or by DOP853 instead
+    /// of an integrator of one's own.
+    pub(crate) fn compared(
+        &self,
+        states: &[State],
+        slack: Option<&DVector<f64>>,
+        tolerance: f64,
+        meter: &Meter<'_>,
+    ) -> Result<Round, SegmentError> {
+        let (by, tolerance) = match &self.expansion {
+            Expansion::Own(_) => (&Expansion::Dop853, tolerance),
+            same => (same, LOOSER * tolerance),
+        };
+        self.round_by(by, states, slack, tolerance, meter)
+    }
+
+    fn round_by(
+        &self,
+        expansion: &Expansion,
+        states: &[State],
+        slack: Option<&DVector<f64>>,
+        tolerance: f64,
+        meter: &Meter<'_>,
+    ) -> Result<Round, SegmentError> {
         let count = states.len();
         let (mut transitions, mut defects, mut crossings) =
             (Vec::with_capacity(count), Vec::with_capacity(count), 0);
         let (m, all) = (self.scale.len(), self.scale.len() + self.forced.len());
-        let flow = Tangent::new(self.model, all, &self.forced, &self.scale, tolerance, &self.expansion);
+        let flow = Tangent::new(self.model, all, &self.forced, &self.scale, tolerance, expansion);
         let mut by_parameters = Vec::with_capacity(count);
         for (segment, state, until) in segments(states, self.end) {
             let next = states.get(segment + 1).unwrap_or(&states[0]);

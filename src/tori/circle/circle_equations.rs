@@ -7,7 +7,7 @@ use crate::numeric::spread::golden;
 use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::FlowMethod;
-use crate::periodic::flow::flow_method::Expansion;
+use crate::periodic::flow::flow_method::{Chosen, Expansion};
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::{metered, transition};
 use crate::periodic::flow::walk::SegmentError;
@@ -61,7 +61,7 @@ impl<'m> CircleEquations<'m> {
         strobed: &'m Strobed<'m>,
         guess: &ClosedCurve,
         flow_tolerance: f64,
-        method: Option<FlowMethod>,
+        method: &Chosen,
         meter: &'m Meter<'m>,
     ) -> Result<Self, SegmentError> {
         let (nodes, width, t) = (guess.nodes(), guess.width(), guess.time());

@@ -4,6 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
 use crate::ode::Budget;
 use crate::periodic::FlowMethod;
+use crate::periodic::flow::flow_method::Chosen;
 use crate::periodic::flow::walk::SegmentError;
 use crate::periodic::metered::RootFailure;
 use crate::roots::matrix::MAX_ENTRIES;
@@ -69,7 +70,7 @@ pub struct CircleShooting {
     multiple: usize,
     between: f64,
     flow_tolerance: f64,
-    method: Option<FlowMethod>,
+    method: Chosen,
     newton: Option<Newton>,
     budget: Budget,
 }
@@ -103,7 +104,7 @@ impl CircleShooting {
             multiple: 1,
             between: 1e-6,
             flow_tolerance: 1e-13,
-            method: None,
+            method: Chosen::ByModel,
             newton: None,
             budget: Budget::new(),
         }
@@ -138,7 +139,7 @@ impl CircleShooting {
     /// The method of the integration. Default: Taylor series for a model with one period that can be
     /// expanded, DOP853 for any other.
     pub fn flow_method(self, method: FlowMethod) -> Self {
-        CircleShooting { method: Some(method), ..self }
+        CircleShooting { method: Chosen::Method(method), ..self }
     }
     /// Settings of Newton's method. Default: those of [`Newton::new`], with a tolerance of 10³ flow
     /// tolerances if that is larger, since the flow is noisy below.
@@ -202,7 +203,7 @@ impl CircleShooting {
                 None => CircleError::Integrate { node, error, last },
             }
         };
-        let mut equations = CircleEquations::new(strobed, &guess, self.flow_tolerance, self.method, &meter)
+        let mut equations = CircleEquations::new(strobed, &guess, self.flow_tolerance, &self.method, &meter)
             .map_err(|failure| failed(failure, None))?;
         let x = equations.unknowns(&guess, rotation);
         let tolerance = (NOISE * self.flow_tolerance).clamp(NEWTON, 0.1);

@@ -2,6 +2,7 @@
 
 use downstream::{Four, Heun, Kick, Knock, Marquardt, MeshedPair, SoftStop};
 use gear_dynamics::analysis::Summary;
+use gear_dynamics::branches::{BranchEnd, Continuation, Family};
 use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
     AsymmetricBacklash, ByDeflection, Damped, MixedLaw, Nonlinearity, PowerLaw, VaryingBacklash,
@@ -12,12 +13,12 @@ use gear_dynamics::model::Drives;
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
 use gear_dynamics::ode::Probe;
-use gear_dynamics::periodic::{BalanceError, FourierOrbit, Stability};
+use gear_dynamics::periodic::{BalanceError, FlowMethod, FourierOrbit, Stability};
 use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Located, Point, Points, TableRk4};
 use gear_dynamics::{
-    Backlash, Balance, Budget, Dop853, Harmonics, Integrator, Machine, Mesh, Model, ParameterError, Periodic,
-    Rattle, RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
+    Backlash, Balance, Budget, Dop853, Harmonics, Integrator, Lyapunov, Machine, Mesh, Model, ParameterError,
+    Periodic, Rattle, RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
 };
 
 fn knock(stiffness: f64) -> Machine<Knock> {
@@ -282,4 +283,56 @@ fn a_balance_takes_any_root_finder() {
     assert!(by_marquardt.residual() < 1e-8, "{}", by_marquardt.residual());
     let spent = balance.root_finder(Marquardt { tolerance: 1e-10 }).budget(Budget::new().steps(1));
     assert!(matches!(spent.solve(&pair, None), Err(BalanceError::Exhausted { .. })));
+}
+
+/// Orbits, branches and exponents by an integrator of this crate: its error falls with its order 2.
+#[test]
+fn an_integrator_makes_orbits_branches_and_exponents() {
+    let given = [
+        ("speed", 0.7),
+        ("damping", 0.2),
+        ("mesh stiffness", 1.0),
+        ("mean force", 0.1),
+        ("force", 0.3),
+        ("cubic stiffness", 0.3),
+        ("half backlash", 0.2),
+    ];
+    let pair = Oscillator::new(&given).unwrap();
+    let rest = State::new(0.0, &[0.3], &[0.0]);
+    let steady = Settle::new().run(&Dop853::new(), &pair, &rest).unwrap().state;
+    let shooting = Shooting::new();
+    let exact = shooting.solve(&pair, &steady).unwrap();
+    assert!(exact.crossing_count() > 0);
+    let by = |h: f64| {
+        let orbit = shooting.clone().integrator(Heun(h)).solve(&pair, &steady).unwrap();
+        assert_eq!(orbit.flow_method(), FlowMethod::Own);
+        let [a, b] = [&orbit, &exact].map(|orbit| orbit.states()[0].clone());
+        let state = (a.q[0] - b.q[0]).hypot(a.v[0] - b.v[0]);
+        let multiplier = (orbit.multipliers().largest() - exact.multipliers().largest()).abs();
+        // The stated error is the distance from DOP853 on the same states.
+        assert!(
+            orbit.multipliers().value_error() > 1e-7 && multiplier < 10.0 * orbit.multipliers().value_error()
+        );
+        [state, multiplier]
+    };
+    let [coarse, fine] = [by(0.008), by(0.002)];
+    for (coarse, fine) in coarse.into_iter().zip(fine) {
+        assert!((4.0..64.0).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
+    }
+    assert!(fine[0] < 1e-4 && fine[1] < 1e-3, "{fine:?}");
+
+    let family = Family::over(&pair, ["speed"]).unwrap();
+    let along = |shooting: Shooting| {
+        let branch = Continuation::new(0.7, 0.75).shooting(shooting).run(&family, &steady).unwrap();
+        assert_eq!(branch.end(), &BranchEnd::Bound);
+        branch.points().last().unwrap().peak_to_peak()
+    };
+    let [a, b] = [shooting.clone(), shooting.integrator(Heun(0.002))].map(along);
+    approx::assert_relative_eq!(a, b, max_relative = 1e-4);
+
+    let exponents = Lyapunov::new().count(1).measure(40);
+    let a = exponents.run(&pair, &steady).unwrap();
+    let b = exponents.integrator(Heun(0.002)).run(&pair, &steady).unwrap();
+    assert_eq!(b.flow_method(), FlowMethod::Own);
+    approx::assert_relative_eq!(a.values()[0], b.values()[0], max_relative = 1e-2);
 }

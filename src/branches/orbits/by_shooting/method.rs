@@ -12,7 +12,6 @@ use crate::branches::stability_method::StabilityMethod;
 use crate::model::{Channel, State};
 use crate::ode::Budget;
 use crate::periodic::flow::variation::unscaled;
-use crate::periodic::shooting::multiple::LOOSER;
 use crate::periodic::shooting::segments::{drift, orthonormal};
 use crate::periodic::shooting::shooting_orbit::OrbitParts;
 use crate::periodic::{Multipliers, ShootingOrbit};
@@ -65,7 +64,8 @@ impl Orbits for OrbitCurve<'_> {
         self.reference = State::new(0.0, &x.as_slice()[..m / 2], &x.as_slice()[m / 2..m]);
     }
 
-    /// The error of the multipliers is the change when the tolerance of the flow is 100 times larger.
+    /// The error of the multipliers is their distance from those of the run that is
+    /// [compared](crate::periodic::shooting::segments::Segments::compared).
     fn orbit(&self, point: &CurvePoint<Passage>) -> Result<(ShootingOrbit, Multipliers), CurveError> {
         let CurvePoint { x, p, solution: passage, corrections, .. } = point;
         let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
@@ -73,9 +73,7 @@ impl Orbits for OrbitCurve<'_> {
         let model = self.model(*p)?;
         let looser = match self.stability {
             StabilityMethod::Skipped => None,
-            StabilityMethod::Multipliers => {
-                Some(self.round(&*model, x, Vec::new(), LOOSER * self.flow_tolerance))
-            }
+            StabilityMethod::Multipliers => Some(self.round(&*model, x, Vec::new(), true)),
         };
         if let Some(Err(CurveError::Exhausted(exhausted))) = looser {
             return Err(exhausted.into());

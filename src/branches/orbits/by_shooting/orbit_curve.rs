@@ -9,7 +9,7 @@ use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Model, Periodic, State};
 use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
-use crate::periodic::flow::flow_method::Expansion;
+use crate::periodic::flow::flow_method::{Chosen, Expansion};
 use crate::periodic::flow::walk::SegmentError;
 use crate::periodic::shooting::segments::{Round, Segments, orthonormal};
 use crate::periodic::{FlowMethod, Multipliers, Shooting, ShootingOrbit};
@@ -45,7 +45,7 @@ pub(crate) struct OrbitCurve<'f> {
     /// The position along the rigid motions, in units of the model.
     pub(super) reference: State,
     pub(super) flow_tolerance: f64,
-    pub(super) wanted: Option<FlowMethod>,
+    pub(super) chosen: Chosen,
     /// Unit of the parameter.
     pub(super) unit: f64,
     /// Step of the differences with respect to a parameter without exact derivative.
@@ -126,7 +126,7 @@ impl<'f> OrbitCurve<'f> {
             position,
             reference: orbit.states()[0].clone(),
             flow_tolerance: orbit.parts.flow,
-            wanted: shooting.method(),
+            chosen: shooting.method().clone(),
             unit,
             difference: PARAMETER_STEP * unit.max(p.abs()),
             meter,
@@ -159,8 +159,8 @@ impl<'f> OrbitCurve<'f> {
         DVector::from_vec(all)
     }
 
-    pub(crate) fn wanted(&self) -> Option<FlowMethod> {
-        self.wanted
+    pub(crate) fn chosen(&self) -> &Chosen {
+        &self.chosen
     }
     /// Size of drift k: the drift in one period at a typical velocity. The velocity along a rigid motion is
     /// given at the first node only, so that the orbit may drift.
@@ -225,7 +225,7 @@ impl<'f> OrbitCurve<'f> {
         columns: usize,
         forced: Vec<DriveSlope>,
     ) -> Result<Segments<'s, dyn Model + 's>, CurveError> {
-        let expansion = Expansion::new(model, columns + forced.len(), &forced, self.wanted)
+        let expansion = Expansion::new(model, columns + forced.len(), &forced, &self.chosen)
             .map_err(|error| CurveError::Integrate { segment: 0, error })?;
         let scales = [self.scale.clone(), self.range.clone()];
         Ok(Segments::new(model, scales, &self.modes, self.end(period), forced, expansion))
@@ -238,21 +238,26 @@ impl<'f> OrbitCurve<'f> {
         }
     }
 
-    /// All segments at the parameter `p`, with the given flow tolerance and the slopes `forced` of the
-    /// drives.
+    /// All segments of an orbit, with the slopes `forced` of the drives. `compare`: by the run whose distance
+    /// is the error of the derivatives.
     pub(super) fn round(
         &self,
         model: &dyn Periodic,
         x: &DVector<f64>,
         forced: Vec<DriveSlope>,
-        tolerance: f64,
+        compare: bool,
     ) -> Result<Evaluated, CurveError> {
         let m = self.scale.len();
         let period = self.period_of(model);
         let segments = self.segments(model, period, m, forced)?;
         let nodes = self.phases.len() * m;
         let slack = self.coupling(segments.rigid()) * x.rows(nodes, x.len() - nodes);
-        let round = segments.round(&self.states(x, period), Some(&slack), tolerance, &self.meter);
+        let (states, tolerance) = (self.states(x, period), self.flow_tolerance);
+        let round = if compare {
+            segments.compared(&states, Some(&slack), tolerance, &self.meter)
+        } else {
+            segments.round(&states, Some(&slack), tolerance, &self.meter)
+        };
         Ok(Evaluated {
             round: round.map_err(Self::failed)?,
             rigid: segments.rigid().clone(),
@@ -315,7 +320,7 @@ impl<'f> OrbitCurve<'f> {
         x: &DVector<f64>,
         forced: &[DriveSlope],
     ) -> Result<Slopes, CurveError> {
-        let at = self.round(model, x, forced.to_vec(), self.flow_tolerance)?;
+        let at = self.round(model, x, forced.to_vec(), false)?;
         let (residual, by_x) = self.assemble(x, &at);
         let m = self.scale.len();
         let mut by_c = DMatrix::zeros(x.len(), forced.len());
@@ -327,7 +332,7 @@ impl<'f> OrbitCurve<'f> {
 
     /// The passage over all segments, at a model of the family.
     pub(crate) fn pass(&self, model: &dyn Periodic, x: &DVector<f64>) -> Result<Passage, CurveError> {
-        Ok(self.passage(self.round(model, x, Vec::new(), self.flow_tolerance)?))
+        Ok(self.passage(self.round(model, x, Vec::new(), false)?))
     }
 }
 
@@ -340,7 +345,7 @@ impl Curve for OrbitCurve<'_> {
         let forced: Vec<DriveSlope> =
             slope.map(|([i], constants)| constants.drive_slope(i).times(self.unit)).into_iter().collect();
         let exact = !forced.is_empty();
-        let at = self.round(&*model, x, forced, self.flow_tolerance)?;
+        let at = self.round(&*model, x, forced, false)?;
         let (residual, by_x) = self.assemble(x, &at);
         let m = self.scale.len();
         let mut by_p = DVector::zeros(x.len());
