@@ -73,7 +73,7 @@ pub use num_complex;
 /// Guide: an example, what serves which purpose, and pages on theory, models and methods.
 ///
 /// - A [`Model`] consists of drives (functions of time), algebra (accelerations) and contacts.
-/// - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`], [`Taylor`]) advances a model in time; see
+/// - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`], [`Taylor`], ..) advances a model in time; see
 ///   [which solver](guide::integrators). It locates the instants at which teeth touch or separate. No step
 ///   extends over such an instant or over a jump of the drives.
 /// - An observer receives every step: [`Statistics`], [`Rattle`], [`Section`](analysis::Section) or a
@@ -103,8 +103,7 @@ pub use num_complex;
 ///   map and a train of one's own. Pages [from Python and MATLAB](guide::from_python_and_matlab) and on a
 ///   [robot joint](guide::robot_joint).
 /// - **Your own model**: [`Shape`] and [`Machine`], one formula by [`from_fn`](model::from_fn), or two
-///   methods of [`Model`].
-///   [`check_model`](check::check_model) finds inconsistencies in it.
+///   methods of [`Model`]. [`check_model`](check::check_model) finds inconsistencies in it.
 /// - **Gear trains from parts** ([page](guide::trains)): [`Parts`](trains::Parts) of bodies, shafts,
 ///   bearings, meshes and torques make a [`Train`](trains::Train); ready are [`SpurPair`](trains::SpurPair),
 ///   [`Planetary`](trains::Planetary) and others.

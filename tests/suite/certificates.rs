@@ -975,7 +975,7 @@ fn ten_thousand_false_certificates() {
             (value + by, model.with(constant, value + by).unwrap())
         });
         let count = certificate.times().len();
-        for trial in 0..2100 {
+        for trial in 0..2200 {
             let mut wrong = stored.clone();
             let node = (random() * count as f64) as usize;
             let component = (random() * 2.0) as usize;

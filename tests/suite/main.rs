@@ -83,6 +83,7 @@ mod solvers;
 mod speed_laws;
 mod static_states;
 mod steep_forces;
+mod stiff_models;
 mod stored_mutations;
 mod stored_results;
 mod sweeps;

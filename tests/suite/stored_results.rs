@@ -262,3 +262,17 @@ fn damaged_bytes_never_panic() {
         }
     }
 }
+
+/// The method of a flow is stored as before; an integrator of one's own is an error, not the default.
+#[test]
+fn settings_with_an_integrator_of_ones_own_are_not_stored() {
+    for shooting in [Shooting::new(), Shooting::new().flow_method(FlowMethod::Dop853)] {
+        let text = serde_json::to_value(&shooting).unwrap();
+        assert_eq!(serde_json::from_value::<Shooting>(text).unwrap(), shooting);
+    }
+    assert_eq!(serde_json::to_value(Shooting::new()).unwrap()["method"], Value::Null);
+    let own = Shooting::new().integrator(Rk4::new(0.1));
+    let error = serde_json::to_value(&own).unwrap_err().to_string();
+    assert_eq!(error, "an integrator of one's own cannot be stored");
+    assert!(own == own.clone() && own != Shooting::new().integrator(Rk4::new(0.1)));
+}

@@ -10,9 +10,10 @@ use crate::ode::stepping::control::{Limits, StepRule, Tolerances};
 use crate::ode::stepping::engine::Tableau;
 
 /// An adaptive method: the embedded Runge-Kutta methods [`Rk45`](crate::Rk45) and [`Dop853`](crate::Dop853),
-/// and [`Taylor`](crate::Taylor), which has a rule of its own for the length of its steps.
+/// the Rosenbrock method [`Rodas`](crate::ode::Rodas), and [`Taylor`](crate::Taylor), which has a rule of its
+/// own for the length of its steps.
 ///
-/// A step of a Runge-Kutta method is accepted if the root mean square of e_j/(atol_j + rtol max(|y0_j|,
+/// A step of the others is accepted if the root mean square of e_j/(atol_j + rtol max(|y0_j|,
 /// |y1_j|)) over the components j is at most 1, with the local error estimate e. A PI controller sets the
 /// step size; the first step follows Hairer, Nørsett & Wanner I, Sect. II.4. Edges of the gaps are located
 /// unless [`plain`](Adaptive::plain) is set. No step extends over a drive edge.

@@ -28,8 +28,10 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
             let dy = y1[j] - y[j];
             first[j] = y[j];
             rise[j] = dy;
-            bend[j] = h * k0[j] - dy;
-            twist[j] = 2.0 * dy - h * (k0[j] + k1[j]);
+            if T::HERMITE {
+                bend[j] = h * k0[j] - dy;
+                twist[j] = 2.0 * dy - h * (k0[j] + k1[j]);
+            }
         }
         // Coefficients overflow in an accepted step only if the tolerance exceeds the motion. Without them
         // the dense output still agrees with both ends of the step.
@@ -54,7 +56,7 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         ends.contacts_at_look(theta);
     }
 
-    /// Dense coefficient F_c = h Σ d_l k_l, c ≥ 3.
+    /// Dense coefficient F_c = h Σ d_l k_l; c ≥ 3 after those of Hermite's cubic.
     pub(crate) fn dense_row<const L: usize>(&mut self, c: usize, row: &TableauRow<L>) {
         V::weigh(&mut self.dense[c + 1], &self.k, self.ends.h, row);
     }

@@ -3,15 +3,20 @@
 use crate::contact::Piece;
 use crate::excitation::Side;
 use crate::model::{Model, State};
+use crate::ode::shifted::Shifted;
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
 use std::fmt;
 
-/// An explicit Runge-Kutta method, written stage by stage as in Hairer, Nørsett & Wanner I.
+/// A Runge-Kutta or Rosenbrock method, written stage by stage as in Hairer, Nørsett & Wanner I and II.
 pub trait Tableau: Default {
     /// Whether an error estimate controls the step size.
     const ADAPTIVE: bool;
+    /// γ of a Rosenbrock method; `None` for an explicit method.
+    const IMPLICIT: Option<f64> = None;
+    /// Whether the first coefficients of the dense output are those of Hermite's cubic.
+    const HERMITE: bool = true;
     /// Number of slots: derivatives k that are kept, those of the dense output included.
     const SLOTS: usize;
     /// Number of evaluations in one attempt, slots 0 and `END` not counted.
@@ -60,6 +65,8 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(super) ready: Ready,
     /// Number of evaluations outside of attempts.
     pub(crate) evaluations: u64,
+    /// The linear equations of a Rosenbrock method.
+    pub(crate) shifted: Option<Shifted<'m, M>>,
 }
 
 impl<M: Model + ?Sized, V: Vector> fmt::Debug for Engine<'_, M, V> {
@@ -92,6 +99,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             dense: std::array::from_fn(|c| V::zeros(if c <= T::DENSE { m } else { 0 })),
             ready: Ready { end: false, dense: false },
             evaluations: 0,
+            shifted: T::IMPLICIT.map(|gamma| Shifted::new(model, gamma)),
         }
     }
 
