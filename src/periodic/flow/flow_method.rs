@@ -129,7 +129,7 @@ pub(crate) struct Accuracy<'a> {
 /// How the flow of a model is integrated.
 pub(crate) enum Expansion {
     /// By Taylor series: the tape of the model, with or without its derivatives.
-    Series(RefCell<Prepared>),
+    Series(Box<RefCell<Prepared>>),
     Dop853,
     /// By an integrator with tolerances of its own.
     Own(OwnIntegrator),
@@ -153,7 +153,7 @@ impl Expansion {
         }
         let moving = |drive: usize| forced.iter().any(|by| by.drives[drive] != 0.0);
         match Prepared::with(model, &moving, |tape| tangent(&tape, columns, forced)) {
-            Ok(prepared) => Ok(Expansion::Series(RefCell::new(prepared))),
+            Ok(prepared) => Ok(Expansion::Series(Box::new(RefCell::new(prepared)))),
             Err(error) if *chosen == Chosen::Method(FlowMethod::Taylor) => Err(error),
             Err(_) => Ok(Expansion::Dop853),
         }
@@ -165,7 +165,8 @@ impl Expansion {
         if *chosen == Chosen::Method(FlowMethod::Dop853) {
             return Expansion::Dop853;
         }
-        Prepared::new(model).map_or(Expansion::Dop853, |series| Expansion::Series(RefCell::new(series)))
+        Prepared::new(model)
+            .map_or(Expansion::Dop853, |series| Expansion::Series(Box::new(RefCell::new(series))))
     }
 
     /// No expansion: for flows that are integrated elsewhere.
