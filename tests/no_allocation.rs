@@ -6,7 +6,7 @@ use gear_dynamics::drives::Noisy;
 use gear_dynamics::model::Offers;
 use gear_dynamics::models::nfg::NfgPair2;
 use gear_dynamics::models::ring::{Frame, RingSet};
-use gear_dynamics::ode::{Stats, Step};
+use gear_dynamics::ode::{Rodas, Stats, Step};
 use gear_dynamics::periodic::{FlowMethod, FourierOrbit, Integrals, Variation};
 use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::roots::Residual;
@@ -81,6 +81,7 @@ fn steps_do_not_allocate() {
     steps_allocate_nothing("pair, rk4", &Rk4::new(0.5), &pair, &start, pair.period());
     steps_allocate_nothing("pair, rk45", &Rk45::new(), &pair, &start, pair.period());
     steps_allocate_nothing("pair, dop853", &Dop853::new(), &pair, &start, pair.period());
+    steps_allocate_nothing("pair, rodas", &Rodas::new().rtol(1e-6), &pair, &start, pair.period());
     steps_allocate_nothing("pair, taylor", &Taylor::new(), &pair, &start, pair.period());
     steps_allocate_nothing("ball, dop853", &Dop853::new(), &Ball, &State::new(0.0, &[1.0], &[0.0]), 200.0);
     let two = NfgPair2::new(&NfgParams { speed: 180.0, ..NfgParams::table1() }, 0.01).unwrap();
@@ -95,6 +96,7 @@ fn steps_do_not_allocate() {
         .unwrap()
         .with_frame(Frame::Rigid);
     steps_allocate_nothing("ring, dop853", &Dop853::new(), &ring, &State::at_rest(13), 0.1);
+    steps_allocate_nothing("ring, rodas", &Rodas::new().rtol(1e-6), &ring, &State::at_rest(13), 0.1);
     steps_allocate_nothing("ring, taylor", &Taylor::new(), &ring, &State::at_rest(13), 0.1);
     let process = HeldProcess::new(1e-4, rand_distr::Uniform::new(0.0, 1.0).unwrap()).unwrap();
     let slot = |i: usize| ring.slot(&format!("mesh damping {i}")).unwrap();

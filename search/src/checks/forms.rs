@@ -6,7 +6,7 @@ use crate::{Check, Outcome};
 use gear_dynamics::contact::{Contact, Piece};
 use gear_dynamics::model::{Offers, from_fn};
 use gear_dynamics::models::Oscillator;
-use gear_dynamics::ode::Step;
+use gear_dynamics::ode::{Rodas, Step};
 use gear_dynamics::{Dop853, Integrator, Model, Rk4, Rk45, State, Taylor};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -156,6 +156,7 @@ fn compare(draw: &mut Draw, plane: &Plane, start: &State, end: f64, rtol: f64) -
     let mut runs: Vec<(&str, Run)> = vec![
         ("Model by Dop853", run(&dop853, plane, start, end)),
         ("Model by Rk45", run(&Rk45::new().rtol(rtol.max(1e-12)).atol(atol), plane, start, end)),
+        ("Model by Rodas", run(&Rodas::new().rtol(rtol.max(1e-10)).atol(atol.max(1e-12)), plane, start, end)),
     ];
     // Without pieces a step that ends on an edge sees the jump of the force there.
     if plane.pieces || smooth {
@@ -184,7 +185,11 @@ fn compare(draw: &mut Draw, plane: &Plane, start: &State, end: f64, rtol: f64) -
         draw.note(|| format!("{name} {:?} {:?} {crossings:?}, reference {:?}", state.q, state.v, fine));
         let off = (state.q[0] - fine.0[0]).abs() + (state.v[0] - fine.0[1]).abs();
         let fixed = name.ends_with("Rk4");
-        let local = if fixed { 1e-6 } else { 3e2 * (1.0 + plane.mesh.sqrt()) * rtol.max(1e-12) };
+        let local = if fixed {
+            1e-6
+        } else {
+            3e2 * (1.0 + plane.mesh.sqrt()) * rtol.max(if name == "Model by Rodas" { 1e-10 } else { 1e-12 })
+        };
         let kinks = if name == "formula by Dop853" {
             let slope = plane.mesh * (1.0 + plane.variation) * speed;
             KINK * slope * (fastest / STEPS_OF_FORMULA).powi(2) * (fine.1 + 1) as f64

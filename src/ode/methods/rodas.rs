@@ -18,11 +18,11 @@ use crate::ode::stepping::vector::Vector;
 /// 1995; Hairer & Wanner, Solving Ordinary Differential Equations II, Sect. IV.7.
 ///
 /// ```
-/// use gear_dynamics::ode::Rodas;
-/// use gear_dynamics::{Dop853, Integrator, State, model::from_fn};
-/// // q follows cos t within 1e-8: explicit methods need thousands of steps for their stability.
+/// use gear_dynamics::ode::{Rodas, Step};
+/// use gear_dynamics::{Integrator, State, model::from_fn};
+/// // q follows cos t: explicit methods need thousands of steps for their stability.
 /// let stiff = from_fn(1, |t, q, v, a| a[0] = -1e8 * (q[0] - t.cos()) - 2e4 * v[0])?;
-/// let mut quiet = |_: &mut gear_dynamics::ode::Step<'_>| std::ops::ControlFlow::Continue(());
+/// let mut quiet = |_: &mut Step<'_>| std::ops::ControlFlow::Continue(());
 /// let start = State::new(0.0, &[1.0], &[0.0]);
 /// let run = Rodas::new().rtol(1e-6).atol(1e-9).run(&stiff, &start, 3.0, &mut quiet)?;
 /// assert!((run.state.q[0] - (3f64.cos() + 2e-4 * 3f64.sin())).abs() < 1e-6);
@@ -117,13 +117,8 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         let a = k[n..].iter().fold(0.0, |largest: f64, a| largest.max(a.abs()));
         let sizes = |j: usize| match y[j].abs().max((h * k[j]).abs()) {
             0.0 if a == 0.0 => atol[j] / self.rtol,
-            0.0 => {
-                if j < n {
-                    h * h * a
-                } else {
-                    h * a
-                }
-            }
+            0.0 if j < n => h * h * a,
+            0.0 => h * a,
             size => size,
         };
         self.evaluations += shifted.take(pieces, [ends.t, ends.h()], [y, k], sizes);
