@@ -73,9 +73,9 @@ pub use num_complex;
 /// Guide: an example, what serves which purpose, and pages on theory, models and methods.
 ///
 /// - A [`Model`] consists of drives (functions of time), algebra (accelerations) and contacts.
-/// - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`], [`Taylor`], ..) advances a model in time; see
-///   [which solver](guide::integrators). It locates the instants at which teeth touch or separate. No step
-///   extends over such an instant or over a jump of the drives.
+/// - A solver (an [`Integrator`]: [`Rk4`], [`Rk45`], [`Dop853`], [`Taylor`], ..) advances a model in time;
+///   see [which solver](guide::integrators). It locates the instants at which teeth touch or separate. No
+///   step extends over such an instant or over a jump of the drives.
 /// - An observer receives every step: [`Statistics`], [`Rattle`], [`Section`](analysis::Section) or a
 ///   closure.
 /// - [`Settle`] integrates a periodic model until its state repeats.

@@ -12,7 +12,8 @@ use crate::ode::stepping::vector::Vector;
 /// Six stages (1 - γ h J) k_i = f_i + Σ c_ij k_j + d_i h ∂f/∂t with one factorisation in a step. The Jacobian
 /// J is the one that the model offers, or differences; ∂f/∂t are differences. The method is stiffly accurate
 /// and L-stable and keeps its order where a motion follows a fast decay. Error estimate and dense output have
-/// order 3. Edges are located as by the explicit methods.
+/// order 3. Edges are located as by the explicit methods. The rounding of stiff accelerations bounds the
+/// tolerance of velocities from below: far under it, steps become short.
 ///
 /// Source: Steinebach, Order-reduction of ROW-methods for DAEs and method of lines applications, TH Darmstadt
 /// 1995; Hairer & Wanner, Solving Ordinary Differential Equations II, Sect. IV.7.
