@@ -1,8 +1,8 @@
 //! Integration in time, with located edges.
 //!
-//! An [`Integrator`] runs a model to a time or to an end of a run. [`Dop853`] takes every model; [`Taylor`]
-//! is the fastest for smooth pieces at tight tolerances, [`Rk45`] for loose ones, [`Rodas`] for stiff models,
-//! [`Rk4`] has fixed steps.
+//! An [`Integrator`] runs a model to a time or to an end of a run. [`Dop853`] takes every model. [`Taylor`]
+//! is the fastest for smooth pieces at tight tolerances, and [`Rk45`] is for loose ones. [`Rodas`] is for
+//! stiff models. [`Rk4`] has fixed steps.
 //! A [`Trajectory`] keeps a motion, an [`Observer`] sees each of its steps, a [`Probe`] names its channels.
 //! A [`Budget`] limits steps and time and cancels. The [guide page](crate::guide::integrators) helps to
 //! choose.

@@ -1,12 +1,12 @@
 //! The linear equations of the stages of a Rosenbrock method.
 
 use crate::contact::Piece;
-use crate::excitation::Side;
 use crate::model::Model;
 use crate::model::structure::slopes::{Slopes, accelerate};
+use crate::numeric::lagrange::lagrange;
 
-/// Step of the difference for ∂a/∂t, as a share of the step `[1]`.
-const IN_TIME: f64 = 1e-3;
+/// Number of instants of a step from which ∂a/∂t is interpolated: the start and the nodes.
+const INSTANTS: usize = 5;
 
 /// Relative accuracy for which the steps of differences for the Jacobian are chosen `[1]`.
 const SLOPES: f64 = 1e-12;
@@ -18,64 +18,60 @@ pub(crate) struct Shifted<'m, M: ?Sized> {
     gamma: f64,
     h: f64,
     slopes: Slopes<'m, M>,
-    /// h ∂a/∂t along the drives.
+    /// h ∂a/∂t at the start of the step, at the state there.
     pub(crate) by_time: Vec<f64>,
+    /// Weights of the accelerations at the instants in `by_time`.
+    weights: [f64; INSTANTS],
     /// The factors of the matrix row by row: U, and L below its diagonal of ones.
     factors: Vec<f64>,
     /// The row that was exchanged with row i.
     pivots: Vec<usize>,
-    /// Scratch: drives, accelerations.
-    u: Vec<f64>,
+    /// Scratch: accelerations.
     a: Vec<f64>,
 }
 
 impl<'m, M: Model + ?Sized> Shifted<'m, M> {
-    pub(crate) fn new(model: &'m M, gamma: f64) -> Self {
+    /// `nodes`: four nodes of the method, as shares of the step.
+    pub(crate) fn new(model: &'m M, gamma: f64, nodes: &[f64]) -> Self {
         let n = model.dof();
+        let instants = std::array::from_fn(|i| if i == 0 { 0.0 } else { nodes[i - 1] });
         Shifted {
             gamma,
             h: 0.0,
             slopes: Slopes::new(model, vec![0.0; 2 * n], SLOPES),
             by_time: vec![0.0; n],
+            weights: lagrange::<INSTANTS>(instants).map(|polynomial| polynomial[1]),
             factors: vec![0.0; n * n],
             pivots: vec![0; n],
-            u: vec![0.0; model.drives()],
             a: vec![0.0; n],
         }
     }
 
-    /// Takes the Jacobian and ∂a/∂t at the start of a step [t, h]. `sizes`: of coordinates and velocities.
-    /// Returns the number of evaluations.
-    pub(crate) fn take(
+    /// Computes the Jacobian and ∂a/∂t at the state `y` at the start of a step `h`, and factorises the matrix.
+    /// `drives`: those at the instants. `sizes`: of coordinates and velocities. Returns the number of
+    /// evaluations.
+    pub(crate) fn prepare(
         &mut self,
         pieces: Option<&[Piece]>,
-        [t, h]: [f64; 2],
-        [y, k]: [&[f64]; 2],
+        h: f64,
+        y: &[f64],
+        drives: [&[f64]; INSTANTS],
         sizes: impl Fn(usize) -> f64,
     ) -> u64 {
         let n = self.a.len();
         let (q, v) = y.split_at(n);
         self.h = h;
         self.slopes.scale.iter_mut().enumerate().for_each(|(j, scale)| *scale = sizes(j));
-        let model = self.slopes.model();
-        model.drive(t, Side::After, &mut self.u);
-        self.slopes.at(pieces, &self.u, q, v);
-        // ∂a/∂t = (4 a(t + δ) - 3 a(t) - a(t + 2δ))/(2δ)
-        let (delta, moves) = (IN_TIME * h, model.drives() > 0);
-        for (weight, b) in self.by_time.iter_mut().zip(&k[n..]) {
-            *weight = if moves { -3.0 * b } else { 0.0 };
-        }
-        if moves {
-            for (weight, times) in [(4.0, 1.0), (-1.0, 2.0)] {
-                model.drive(t + times * delta, Side::After, &mut self.u);
-                accelerate(model, pieces, &self.u, q, v, &mut self.a);
-                self.by_time.iter_mut().zip(&self.a).for_each(|(sum, a)| *sum += weight * a);
-            }
-            self.by_time.iter_mut().for_each(|sum| *sum *= 0.5 / IN_TIME);
-        }
+        self.slopes.at(pieces, drives[0], q, v);
         self.factorise();
-        let differences = if self.slopes.differenced { 4 * n as u64 } else { 0 };
-        differences + 2 * u64::from(moves)
+        self.by_time.fill(0.0);
+        let instants = if drives[0].is_empty() { 0 } else { INSTANTS };
+        for (u, weight) in drives.into_iter().zip(self.weights).take(instants) {
+            accelerate(self.slopes.model(), pieces, u, q, v, &mut self.a);
+            self.by_time.iter_mut().zip(&self.a).for_each(|(sum, a)| *sum += weight * a);
+        }
+        let differences = if self.slopes.differenced { 4 * n } else { 0 };
+        (differences + instants) as u64
     }
 
     /// Gaussian elimination with exchanges of rows, in place: that of a library allocates in every step.

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 /// m x'' = -m g - W above a flank at x = 0, W = -(k y + c y') with the depth y = -x past it. A rigid stop takes
 /// the place of the flank if there is a restitution.
-struct Ball {
+pub(crate) struct Ball {
     mass: f64,
     gravity: f64,
     stiffness: f64,
@@ -18,6 +18,10 @@ struct Ball {
 impl Ball {
     fn elastic(mass: f64, gravity: f64, stiffness: f64) -> Self {
         Ball { mass, gravity, stiffness, damping: 0.0, stop: None }
+    }
+    /// A ball of mass 1 on a rigid floor.
+    pub(crate) fn with_stop(gravity: f64, stop: Restitution) -> Self {
+        Ball { stop: Some(stop), ..Ball::elastic(1.0, gravity, 0.0) }
     }
     fn force(&self, piece: Piece, x: f64, v: f64) -> f64 {
         if piece == Piece::Lower { self.stiffness * x + self.damping * v } else { 0.0 }

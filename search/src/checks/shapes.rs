@@ -74,28 +74,12 @@ fn distance(a: &State, b: &State) -> f64 {
 /// Number of periods of an integration.
 const PERIODS: f64 = 3.0;
 
-/// Number of instants at which the errors of a run are weighed.
-const PARTS: u32 = 12;
-
-/// The largest derivative of the flow from one of several instants of a run to its end; at least 1. An error of a
-/// step grows from its own instant on, not from the start.
-fn growth(chain: &Machine<Chain>, start: &State, end: f64) -> Result<f64, String> {
-    let solver = Taylor::new().rtol(1e-12).atol(1e-14);
-    let (mut growth, mut state) = (1.0f64, start.clone());
-    for k in 1..=PARTS {
-        let flow = Variation::new().run(chain, &state, end).map_err(told)?;
-        growth = growth.max(flow.matrix.amax());
-        state = solver.end(chain, &state, end * f64::from(k) / f64::from(PARTS)).map_err(told)?;
-    }
-    Ok(growth)
-}
-
 /// `Taylor` and `Dop853` from a random state; their errors grow with the derivative of the flow.
 fn integrators(draw: &mut Draw, chain: &Machine<Chain>) -> Compared {
     let (start, end) = (random_state(draw, chain.dof()), PERIODS * chain.period());
     let by_taylor = Taylor::new().rtol(1e-12).atol(1e-14).end(chain, &start, end).map_err(told)?;
     let by_dop853 = Dop853::new().rtol(1e-12).atol(1e-14).end(chain, &start, end).map_err(told)?;
-    let growth = growth(chain, &start, end)?;
+    let growth = Variation::new().run(chain, &start, end).map_err(told)?.matrix.amax().max(1.0);
     let apart = distance(&by_taylor, &by_dop853);
     draw.note(|| format!("apart {apart:.1e}, growth {growth:.1e}"));
     let findings = check_periodic(chain, &start);

@@ -47,7 +47,8 @@ impl Extremum {
     }
 }
 
-/// Distance of two phases up to which extremes of neighbouring orbits are the same one.
+/// Extremes of neighbouring orbits whose phases differ by more than this share of the period are different
+/// ones `[1]`.
 pub(crate) const NEAR: f64 = 0.1;
 
 /// Which edges of each contact are rigid stops; empty if none is.

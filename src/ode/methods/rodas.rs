@@ -10,10 +10,9 @@ use crate::ode::stepping::vector::Vector;
 /// fastest decay or oscillation of the model, as with a stiff bearing or a strong damper.
 ///
 /// Six stages (1 - γ h J) k_i = f_i + Σ c_ij k_j + d_i h ∂f/∂t with one factorisation in a step. The Jacobian
-/// J is the one that the model offers, or differences; ∂f/∂t are differences. The method is stiffly accurate
+/// J is the one that the model offers, or differences; ∂f/∂t is interpolated in the step. The method is stiffly accurate
 /// and L-stable and keeps its order where a motion follows a fast decay. Error estimate and dense output have
-/// order 3. Edges are located as by the explicit methods. The rounding of stiff accelerations bounds the
-/// tolerance of velocities from below: far under it, steps become short.
+/// order 3. Edges are located as by the explicit methods.
 ///
 /// Source: Steinebach, Order-reduction of ROW-methods for DAEs and method of lines applications, TH Darmstadt
 /// 1995; Hairer & Wanner, Solving Ordinary Differential Equations II, Sect. IV.7.
@@ -107,9 +106,11 @@ impl Tableau for Rosenbrock4 {
 }
 
 impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
-    /// Takes the linear equations at the start of the step. Slot 0 must be filled.
+    /// Computes the Jacobian and ∂f/∂t at the start of the step and factorises the matrix of the stages.
+    /// Slot 0 holds the derivative there.
     fn linearise<const FIXED: bool>(&mut self) {
         let Some(shifted) = &mut self.shifted else { return };
+        self.ends.drive(0.0);
         let (ends, k) = (&self.ends, self.k[0].slice());
         let (y, atol) = (ends.y.slice(), ends.atol.slice());
         let pieces = FIXED.then_some(&ends.pieces[..]);
@@ -122,7 +123,9 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
             0.0 => h * a,
             size => size,
         };
-        self.evaluations += shifted.take(pieces, [ends.t, ends.h()], [y, k], sizes);
+        let at = |node: usize| ends.nodes.at(node);
+        let drives = [&ends.u_stage[..], at(0), at(1), at(2), at(3)];
+        self.evaluations += shifted.prepare(pieces, h, y, drives, sizes);
     }
 
     /// The first stage: slot 1 from the derivative at the start.
@@ -132,7 +135,8 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         self.solve(1, by_time);
     }
 
-    /// Stage `s` at a node of the step: slot s from those of the rows in the state and beside it.
+    /// Computes stage `s` at a node of the step, in slot s. `inside`: weights of the earlier stages in its
+    /// state. `beside`: their weights on the right-hand side of the linear equations.
     fn solve_at<const FIXED: bool, const L: usize>(
         &mut self,
         node: usize,

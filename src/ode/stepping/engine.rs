@@ -15,7 +15,7 @@ pub trait Tableau: Default {
     const ADAPTIVE: bool;
     /// γ of a Rosenbrock method; `None` for an explicit method.
     const IMPLICIT: Option<f64> = None;
-    /// Whether the first coefficients of the dense output are those of Hermite's cubic.
+    /// Whether the dense output contains the cubic through the states and derivatives at both ends (Hermite).
     const HERMITE: bool = true;
     /// Number of slots: derivatives k that are kept, those of the dense output included.
     const SLOTS: usize;
@@ -99,7 +99,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             dense: std::array::from_fn(|c| V::zeros(if c <= T::DENSE { m } else { 0 })),
             ready: Ready { end: false, dense: false },
             evaluations: 0,
-            shifted: T::IMPLICIT.map(|gamma| Shifted::new(model, gamma)),
+            shifted: T::IMPLICIT.map(|gamma| Shifted::new(model, gamma, T::NODES)),
         }
     }
 
@@ -215,8 +215,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     }
 
     /// Computes the [derivative at the start](Engine::derivative_at_start) of a step that begins at a
-    /// crossing, at a time `behind` later (if negative, earlier). Without fixed pieces the start may lie
-    /// before the edge, within the accuracy of its location, and the force there is that of the old piece.
+    /// crossing. `behind`: the time after the crossing at which it is computed; negative: before it. Without
+    /// fixed pieces the crossing may have been located a little before its edge. The force there is that of
+    /// the old piece.
     pub(crate) fn derivative_behind(&mut self, behind: f64) {
         self.derivative_at_start();
         let largest = |part: &[f64]| part.iter().fold(0.0, |m: f64, x| m.max(x.abs()));

@@ -75,13 +75,33 @@ impl serde::Serialize for Chosen {
     }
 }
 
+impl Chosen {
+    /// Whether the flow may be integrated by Taylor series.
+    pub(crate) fn allows_series(&self) -> bool {
+        !matches!(self, Chosen::Method(FlowMethod::Dop853) | Chosen::Own(_))
+    }
+}
+
+/// The run of an [`Integrator`].
+type Run = dyn Fn(&dyn Model, &State, f64, &mut dyn Observer) -> Result<Finish, IntegrateError> + Send + Sync;
+
 /// An [`Integrator`] whose type is not known.
-#[derive(Clone, Debug)]
-pub(crate) struct OwnIntegrator(Arc<dyn AnyIntegrator>);
+#[derive(Clone)]
+pub(crate) struct OwnIntegrator(Arc<Run>);
 
 impl OwnIntegrator {
-    pub(crate) fn new(integrator: impl Integrator + fmt::Debug + Send + Sync + 'static) -> Self {
-        OwnIntegrator(Arc::new(integrator))
+    pub(crate) fn new(integrator: impl Integrator + Send + Sync + 'static) -> Self {
+        OwnIntegrator(Arc::new(
+            move |model: &dyn Model, start: &State, t_end: f64, observer: &mut dyn Observer| {
+                integrator.run(model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))
+            },
+        ))
+    }
+}
+
+impl fmt::Debug for OwnIntegrator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an integrator of one's own")
     }
 }
 
@@ -89,28 +109,6 @@ impl OwnIntegrator {
 impl PartialEq for OwnIntegrator {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
-    }
-}
-
-trait AnyIntegrator: fmt::Debug + Send + Sync {
-    fn run_any(
-        &self,
-        model: &dyn Model,
-        start: &State,
-        t_end: f64,
-        observer: &mut dyn Observer,
-    ) -> Result<Finish, IntegrateError>;
-}
-
-impl<I: Integrator + fmt::Debug + Send + Sync> AnyIntegrator for I {
-    fn run_any(
-        &self,
-        model: &dyn Model,
-        start: &State,
-        t_end: f64,
-        observer: &mut dyn Observer,
-    ) -> Result<Finish, IntegrateError> {
-        self.run(model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))
     }
 }
 
@@ -190,7 +188,7 @@ impl Expansion {
                 prepared.borrow_mut().run(&settings, &model, start, t_end, observer)
             }
             Expansion::Own(own) => {
-                own.0.run_any(&model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))
+                (own.0)(&model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))
             }
             Expansion::Dop853 => {
                 let solver = Dop853::new().rtol(rtol).atol_each(atol);

@@ -9,7 +9,6 @@ use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::{Accuracy, Chosen, Expansion, FlowMethod, OwnIntegrator};
 use crate::periodic::flow::tangent::Tangent;
 use nalgebra::DMatrix;
-use std::fmt::Debug;
 use std::ops::ControlFlow;
 
 /// δx' = ∂f/∂x δx between edges; δx⁺ = δx + (f⁺ - f⁻) (∇h·δx)/h' at an edge.
@@ -62,7 +61,7 @@ impl Variation {
     /// [crossings](crate::ode::Step::crossings), the derivatives jump as they must; edges that it does not
     /// locate leave errors of its steps. The default method measures the ranges of motion, and reads results
     /// along orbits.
-    pub fn integrator(self, integrator: impl Integrator + Debug + Send + Sync + 'static) -> Self {
+    pub fn integrator(self, integrator: impl Integrator + Send + Sync + 'static) -> Self {
         Variation { method: Chosen::Own(OwnIntegrator::new(integrator)), ..self }
     }
     /// Maximum number of steps and maximum time of a run.

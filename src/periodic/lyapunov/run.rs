@@ -15,7 +15,6 @@ use crate::periodic::lyapunov::exponents::{Exponents, LyapunovError};
 use crate::periodic::lyapunov::growth::Growth;
 use crate::periodic::lyapunov::progress::Progress;
 use crate::periodic::pursuit::{Pursuit, PursuitError};
-use std::fmt::Debug;
 use std::ops::ControlFlow;
 
 /// Lyapunov exponents by QR.
@@ -110,7 +109,7 @@ impl Lyapunov {
         Lyapunov { method: Chosen::Method(method), ..self }
     }
     /// Replaces the method: see [`Variation::integrator`](crate::periodic::Variation::integrator).
-    pub fn integrator(self, integrator: impl Integrator + Debug + Send + Sync + 'static) -> Self {
+    pub fn integrator(self, integrator: impl Integrator + Send + Sync + 'static) -> Self {
         Lyapunov { method: Chosen::Own(OwnIntegrator::new(integrator)), ..self }
     }
     /// Maximum number of steps and maximum time of one call, settling included.
@@ -205,7 +204,7 @@ impl Lyapunov {
     }
     /// Whether the flow may be integrated by Taylor series.
     pub(crate) fn allows_series(&self) -> bool {
-        matches!(self.method, Chosen::ByModel | Chosen::Method(FlowMethod::Taylor | FlowMethod::Own))
+        self.method.allows_series()
     }
     /// Number of exponents of a model with `dof` degrees of freedom.
     pub(crate) fn count_for(&self, dof: usize) -> usize {

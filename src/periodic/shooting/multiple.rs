@@ -12,10 +12,9 @@ use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::guess::{Guess, NodePlan};
 use crate::periodic::shooting::neighbour::Neighbour;
-use crate::periodic::shooting::segments::{Round, Segments, drift};
+use crate::periodic::shooting::segments::{Purpose, Round, Segments, drift};
 use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
 use crate::roots::newton::is_monotone;
-use std::fmt::Debug;
 
 /// Periodic orbits by multiple shooting.
 ///
@@ -119,7 +118,7 @@ impl Shooting {
         Shooting { method: Chosen::Method(method), ..self }
     }
     /// Replaces the method: see [`Variation::integrator`](crate::periodic::Variation::integrator).
-    pub fn integrator(self, integrator: impl Integrator + Debug + Send + Sync + 'static) -> Self {
+    pub fn integrator(self, integrator: impl Integrator + Send + Sync + 'static) -> Self {
         Shooting { method: Chosen::Own(OwnIntegrator::new(integrator)), ..self }
     }
     /// Maximum number of Newton iterations. Default: 40.
@@ -244,8 +243,7 @@ impl Shooting {
 
     /// Whether an orbit in one segment, along Taylor series, is what the settings ask for.
     pub(crate) fn suits_lanes(&self) -> bool {
-        self.segments.is_none_or(|segments| segments == 1)
-            && matches!(self.method, Chosen::ByModel | Chosen::Method(FlowMethod::Taylor | FlowMethod::Own))
+        self.segments.is_none_or(|segments| segments == 1) && self.method.allows_series()
     }
 
     /// Checks the settings in a sweep, which measures the period multiple of each motion.
@@ -291,11 +289,11 @@ impl Shooting {
             states: states.to_vec(),
             corrections: corrections.to_vec(),
         };
-        let mut here = segments.round(&guess.states, None, self.flow_tolerance, meter).map_err(
-            |SegmentError { segment, error }| {
+        let mut here = segments
+            .round(Purpose::Orbit, &guess.states, None, self.flow_tolerance, meter)
+            .map_err(|SegmentError { segment, error }| {
                 ShootingError::of_segment(segment, error, fail(&guess.states, &corrections))
-            },
-        )?;
+            })?;
         for _ in 0..self.max_iterations {
             let last = |corrections: &[f64]| fail(&here.states, corrections);
             let system = match Cyclic::factor(&here.transitions, segments.rigid()) {
@@ -319,7 +317,7 @@ impl Shooting {
             let mut damping = 1.0;
             let next = loop {
                 let (states, slack) = segments.moved(&here, &step, &slack, damping);
-                match segments.round(&states, Some(&slack), self.flow_tolerance, meter) {
+                match segments.round(Purpose::Orbit, &states, Some(&slack), self.flow_tolerance, meter) {
                     Ok(trial) => {
                         let simplified = segments.norm(&system.solve(&trial.defects).0);
                         if is_monotone(simplified / size, damping) || simplified <= self.tolerance {
@@ -362,7 +360,9 @@ impl Shooting {
             let last = Iterate { states: round.states, corrections };
             return Err(ShootingError::Accelerates { coordinate, gain, last });
         }
-        let looser = segments.compared(&round.states, Some(&round.slack), self.flow_tolerance, meter).ok();
+        let looser = segments
+            .round(Purpose::Comparison, &round.states, Some(&round.slack), self.flow_tolerance, meter)
+            .ok();
         let monodromy = round.monodromy();
         let multipliers = match Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY) {
             Ok(multipliers) => multipliers,

@@ -23,6 +23,15 @@ const GAINS: f64 = 1e-9;
 /// of a fold or a branch point `[1]`.
 const FOLD: f64 = 1e-2;
 
+/// What the flow over the segments is integrated for.
+#[derive(Clone, Copy)]
+pub(crate) enum Purpose {
+    Orbit,
+    /// A second run whose distance is the error of the derivatives: with a looser tolerance, or by DOP853
+    /// instead of an integrator of one's own.
+    Comparison,
+}
+
 /// Data that stay fixed during the iterations of one shooting run.
 pub(crate) struct Segments<'m, M: ?Sized> {
     model: &'m M,
@@ -102,38 +111,17 @@ impl<'m, M: Model + ?Sized> Segments<'m, M> {
     /// the last defect zero.
     pub(crate) fn round(
         &self,
+        purpose: Purpose,
         states: &[State],
         slack: Option<&DVector<f64>>,
         tolerance: f64,
         meter: &Meter<'_>,
     ) -> Result<Round, SegmentError> {
-        self.round_by(&self.expansion, states, slack, tolerance, meter)
-    }
-
-    /// Integrates once more for the error of the derivatives: with a looser tolerance, or by DOP853 instead
-    /// of an integrator of one's own.
-    pub(crate) fn compared(
-        &self,
-        states: &[State],
-        slack: Option<&DVector<f64>>,
-        tolerance: f64,
-        meter: &Meter<'_>,
-    ) -> Result<Round, SegmentError> {
-        let (by, tolerance) = match &self.expansion {
-            Expansion::Own(_) => (&Expansion::Dop853, tolerance),
-            same => (same, LOOSER * tolerance),
+        let (expansion, tolerance) = match (purpose, &self.expansion) {
+            (Purpose::Comparison, Expansion::Own(_)) => (&Expansion::Dop853, tolerance),
+            (Purpose::Comparison, same) => (same, LOOSER * tolerance),
+            (Purpose::Orbit, same) => (same, tolerance),
         };
-        self.round_by(by, states, slack, tolerance, meter)
-    }
-
-    fn round_by(
-        &self,
-        expansion: &Expansion,
-        states: &[State],
-        slack: Option<&DVector<f64>>,
-        tolerance: f64,
-        meter: &Meter<'_>,
-    ) -> Result<Round, SegmentError> {
         let count = states.len();
         let (mut transitions, mut defects, mut crossings) =
             (Vec::with_capacity(count), Vec::with_capacity(count), 0);

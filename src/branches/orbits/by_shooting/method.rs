@@ -12,7 +12,7 @@ use crate::branches::stability_method::StabilityMethod;
 use crate::model::{Channel, State};
 use crate::ode::Budget;
 use crate::periodic::flow::variation::unscaled;
-use crate::periodic::shooting::segments::{drift, orthonormal};
+use crate::periodic::shooting::segments::{Purpose, drift, orthonormal};
 use crate::periodic::shooting::shooting_orbit::OrbitParts;
 use crate::periodic::{Multipliers, ShootingOrbit};
 use nalgebra::DVector;
@@ -64,8 +64,8 @@ impl Orbits for OrbitCurve<'_> {
         self.reference = State::new(0.0, &x.as_slice()[..m / 2], &x.as_slice()[m / 2..m]);
     }
 
-    /// The error of the multipliers is their distance from those of the run that is
-    /// [compared](crate::periodic::shooting::segments::Segments::compared).
+    /// The error of the multipliers is their distance from those of the run for
+    /// [comparison](Purpose::Comparison).
     fn orbit(&self, point: &CurvePoint<Passage>) -> Result<(ShootingOrbit, Multipliers), CurveError> {
         let CurvePoint { x, p, solution: passage, corrections, .. } = point;
         let none = || CurveError::NotConverged { corrections: corrections.to_vec() };
@@ -73,7 +73,7 @@ impl Orbits for OrbitCurve<'_> {
         let model = self.model(*p)?;
         let looser = match self.stability {
             StabilityMethod::Skipped => None,
-            StabilityMethod::Multipliers => Some(self.round(&*model, x, Vec::new(), true)),
+            StabilityMethod::Multipliers => Some(self.round(&*model, x, Vec::new(), Purpose::Comparison)),
         };
         if let Some(Err(CurveError::Exhausted(exhausted))) = looser {
             return Err(exhausted.into());

@@ -11,7 +11,7 @@ use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::flow_method::{Chosen, Expansion};
 use crate::periodic::flow::walk::SegmentError;
-use crate::periodic::shooting::segments::{Round, Segments, orthonormal};
+use crate::periodic::shooting::segments::{Purpose, Round, Segments, orthonormal};
 use crate::periodic::{FlowMethod, Multipliers, Shooting, ShootingOrbit};
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
@@ -238,14 +238,14 @@ impl<'f> OrbitCurve<'f> {
         }
     }
 
-    /// All segments of an orbit, with the slopes `forced` of the drives. `compare`: by the run whose distance
-    /// is the error of the derivatives.
+    /// Integrates over all segments of an orbit, with the derivatives with respect to the parameters on which
+    /// the drives depend by `forced`.
     pub(super) fn round(
         &self,
         model: &dyn Periodic,
         x: &DVector<f64>,
         forced: Vec<DriveSlope>,
-        compare: bool,
+        purpose: Purpose,
     ) -> Result<Evaluated, CurveError> {
         let m = self.scale.len();
         let period = self.period_of(model);
@@ -253,11 +253,7 @@ impl<'f> OrbitCurve<'f> {
         let nodes = self.phases.len() * m;
         let slack = self.coupling(segments.rigid()) * x.rows(nodes, x.len() - nodes);
         let (states, tolerance) = (self.states(x, period), self.flow_tolerance);
-        let round = if compare {
-            segments.compared(&states, Some(&slack), tolerance, &self.meter)
-        } else {
-            segments.round(&states, Some(&slack), tolerance, &self.meter)
-        };
+        let round = segments.round(purpose, &states, Some(&slack), tolerance, &self.meter);
         Ok(Evaluated {
             round: round.map_err(Self::failed)?,
             rigid: segments.rigid().clone(),
@@ -320,7 +316,7 @@ impl<'f> OrbitCurve<'f> {
         x: &DVector<f64>,
         forced: &[DriveSlope],
     ) -> Result<Slopes, CurveError> {
-        let at = self.round(model, x, forced.to_vec(), false)?;
+        let at = self.round(model, x, forced.to_vec(), Purpose::Orbit)?;
         let (residual, by_x) = self.assemble(x, &at);
         let m = self.scale.len();
         let mut by_c = DMatrix::zeros(x.len(), forced.len());
@@ -332,7 +328,7 @@ impl<'f> OrbitCurve<'f> {
 
     /// The passage over all segments, at a model of the family.
     pub(crate) fn pass(&self, model: &dyn Periodic, x: &DVector<f64>) -> Result<Passage, CurveError> {
-        Ok(self.passage(self.round(model, x, Vec::new(), false)?))
+        Ok(self.passage(self.round(model, x, Vec::new(), Purpose::Orbit)?))
     }
 }
 
@@ -345,7 +341,7 @@ impl Curve for OrbitCurve<'_> {
         let forced: Vec<DriveSlope> =
             slope.map(|([i], constants)| constants.drive_slope(i).times(self.unit)).into_iter().collect();
         let exact = !forced.is_empty();
-        let at = self.round(&*model, x, forced, false)?;
+        let at = self.round(&*model, x, forced, Purpose::Orbit)?;
         let (residual, by_x) = self.assemble(x, &at);
         let m = self.scale.len();
         let mut by_p = DVector::zeros(x.len());
