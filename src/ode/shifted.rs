@@ -47,8 +47,8 @@ impl<'m, M: Model + ?Sized> Shifted<'m, M> {
         }
     }
 
-    /// Computes the Jacobian and ∂a/∂t at the state `y` at the start of a step `h`, and factorises the matrix.
-    /// `drives`: those at the instants. `sizes`: of coordinates and velocities. Returns the number of
+    /// Computes the Jacobian and ∂a/∂t at the state `y` at the start of a step `h`, and factorises the
+    /// matrix. `drives`: those at the instants. `sizes`: of coordinates and velocities. Returns the number of
     /// evaluations.
     pub(crate) fn prepare(
         &mut self,

@@ -10,9 +10,9 @@ use crate::ode::stepping::vector::Vector;
 /// fastest decay or oscillation of the model, as with a stiff bearing or a strong damper.
 ///
 /// Six stages (1 - γ h J) k_i = f_i + Σ c_ij k_j + d_i h ∂f/∂t with one factorisation in a step. The Jacobian
-/// J is the one that the model offers, or differences; ∂f/∂t is interpolated in the step. The method is stiffly accurate
-/// and L-stable and keeps its order where a motion follows a fast decay. Error estimate and dense output have
-/// order 3. Edges are located as by the explicit methods.
+/// J is the one that the model offers, or differences; ∂f/∂t is interpolated in the step. The method is
+/// stiffly accurate and L-stable and keeps its order where a motion follows a fast decay. Error estimate and
+/// dense output have order 3. Edges are located as by the explicit methods.
 ///
 /// Source: Steinebach, Order-reduction of ROW-methods for DAEs and method of lines applications, TH Darmstadt
 /// 1995; Hairer & Wanner, Solving Ordinary Differential Equations II, Sect. IV.7.
