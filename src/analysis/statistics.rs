@@ -164,6 +164,39 @@ impl Running {
 /// Number of points in a step: start, five Gauss points, end.
 const POINTS: usize = 7;
 
+/// Number of cells of the grid in a step.
+const CELLS: usize = 16;
+
+/// Bound of the error of the polynomial through the points, as a share of the range of their values: below
+/// 1 % for a whole period of a sine.
+const OFF: f64 = 0.03;
+
+/// The weights of the points in the value of the polynomial at each point of the grid.
+const GRID: [[f64; POINTS]; CELLS + 1] = {
+    let mut nodes = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let mut p = 0;
+    while p < 5 {
+        nodes[p + 1] = FIVE[p][0];
+        p += 1;
+    }
+    let (mut grid, mut k) = ([[1.0; POINTS]; CELLS + 1], 0);
+    while k <= CELLS {
+        let (x, mut i) = (2.0 * k as f64 / CELLS as f64 - 1.0, 0);
+        while i < POINTS {
+            let mut j = 0;
+            while j < POINTS {
+                if j != i {
+                    grid[k][i] *= (x - nodes[j]) / (nodes[i] - nodes[j]);
+                }
+                j += 1;
+            }
+            i += 1;
+        }
+        k += 1;
+    }
+    grid
+};
+
 impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     /// Statistics of the channels of these names (see [`Probe`]).
     ///
@@ -250,34 +283,35 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
                 running.off += half * w * off;
                 running.off_square += half * w * off * off;
             }
-            self.extremes(step, &times, c);
+            self.extremes(step, (t0, t1), c);
         }
         self.duration += t1 - t0;
     }
 
-    /// Updates the extremes of channel `c` from the points of a part.
-    fn extremes(&mut self, step: &mut Step<'_>, times: &[f64; POINTS], c: usize) {
-        let index = self.chosen[c];
+    /// Updates the extremes of channel `c` from the points of a part. The polynomial through them shows, on a
+    /// grid, where an extremum may be; there the channel itself is read.
+    fn extremes(&mut self, step: &mut Step<'_>, (t0, t1): (f64, f64), c: usize) {
+        let (index, f, Running { min, max, .. }) = (self.chosen[c], self.points[c], self.running[c]);
+        let lowest = f.iter().copied().fold(f64::INFINITY, f64::min);
+        let highest = f.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let range = highest - lowest;
+        if highest + range <= max && lowest - range >= min {
+            return;
+        }
+        let grid = GRID.map(|weights| weights.iter().zip(&f).map(|(w, f)| w * f).sum::<f64>());
+        let time = |k: usize| if k == CELLS { t1 } else { t0 + (t1 - t0) * (k as f64 / CELLS as f64) };
         for sign in [1.0, -1.0] {
-            let f = self.points[c].map(|value| sign * value);
-            let record = if sign > 0.0 { self.running[c].max } else { -self.running[c].min };
-            let mut best = f.iter().copied().fold(record, f64::max);
-            for i in 1..POINTS - 1 {
-                let (x, g) = ([times[i - 1], times[i], times[i + 1]], [f[i - 1], f[i], f[i + 1]]);
-                let (top, at) = (peak(x, g), vertex(x, g));
-                // The maximum lies near an inner point, or between an end of the step and the point next to
-                // it.
-                let hump = g[1] >= g[0] && g[1] >= g[2];
-                let at_end =
-                    (i == 1 && at > x[0] && at < x[1]) || (i == POINTS - 2 && at > x[1] && at < x[2]);
-                if (hump || at_end) && top > best {
-                    best = best.max(maximum(x, g, |t| sign * self.read(step, t)[index]));
+            let mut at = |t: f64| sign * self.read(step, t)[index];
+            let mut best = if sign > 0.0 { highest.max(max) } else { -lowest.min(min) };
+            for k in 1..CELLS {
+                let [x, g] = [[time(k - 1), time(k), time(k + 1)], [k - 1, k, k + 1].map(|k| sign * grid[k])];
+                if g[1] >= g[0] && g[1] >= g[2] && peak(x, g) + OFF * range > best {
+                    best = best.max(maximum(x, x.map(&mut at), &mut at));
                 }
             }
-            for (end, near) in [(0, 1), (POINTS - 1, POINTS - 2)] {
-                if f[end] >= best && f[end] > f[near] {
-                    let at = |t: f64| sign * self.read(step, t)[index];
-                    best = best.max(beside_end([times[end], times[near]], f[end], at));
+            for (end, near) in [(0, 1), (CELLS, CELLS - 1)] {
+                if sign * grid[end] > sign * grid[near] && sign * grid[end] + OFF * range > best {
+                    best = best.max(beside_end([time(end), time(near)], sign * grid[end], &mut at));
                 }
             }
             if sign > 0.0 { self.running[c].max = best } else { self.running[c].min = -best }
@@ -285,17 +319,22 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     }
 }
 
-/// The largest value beside an end of a part, where it has `value`. A parabola through the wide points of the
-/// part may put the vertex on the wrong side of the end; one through points close to the end does not. `near`
-/// is the point next to the end.
+/// The largest value beside an end of a part, where it has `value`; `near` is the point of the grid next to
+/// it. A parabola through the wide points of the grid may put the vertex on the wrong side of the end; one
+/// through points close to the end does not.
 fn beside_end([end, near]: [f64; 2], value: f64, mut at: impl FnMut(f64) -> f64) -> f64 {
     let [close, next] = [1.0 / 16.0, 1.0 / 8.0].map(|share| end + share * (near - end));
-    let (x, f) = ([end, close, next], [value, at(close), at(next)]);
-    let vertex = vertex(x, f);
-    if !((vertex > end && vertex < next) || (vertex < end && vertex > next)) {
+    let (mut x, mut f) = ([end, close, next], [value, at(close), at(next)]);
+    let behind = (vertex(x, f) - end) / (near - end);
+    if f[1].max(f[2]) <= value && !(behind > 0.0 && behind < 1.0 / 8.0) {
         return value;
     }
-    let (x, f) = if close > end { (x, f) } else { ([x[2], x[1], x[0]], [f[2], f[1], f[0]]) };
+    if f[2] > f[1] {
+        (x, f) = ([end, next, near], [value, f[2], at(near)]);
+    }
+    if near < end {
+        (x.reverse(), f.reverse());
+    }
     value.max(maximum(x, f, at))
 }
 

@@ -177,7 +177,7 @@ impl SpeedLaw {
         (x / self.frequency).copysign(angle)
     }
     /// The time of the first knot after `t`.
-    fn next_knot(&self, t: f64) -> Option<f64> {
+    fn next_corner(&self, t: f64) -> Option<f64> {
         self.knots.iter().map(|knot| knot[0]).find(|knot| *knot > t)
     }
 }
@@ -277,8 +277,8 @@ impl LawOfBody {
     fn time(&self, angle: f64) -> f64 {
         self.law.time(angle / self.ratio)
     }
-    fn next_knot(&self, t: f64) -> Option<f64> {
-        self.law.next_knot(t)
+    fn next_corner(&self, t: f64) -> Option<f64> {
+        self.law.next_corner(t)
     }
 }
 
@@ -329,6 +329,9 @@ impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
     fn next_edge(&self, model: &Machine<G>, t: f64) -> Option<f64> {
         let [_, ahead] = aside([self.angle(t), self.speed(t) * t]);
         let edge = model.shape().next_edge(ahead).map(|edge| self.time(edge));
-        earlier(edge, self.next_knot(t))
+        earlier(edge, self.next_corner(t))
+    }
+    fn next_knot(&self, model: &Machine<G>, t: f64) -> Option<f64> {
+        Some(self.time(model.shape().next_knot(self.angle(t))?))
     }
 }

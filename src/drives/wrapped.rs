@@ -9,11 +9,16 @@ use crate::series::Series;
 use crate::tape::recording::Recording;
 
 /// A rule that changes the drives of a model. Algebra, contacts and channels remain those of the model.
-pub trait DriveRule<M: ?Sized> {
+pub trait DriveRule<M: Model + ?Sized> {
     /// Writes all drives at `t` to `u`. `side`: before or after a jump at `t`.
     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]);
     /// The first instant after `t` at which a drive jumps or has a kink; `None` if there is none.
     fn next_edge(&self, model: &M, t: f64) -> Option<f64>;
+    /// The first instant after `t` at which a higher derivative of a drive jumps. See [`Model::next_knot`].
+    /// Default: that of the model.
+    fn next_knot(&self, model: &M, t: f64) -> Option<f64> {
+        model.next_knot(t)
+    }
     /// Whether the rule changes a drive. Default: `true` for all.
     fn changes(&self, model: &M, drive: usize) -> bool {
         let _ = (model, drive);
@@ -60,6 +65,7 @@ impl<M, R> Wrapped<M, R> {
     /// A model and a rule for its drives.
     pub fn by_rule(model: M, rule: R) -> Self
     where
+        M: Model,
         R: DriveRule<M>,
     {
         Wrapped { model, rule }
@@ -111,6 +117,9 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.rule.next_edge(&self.model, t)
+    }
+    fn next_knot(&self, t: f64) -> Option<f64> {
+        self.rule.next_knot(&self.model, t)
     }
     #[inline]
     fn contact(&self, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {

@@ -55,6 +55,11 @@ pub trait Excitation: Any + Debug + PartialEq + Send + Sync {
     fn edges(&self) -> Vec<f64> {
         Vec::new()
     }
+    /// Angles in [0, 2π) at which a derivative above f'' jumps, and none up to f''. Adaptive Runge-Kutta
+    /// steps end there; nothing else depends on them. Default: none.
+    fn knots(&self) -> Vec<f64> {
+        Vec::new()
+    }
 }
 
 impl<E: Excitation> AnyExcitation for E {
@@ -85,8 +90,8 @@ impl<E: Excitation> AnyExcitation for E {
 impl Wave {
     /// The wave f(φ): order 1, phase 0.
     pub fn new(excitation: impl Excitation) -> Self {
-        let edges = excitation.edges();
-        Wave::of_any(Arc::new(excitation), &edges)
+        let [edges, knots] = [excitation.edges(), excitation.knots()];
+        Wave::of_any(Arc::new(excitation), &edges, &knots)
     }
 }
 

@@ -36,6 +36,8 @@ pub struct Wave {
     phase: f64,
     /// Edges of the excitation in [0, 2π), increasing.
     edges: Arc<[f64]>,
+    /// Knots of the excitation in [0, 2π), increasing.
+    knots: Arc<[f64]>,
     /// Whether the excitation is no constant.
     varies: bool,
 }
@@ -71,20 +73,11 @@ const FARTHEST: f64 = 1e12;
 const MAX_EDGES: usize = 1 << 20;
 
 impl Wave {
-    /// The wave of an excitation with these edges: order 1, phase 0.
-    pub(crate) fn of_any(excitation: Arc<dyn AnyExcitation>, edges: &[f64]) -> Self {
-        let mut edges: Vec<f64> =
-            edges.iter().filter(|edge| edge.is_finite()).map(|edge| edge.rem_euclid(TAU) % TAU).collect();
-        edges.sort_by(f64::total_cmp);
-        edges.dedup_by(|next, edge| *next - *edge < APART);
-        if let (Some(first), Some(last)) = (edges.first(), edges.last())
-            && edges.len() > 1
-            && first + TAU - last < APART
-        {
-            edges.pop();
-        }
+    /// The wave of an excitation with these edges and knots: order 1, phase 0.
+    pub(crate) fn of_any(excitation: Arc<dyn AnyExcitation>, edges: &[f64], knots: &[f64]) -> Self {
+        let [edges, knots] = [edges, knots].map(in_order);
         let varies = excitation.pairs().is_none_or(|(_, pairs)| pairs.iter().any(|pair| *pair != [0.0; 2]));
-        Wave { excitation, order: 1, phase: 0.0, edges: edges.into(), varies }
+        Wave { excitation, order: 1, phase: 0.0, edges: edges.into(), knots: knots.into(), varies }
     }
 
     /// The same wave, repeated `order` times as often in a turn of the shaft, for example once for each
@@ -224,18 +217,37 @@ impl Wave {
     /// The first angle of the shaft after `angle` at which the wave or a derivative jumps. `None` if there
     /// are no edges or |n φ + ψ| is above 1e12 rad.
     pub fn next_edge(&self, angle: f64) -> Option<f64> {
+        self.next_of(&self.edges, angle)
+    }
+
+    /// The first angle of the shaft after `angle` at which a derivative above the second jumps, and none up
+    /// to the second; as [`next_edge`](Wave::next_edge).
+    ///
+    /// ```
+    /// use gear_dynamics::{Wave, excitation::Table};
+    /// let measured = Wave::new(Table::new(&[1.0, 1.2, 1.1, 0.9])?).per_turn(2)?;
+    /// assert_eq!((measured.next_edge(0.1), measured.next_knot(0.1)), (None, Some(std::f64::consts::FRAC_PI_4)));
+    /// # Ok::<(), gear_dynamics::ParameterError>(())
+    /// ```
+    pub fn next_knot(&self, angle: f64) -> Option<f64> {
+        self.next_of(&self.knots, angle)
+    }
+
+    /// The first angle of the shaft after `angle` at one of these places of the excitation.
+    fn next_of(&self, places: &[f64], angle: f64) -> Option<f64> {
         let n = f64::from(self.order);
         let far = n * angle + self.phase;
-        if self.edges.is_empty() || far.abs() > FARTHEST {
+        if places.is_empty() || far.abs() > FARTHEST {
             return None;
         }
-        // An edge on which the angle lies, within rounding, is not after it.
+        // A place on which the angle lies, within rounding, is not after it.
         let (own, near) = (reduced(far), near(far));
         let turns = ((far - own) / TAU).round();
-        // All edges of two turns may lie on the angle, if there is one a turn.
-        let mut of_turns =
-            [0.0, TAU, 2.0 * TAU].into_iter().flat_map(|turn| self.edges.iter().map(move |e| e + turn));
-        let edge = of_turns.find(|edge| edge - own > near)?;
+        // All places of two turns may lie on the angle, if there is one a turn.
+        let edge = [0.0, TAU, 2.0 * TAU].into_iter().find_map(|turn| {
+            let next = places.partition_point(|place| place + turn - own <= near);
+            places.get(next).map(|place| place + turn)
+        })?;
         let at = (turns * TAU + edge - self.phase) / n;
         (at > angle).then_some(at)
     }
@@ -260,12 +272,22 @@ impl Wave {
 
     /// All edges in one turn of the shaft, as angles of the shaft in [0, 2π).
     pub(crate) fn edges_of_a_turn(&self) -> Vec<f64> {
+        self.of_a_turn(&self.edges)
+    }
+
+    /// All knots in one turn of the shaft; none if there are more than 2²⁰, over which every step passes.
+    pub(crate) fn knots_of_a_turn(&self) -> Vec<f64> {
+        let few = self.knots.len() * self.order as usize <= MAX_EDGES;
+        if few { self.of_a_turn(&self.knots) } else { Vec::new() }
+    }
+
+    fn of_a_turn(&self, places: &[f64]) -> Vec<f64> {
         let n = f64::from(self.order);
-        let turns = |edge: &f64| {
-            let own = (edge - self.phase).rem_euclid(TAU);
+        let turns = |place: &f64| {
+            let own = (place - self.phase).rem_euclid(TAU);
             (0..self.order).map(move |k| (own + TAU * f64::from(k)) / n)
         };
-        self.edges.iter().flat_map(turns).collect()
+        places.iter().flat_map(turns).collect()
     }
 
     /// Whether both waves share one function object and have the same order and phase.
@@ -274,6 +296,21 @@ impl Wave {
             && self.order == other.order
             && self.phase == other.phase
     }
+}
+
+/// Places in [0, 2π), increasing, of which no two count as one.
+fn in_order(places: &[f64]) -> Vec<f64> {
+    let mut places: Vec<f64> =
+        places.iter().filter(|place| place.is_finite()).map(|place| place.rem_euclid(TAU) % TAU).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup_by(|next, place| *next - *place < APART);
+    if let (Some(first), Some(last)) = (places.first(), places.last())
+        && places.len() > 1
+        && first + TAU - last < APART
+    {
+        places.pop();
+    }
+    places
 }
 
 /// The greatest common divisor of a and b; a if b is 0.

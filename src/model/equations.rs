@@ -107,6 +107,12 @@ pub trait Model {
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.base()?.next_edge(t)
     }
+    /// Returns the first instant after `t` at which a derivative of a drive above the second jumps, and none
+    /// up to the second, as at the samples of a [`Table`](crate::excitation::Table). Adaptive Runge-Kutta
+    /// steps end there. Default: `None`.
+    fn next_knot(&self, t: f64) -> Option<f64> {
+        self.base()?.next_knot(t)
+    }
 
     /// Number of contacts. Default: 0.
     fn contacts(&self) -> usize {

@@ -29,6 +29,9 @@ impl<M: Model + ?Sized> Model for &M {
     fn next_edge(&self, t: f64) -> Option<f64> {
         (**self).next_edge(t)
     }
+    fn next_knot(&self, t: f64) -> Option<f64> {
+        (**self).next_knot(t)
+    }
     fn contacts(&self) -> usize {
         (**self).contacts()
     }

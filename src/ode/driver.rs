@@ -10,7 +10,7 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::rejections::Rejections;
 use crate::ode::step::{Observer, Step, StepView};
-use crate::ode::stepping::control::{Limits, RESOLUTION, StepEnds, StepRule};
+use crate::ode::stepping::control::{Knots, Limits, RESOLUTION, StepEnds, StepRule};
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::first_step::starting_step;
 use crate::ode::stepping::vector::Vector;
@@ -63,7 +63,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
     run.passage.fits(model, start.t, limits.max_steps)?;
     for attempt in 0..limits.max_steps as u64 {
         let (t, stop) = (run.e.ends.t, run.passage.stop);
-        let aim = run.pace.aim::<T>(t, stop);
+        let aim = run.pace.aim::<T>(t, run.knots.stop(t, run.pace.length::<T>(), stop));
         if T::ADAPTIVE && aim - t <= RESOLUTION * t.abs() && aim < stop {
             // If the last attempts gave no finite result, the cause is the model and not the tolerance.
             return Err(match run.retreats {
@@ -121,6 +121,7 @@ enum Verdict {
 struct Run<'m, M: Model + ?Sized, V: Vector> {
     e: Engine<'m, M, V>,
     pace: StepEnds,
+    knots: Knots<'m, M>,
     passage: Passage,
     /// Number of consecutive steps with a result that is not finite.
     retreats: u32,
@@ -195,7 +196,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             }
         };
         let rejections = Rejections::new(&e.ends.u_stage, 2 * model.dof(), pace.h, [start.t, t_end]);
-        Ok(Run { e, pace, passage, retreats: 0, stalls: Stalls::default(), rejections })
+        let knots = Knots::of::<T>(model, start.t);
+        Ok(Run { e, pace, knots, passage, retreats: 0, stalls: Stalls::default(), rejections })
     }
 
     /// Judges the current step by its error. For a repetition the pace holds a shorter step.

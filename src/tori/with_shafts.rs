@@ -110,6 +110,12 @@ impl<M: Periodic> DriveRule<M> for ShaftDrives {
         let added = self.edge_after(|angle| self.frequencies[angle] * t);
         earlier(model.next_edge(t), added.map(|after| t + after))
     }
+    fn next_knot(&self, model: &M, t: f64) -> Option<f64> {
+        self.added.iter().fold(model.next_knot(t), |first, Added { angle, wave, .. }| {
+            let omega = self.frequencies[*angle];
+            earlier(first, wave.next_knot(omega * t).map(|knot| knot / omega))
+        })
+    }
     fn series(&self, model: &M, t: f64, coefficients: usize, u: &mut [Series]) {
         own_series(model, t, coefficients, u);
         for Added { slot, angle, wave } in &self.added {

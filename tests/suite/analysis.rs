@@ -2,6 +2,7 @@
 
 use crate::api::*;
 use crate::data::read;
+use gear_dynamics::models::Oscillator;
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
@@ -244,5 +245,34 @@ fn winding_into_an_orbit_is_no_subharmonic() {
             .unwrap();
         let multiple = rows.get(0).unwrap().period_multiple();
         assert!(multiple.is_none() || multiple == Some(1), "{settle}: {multiple:?}");
+    }
+}
+
+/// A long step whose highest point lies between the points at which it is read, and hardly above an earlier
+/// extremum: by steps of `Taylor` and by the short ones of `Dop853` at tight tolerances.
+#[test]
+fn extremes_between_the_points_of_a_long_step() {
+    let constants = [
+        ("speed", 1.3303108478454686),
+        ("damping", 0.17827903394339276),
+        ("mesh stiffness", 1.82387326915872),
+        ("mean force", -0.4263213655027467),
+        ("force", 0.28792385595548975),
+        ("half backlash", 0.5981619544103949),
+    ];
+    let pair = Oscillator::new(&constants).unwrap();
+    let start = State::new(0.0, &[0.9224658404710873], &[-0.975898773178477]);
+    let highest = |observe: &dyn Fn(&mut Statistics<'_, Oscillator>)| {
+        let mut statistics = Statistics::new(&pair, &["v0"]).unwrap();
+        observe(&mut statistics);
+        let summary = statistics.summary("v0").unwrap();
+        [summary.min, summary.max]
+    };
+    let end = 14.727637513083152;
+    let found = highest(&|observer| drop(Taylor::new().run(&pair, &start, end, observer).unwrap()));
+    let by_short_steps = Dop853::new().rtol(1e-12).atol(1e-14).max_step(0.05);
+    let expected = highest(&|observer| drop(by_short_steps.run(&pair, &start, end, observer).unwrap()));
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-10, "{found} {expected}");
     }
 }

@@ -33,9 +33,9 @@ type Numbers = [[f64; 4]; 2];
 const SETTLE: usize = 1;
 const MEASURE: usize = 2;
 
-/// Accuracy of the end of a run by `Dop853`, whose steps pass over the knots of a spline, where the third
-/// derivative jumps, and by `Taylor`, whose steps end there, or by short steps; shares of the range.
-const OF_KNOTS: f64 = 1e-7;
+/// Accuracy of the end of a run by `Dop853`, which passes over knots that lie close together, and by `Taylor`
+/// or by short steps; shares of the range.
+const OF_KNOTS: f64 = 1e-8;
 const OF_SERIES: f64 = 1e-9;
 
 /// Accuracy of the figures of a row.

@@ -38,6 +38,9 @@ impl Shape for Driven {
     fn next_edge(&self, angle: f64) -> Option<f64> {
         earliest(self.waves.iter().map(|wave| wave.next_edge(angle)))
     }
+    fn next_knot(&self, angle: f64) -> Option<f64> {
+        earliest(self.waves.iter().map(|wave| wave.next_knot(angle)))
+    }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
         let ([push, stiffness], [force, damping]) = (u.waves(), u.constants());
         a[0] = push + force - damping * v[0] - stiffness * q[0];

@@ -38,6 +38,11 @@ fn edges(parts: &[Wave]) -> Vec<f64> {
     parts.iter().flat_map(Wave::edges_of_a_turn).collect()
 }
 
+/// Knots of all parts.
+fn knots(parts: &[Wave]) -> Vec<f64> {
+    parts.iter().flat_map(Wave::knots_of_a_turn).collect()
+}
+
 impl Excitation for Sum {
     fn jet<A: Angle>(&self, angle: A) -> Jet<A::Number> {
         match &self.expanded {
@@ -59,6 +64,9 @@ impl Excitation for Sum {
     }
     fn edges(&self) -> Vec<f64> {
         edges(&self.terms)
+    }
+    fn knots(&self) -> Vec<f64> {
+        knots(&self.terms)
     }
 }
 
@@ -108,6 +116,9 @@ impl Excitation for Product {
     fn edges(&self) -> Vec<f64> {
         edges(&self.factors)
     }
+    fn knots(&self) -> Vec<f64> {
+        knots(&self.factors)
+    }
 }
 
 /// The quotient f(φ)/g(φ) of two waves, of which g is nowhere 0.
@@ -121,6 +132,9 @@ impl Excitation for Quotient {
     }
     fn edges(&self) -> Vec<f64> {
         edges(&self.0)
+    }
+    fn knots(&self) -> Vec<f64> {
+        knots(&self.0)
     }
 }
 
@@ -159,5 +173,8 @@ impl Excitation for Scaled {
     }
     fn edges(&self) -> Vec<f64> {
         self.inner.edges_of_a_turn()
+    }
+    fn knots(&self) -> Vec<f64> {
+        self.inner.knots_of_a_turn()
     }
 }

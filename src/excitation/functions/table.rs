@@ -99,4 +99,8 @@ impl Excitation for Table {
         // The third derivative jumps at the knots.
         angle.by_parts(self.samples.len(), |i, s| self.piece(i, s))
     }
+    fn knots(&self) -> Vec<f64> {
+        let per = TAU / self.samples.len() as f64;
+        (0..self.samples.len()).map(|i| i as f64 * per).collect()
+    }
 }

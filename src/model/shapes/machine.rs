@@ -313,6 +313,9 @@ impl<G: Shape> Model for Machine<G> {
         }
         Some(at)
     }
+    fn next_knot(&self, t: f64) -> Option<f64> {
+        Some(self.shape().next_knot(self.speed() * t)? / self.speed())
+    }
     #[inline(always)]
     fn contacts(&self) -> usize {
         self.size().contacts

@@ -246,6 +246,12 @@ pub trait Shape: PartialEq {
         let _ = angle;
         None
     }
+    /// Returns the first angle after `angle` at which a derivative of a wave above the second jumps, and none
+    /// up to the second. See [`Model::next_knot`](crate::Model::next_knot). Default: `None`.
+    fn next_knot(&self, angle: f64) -> Option<f64> {
+        let _ = angle;
+        None
+    }
     /// Accelerations of the coordinates by φ'' = 1, one for each coordinate; empty for none. They act where
     /// the speed varies ([`VaryingSpeed`](crate::drives::VaryingSpeed)); [`Machine`](crate::Machine) adds
     /// φ'' times these numbers to q''. Default: none.

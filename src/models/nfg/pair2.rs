@@ -287,6 +287,9 @@ impl<N: Nonlinearity> Shape for NfgShape2<N> {
     fn next_edge(&self, phase: f64) -> Option<f64> {
         self.mesh.next_edge(phase)
     }
+    fn next_knot(&self, phase: f64) -> Option<f64> {
+        self.mesh.next_knot(phase)
+    }
 
     fn channels(&self) -> Vec<Channel> {
         vec![Channel::new("base radius", "m"), Channel::new("elastic part", "m")]

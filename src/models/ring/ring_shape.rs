@@ -328,6 +328,9 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
     fn next_edge(&self, angle: f64) -> Option<f64> {
         earliest(self.meshes.iter().map(|mesh| mesh.next_edge(angle)))
     }
+    fn next_knot(&self, angle: f64) -> Option<f64> {
+        earliest(self.meshes.iter().map(|mesh| mesh.next_knot(angle)))
+    }
 
     /// Per mesh the dynamic transmission error R_i θ_i - R_{i+1} θ_{i+1} = d_i + e_i, and K_i d_i without the
     /// dead zone.

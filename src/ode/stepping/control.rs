@@ -1,6 +1,7 @@
 //! Step sizes: settings of the solvers, PI controller.
 
 use crate::error::{ParameterError, check};
+use crate::model::Model;
 use crate::ode::stepping::engine::Tableau;
 
 /// Settings of all solvers.
@@ -102,10 +103,16 @@ impl StepEnds {
         StepEnds { h, next, start, count: 1.0, max, controller: Controller::new::<T>(beta) }
     }
 
+    /// Length of the next step if nothing lies in its way.
+    #[inline(always)]
+    pub(crate) fn length<T: Tableau>(&self) -> f64 {
+        if T::ADAPTIVE { self.h.min(self.max) } else { self.h }
+    }
+
     /// End of the step from `t`; at the latest `stop`.
     #[inline(always)]
     pub(crate) fn aim<T: Tableau>(&self, t: f64, stop: f64) -> f64 {
-        let h = if T::ADAPTIVE { self.h.min(self.max) } else { self.h };
+        let h = self.length::<T>();
         let aim = if T::ADAPTIVE { t + h } else { self.next };
         if aim + 1e-10 * h >= stop {
             seldom();
@@ -139,6 +146,56 @@ impl StepEnds {
     pub(crate) fn pass<T: Tableau>(&mut self, t: f64) {
         if T::ADAPTIVE || self.next <= t + 1e-10 * self.h {
             self.arrive::<T>();
+        }
+    }
+}
+
+/// The knots of the drives, where a higher derivative jumps ([`Model::next_knot`]). Adaptive steps end there:
+/// an error estimate assumes smooth drives. A step that spans several knots passes over them.
+pub(crate) struct Knots<'m, M: ?Sized> {
+    /// The model whose drives have knots; `None` without them.
+    model: Option<&'m M>,
+    /// The next instant at which a step ends; infinite if steps pass over the next knots.
+    next: f64,
+    /// Time from which the model is asked again.
+    asked: f64,
+}
+
+impl<'m, M: Model + ?Sized> Knots<'m, M> {
+    /// A step that would span more knots passes over them.
+    const SPANNED: usize = 2;
+
+    /// Number of steps that pass over knots before the model is asked again.
+    const PASSED: f64 = 8.0;
+
+    /// A knot nearer than this share of a step is passed over.
+    const BESIDE: f64 = 1e-3;
+
+    /// The knots after `t`; none for fixed steps.
+    pub(crate) fn of<T: Tableau>(model: &'m M, t: f64) -> Self {
+        let model = Some(model).filter(|model| T::ADAPTIVE && model.next_knot(t).is_some());
+        Knots { model, next: f64::INFINITY, asked: t }
+    }
+
+    /// Latest end of a step `h` from `t`: a knot, or `stop` if no knot lies before it.
+    #[inline(always)]
+    pub(crate) fn stop(&mut self, t: f64, h: f64, stop: f64) -> f64 {
+        let Some(model) = self.model else { return stop };
+        if t + Self::BESIDE * h >= self.asked {
+            self.ask(model, t, h);
+        }
+        if self.next + Self::BESIDE * h < stop { self.next } else { stop }
+    }
+
+    fn ask(&mut self, model: &M, t: f64, h: f64) {
+        let after = |t: f64| model.next_knot(t + Self::BESIDE * h).unwrap_or(f64::INFINITY);
+        let first = after(t);
+        (self.next, self.asked) = (first, first);
+        if (0..Self::SPANNED)
+            .try_fold(first, |knot, _| Some(after(knot)).filter(|knot| *knot <= t + h))
+            .is_some()
+        {
+            (self.next, self.asked) = (f64::INFINITY, t + Self::PASSED * h);
         }
     }
 }

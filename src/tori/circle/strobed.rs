@@ -81,4 +81,7 @@ impl DriveRule<&dyn QuasiPeriodic> for FromAngle {
     fn next_edge(&self, model: &&dyn QuasiPeriodic, t: f64) -> Option<f64> {
         model.edge_after(&self.angles(t)).map(|after| t + after)
     }
+    fn next_knot(&self, _: &&dyn QuasiPeriodic, _: f64) -> Option<f64> {
+        None
+    }
 }

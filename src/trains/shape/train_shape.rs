@@ -224,6 +224,9 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         let laws = self.rests.iter().map(|rest| rest.mesh.next_edge_of_law(angle));
         earliest(waves.chain(laws))
     }
+    fn next_knot(&self, angle: f64) -> Option<f64> {
+        earliest(self.elements.single.iter().chain(&self.elements.jets).map(|wave| wave.next_knot(angle)))
+    }
     fn repeats(&self) -> u32 {
         let waves = Wave::gcd_of_orders(self.elements.single.iter().chain(&self.elements.jets));
         let laws = self.rests.iter().map(|rest| rest.mesh.repeats_of_law());
