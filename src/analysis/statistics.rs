@@ -333,7 +333,8 @@ fn beside_end([end, near]: [f64; 2], value: f64, mut at: impl FnMut(f64) -> f64)
         (x, f) = ([end, next, near], [value, f[2], at(near)]);
     }
     if near < end {
-        (x.reverse(), f.reverse());
+        x.reverse();
+        f.reverse();
     }
     value.max(maximum(x, f, at))
 }

@@ -188,7 +188,10 @@ impl<'m, M: Model + ?Sized> Knots<'m, M> {
     }
 
     fn ask(&mut self, model: &M, t: f64, h: f64) {
-        let after = |t: f64| model.next_knot(t + Self::BESIDE * h).unwrap_or(f64::INFINITY);
+        let after = |t: f64| {
+            let next = model.next_knot(t + Self::BESIDE * h);
+            next.filter(|knot| *knot > t).unwrap_or(f64::INFINITY)
+        };
         let first = after(t);
         (self.next, self.asked) = (first, first);
         if (0..Self::SPANNED)
