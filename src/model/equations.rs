@@ -41,14 +41,15 @@ pub trait Model {
     /// The model whose drives, contacts and channels this model has, for a model that wraps another one.
     /// Default: `None`.
     ///
-    /// It answers [`drives`](Model::drives) to [`next_edge`](Model::next_edge),
+    /// It answers [`drives`](Model::drives) to [`next_knot`](Model::next_knot),
     /// [`contacts`](Model::contacts), [`contact`](Model::contact), [`impact`](Model::impact),
     /// [`channels`](Model::channels) and [`write_channels`](Model::write_channels), as far as the
     /// wrapper does not implement them. Three things remain to be decided:
     ///
     /// - The algebra is the wrapper's own. Of `offers`, `accel_on_pieces` and `jacobian` it has what it
     ///   implements, since an answer of the base holds for other accelerations.
-    /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive` and `next_edge`.
+    /// - A wrapper that changes [`drive`](Model::drive) also implements `redrive`, `next_edge` and
+    ///   `next_knot`.
     /// - A wrapper with further coordinates or fewer contacts also implements what reads them: `contact`,
     ///   `impact`, `channels` and `write_channels`.
     ///
@@ -107,9 +108,9 @@ pub trait Model {
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.base()?.next_edge(t)
     }
-    /// Returns the first instant after `t` at which a derivative of a drive above the second jumps, and none
-    /// up to the second, as at the samples of a [`Table`](crate::excitation::Table). Adaptive Runge-Kutta
-    /// steps end there. Default: `None`.
+    /// Returns the first instant after `t` at which a wave has a knot, for example a sample of a
+    /// [`Table`](crate::excitation::Table): a derivative above the second jumps, and none up to the second.
+    /// Adaptive Runge-Kutta steps end there. Default: `None`.
     fn next_knot(&self, t: f64) -> Option<f64> {
         self.base()?.next_knot(t)
     }

@@ -10,8 +10,9 @@ use std::f64::consts::TAU;
 /// The periodic cubic spline through uniform samples of one turn, the first at φ = 0. It is twice
 /// continuously differentiable.
 ///
-/// The third derivative jumps at the samples. `Taylor` ends its steps there. Runge-Kutta steps pass over the
-/// samples, and their error may exceed a tolerance below 1e-8: set `max_step` to a fraction of the spacing.
+/// The third derivative jumps at the samples. `Taylor` and the adaptive Runge-Kutta methods end their steps
+/// there; a Runge-Kutta step that would span more than two samples passes over them, and its error may exceed
+/// a tight tolerance. `max_step` of two spacings prevents it.
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Table};

@@ -150,8 +150,8 @@ impl StepEnds {
     }
 }
 
-/// The knots of the drives, where a higher derivative jumps ([`Model::next_knot`]). Adaptive steps end there:
-/// an error estimate assumes smooth drives. A step that spans several knots passes over them.
+/// The knots of the drives ([`Model::next_knot`]). Adaptive steps end there: an error estimate assumes smooth
+/// drives. A step that spans several knots passes over them.
 pub(crate) struct Knots<'m, M: ?Sized> {
     /// The model whose drives have knots; `None` without them.
     model: Option<&'m M>,
@@ -159,6 +159,8 @@ pub(crate) struct Knots<'m, M: ?Sized> {
     next: f64,
     /// Time from which the model is asked again.
     asked: f64,
+    /// Length of the step at which it was asked; a step half as long may not pass over what that one did.
+    length: f64,
 }
 
 impl<'m, M: Model + ?Sized> Knots<'m, M> {
@@ -174,32 +176,30 @@ impl<'m, M: Model + ?Sized> Knots<'m, M> {
     /// The knots after `t`; none for fixed steps.
     pub(crate) fn of<T: Tableau>(model: &'m M, t: f64) -> Self {
         let model = Some(model).filter(|model| T::ADAPTIVE && model.next_knot(t).is_some());
-        Knots { model, next: f64::INFINITY, asked: t }
+        Knots { model, next: f64::INFINITY, asked: t, length: 0.0 }
     }
 
     /// Latest end of a step `h` from `t`: a knot, or `stop` if no knot lies before it.
     #[inline(always)]
     pub(crate) fn stop(&mut self, t: f64, h: f64, stop: f64) -> f64 {
         let Some(model) = self.model else { return stop };
-        if t + Self::BESIDE * h >= self.asked {
+        let passes = self.next == f64::INFINITY;
+        if t + Self::BESIDE * h >= self.asked || (passes && h < 0.5 * self.length) {
             self.ask(model, t, h);
         }
         if self.next + Self::BESIDE * h < stop { self.next } else { stop }
     }
 
     fn ask(&mut self, model: &M, t: f64, h: f64) {
-        let after = |t: f64| {
-            let next = model.next_knot(t + Self::BESIDE * h);
-            next.filter(|knot| *knot > t).unwrap_or(f64::INFINITY)
-        };
+        let after = |t: f64| model.next_knot(t + Self::BESIDE * h).filter(|knot| *knot > t);
+        let in_step = |knot: f64| after(knot).filter(|next| *next <= t + h);
         let first = after(t);
-        (self.next, self.asked) = (first, first);
-        if (0..Self::SPANNED)
-            .try_fold(first, |knot, _| Some(after(knot)).filter(|knot| *knot <= t + h))
-            .is_some()
-        {
-            (self.next, self.asked) = (f64::INFINITY, t + Self::PASSED * h);
-        }
+        let many = (0..Self::SPANNED).try_fold(first, |knot, _| knot.and_then(in_step).map(Some)).is_some();
+        self.length = h;
+        (self.next, self.asked) = match first {
+            Some(first) if !many => (first, first),
+            _ => (f64::INFINITY, t + Self::PASSED * h),
+        };
     }
 }
 
