@@ -171,7 +171,8 @@ const CELLS: usize = 16;
 /// a sine the error is 1 % over one period and 5 % over 1.25.
 const OFF: f64 = 0.03;
 
-/// The weights of the points in the value of the polynomial at each point of the grid.
+/// Values of the interpolating polynomial at the points of the grid, as weighted sums of the values at the
+/// seven points of the step: row k contains the weights for grid point k.
 const GRID: [[f64; POINTS]; CELLS + 1] = {
     let mut nodes = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
     let mut p = 0;
@@ -320,9 +321,9 @@ impl<'m, M: Model + ?Sized> Statistics<'m, M> {
     }
 }
 
-/// The largest value beside an end of a part, where it has `value`; `near` is the point of the grid next to
-/// it. A parabola through the wide points of the grid may put the vertex on the wrong side of the end; one
-/// through points close to the end does not.
+/// The largest value of a channel between the end of a part, where the channel has `value`, and the next
+/// point `near` of the grid. A parabola through points close to the end tells on which side of the end the
+/// vertex lies; a parabola through points of the grid may not.
 fn beside_end([end, near]: [f64; 2], value: f64, mut at: impl FnMut(f64) -> f64) -> f64 {
     let [close, next] = [1.0 / 16.0, 1.0 / 8.0].map(|share| end + share * (near - end));
     let (mut x, mut f) = ([end, close, next], [value, at(close), at(next)]);

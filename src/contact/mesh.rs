@@ -185,9 +185,15 @@ impl<N: Nonlinearity> Mesh<N> {
         let waves = earlier(self.stiffness.next_edge(angle), self.error.next_edge(angle));
         earlier(waves, self.next_edge_of_law(angle))
     }
-    /// The next angle of the shaft at which a higher derivative of a wave jumps. See [`Wave::next_knot`].
+    /// The next angle of the shaft at which a wave or an edge of the gap has a knot. See [`Wave::next_knot`].
     pub fn next_knot(&self, angle: f64) -> Option<f64> {
-        earlier(self.stiffness.next_knot(angle), self.error.next_knot(angle))
+        let waves = earlier(self.stiffness.next_knot(angle), self.error.next_knot(angle));
+        earlier(waves, self.next_knot_of_law(angle))
+    }
+    /// The next angle of the shaft at which an edge of the gap has a knot.
+    pub(crate) fn next_knot_of_law(&self, angle: f64) -> Option<f64> {
+        let teeth = f64::from(self.teeth);
+        self.law.next_knot(teeth * angle).map(|knot| knot / teeth)
     }
     /// The next angle of the shaft at which an edge of the gap jumps or has a kink.
     pub(crate) fn next_edge_of_law(&self, angle: f64) -> Option<f64> {

@@ -14,8 +14,8 @@ pub trait DriveRule<M: Model + ?Sized> {
     fn drive(&self, model: &M, t: f64, side: Side, u: &mut [f64]);
     /// The first instant after `t` at which a drive jumps or has a kink; `None` if there is none.
     fn next_edge(&self, model: &M, t: f64) -> Option<f64>;
-    /// The first instant after `t` at which a higher derivative of a drive jumps. See [`Model::next_knot`].
-    /// Default: that of the model. A rule that changes the speed or adds waves implements it.
+    /// The first instant after `t` at which a wave has a knot. See [`Model::next_knot`]. Default: that of
+    /// the model. A rule that changes the speed or adds waves implements it.
     fn next_knot(&self, model: &M, t: f64) -> Option<f64> {
         model.next_knot(t)
     }

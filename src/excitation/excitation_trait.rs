@@ -55,8 +55,8 @@ pub trait Excitation: Any + Debug + PartialEq + Send + Sync {
     fn edges(&self) -> Vec<f64> {
         Vec::new()
     }
-    /// Angles in [0, 2π) at which a derivative above f'' jumps, and none up to f''. Adaptive Runge-Kutta
-    /// steps end there; nothing else depends on them. Default: none.
+    /// The knots: angles in [0, 2π) at which f, f' and f'' are continuous and a higher derivative jumps.
+    /// Adaptive Runge-Kutta methods end a step there. Nothing else depends on the knots. Default: none.
     fn knots(&self) -> Vec<f64> {
         Vec::new()
     }

@@ -220,8 +220,9 @@ impl Wave {
         self.next_of(&self.edges, angle)
     }
 
-    /// The first angle of the shaft after `angle` at which a derivative above the second jumps, and none up
-    /// to the second; as [`next_edge`](Wave::next_edge).
+    /// The first knot of the wave after `angle`, as an angle of the shaft. At a knot the value and the first
+    /// two derivatives are continuous, and a higher derivative jumps. `None` as for
+    /// [`next_edge`](Wave::next_edge).
     ///
     /// ```
     /// use gear_dynamics::{Wave, excitation::Table};
@@ -275,7 +276,7 @@ impl Wave {
         self.of_a_turn(&self.edges)
     }
 
-    /// All knots in one turn of the shaft; none if there are more than 2²⁰, over which every step passes.
+    /// All knots in one turn of the shaft. The list is empty if there are more than 2²⁰ of them.
     pub(crate) fn knots_of_a_turn(&self) -> Vec<f64> {
         let few = self.knots.len() * self.order as usize <= MAX_EDGES;
         if few { self.of_a_turn(&self.knots) } else { Vec::new() }
@@ -298,7 +299,7 @@ impl Wave {
     }
 }
 
-/// Places in [0, 2π), increasing, of which no two count as one.
+/// The places in [0, 2π), in increasing order. Of places that count as one, the first remains.
 fn in_order(places: &[f64]) -> Vec<f64> {
     let mut places: Vec<f64> =
         places.iter().filter(|place| place.is_finite()).map(|place| place.rem_euclid(TAU) % TAU).collect();

@@ -108,9 +108,9 @@ pub trait Model {
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.base()?.next_edge(t)
     }
-    /// Returns the first instant after `t` at which a wave has a knot, for example a sample of a
-    /// [`Table`](crate::excitation::Table): a derivative above the second jumps, and none up to the second.
-    /// Adaptive Runge-Kutta steps end there. Default: `None`.
+    /// Returns the first instant after `t` at which a wave has a [knot](crate::Wave::next_knot), for example
+    /// a sample of a [`Table`](crate::excitation::Table). Adaptive Runge-Kutta methods end a step there.
+    /// Default: `None`.
     fn next_knot(&self, t: f64) -> Option<f64> {
         self.base()?.next_knot(t)
     }

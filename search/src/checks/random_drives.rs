@@ -18,9 +18,9 @@ use std::f64::consts::TAU;
 pub const CHECKS: [Check; 1] =
     [Check { name: "reference-of-processes", run: |draw| drives(draw).unwrap_or_else(Outcome::Fails) }];
 
-/// Accuracy of `Dop853`, whose steps pass over the knots of a spline, where the third derivative jumps, and of
-/// `Taylor`, whose steps end there.
-const OF_KNOTS: f64 = 1e-7;
+/// Accuracy of `Dop853`, whose steps pass over knots of a spline that lie close together, and of `Taylor`, whose
+/// steps end at all of them.
+const OF_KNOTS: f64 = 1e-8;
 const OF_SERIES: f64 = 1e-8;
 
 /// Length of the run.

@@ -34,9 +34,9 @@ struct Line {
     amplitudes: [Vec<f64>; 2],
 }
 
-/// Accuracy of a method whose steps pass over the knots of a spline, where the third derivative jumps, as a
-/// share of the largest amplitude.
-const OF_KNOTS: f64 = 1e-7;
+/// Accuracy of a method whose steps pass over knots of a spline that lie close together, as a share of
+/// the largest amplitude.
+const OF_KNOTS: f64 = 1e-8;
 
 /// Least number of steps of the reference in a turn.
 const STEPS: f64 = 256.0;

@@ -205,4 +205,7 @@ impl Nonlinearity for VaryingBacklash {
     fn next_edge(&self, angle: f64) -> Option<f64> {
         self.half_backlash.next_edge(angle)
     }
+    fn next_knot(&self, angle: f64) -> Option<f64> {
+        self.half_backlash.next_knot(angle)
+    }
 }

@@ -114,6 +114,9 @@ impl<N: Nonlinearity> Nonlinearity for Damped<N> {
     fn next_edge(&self, angle: f64) -> Option<f64> {
         self.law.next_edge(angle)
     }
+    fn next_knot(&self, angle: f64) -> Option<f64> {
+        self.law.next_knot(angle)
+    }
     fn moves(&self) -> bool {
         self.law.moves()
     }

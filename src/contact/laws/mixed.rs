@@ -80,6 +80,9 @@ impl<N: Nonlinearity> Nonlinearity for MixedLaw<N> {
     fn next_edge(&self, angle: f64) -> Option<f64> {
         each_law!(self, law => law.next_edge(angle))
     }
+    fn next_knot(&self, angle: f64) -> Option<f64> {
+        each_law!(self, law => law.next_knot(angle))
+    }
     fn moves(&self) -> bool {
         each_law!(self, law => law.moves())
     }

@@ -125,6 +125,12 @@ pub trait Nonlinearity: PartialEq {
         let _ = angle;
         None
     }
+    /// Returns the next angle at which an edge of the gap has a [knot](crate::Wave::next_knot). Default:
+    /// `None`.
+    fn next_knot(&self, angle: f64) -> Option<f64> {
+        let _ = angle;
+        None
+    }
     /// Whether the edges depend on the angle. Default: `true` if there are edges at the angle 0.
     fn moves(&self) -> bool {
         self.edges(0.0, Side::After) != Edges::none()

@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 /// The periodic cubic spline through uniform samples of one turn, the first at φ = 0. It is twice
 /// continuously differentiable.
 ///
-/// The third derivative jumps at the samples. `Taylor` and the adaptive Runge-Kutta methods end their steps
-/// there; a Runge-Kutta step that would span more than two samples passes over them, and its error may exceed
-/// a tight tolerance. `max_step` of two spacings prevents it.
+/// The third derivative jumps at the samples. `Taylor` ends a step at each sample. The adaptive Runge-Kutta
+/// methods do so, too, unless a step is longer than two spacings of the samples: its error may then exceed a
+/// tight tolerance. A `max_step` of two spacings prevents this.
 ///
 /// ```
 /// use gear_dynamics::excitation::{Excitation, Table};

@@ -246,8 +246,8 @@ pub trait Shape: PartialEq {
         let _ = angle;
         None
     }
-    /// Returns the first angle after `angle` at which a derivative of a wave above the second jumps, and none
-    /// up to the second. See [`Model::next_knot`](crate::Model::next_knot). Default: `None`.
+    /// Returns the first angle after `angle` at which a wave has a [knot](crate::Wave::next_knot). Adaptive
+    /// Runge-Kutta methods end a step there. Default: `None`.
     fn next_knot(&self, angle: f64) -> Option<f64> {
         let _ = angle;
         None

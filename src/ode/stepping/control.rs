@@ -150,8 +150,8 @@ impl StepEnds {
     }
 }
 
-/// The knots of the drives ([`Model::next_knot`]). Adaptive steps end there: an error estimate assumes smooth
-/// drives. A step that spans several knots passes over them.
+/// The ends of adaptive steps at knots of the drives ([`Model::next_knot`]). The error estimate assumes
+/// smooth drives, so a step ends at the next knot. A step that contains more than two knots does not.
 pub(crate) struct Knots<'m, M: ?Sized> {
     /// The model whose drives have knots; `None` without them.
     model: Option<&'m M>,
@@ -159,18 +159,19 @@ pub(crate) struct Knots<'m, M: ?Sized> {
     next: f64,
     /// Time from which the model is asked again.
     asked: f64,
-    /// Length of the step at which it was asked; a step half as long may not pass over what that one did.
+    /// Length of the step for which the model was asked. The model is asked again if the step becomes shorter
+    /// than half of it.
     length: f64,
 }
 
 impl<'m, M: Model + ?Sized> Knots<'m, M> {
-    /// A step that would span more knots passes over them.
+    /// Maximum number of knots within a step at which steps end at the next knot.
     const SPANNED: usize = 2;
 
     /// Number of steps that pass over knots before the model is asked again.
     const PASSED: f64 = 8.0;
 
-    /// A knot nearer than this share of a step is passed over.
+    /// A step does not end at a knot whose distance is below this share of its length.
     const BESIDE: f64 = 1e-3;
 
     /// The knots after `t`; none for fixed steps.

@@ -225,7 +225,9 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         earliest(waves.chain(laws))
     }
     fn next_knot(&self, angle: f64) -> Option<f64> {
-        earliest(self.elements.single.iter().chain(&self.elements.jets).map(|wave| wave.next_knot(angle)))
+        let waves = self.elements.single.iter().chain(&self.elements.jets).map(|wave| wave.next_knot(angle));
+        let laws = self.rests.iter().map(|rest| rest.mesh.next_knot_of_law(angle));
+        earliest(waves.chain(laws))
     }
     fn repeats(&self) -> u32 {
         let waves = Wave::gcd_of_orders(self.elements.single.iter().chain(&self.elements.jets));
