@@ -214,7 +214,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 Err(not_finite::<T, M, V>(&self.e))
             };
         }
-        let (error, made, pace) = (T::error(&self.e), self.e.ends.h(), &mut self.pace);
+        let (error, made, pace) = (T::error(&mut self.e), self.e.ends.h(), &mut self.pace);
         if !(error.is_finite() && self.e.ends.finite()) {
             self.retreats += 1;
             pace.h = pace.controller.retreat(made);
@@ -229,6 +229,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         if accepted {
             // If the step was shorter than the pace proposed, the earlier, longer proposal remains valid.
             pace.next = if made < 0.99 * pace.h { proposed.max(pace.h) } else { proposed };
+            self.e.before = Some(self.e.estimates);
             Ok(Verdict::Accept)
         } else {
             pace.h = proposed;
@@ -304,6 +305,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     #[inline(always)]
     fn pass_edges<T: Tableau, const LOCATE: bool>(&mut self, at_edge: bool) -> Result<(), IntegrateError> {
         let Run { e, passage, pace, .. } = self;
+        e.before = None; // the force jumps or has a kink here
         let behind = if LOCATE && !e.on_fixed_pieces {
             passage.locator.behind(&passage.crossings, &e.ends.contacts, e.ends.t1)
         } else {

@@ -2,13 +2,14 @@
 
 use crate::model::Model;
 use crate::ode::methods::adaptive::Adaptive;
-use crate::ode::stepping::engine::{Engine, Tableau};
+use crate::ode::stepping::engine::{Engine, Estimates, Tableau};
 use crate::ode::stepping::vector::Vector;
 
 /// Runge-Kutta method of order 8 by Dormand and Prince, adaptive.
 ///
 /// Error estimates of orders 5 and 3, dense output of order 7. Source: Hairer, Nørsett & Wanner I, Sect. II.5
-/// and II.6; coefficients as in the authors' published code.
+/// and II.6; coefficients as in the authors' published code. A step whose estimates exceed by far those that
+/// follow from the step before, as at a kink, is judged by the larger of the two instead of their combination.
 ///
 /// Recommended for gears: with located edges the trajectory is smooth between edges, and a high order is
 /// efficient. Behind the edge of a contact law with a fractional power, as Hertz's, the error estimate is too
@@ -57,12 +58,18 @@ impl Tableau for DormandPrince8 {
         e.stage_at::<FIXED, _>(10, 11, &A12);
         e.advance(&B);
     }
-    /// |e5|²/√(|e5|² + 0.01 |e3|²): combines both error estimates.
+    /// |e5|²/√(|e5|² + 0.01 |e3|²) combines both error estimates. It assumes that the force is smooth: it is too
+    /// low in a step that contains a kink. There an estimate exceeds by far the one that follows from the step
+    /// before, and it is an error in its own right.
     #[inline(always)]
-    fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
-        let [e5, e3] = e.norms([&table::E5, &table::E3]);
+    fn error<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> f64 {
+        let norms @ [e5, e3] = e.norms([&table::E5, &table::E3]);
         let both = (e5 * e5 + 0.01 * e3 * e3).sqrt();
-        if both == 0.0 { 0.0 } else { e5 * e5 / both }
+        let error = if both == 0.0 { 0.0 } else { e5 * e5 / both };
+        e.estimates = Estimates { h: e.ends.h(), norms };
+        let Some(before) = e.before else { return error };
+        let [rough5, rough3] = rough(&before, &e.estimates);
+        error.max(if rough5 || rough3 { e5 } else { 0.0 }).max(if rough3 { e3 } else { 0.0 })
     }
     fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
         use table::{A14, A15, A16, D4, D5, D6, D7};
@@ -77,6 +84,17 @@ impl Tableau for DormandPrince8 {
         e.dense_row(5, &D6);
         e.dense_row(6, &D7);
     }
+}
+
+/// Ratio of an estimate to the one that follows from the step before, above which the force is not smooth `[1]`.
+const ROUGH: f64 = 100.0;
+
+/// Whether the estimates e5 and e3 show a force that is not smooth. In a smooth motion they follow h⁶ and h⁴.
+#[inline(always)]
+fn rough(before: &Estimates, made: &Estimates) -> [bool; 2] {
+    let square = (made.h / before.h).powi(2);
+    let ([e5, e3], [old5, old3]) = (made.norms, before.norms);
+    [e5 > ROUGH * square * square * square * old5, e3 > ROUGH * square * square * old3]
 }
 
 /// Rows of pairs (column, coefficient) without zeros; columns count from 0.

@@ -97,7 +97,7 @@ impl Tableau for Classical {
         e.stage_at::<FIXED, _>(1, 3, &A4);
         e.advance(&B);
     }
-    fn error<M: Model + ?Sized, V: Vector>(_: &Engine<'_, M, V>) -> f64 {
+    fn error<M: Model + ?Sized, V: Vector>(_: &mut Engine<'_, M, V>) -> f64 {
         0.0
     }
     fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(_: &mut Engine<'_, M, V>) {}

@@ -65,7 +65,7 @@ impl Tableau for DormandPrince5 {
         e.derivative_at_end_of::<DormandPrince5>();
     }
     #[inline(always)]
-    fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
+    fn error<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> f64 {
         e.norms([&table::E])[0]
     }
     fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {

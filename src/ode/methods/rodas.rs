@@ -96,7 +96,7 @@ impl Tableau for Rosenbrock4 {
         e.solve_at::<FIXED, _>(3, 6, [&A6, &C6], 0.0);
         e.advance(&B);
     }
-    fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64 {
+    fn error<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> f64 {
         e.norms([&table::E])[0]
     }
     fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {

@@ -43,7 +43,7 @@ pub trait Tableau: Default {
     /// `FIXED`: the model is evaluated on the fixed pieces `e.pieces`.
     fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>);
     /// Error estimate in units of the tolerance; a step with an error of at most 1 is accepted.
-    fn error<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> f64;
+    fn error<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> f64;
     /// Computes the dense coefficients F3, F4, ... (see [`Engine::interpolate`]). Slot `END` must be filled.
     fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>);
 }
@@ -60,6 +60,10 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     pub(crate) on_fixed_pieces: bool,
     /// Relative tolerance.
     pub(crate) rtol: f64,
+    /// The error estimates of the current step, for a tableau that compares them with those of the step before.
+    pub(crate) estimates: Estimates,
+    /// The estimates of the step before; `None` for the first step and behind an edge.
+    pub(crate) before: Option<Estimates>,
     /// Dense output: y0, then its coefficients.
     pub(super) dense: [V; DENSE],
     pub(super) ready: Ready,
@@ -73,6 +77,15 @@ impl<M: Model + ?Sized, V: Vector> fmt::Debug for Engine<'_, M, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Engine").finish_non_exhaustive()
     }
+}
+
+/// The two error estimates of a step with its length.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Estimates {
+    /// Length of the step.
+    pub(crate) h: f64,
+    /// Norms of the estimates, in units of the tolerance `[1]`.
+    pub(crate) norms: [f64; 2],
 }
 
 /// Largest change of the velocities within the time from a crossing to where it is certainly behind its edge,
@@ -96,6 +109,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             k: std::array::from_fn(|s| V::slot(if s < T::SLOTS { m } else { 0 })),
             on_fixed_pieces: false,
             rtol: 0.0,
+            estimates: Estimates::default(),
+            before: None,
             dense: std::array::from_fn(|c| V::zeros(if c <= T::DENSE { m } else { 0 })),
             ready: Ready { end: false, dense: false },
             evaluations: 0,
