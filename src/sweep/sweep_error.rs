@@ -52,7 +52,7 @@ pub enum SweepError {
 }
 
 /// The error of a family of models or of a start function, of any type. Two of them are equal if their texts
-/// are.
+/// are. Its source is that of the error it contains.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, ParameterError, Sweep};
@@ -71,15 +71,22 @@ pub enum SweepError {
 pub struct FamilyError(Arc<dyn AnyError + Send + Sync>);
 
 impl FamilyError {
+    /// The error of a family: an error of any type, or a text.
+    pub fn new(error: impl Into<Box<dyn AnyError + Send + Sync>>) -> Self {
+        match error.into().downcast() {
+            Ok(already) => *already,
+            Err(other) => FamilyError(other.into()),
+        }
+    }
     /// The error as it was returned.
     pub fn get(&self) -> &(dyn AnyError + Send + Sync + 'static) {
         &*self.0
     }
 }
 
-impl<E: Into<Box<dyn AnyError + Send + Sync>>> From<E> for FamilyError {
-    fn from(error: E) -> Self {
-        FamilyError(error.into().into())
+impl AnyError for FamilyError {
+    fn source(&self) -> Option<&(dyn AnyError + 'static)> {
+        self.0.source()
     }
 }
 

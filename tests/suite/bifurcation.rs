@@ -199,7 +199,7 @@ fn points_that_fail_leave_the_rest_of_the_diagram() {
     let none = |_: &Point<'_>| Err::<SpurPair, _>("no pair");
     let diagram = bifurcation.run(&sweep.of(&engine(), none).start(in_contact)).unwrap();
     assert_eq!((diagram.up().len(), diagram.undecided()), (0, vec![0.60, 0.62, 0.64]));
-    assert_eq!(diagram.rows()[1].errors()[&2], PointError::Model("no pair".into()));
+    assert_eq!(diagram.rows()[1].errors()[&2], PointError::Model(FamilyError::new("no pair")));
 }
 
 #[test]

@@ -101,13 +101,13 @@ fn members_that_fail_are_counted_and_the_others_stand() {
     };
     let bands = Ensemble::new(20, 1.0, 1).unwrap().channels(&["q0"]).run(&Rk4::new(0.25), some).unwrap();
     assert_eq!((bands.members(), bands.failed()), (15, 5));
-    let first = FailedMember { member: 0, error: PointError::Model("bad".into()) };
+    let first = FailedMember { member: 0, error: PointError::Model(FamilyError::new("bad")) };
     assert_eq!(bands.first_failure(), Some(&first));
     let none =
         Ensemble::new(3, 1.0, 1).unwrap().run(&Rk4::new(0.25), |_| Err::<(Oscillator, State), _>("no"));
     assert_eq!(
         none.unwrap_err(),
-        EnsembleError::AllFailed { members: 3, first: PointError::Model("no".into()) }
+        EnsembleError::AllFailed { members: 3, first: PointError::Model(FamilyError::new("no")) }
     );
     assert!(
         Ensemble::new(0, 1.0, 1).is_err()

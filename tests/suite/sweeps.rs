@@ -514,7 +514,7 @@ fn a_family_that_fails_at_some_points() {
     };
     let rows = sweep(9).of(&LaneRk4::new(STEPS).lanes::<4>(), odd).start(rest).run().unwrap();
     assert_eq!(rows.errors().keys().copied().collect::<Vec<_>>(), [1, 3, 5, 7]);
-    assert_eq!(rows.get(3).unwrap_err(), PointError::Model("odd".into()));
+    assert_eq!(rows.get(3).unwrap_err(), PointError::Model(FamilyError::new("odd")));
     assert!(rows.is_complete() && rows.iter().count() == 5);
     let none = sweep(3)
         .of(&LaneRk4::new(STEPS).lanes::<4>(), |_| Err::<LanePair, _>("never"))

@@ -10,6 +10,7 @@ use crate::sweep::ensembles::bands::{Bands, FailedMember, MemberResults};
 use crate::sweep::sweep_error::{FamilyError, PointError};
 use crate::sweep::watch::Watch;
 use std::convert::Infallible;
+use std::error::Error as AnyError;
 use std::ops::{ControlFlow, Range};
 use thiserror::Error;
 
@@ -47,8 +48,8 @@ pub struct Ensemble<'w> {
 /// Errors of an [`Ensemble`] as a whole.
 ///
 /// ```
-/// use gear_dynamics::sweep::{EnsembleError, PointError};
-/// let error = EnsembleError::AllFailed { members: 3, first: PointError::Model("no torque".into()) };
+/// use gear_dynamics::sweep::{EnsembleError, FamilyError, PointError};
+/// let error = EnsembleError::AllFailed { members: 3, first: PointError::Model(FamilyError::new("no torque")) };
 /// assert_eq!(error.to_string(), "all 3 members failed; error of member 0: no model: no torque");
 /// ```
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -149,7 +150,7 @@ impl<'w> Ensemble<'w> {
     where
         M: Model,
         I: Integrator + Sync,
-        X: Into<FamilyError>,
+        X: Into<Box<dyn AnyError + Send + Sync>>,
     {
         let watch = &self.watch;
         let figures = check::count(
@@ -162,7 +163,7 @@ impl<'w> Ensemble<'w> {
             (0..self.members).take_while(|_| !watch.is_cancelled()).find_map(|member| match family(member) {
                 Ok((model, _)) => Some(model),
                 Err(error) => {
-                    failure.get_or_insert_with(|| PointError::Model(error.into()));
+                    failure.get_or_insert_with(|| PointError::Model(FamilyError::new(error)));
                     None
                 }
             });
@@ -208,13 +209,13 @@ impl<'w> Ensemble<'w> {
     }
 
     /// The results of one member; `None` if cancelled.
-    fn member<M: Model, I: Integrator, X: Into<FamilyError>>(
+    fn member<M: Model, I: Integrator, X: Into<Box<dyn AnyError + Send + Sync>>>(
         &self,
         solver: &I,
         family: &impl Fn(u64) -> Result<(M, State), X>,
         member: u64,
     ) -> Result<Option<MemberResults>, PointError> {
-        let (model, start) = family(member).map_err(|e| PointError::Model(e.into()))?;
+        let (model, start) = family(member).map_err(|e| PointError::Model(FamilyError::new(e)))?;
         start.check_at_zero(model.dof()).map_err(PointError::Parameter)?;
         let mut probe = Probe::new(&model);
         let chosen = probe.indices(&self.channels).map_err(PointError::Parameter)?;

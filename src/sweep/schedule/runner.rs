@@ -17,6 +17,7 @@ use crate::sweep::settings::points::Point;
 use crate::sweep::settings::sweep::Sweep;
 use crate::sweep::sweep_error::{FamilyError, PointError, SweepError};
 use crate::sweep::watch::Watch;
+use std::error::Error as AnyError;
 use std::fmt;
 use std::sync::{Arc, Mutex};
 
@@ -70,12 +71,12 @@ impl Sweep {
     where
         M: Periodic,
         E: SweepEngine<M>,
-        X: Into<FamilyError>,
+        X: Into<Box<dyn AnyError + Send + Sync>>,
     {
         Runner {
             sweep: self,
             engine,
-            family: Box::new(move |point| family(point).map_err(|e| PointError::Model(e.into()))),
+            family: Box::new(move |point| family(point).map_err(|e| PointError::Model(FamilyError::new(e)))),
             start: Box::new(|_, model| Ok(static_state(model, None)?.state)),
             watch: Watch::new(),
             rows: None,

@@ -2,6 +2,7 @@
 
 use crate::model::State;
 use crate::sweep::sweep_error::FamilyError;
+use std::error::Error as AnyError;
 
 /// What a function of [`Runner::start`](crate::sweep::Runner::start) returns: a [`State`], or a result with
 /// an error of its own.
@@ -19,8 +20,8 @@ impl IntoStart for State {
     }
 }
 
-impl<E: Into<FamilyError>> IntoStart for Result<State, E> {
+impl<E: Into<Box<dyn AnyError + Send + Sync>>> IntoStart for Result<State, E> {
     fn into_start(self) -> Result<State, FamilyError> {
-        self.map_err(Into::into)
+        self.map_err(FamilyError::new)
     }
 }
