@@ -73,7 +73,7 @@ impl MotionSize {
     }
 
     /// An observer that adds the steps of a run.
-    pub(crate) fn along<'s, 'm, M: Model + ?Sized>(&'s mut self, model: &'m M) -> Along<'s, 'm, M> {
+    pub(crate) fn along<'s, 'm>(&'s mut self, model: &'m dyn Model) -> Along<'s, 'm> {
         Along { motion: self, sizing: Sizing::new(model) }
     }
 
@@ -129,7 +129,7 @@ impl MotionSize {
     /// Adds the sizes at a state of a motion with steps of length `step`: as it is, and with all contacts on
     /// their lower and on their upper flanks, as far as they have [touched](MotionSize::touch) them. The law
     /// of a flank that the motion does not touch says nothing about its rounding.
-    pub(crate) fn weigh_on_flanks<M: Model + ?Sized>(&mut self, model: &M, state: &State, step: f64) {
+    pub(crate) fn weigh_on_flanks(&mut self, model: &dyn Model, state: &State, step: f64) {
         let (mut sizing, h, State { t, q, v }) = (Sizing::new(model), ADDED * step, state);
         self.weigh(sizing.at(None, *t, q, v, h));
         if !model.offers().pieces {
@@ -238,12 +238,12 @@ impl MotionSize {
 }
 
 /// Observer that adds the states and sizes of every step of a run to a [`MotionSize`].
-pub(crate) struct Along<'s, 'm, M: ?Sized> {
+pub(crate) struct Along<'s, 'm> {
     motion: &'s mut MotionSize,
-    sizing: Sizing<'m, M>,
+    sizing: Sizing<'m>,
 }
 
-impl<M: Model + ?Sized> Observer for Along<'_, '_, M> {
+impl Observer for Along<'_, '_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         let motion = &mut *self.motion;
         // Inside a step of high order the parts show the range.

@@ -50,8 +50,8 @@ pub enum Direction {
 /// assert!((section.states()[0].t - 1.5 * std::f64::consts::PI).abs() < 1e-8);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Section<'m, M: ?Sized> {
-    probe: Probe<'m, M>,
+pub struct Section<'m> {
+    probe: Probe<'m>,
     channel: usize,
     level: f64,
     direction: Direction,
@@ -61,7 +61,7 @@ pub struct Section<'m, M: ?Sized> {
     last: Option<(f64, f64)>,
 }
 
-impl<M: ?Sized> fmt::Debug for Section<'_, M> {
+impl fmt::Debug for Section<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Section")
             .field("channel", &self.channel)
@@ -71,13 +71,13 @@ impl<M: ?Sized> fmt::Debug for Section<'_, M> {
     }
 }
 
-impl<'m, M: Model + ?Sized> Section<'m, M> {
+impl<'m> Section<'m> {
     /// Observes where `channel` (see [`Probe`]) crosses `level`, which has the unit of the channel.
     ///
     /// # Errors
     /// [`ParameterError::NoSuchChannel`] for a channel that the model does not have; a level beyond ±1e50.
     pub fn new(
-        model: &'m M,
+        model: &'m dyn Model,
         channel: &str,
         level: f64,
         direction: Direction,
@@ -123,7 +123,7 @@ impl<'m, M: Model + ?Sized> Section<'m, M> {
     }
 }
 
-impl<M: Model + ?Sized> Observer for Section<'_, M> {
+impl Observer for Section<'_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         let t0 = step.t0();
         let (mut from, mut a) = (t0, self.height(step, t0));

@@ -85,13 +85,22 @@ impl Settle {
     /// quasi-periodicity or slow decay). [`SettleError::Integrate`] if the integration fails,
     /// [`SettleError::Exhausted`] if the budget is spent. [`SettleError::Parameter`] if a setting is outside
     /// its range or the period of the model outside 1e-50 .. 1e50.
-    pub fn run<'s, I: Integrator, M: Periodic + ?Sized>(
+    pub fn run<'s>(
         &self,
-        integrator: &I,
-        model: &M,
+        integrator: &dyn Integrator,
+        model: &dyn Periodic,
         start: impl Into<Option<&'s State>>,
     ) -> Result<Steady, SettleError> {
-        let mut start = match start.into() {
+        self.run_from(integrator, model, start.into())
+    }
+
+    fn run_from(
+        &self,
+        integrator: &dyn Integrator,
+        model: &dyn Periodic,
+        start: Option<&State>,
+    ) -> Result<Steady, SettleError> {
+        let mut start = match start {
             Some(start) => start.clone(),
             None => static_state(&model, None)?.state,
         };

@@ -123,8 +123,8 @@ impl Summary {
 /// assert!((q.rms - 0.5f64.sqrt()).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Statistics<'m, M: ?Sized> {
-    probe: Probe<'m, M>,
+pub struct Statistics<'m> {
+    probe: Probe<'m>,
     chosen: Vec<usize>,
     running: Vec<Running>,
     duration: f64,
@@ -134,7 +134,7 @@ pub struct Statistics<'m, M: ?Sized> {
     points: Vec<[f64; POINTS]>,
 }
 
-impl<M: ?Sized> fmt::Debug for Statistics<'_, M> {
+impl fmt::Debug for Statistics<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Statistics")
             .field("channels", &self.chosen)
@@ -198,18 +198,18 @@ const GRID: [[f64; POINTS]; CELLS + 1] = {
     grid
 };
 
-impl<'m, M: Model + ?Sized> Statistics<'m, M> {
+impl<'m> Statistics<'m> {
     /// Statistics of the channels of these names (see [`Probe`]).
     ///
     /// # Errors
     /// [`ParameterError::NoSuchChannel`] for a channel that the model does not have.
-    pub fn new(model: &'m M, channels: &[&str]) -> Result<Self, ParameterError> {
+    pub fn new(model: &'m dyn Model, channels: &[&str]) -> Result<Self, ParameterError> {
         let chosen = Probe::new(model).indices(channels)?;
         Ok(Statistics::of_channels(model, &chosen))
     }
 
     /// Statistics of the channels of these indices.
-    pub(crate) fn of_channels(model: &'m M, chosen: &[usize]) -> Self {
+    pub(crate) fn of_channels(model: &'m dyn Model, chosen: &[usize]) -> Self {
         Statistics {
             probe: Probe::new(model),
             running: vec![Running::NONE; chosen.len()],
@@ -341,7 +341,7 @@ fn beside_end([end, near]: [f64; 2], value: f64, mut at: impl FnMut(f64) -> f64)
     f.into_iter().fold(value, f64::max).max(maximum(x, f, at))
 }
 
-impl<M: Model + ?Sized> Observer for Statistics<'_, M> {
+impl Observer for Statistics<'_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         for part in 0..step.parts() {
             let times = step.part(part);

@@ -36,8 +36,8 @@ const UPDATED: f64 = 1e-9;
 ///
 /// The second and the third check cover the time up to the eighth edge and the period. If the period is not
 /// known, they cover the spans 1, 1e-3, 1e3, 1e-6 and max|q|/max|v| in its place.
-pub(crate) fn check<M: Model + ?Sized>(
-    model: &M,
+pub(crate) fn check(
+    model: &dyn Model,
     typical: &State,
     period: Option<f64>,
     findings: &mut Vec<Inconsistency>,
@@ -81,7 +81,7 @@ pub(crate) fn check<M: Model + ?Sized>(
 }
 
 /// Compares the drives by `redrive`, at single instants and at several, with those by `drive`.
-fn updates<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsistency> {
+fn updates(model: &dyn Model, start: f64, span: f64) -> Option<Inconsistency> {
     let drives = model.drives();
     let times: [f64; UPDATES] = std::array::from_fn(|i| start + span * (i as f64 + 0.6) / UPDATES as f64);
     let mut first = vec![0.0; drives];
@@ -109,7 +109,7 @@ fn updates<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Incons
 }
 
 /// Compares the drives on both sides of 64 instants. They may differ only at announced edges.
-fn sides<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsistency> {
+fn sides(model: &dyn Model, start: f64, span: f64) -> Option<Inconsistency> {
     let (mut u, mut w) = (vec![0.0; model.drives()], vec![0.0; model.drives()]);
     (0..64).find_map(|i| {
         let t = start + span * golden(f64::from(i));
@@ -122,7 +122,7 @@ fn sides<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsis
 
 /// Compares the drives of each side of the first edges with those a short time away on this side. A drive
 /// that ignores the side jumps between them: the difference does not decrease with the time.
-fn ignored_sides<M: Model + ?Sized>(model: &M, start: f64) -> Option<Inconsistency> {
+fn ignored_sides(model: &dyn Model, start: f64) -> Option<Inconsistency> {
     let drives = model.drives();
     let [mut at, mut beside, mut least, mut most] = std::array::from_fn(|_| vec![0.0; drives]);
     let mut last = start;
@@ -155,13 +155,13 @@ fn ignored_sides<M: Model + ?Sized>(model: &M, start: f64) -> Option<Inconsisten
 }
 
 /// Whether `next_edge` announces an edge between two instants, with an allowance for rounding.
-fn announced<M: Model + ?Sized>(model: &M, lo: f64, hi: f64, span: f64) -> bool {
+fn announced(model: &dyn Model, lo: f64, hi: f64, span: f64) -> bool {
     let close = 1e-9 * span + 8.0 * f64::EPSILON * hi.abs();
     model.next_edge(lo - close).is_some_and(|edge| edge <= hi + close)
 }
 
 /// Searches for a jump: a change that does not decrease with the length of its interval.
-fn jump<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsistency> {
+fn jump(model: &dyn Model, start: f64, span: f64) -> Option<Inconsistency> {
     let drives = model.drives();
     let [mut first, mut last, mut middle, mut scratch] = std::array::from_fn(|_| vec![0.0; drives]);
     let at = |i: u32| start + span * f64::from(i) / f64::from(INTERVALS);
@@ -197,8 +197,8 @@ fn jump<M: Model + ?Sized>(model: &M, start: f64, span: f64) -> Option<Inconsist
 
 /// Bisects the interval of a change down to neighbouring floating-point times. Returns `None` as soon as the
 /// change in the chosen half is less than [`KEPT`] times the largest change so far: it is then not a jump.
-fn narrow<M: Model + ?Sized>(
-    model: &M,
+fn narrow(
+    model: &dyn Model,
     drive: usize,
     mut lo: (f64, f64),
     mut hi: (f64, f64),

@@ -4,7 +4,6 @@
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
 use crate::contact::edge::Edge;
-use crate::model::Model;
 
 /// Number of equal parts of a line.
 const PARTS: usize = 32;
@@ -60,7 +59,7 @@ fn noise(terms: f64, f: &[f64]) -> f64 {
     256.0 * f64::EPSILON * (terms + largest)
 }
 
-impl<M: Model + ?Sized> CheckPoint<'_, M> {
+impl CheckPoint<'_> {
     /// Reports the first kink along the line through zero and the typical coordinates. If there is none, it
     /// searches along each coordinate, over several reaches.
     pub(crate) fn undeclared_kinks(&mut self, findings: &mut Vec<Inconsistency>) {

@@ -3,9 +3,9 @@
 use crate::check::inconsistency::Inconsistency;
 use crate::check::point::CheckPoint;
 use crate::contact::Piece;
-use crate::model::{Jacobian, Model};
+use crate::model::Jacobian;
 
-impl<M: Model + ?Sized> CheckPoint<'_, M> {
+impl CheckPoint<'_> {
     /// Compares what [`Model::offers`] declares with what the methods do. A method that is not implemented
     /// writes NaN to all entries.
     pub(crate) fn offers(&self, findings: &mut Vec<Inconsistency>) {

@@ -18,8 +18,8 @@ const STEPS: [f64; 4] = [1e-6, 1e-8, 1e-10, 1e-12];
 const FAINT: std::ops::Range<i32> = 34..50;
 
 /// A model at one state.
-pub(crate) struct CheckPoint<'m, M: ?Sized> {
-    pub(crate) model: &'m M,
+pub(crate) struct CheckPoint<'m> {
+    pub(crate) model: &'m dyn Model,
     pub(crate) state: State,
     pub(crate) u: Vec<f64>,
     /// Largest absolute coordinate and velocity, or 1 if it is zero: the unit of the steps.
@@ -31,8 +31,8 @@ pub(crate) struct CheckPoint<'m, M: ?Sized> {
     pub(crate) reach: Vec<f64>,
 }
 
-impl<'m, M: Model + ?Sized> CheckPoint<'m, M> {
-    pub(crate) fn new(model: &'m M, state: &State) -> Self {
+impl<'m> CheckPoint<'m> {
+    pub(crate) fn new(model: &'m dyn Model, state: &State) -> Self {
         let mut u = vec![0.0; model.drives()];
         model.drive(state.t, Side::After, &mut u);
         let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));

@@ -5,7 +5,7 @@ use crate::check::point::CheckPoint;
 use crate::check::tolerances::{ROUGH, ROUNDING};
 use crate::contact::Contact;
 use crate::excitation::Side;
-use crate::model::{Model, State};
+use crate::model::State;
 use crate::numeric::spread::golden;
 use crate::ode::probe::Probe;
 
@@ -63,7 +63,7 @@ impl Inconsistency {
     }
 }
 
-impl<M: Model + ?Sized> CheckPoint<'_, M> {
+impl CheckPoint<'_> {
     /// Compares the rates of deflections and edges with central differences in time along the motion q' =
     /// v, v' = a, at the typical instant and at further phases of the period: at t = 0 the rate of a cosine
     /// is 0. It also compares ∂(rate)/∂v with ∂(deflection)/∂q, which is possible at rest as well.

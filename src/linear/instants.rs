@@ -17,14 +17,14 @@ pub(crate) struct Instants {
 
 impl Instants {
     /// One instant.
-    pub(crate) fn at<M: Model + ?Sized>(model: &M, t: f64) -> Self {
+    pub(crate) fn at(model: &dyn Model, t: f64) -> Self {
         let mut u = vec![0.0; model.drives()];
         model.drive(t, Side::After, &mut u);
         Instants { drives: u.len(), u, weights: vec![1.0] }
     }
 
     /// The points of the Gauss rule with 5 points on `panels` equal panels between two `bounds` each.
-    pub(crate) fn of<M: Model + ?Sized>(model: &M, bounds: &[f64], panels: usize) -> Self {
+    pub(crate) fn of(model: &dyn Model, bounds: &[f64], panels: usize) -> Self {
         let (drives, span) = (model.drives(), bounds[bounds.len() - 1] - bounds[0]);
         let count = FIVE.len() * panels * (bounds.len() - 1);
         let mut instants =
@@ -93,7 +93,7 @@ impl<'m> Mean<'m> {
     /// The mean of ∂a/∂q at rest in a position.
     pub(crate) fn jacobian(
         &self,
-        slopes: &mut Slopes<'m, dyn Periodic + 'm>,
+        slopes: &mut Slopes<'m>,
         pieces: Option<&[Piece]>,
         q: &[f64],
     ) -> DMatrix<f64> {

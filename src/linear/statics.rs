@@ -288,7 +288,7 @@ impl<'m> Search<'m> {
 
     /// A step of implicit Euler from q, (x - q)/h = a(x) - r α with x - q orthogonal to the rigid motions
     /// r, by Newton's method. `None`: Newton's method does not converge.
-    fn step(&self, slopes: &mut Slopes<'m, dyn Periodic + 'm>, q: &[f64], inverse: f64) -> Option<Vec<f64>> {
+    fn step(&self, slopes: &mut Slopes<'m>, q: &[f64], inverse: f64) -> Option<Vec<f64>> {
         let (n, k) = (q.len(), self.rigid.ncols());
         let mut x = q.to_vec();
         for _ in 0..NEWTON_STEPS {

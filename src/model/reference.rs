@@ -1,13 +1,24 @@
-//! References to models.
+//! Pointers to models.
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::channel::Channel;
 use crate::model::equations::{Model, Offers, Periodic};
 use crate::model::jacobian::Jacobian;
+use std::ops::Deref;
+use std::rc::Rc;
+use std::sync::Arc;
 
-/// A reference to a model is a model. Code compiled once for `dyn Model` therefore accepts every model.
-impl<M: Model + ?Sized> Model for &M {
+/// A pointer that is a model if it points to one.
+pub trait Pointer: Deref {}
+
+impl<M: ?Sized> Pointer for &M {}
+impl<M: ?Sized> Pointer for Box<M> {}
+impl<M: ?Sized> Pointer for Rc<M> {}
+impl<M: ?Sized> Pointer for Arc<M> {}
+
+/// `&M`, `Box<M>`, `Rc<M>` and `Arc<M>` are models as M is; M may be `dyn Model`.
+impl<P: Pointer<Target: Model>> Model for P {
     fn dof(&self) -> usize {
         (**self).dof()
     }
@@ -58,7 +69,7 @@ impl<M: Model + ?Sized> Model for &M {
     }
 }
 
-impl<M: Periodic + ?Sized> Periodic for &M {
+impl<P: Pointer<Target: Periodic>> Periodic for P {
     fn period(&self) -> f64 {
         (**self).period()
     }

@@ -9,8 +9,8 @@ use crate::ode::edges::passage::Passage;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::rejections::Rejections;
-use crate::ode::step::{Observer, Step, StepView};
-use crate::ode::stepping::control::{Knots, Limits, RESOLUTION, StepEnds, StepRule};
+use crate::ode::step::{Step, StepView};
+use crate::ode::stepping::control::{Knots, RESOLUTION, StepEnds, StepRule, Task};
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::first_step::starting_step;
 use crate::ode::stepping::vector::Vector;
@@ -20,29 +20,19 @@ use std::marker::PhantomData;
 /// Integrates `model` from `start` to `t_end` with tableau `T`.
 ///
 /// Models with one and with two degrees of freedom are compiled for their size. Runs that do not locate edges
-/// are compiled without that code. The observer is a trait object: runs that differ only in the type of their
-/// observer are compiled once.
-pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
-    rule: StepRule<'_>,
-    limits: Limits,
-    model: &M,
-    start: &State,
-    t_end: f64,
-    observer: &mut dyn Observer,
-) -> Result<Finish, IntegrateError> {
-    if !limits.locate {
+/// are compiled without that code. Model and observer are trait objects: these loops are compiled once.
+pub(crate) fn drive<T: Tableau>(task: Task<'_>) -> Result<Finish, IntegrateError> {
+    let (model, locate) = (task.model, task.limits.locate);
+    if !locate {
         model.offers().refuse_stops(|contact| IntegrateError::StopNotLocated { contact })?;
     }
-    // A build with debug assertions, as of tests, compiles the loop once for all models, to save build time.
-    #[cfg(debug_assertions)]
-    let model: &dyn Model = &model;
-    match (model.dof(), limits.locate && model.contacts() > 0) {
-        (1, false) => integrate::<T, _, [f64; 2], false>(rule, limits, model, start, t_end, observer),
-        (1, true) => integrate::<T, _, [f64; 2], true>(rule, limits, model, start, t_end, observer),
-        (2, false) => integrate::<T, _, [f64; 4], false>(rule, limits, model, start, t_end, observer),
-        (2, true) => integrate::<T, _, [f64; 4], true>(rule, limits, model, start, t_end, observer),
-        (_, false) => integrate::<T, _, Blocks, false>(rule, limits, model, start, t_end, observer),
-        (_, true) => integrate::<T, _, Blocks, true>(rule, limits, model, start, t_end, observer),
+    match (model.dof(), locate && model.contacts() > 0) {
+        (1, false) => integrate::<T, [f64; 2], false>(task),
+        (1, true) => integrate::<T, [f64; 2], true>(task),
+        (2, false) => integrate::<T, [f64; 4], false>(task),
+        (2, true) => integrate::<T, [f64; 4], true>(task),
+        (_, false) => integrate::<T, Blocks, false>(task),
+        (_, true) => integrate::<T, Blocks, true>(task),
     }
 }
 
@@ -50,16 +40,10 @@ pub(crate) fn drive<T: Tableau, M: Model + ?Sized>(
 /// [`IntegrateError::NotFinite`].
 const RETREATS: u32 = 15;
 
-fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
-    rule: StepRule<'_>,
-    limits: Limits,
-    model: &M,
-    start: &State,
-    t_end: f64,
-    observer: &mut dyn Observer,
-) -> Result<Finish, IntegrateError> {
+fn integrate<T: Tableau, V: Vector, const LOCATE: bool>(task: Task<'_>) -> Result<Finish, IntegrateError> {
+    let Task { rule, limits, model, start, t_end, observer } = task;
     start.check(model.dof())?;
-    let mut run = Run::<M, V>::new::<T, LOCATE>(rule, model, start, t_end)?;
+    let mut run = Run::<V>::new::<T, LOCATE>(rule, model, start, t_end)?;
     run.passage.fits(model, start.t, limits.max_steps)?;
     for attempt in 0..limits.max_steps as u64 {
         let (t, stop) = (run.e.ends.t, run.passage.stop);
@@ -68,7 +52,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
             // If the last attempts gave no finite result, the cause is the model and not the tolerance.
             return Err(match run.retreats {
                 0 => run.rejections.underflow(&run.e, aim - t),
-                _ => not_finite::<T, M, V>(&run.e),
+                _ => not_finite::<T, V>(&run.e),
             });
         }
         run.e.aim(aim);
@@ -84,7 +68,7 @@ fn integrate<T: Tableau, M: Model + ?Sized, V: Vector, const LOCATE: bool>(
         let ordinary = run.e.ends.t1 < stop && (!LOCATE || run.passage.crossings.is_empty());
         let at_edge = !ordinary && run.passage.is_drive_edge(run.e.ends.t1);
         let flow = {
-            let mut made = MadeStep::<T, M, V> { engine: &mut run.e, tracked: LOCATE, tableau: PhantomData };
+            let mut made = MadeStep::<T, V> { engine: &mut run.e, tracked: LOCATE, tableau: PhantomData };
             observer.step(&mut Step::new(&mut made, at_edge, &run.passage.crossings))
         };
         if ordinary && flow.is_continue() {
@@ -118,10 +102,10 @@ enum Verdict {
 }
 
 /// Variables of the main loop in one run.
-struct Run<'m, M: Model + ?Sized, V: Vector> {
-    e: Engine<'m, M, V>,
+struct Run<'m, V: Vector> {
+    e: Engine<'m, V>,
     pace: StepEnds,
-    knots: Knots<'m, M>,
+    knots: Knots<'m>,
     passage: Passage,
     /// Number of consecutive steps with a result that is not finite.
     retreats: u32,
@@ -162,15 +146,15 @@ impl Stalls {
     }
 }
 
-impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
+impl<'m, V: Vector> Run<'m, V> {
     fn new<T: Tableau, const LOCATE: bool>(
         rule: StepRule<'_>,
-        model: &'m M,
+        model: &'m dyn Model,
         start: &State,
         t_end: f64,
     ) -> Result<Self, IntegrateError> {
         let atol = rule.check(2 * model.dof())?;
-        let mut e = Engine::<M, V>::new::<T>(model, start);
+        let mut e = Engine::<V>::new::<T>(model, start);
         if !atol.is_empty() {
             e.ends.atol.slice_mut().copy_from_slice(&atol);
         }
@@ -191,7 +175,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
             StepRule::Fixed(h) => StepEnds::new::<T>(start.t, h, None),
             StepRule::Adaptive(tolerances) => {
                 e.rtol = tolerances.rtol;
-                let h = tolerances.first.unwrap_or_else(|| starting_step::<T, M, V>(&mut e, t_end - start.t));
+                let h = tolerances.first.unwrap_or_else(|| starting_step::<T, V>(&mut e, t_end - start.t));
                 StepEnds::new::<T>(start.t, h, Some(tolerances))
             }
         };
@@ -208,18 +192,14 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
     #[inline(always)]
     fn judge<T: Tableau>(&mut self) -> Result<Verdict, IntegrateError> {
         if !T::ADAPTIVE {
-            return if self.e.ends.finite() {
-                Ok(Verdict::Accept)
-            } else {
-                Err(not_finite::<T, M, V>(&self.e))
-            };
+            return if self.e.ends.finite() { Ok(Verdict::Accept) } else { Err(not_finite::<T, V>(&self.e)) };
         }
         let (error, made, pace) = (T::error(&mut self.e), self.e.ends.h(), &mut self.pace);
         if !(error.is_finite() && self.e.ends.finite()) {
             self.retreats += 1;
             pace.h = pace.controller.retreat(made);
             return if self.retreats > RETREATS {
-                Err(not_finite::<T, M, V>(&self.e))
+                Err(not_finite::<T, V>(&self.e))
             } else {
                 Ok(Verdict::Repeat)
             };
@@ -248,7 +228,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         let made = e.ends.h();
         e.ends.contacts_at_end();
         e.ends.check_gaps(e.ends.t1)?;
-        match passage.locator.find::<T, M, V>(e) {
+        match passage.locator.find::<T, V>(e) {
             Ok(Found::Nothing) => {}
             Err(share) => {
                 pace.h = share * made;
@@ -258,7 +238,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 if e.ends.t + theta * made > e.ends.t + RESOLUTION * e.ends.t.abs() =>
             {
                 if theta < 1.0 {
-                    match step_to_edge::<T, M, V>(e, &passage.locator, theta, exit) {
+                    match step_to_edge::<T, V>(e, &passage.locator, theta, exit) {
                         Err(IntegrateError::EdgeStall { .. })
                             if T::ADAPTIVE && self.stalls.shortens(made) =>
                         {
@@ -276,7 +256,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
                 passage.cross(&mut e.ends, exit)?;
             }
             Ok(Found::At(_, exit) | Found::AtOnce(exit)) if passage.locator.crosses_late(exit) => {
-                step_on_edge::<T, M, V>(e);
+                step_on_edge::<T, V>(e);
                 passage.cross(&mut e.ends, exit)?;
             }
             Ok(Found::At(_, exit) | Found::AtOnce(exit)) => {
@@ -320,7 +300,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
         if LOCATE {
             passage.locator.accept(&mut e.ends);
         }
-        let longest = passage.pass::<M, V, LOCATE>(&mut e.ends, at_edge)?;
+        let longest = passage.pass::<V, LOCATE>(&mut e.ends, at_edge)?;
         if T::ADAPTIVE {
             pace.h = pace.h.min(longest);
         }
@@ -336,7 +316,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Run<'m, M, V> {
 /// The error for a step without a finite result. It names the first acceleration that is not finite, in the
 /// order of the stages; if there is none, the first component of the result that is not finite or exceeds
 /// `LARGEST`.
-fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) -> IntegrateError {
+fn not_finite<T: Tableau, V: Vector>(e: &Engine<'_, V>) -> IntegrateError {
     let n = e.ends.model.dof();
     let stages = e.k[..T::SLOTS]
         .iter()
@@ -346,13 +326,13 @@ fn not_finite<T: Tableau, M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>) ->
 }
 
 /// The current step as a view for the observer.
-struct MadeStep<'e, 'm, T, M: Model + ?Sized, V: Vector> {
-    engine: &'e mut Engine<'m, M, V>,
+struct MadeStep<'e, 'm, T, V: Vector> {
+    engine: &'e mut Engine<'m, V>,
     tracked: bool,
     tableau: PhantomData<T>,
 }
 
-impl<T: Tableau, M: Model + ?Sized, V: Vector> StepView for MadeStep<'_, '_, T, M, V> {
+impl<T: Tableau, V: Vector> StepView for MadeStep<'_, '_, T, V> {
     fn times(&self) -> (f64, f64) {
         (self.engine.ends.t, self.engine.ends.t1)
     }

@@ -26,19 +26,19 @@ pub trait Integrator {
     ///
     /// # Errors
     /// [`IntegrateError`]. The observer keeps what it received before the error.
-    fn run<M: Model + ?Sized, O: Observer>(
+    fn run(
         &self,
-        model: &M,
+        model: &dyn Model,
         start: &State,
         t_end: f64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError>;
 
     /// The state at `t_end`.
     ///
     /// # Errors
     /// [`IntegrateError`].
-    fn end<M: Model + ?Sized>(&self, model: &M, start: &State, t_end: f64) -> Result<State, IntegrateError> {
+    fn end(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<State, IntegrateError> {
         self.run(model, start, t_end, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
             .map(|finish| finish.state)
     }
@@ -47,12 +47,7 @@ pub trait Integrator {
     ///
     /// # Errors
     /// [`Failed`], which contains the trajectory up to the failure.
-    fn trajectory<M: Model + ?Sized>(
-        &self,
-        model: &M,
-        start: &State,
-        t_end: f64,
-    ) -> Result<Trajectory, Failed> {
+    fn trajectory(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<Trajectory, Failed> {
         let mut trajectory = Trajectory::empty(model.dof(), start.t);
         if let Err(error) = start.check(model.dof()) {
             return trajectory.or_failed(Err(error.into()));
@@ -81,20 +76,15 @@ pub trait Integrator {
     ///
     /// # Errors
     /// [`Failed`], which contains the states up to the failure.
-    fn sample<M: Model + ?Sized>(
-        &self,
-        model: &M,
-        start: &State,
-        times: &[f64],
-    ) -> Result<Trajectory, Failed> {
+    fn sample(&self, model: &dyn Model, start: &State, times: &[f64]) -> Result<Trajectory, Failed> {
         sample(self, model, start, times, None)
     }
 }
 
 /// [`Integrator::sample`], until the budget of a meter is spent.
-pub(crate) fn sample<I: Integrator + ?Sized, M: Model + ?Sized>(
+pub(crate) fn sample<I: Integrator + ?Sized>(
     integrator: &I,
-    model: &M,
+    model: &dyn Model,
     start: &State,
     times: &[f64],
     meter: Option<&Meter<'_>>,

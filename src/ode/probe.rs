@@ -40,8 +40,8 @@ pub(crate) enum ChannelKind {
 /// assert!((values[force] + 270.27).abs() < 0.01); // T2/r_b2(0) = 30 N m/0.111 m
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Probe<'m, M: ?Sized> {
-    model: &'m M,
+pub struct Probe<'m> {
+    model: &'m dyn Model,
     channels: Vec<Channel>,
     /// The drives of the last evaluation.
     pub(crate) drives: Vec<f64>,
@@ -53,7 +53,7 @@ pub struct Probe<'m, M: ?Sized> {
     inside: Vec<f64>,
 }
 
-impl<M: ?Sized> fmt::Debug for Probe<'_, M> {
+impl fmt::Debug for Probe<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Probe")
             .field("channels", &self.channels)
@@ -62,9 +62,9 @@ impl<M: ?Sized> fmt::Debug for Probe<'_, M> {
     }
 }
 
-impl<'m, M: Model + ?Sized> Probe<'m, M> {
+impl<'m> Probe<'m> {
     /// A probe for all channels of a model.
-    pub fn new(model: &'m M) -> Self {
+    pub fn new(model: &'m dyn Model) -> Self {
         let n = model.dof();
         let contacts = model.offers().touching(model.contacts());
         let mut channels: Vec<Channel> = (0..n).map(|i| Channel::new(format!("q{i}"), "")).collect();

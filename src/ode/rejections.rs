@@ -4,7 +4,6 @@
 //! exceeds the tolerance, or the tolerance may lie below the rounding of the state.
 
 use crate::excitation::Side;
-use crate::model::Model;
 use crate::model::structure::slopes::accelerate;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::ends::halves;
@@ -120,10 +119,7 @@ impl Rejections {
     /// [`IntegrateError::Discontinuity`] if many short steps in a row met a jump of an acceleration: the
     /// error names the last one; [`IntegrateError::BelowRounding`] if rounding rejected most of the steps.
     #[cold]
-    pub(crate) fn rejected<M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &Engine<'_, M, V>,
-    ) -> Result<(), IntegrateError> {
+    pub(crate) fn rejected<V: Vector>(&mut self, e: &Engine<'_, V>) -> Result<(), IntegrateError> {
         let (t, h) = (e.ends.t, e.ends.h());
         self.longest = self.longest.max(h);
         self.all = self.all.wrapping_add(1);
@@ -150,11 +146,7 @@ impl Rejections {
 
     /// The error for a step `h` below the resolution of the time.
     #[cold]
-    pub(crate) fn underflow<M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &Engine<'_, M, V>,
-        h: f64,
-    ) -> IntegrateError {
+    pub(crate) fn underflow<V: Vector>(&mut self, e: &Engine<'_, V>, h: f64) -> IntegrateError {
         let t = e.ends.t;
         let resolution = f64::EPSILON * t.abs();
         let change = self.change_by_rounding(e, FEW * h.max(resolution));
@@ -163,7 +155,7 @@ impl Rejections {
 
     /// The largest effect of the last digits of the time on a velocity at the end of a step `h`, through the
     /// drives, in tolerances.
-    fn change_by_rounding<M: Model + ?Sized, V: Vector>(&mut self, e: &Engine<'_, M, V>, h: f64) -> f64 {
+    fn change_by_rounding<V: Vector>(&mut self, e: &Engine<'_, V>, h: f64) -> f64 {
         let Rejections { u, a: [here, there, _], .. } = self;
         let (t, (q, v)) = (e.ends.t, halves(&e.ends.y));
         let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
@@ -185,10 +177,7 @@ impl Rejections {
     }
 
     /// Checks whether rounding of the coordinates rejected the current step.
-    fn check_rounding<M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &Engine<'_, M, V>,
-    ) -> Result<(), IntegrateError> {
+    fn check_rounding<V: Vector>(&mut self, e: &Engine<'_, V>) -> Result<(), IntegrateError> {
         let (t, h) = (e.ends.t, e.ends.h());
         let advanced = t - std::mem::replace(&mut self.checked, t);
         let is_slow = h < OF_LONGEST * self.longest && advanced < f64::from(CHECKED) * self.longest;
@@ -206,11 +195,7 @@ impl Rejections {
 
     /// The velocity that rounding of the coordinates changes most in a step `h`, relative to its tolerance:
     /// its index, the change and the tolerance. `None` if the change is far below the tolerance.
-    fn rounding<M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &Engine<'_, M, V>,
-        h: f64,
-    ) -> Option<(usize, f64, f64)> {
+    fn rounding<V: Vector>(&mut self, e: &Engine<'_, V>, h: f64) -> Option<(usize, f64, f64)> {
         let Rejections { look, a: [here, there, changes], .. } = self;
         let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
         let (n, u) = (here.len(), e.ends.nodes.end());
@@ -236,7 +221,7 @@ impl Rejections {
     /// The acceleration that changes most ahead of the start of the step, if it jumps there: bisection keeps
     /// the larger part of the change, and [`KEPT`] of it remains between states that rounding hardly
     /// separates.
-    fn jump<M: Model + ?Sized, V: Vector>(&mut self, e: &Engine<'_, M, V>) -> Option<usize> {
+    fn jump<V: Vector>(&mut self, e: &Engine<'_, V>) -> Option<usize> {
         let Rejections { look, a: [low, high, middle], .. } = self;
         let (y, rates) = (e.ends.y.slice(), e.k[0].slice());
         let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
@@ -270,7 +255,7 @@ impl Rejections {
 }
 
 /// The tolerance of velocity `i` in a step.
-fn tolerance<M: Model + ?Sized, V: Vector>(e: &Engine<'_, M, V>, i: usize) -> f64 {
+fn tolerance<V: Vector>(e: &Engine<'_, V>, i: usize) -> f64 {
     let (y, atol) = (e.ends.y.slice(), e.ends.atol.slice());
     let component = y.len() / 2 + i;
     atol[component] + e.rtol * y[component].abs()

@@ -14,10 +14,10 @@ const SLOPES: f64 = 1e-12;
 /// (1/γ - h J) k = r for k = (k_q, k_v), with J = [[0, 1], [A_q, A_v]]:
 ///
 /// (1/γ - h A_v - γ h² A_q) k_v = r_v + γ h A_q r_q,   k_q = γ (r_q + h k_v).
-pub(crate) struct Shifted<'m, M: ?Sized> {
+pub(crate) struct Shifted<'m> {
     gamma: f64,
     h: f64,
-    slopes: Slopes<'m, M>,
+    slopes: Slopes<'m>,
     /// h ∂a/∂t at the start of the step, at the state there.
     pub(crate) by_time: Vec<f64>,
     /// Weights of the accelerations at the instants in `by_time`.
@@ -30,9 +30,9 @@ pub(crate) struct Shifted<'m, M: ?Sized> {
     a: Vec<f64>,
 }
 
-impl<'m, M: Model + ?Sized> Shifted<'m, M> {
+impl<'m> Shifted<'m> {
     /// `nodes`: four nodes of the method, as shares of the step.
-    pub(crate) fn new(model: &'m M, gamma: f64, nodes: &[f64]) -> Self {
+    pub(crate) fn new(model: &'m dyn Model, gamma: f64, nodes: &[f64]) -> Self {
         let n = model.dof();
         let instants = std::array::from_fn(|i| if i == 0 { 0.0 } else { nodes[i - 1] });
         Shifted {

@@ -197,3 +197,23 @@ impl<A: Observer + ?Sized, B: Observer + ?Sized> Observer for (&mut A, &mut B) {
         if self.1.step(step).is_break() { ControlFlow::Break(()) } else { first }
     }
 }
+
+/// Three observers of one run.
+impl<A: Observer + ?Sized, B: Observer + ?Sized, C: Observer + ?Sized> Observer for (&mut A, &mut B, &mut C) {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        (&mut (&mut *self.0, &mut *self.1), &mut *self.2).step(step)
+    }
+}
+
+/// Any number of observers of one run.
+impl Observer for Vec<&mut dyn Observer> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        let mut flow = ControlFlow::Continue(());
+        for observer in self {
+            if observer.step(step).is_break() {
+                flow = ControlFlow::Break(());
+            }
+        }
+        flow
+    }
+}

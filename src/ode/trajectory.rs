@@ -105,7 +105,7 @@ impl Trajectory {
         Ok((0..self.len()).map(|i| self.read(&mut probe, i)[index]).collect())
     }
     /// The channels of the model at index `i`.
-    fn read<'p>(&self, probe: &'p mut Probe<'_, dyn Model + '_>, i: usize) -> &'p [f64] {
+    fn read<'p>(&self, probe: &'p mut Probe<'_>, i: usize) -> &'p [f64] {
         let side = if self.times[i] == self.start { Side::After } else { Side::Before };
         probe.read(self.times[i], side, self.q(i), self.v(i))
     }

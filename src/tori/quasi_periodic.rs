@@ -3,6 +3,7 @@
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::model::Model;
+use crate::model::reference::Pointer;
 use crate::numeric::spread::golden;
 use std::f64::consts::TAU;
 use thiserror::Error;
@@ -48,7 +49,7 @@ pub trait QuasiPeriodic: Model {
     }
 }
 
-impl<M: QuasiPeriodic + ?Sized> QuasiPeriodic for &M {
+impl<P: Pointer<Target: QuasiPeriodic>> QuasiPeriodic for P {
     fn frequencies(&self) -> Vec<f64> {
         (**self).frequencies()
     }
@@ -138,9 +139,7 @@ const PERIODS: f64 = 4.0;
 const SAME: f64 = 1e-8;
 
 /// The base frequencies, after a check of them and of the drives.
-pub(crate) fn checked_frequencies<M: QuasiPeriodic + ?Sized>(
-    model: &M,
-) -> Result<Vec<f64>, QuasiPeriodicError> {
+pub(crate) fn checked_frequencies(model: &dyn QuasiPeriodic) -> Result<Vec<f64>, QuasiPeriodicError> {
     let frequencies = model.frequencies();
     if frequencies.is_empty() {
         return Err(ParameterError::Empty { name: "frequencies".into(), min: 1 }.into());

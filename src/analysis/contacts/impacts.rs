@@ -60,8 +60,8 @@ use std::ops::ControlFlow;
 /// assert!((hit.duration().ok_or("no end")? - std::f64::consts::FRAC_PI_2).abs() < 1e-8);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Impacts<'m, M: ?Sized> {
-    pieces: Pieces<'m, M>,
+pub struct Impacts<'m> {
+    pieces: Pieces<'m>,
     impacts: Vec<Impact>,
     watched: Vec<Watched>,
     masses: Vec<Option<f64>>,
@@ -72,7 +72,7 @@ pub struct Impacts<'m, M: ?Sized> {
     y: Vec<f64>,
 }
 
-impl<M: ?Sized> fmt::Debug for Impacts<'_, M> {
+impl fmt::Debug for Impacts<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Impacts")
             .field("impacts", &self.impacts)
@@ -94,9 +94,9 @@ struct Watched {
     sample: Option<(f64, Contact)>,
 }
 
-impl<'m, M: Model + ?Sized> Impacts<'m, M> {
+impl<'m> Impacts<'m> {
     /// Observes all contacts of a model.
-    pub fn new(model: &'m M) -> Self {
+    pub fn new(model: &'m dyn Model) -> Self {
         let contacts = model.offers().touching(model.contacts());
         Impacts {
             pieces: Pieces::new(model),
@@ -279,7 +279,7 @@ impl<'m, M: Model + ?Sized> Impacts<'m, M> {
     }
 }
 
-impl<M: Model + ?Sized> Observer for Impacts<'_, M> {
+impl Observer for Impacts<'_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         if self.end.is_some_and(|end| end != step.t0()) {
             self.pieces.forget();

@@ -28,16 +28,16 @@ pub(crate) struct Visit {
 ///
 /// A contact without edges is always on its upper flank. In a gap without width a contact stays on its last
 /// flank, and a change of flank is no impact.
-pub(crate) struct Pieces<'m, M: ?Sized> {
-    pub(crate) probe: Probe<'m, M>,
+pub(crate) struct Pieces<'m> {
+    pub(crate) probe: Probe<'m>,
     last: Vec<Option<Piece>>,
     edgeless: Vec<bool>,
     visits: Vec<Visit>,
     y: Vec<f64>,
 }
 
-impl<'m, M: Model + ?Sized> Pieces<'m, M> {
-    pub(crate) fn new(model: &'m M) -> Self {
+impl<'m> Pieces<'m> {
+    pub(crate) fn new(model: &'m dyn Model) -> Self {
         let contacts = model.offers().touching(model.contacts());
         let mut probe = Probe::new(model);
         let rest = vec![0.0; model.dof()];

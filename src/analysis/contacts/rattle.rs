@@ -115,20 +115,20 @@ impl ContactStatistics {
 /// assert_eq!(rattle.contacts()[0].rattle_state(), RattleState::None);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Rattle<'m, M: ?Sized> {
-    pieces: Pieces<'m, M>,
+pub struct Rattle<'m> {
+    pieces: Pieces<'m>,
     contacts: Vec<ContactStatistics>,
 }
 
-impl<M: ?Sized> fmt::Debug for Rattle<'_, M> {
+impl fmt::Debug for Rattle<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Rattle").field("contacts", &self.contacts).finish_non_exhaustive()
     }
 }
 
-impl<'m, M: Model + ?Sized> Rattle<'m, M> {
+impl<'m> Rattle<'m> {
     /// Observes all contacts of a model.
-    pub fn new(model: &'m M) -> Self {
+    pub fn new(model: &'m dyn Model) -> Self {
         let touching = model.offers().touching(model.contacts());
         Rattle { pieces: Pieces::new(model), contacts: vec![ContactStatistics::default(); touching] }
     }
@@ -139,7 +139,7 @@ impl<'m, M: Model + ?Sized> Rattle<'m, M> {
     }
 }
 
-impl<M: Model + ?Sized> Observer for Rattle<'_, M> {
+impl Observer for Rattle<'_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         self.pieces.follow(step);
         for visit in self.pieces.visits() {

@@ -99,8 +99,8 @@ impl ContactTrace {
 }
 
 /// Observer that finds the extremes along an orbit.
-pub(crate) struct Tracer<'m, M: ?Sized> {
-    probe: Probe<'m, M>,
+pub(crate) struct Tracer<'m> {
+    probe: Probe<'m>,
     start: f64,
     period: f64,
     y: Vec<f64>,
@@ -115,8 +115,8 @@ const SAMPLES_PER_PART: usize = 3;
 /// Accuracy of the time of an extremum, as a share of the step `[1]`.
 const EXTREMUM_ACCURACY: f64 = 1e-12;
 
-impl<'m, M: Model + ?Sized> Tracer<'m, M> {
-    pub(crate) fn new(model: &'m M, start: f64, period: f64) -> Self {
+impl<'m> Tracer<'m> {
+    pub(crate) fn new(model: &'m dyn Model, start: f64, period: f64) -> Self {
         let contacts = model.offers().touching(model.contacts());
         Tracer {
             probe: Probe::new(model),
@@ -155,7 +155,7 @@ impl<'m, M: Model + ?Sized> Tracer<'m, M> {
     }
 }
 
-impl<M: Model + ?Sized> Observer for Tracer<'_, M> {
+impl Observer for Tracer<'_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         let parts = step.parts() * SAMPLES_PER_PART;
         for contact in 0..self.last.len() {

@@ -69,12 +69,12 @@ pub(crate) struct Derivatives {
 }
 
 /// Place, weight and ratio of the periods of a neighbour, and its probe.
-type Placed<'g> = ([f64; 3], Probe<'g, dyn Model + 'g>);
+type Placed<'g> = ([f64; 3], Probe<'g>);
 
 /// Observer of the tangent flow.
 struct Gather<'g> {
     quantities: &'g [Quantity],
-    base: Probe<'g, dyn Model + 'g>,
+    base: Probe<'g>,
     /// For each constant the places, weights and ratios of the periods of its neighbours, with their probes.
     probes: Vec<Vec<Placed<'g>>>,
     /// -T'/T for each constant.

@@ -2,7 +2,6 @@
 
 use crate::contact::edge::Edge;
 use crate::excitation::Side;
-use crate::model::Model;
 use crate::ode::probe::Probe;
 
 /// A number at each instant of an orbit.
@@ -15,14 +14,7 @@ pub(crate) enum Quantity {
 }
 
 impl Quantity {
-    pub(crate) fn read(
-        self,
-        probe: &mut Probe<'_, dyn Model + '_>,
-        t: f64,
-        side: Side,
-        q: &[f64],
-        v: &[f64],
-    ) -> f64 {
+    pub(crate) fn read(self, probe: &mut Probe<'_>, t: f64, side: Side, q: &[f64], v: &[f64]) -> f64 {
         match self {
             Quantity::Channel(index) => probe.read(t, side, q, v)[index],
             Quantity::Distance { contact, edge } => {

@@ -6,7 +6,7 @@ use crate::check::point::CheckPoint;
 use crate::check::tolerances::{FINE, ROUNDING};
 use crate::contact::Piece;
 use crate::contact::edge::Edge;
-use crate::model::{Model, State};
+use crate::model::State;
 
 /// Pairs of distances from an edge at which functions are sampled, as shares of [`Line::length`].
 ///
@@ -80,7 +80,7 @@ struct EdgeChange {
     largest: f64,
 }
 
-impl<M: Model + ?Sized> CheckPoint<'_, M> {
+impl CheckPoint<'_> {
     /// Tests every contact at its finite edges and reports to `findings` if
     /// - no acceleration has a kink, a jump or a change of curvature there (not tested if the deflection
     ///   depends on velocities),

@@ -3,7 +3,7 @@
 use crate::check::point::CheckPoint;
 use crate::contact::Contact;
 use crate::contact::edge::Edge;
-use crate::model::{Model, State};
+use crate::model::State;
 
 /// A straight line in the coordinates along which the deflection d of one contact varies.
 pub(crate) struct Line {
@@ -45,7 +45,7 @@ impl Line {
     }
 }
 
-impl<M: Model + ?Sized> CheckPoint<'_, M> {
+impl CheckPoint<'_> {
     /// The line of a contact; `None` if its deflection does not depend on the coordinates.
     pub(crate) fn line(&self, contact: usize) -> Option<Line> {
         let State { q, v, .. } = &self.state;

@@ -54,11 +54,11 @@ struct Sample {
 }
 
 impl Sample {
-    fn of(model: &(impl Periodic + ?Sized)) -> Self {
+    fn of(model: &dyn Periodic) -> Self {
         Sample { u: vec![0.0; model.drives()], state: vec![0.0; 2 * model.dof()] }
     }
     /// Moves on to sample `instant`: the drives at that instant, a state of `size` times the scale.
-    fn take(&mut self, model: &(impl Periodic + ?Sized), scale: &[f64], size: f64, instant: usize) {
+    fn take(&mut self, model: &dyn Periodic, scale: &[f64], size: f64, instant: usize) {
         let n = model.dof();
         model.drive(model.period() * weyl(instant, 0), Side::After, &mut self.u);
         for (i, (x, scale)) in self.state.iter_mut().zip(scale).enumerate() {
@@ -71,8 +71,8 @@ impl Couplings {
     /// Finds the couplings from Jacobians at `INSTANTS` instants, in states of three sizes.
     /// `has_fixed_pieces`: the Jacobians are evaluated with all contacts in the gap, on the lower and on
     /// the upper flank; otherwise by deflection.
-    pub(crate) fn find<M: Periodic + ?Sized>(slopes: &mut Slopes<'_, M>, has_fixed_pieces: bool) -> Self {
-        let (model, n) = (slopes.model(), slopes.model().dof());
+    pub(crate) fn find(model: &dyn Periodic, slopes: &mut Slopes<'_>, has_fixed_pieces: bool) -> Self {
+        let n = model.dof();
         let mut first: Option<Jacobian> = None;
         // If the pieces cannot be fixed, the samples may miss couplings: all slopes then count as varying, if
         // the Jacobian comes from differences or the model is small.
@@ -134,13 +134,14 @@ impl Couplings {
     ///
     /// `false` if they are not constant, to `tolerance`, at the instants, states and pieces that are looked
     /// at: the model has other couplings.
-    pub(crate) fn reread<M: Periodic + ?Sized>(
+    pub(crate) fn reread(
         &mut self,
-        slopes: &mut Slopes<'_, M>,
+        model: &dyn Periodic,
+        slopes: &mut Slopes<'_>,
         has_fixed_pieces: bool,
         tolerance: f64,
     ) -> bool {
-        let (model, n) = (slopes.model(), slopes.model().dof());
+        let n = model.dof();
         let varies = |c: &Coupling| matches!((c.q, c.v), (Slope::Periodic(_), Slope::Periodic(_)));
         if self.list.len() == n * n && self.list.iter().all(varies) {
             return true;
@@ -186,11 +187,7 @@ impl Couplings {
 /// of the contacts add up.
 ///
 /// Both are tested to 1e-9 at `looks` instants, with pieces, coordinates and velocities that vary.
-pub(crate) fn is_linear_on_pieces<M: Periodic + ?Sized>(
-    model: &M,
-    slopes: &mut Slopes<'_, M>,
-    looks: usize,
-) -> bool {
+pub(crate) fn is_linear_on_pieces(model: &dyn Periodic, slopes: &mut Slopes<'_>, looks: usize) -> bool {
     let (n, contacts) = (model.dof(), model.contacts());
     let rest = vec![0.0; n];
     let mut u = vec![0.0; model.drives()];

@@ -16,9 +16,9 @@ const EQUAL: f64 = 1e-9;
 ///
 /// `slopes`: those of the model, or of one that `model` replaces. `None` also for a model that does not
 /// evaluate its laws on fixed pieces. A rigid stop is not such an edge, nor is an inner kink of a law.
-pub(crate) fn rests_on_kink<M: Model + ?Sized, N: Model + ?Sized>(
-    model: &N,
-    slopes: &mut Slopes<'_, M>,
+pub(crate) fn rests_on_kink(
+    model: &dyn Model,
+    slopes: &mut Slopes<'_>,
     contacts: &[Contact],
     u: &[f64],
     q: &[f64],

@@ -19,7 +19,7 @@ pub(crate) struct Rigid {
 }
 
 /// The directions of rigid motion. Doubtful directions do not count as rigid.
-pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f64>> {
+pub(crate) fn rigid_modes(model: &dyn Model, span: f64) -> Vec<Vec<f64>> {
     rigid_motions(model, span).modes
 }
 
@@ -30,7 +30,7 @@ pub(crate) fn rigid_modes<M: Model + ?Sized>(model: &M, span: f64) -> Vec<Vec<f6
 /// contacts on their lower and then on their upper flanks. A direction that a Jacobian resists is excluded.
 /// Contacts in their gaps are not evaluated, because they resist no motion. A direction that changes
 /// the deflection of a rigid stop is not a rigid motion: ∂d/∂q of these contacts counts as a Jacobian.
-pub(crate) fn rigid_motions<M: Model + ?Sized>(model: &M, span: f64) -> Rigid {
+pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
     let n = model.dof();
     let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
     let mut u = vec![0.0; model.drives()];
@@ -266,7 +266,7 @@ const DIFFERENCE_ROUNDING: f64 = 2e-10;
 /// ∂d/∂q of every contact with a rigid stop, one row for each contact, divided by the largest entry of the
 /// row. Because d' is linear in the velocities, ∂d/∂q follows from d' at unit velocities. Rows of other
 /// contacts are 0.
-fn directions_of_stops<M: Model + ?Sized>(model: &M, u: &[f64], q: &[f64]) -> DMatrix<f64> {
+fn directions_of_stops(model: &dyn Model, u: &[f64], q: &[f64]) -> DMatrix<f64> {
     let (n, rigid) = (q.len(), model.offers().rigid_edges(model.contacts()));
     let mut contacts = vec![Contact::default(); rigid.len()];
     let mut rates = |v: &[f64]| -> Vec<(f64, bool)> {

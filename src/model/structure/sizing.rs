@@ -17,10 +17,10 @@ use crate::model::terms::TermsScratch;
 ///
 /// For a model without `Terms`, T_i = |a_i| + Σ_j (|∂a_i/∂q_j| Q_j + |∂a_i/∂v_j| V_j): what cancels within
 /// a slope is not seen.
-pub(crate) struct Sizing<'m, M: ?Sized> {
-    model: &'m M,
+pub(crate) struct Sizing<'m> {
+    model: &'m dyn Model,
     /// For a model without terms.
-    slopes: Option<Slopes<'m, M>>,
+    slopes: Option<Slopes<'m>>,
     u: Vec<f64>,
     a: Vec<f64>,
     terms: Vec<f64>,
@@ -29,8 +29,8 @@ pub(crate) struct Sizing<'m, M: ?Sized> {
     sizes: Vec<f64>,
 }
 
-impl<'m, M: Model + ?Sized> Sizing<'m, M> {
-    pub(crate) fn new(model: &'m M) -> Self {
+impl<'m> Sizing<'m> {
+    pub(crate) fn new(model: &'m dyn Model) -> Self {
         let n = model.dof();
         Sizing {
             model,

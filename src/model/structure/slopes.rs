@@ -5,8 +5,8 @@ use crate::model::equations::Model;
 use crate::model::jacobian::Jacobian;
 
 /// Evaluates the Jacobian of a model. Arrays for differences are allocated when they are first needed.
-pub(crate) struct Slopes<'m, M: ?Sized> {
-    model: &'m M,
+pub(crate) struct Slopes<'m> {
+    model: &'m dyn Model,
     /// Sizes of coordinates, then of velocities, for the steps of differences.
     pub(crate) scale: Vec<f64>,
     /// The Jacobian of the last evaluation.
@@ -19,19 +19,19 @@ pub(crate) struct Slopes<'m, M: ?Sized> {
     step: f64,
 }
 
-impl<'m, M: ?Sized> Slopes<'m, M> {
+impl<'m> Slopes<'m> {
     /// The same slopes of another model, which offers a Jacobian if and only if this one does.
-    pub(crate) fn with_model<N: ?Sized>(self, model: &N) -> Slopes<'_, N> {
+    pub(crate) fn with_model(self, model: &dyn Model) -> Slopes<'_> {
         let Slopes { scale, jacobian, differenced, y, a, step, .. } = self;
         Slopes { model, scale, jacobian, differenced, y, a, step }
     }
 }
 
-impl<'m, M: Model + ?Sized> Slopes<'m, M> {
+impl<'m> Slopes<'m> {
     /// Slopes for a flow with the given tolerance. The step of differences is ∛(1e-3 tolerance) of the size,
     /// within 5e-6 .. 1e-3. It grows with the tolerance, so that a comparison of flows with two tolerances
     /// also shows the error of the differences.
-    pub(crate) fn new(model: &'m M, scale: Vec<f64>, tolerance: f64) -> Self {
+    pub(crate) fn new(model: &'m dyn Model, scale: Vec<f64>, tolerance: f64) -> Self {
         let (n, step) = (model.dof(), (1e-3 * tolerance).cbrt().clamp(5e-6, 1e-3));
         let (jacobian, differenced) = (Jacobian::new(n), !model.offers().jacobian);
         let room = if differenced { n } else { 0 };
@@ -53,7 +53,7 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
     }
 
     /// The model.
-    pub(crate) fn model(&self) -> &'m M {
+    pub(crate) fn model(&self) -> &'m dyn Model {
         self.model
     }
 
@@ -63,9 +63,9 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
     }
 
     /// Evaluates `jacobian` in the same way for another model that replaces the model of these slopes.
-    pub(crate) fn read<N: Model + ?Sized>(
+    pub(crate) fn read(
         &mut self,
-        model: &N,
+        model: &dyn Model,
         pieces: Option<&[Piece]>,
         u: &[f64],
         q: &[f64],
@@ -79,14 +79,7 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
     }
 
     /// Central differences ∂a/∂y ≈ (a(y + h) - a(y - h))/(2 h).
-    fn differences<N: Model + ?Sized>(
-        &mut self,
-        model: &N,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        q: &[f64],
-        v: &[f64],
-    ) {
+    fn differences(&mut self, model: &dyn Model, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64]) {
         let n = q.len();
         self.y[..n].copy_from_slice(q);
         self.y[n..].copy_from_slice(v);
@@ -109,14 +102,14 @@ impl<'m, M: Model + ?Sized> Slopes<'m, M> {
 }
 
 /// The pieces if the model can evaluate its accelerations on them.
-pub(crate) fn offered<'p, M: Model + ?Sized>(model: &M, pieces: Option<&'p [Piece]>) -> Option<&'p [Piece]> {
+pub(crate) fn offered<'p>(model: &dyn Model, pieces: Option<&'p [Piece]>) -> Option<&'p [Piece]> {
     pieces.filter(|_| model.offers().pieces)
 }
 
 /// Writes q'' on given pieces if the model can evaluate them, by deflection otherwise.
 #[inline]
-pub(crate) fn accelerate<M: Model + ?Sized>(
-    model: &M,
+pub(crate) fn accelerate(
+    model: &dyn Model,
     pieces: Option<&[Piece]>,
     u: &[f64],
     q: &[f64],

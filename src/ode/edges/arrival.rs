@@ -1,6 +1,5 @@
 //! Ends a step on an edge of a gap.
 
-use crate::model::Model;
 use crate::numeric::search::bracket::Bracket;
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
@@ -16,7 +15,7 @@ const RESTEPS: usize = 40;
 
 /// Repeats the step. This function is not inlined, because repetitions are rare and the stages are large.
 #[inline(never)]
-fn attempt_again<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+fn attempt_again<T: Tableau, V: Vector>(e: &mut Engine<'_, V>) {
     e.attempt::<T, true>();
 }
 
@@ -29,8 +28,8 @@ fn attempt_again<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M,
 ///
 /// # Errors
 /// [`IntegrateError::EdgeStall`] if the end does not converge.
-pub(crate) fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
-    e: &mut Engine<'_, M, V>,
+pub(crate) fn step_to_edge<T: Tableau, V: Vector>(
+    e: &mut Engine<'_, V>,
     locator: &Locator,
     theta: f64,
     exit: Exit,
@@ -42,7 +41,7 @@ pub(crate) fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
         return stall;
     }
     e.aim(t1);
-    attempt_again::<T, M, V>(e);
+    attempt_again::<T, V>(e);
     e.evaluations += T::EVALUATIONS;
     e.ends.contacts_at_end();
     if e.on_fixed_pieces && locator.jumps[exit.contact] == Some(false) {
@@ -80,7 +79,7 @@ pub(crate) fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
             return Ok(());
         }
         e.aim(if last { closest } else { t1 });
-        attempt_again::<T, M, V>(e);
+        attempt_again::<T, V>(e);
         e.evaluations += T::EVALUATIONS;
         e.ends.contacts_at_end();
         if last {
@@ -92,9 +91,9 @@ pub(crate) fn step_to_edge<T: Tableau, M: Model + ?Sized, V: Vector>(
 
 /// Shortens the step to the shortest one, which ends with a crossing of the edge on which it starts.
 #[cold]
-pub(crate) fn step_on_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) {
+pub(crate) fn step_on_edge<T: Tableau, V: Vector>(e: &mut Engine<'_, V>) {
     e.aim(e.ends.t + shortest(e.ends.t, e.ends.h()));
-    attempt_again::<T, M, V>(e);
+    attempt_again::<T, V>(e);
     e.evaluations += T::EVALUATIONS;
     e.ends.contacts_at_end();
 }
@@ -102,8 +101,8 @@ pub(crate) fn step_on_edge<T: Tableau, M: Model + ?Sized, V: Vector>(e: &mut Eng
 /// Compares the derivatives (v, a) on both sides of an edge and notes whether they jump: by more than 1e-7 of
 /// their largest component. An edge with a jump is located more closely. `behind`: see
 /// [`Engine::derivative_behind`].
-pub(crate) fn note_jumps<M: Model + ?Sized, V: Vector>(
-    e: &mut Engine<'_, M, V>,
+pub(crate) fn note_jumps<V: Vector>(
+    e: &mut Engine<'_, V>,
     locator: &mut Locator,
     crossings: &[Crossing],
     behind: f64,

@@ -185,9 +185,9 @@ impl Collisions {
     }
 
     /// Computes the velocities after the chosen impacts, or at rest. `contacts`: scratch.
-    pub(crate) fn resolve<M: Model + ?Sized>(
+    pub(crate) fn resolve(
         &mut self,
-        model: &M,
+        model: &dyn Model,
         next: Next,
         [u, q]: [&[f64]; 2],
         v: &mut [f64],
@@ -259,12 +259,7 @@ impl Collisions {
     /// Measures the effect of rounding on the speeds of approach. Returns whether a contact is to be moved
     /// apart, faster than the last time.
     #[cold]
-    fn hasten<M: Model + ?Sized>(
-        &mut self,
-        model: &M,
-        [u, q, v]: [&[f64]; 3],
-        contacts: &mut [Contact],
-    ) -> bool {
+    fn hasten(&mut self, model: &dyn Model, [u, q, v]: [&[f64]; 3], contacts: &mut [Contact]) -> bool {
         self.rounding.fill(0.0);
         for sign in sign_patterns(v.len()) {
             let components = self.alone.iter_mut().zip(v).enumerate();

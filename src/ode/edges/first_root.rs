@@ -1,6 +1,5 @@
 //! The first crossing of an edge inside a step, as a root on the dense output.
 
-use crate::model::Model;
 use crate::numeric::search::bracket::Bracket;
 use crate::numeric::search::hermite::{Distance, Hermite};
 use crate::numeric::spread::GOLDEN_POINTS;
@@ -34,8 +33,8 @@ const MAX_ITERATIONS: usize = 60;
 /// `d0`, `d1`: distances at the start and the end of the step; `hermite`: the cubic through them; `slack`:
 /// distance past the edge that does not count; `close`: distance at which a root is accepted. Returns 0.0 if
 /// the contact starts on its edge or past it and moves outwards, and `None` if there is no crossing.
-pub(crate) fn first_root<T: Tableau, M: Model + ?Sized, V: Vector>(
-    e: &mut Engine<'_, M, V>,
+pub(crate) fn first_root<T: Tableau, V: Vector>(
+    e: &mut Engine<'_, V>,
     exit: Exit,
     [d0, d1]: [Distance; 2],
     hermite: &Hermite,

@@ -8,7 +8,6 @@
 
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
-use crate::model::Model;
 use crate::numeric::lagrange::cubic;
 use crate::numeric::search::extremes::{larger, smaller};
 use crate::numeric::search::hermite::{Distance, Hermite};
@@ -100,9 +99,9 @@ impl Gaps {
     /// Checks the current step. `start`, `end`: the contacts at its ends; `noise`: the effect of rounding on
     /// each deflection.
     #[inline]
-    pub(crate) fn look<T: Tableau, M: Model + ?Sized, V: Vector>(
+    pub(crate) fn look<T: Tableau, V: Vector>(
         &mut self,
-        e: &mut Engine<'_, M, V>,
+        e: &mut Engine<'_, V>,
         start: &[Contact],
         end: &[Contact],
         noise: &[f64],
@@ -160,9 +159,9 @@ impl Gaps {
     /// Two cubics are compared with the distance: one through values and rates at the ends, and one through
     /// four values, for models that do not give the rates. The smaller ratio is returned.
     #[cold]
-    fn look_closely<M: Model + ?Sized, V: Vector>(
+    fn look_closely<V: Vector>(
         &mut self,
-        e: &mut Ends<'_, M, V>,
+        e: &mut Ends<'_, V>,
         end: &[Contact],
         noise: &[f64],
         ratio: f64,

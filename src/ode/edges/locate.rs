@@ -2,7 +2,6 @@
 
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
-use crate::model::Model;
 use crate::numeric::search::extremes::larger;
 use crate::numeric::search::hermite::Hermite;
 use crate::ode::edges::exit::{Exit, Found, SLACK, Share, scale};
@@ -118,7 +117,7 @@ impl Locator {
     /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set. A
     /// contact does not enter the flank of a rigid stop. A contact at rest in a gap without width is on its
     /// upper flank.
-    pub(crate) fn classify<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>, afresh: bool) {
+    pub(crate) fn classify<V: Vector>(&mut self, e: &mut Ends<'_, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
         for (i, (piece, c)) in e.pieces.iter_mut().zip(&self.start).enumerate() {
@@ -152,7 +151,7 @@ impl Locator {
 
     /// Makes the end of the step the start of the next one.
     #[inline(always)]
-    pub(crate) fn accept<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) {
+    pub(crate) fn accept<V: Vector>(&mut self, e: &mut Ends<'_, V>) {
         for (i, end) in e.contacts.iter().enumerate() {
             // NaN at an edge that is infinite.
             let way = |edge: Edge| (edge.distance(end) - edge.distance(&self.start[i])).abs();
@@ -194,7 +193,7 @@ impl Locator {
 
     /// Measures the effect of rounding on the deflections. It grows with the coordinates.
     #[cold]
-    pub(crate) fn measure_noise<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) {
+    pub(crate) fn measure_noise<V: Vector>(&mut self, e: &mut Ends<'_, V>) {
         self.countdown = STEPS_BETWEEN;
         e.rounding_of_contacts(&mut self.noise);
         if e.atol.slice().iter().all(|atol| *atol == 0.0) {
@@ -212,7 +211,7 @@ impl Locator {
     /// Measures the effect of rounding anew at the end of the step. Returns whether it is twice as large
     /// there: a motion from rest at 0 grows by many orders in a step.
     #[cold]
-    fn noise_has_grown<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) -> bool {
+    fn noise_has_grown<V: Vector>(&mut self, e: &mut Ends<'_, V>) -> bool {
         self.before.clone_from(&self.noise);
         e.rounding_of_contacts_at_end(&mut self.noise);
         self.before.iter().zip(&self.noise).any(|(before, now)| *now > 2.0 * before)
@@ -291,17 +290,14 @@ impl Locator {
     /// the contacts of `e` are those at the end of the step, otherwise those at some instant inside it.
     ///
     /// `Err`: the step does not resolve the gaps and must be repeated with this factor times its length.
-    pub(crate) fn find<T: Tableau, M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &mut Engine<'_, M, V>,
-    ) -> Result<Found<Share>, f64> {
+    pub(crate) fn find<T: Tableau, V: Vector>(&mut self, e: &mut Engine<'_, V>) -> Result<Found<Share>, f64> {
         let mut limit = 1.0;
         let mut first = Found::Nothing;
         // The search evaluates contacts inside the step in `e.contacts`.
         std::mem::swap(&mut self.end, &mut e.ends.contacts);
-        let mut resolved = self.gaps.look::<T, M, V>(e, &self.start, &self.end, &self.noise);
+        let mut resolved = self.gaps.look::<T, V>(e, &self.start, &self.end, &self.noise);
         if matches!(resolved, Resolved::No(_)) && self.noise_has_grown(&mut e.ends) {
-            resolved = self.gaps.look::<T, M, V>(e, &self.start, &self.end, &self.noise);
+            resolved = self.gaps.look::<T, V>(e, &self.start, &self.end, &self.noise);
         }
         match resolved {
             Resolved::Yes(growth) => self.growth = growth,
@@ -333,7 +329,7 @@ impl Locator {
                     continue;
                 }
                 let close = (self.share(i, CLOSE) * self.length(i, end)).max(self.noise[i]);
-                match first_root::<T, M, V>(e, exit, [d0, d1], &hermite, limit, [slack, close]) {
+                match first_root::<T, V>(e, exit, [d0, d1], &hermite, limit, [slack, close]) {
                     Some(0.0) => return Ok(Found::AtOnce(exit)),
                     Some(theta) => {
                         limit = theta;

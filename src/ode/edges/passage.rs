@@ -43,8 +43,8 @@ impl Passage {
     /// # Errors
     /// [`IntegrateError::TimeSpan`], [`IntegrateError::NegativeGap`], [`IntegrateError::BeyondStop`],
     /// [`IntegrateError::DriveEdge`].
-    pub(crate) fn begin<M: Model + ?Sized, V: Vector>(
-        e: &mut Ends<'_, M, V>,
+    pub(crate) fn begin<V: Vector>(
+        e: &mut Ends<'_, V>,
         end: f64,
         locate: bool,
     ) -> Result<Self, IntegrateError> {
@@ -77,12 +77,7 @@ impl Passage {
     ///
     /// # Errors
     /// [`IntegrateError::TooManyEdges`], [`IntegrateError::DriveEdge`].
-    pub(crate) fn fits<M: Model + ?Sized>(
-        &self,
-        model: &M,
-        t: f64,
-        max_steps: usize,
-    ) -> Result<(), IntegrateError> {
+    pub(crate) fn fits(&self, model: &dyn Model, t: f64, max_steps: usize) -> Result<(), IntegrateError> {
         let least = (self.end - t) / max_steps as f64;
         let mut last = self.edge;
         if last - t >= least {
@@ -115,11 +110,7 @@ impl Passage {
     ///
     /// # Errors
     /// [`IntegrateError::EdgeStall`], [`IntegrateError::RestsOnStop`].
-    pub(crate) fn leave<M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &mut Ends<'_, M, V>,
-        exit: Exit,
-    ) -> Result<(), IntegrateError> {
+    pub(crate) fn leave<V: Vector>(&mut self, e: &mut Ends<'_, V>, exit: Exit) -> Result<(), IntegrateError> {
         if exit.edge.is_stop(&self.locator.stops.rigid, exit.contact) {
             return self.locator.strike_at_start(e, exit, &mut self.crossings);
         }
@@ -133,9 +124,9 @@ impl Passage {
     /// # Errors
     /// [`IntegrateError::BelowTolerance`].
     #[inline]
-    pub(crate) fn check_tolerance<M: Model + ?Sized, V: Vector>(
+    pub(crate) fn check_tolerance<V: Vector>(
         &mut self,
-        e: &Ends<'_, M, V>,
+        e: &Ends<'_, V>,
         contact: usize,
     ) -> Result<(), IntegrateError> {
         if self.resolved {
@@ -154,9 +145,9 @@ impl Passage {
     /// The error of a contact that stalls: [`BelowTolerance`](IntegrateError::BelowTolerance) if that is the
     /// cause.
     #[cold]
-    pub(crate) fn cause<M: Model + ?Sized, V: Vector>(
+    pub(crate) fn cause<V: Vector>(
         &mut self,
-        e: &Ends<'_, M, V>,
+        e: &Ends<'_, V>,
         contact: usize,
         stall: IntegrateError,
     ) -> IntegrateError {
@@ -169,9 +160,9 @@ impl Passage {
     /// # Errors
     /// [`IntegrateError::EdgeStall`], [`IntegrateError::RestsOnStop`], [`IntegrateError::BelowTolerance`].
     #[inline]
-    pub(crate) fn cross<M: Model + ?Sized, V: Vector>(
+    pub(crate) fn cross<V: Vector>(
         &mut self,
-        e: &mut Ends<'_, M, V>,
+        e: &mut Ends<'_, V>,
         located: Exit,
     ) -> Result<(), IntegrateError> {
         self.check_tolerance(e, located.contact)?;
@@ -196,9 +187,9 @@ impl Passage {
     /// [`IntegrateError::NegativeGap`], [`IntegrateError::BeyondStop`], [`IntegrateError::DriveEdge`], if the
     /// step ended on a drive edge.
     #[inline(always)]
-    pub(crate) fn pass<M: Model + ?Sized, V: Vector, const LOCATE: bool>(
+    pub(crate) fn pass<V: Vector, const LOCATE: bool>(
         &mut self,
-        e: &mut Ends<'_, M, V>,
+        e: &mut Ends<'_, V>,
         at_drive_edge: bool,
     ) -> Result<f64, IntegrateError> {
         let mut longest = f64::INFINITY;
@@ -221,11 +212,7 @@ impl Passage {
     }
 
     /// Determines the pieces of all contacts at the start of the step and checks their gaps and rigid stops.
-    fn take_pieces<M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &mut Ends<'_, M, V>,
-        afresh: bool,
-    ) -> Result<(), IntegrateError> {
+    fn take_pieces<V: Vector>(&mut self, e: &mut Ends<'_, V>, afresh: bool) -> Result<(), IntegrateError> {
         self.locator.classify(e, afresh);
         e.check_gaps(e.t)?;
         self.locator.check_stops(e.t)
@@ -233,7 +220,7 @@ impl Passage {
 }
 
 /// The next drive edge after `t`; infinite if there is none.
-fn edge_after<M: Model + ?Sized>(model: &M, t: f64) -> Result<f64, IntegrateError> {
+fn edge_after(model: &dyn Model, t: f64) -> Result<f64, IntegrateError> {
     match model.next_edge(t) {
         None => Ok(f64::INFINITY),
         Some(edge) if edge > t => Ok(edge),

@@ -6,7 +6,6 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
-use crate::model::Model;
 use crate::numeric::spread::sign_patterns;
 use crate::ode::edges::exit::Exit;
 use crate::ode::step::Crossing;
@@ -41,7 +40,7 @@ pub(crate) struct Sliding {
 }
 
 impl Sliding {
-    pub(crate) fn new<M: Model + ?Sized, V: Vector>(e: &Ends<'_, M, V>, contacts: usize) -> Self {
+    pub(crate) fn new<V: Vector>(e: &Ends<'_, V>, contacts: usize) -> Self {
         let n = if contacts > 0 { e.model.dof() } else { 0 };
         Sliding {
             by_velocities: vec![None; contacts],
@@ -56,9 +55,9 @@ impl Sliding {
 
     /// The contact, if any, on whose edge the motion slides after the `crossings` at the end of the step.
     /// `until`: the next drive edge; `noise`: the effect of rounding on each deflection.
-    pub(crate) fn find<M: Model + ?Sized, V: Vector>(
+    pub(crate) fn find<V: Vector>(
         &mut self,
-        e: &Ends<'_, M, V>,
+        e: &Ends<'_, V>,
         crossings: &[Crossing],
         until: f64,
         noise: &[f64],
@@ -85,7 +84,7 @@ impl Sliding {
     }
 
     /// Whether the deflection of a contact depends on velocities.
-    fn depends<M: Model + ?Sized, V: Vector>(&mut self, e: &Ends<'_, M, V>, contact: usize) -> bool {
+    fn depends<V: Vector>(&mut self, e: &Ends<'_, V>, contact: usize) -> bool {
         if let Some(known) = self.by_velocities[contact] {
             return known;
         }
@@ -102,13 +101,7 @@ impl Sliding {
     }
 
     /// Whether the distance of a contact from the edge that it crosses falls on both sides.
-    fn slides<M: Model + ?Sized, V: Vector>(
-        &mut self,
-        e: &Ends<'_, M, V>,
-        crossing: &Crossing,
-        until: f64,
-        noise: f64,
-    ) -> bool {
+    fn slides<V: Vector>(&mut self, e: &Ends<'_, V>, crossing: &Crossing, until: f64, noise: f64) -> bool {
         let exit = Exit::of(crossing);
         let mut span = SPAN * e.h();
         while span <= e.h().min(until - e.t1) {
@@ -126,9 +119,9 @@ impl Sliding {
     /// Rate of the distance from an edge, positive on the piece `from`, along the motion on one side of it.
     /// `side`: 0 before the crossing, 1 after it. `None` if the states within the time `span` lie on the
     /// other side.
-    fn rate<M: Model + ?Sized, V: Vector>(
+    fn rate<V: Vector>(
         &mut self,
-        e: &Ends<'_, M, V>,
+        e: &Ends<'_, V>,
         exit: Exit,
         from: Piece,
         side: usize,

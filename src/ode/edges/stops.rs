@@ -78,7 +78,7 @@ pub(crate) struct Stops {
 
 impl Stops {
     /// The rigid stops of `model`; none if edges are not located.
-    pub(crate) fn new<M: Model + ?Sized>(model: &M, locate: bool) -> Self {
+    pub(crate) fn new(model: &dyn Model, locate: bool) -> Self {
         let rigid = if locate { model.offers().rigid_edges(model.contacts()) } else { Vec::new() };
         let contacts = rigid.len();
         Stops {

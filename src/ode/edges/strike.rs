@@ -32,9 +32,9 @@ impl Locator {
 
     /// Computes the impacts of all contacts that reach their rigid stops at the end of the step.
     #[inline]
-    pub(crate) fn strike_at_end<M: Model + ?Sized, V: Vector>(
+    pub(crate) fn strike_at_end<V: Vector>(
         &mut self,
-        e: &mut Ends<'_, M, V>,
+        e: &mut Ends<'_, V>,
         crossings: &mut Vec<Crossing>,
     ) -> Result<(), IntegrateError> {
         self.stops.met = crossings.iter().any(|c| c.rebounds);
@@ -55,9 +55,9 @@ impl Locator {
     ///
     /// # Errors
     /// [`IntegrateError::RestsOnStop`] after more than `STILL` calls for one contact at one instant.
-    pub(crate) fn strike_at_start<M: Model + ?Sized, V: Vector>(
+    pub(crate) fn strike_at_start<V: Vector>(
         &mut self,
-        e: &mut Ends<'_, M, V>,
+        e: &mut Ends<'_, V>,
         exit: Exit,
         crossings: &mut Vec<Crossing>,
     ) -> Result<(), IntegrateError> {
@@ -82,7 +82,7 @@ impl Locator {
     /// Writes the velocities after the impacts into the start of the next step, if there were impacts.
     /// Returns the maximum length of that step; infinite without impacts.
     #[inline]
-    pub(crate) fn rebound<M: Model + ?Sized, V: Vector>(&mut self, e: &mut Ends<'_, M, V>) -> f64 {
+    pub(crate) fn rebound<V: Vector>(&mut self, e: &mut Ends<'_, V>) -> f64 {
         if self.stops.met {
             let n = self.stops.v.len();
             e.y.slice_mut()[n..].copy_from_slice(&self.stops.v);
@@ -100,9 +100,9 @@ impl Locator {
     ///
     /// # Errors
     /// [`IntegrateError::TooManyImpacts`].
-    fn strike<M: Model + ?Sized>(
+    fn strike(
         &mut self,
-        model: &M,
+        model: &dyn Model,
         u: &[f64],
         q: &[f64],
         contacts: &mut [Contact],

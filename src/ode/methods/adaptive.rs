@@ -1,12 +1,11 @@
 //! The interface of the adaptive solvers.
 
 use crate::model::{Model, State};
-use crate::ode::driver::drive;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::outcome::Finish;
 use crate::ode::step::Observer;
-use crate::ode::stepping::control::{Limits, StepRule, Tolerances};
+use crate::ode::stepping::control::{Limits, StepRule, Task, Tolerances};
 use crate::ode::stepping::engine::Tableau;
 
 /// An adaptive method: the embedded Runge-Kutta methods [`Rk45`](crate::Rk45) and [`Dop853`](crate::Dop853),
@@ -98,13 +97,14 @@ impl<T: Tableau> Adaptive<T> {
 }
 
 impl<T: Tableau> Integrator for Adaptive<T> {
-    fn run<M: Model + ?Sized, O: Observer>(
+    fn run(
         &self,
-        model: &M,
+        model: &dyn Model,
         start: &State,
         t_end: f64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
-        drive::<T, M>(StepRule::Adaptive(&self.tolerances), self.limits, model, start, t_end, observer)
+        let (rule, limits) = (StepRule::Adaptive(&self.tolerances), self.limits);
+        T::run(Task { rule, limits, model, start, t_end, observer })
     }
 }

@@ -1,7 +1,10 @@
 //! The Dormand-Prince method of order 8.
 
-use crate::model::Model;
+use crate::ode::driver::drive;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::methods::adaptive::Adaptive;
+use crate::ode::outcome::Finish;
+use crate::ode::stepping::control::Task;
 use crate::ode::stepping::engine::{Engine, Estimates, Tableau};
 use crate::ode::stepping::vector::Vector;
 
@@ -41,8 +44,11 @@ impl Tableau for DormandPrince8 {
     const NODES: &'static [f64] = &table::C;
     const PROBE: usize = 8;
 
+    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
+        drive::<DormandPrince8>(task)
+    }
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
+    fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         use table::{A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, A12, B};
         e.drive_nodes::<DormandPrince8>();
         e.stage_at::<FIXED, _>(0, 1, &A2);
@@ -62,7 +68,7 @@ impl Tableau for DormandPrince8 {
     /// low in a step that contains a kink. There an estimate exceeds by far the one that follows from the step
     /// before, and it is an error in its own right.
     #[inline(always)]
-    fn error<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> f64 {
+    fn error<V: Vector>(e: &mut Engine<'_, V>) -> f64 {
         let norms @ [e5, e3] = e.norms([&table::E5, &table::E3]);
         let both = (e5 * e5 + 0.01 * e3 * e3).sqrt();
         let error = if both == 0.0 { 0.0 } else { e5 * e5 / both };
@@ -71,7 +77,7 @@ impl Tableau for DormandPrince8 {
         let [rough5, rough3] = rough(&before, &e.estimates);
         error.max(if rough5 || rough3 { e5 } else { 0.0 }).max(if rough3 { e3 } else { 0.0 })
     }
-    fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
+    fn dense<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         use table::{A14, A15, A16, D4, D5, D6, D7};
         e.ends.drive(0.1);
         e.stage::<FIXED, _>(13, &A14);

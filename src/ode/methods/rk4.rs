@@ -6,7 +6,7 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::Integrator;
 use crate::ode::outcome::Finish;
 use crate::ode::step::Observer;
-use crate::ode::stepping::control::{Limits, StepRule};
+use crate::ode::stepping::control::{Limits, StepRule, Task};
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::tableau_row::TableauRow;
 use crate::ode::stepping::vector::Vector;
@@ -53,14 +53,15 @@ impl Rk4 {
 }
 
 impl Integrator for Rk4 {
-    fn run<M: Model + ?Sized, O: Observer>(
+    fn run(
         &self,
-        model: &M,
+        model: &dyn Model,
         start: &State,
         t_end: f64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
-        drive::<Classical, M>(StepRule::Fixed(self.step), self.limits, model, start, t_end, observer)
+        let (rule, limits) = (StepRule::Fixed(self.step), self.limits);
+        Classical::run(Task { rule, limits, model, start, t_end, observer })
     }
 }
 
@@ -89,16 +90,19 @@ impl Tableau for Classical {
     const NODES: &'static [f64] = &[0.5, 1.0];
     const PROBE: usize = 0;
 
+    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
+        drive::<Classical>(task)
+    }
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
+    fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         e.drive_nodes::<Classical>();
         e.stage_at::<FIXED, _>(0, 1, &A2);
         e.stage_at::<FIXED, _>(0, 2, &A3);
         e.stage_at::<FIXED, _>(1, 3, &A4);
         e.advance(&B);
     }
-    fn error<M: Model + ?Sized, V: Vector>(_: &mut Engine<'_, M, V>) -> f64 {
+    fn error<V: Vector>(_: &mut Engine<'_, V>) -> f64 {
         0.0
     }
-    fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(_: &mut Engine<'_, M, V>) {}
+    fn dense<V: Vector, const FIXED: bool>(_: &mut Engine<'_, V>) {}
 }

@@ -1,7 +1,10 @@
 //! The Dormand-Prince method of order 5.
 
-use crate::model::Model;
+use crate::ode::driver::drive;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::methods::adaptive::Adaptive;
+use crate::ode::outcome::Finish;
+use crate::ode::stepping::control::Task;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
@@ -53,8 +56,11 @@ impl Tableau for DormandPrince5 {
     const NODES: &'static [f64] = &[1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0];
     const PROBE: usize = 1;
 
+    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
+        drive::<DormandPrince5>(task)
+    }
     #[inline(always)]
-    fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
+    fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         e.drive_nodes::<DormandPrince5>();
         e.stage_at::<FIXED, _>(0, 1, &table::A2);
         e.stage_at::<FIXED, _>(1, 2, &table::A3);
@@ -65,10 +71,10 @@ impl Tableau for DormandPrince5 {
         e.derivative_at_end_of::<DormandPrince5>();
     }
     #[inline(always)]
-    fn error<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> f64 {
+    fn error<V: Vector>(e: &mut Engine<'_, V>) -> f64 {
         e.norms([&table::E])[0]
     }
-    fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
+    fn dense<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         e.dense_row(3, &table::D);
     }
 }

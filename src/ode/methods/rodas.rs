@@ -1,7 +1,10 @@
 //! The Rosenbrock method RODASP of order 4.
 
-use crate::model::Model;
+use crate::ode::driver::drive;
+use crate::ode::integrate_error::IntegrateError;
 use crate::ode::methods::adaptive::Adaptive;
+use crate::ode::outcome::Finish;
+use crate::ode::stepping::control::Task;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::tableau_row::TableauRow;
 use crate::ode::stepping::vector::Vector;
@@ -84,7 +87,10 @@ impl Tableau for Rosenbrock4 {
     const NODES: &'static [f64] = &[0.75, 0.21, 0.63, 1.0];
     const PROBE: usize = 2;
 
-    fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
+    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
+        drive::<Rosenbrock4>(task)
+    }
+    fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         use table::{A2, A3, A4, A5, A6, B, C2, C3, C4, C5, C6, D};
         e.drive_nodes::<Rosenbrock4>();
         e.linearise::<FIXED>();
@@ -96,16 +102,16 @@ impl Tableau for Rosenbrock4 {
         e.solve_at::<FIXED, _>(3, 6, [&A6, &C6], 0.0);
         e.advance(&B);
     }
-    fn error<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> f64 {
+    fn error<V: Vector>(e: &mut Engine<'_, V>) -> f64 {
         e.norms([&table::E])[0]
     }
-    fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>) {
+    fn dense<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         e.dense_row(1, &table::DENSE1);
         e.dense_row(2, &table::DENSE2);
     }
 }
 
-impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
+impl<V: Vector> Engine<'_, V> {
     /// Computes the Jacobian and ∂f/∂t at the start of the step and factorises the matrix of the stages.
     /// Slot 0 holds the derivative there.
     fn linearise<const FIXED: bool>(&mut self) {

@@ -1,8 +1,26 @@
 //! Step sizes: settings of the solvers, PI controller.
 
 use crate::error::{ParameterError, check};
-use crate::model::Model;
+use crate::model::{Model, State};
+use crate::ode::step::Observer;
 use crate::ode::stepping::engine::Tableau;
+use std::fmt;
+
+/// A run: from where to where, by which steps.
+pub struct Task<'a> {
+    pub(crate) rule: StepRule<'a>,
+    pub(crate) limits: Limits,
+    pub(crate) model: &'a dyn Model,
+    pub(crate) start: &'a State,
+    pub(crate) t_end: f64,
+    pub(crate) observer: &'a mut dyn Observer,
+}
+
+impl fmt::Debug for Task<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Task").field("start", self.start).field("t_end", &self.t_end).finish_non_exhaustive()
+    }
+}
 
 /// Settings of all solvers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,9 +170,9 @@ impl StepEnds {
 
 /// The ends of adaptive steps at knots of the drives ([`Model::next_knot`]). The error estimate assumes
 /// smooth drives, so a step ends at the next knot. A step that contains more than two knots does not.
-pub(crate) struct Knots<'m, M: ?Sized> {
+pub(crate) struct Knots<'m> {
     /// The model whose drives have knots; `None` without them.
-    model: Option<&'m M>,
+    model: Option<&'m dyn Model>,
     /// The next instant at which a step ends; infinite if steps pass over the next knots.
     next: f64,
     /// Time from which the model is asked again.
@@ -164,7 +182,7 @@ pub(crate) struct Knots<'m, M: ?Sized> {
     length: f64,
 }
 
-impl<'m, M: Model + ?Sized> Knots<'m, M> {
+impl<'m> Knots<'m> {
     /// Maximum number of knots within a step at which steps end at the next knot.
     const SPANNED: usize = 2;
 
@@ -175,7 +193,7 @@ impl<'m, M: Model + ?Sized> Knots<'m, M> {
     const BESIDE: f64 = 1e-3;
 
     /// The knots after `t`; none for fixed steps.
-    pub(crate) fn of<T: Tableau>(model: &'m M, t: f64) -> Self {
+    pub(crate) fn of<T: Tableau>(model: &'m dyn Model, t: f64) -> Self {
         let model = Some(model).filter(|model| T::ADAPTIVE && model.next_knot(t).is_some());
         Knots { model, next: f64::INFINITY, asked: t, length: 0.0 }
     }
@@ -191,7 +209,7 @@ impl<'m, M: Model + ?Sized> Knots<'m, M> {
         if self.next + Self::BESIDE * h < stop { self.next } else { stop }
     }
 
-    fn ask(&mut self, model: &M, t: f64, h: f64) {
+    fn ask(&mut self, model: &dyn Model, t: f64, h: f64) {
         let after = |t: f64| model.next_knot(t + Self::BESIDE * h).filter(|knot| *knot > t);
         let in_step = |knot: f64| after(knot).filter(|next| *next <= t + h);
         let first = after(t);

@@ -1,12 +1,11 @@
 //! Dense output of one step.
 
-use crate::model::Model;
 use crate::ode::stepping::ends::LARGEST;
 use crate::ode::stepping::engine::{DENSE, Engine, Tableau};
 use crate::ode::stepping::tableau_row::TableauRow;
 use crate::ode::stepping::vector::Vector;
 
-impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
+impl<V: Vector> Engine<'_, V> {
     /// Computes the dense output of the step, unless it is computed already.
     pub(crate) fn prepare_dense<T: Tableau>(&mut self) {
         if self.ready.dense {
@@ -14,9 +13,9 @@ impl<M: Model + ?Sized, V: Vector> Engine<'_, M, V> {
         }
         self.derivative_at_end_of::<T>();
         if self.on_fixed_pieces {
-            T::dense::<M, V, true>(self)
+            T::dense::<V, true>(self)
         } else {
-            T::dense::<M, V, false>(self)
+            T::dense::<V, false>(self)
         }
         self.evaluations += T::DENSE_EVALUATIONS;
         let (ends, h, m) = (&self.ends, self.ends.h, self.ends.y.slice().len());

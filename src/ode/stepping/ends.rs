@@ -13,8 +13,8 @@ use crate::ode::stepping::vector::Vector;
 const UNBOUNDED: f64 = 1e12;
 
 /// The current step of a run, seen from its ends. The method that computes the end adds its own arrays.
-pub struct Ends<'m, M: Model + ?Sized, V: Vector> {
-    pub(crate) model: &'m M,
+pub struct Ends<'m, V: Vector> {
+    pub(crate) model: &'m dyn Model,
     /// Start of the step.
     pub(crate) t: f64,
     /// End of the step.
@@ -42,9 +42,9 @@ pub struct Ends<'m, M: Model + ?Sized, V: Vector> {
     shaken: Vec<Contact>,
 }
 
-impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
+impl<'m, V: Vector> Ends<'m, V> {
     /// A run from `start`. Drives are kept at `nodes` instants of a step, for `steps` steps at once.
-    pub(crate) fn new(model: &'m M, start: &State, nodes: usize, steps: usize) -> Self {
+    pub(crate) fn new(model: &'m dyn Model, start: &State, nodes: usize, steps: usize) -> Self {
         let (drives, contacts, m) = (model.drives(), model.contacts(), 2 * model.dof());
         let mut y = V::zeros(m);
         let (q, v) = y.slice_mut().split_at_mut(m / 2);
@@ -272,8 +272,8 @@ impl<'m, M: Model + ?Sized, V: Vector> Ends<'m, M, V> {
 
 /// Raises `noise` to the largest change of each deflection when every component of `y` changes by its last
 /// bit, up or down. `look`: scratch; `contacts`: those at `y`, and scratch.
-fn shake<M: Model + ?Sized, V: Vector>(
-    model: &M,
+fn shake<V: Vector>(
+    model: &dyn Model,
     u: &[f64],
     y: &V,
     look: &mut V,

@@ -3,7 +3,10 @@
 use crate::contact::Piece;
 use crate::excitation::Side;
 use crate::model::{Model, State};
+use crate::ode::integrate_error::IntegrateError;
+use crate::ode::outcome::Finish;
 use crate::ode::shifted::Shifted;
+use crate::ode::stepping::control::Task;
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
@@ -38,22 +41,27 @@ pub trait Tableau: Default {
     /// Index of a node near the middle of the step, for the check of the gaps.
     const PROBE: usize;
 
+    /// The loop over steps with this tableau. It is not generic, so that this crate contains its code.
+    ///
+    /// # Errors
+    /// [`IntegrateError`].
+    fn run(task: Task<'_>) -> Result<Finish, IntegrateError>;
     /// Computes the stages and y1 of a step from `e.t` to `e.t1`. Slot 0 must be filled.
     ///
     /// `FIXED`: the model is evaluated on the fixed pieces `e.pieces`.
-    fn attempt<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>);
+    fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>);
     /// Error estimate in units of the tolerance; a step with an error of at most 1 is accepted.
-    fn error<M: Model + ?Sized, V: Vector>(e: &mut Engine<'_, M, V>) -> f64;
+    fn error<V: Vector>(e: &mut Engine<'_, V>) -> f64;
     /// Computes the dense coefficients F3, F4, ... (see [`Engine::interpolate`]). Slot `END` must be filled.
-    fn dense<M: Model + ?Sized, V: Vector, const FIXED: bool>(e: &mut Engine<'_, M, V>);
+    fn dense<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>);
 }
 
 /// Maximum number of dense coefficients of a tableau, y0 included.
 pub(super) const DENSE: usize = 8;
 
 /// Working arrays of one run, allocated before its first step.
-pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
-    pub(crate) ends: Ends<'m, M, V>,
+pub struct Engine<'m, V: Vector> {
+    pub(crate) ends: Ends<'m, V>,
     /// The derivatives k_0, k_1, ..., one in each slot.
     pub(crate) k: [V; SLOTS],
     /// Whether the model is evaluated on the fixed pieces of `ends`.
@@ -70,10 +78,10 @@ pub struct Engine<'m, M: Model + ?Sized, V: Vector> {
     /// Number of evaluations outside of attempts.
     pub(crate) evaluations: u64,
     /// The linear equations of a Rosenbrock method.
-    pub(crate) shifted: Option<Shifted<'m, M>>,
+    pub(crate) shifted: Option<Shifted<'m>>,
 }
 
-impl<M: Model + ?Sized, V: Vector> fmt::Debug for Engine<'_, M, V> {
+impl<V: Vector> fmt::Debug for Engine<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Engine").finish_non_exhaustive()
     }
@@ -101,8 +109,8 @@ pub(crate) struct Ready {
     pub(super) dense: bool,
 }
 
-impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
-    pub(crate) fn new<T: Tableau>(model: &'m M, start: &State) -> Self {
+impl<'m, V: Vector> Engine<'m, V> {
+    pub(crate) fn new<T: Tableau>(model: &'m dyn Model, start: &State) -> Self {
         let m = 2 * model.dof();
         Engine {
             ends: Ends::new(model, start, T::NODES.len(), if T::ADAPTIVE { 1 } else { V::AHEAD }),
@@ -165,9 +173,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     #[inline(always)]
     pub(crate) fn stage<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &TableauRow<L>) {
         let Ends { model, pieces, u_stage, y, h, .. } = &self.ends;
-        V::stage(&mut self.k, s, y, *h, row, |q, v, a| {
-            accelerate::<M, FIXED>(model, pieces, u_stage, q, v, a)
-        });
+        V::stage(&mut self.k, s, y, *h, row, |q, v, a| accelerate::<FIXED>(model, pieces, u_stage, q, v, a));
     }
 
     /// k_s = f(y + h Σ a_l k_l), with the drives at a node.
@@ -180,7 +186,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     ) {
         let Ends { model, pieces, nodes, y, h, .. } = &self.ends;
         let u = nodes.at(node);
-        V::stage(&mut self.k, s, y, *h, row, |q, v, a| accelerate::<M, FIXED>(model, pieces, u, q, v, a));
+        V::stage(&mut self.k, s, y, *h, row, |q, v, a| accelerate::<FIXED>(model, pieces, u, q, v, a));
     }
 
     /// y1 = y + h Σ b_l k_l.
@@ -195,9 +201,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         if !self.ready.end {
             let k = &mut self.k[T::END];
             if self.on_fixed_pieces {
-                derivative_at_end::<M, V, true>(&self.ends, k);
+                derivative_at_end::<V, true>(&self.ends, k);
             } else {
-                derivative_at_end::<M, V, false>(&self.ends, k);
+                derivative_at_end::<V, false>(&self.ends, k);
             }
             self.evaluations += 1;
             self.ready.end = true;
@@ -210,9 +216,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
     #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn attempt<T: Tableau, const LOCATE: bool>(&mut self) {
         if LOCATE && self.on_fixed_pieces {
-            T::attempt::<M, V, true>(self)
+            T::attempt::<V, true>(self)
         } else {
-            T::attempt::<M, V, false>(self)
+            T::attempt::<V, false>(self)
         }
     }
 
@@ -222,9 +228,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
         let Ends { model, pieces, u_stage, y, t, .. } = &mut self.ends;
         model.redrive(&[*t], Side::After, u_stage);
         if self.on_fixed_pieces {
-            derivative::<M, V, true>(*model, pieces, u_stage, y, &mut self.k[0]);
+            derivative::<V, true>(*model, pieces, u_stage, y, &mut self.k[0]);
         } else {
-            derivative::<M, V, false>(*model, pieces, u_stage, y, &mut self.k[0]);
+            derivative::<V, false>(*model, pieces, u_stage, y, &mut self.k[0]);
         }
         self.evaluations += 1;
     }
@@ -242,7 +248,7 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             let Ends { model, pieces, u_stage, y, look, .. } = &mut self.ends;
             let moved = y.slice().iter().zip(self.k[0].slice()).map(|(y, k)| y + behind * k);
             look.slice_mut().iter_mut().zip(moved).for_each(|(look, y)| *look = y);
-            derivative::<M, V, false>(*model, pieces, u_stage, look, &mut self.k[0]);
+            derivative::<V, false>(*model, pieces, u_stage, look, &mut self.k[0]);
             self.evaluations += 1;
         }
     }
@@ -263,9 +269,9 @@ impl<'m, M: Model + ?Sized, V: Vector> Engine<'m, M, V> {
             V::hand_over(&mut rest[T::END - 1], &mut first[0]);
         } else {
             if LOCATE && self.on_fixed_pieces {
-                derivative_at_end::<M, V, true>(&self.ends, &mut self.k[0]);
+                derivative_at_end::<V, true>(&self.ends, &mut self.k[0]);
             } else {
-                derivative_at_end::<M, V, false>(&self.ends, &mut self.k[0]);
+                derivative_at_end::<V, false>(&self.ends, &mut self.k[0]);
             }
             self.evaluations += 1;
         }
@@ -295,26 +301,26 @@ fn nodes_of<T: Tableau>(start: f64, end: f64, times: &mut [f64]) {
 
 /// The derivative (q', v') = (v, a) at y.
 #[inline(always)]
-fn derivative<M: Model + ?Sized, V: Vector, const FIXED: bool>(
-    model: &M,
+fn derivative<V: Vector, const FIXED: bool>(
+    model: &dyn Model,
     pieces: &[Piece],
     u: &[f64],
     y: &V,
     out: &mut V,
 ) {
-    V::derivative(out, y, |q, v, a| accelerate::<M, FIXED>(model, pieces, u, q, v, a));
+    V::derivative(out, y, |q, v, a| accelerate::<FIXED>(model, pieces, u, q, v, a));
 }
 
 /// The derivative at the end of the step, before a jump of the drives there.
 #[inline(always)]
-fn derivative_at_end<M: Model + ?Sized, V: Vector, const FIXED: bool>(ends: &Ends<'_, M, V>, out: &mut V) {
-    derivative::<M, V, FIXED>(ends.model, &ends.pieces, ends.nodes.end(), &ends.y1, out);
+fn derivative_at_end<V: Vector, const FIXED: bool>(ends: &Ends<'_, V>, out: &mut V) {
+    derivative::<V, FIXED>(ends.model, &ends.pieces, ends.nodes.end(), &ends.y1, out);
 }
 
 /// The accelerations, on the fixed `pieces` if `FIXED`.
 #[inline(always)]
-fn accelerate<M: Model + ?Sized, const FIXED: bool>(
-    model: &M,
+fn accelerate<const FIXED: bool>(
+    model: &dyn Model,
     pieces: &[Piece],
     u: &[f64],
     q: &[f64],

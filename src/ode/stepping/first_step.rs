@@ -1,6 +1,5 @@
 //! The first step of an adaptive run.
 
-use crate::model::Model;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
 
@@ -8,10 +7,7 @@ use crate::ode::stepping::vector::Vector;
 /// tolerances.   Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
 ///
 /// h0 = 0.01 d0/d1,   h1 = (0.01/max(d1, d2))^(1/k),   h = min(100 h0, h1, longest)
-pub(crate) fn starting_step<T: Tableau, M: Model + ?Sized, V: Vector>(
-    e: &mut Engine<'_, M, V>,
-    longest: f64,
-) -> f64 {
+pub(crate) fn starting_step<T: Tableau, V: Vector>(e: &mut Engine<'_, V>, longest: f64) -> f64 {
     let rms = |v: &mut dyn Iterator<Item = f64>| {
         let (count, sum) = v.fold((0.0, 0.0), |(c, s), x| (c + 1.0, s + x * x));
         f64::sqrt(sum / f64::max(count, 1.0))

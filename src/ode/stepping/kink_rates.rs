@@ -27,7 +27,7 @@ const SPAN: f64 = 1e-6;
 
 impl KinkRates {
     /// Room for the rates of a model whose drives at some instant are `u`.
-    pub(super) fn new<M: Model + ?Sized>(model: &M, u: &[f64]) -> Self {
+    pub(super) fn new(model: &dyn Model, u: &[f64]) -> Self {
         let (contacts, kinks) = (model.contacts(), model.offers().kinks);
         let needed = |length: usize| if kinks > 0 { length } else { 0 };
         let motion = || vec![0.0; needed(model.dof())];
@@ -45,9 +45,9 @@ impl KinkRates {
     /// Writes s' = (s(t + δ) - s(t))/δ for the deflection s of each inner kink, along q' = v and v' = a on
     /// `pieces`. `h`: length of the step, negative at its end; for 0 the rates remain as they are.
     #[inline(always)]
-    pub(super) fn write<M: Model + ?Sized>(
+    pub(super) fn write(
         &mut self,
-        model: &M,
+        model: &dyn Model,
         pieces: &[Piece],
         [t, h]: [f64; 2],
         [u, q, v]: [&[f64]; 3],
@@ -59,9 +59,9 @@ impl KinkRates {
     }
 
     #[cold]
-    fn difference<M: Model + ?Sized>(
+    fn difference(
         &mut self,
-        model: &M,
+        model: &dyn Model,
         pieces: &[Piece],
         [t, h]: [f64; 2],
         [u, q, v]: [&[f64]; 3],

@@ -16,7 +16,7 @@ pub(crate) const COLLAPSE: f64 = 1e-6;
 /// The ends and the lengths of steps and the passage over their edges: all of a run but its series.
 pub(crate) struct Course<'m> {
     /// State, contacts and drives at both ends of the step.
-    pub(crate) e: Ends<'m, dyn Model + 'm, Blocks>,
+    pub(crate) e: Ends<'m, Blocks>,
     pub(crate) passage: Passage,
     /// The time after the start of the step up to which the series of the drives are valid.
     pub(crate) valid: f64,
@@ -56,7 +56,7 @@ impl<'m> Course<'m> {
         start: &State,
         t_end: f64,
     ) -> Result<Self, IntegrateError> {
-        let mut e = Ends::<dyn Model, Blocks>::new(model, start, 1, 1);
+        let mut e = Ends::<Blocks>::new(model, start, 1, 1);
         let passage = Passage::begin(&mut e, t_end, true)?;
         Ok(Course {
             e,
@@ -185,7 +185,7 @@ impl<'m> Course<'m> {
         if !passage.crossings.is_empty() {
             passage.locator.accept(e);
         }
-        self.limit = passage.pass::<_, _, true>(e, at_edge)?;
+        self.limit = passage.pass::<_, true>(e, at_edge)?;
         Ok(true)
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::contact::Contact;
 use crate::contact::edge::Edge;
-use crate::model::Model;
 use crate::ode::edges::exit::{Elapsed, Exit, Found};
 use crate::ode::edges::locate::{Locator, PLAIN, is_wide};
 use crate::ode::integrate_error::IntegrateError;
@@ -40,7 +39,7 @@ pub(crate) trait Distances {
 /// or comes near it.
 pub(crate) fn first_exit(
     c: &impl Distances,
-    e: &mut Ends<'_, dyn Model + '_, Blocks>,
+    e: &mut Ends<'_, Blocks>,
     locator: &mut Locator,
     moves: impl Fn(usize) -> [f64; 2],
     h: f64,
@@ -145,7 +144,7 @@ fn way(c: &impl Distances, column: usize, h: f64) -> f64 {
 }
 
 /// Computes the contacts at the start of the step. Returns true.
-fn contacts_at_start(e: &mut Ends<'_, dyn Model + '_, Blocks>) -> Result<bool, IntegrateError> {
+fn contacts_at_start(e: &mut Ends<'_, Blocks>) -> Result<bool, IntegrateError> {
     e.contacts_at_start();
     e.check_gaps(e.t)?;
     Ok(true)

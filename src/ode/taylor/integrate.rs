@@ -119,12 +119,12 @@ impl Prepared {
 }
 
 impl Integrator for Taylor {
-    fn run<M: Model + ?Sized, O: Observer>(
+    fn run(
         &self,
-        model: &M,
+        model: &dyn Model,
         start: &State,
         t_end: f64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         self.check_rtol()?;
         Prepared::new(&model)?.run(self, &model, start, t_end, observer)

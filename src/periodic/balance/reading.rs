@@ -22,9 +22,9 @@ impl FourierOrbit {
     /// # Errors
     /// [`Failed`] if the integration fails, `start` does not fit the model, or the run would hold more than
     /// 2²⁶ numbers.
-    pub fn project<I: Integrator, M: Periodic + ?Sized>(
-        integrator: &I,
-        model: &M,
+    pub fn project(
+        integrator: &dyn Integrator,
+        model: &dyn Periodic,
         start: &State,
         harmonics: &Harmonics,
     ) -> Result<Self, Failed> {

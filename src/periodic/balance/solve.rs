@@ -20,23 +20,23 @@ impl Balance {
     /// # Errors
     /// [`BalanceError`] for too few samples, a way of integration that is not available for the model, an
     /// orbit that does not fit the model, or a call that exceeds its time or is cancelled.
-    pub fn equations<'m, M: Periodic + ?Sized>(
+    pub fn equations<'m>(
         &self,
-        model: &'m M,
+        model: &'m dyn Periodic,
         near: &FourierOrbit,
-    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
+    ) -> Result<BalanceEquations<'m>, BalanceError> {
         self.set_up(model, near, 1, &self.budget.begin())
     }
 
     /// [`equations`](Balance::equations) with the rest of a budget. `finer`: factor on the number of samples,
     /// or on the number of panels.
-    pub(crate) fn set_up<'m, M: Periodic + ?Sized>(
+    pub(crate) fn set_up<'m>(
         &self,
-        model: &'m M,
+        model: &'m dyn Periodic,
         near: &FourierOrbit,
         finer: usize,
         meter: &Meter<'_>,
-    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
+    ) -> Result<BalanceEquations<'m>, BalanceError> {
         let equations = self.with_whole_forces(model, near, finer, meter)?;
         if !self.truncated_forces {
             return Ok(equations);
@@ -45,13 +45,13 @@ impl Balance {
     }
 
     /// The equations without truncation of the contact forces.
-    fn with_whole_forces<'m, M: Periodic + ?Sized>(
+    fn with_whole_forces<'m>(
         &self,
-        model: &'m M,
+        model: &'m dyn Periodic,
         near: &FourierOrbit,
         finer: usize,
         meter: &Meter<'_>,
-    ) -> Result<BalanceEquations<'m, M>, BalanceError> {
+    ) -> Result<BalanceEquations<'m>, BalanceError> {
         BalanceEquations::new(model, &self.harmonics, self.integrals, near, finer, meter)
     }
 
@@ -162,9 +162,9 @@ impl Balance {
         Ok(FirstJacobian::Given(matrix))
     }
 
-    fn finish<M: Periodic + ?Sized>(
+    fn finish(
         &self,
-        equations: &BalanceEquations<'_, M>,
+        equations: &BalanceEquations<'_>,
         root: Result<Root, RootError>,
         meter: &Meter<'_>,
         start_in_gap: Option<usize>,

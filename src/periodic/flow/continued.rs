@@ -12,8 +12,8 @@ use std::cell::RefCell;
 /// acceleration just inside the piece is continued linearly past the edge by the formula above. y_i is the
 /// state moved back inside the piece along the gradient of the deflection, and φ is a share of Δ. Linear
 /// contact laws are continued exactly.
-pub(crate) struct Continued<'m, M: ?Sized> {
-    model: &'m M,
+pub(crate) struct Continued<'m> {
+    model: &'m dyn Model,
     /// Whether the model needs no continuation: it has `accel_on_pieces` or no contacts.
     own: bool,
     /// Edges that are rigid stops; past them the acceleration is not continued.
@@ -71,8 +71,8 @@ pub(crate) fn gradient(
     }
 }
 
-impl<'m, M: Model + ?Sized> Continued<'m, M> {
-    pub(crate) fn new(model: &'m M, scale: &'m [f64]) -> Self {
+impl<'m> Continued<'m> {
+    pub(crate) fn new(model: &'m dyn Model, scale: &'m [f64]) -> Self {
         let (n, contacts) = (model.dof(), model.contacts());
         let own = contacts == 0 || model.offers().pieces;
         let (m, scratch) = if own { (0, 0) } else { (2 * n, contacts) };
@@ -177,7 +177,7 @@ impl<'m, M: Model + ?Sized> Continued<'m, M> {
     }
 }
 
-impl<M: Model + ?Sized> Model for Continued<'_, M> {
+impl Model for Continued<'_> {
     fn dof(&self) -> usize {
         self.model.dof()
     }

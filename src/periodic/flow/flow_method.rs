@@ -173,13 +173,13 @@ impl Expansion {
     }
 
     /// Integrates the model of this expansion.
-    pub(crate) fn run<M: Model + ?Sized, O: Observer>(
+    pub(crate) fn run(
         &self,
         accuracy: &Accuracy<'_>,
-        model: &M,
+        model: &dyn Model,
         start: &State,
         t_end: f64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         let &Accuracy { rtol, atol, order, first } = accuracy;
         match self {

@@ -6,7 +6,6 @@ use crate::model::structure::resting::rests_on_kink;
 use crate::model::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::{IntegrateError, Observer, Step};
-use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::flow_method::Accuracy;
 use crate::periodic::flow::saltation::Saltation;
 use crate::periodic::flow::tangent::Tangent;
@@ -39,11 +38,11 @@ pub(crate) enum Stop {
 }
 
 /// Observer that interrupts a run for one of the reasons of [`Stop`].
-pub(crate) struct Interrupter<'t, 'w, 'm, M: ?Sized> {
-    pub(crate) tangent: &'t Tangent<'m, M>,
+pub(crate) struct Interrupter<'t, 'w, 'm> {
+    pub(crate) tangent: &'t Tangent<'m>,
     pub(crate) watch: Option<&'w mut dyn Observer>,
     pub(crate) meter: &'t Meter<'t>,
-    pub(crate) saltation: Saltation<'t, Continued<'m, M>>,
+    pub(crate) saltation: Saltation<'t>,
     /// Sizes of the differences up to which the tolerances are valid; empty: all sizes.
     pub(crate) serves: Vec<f64>,
     pub(crate) stop: Stop,
@@ -51,7 +50,7 @@ pub(crate) struct Interrupter<'t, 'w, 'm, M: ?Sized> {
     pub(crate) step: f64,
 }
 
-impl<M: Model + ?Sized> Observer for Interrupter<'_, '_, '_, M> {
+impl Observer for Interrupter<'_, '_, '_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         if let Some(watch) = &mut self.watch {
             let _ = watch.step(step);
@@ -73,7 +72,7 @@ impl<M: Model + ?Sized> Observer for Interrupter<'_, '_, '_, M> {
     }
 }
 
-impl<M: Model + ?Sized> Tangent<'_, M> {
+impl Tangent<'_> {
     /// Absolute tolerances from the tolerance of the motion, as a share of `scale` but not below rounding.
     /// The tolerance of the differences is ten times larger, relative to their sizes.
     fn tolerances(&self, tolerance: f64, start: &State, sizes: &[f64]) -> Vec<f64> {

@@ -20,7 +20,7 @@ pub(crate) struct ImpactScratch {
 }
 
 impl ImpactScratch {
-    pub(crate) fn new<M: Model + ?Sized>(model: &M) -> Self {
+    pub(crate) fn new(model: &dyn Model) -> Self {
         let zeros = || vec![0.0; model.dof()];
         let flights = vec![Flight::NONE; model.contacts()];
         ImpactScratch {

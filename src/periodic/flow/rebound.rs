@@ -2,7 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
-use crate::model::{Model, State};
+use crate::model::State;
 use crate::numeric::differences::CENTRAL;
 use crate::numeric::norms::{dot, largest_share};
 use crate::ode::IntegrateError;
@@ -23,7 +23,7 @@ const SAME: f64 = 1e-7;
 /// Maximum number of divisions of the step by 4, until no drive edge lies between its instants.
 const QUARTERINGS: usize = 8;
 
-impl<M: Model + ?Sized> Saltation<'_, M> {
+impl Saltation<'_> {
     /// Applies impacts at once to a start on rigid stops that moves into them.
     pub(crate) fn begin(&mut self, state: &mut State) {
         if self.rigid.iter().flatten().all(|rigid| !rigid) {

@@ -10,7 +10,7 @@ use crate::numeric::norms::{dot, largest_share};
 use crate::ode::edges::collisions::Collisions;
 use crate::ode::edges::exit::Exit;
 use crate::ode::{IntegrateError, Step};
-use crate::periodic::flow::continued::{Continued, gradient};
+use crate::periodic::flow::continued::gradient;
 use crate::periodic::flow::impact::ImpactScratch;
 use crate::periodic::flow::tangent::Tangent;
 
@@ -21,8 +21,8 @@ use crate::periodic::flow::tangent::Tangent;
 /// depends on the velocities, with respect to the velocities. Without a jump of the acceleration the
 /// differences do not change. For a difference with respect to a parameter, ∇h·δ contains ∂h/∂u u'.   Source:
 /// Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Sect. 7.4.
-pub(crate) struct Saltation<'t, M: ?Sized> {
-    pub(crate) model: &'t M,
+pub(crate) struct Saltation<'t> {
+    pub(crate) model: &'t dyn Model,
     pub(crate) n: usize,
     pub(crate) scale: &'t [f64],
     pub(crate) u: Vec<f64>,
@@ -76,8 +76,8 @@ pub(crate) fn share_of_drives(u: &[f64], w: &[f64]) -> f64 {
     u.iter().zip(w).map(share).fold(0.0, f64::max)
 }
 
-impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
-    pub(crate) fn new(tangent: &'t Tangent<'m, M>) -> Self {
+impl<'t, 'm> Saltation<'t> {
+    pub(crate) fn new(tangent: &'t Tangent<'m>) -> Self {
         let (model, n) = (&tangent.model, tangent.n);
         let rigid = model.offers().rigid_edges(model.contacts());
         Saltation {
@@ -105,7 +105,7 @@ impl<'t, 'm, M: Model + ?Sized> Saltation<'t, Continued<'m, M>> {
     }
 }
 
-impl<M: Model + ?Sized> Saltation<'_, M> {
+impl Saltation<'_> {
     /// Coordinates of the motion and its differences directly after the most recent step that ended on edges,
     /// with the jumps applied.
     pub(crate) fn coordinates(&self) -> &[f64] {

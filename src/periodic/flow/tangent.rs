@@ -20,8 +20,8 @@ use std::cell::RefCell;
 /// [`tangent`](crate::periodic::flow::tangent_tape::tangent)). The coordinates are (q, δq_1, δq_2, ...); the
 /// velocities have the same order. The contacts are those of the model alone. The Jacobian is that of the
 /// model on fixed pieces, or central differences if the model has none.
-pub(crate) struct Tangent<'m, M: ?Sized> {
-    pub(crate) model: Continued<'m, M>,
+pub(crate) struct Tangent<'m> {
+    pub(crate) model: Continued<'m>,
     pub(crate) n: usize,
     /// Number of all differences.
     pub(crate) columns: usize,
@@ -29,15 +29,15 @@ pub(crate) struct Tangent<'m, M: ?Sized> {
     pub(crate) forced: &'m [DriveSlope],
     /// Sizes of coordinates and velocities.
     pub(crate) scale: &'m [f64],
-    pub(crate) slopes: RefCell<Slopes<'m, M>>,
+    pub(crate) slopes: RefCell<Slopes<'m>>,
     pub(crate) expansion: &'m Expansion,
     /// Order of the Taylor series.
     pub(crate) order: usize,
 }
 
-impl<'m, M: Model + ?Sized> Tangent<'m, M> {
+impl<'m> Tangent<'m> {
     pub(crate) fn new(
-        model: &'m M,
+        model: &'m dyn Model,
         columns: usize,
         forced: &'m [DriveSlope],
         scale: &'m [f64],
@@ -146,7 +146,7 @@ impl<'m, M: Model + ?Sized> Tangent<'m, M> {
     }
 }
 
-impl<M: Model + ?Sized> Model for Tangent<'_, M> {
+impl Model for Tangent<'_> {
     fn dof(&self) -> usize {
         self.n * (1 + self.columns)
     }
@@ -176,7 +176,7 @@ impl<M: Model + ?Sized> Model for Tangent<'_, M> {
     }
 }
 
-impl<M: Model + ?Sized> Expand for Tangent<'_, M> {
+impl Expand for Tangent<'_> {
     fn record(&self, moving: &dyn Fn(usize) -> bool) -> Recorded {
         match self.model.offers().expansion {
             Some(expanded) => Recorded(tangent(&expanded.record(moving).0, self.columns, self.forced)),

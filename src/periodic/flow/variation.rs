@@ -154,8 +154,8 @@ pub(crate) fn metered(
 
 /// The end state of a run, its derivative S⁻¹ X S in units of `scale` (S = diag(scale)) followed by the
 /// columns S⁻¹ ∂x/∂p of the parameters, and the number of crossings.
-pub(crate) fn transition<M: Model + ?Sized>(
-    tangent: &Tangent<'_, M>,
+pub(crate) fn transition(
+    tangent: &Tangent<'_>,
     tolerance: f64,
     start: &State,
     t_end: f64,

@@ -32,7 +32,7 @@ pub(crate) struct SegmentError {
 /// Integrates the motion along an orbit. Each segment starts from its node, so that the motion also stays on
 /// an unstable orbit.
 pub(crate) struct Walk<'m> {
-    continued: Continued<'m, dyn Model + 'm>,
+    continued: Continued<'m>,
     /// Units of coordinates and velocities.
     scale: &'m [f64],
     /// Local error in these units.

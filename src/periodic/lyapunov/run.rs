@@ -249,7 +249,7 @@ impl Lyapunov {
         model: &'m (dyn Model + 'm),
         settled: &'m Settled,
         expansion: &'m Expansion,
-    ) -> Tangent<'m, dyn Model + 'm> {
+    ) -> Tangent<'m> {
         let count = settled.exponents.grown.len();
         Tangent::new(model, count, &[], &settled.scale, self.flow_tolerance, expansion)
     }
@@ -259,7 +259,7 @@ impl Lyapunov {
         &self,
         settled: &'s Settled,
         start: &State,
-        tangent: &Tangent<'_, dyn Model + '_>,
+        tangent: &Tangent<'_>,
         method: FlowMethod,
     ) -> Progress<'s> {
         let exponents = Exponents { method, ..settled.exponents.clone() };

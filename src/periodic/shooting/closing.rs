@@ -1,6 +1,6 @@
 //! Newton's method for an orbit of one segment, whose flow is integrated by others.
 
-use crate::model::{Model, State};
+use crate::model::State;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::multipliers::Multipliers;
 use crate::periodic::pursuit::{Pursuit, PursuitError};
@@ -16,8 +16,8 @@ use nalgebra::{DMatrix, DVector};
 /// The orbit is integrated once more with the looser tolerance of the flow, for the error of its multipliers.
 pub(crate) struct Closing<'s, 't> {
     shooting: &'s Shooting,
-    segments: &'s Segments<'s, dyn Model + 's>,
-    tangent: &'s Tangent<'t, dyn Model + 't>,
+    segments: &'s Segments<'s>,
+    tangent: &'s Tangent<'t>,
     /// The motion and its differences at the start of the orbit.
     state: State,
     slack: Option<DVector<f64>>,
@@ -33,8 +33,8 @@ pub(crate) struct Closing<'s, 't> {
 impl<'s, 't> Closing<'s, 't> {
     pub(crate) fn new(
         shooting: &'s Shooting,
-        segments: &'s Segments<'s, dyn Model + 's>,
-        tangent: &'s Tangent<'t, dyn Model + 't>,
+        segments: &'s Segments<'s>,
+        tangent: &'s Tangent<'t>,
         guess: &State,
     ) -> Self {
         Closing {

@@ -212,7 +212,7 @@ impl Shooting {
         model: &'m dyn Periodic,
         start: &State,
         meter: &Meter<'_>,
-    ) -> Result<Segments<'m, dyn Model + 'm>, ShootingError> {
+    ) -> Result<Segments<'m>, ShootingError> {
         self.check(model.dof())?;
         let plan = NodePlan { segments: Some(1), ..self.plan() };
         let guess = Guess::of(model, &plan, std::slice::from_ref(start), meter)?;
@@ -349,7 +349,7 @@ impl Shooting {
     fn finish(
         &self,
         model: &dyn Model,
-        segments: &Segments<'_, dyn Model + '_>,
+        segments: &Segments<'_>,
         round: Round,
         first: f64,
         corrections: Vec<f64>,

@@ -33,8 +33,8 @@ pub(crate) enum Purpose {
 }
 
 /// Data that stay fixed during the iterations of one shooting run.
-pub(crate) struct Segments<'m, M: ?Sized> {
-    model: &'m M,
+pub(crate) struct Segments<'m> {
+    model: &'m dyn Model,
     /// Units of coordinates and velocities: the ranges, or larger units where rounding requires them.
     scale: Vec<f64>,
     /// Ranges of motion; corrections are reported as shares of them.
@@ -69,9 +69,9 @@ impl Round {
     }
 }
 
-impl<'m, M: Model + ?Sized> Segments<'m, M> {
+impl<'m> Segments<'m> {
     pub(crate) fn new(
-        model: &'m M,
+        model: &'m dyn Model,
         [scale, range]: [Vec<f64>; 2],
         modes: &[Vec<f64>],
         end: f64,

@@ -152,7 +152,7 @@ impl ShootingOrbit {
     pub(crate) fn found_multiple(
         &self,
         model: &dyn Model,
-        segments: &Segments<'_, dyn Model + '_>,
+        segments: &Segments<'_>,
         meter: &Meter<'_>,
     ) -> Result<usize, ShootingError> {
         let (multiple, start) = (self.period_multiple(), &self.states()[0]);

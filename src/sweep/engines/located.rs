@@ -41,7 +41,8 @@ impl<I: Integrator + Sync, M: Periodic> SweepEngine<M> for Located<I> {
             let Some(Job { index, model, start }) = next.pop_front().or_else(|| source.next(None)) else {
                 return;
             };
-            match self.one(plan, channels, &model, &start, &*source) {
+            let cancelled = || source.is_cancelled();
+            match one(&self.0, plan, channels, &model, &start, &cancelled) {
                 Ok(None) => return,
                 Ok(Some((row, state))) => {
                     source.put(index, Ok((row, &state)));
@@ -58,67 +59,65 @@ impl<I: Integrator + Sync, M: Periodic> SweepEngine<M> for Located<I> {
 
 type RowAndState = Option<(Vec<f64>, Vec<f64>)>;
 
-impl<I: Integrator> Located<I> {
-    /// The row and the last state of a run; `None` if cancelled.
-    fn one<M: Periodic>(
-        &self,
-        plan: &Plan,
-        channels: &[usize],
-        model: &M,
-        start: &State,
-        source: &dyn Source<M>,
-    ) -> Result<RowAndState, PointError> {
-        let mut track = Track::new(plan, &start.q, &start.v);
-        let mut rattle = Rattle::new(model);
-        let mut counted = rattle.contacts().to_vec();
-        let mut state = start.clone();
-        let period = model.period();
-        let mut rebounded = false;
-        let with_model: &WithModel<'_> = &|read| read(model);
-        loop {
-            let end = start.t + (track.periods + 1) as f64 * period;
-            let (measuring, ranging) = (track.measuring(), track.ranging());
-            let mut look = |step: &mut Step<'_>| {
-                let rebounds = step.crossings().iter().any(|crossing| crossing.rebounds);
-                if std::mem::replace(&mut rebounded, rebounds) && ranging {
-                    track.see_state(step.q0().iter().chain(step.v0()).copied());
-                }
-                if ranging {
-                    track.see_state(step.y1().iter().copied());
-                }
-                if source.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            };
-            let finish = if measuring {
-                let mut statistics = Statistics::of_channels(model, channels);
-                let mut measures = (&mut statistics, &mut rattle);
-                let finish = self.0.run(model, &state, end, &mut (&mut look, &mut measures))?;
-                if finish.stopped {
-                    return Ok(None);
-                }
-                for i in 0..channels.len() {
-                    let x = statistics
-                        .summary_of(i)
-                        .map_err(|_| PointError::Diverged { period: track.periods + 1 })?;
-                    track.add_channel(i, &ChannelMeter::of(&x, period), period);
-                }
-                for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
-                    let (meter, time) = ContactMeter::since(rattle.contacts()[i], counted);
-                    track.add_contact(i, &meter, time);
-                }
-                finish
-            } else {
-                self.0.run(model, &state, end, &mut look)?
-            };
+/// The row and the last state of a run; `None` if cancelled.
+fn one(
+    integrator: &dyn Integrator,
+    plan: &Plan,
+    channels: &[usize],
+    model: &dyn Periodic,
+    start: &State,
+    cancelled: &dyn Fn() -> bool,
+) -> Result<RowAndState, PointError> {
+    let mut track = Track::new(plan, &start.q, &start.v);
+    let mut rattle = Rattle::new(model);
+    let mut counted = rattle.contacts().to_vec();
+    let mut state = start.clone();
+    let period = model.period();
+    let mut rebounded = false;
+    let with_model: &WithModel<'_> = &|read| read(model);
+    loop {
+        let end = start.t + (track.periods + 1) as f64 * period;
+        let (measuring, ranging) = (track.measuring(), track.ranging());
+        let mut look = |step: &mut Step<'_>| {
+            let rebounds = step.crossings().iter().any(|crossing| crossing.rebounds);
+            if std::mem::replace(&mut rebounded, rebounds) && ranging {
+                track.see_state(step.q0().iter().chain(step.v0()).copied());
+            }
+            if ranging {
+                track.see_state(step.y1().iter().copied());
+            }
+            if cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let finish = if measuring {
+            let mut statistics = Statistics::of_channels(model, channels);
+            let mut measures = (&mut statistics, &mut rattle);
+            let finish = integrator.run(model, &state, end, &mut (&mut look, &mut measures))?;
             if finish.stopped {
                 return Ok(None);
             }
-            let steps = finish.stats.steps;
-            state = finish.state;
-            match track.period(steps, period, state.q.iter().chain(&state.v).copied(), with_model) {
-                Next::Done => return Ok(Some(track.finish(with_model))),
-                Next::Diverged => return Err(IntegrateError::NotFinite { t: state.t, component: 0 }.into()),
-                _ => {}
+            for i in 0..channels.len() {
+                let x = statistics
+                    .summary_of(i)
+                    .map_err(|_| PointError::Diverged { period: track.periods + 1 })?;
+                track.add_channel(i, &ChannelMeter::of(&x, period), period);
             }
+            for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
+                let (meter, time) = ContactMeter::since(rattle.contacts()[i], counted);
+                track.add_contact(i, &meter, time);
+            }
+            finish
+        } else {
+            integrator.run(model, &state, end, &mut look)?
+        };
+        if finish.stopped {
+            return Ok(None);
+        }
+        let steps = finish.stats.steps;
+        state = finish.state;
+        match track.period(steps, period, state.q.iter().chain(&state.v).copied(), with_model) {
+            Next::Done => return Ok(Some(track.finish(with_model))),
+            Next::Diverged => return Err(IntegrateError::NotFinite { t: state.t, component: 0 }.into()),
+            _ => {}
         }
     }
 }

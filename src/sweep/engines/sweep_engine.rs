@@ -145,10 +145,7 @@ pub struct Job<M> {
 ///
 /// # Errors
 /// [`SweepError::Channel`] for any other channel.
-pub(crate) fn kinds<M: Model + ?Sized>(
-    model: &M,
-    channels: &[usize],
-) -> Result<Vec<ChannelKind>, SweepError> {
+pub(crate) fn kinds(model: &dyn Model, channels: &[usize]) -> Result<Vec<ChannelKind>, SweepError> {
     let probe = Probe::new(model);
     let refuse = |channel: usize| SweepError::Channel {
         name: probe.channels().get(channel).map_or_else(String::new, |c| c.name.clone()),

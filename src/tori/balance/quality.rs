@@ -82,11 +82,7 @@ const PER_VECTOR: usize = 8;
 const LIMITS: (usize, usize) = (256, 8192);
 
 /// max |q'' - a| over max |a| of every coordinate, at evenly spread angles; the largest of them.
-pub(crate) fn between<M: QuasiPeriodic + ?Sized>(
-    model: &M,
-    torus: &Torus,
-    meter: &Meter<'_>,
-) -> Result<f64, Exhausted> {
+pub(crate) fn between(model: &dyn QuasiPeriodic, torus: &Torus, meter: &Meter<'_>) -> Result<f64, Exhausted> {
     let n = model.dof();
     let count = (PER_VECTOR * torus.wave_vectors().len()).clamp(LIMITS.0, LIMITS.1);
     let (mut u, mut angles) = (vec![0.0; model.drives()], vec![0.0; torus.frequencies().len()]);
@@ -108,11 +104,7 @@ pub(crate) fn between<M: QuasiPeriodic + ?Sized>(
 
 /// Largest change of the coefficients of the accelerations from one grid to another, over the largest
 /// coefficient.
-pub(crate) fn aliasing<M: QuasiPeriodic + ?Sized>(
-    coarse: &mut TorusEquations<'_, M>,
-    fine: &mut TorusEquations<'_, M>,
-    torus: &Torus,
-) -> f64 {
+pub(crate) fn aliasing(coarse: &mut TorusEquations<'_>, fine: &mut TorusEquations<'_>, torus: &Torus) -> f64 {
     let (x, y) = (coarse.unknowns(torus), fine.unknowns(torus));
     let width = torus.wave_vectors().unknowns();
     let pairs = coarse.forces(&x).chunks_exact(width).zip(fine.forces(&y).chunks_exact(width));

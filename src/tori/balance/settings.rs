@@ -174,8 +174,8 @@ impl TorusBalance {
     }
 }
 
-fn finish<M: QuasiPeriodic + ?Sized>(
-    equations: &TorusEquations<'_, M>,
+fn finish(
+    equations: &TorusEquations<'_>,
     root: Result<Root, RootError>,
     meter: &Meter<'_>,
 ) -> Result<Torus, TorusError> {

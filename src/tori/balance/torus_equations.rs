@@ -18,8 +18,8 @@ use num_complex::Complex64;
 /// The unknowns are the coefficients of every coordinate over its scale: the mean, then a cosine and a sine
 /// for each wave vector. Equation i is divided by the scale of coordinate i. The coefficients of a are sums
 /// over a grid of angles.
-pub(crate) struct TorusEquations<'m, M: ?Sized> {
-    model: &'m M,
+pub(crate) struct TorusEquations<'m> {
+    model: &'m dyn QuasiPeriodic,
     vectors: WaveVectors,
     frequencies: Vec<f64>,
     /// k·ω of every vector.
@@ -28,7 +28,7 @@ pub(crate) struct TorusEquations<'m, M: ?Sized> {
     places: Vec<[usize; 2]>,
     grid: AngleGrid,
     scales: Vec<f64>,
-    slopes: Slopes<'m, M>,
+    slopes: Slopes<'m>,
     /// Pieces on which the contacts are fixed; `None`: by deflection.
     pieces: Option<Vec<Piece>>,
     /// Drives, coordinates, velocities and accelerations at every point, one point after the other.
@@ -46,11 +46,11 @@ pub(crate) struct TorusEquations<'m, M: ?Sized> {
 /// Maximum number of samples of the slopes: 1 GB.
 const MAX_SAMPLES: usize = 1 << 27;
 
-impl<'m, M: QuasiPeriodic + ?Sized> TorusEquations<'m, M> {
+impl<'m> TorusEquations<'m> {
     /// `near`: a torus whose coordinates have the size of the motion. `factor`: points of the grid over those
     /// that the orders require.
     pub(crate) fn new(
-        model: &'m M,
+        model: &'m dyn QuasiPeriodic,
         vectors: &WaveVectors,
         near: &Torus,
         factor: usize,
@@ -226,7 +226,7 @@ impl<'m, M: QuasiPeriodic + ?Sized> TorusEquations<'m, M> {
 /// Sizes of the coordinates: the largest coefficient of `near`. A coordinate that is 0 gets its largest
 /// acceleration at rest over the square of the highest rate. A coordinate that rests but for rounding, as the
 /// difference of equal members does, gets the largest size of the others; if all are 0, the value 1.
-fn sizes_near<M: QuasiPeriodic + ?Sized>(model: &M, near: &Torus, drives: &[f64], fastest: f64) -> Vec<f64> {
+fn sizes_near(model: &dyn QuasiPeriodic, near: &Torus, drives: &[f64], fastest: f64) -> Vec<f64> {
     let n = model.dof();
     let mut sizes: Vec<f64> = (0..n).map(|i| near.largest_coefficient(i)).collect();
     if sizes.contains(&0.0) {
@@ -247,7 +247,7 @@ fn sizes_near<M: QuasiPeriodic + ?Sized>(model: &M, near: &Torus, drives: &[f64]
     sizes.iter().map(|s| if *s > AT_REST * other && s.is_finite() { *s } else { other }).collect()
 }
 
-impl<M: QuasiPeriodic + ?Sized> Residual for TorusEquations<'_, M> {
+impl Residual for TorusEquations<'_> {
     fn size(&self) -> usize {
         self.forces.len()
     }

@@ -28,7 +28,7 @@ pub(crate) struct BalanceCurve<'f> {
     pub(super) equations: RefCell<EquationsOver<'f>>,
     /// Equations at a neighbouring parameter, for differences.
     beside: EquationsOver<'f>,
-    slope: BalanceSlope<'f>,
+    slope: BalanceSlope,
     matrix: Matrix,
     /// Scales of the coordinates, the number of unknowns of one, and the number of rigid motions.
     pub(super) scales: Vec<f64>,
@@ -120,7 +120,7 @@ impl<'f> BalanceCurve<'f> {
     pub(super) fn evaluated<R>(
         &self,
         point: &CurvePoint<Series>,
-        work: impl for<'m> FnOnce(&mut BalanceEquations<'m, Any<'f>>, &'m Any<'f>) -> R,
+        work: impl for<'m> FnOnce(&mut BalanceEquations<'m>, &'m Any<'f>) -> R,
     ) -> Result<R, CurveError> {
         self.equations.borrow_mut().at(point.p, |equations, at| {
             equations.evaluate(point.x.as_slice(), false);
@@ -239,7 +239,7 @@ impl Curve for BalanceCurve<'_> {
 }
 
 /// Weights of the equations: 1/max(s, (k ω)²) at order k, with the largest stiffness s.
-fn weights(equations: &BalanceEquations<'_, Any<'_>>) -> DVector<f64> {
+fn weights(equations: &BalanceEquations<'_>) -> DVector<f64> {
     let (layout, stiffest) = (&equations.work.layout, equations.work.couplings.stiffest);
     let width = layout.harmonics.unknowns();
     let mut weights = DVector::from_element(layout.size(), 1.0);

@@ -2,6 +2,7 @@
 
 use crate::branches::orbits::by_balance::equations_over::Any;
 use crate::model::structure::couplings::Couplings;
+use crate::model::structure::no_model::NoModel;
 use crate::model::structure::slopes::Slopes;
 use crate::periodic::BalanceEquations;
 use crate::periodic::balance::equations::balance_equations::Workspace;
@@ -13,24 +14,24 @@ use nalgebra::DVector;
 ///
 /// ∂a/∂c is a [model](crate::branches::orbits::by_balance::along_constant::AlongConstant), whose
 /// accelerations are integrated in the same way as those of the model itself.
-pub(crate) struct BalanceSlope<'f> {
-    arrays: Option<Arrays<'f>>,
+pub(crate) struct BalanceSlope {
+    arrays: Option<Arrays>,
     /// The way of integration does not follow the derivative.
     unavailable: bool,
 }
 
-struct Arrays<'f> {
+struct Arrays {
     couplings: Couplings,
     spectra: Spectra,
     /// Integration that holds results of the derivative; `None`: that of the equations serves.
-    own: Option<Box<dyn Integration<Any<'f>>>>,
-    slopes: Option<Slopes<'static, ()>>,
+    own: Option<Box<dyn Integration>>,
+    slopes: Option<Slopes<'static>>,
 }
 
 /// Relative difference of two constant slopes that is rounding of differences.
 const SAME_SLOPE: f64 = 1e-9;
 
-impl<'f> BalanceSlope<'f> {
+impl BalanceSlope {
     pub(crate) fn new() -> Self {
         BalanceSlope { arrays: None, unavailable: false }
     }
@@ -42,9 +43,9 @@ impl<'f> BalanceSlope<'f> {
     }
 
     /// ∂R/∂c at the unknowns at which the equations were evaluated last. `None` if it is not available.
-    pub(crate) fn at<'m>(
+    pub(crate) fn at<'m, 'f>(
         &mut self,
-        equations: &mut BalanceEquations<'m, Any<'f>>,
+        equations: &mut BalanceEquations<'m>,
         (slope, speed): (&'m Any<'f>, f64),
     ) -> Option<DVector<f64>> {
         if self.unavailable {
@@ -66,9 +67,9 @@ impl<'f> BalanceSlope<'f> {
     }
 }
 
-impl<'f> Arrays<'f> {
+impl Arrays {
     /// Integrates the accelerations of `slope`. `false` if the way of integration does not follow it.
-    fn integrate<'m>(&mut self, equations: &mut BalanceEquations<'m, Any<'f>>, slope: &'m Any<'f>) -> bool {
+    fn integrate<'m, 'f>(&mut self, equations: &mut BalanceEquations<'m>, slope: &'m Any<'f>) -> bool {
         let model = std::mem::replace(&mut equations.grid.model, slope);
         let integrates = self.integrate_on_grid(equations, slope);
         equations.grid.model = model;
@@ -76,9 +77,9 @@ impl<'f> Arrays<'f> {
     }
 
     /// [`integrate`](Arrays::integrate) with a grid that is bound to `slope`.
-    fn integrate_on_grid<'m>(
+    fn integrate_on_grid<'m, 'f>(
         &mut self,
-        equations: &mut BalanceEquations<'m, Any<'f>>,
+        equations: &mut BalanceEquations<'m>,
         slope: &'m Any<'f>,
     ) -> bool {
         let BalanceEquations { grid, slopes: bound, work } = equations;
@@ -88,9 +89,9 @@ impl<'f> Arrays<'f> {
                 Some(slopes) => slopes.with_model(slope),
                 None => Slopes::new(slope, bound.scale.clone(), 0.0),
             };
-            let follows = self.couplings.reread(&mut slopes, slope.contacts() > 0, SAME_SLOPE)
+            let follows = self.couplings.reread(slope, &mut slopes, slope.contacts() > 0, SAME_SLOPE)
                 && own.adapt(grid, &self.couplings, &mut slopes);
-            self.slopes = Some(slopes.with_model(&()));
+            self.slopes = Some(slopes.with_model(&NoModel));
             if !follows {
                 return false;
             }
@@ -101,7 +102,7 @@ impl<'f> Arrays<'f> {
     }
 }
 
-fn residual(equations: &BalanceEquations<'_, Any<'_>>, spectra: &Spectra, speed: f64) -> DVector<f64> {
+fn residual(equations: &BalanceEquations<'_>, spectra: &Spectra, speed: f64) -> DVector<f64> {
     let layout = &equations.work.layout;
     let (harmonics, width) = (&layout.harmonics, layout.harmonics.unknowns());
     let mut by_c = DVector::zeros(layout.size());

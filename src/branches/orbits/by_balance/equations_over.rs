@@ -33,7 +33,7 @@ struct Current<'f> {
     model: Rc<Any<'f>>,
     /// See [`At::slope`].
     slope: Option<(Rc<Any<'f>>, f64)>,
-    arrays: Unbound<Any<'f>>,
+    arrays: Unbound,
 }
 
 impl<'f> EquationsOver<'f> {
@@ -46,7 +46,7 @@ impl<'f> EquationsOver<'f> {
     pub(crate) fn at<R>(
         &mut self,
         p: f64,
-        work: impl for<'m> FnOnce(&mut BalanceEquations<'m, Any<'f>>, At<'m, 'f>) -> R,
+        work: impl for<'m> FnOnce(&mut BalanceEquations<'m>, At<'m, 'f>) -> R,
     ) -> Result<R, CurveError> {
         let current = match self.current.take() {
             Some(current) if current.p == p => current,
@@ -64,7 +64,7 @@ impl<'f> EquationsOver<'f> {
     /// Calls `work` with the equations at the parameter of the last call.
     pub(crate) fn here<R>(
         &mut self,
-        work: impl FnOnce(&mut BalanceEquations<'_, Any<'f>>) -> R,
+        work: impl FnOnce(&mut BalanceEquations<'_>) -> R,
     ) -> Result<R, CurveError> {
         let p = self.current.as_ref().map_or(f64::NAN, |current| current.p);
         self.at(p, |equations, _| work(equations))

@@ -21,8 +21,8 @@ const FEWEST_SAMPLES: usize = 64;
 ///
 /// Mean and RMS are sums over uniform samples: exact for coordinates and velocities, of second order in the
 /// distance of the samples for what has kinks or jumps. Extremes contain both sides of a jump.
-pub(crate) fn measure_series<M: Periodic + ?Sized>(
-    equations: &mut BalanceEquations<'_, M>,
+pub(crate) fn measure_series(
+    equations: &mut BalanceEquations<'_>,
     orbit: &FourierOrbit,
     channels: &[usize],
 ) -> Measured {
@@ -84,7 +84,7 @@ const NEAREST: f64 = 1e-9;
 const FARTHEST: f64 = 1e-3;
 
 /// The drive edges and the crossings in a span.
-fn breaks<M: Periodic + ?Sized>(model: &M, crossings: &Crossings, span: f64) -> Vec<Break> {
+fn breaks(model: &dyn Periodic, crossings: &Crossings, span: f64) -> Vec<Break> {
     let mut found: Vec<Break> = crossings
         .list()
         .iter()
@@ -126,14 +126,14 @@ fn trace(crossings: &Crossings, contacts: usize) -> ContactTrace {
 }
 
 /// Evaluates channels along an orbit.
-struct Reader<'a, M: ?Sized> {
-    probe: Probe<'a, M>,
+struct Reader<'a> {
+    probe: Probe<'a>,
     orbit: &'a FourierOrbit,
     q: Vec<f64>,
     v: Vec<f64>,
 }
 
-impl<M: Periodic + ?Sized> Reader<'_, M> {
+impl Reader<'_> {
     /// The channel in the state that `q` and `v` hold, under the drives of the probe.
     fn value(&mut self, channel: usize) -> f64 {
         let (probe, q, v) = (&mut self.probe, &self.q, &self.v);

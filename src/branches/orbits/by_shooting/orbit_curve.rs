@@ -224,7 +224,7 @@ impl<'f> OrbitCurve<'f> {
         period: f64,
         columns: usize,
         forced: Vec<DriveSlope>,
-    ) -> Result<Segments<'s, dyn Model + 's>, CurveError> {
+    ) -> Result<Segments<'s>, CurveError> {
         let expansion = Expansion::new(model, columns + forced.len(), &forced, &self.chosen)
             .map_err(|error| CurveError::Integrate { segment: 0, error })?;
         let scales = [self.scale.clone(), self.range.clone()];

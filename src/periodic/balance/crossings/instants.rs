@@ -2,7 +2,6 @@
 
 use crate::contact::edge::Edge;
 use crate::contact::{Contact, Piece};
-use crate::model::Periodic;
 use crate::periodic::balance::crossings::stencil::{Polynomial, Stencil};
 use crate::periodic::balance::series::grid::Grid;
 
@@ -88,7 +87,7 @@ impl Crossings {
     }
 
     /// Locates all crossings of the motion on the grid.
-    pub(crate) fn locate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
+    pub(crate) fn locate(&mut self, grid: &mut Grid<'_>) {
         let stencil = Stencil::get();
         self.list.clear();
         self.q.resize(grid.dof(), 0.0);

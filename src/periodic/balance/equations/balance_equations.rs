@@ -46,25 +46,25 @@ use std::fmt;
 /// assert!(orbit.distance(&start) < 1e-9); // no contact loss at 100 rad/s: the linearised orbit is exact
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct BalanceEquations<'m, M: Periodic + ?Sized> {
-    pub(crate) grid: Grid<'m, M>,
-    pub(crate) slopes: Slopes<'m, M>,
-    pub(crate) work: Workspace<M>,
+pub struct BalanceEquations<'m> {
+    pub(crate) grid: Grid<'m>,
+    pub(crate) slopes: Slopes<'m>,
+    pub(crate) work: Workspace,
 }
 
-impl<M: Periodic + ?Sized> fmt::Debug for BalanceEquations<'_, M> {
+impl fmt::Debug for BalanceEquations<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("BalanceEquations").finish_non_exhaustive()
     }
 }
 
 /// What the equations of a balance hold besides their model.
-pub(crate) struct Workspace<M: ?Sized> {
+pub(crate) struct Workspace {
     pub(crate) layout: JacobianLayout,
     pub(crate) couplings: Couplings,
     pub(crate) spectra: Spectra,
     pub(crate) crossings: Crossings,
-    pub(crate) integration: Box<dyn Integration<M>>,
+    pub(crate) integration: Box<dyn Integration>,
     pub(crate) coefficients: Vec<f64>,
     /// Unknowns at which `spectra` and `crossings` were evaluated last; empty before the first evaluation.
     pub(crate) evaluated: Vec<f64>,
@@ -72,10 +72,10 @@ pub(crate) struct Workspace<M: ?Sized> {
     pub(crate) has_slopes: bool,
 }
 
-impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
+impl<'m> BalanceEquations<'m> {
     /// `finer`: factor on the number of samples, or on the number of panels, that the orders require.
     pub(crate) fn new(
-        model: &'m M,
+        model: &'m dyn Periodic,
         harmonics: &Harmonics,
         integrals: Integrals,
         near: &FourierOrbit,
@@ -99,7 +99,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
         let mut slopes = Slopes::new(model, [&size[..], &rates].concat(), 0.0);
         let contacts = model.contacts();
         let has_fixed_pieces = contacts > 0 && model.offers().pieces;
-        let couplings = Couplings::find(&mut slopes, has_fixed_pieces);
+        let couplings = Couplings::find(model, &mut slopes, has_fixed_pieces);
         let (size, rates) = (&size[..], &rates[..]);
         let demand =
             Demand { model, harmonics, integrals, near, finer, size, rates, has_fixed_pieces, meter };
@@ -265,7 +265,7 @@ impl<'m, M: Periodic + ?Sized> BalanceEquations<'m, M> {
     }
 }
 
-impl<M: Periodic + ?Sized> BalanceEquations<'_, M> {
+impl BalanceEquations<'_> {
     /// The same equations with truncated contact forces, see
     /// [`Balance::truncated_forces`](crate::Balance::truncated_forces). `None` if the integrals are panels,
     /// or the model does not evaluate its laws.
@@ -285,7 +285,7 @@ impl<M: Periodic + ?Sized> BalanceEquations<'_, M> {
     }
 }
 
-impl<M: Periodic + ?Sized> Residual for BalanceEquations<'_, M> {
+impl Residual for BalanceEquations<'_> {
     fn size(&self) -> usize {
         self.work.layout.size()
     }

@@ -1,6 +1,7 @@
 //! Equations of a balance that are bound to another model.
 
 use crate::model::Periodic;
+use crate::model::structure::no_model::NoModel;
 use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::equations::balance_equations::{BalanceEquations, Workspace};
 use crate::periodic::balance::series::grid::Grid;
@@ -12,22 +13,22 @@ const SAME_SLOPE: f64 = 1e-13;
 /// The equations of a balance without their model. With a model they are equations again.
 ///
 /// The scales of the unknowns, the number of samples and the way of integration remain.
-pub(crate) struct Unbound<M: ?Sized> {
-    grid: Grid<'static, ()>,
-    slopes: Slopes<'static, ()>,
-    work: Workspace<M>,
+pub(crate) struct Unbound {
+    grid: Grid<'static>,
+    slopes: Slopes<'static>,
+    work: Workspace,
 }
 
-impl<M: Periodic + ?Sized> BalanceEquations<'_, M> {
-    pub(crate) fn unbind(self) -> Unbound<M> {
+impl BalanceEquations<'_> {
+    pub(crate) fn unbind(self) -> Unbound {
         let BalanceEquations { grid, slopes, work } = self;
-        Unbound { grid: grid.with_model(&()), slopes: slopes.with_model(&()), work }
+        Unbound { grid: grid.with_model(&NoModel), slopes: slopes.with_model(&NoModel), work }
     }
 }
 
-impl<M: Periodic + ?Sized> Unbound<M> {
+impl Unbound {
     /// The equations of the model to which they were bound last; its evaluations are kept.
-    pub(crate) fn bind(self, model: &M) -> BalanceEquations<'_, M> {
+    pub(crate) fn bind(self, model: &dyn Periodic) -> BalanceEquations<'_> {
         let Unbound { grid, slopes, work } = self;
         BalanceEquations { grid: grid.with_model(model), slopes: slopes.with_model(model), work }
     }
@@ -37,7 +38,7 @@ impl<M: Periodic + ?Sized> Unbound<M> {
     ///
     /// `None` if the model needs other equations: its slopes have another pattern, or the way of integration
     /// does not follow.
-    pub(crate) fn rebind(self, model: &M, constants: bool) -> Option<BalanceEquations<'_, M>> {
+    pub(crate) fn rebind(self, model: &dyn Periodic, constants: bool) -> Option<BalanceEquations<'_>> {
         let mut equations = self.bind(model);
         let BalanceEquations { grid, slopes, work } = &mut equations;
         let Workspace { layout, couplings, integration, evaluated, .. } = work;
@@ -46,7 +47,7 @@ impl<M: Periodic + ?Sized> Unbound<M> {
         layout.omega = TAU / grid.span();
         if integration.needs_slopes() {
             let has_fixed_pieces = model.contacts() > 0 && model.offers().pieces;
-            if !couplings.reread(slopes, has_fixed_pieces, SAME_SLOPE) {
+            if !couplings.reread(model, slopes, has_fixed_pieces, SAME_SLOPE) {
                 return None;
             }
         }

@@ -26,11 +26,11 @@ use crate::periodic::balance::series::spectra::Samples;
 const MAX_SAMPLES: usize = 1 << 23;
 
 /// A grid of samples and the way of integration on it.
-pub(crate) type Choice<'m, M> = (Grid<'m, M>, Box<dyn Integration<M>>);
+pub(crate) type Choice<'m> = (Grid<'m>, Box<dyn Integration>);
 
 /// Input of the choice.
-pub(crate) struct Demand<'a, 'm, M: ?Sized> {
-    pub(crate) model: &'m M,
+pub(crate) struct Demand<'a, 'm> {
+    pub(crate) model: &'m dyn Periodic,
     pub(crate) harmonics: &'a Harmonics,
     pub(crate) integrals: Integrals,
     /// The orbit from which the balance starts.
@@ -46,7 +46,7 @@ pub(crate) struct Demand<'a, 'm, M: ?Sized> {
     pub(crate) meter: &'a Meter<'a>,
 }
 
-impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
+impl<'m> Demand<'_, 'm> {
     /// Chooses the grid and the way of integration.
     ///
     /// # Errors
@@ -55,8 +55,8 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
     pub(crate) fn choose(
         &self,
         couplings: &Couplings,
-        slopes: &mut Slopes<'m, M>,
-    ) -> Result<Choice<'m, M>, BalanceError> {
+        slopes: &mut Slopes<'m>,
+    ) -> Result<Choice<'m>, BalanceError> {
         let Demand { model, harmonics, integrals, finer, .. } = *self;
         let (n, contacts, varying) = (model.dof(), model.contacts(), couplings.varying.len());
         let edges = any_edges(model, model.period() * harmonics.period_multiple() as f64)?;
@@ -90,7 +90,7 @@ impl<'m, M: Periodic + ?Sized> Demand<'_, 'm, M> {
             }
         }
         let sampled = || Samples::new(n, varying, grid.samples());
-        let integration: Box<dyn Integration<M>> = match integrals {
+        let integration: Box<dyn Integration> = match integrals {
             Integrals::Panels => {
                 let pulses = pulses(model, self.near, harmonics, self.meter);
                 Box::new(Panels::new(&grid, varying, &mut drives, finer, &pulses))

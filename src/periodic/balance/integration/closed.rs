@@ -79,11 +79,11 @@ impl Closed {
     ///
     /// `None` if the accelerations are not linear on the pieces, the contributions of the contacts do not add
     /// up, or the drives have too many orders.
-    pub(crate) fn find<'m, M: Periodic + ?Sized>(
-        model: &'m M,
+    pub(crate) fn find<'m>(
+        model: &'m dyn Periodic,
         harmonics: &Harmonics,
         couplings: &Couplings,
-        slopes: &mut Slopes<'m, M>,
+        slopes: &mut Slopes<'m>,
     ) -> Option<Self> {
         if !is_linear_on_pieces(model, slopes, PROBE_STATES) {
             return None;
@@ -111,10 +111,10 @@ impl Closed {
     }
 
     /// The series from the first sufficient number of samples: `samples`, then twice as many, and so on.
-    fn settled<'m, M: Periodic + ?Sized>(
-        model: &'m M,
+    fn settled<'m>(
+        model: &'m dyn Periodic,
         couplings: &Couplings,
-        slopes: &mut Slopes<'m, M>,
+        slopes: &mut Slopes<'m>,
         mut samples: usize,
         instants: usize,
     ) -> Option<Parts> {
@@ -129,17 +129,17 @@ impl Closed {
 
     /// The series from this number of samples. `None` if the samples are too few for them, or if they do not
     /// agree with the model between the samples.
-    fn sampled<'m, M: Periodic + ?Sized>(
-        model: &'m M,
+    fn sampled<'m>(
+        model: &'m dyn Periodic,
         couplings: &Couplings,
-        slopes: &mut Slopes<'m, M>,
+        slopes: &mut Slopes<'m>,
         samples: usize,
         instants: usize,
     ) -> Option<Parts> {
         let contacts = model.contacts();
         let mut at_rest = AtRest::new(model, couplings, slopes, samples);
         let gap = at_rest.at(&vec![Piece::Gap; contacts], samples);
-        let reach = |contact: usize, at_rest: &mut AtRest<'_, '_, M>| {
+        let reach = |contact: usize, at_rest: &mut AtRest<'_, '_>| {
             let mut pieces = vec![Piece::Gap; contacts];
             pieces[contact] = Piece::Lower;
             at_rest.at(&pieces, COMPARED_INSTANTS).touched(&gap)
@@ -179,12 +179,7 @@ impl Closed {
     }
 
     /// Whether the series agree with the model between the samples, with all contacts on one piece.
-    fn agrees<M: Periodic + ?Sized>(
-        (base, flanks): &Parts,
-        at_rest: &mut AtRest<'_, '_, M>,
-        piece: Piece,
-        instants: usize,
-    ) -> bool {
+    fn agrees((base, flanks): &Parts, at_rest: &mut AtRest<'_, '_>, piece: Piece, instants: usize) -> bool {
         let parts = || {
             let flank = |on: &'_ [SeriesPart; 2]| match piece {
                 Piece::Lower => 0,
@@ -217,15 +212,15 @@ impl Closed {
     }
 }
 
-impl<M: Periodic + ?Sized> Integration<M> for Closed {
+impl Integration for Closed {
     fn integrals(&self, _: usize) -> Integrals {
         Integrals::Closed
     }
     fn check(&self) -> Check {
         Check::Unnecessary
     }
-    fn adapt(&mut self, grid: &Grid<'_, M>, couplings: &Couplings, slopes: &mut Slopes<'_, M>) -> bool {
-        let model = slopes.model();
+    fn adapt<'m>(&mut self, grid: &Grid<'m>, couplings: &Couplings, slopes: &mut Slopes<'m>) -> bool {
+        let model = grid.model;
         if !is_linear_on_pieces(model, slopes, PROBE_STATES_AGAIN) {
             return false;
         }
@@ -238,12 +233,12 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
         self.lengthen(grid.harmonics());
         true
     }
-    fn twin(&self) -> Option<Box<dyn Integration<M>>> {
+    fn twin(&self) -> Option<Box<dyn Integration>> {
         Some(Box::new(self.clone()))
     }
     /// Also writes the coefficients of the periodic slopes, because the accelerations are products of these
     /// slopes and the motion.
-    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_>, out: &mut Spectra) {
         let Motion { grid, crossings, couplings, coefficients } = motion;
         let harmonics = grid.harmonics();
         let (width, periods) = (harmonics.unknowns(), harmonics.period_multiple());
@@ -318,7 +313,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Closed {
             }
         }
     }
-    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, _: &mut Slopes<'_, M>, out: &mut Spectra) {
+    fn slopes(&mut self, motion: &mut Motion<'_, '_>, _: &mut Slopes<'_>, out: &mut Spectra) {
         self.sides.jumps(motion.grid, motion.crossings, out);
     }
 }

@@ -10,9 +10,9 @@ use crate::periodic::balance::series::spectra::Spectra;
 use crate::roots::Matrix;
 
 /// The motion along which the integrals are taken.
-pub(crate) struct Motion<'a, 'm, M: ?Sized> {
+pub(crate) struct Motion<'a, 'm> {
     /// Drives, coordinates and velocities at uniform samples.
-    pub(crate) grid: &'a mut Grid<'m, M>,
+    pub(crate) grid: &'a mut Grid<'m>,
     /// Crossings of the motion. They are located only if [`Integration::follows_crossings`] is `true`.
     pub(crate) crossings: &'a Crossings,
     /// Pattern of the Jacobian of the accelerations.
@@ -38,7 +38,7 @@ pub(crate) enum Check {
 ///
 /// c_k - i s_k = (2/(pT)) ∫ a(u(t), q(t), q'(t)) e^{-ikωt} dt over the period pT of the orbit. The mean c_0
 /// is half of this.
-pub(crate) trait Integration<M: ?Sized> {
+pub(crate) trait Integration {
     /// The public name of this way of integration, on a grid of `samples` samples.
     fn integrals(&self, samples: usize) -> Integrals;
 
@@ -57,11 +57,11 @@ pub(crate) trait Integration<M: ?Sized> {
     }
 
     /// Writes the coefficients of the accelerations.
-    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra);
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_>, out: &mut Spectra);
 
     /// Writes the coefficients of the periodic slopes, and the jumps at crossings. The caller has called
     /// `accelerations` for the same motion before.
-    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra);
+    fn slopes(&mut self, motion: &mut Motion<'_, '_>, slopes: &mut Slopes<'_>, out: &mut Spectra);
 
     /// Whether the periodic slopes and the pattern of the couplings are used. Default: yes.
     fn needs_slopes(&self) -> bool {
@@ -70,13 +70,13 @@ pub(crate) trait Integration<M: ?Sized> {
 
     /// Follows a model with another parameter, of which the grid has the drives. `false` if it cannot.
     /// Default: nothing depends on the model.
-    fn adapt(&mut self, _grid: &Grid<'_, M>, _couplings: &Couplings, _slopes: &mut Slopes<'_, M>) -> bool {
+    fn adapt<'m>(&mut self, _grid: &Grid<'m>, _couplings: &Couplings, _slopes: &mut Slopes<'m>) -> bool {
         true
     }
 
     /// A copy for another model, if results of this model are kept. Default: `None`, one integration serves
     /// any model.
-    fn twin(&self) -> Option<Box<dyn Integration<M>>> {
+    fn twin(&self) -> Option<Box<dyn Integration>> {
         None
     }
 

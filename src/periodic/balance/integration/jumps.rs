@@ -52,12 +52,7 @@ impl BothSides {
 
     /// Writes the jumps of the accelerations at all crossings. A jump of at most 1e-9 of the largest
     /// acceleration counts as rounding and is left out.
-    pub(crate) fn jumps<M: Periodic + ?Sized>(
-        &mut self,
-        grid: &Grid<'_, M>,
-        crossings: &Crossings,
-        out: &mut Spectra,
-    ) {
+    pub(crate) fn jumps(&mut self, grid: &Grid<'_>, crossings: &Crossings, out: &mut Spectra) {
         let stencil = Stencil::get();
         out.jumps.clear();
         let (m, n) = (grid.samples(), grid.dof());
@@ -100,7 +95,7 @@ impl BothSides {
         }
     }
 
-    fn deflection<M: Periodic + ?Sized>(&mut self, model: &M, contact: usize) -> f64 {
+    fn deflection(&mut self, model: &dyn Periodic, contact: usize) -> f64 {
         model.contact(&self.u, &self.q, &self.v, &mut self.contacts);
         self.contacts[contact].deflection
     }

@@ -6,7 +6,6 @@
 //! ([`Stencil::weights`]) give this functional to rounding for every order at once. The samples are corrected
 //! first; one transform then gives all orders.
 
-use crate::model::Periodic;
 use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::periodic::balance::crossings::stencil::{NODES, Stencil};
 use crate::periodic::balance::integrals::Integrals;
@@ -28,7 +27,7 @@ impl Kinks {
     }
 
     /// Adds w_i Δ_i to the sixteen samples around every crossing.
-    fn correct_accelerations<M: Periodic + ?Sized>(&mut self, motion: &Motion<'_, '_, M>) {
+    fn correct_accelerations(&mut self, motion: &Motion<'_, '_>) {
         let (grid, crossings, stencil) = (&*motion.grid, motion.crossings, self.stencil);
         for crossing in crossings.list() {
             self.sides.stand_on(crossing, crossings);
@@ -56,11 +55,7 @@ impl Kinks {
     }
 
     /// Adds the same correction to the samples of the periodic slopes.
-    fn correct_slopes<M: Periodic + ?Sized>(
-        &mut self,
-        motion: &Motion<'_, '_, M>,
-        slopes: &mut Slopes<'_, M>,
-    ) {
+    fn correct_slopes(&mut self, motion: &Motion<'_, '_>, slopes: &mut Slopes<'_>) {
         let (grid, crossings, stencil) = (&*motion.grid, motion.crossings, self.stencil);
         for crossing in crossings.list() {
             self.sides.stand_on(crossing, crossings);
@@ -82,19 +77,19 @@ impl Kinks {
     }
 }
 
-impl<M: Periodic + ?Sized> Integration<M> for Kinks {
+impl Integration for Kinks {
     fn integrals(&self, _: usize) -> Integrals {
         Integrals::Kinks
     }
     fn check(&self) -> Check {
         Check::Finer
     }
-    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_>, out: &mut Spectra) {
         self.samples.accelerate(motion.grid, None);
         self.correct_accelerations(motion);
         self.samples.transform_accelerations(motion.grid, out);
     }
-    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra) {
+    fn slopes(&mut self, motion: &mut Motion<'_, '_>, slopes: &mut Slopes<'_>, out: &mut Spectra) {
         self.samples.differentiate(motion.grid, None, slopes, motion.couplings);
         self.correct_slopes(motion, slopes);
         self.samples.transform_slopes(motion.grid, out);

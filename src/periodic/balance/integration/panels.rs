@@ -1,7 +1,6 @@
 //! Exact crossings by Gauss quadrature on the smooth intervals between crossings and drive edges.
 
 use crate::excitation::Side;
-use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::crossings::stencil::Phasors;
@@ -38,10 +37,10 @@ pub(crate) struct Panels {
 impl Panels {
     /// Panels as narrow as the kept orders and the drives require, divided by `finer`. `pulses`: further ends
     /// of panels.
-    pub(crate) fn new<M: Periodic + ?Sized>(
-        grid: &Grid<'_, M>,
+    pub(crate) fn new(
+        grid: &Grid<'_>,
         varying: usize,
-        drives: &mut DriveSampler<'_, M>,
+        drives: &mut DriveSampler<'_>,
         finer: usize,
         pulses: &[f64],
     ) -> Self {
@@ -68,12 +67,7 @@ impl Panels {
     }
 
     /// Integrates the accelerations, and the periodic slopes if `slopes` is given.
-    fn integrate<M: Periodic + ?Sized>(
-        &mut self,
-        motion: &Motion<'_, '_, M>,
-        mut slopes: Option<&mut Slopes<'_, M>>,
-        out: &mut Spectra,
-    ) {
+    fn integrate(&mut self, motion: &Motion<'_, '_>, mut slopes: Option<&mut Slopes<'_>>, out: &mut Spectra) {
         let Motion { grid, crossings, couplings, coefficients } = motion;
         let (harmonics, span, step) = (grid.harmonics(), grid.span(), grid.step());
         let mut breaks = std::mem::take(&mut self.breaks);
@@ -115,7 +109,7 @@ impl Panels {
     }
 
     /// Computes coordinates and velocities at the instant of the phasors.
-    fn move_to<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, coefficients: &[f64]) {
+    fn move_to(&mut self, grid: &Grid<'_>, coefficients: &[f64]) {
         let harmonics = grid.harmonics();
         for (j, part) in coefficients.chunks_exact(harmonics.unknowns()).enumerate() {
             let (mut q, mut v) = (0.0, 0.0);
@@ -134,22 +128,22 @@ impl Panels {
     }
 }
 
-impl<M: Periodic + ?Sized> Integration<M> for Panels {
+impl Integration for Panels {
     fn integrals(&self, _: usize) -> Integrals {
         Integrals::Panels
     }
     fn check(&self) -> Check {
         Check::Finer
     }
-    fn adapt(&mut self, grid: &Grid<'_, M>, _: &Couplings, _: &mut Slopes<'_, M>) -> bool {
+    fn adapt<'m>(&mut self, grid: &Grid<'m>, _: &Couplings, _: &mut Slopes<'m>) -> bool {
         self.edges = drive_edges(grid.model, grid.span());
         self.edges.extend(self.pulses.iter().map(|share| share * grid.span()));
         self.edges.len() <= MAX_EDGES
     }
-    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_>, out: &mut Spectra) {
         self.integrate(motion, None, out);
     }
-    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra) {
+    fn slopes(&mut self, motion: &mut Motion<'_, '_>, slopes: &mut Slopes<'_>, out: &mut Spectra) {
         self.integrate(motion, Some(slopes), out);
         self.sides.jumps(motion.grid, motion.crossings, out);
     }

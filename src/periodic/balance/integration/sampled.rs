@@ -4,7 +4,6 @@
 //! this.
 
 use crate::contact::Piece;
-use crate::model::Periodic;
 use crate::model::structure::slopes::Slopes;
 use crate::periodic::balance::integrals::Integrals;
 use crate::periodic::balance::integration::integration_trait::{Check, Integration, Motion};
@@ -32,7 +31,7 @@ impl Sampled {
     }
 }
 
-impl<M: Periodic + ?Sized> Integration<M> for Sampled {
+impl Integration for Sampled {
     fn integrals(&self, samples: usize) -> Integrals {
         Integrals::Sampled { samples }
     }
@@ -45,11 +44,11 @@ impl<M: Periodic + ?Sized> Integration<M> for Sampled {
     fn plain_samples(&self) -> Option<&[Vec<f64>]> {
         self.pieces.is_none().then_some(&self.samples.accelerations[..])
     }
-    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_>, out: &mut Spectra) {
         self.samples.accelerate(motion.grid, self.pieces.as_deref());
         self.samples.transform_accelerations(motion.grid, out);
     }
-    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, slopes: &mut Slopes<'_, M>, out: &mut Spectra) {
+    fn slopes(&mut self, motion: &mut Motion<'_, '_>, slopes: &mut Slopes<'_>, out: &mut Spectra) {
         self.samples.differentiate(motion.grid, self.pieces.as_deref(), slopes, motion.couplings);
         self.samples.transform_slopes(motion.grid, out);
     }

@@ -6,7 +6,6 @@
 
 use crate::contact::Piece;
 use crate::dual::Dual;
-use crate::model::Periodic;
 use crate::model::recording::Laws;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::Slopes;
@@ -108,9 +107,8 @@ impl Truncated {
     /// Calls `add(self, laws, sample, None, 1)` for every sample, with the laws of the model. With exact
     /// crossings also `add(self, laws, sample, pieces, weight)` for the samples around every crossing, on the
     /// pieces before and after it.
-    fn on_all<M, F>(&mut self, grid: &Grid<'_, M>, crossings: &Crossings, add: F)
+    fn on_all<F>(&mut self, grid: &Grid<'_>, crossings: &Crossings, add: F)
     where
-        M: Periodic + ?Sized,
         F: Fn(&mut Self, &dyn Laws, usize, Option<&[Piece]>, f64),
     {
         let Some(laws) = grid.model.offers().laws else { return };
@@ -129,9 +127,9 @@ impl Truncated {
     }
 
     /// Adds `weight` times the values of the laws to their samples.
-    fn add_forces<M: Periodic + ?Sized>(
+    fn add_forces(
         &mut self,
-        grid: &Grid<'_, M>,
+        grid: &Grid<'_>,
         laws: &dyn Laws,
         s: usize,
         pieces: Option<&[Piece]>,
@@ -144,9 +142,9 @@ impl Truncated {
     }
 
     /// Adds `weight` times the accelerations with the truncated values to their samples.
-    fn add_accelerations<M: Periodic + ?Sized>(
+    fn add_accelerations(
         &mut self,
-        grid: &Grid<'_, M>,
+        grid: &Grid<'_>,
         laws: &dyn Laws,
         s: usize,
         pieces: Option<&[Piece]>,
@@ -160,9 +158,9 @@ impl Truncated {
     }
 
     /// Adds `weight` times the derivatives to their samples.
-    fn add_slopes<M: Periodic + ?Sized>(
+    fn add_slopes(
         &mut self,
-        grid: &Grid<'_, M>,
+        grid: &Grid<'_>,
         laws: &dyn Laws,
         s: usize,
         pieces: Option<&[Piece]>,
@@ -202,7 +200,7 @@ impl Truncated {
     }
 
     /// Truncates every f_c: computes its coefficients at the kept orders, then its samples from these.
-    fn truncate<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
+    fn truncate(&mut self, grid: &mut Grid<'_>) {
         for force in &mut self.forces {
             self.buffer.iter_mut().zip(&*force).for_each(|(z, f)| *z = (*f).into());
             grid.transform.analyse(&mut self.buffer);
@@ -217,7 +215,7 @@ impl Truncated {
     }
 
     /// Computes the tables from the samples of the derivatives, two lists in one transform.
-    fn transform<M: Periodic + ?Sized>(&mut self, grid: &mut Grid<'_, M>) {
+    fn transform(&mut self, grid: &mut Grid<'_>) {
         for (tables, pair) in self.tables.chunks_mut(2).zip(self.samples.chunks(2)) {
             pack(&mut self.buffer, &pair[0], pair.get(1).map(|y| &y[..]));
             grid.transform.analyse(&mut self.buffer);
@@ -229,7 +227,7 @@ impl Truncated {
     }
 }
 
-impl<M: Periodic + ?Sized> Integration<M> for Truncated {
+impl Integration for Truncated {
     fn integrals(&self, samples: usize) -> Integrals {
         if self.sides.is_some() { Integrals::Kinks } else { Integrals::Sampled { samples } }
     }
@@ -242,10 +240,10 @@ impl<M: Periodic + ?Sized> Integration<M> for Truncated {
     fn check(&self) -> Check {
         if self.sides.is_some() { Check::Finer } else { Check::BetweenSamples }
     }
-    fn adapt(&mut self, grid: &Grid<'_, M>, _: &Couplings, _: &mut Slopes<'_, M>) -> bool {
+    fn adapt<'m>(&mut self, grid: &Grid<'m>, _: &Couplings, _: &mut Slopes<'m>) -> bool {
         grid.model.offers().laws.is_some()
     }
-    fn accelerations(&mut self, motion: &mut Motion<'_, '_, M>, out: &mut Spectra) {
+    fn accelerations(&mut self, motion: &mut Motion<'_, '_>, out: &mut Spectra) {
         let grid = &mut *motion.grid;
         self.forces.iter_mut().for_each(|list| list.fill(0.0));
         self.on_all(grid, motion.crossings, |this, laws, s, pieces, w| {
@@ -259,7 +257,7 @@ impl<M: Periodic + ?Sized> Integration<M> for Truncated {
         self.accelerations.transform_accelerations(grid, out);
     }
 
-    fn slopes(&mut self, motion: &mut Motion<'_, '_, M>, _: &mut Slopes<'_, M>, _: &mut Spectra) {
+    fn slopes(&mut self, motion: &mut Motion<'_, '_>, _: &mut Slopes<'_>, _: &mut Spectra) {
         let grid = &mut *motion.grid;
         self.samples.iter_mut().for_each(|list| list.fill(0.0));
         self.on_all(grid, motion.crossings, |this, laws, s, pieces, w| {

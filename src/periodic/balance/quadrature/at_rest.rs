@@ -29,10 +29,10 @@ const ROUNDING: f64 = 4e-16;
 const SETTLED: f64 = 1e-13;
 
 /// Sampler of a model at rest, with contacts on fixed pieces.
-pub(crate) struct AtRest<'a, 'm, M: ?Sized> {
-    model: &'m M,
+pub(crate) struct AtRest<'a, 'm> {
+    model: &'m dyn Periodic,
     couplings: &'a Couplings,
-    slopes: &'a mut Slopes<'m, M>,
+    slopes: &'a mut Slopes<'m>,
     drives: Vec<Vec<f64>>,
 }
 
@@ -42,11 +42,11 @@ pub(crate) struct SamplesAtRest {
     pub(crate) slopes: Vec<Vec<f64>>,
 }
 
-impl<'a, 'm, M: Periodic + ?Sized> AtRest<'a, 'm, M> {
+impl<'a, 'm> AtRest<'a, 'm> {
     pub(crate) fn new(
-        model: &'m M,
+        model: &'m dyn Periodic,
         couplings: &'a Couplings,
-        slopes: &'a mut Slopes<'m, M>,
+        slopes: &'a mut Slopes<'m>,
         samples: usize,
     ) -> Self {
         let mut drives = vec![vec![0.0; model.drives()]; samples];

@@ -31,7 +31,7 @@ pub(crate) const MAX_EDGES: usize = 100_000;
 
 /// Drive edges in (0, span], at most `MAX_EDGES` + 1. An edge at time 0 appears at the end of the span, since
 /// the drives repeat.
-pub(crate) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64> {
+pub(crate) fn drive_edges(model: &dyn Periodic, span: f64) -> Vec<f64> {
     let mut edges = Vec::new();
     let mut t = 0.0;
     // An edge at the end of the span may be off by rounding.
@@ -45,7 +45,7 @@ pub(crate) fn drive_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Vec<f64
 }
 
 /// Whether a span contains drive edges. More than `MAX_EDGES` are an error.
-pub(crate) fn any_edges<M: Periodic + ?Sized>(model: &M, span: f64) -> Result<bool, ParameterError> {
+pub(crate) fn any_edges(model: &dyn Periodic, span: f64) -> Result<bool, ParameterError> {
     let edges = drive_edges(model, span).len();
     if edges > MAX_EDGES {
         let (name, allowed) = ("number of drive edges in the span of an orbit".into(), "[0, 100000]");

@@ -33,8 +33,8 @@ const MAX_ENDS: usize = 1 << 16;
 
 /// Ends of additional panels within one span. They resolve pulses of the drives that lie between the nodes of
 /// the panels for the kept orders and the orders of the drives.
-pub(crate) fn pulses<M: Periodic + ?Sized>(
-    model: &M,
+pub(crate) fn pulses(
+    model: &dyn Periodic,
     near: &FourierOrbit,
     harmonics: &Harmonics,
     meter: &Meter<'_>,
@@ -56,12 +56,12 @@ pub(crate) fn pulses<M: Periodic + ?Sized>(
 }
 
 /// Search for pulses in one period.
-struct SignalReader<'m, M: ?Sized> {
-    drives: DriveSampler<'m, M>,
+struct SignalReader<'m> {
+    drives: DriveSampler<'m>,
     period: f64,
 }
 
-impl<M: Periodic + ?Sized> SignalReader<'_, M> {
+impl SignalReader<'_> {
     /// Ends of the additional panels within one period.
     fn ends(&mut self, breaks: &[f64], order: usize) -> Vec<f64> {
         let panels: Vec<(f64, f64)> = panels(breaks, self.period, order).collect();

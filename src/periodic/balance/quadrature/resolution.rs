@@ -51,8 +51,8 @@ const COUNTS: f64 = 1e-13;
 const STATES: [f64; 3] = [1.0, -4.0, 4.0];
 
 /// Sampler of a model at one fixed state, so that only the drives vary.
-pub(crate) struct DriveSampler<'m, M: ?Sized> {
-    model: &'m M,
+pub(crate) struct DriveSampler<'m> {
+    model: &'m dyn Periodic,
     /// Fixed pieces on which the accelerations are evaluated, one entry for each evaluation; `None`:
     /// evaluation by deflection.
     ways: Vec<Option<Vec<Piece>>>,
@@ -68,11 +68,11 @@ pub(crate) struct DriveSampler<'m, M: ?Sized> {
     reads: usize,
 }
 
-impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
+impl<'m> DriveSampler<'m> {
     /// A sampler at a state within the given sizes of coordinates and velocities. `ways`: fixed pieces for
     /// the accelerations, or `None` for evaluation by deflection.
     pub(crate) fn new(
-        model: &'m M,
+        model: &'m dyn Periodic,
         size: [&[f64]; 2],
         ways: Vec<Option<Vec<Piece>>>,
         meter: Option<&'m Meter<'m>>,
@@ -138,7 +138,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     /// The orders of the signals. The number of samples is doubled until the spectra have decayed; `None` if
     /// they have not decayed with [`MAX_SAMPLES_PER_PERIOD`] samples. `known`: a grid whose drives may be
     /// used.
-    pub(crate) fn orders(&mut self, of: Signals, known: Option<&Grid<'_, M>>) -> Option<Orders> {
+    pub(crate) fn orders(&mut self, of: Signals, known: Option<&Grid<'_>>) -> Option<Orders> {
         let mut samples = 64;
         loop {
             let orders = self.settled(
@@ -154,7 +154,7 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
     }
 
     /// The orders from this number of samples; `None` if the samples are too few.
-    fn settled(&mut self, of: Signals, samples: usize, known: Option<&Grid<'_, M>>) -> Option<Orders> {
+    fn settled(&mut self, of: Signals, samples: usize, known: Option<&Grid<'_>>) -> Option<Orders> {
         let accelerations = if of == Signals::Edges { 0 } else { self.ways.len() * self.a.len() };
         let (period, mut now) = (self.model.period(), vec![0.0; 2 * self.contacts.len() + accelerations]);
         let mut values = vec![vec![Default::default(); samples]; now.len()];
@@ -235,17 +235,13 @@ impl<'m, M: Periodic + ?Sized> DriveSampler<'m, M> {
 }
 
 /// Number of samples for located crossings: it resolves the kept orders and the orders of the drives.
-pub(crate) fn samples_following<M: Periodic + ?Sized>(
-    drives: &mut DriveSampler<'_, M>,
-    of: Signals,
-    harmonics: &Harmonics,
-) -> usize {
+pub(crate) fn samples_following(drives: &mut DriveSampler<'_>, of: Signals, harmonics: &Harmonics) -> usize {
     let of_drives = drives.orders(of, None).map_or(0, |orders| orders.weighed * harmonics.period_multiple());
     samples_for(harmonics.highest().max(of_drives))
 }
 
 /// Number of samples that resolves the crossings of an orbit.
-pub(crate) fn samples_along<M: Periodic + ?Sized>(model: &M, orbit: &FourierOrbit) -> usize {
+pub(crate) fn samples_along(model: &dyn Periodic, orbit: &FourierOrbit) -> usize {
     let (size, fastest) = (sizes(orbit), orbit.frequency() * orbit.harmonics().highest().max(1) as f64);
     let rates: Vec<f64> = size.iter().map(|s| s * fastest).collect();
     samples_following(

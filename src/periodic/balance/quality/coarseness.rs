@@ -1,7 +1,6 @@
 //! Check whether the integrals are too coarse for the accelerations along an orbit.
 
 use crate::excitation::Side;
-use crate::model::Periodic;
 use crate::numeric::norms::largest;
 use crate::numeric::spread::weyl;
 use crate::periodic::balance::balance_error::BalanceError;
@@ -34,10 +33,10 @@ const INSTANTS_BETWEEN: usize = 3;
 /// `None` also if the samples already interpolate the accelerations to [`SMOOTH`], or if the finer equations
 /// cannot be set up. Not checked: closed form, linearised orbits, and sampled contacts, for which `notes`
 /// checks [`BalanceNote::Aliased`] instead.
-pub(crate) fn note<'m, M: Periodic + ?Sized>(
-    equations: &mut BalanceEquations<'m, M>,
+pub(crate) fn note<'m>(
+    equations: &mut BalanceEquations<'m>,
     orbit: &FourierOrbit,
-    finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+    finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m>, BalanceError>,
 ) -> Option<BalanceNote> {
     match equations.work.integration.check() {
         Check::Unnecessary => return None,
@@ -70,10 +69,7 @@ fn against(forces: &[f64], scales: &[f64]) -> Vec<f64> {
 /// Largest distance, between the samples, of the accelerations along an orbit from the trigonometric
 /// polynomials through the samples, as a share of the largest acceleration. It reveals too few samples, and
 /// drives whose orders appear as lower ones.
-fn between_samples<M: Periodic + ?Sized>(
-    equations: &mut BalanceEquations<'_, M>,
-    orbit: &FourierOrbit,
-) -> f64 {
+fn between_samples(equations: &mut BalanceEquations<'_>, orbit: &FourierOrbit) -> f64 {
     let grid = &mut equations.grid;
     let (n, m, span) = (grid.dof(), grid.samples(), grid.span());
     let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
@@ -131,10 +127,7 @@ fn between_samples<M: Periodic + ?Sized>(
 
 /// One Newton correction of an orbit by given equations, as a share of its peak-to-peak value; infinite if
 /// the equations are singular at the orbit.
-pub(crate) fn correction<M: Periodic + ?Sized>(
-    mut equations: BalanceEquations<'_, M>,
-    orbit: &FourierOrbit,
-) -> f64 {
+pub(crate) fn correction(mut equations: BalanceEquations<'_>, orbit: &FourierOrbit) -> f64 {
     let x = equations.unknowns(orbit);
     let (mut matrix, mut r) = (equations.matrix(), vec![0.0; x.len()]);
     equations.residual(&x, &mut r);

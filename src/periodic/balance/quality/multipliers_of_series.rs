@@ -126,9 +126,9 @@ impl FourierOrbit {
 
     /// The instants at which contacts of this orbit pass their edges, near those of a similar orbit. `None`
     /// if one is further away than 1 rad of the highest order.
-    pub(crate) fn crossings_near<M: Periodic + ?Sized>(
+    pub(crate) fn crossings_near(
         &self,
-        model: &M,
+        model: &dyn Periodic,
         crossings: impl Iterator<Item = CrossingTime>,
     ) -> Option<Vec<f64>> {
         let n = self.dof();
@@ -161,7 +161,7 @@ impl FourierOrbit {
 
     /// Ends of the smooth intervals of one span, and whether an acceleration jumps at a crossing. Y then
     /// jumps too; the collocation does not contain that jump.
-    fn breaks<M: Periodic + ?Sized>(&self, model: &M) -> (Vec<f64>, bool) {
+    fn breaks(&self, model: &dyn Periodic) -> (Vec<f64>, bool) {
         let mut breaks = drive_edges(model, self.period());
         breaks.extend([0.0, self.period()]);
         let mut jumps = false;

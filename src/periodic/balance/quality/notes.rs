@@ -1,7 +1,6 @@
 //! Notes on the reliability of a solved orbit.
 
 use crate::contact::Piece;
-use crate::model::Periodic;
 use crate::numeric::spread::weyl;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
@@ -18,10 +17,10 @@ const RESOLVED: f64 = 1.2;
 const ALIASED: f64 = 1e-3;
 
 /// Checks a solved orbit and returns its notes.
-pub(crate) fn notes<'m, M: Periodic + ?Sized>(
-    equations: &mut BalanceEquations<'m, M>,
+pub(crate) fn notes<'m>(
+    equations: &mut BalanceEquations<'m>,
     orbit: &FourierOrbit,
-    finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m, M>, BalanceError>,
+    finer: impl FnOnce(&FourierOrbit) -> Result<BalanceEquations<'m>, BalanceError>,
 ) -> Vec<BalanceNote> {
     let mut notes = Vec::new();
     let (highest, needed) = (orbit.harmonics().highest(), RESOLVED * natural_order(equations));
@@ -47,7 +46,7 @@ pub(crate) fn notes<'m, M: Periodic + ?Sized>(
 
 /// Largest mean acceleration of a coordinate along an orbit, as a share of the largest acceleration of this
 /// coordinate.
-fn mean_acceleration_share<M: Periodic + ?Sized>(equations: &BalanceEquations<'_, M>) -> f64 {
+fn mean_acceleration_share(equations: &BalanceEquations<'_>) -> f64 {
     let (grid, n) = (&equations.grid, equations.work.layout.dof);
     let (mut q, mut v, mut a) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let mut ranges = vec![[0.0f64; 2]; n];
@@ -66,7 +65,7 @@ fn mean_acceleration_share<M: Periodic + ?Sized>(equations: &BalanceEquations<'_
 }
 
 /// √(largest local stiffness)/ω, with every contact on a flank.
-fn natural_order<M: Periodic + ?Sized>(equations: &mut BalanceEquations<'_, M>) -> f64 {
+fn natural_order(equations: &mut BalanceEquations<'_>) -> f64 {
     let (n, m, contacts) =
         (equations.work.layout.dof, equations.grid.samples(), equations.grid.model.contacts());
     let flanks = match contacts {

@@ -17,11 +17,11 @@ use nalgebra::SMatrix;
 use std::f64::consts::TAU;
 
 /// Integration of Y along a series.
-pub(crate) struct SeriesFlow<'m, M: ?Sized> {
+pub(crate) struct SeriesFlow<'m> {
     rule: &'static Collocation,
-    model: &'m M,
+    model: &'m dyn Periodic,
     meter: &'m Meter<'m>,
-    slopes: Slopes<'m, M>,
+    slopes: Slopes<'m>,
     /// Y, 2n x 2n, by columns.
     y: Vec<f64>,
     q: Vec<f64>,
@@ -41,8 +41,8 @@ pub(crate) struct SeriesFlow<'m, M: ?Sized> {
     k: Vec<f64>,
 }
 
-impl<'m, M: Periodic + ?Sized> SeriesFlow<'m, M> {
-    pub(crate) fn new(orbit: &FourierOrbit, model: &'m M, meter: &'m Meter<'m>) -> Self {
+impl<'m> SeriesFlow<'m> {
+    pub(crate) fn new(orbit: &FourierOrbit, model: &'m dyn Periodic, meter: &'m Meter<'m>) -> Self {
         let n = orbit.dof();
         let size = sizes(orbit);
         let fastest = orbit.frequency() * orbit.harmonics().highest().max(1) as f64;

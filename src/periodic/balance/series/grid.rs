@@ -9,8 +9,8 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// A model sampled at t_s = s p T/M, s = 0 .. M - 1.
-pub(crate) struct Grid<'m, M: ?Sized> {
-    pub(crate) model: &'m M,
+pub(crate) struct Grid<'m> {
+    pub(crate) model: &'m dyn Periodic,
     harmonics: Harmonics,
     span: f64,
     /// Drives at all instants: M x drives.
@@ -21,16 +21,16 @@ pub(crate) struct Grid<'m, M: ?Sized> {
     pub(crate) transform: Transform,
 }
 
-impl<'m, M: ?Sized> Grid<'m, M> {
+impl<'m> Grid<'m> {
     /// The same grid with another model; drives and motion are kept.
-    pub(crate) fn with_model<N: ?Sized>(self, model: &N) -> Grid<'_, N> {
+    pub(crate) fn with_model(self, model: &dyn Periodic) -> Grid<'_> {
         let Grid { harmonics, span, u, drives, z, transform, .. } = self;
         Grid { model, harmonics, span, u, drives, z, transform }
     }
 }
 
-impl<'m, M: Periodic + ?Sized> Grid<'m, M> {
-    pub(crate) fn new(model: &'m M, harmonics: &Harmonics, samples: usize) -> Self {
+impl<'m> Grid<'m> {
+    pub(crate) fn new(model: &'m dyn Periodic, harmonics: &Harmonics, samples: usize) -> Self {
         let (drives, span) = (model.drives(), model.period() * harmonics.period_multiple() as f64);
         let mut u = vec![0.0; samples * drives];
         // If M is a multiple of p, the drives of one period repeat.

@@ -1,7 +1,6 @@
 //! Fourier coefficients of accelerations and their slopes, from samples.
 
 use crate::contact::Piece;
-use crate::model::Periodic;
 use crate::model::structure::couplings::Couplings;
 use crate::model::structure::slopes::{Slopes, accelerate};
 use crate::periodic::balance::series::grid::Grid;
@@ -82,7 +81,7 @@ impl Samples {
     }
 
     /// Samples the accelerations, on fixed pieces if these are given.
-    pub(crate) fn accelerate<M: Periodic + ?Sized>(&mut self, grid: &Grid<'_, M>, pieces: Option<&[Piece]>) {
+    pub(crate) fn accelerate(&mut self, grid: &Grid<'_>, pieces: Option<&[Piece]>) {
         if let [values] = &mut self.accelerations[..] {
             // One coordinate needs no copies. This saves a fifth of the residual of a Duffing oscillator at
             // 64 samples.
@@ -102,11 +101,11 @@ impl Samples {
     }
 
     /// Samples the periodic slopes, on fixed pieces if these are given.
-    pub(crate) fn differentiate<M: Periodic + ?Sized>(
+    pub(crate) fn differentiate(
         &mut self,
-        grid: &Grid<'_, M>,
+        grid: &Grid<'_>,
         pieces: Option<&[Piece]>,
-        slopes: &mut Slopes<'_, M>,
+        slopes: &mut Slopes<'_>,
         couplings: &Couplings,
     ) {
         for s in 0..grid.samples() {
@@ -119,11 +118,7 @@ impl Samples {
     }
 
     /// Transforms the accelerations to coefficients at the kept orders.
-    pub(crate) fn transform_accelerations<M: Periodic + ?Sized>(
-        &mut self,
-        grid: &mut Grid<'_, M>,
-        out: &mut Spectra,
-    ) {
+    pub(crate) fn transform_accelerations(&mut self, grid: &mut Grid<'_>, out: &mut Spectra) {
         let width = out.accelerations.len();
         for pair in (0..width).step_by(2) {
             let second = if pair + 1 < width { Some(&self.accelerations[pair + 1]) } else { None };
@@ -141,11 +136,7 @@ impl Samples {
     }
 
     /// Transforms the slopes to coefficients of the orders 0 ..= 2H.
-    pub(crate) fn transform_slopes<M: Periodic + ?Sized>(
-        &mut self,
-        grid: &mut Grid<'_, M>,
-        out: &mut Spectra,
-    ) {
+    pub(crate) fn transform_slopes(&mut self, grid: &mut Grid<'_>, out: &mut Spectra) {
         let width = out.slopes.len();
         for pair in (0..width).step_by(2) {
             let second = if pair + 1 < width { Some(&self.slopes[pair + 1]) } else { None };

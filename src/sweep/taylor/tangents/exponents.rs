@@ -1,6 +1,6 @@
 //! Lyapunov exponents of many motions, side by side.
 
-use crate::model::{Machine, Model, Periodic, Shape};
+use crate::model::{Machine, Periodic, Shape};
 use crate::ode::budget::Meter;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
@@ -57,7 +57,7 @@ fn side_by_side<G: Shape>(
         }
     }
     let none = Expansion::none();
-    let flows: Vec<Tangent<'_, dyn Model + '_>> =
+    let flows: Vec<Tangent<'_>> =
         settled.iter().map(|(i, _, motion)| lyapunov.tangent(&jobs[*i].model, motion, &none)).collect();
     let mut pursuits = Vec::new();
     for (flow, (i, _, motion)) in flows.iter().zip(&settled) {

@@ -37,7 +37,7 @@ pub(crate) fn multipliers<G: Shape>(
 struct Prepared<'j> {
     index: usize,
     shooting: Shooting,
-    segments: Segments<'j, dyn Model + 'j>,
+    segments: Segments<'j>,
 }
 
 /// The multipliers of machines of one shape; `chosen`: their jobs.
@@ -66,7 +66,7 @@ fn side_by_side<G: Shape>(
     }
     let none = Expansion::none();
     let tolerance = settings.flow_tolerance;
-    let mut flows: Vec<Tangent<'_, dyn Model + '_>> = Vec::new();
+    let mut flows: Vec<Tangent<'_>> = Vec::new();
     for (orbit, _) in &prepared {
         let model: &dyn Model = &jobs[orbit.index].0.model;
         flows.push(Tangent::new(model, 2 * model.dof(), &[], orbit.segments.scale(), tolerance, &none));

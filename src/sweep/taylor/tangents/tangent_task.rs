@@ -1,8 +1,7 @@
 //! A motion whose small differences are followed.
 
-use crate::model::{Machine, Model, Shape, State};
+use crate::model::{Machine, Shape, State};
 use crate::ode::budget::Meter;
-use crate::periodic::flow::continued::Continued;
 use crate::periodic::flow::saltation::Saltation;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::pursuit::{Pursuit, PursuitError};
@@ -12,9 +11,9 @@ use crate::sweep::taylor::tasks::task::{Ended, LaneJob, Task};
 /// The exponents of a motion, or its orbit. Coordinates and velocities are those of a [`Tangent`]: the
 /// motion, then its differences, which jump at edges.
 pub(crate) struct TangentTask<'m, 't> {
-    tangent: &'m Tangent<'t, dyn Model + 't>,
+    tangent: &'m Tangent<'t>,
     pursuit: &'m mut (dyn Pursuit + 'm),
-    saltation: Saltation<'m, Continued<'t, dyn Model + 't>>,
+    saltation: Saltation<'m>,
     meter: &'m Meter<'m>,
     atol: Vec<f64>,
     /// The time to which the flow runs.
@@ -29,7 +28,7 @@ pub(crate) struct TangentTask<'m, 't> {
 impl<'m, 't> TangentTask<'m, 't> {
     /// `None` if the pursuit has no target.
     pub(crate) fn new(
-        tangent: &'m Tangent<'t, dyn Model + 't>,
+        tangent: &'m Tangent<'t>,
         pursuit: &'m mut (dyn Pursuit + 'm),
         meter: &'m Meter<'m>,
     ) -> Option<Self> {

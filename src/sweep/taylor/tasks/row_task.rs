@@ -1,7 +1,7 @@
 //! A motion that is reduced to a row.
 
 use crate::analysis::{ContactStatistics, Rattle, Summary};
-use crate::model::{Model, Periodic};
+use crate::model::Periodic;
 use crate::ode::Observer;
 use crate::sweep::engines::track::{Next, Plan, Track};
 use crate::sweep::lanes::flanks::ContactMeter;
@@ -16,7 +16,7 @@ pub(crate) struct RowTask<'m> {
     model: &'m (dyn Periodic + 'm),
     period: f64,
     atol: &'m [f64],
-    rattle: Rattle<'m, dyn Model + 'm>,
+    rattle: Rattle<'m>,
     counted: Vec<ContactStatistics>,
     /// Numbers of channels and contacts of a row.
     measured: [usize; 2],
