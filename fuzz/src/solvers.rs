@@ -1,9 +1,8 @@
 //! Solvers with any setting.
 
 use crate::case::Case;
-use gear_dynamics::ode::{Finish, IntegrateError, Observer, Step};
+use gear_dynamics::ode::{Finish, IntegrateError, Observer};
 use gear_dynamics::{Dop853, Integrator, Model, Rk4, Rk45, State};
-use std::ops::ControlFlow;
 
 /// Maximum number of steps of a run, which keeps cases short.
 const STEPS: usize = 4_000;
@@ -16,30 +15,20 @@ pub enum Solver {
     Dop853(Dop853),
 }
 
-/// An observer behind one type.
-struct Watching<'o>(&'o mut dyn Observer);
-
-impl Observer for Watching<'_> {
-    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        self.0.step(step)
-    }
-}
-
 impl Integrator for Solver {
-    fn run<M: Model + ?Sized, O: Observer>(
+    fn run(
         &self,
-        model: &M,
+        model: &dyn Model,
         start: &State,
         t_end: f64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
-        // One run is compiled for each method, for any model and observer.
-        let (model, mut observer): (&dyn Model, _) = (&model, Watching(observer));
-        match self {
-            Solver::Rk4(solver) => solver.run(model, start, t_end, &mut observer),
-            Solver::Rk45(solver) => solver.run(model, start, t_end, &mut observer),
-            Solver::Dop853(solver) => solver.run(model, start, t_end, &mut observer),
-        }
+        let solver: &dyn Integrator = match self {
+            Solver::Rk4(solver) => solver,
+            Solver::Rk45(solver) => solver,
+            Solver::Dop853(solver) => solver,
+        };
+        solver.run(model, start, t_end, observer)
     }
 }
 

@@ -262,7 +262,7 @@ fn extremes_between_the_points_of_a_long_step() {
     ];
     let pair = Oscillator::new(&constants).unwrap();
     let start = State::new(0.0, &[0.9224658404710873], &[-0.975898773178477]);
-    let highest = |observe: &dyn Fn(&mut Statistics<'_, Oscillator>)| {
+    let highest = |observe: &dyn Fn(&mut Statistics<'_>)| {
         let mut statistics = Statistics::new(&pair, &["v0"]).unwrap();
         observe(&mut statistics);
         let summary = statistics.summary("v0").unwrap();

@@ -26,10 +26,7 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 /// Residual and dense Jacobian at `x`.
-fn look<M: Periodic>(
-    equations: &mut BalanceEquations<'_, M>,
-    x: &[f64],
-) -> (Vec<f64>, nalgebra::DMatrix<f64>) {
+fn look(equations: &mut BalanceEquations<'_>, x: &[f64]) -> (Vec<f64>, nalgebra::DMatrix<f64>) {
     let (mut r, mut matrix) = (vec![0.0; x.len()], equations.matrix());
     equations.residual(x, &mut r);
     equations.jacobian(x, &mut matrix);
@@ -104,11 +101,11 @@ fn jacobians_agree_with_differences() {
 }
 
 /// Largest difference between the Jacobian and central differences of the residual, over its largest entry.
-fn jacobian_error<M: Periodic>(equations: &mut BalanceEquations<'_, M>, x: &[f64]) -> f64 {
+fn jacobian_error(equations: &mut BalanceEquations<'_>, x: &[f64]) -> f64 {
     let (_, jacobian) = look(equations, x);
     let mut worst = 0.0f64;
     for j in 0..x.len() {
-        let moved = |sign: f64, equations: &mut BalanceEquations<'_, M>| {
+        let moved = |sign: f64, equations: &mut BalanceEquations<'_>| {
             let (mut y, mut r) = (x.to_vec(), vec![0.0; x.len()]);
             y[j] += sign * 1e-6;
             equations.residual(&y, &mut r);

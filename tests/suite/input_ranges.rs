@@ -83,12 +83,12 @@ fn a_grid_too_large_for_memory_is_run_in_chunks() {
 fn a_waterfall_looks_at_its_channel_and_its_samples_before_it_runs() {
     struct NoRun;
     impl Integrator for NoRun {
-        fn run<M: Model + ?Sized, O: Observer>(
+        fn run(
             &self,
-            _: &M,
+            _: &dyn Model,
             _: &State,
             _: f64,
-            _: &mut O,
+            _: &mut dyn Observer,
         ) -> Result<Finish, IntegrateError> {
             panic!("the run began");
         }

@@ -175,11 +175,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
     Ok((motion(run.state, None), seen(&rattle, &statistics, "aperiodic")?))
 }
 
-fn seen(
-    rattle: &Rattle<'_, NfgPair>,
-    statistics: &Statistics<'_, NfgPair>,
-    stable: &'static str,
-) -> Outcome<Point> {
+fn seen(rattle: &Rattle<'_>, statistics: &Statistics<'_>, stable: &'static str) -> Outcome<Point> {
     let ppv = |channel| statistics.summary(channel).map(|s| s.peak_to_peak());
     Ok(Point { state: rattle.contacts()[0].rattle_state(), ppv: ppv("q0")?, elastic: ppv(ELASTIC)?, stable })
 }

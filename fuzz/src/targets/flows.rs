@@ -122,7 +122,7 @@ pub fn observers(case: &mut Case) -> Run {
 }
 
 /// The impacts of one contact, of which the rattle counted `count`.
-fn listed(case: &mut Case, impacts: &Impacts<'_, Erased>, contact: usize, count: u64) -> Run {
+fn listed(case: &mut Case, impacts: &Impacts<'_>, contact: usize, count: u64) -> Run {
     let summary = impacts.summaries()[contact];
     // Rebounds at one instant are one impact of the list.
     holds(summary.count <= count, || format!("{summary:?}: {count} counted"))?;

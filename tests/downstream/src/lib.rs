@@ -281,12 +281,12 @@ impl StepView for Straight {
 }
 
 impl Integrator for Heun {
-    fn run<M: Model + ?Sized, O: Observer>(
+    fn run(
         &self,
-        model: &M,
+        model: &dyn Model,
         start: &State,
         t_end: f64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         let n = model.dof();
         let mut u = vec![0.0; model.drives()];
