@@ -234,3 +234,31 @@ fn errors_at_kinks_that_no_contact_declares() {
     println!("median {:.2}, largest {:.1} tolerances", errors[30], errors[59]);
     assert!(errors[30] < 3.0 && errors[59] < 120.0, "{} {}", errors[30], errors[59]);
 }
+
+/// Solvers, models and observers as trait objects: every solver ends the same motion, boxed models are models,
+/// and all of several observers receive each step.
+#[test]
+fn trait_objects_of_solvers_models_and_observers() {
+    let spring = || from_fn(1, |_, q, _, a| a[0] = -q[0]).unwrap();
+    let models: [Box<dyn Model>; 3] =
+        [Box::new(spring()), Box::new(Box::new(spring())), Box::new(std::sync::Arc::new(spring()))];
+    let (rk4, rk45, dop853) = (Rk4::new(0.01), Rk45::new().rtol(1e-10), Dop853::new().rtol(1e-10));
+    let solvers: [&dyn Integrator; 3] = [&rk4, &rk45, &dop853];
+    let start = State::new(0.0, &[1.0], &[0.0]);
+    for (model, solver) in models.iter().flat_map(|model| solvers.map(|solver| (model, solver))) {
+        let end = solver.end(model, &start, 1.0).unwrap();
+        assert!((end.q[0] - 1f64.cos()).abs() < 1e-8, "{}", end.q[0]);
+        let mut counts = [0; 6];
+        let [a, b, c, d, e, f] = counts.each_mut().map(|count| {
+            move |_: &mut Step<'_>| {
+                *count += 1;
+                if *count == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            }
+        });
+        let (mut a, mut b, mut c, mut d, mut e, mut f) = (a, b, c, d, e, f);
+        let mut list: Vec<&mut dyn Observer> = vec![&mut d, &mut e, &mut f];
+        let mut all = (&mut (&mut a, &mut b, &mut c), &mut list);
+        let finish = solver.run(&**model, &start, 10.0, &mut all).unwrap();
+        assert!(finish.stopped && counts == [4; 6], "{counts:?}");
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::analysis::spectra::spectrum::Spectrum;
 use crate::analysis::spectra::window::Window;
-use crate::drives::VaryingSpeed;
+use crate::drives::{SpeedLaw, VaryingSpeed};
 use crate::error::{ParameterError, check};
 use crate::model::{Model, Shape, State};
 use crate::ode::integrator::sample;
@@ -95,20 +95,35 @@ impl Waterfall {
     /// [`Failed`] for an `end` that is not positive, a channel that the model does not have, or a run of more
     /// than 2²⁶ numbers, a state and a time for each sample; if the integration fails or the budget is spent,
     /// with the states before the failure.
-    pub fn run<I: Integrator, G: Shape>(
+    pub fn run<G: Shape>(
         &self,
-        solver: &I,
+        solver: &dyn Integrator,
         model: &VaryingSpeed<G>,
         start: &State,
         end: f64,
         channel: &str,
     ) -> Result<Vec<WaterfallLine>, Failed> {
         check::positive("end of the run", end)?;
-        let (law, step) = (model.rule().law(), TAU / self.samples as f64);
+        let law = model.rule().law();
+        let step = TAU / self.samples as f64;
+        let count = (law.angle(end) / step).floor() as usize;
+        self.lines(solver, model, law, (start, count), channel)
+    }
+
+    /// The lines of a run over `count` samples.
+    fn lines(
+        &self,
+        solver: &dyn Integrator,
+        model: &dyn Model,
+        law: &SpeedLaw,
+        (start, count): (&State, usize),
+        channel: &str,
+    ) -> Result<Vec<WaterfallLine>, Failed> {
+        let step = TAU / self.samples as f64;
         let window = self.turns * self.samples;
         // An unknown channel is reported before the run.
         Probe::new(model).index(channel)?;
-        let count = (law.angle(end) / step).floor() as usize / window * window;
+        let count = count / window * window;
         check::count(
             "numbers of the run, a state and a time for each sample",
             &[count, 2 * model.dof() + 1],

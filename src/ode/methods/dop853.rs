@@ -12,7 +12,7 @@ use crate::ode::stepping::vector::Vector;
 ///
 /// Error estimates of orders 5 and 3, dense output of order 7. Source: Hairer, Nørsett & Wanner I, Sect. II.5
 /// and II.6; coefficients as in the authors' published code. A step whose estimates exceed by far those that
-/// follow from the step before, as at a kink, is judged by the larger of the two instead of their combination.
+/// follow from the step before, as at a kink, is judged by the larger of the two, not by their combination.
 ///
 /// Recommended for gears: with located edges the trajectory is smooth between edges, and a high order is
 /// efficient. Behind the edge of a contact law with a fractional power, as Hertz's, the error estimate is too
@@ -64,9 +64,9 @@ impl Tableau for DormandPrince8 {
         e.stage_at::<FIXED, _>(10, 11, &A12);
         e.advance(&B);
     }
-    /// |e5|²/√(|e5|² + 0.01 |e3|²) combines both error estimates. It assumes that the force is smooth: it is too
-    /// low in a step that contains a kink. There an estimate exceeds by far the one that follows from the step
-    /// before, and it is an error in its own right.
+    /// |e5|²/√(|e5|² + 0.01 |e3|²) combines both error estimates. It assumes a smooth force: it is too low in a
+    /// step that contains a kink. There an estimate exceeds by far the one that follows from the step before,
+    /// and the larger of the two is the error.
     #[inline(always)]
     fn error<V: Vector>(e: &mut Engine<'_, V>) -> f64 {
         let norms @ [e5, e3] = e.norms([&table::E5, &table::E3]);
@@ -92,7 +92,8 @@ impl Tableau for DormandPrince8 {
     }
 }
 
-/// Ratio of an estimate to the one that follows from the step before, above which the force is not smooth `[1]`.
+/// An estimate that exceeds the one that follows from the step before by this factor shows a force that is
+/// not smooth `[1]`.
 const ROUGH: f64 = 100.0;
 
 /// Whether the estimates e5 and e3 show a force that is not smooth. In a smooth motion they follow h⁶ and h⁴.

@@ -68,7 +68,7 @@ pub struct Engine<'m, V: Vector> {
     pub(crate) on_fixed_pieces: bool,
     /// Relative tolerance.
     pub(crate) rtol: f64,
-    /// The error estimates of the current step, for a tableau that compares them with those of the step before.
+    /// The error estimates of the current step, if the tableau compares them with those of the step before.
     pub(crate) estimates: Estimates,
     /// The estimates of the step before; `None` for the first step and behind an edge.
     pub(crate) before: Option<Estimates>,

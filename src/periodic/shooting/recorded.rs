@@ -100,7 +100,7 @@ impl RecordedOrbit {
         self.period
     }
     /// Passes every step of the period to an observer, until it stops.
-    pub fn replay<O: Observer + ?Sized>(&self, observer: &mut O) {
+    pub fn replay(&self, observer: &mut dyn Observer) {
         for step in &self.steps {
             let mut view = RecordedView { step, dof: self.dof };
             if observer.step(&mut Step::new(&mut view, step.at_drive_edge, &step.crossings)).is_break() {

@@ -45,6 +45,12 @@ pub struct Ensemble<'w> {
     watch: Watch<'w>,
 }
 
+/// Calls a function with the model and the start of a member.
+type Family<'f> = dyn Fn(u64, See<'_>) -> Result<(), PointError> + Sync + 'f;
+
+/// What is done with a model and its start.
+type See<'s> = &'s mut dyn FnMut(&dyn Model, &State) -> Result<(), PointError>;
+
 /// Errors of an [`Ensemble`] as a whole.
 ///
 /// ```
@@ -142,16 +148,26 @@ impl<'w> Ensemble<'w> {
     /// [`EnsembleError`]. If at least one member succeeds, members that fail are counted in
     /// [`Bands::failed`] instead. [`EnsembleError::Exhausted`] if cancelled before any member
     /// finished.
-    pub fn run<M, I, X>(
+    pub fn run<M, X>(
         &self,
-        solver: &I,
+        solver: &(dyn Integrator + Sync),
         family: impl Fn(u64) -> Result<(M, State), X> + Sync,
     ) -> Result<Bands, EnsembleError>
     where
         M: Model,
-        I: Integrator + Sync,
         X: Into<Box<dyn AnyError + Send + Sync>>,
     {
+        self.run_members(solver, &|member, see| {
+            let (model, start) = family(member).map_err(|e| PointError::Model(FamilyError::new(e)))?;
+            see(&model, &start)
+        })
+    }
+
+    fn run_members(
+        &self,
+        solver: &(dyn Integrator + Sync),
+        family: &Family<'_>,
+    ) -> Result<Bands, EnsembleError> {
         let watch = &self.watch;
         let figures = check::count(
             "distributions, one for each channel and time",
@@ -159,18 +175,20 @@ impl<'w> Ensemble<'w> {
             MAX_DISTRIBUTIONS,
         )?;
         let mut failure = None;
-        let model =
-            (0..self.members).take_while(|_| !watch.is_cancelled()).find_map(|member| match family(member) {
-                Ok((model, _)) => Some(model),
-                Err(error) => {
-                    failure.get_or_insert_with(|| PointError::Model(FamilyError::new(error)));
-                    None
-                }
-            });
         // A channel that the first model does not have is an error of the whole ensemble.
-        if let Some(model) = &model {
-            let probe = Probe::new(model);
-            probe.indices(self.channels.iter().chain(&self.peaks))?;
+        let mut channels = None;
+        for member in (0..self.members).take_while(|_| !watch.is_cancelled()) {
+            let known = family(member, &mut |model, _| {
+                channels = Some(Probe::new(model).indices(self.channels.iter().chain(&self.peaks)));
+                Ok(())
+            });
+            match known {
+                Ok(()) => break,
+                Err(error) => drop(failure.get_or_insert(error)),
+            }
+        }
+        if let Some(channels) = channels {
+            channels?;
         } else if let Some(first) = failure.filter(|_| !watch.is_cancelled()) {
             return Err(EnsembleError::AllFailed { members: self.members, first });
         }
@@ -179,7 +197,12 @@ impl<'w> Ensemble<'w> {
         let (mut next, progress) = (0, watch.begin(0, all));
         let run = |members: Range<usize>| {
             let member = members.start as u64;
-            let seen = self.member(solver, &family, member).transpose();
+            let mut seen = None;
+            let made = family(member, &mut |model, start| {
+                seen = self.member(solver, model, start)?;
+                Ok(())
+            });
+            let seen = made.map(|()| seen).transpose();
             Ok::<_, Infallible>(seen.map(|seen| (member, seen)))
         };
         while next < all && !watch.is_cancelled() {
@@ -209,19 +232,18 @@ impl<'w> Ensemble<'w> {
     }
 
     /// The results of one member; `None` if cancelled.
-    fn member<M: Model, I: Integrator, X: Into<Box<dyn AnyError + Send + Sync>>>(
+    fn member(
         &self,
-        solver: &I,
-        family: &impl Fn(u64) -> Result<(M, State), X>,
-        member: u64,
+        solver: &dyn Integrator,
+        model: &dyn Model,
+        start: &State,
     ) -> Result<Option<MemberResults>, PointError> {
-        let (model, start) = family(member).map_err(|e| PointError::Model(FamilyError::new(e)))?;
         start.check_at_zero(model.dof()).map_err(PointError::Parameter)?;
-        let mut probe = Probe::new(&model);
+        let mut probe = Probe::new(model);
         let chosen = probe.indices(&self.channels).map_err(PointError::Parameter)?;
         let peaks: Vec<&str> = self.peaks.iter().map(String::as_str).collect();
-        let mut statistics = Statistics::new(&model, &peaks).map_err(PointError::Parameter)?;
-        let mut rattle = self.rattle.then(|| Rattle::new(&model));
+        let mut statistics = Statistics::new(model, &peaks).map_err(PointError::Parameter)?;
+        let mut rattle = self.rattle.then(|| Rattle::new(model));
         let mut values = Vec::with_capacity(chosen.len() * self.times.len());
         let mut y = [&start.q[..], &start.v].concat();
         let mut left = &self.times[1..];
@@ -243,7 +265,7 @@ impl<'w> Ensemble<'w> {
             if self.watch.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let end = self.times[self.times.len() - 1];
-        let finish = solver.run(&model, &start, end, &mut observe)?;
+        let finish = solver.run(model, start, end, &mut observe)?;
         if finish.stopped {
             return Ok(None);
         }
