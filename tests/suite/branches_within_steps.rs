@@ -119,7 +119,6 @@ fn settled_pair(zeta: f64, load: f64, stiffness: [f64; 2], error: [f64; 2]) -> R
     Ok((train, steady.state, steady.period_multiple))
 }
 
-/// Behind the fold at 0.6318 another branch comes close. A long step must not pass over the gap to it.
 /// A maximum of the deflection and a minimum beside it pass the edge one after the other; both vanish before the end of
 /// the step. Another minimum in the same tenth of the period is not one of them.
 #[test]
@@ -141,6 +140,7 @@ fn two_extremes_that_pass_an_edge_and_vanish_within_one_step() -> Result<()> {
     Ok(())
 }
 
+/// Behind the fold at 0.6318 another branch comes close. A long step must not pass over the gap to it.
 #[test]
 fn a_step_does_not_jump_over_a_fold_to_another_branch() -> Result<()> {
     let (stiffness, error) = (
@@ -155,6 +155,25 @@ fn a_step_does_not_jump_over_a_fold_to_another_branch() -> Result<()> {
     let folds: Vec<f64> = branch.of_kind(PointKind::Fold).iter().map(|point| point.parameter).collect();
     assert!((folds[2] - 0.631_802_847_5).abs() < 1e-9, "{branch}");
     assert!(branch.points().iter().all(|point| point.parameter < 0.632), "{branch}");
+    Ok(())
+}
+
+/// Two folds lie within one step whose ends both rise: the speed of its end is below that of its start.
+#[test]
+fn two_folds_within_one_step() -> Result<()> {
+    let (stiffness, error) = (
+        [0.113_294_198_307_560_38, -0.107_667_432_431_933_36],
+        [0.130_353_886_448_434_76, -0.293_547_310_059_419_7],
+    );
+    let (train, state, multiple) =
+        settled_pair(0.065_806_238_118_146_69, 0.202_078_659_259_439_24, stiffness, error)?;
+    let family = Family::over(&train, ["speed"])?;
+    let shooting = Shooting::new().period_multiple(multiple);
+    let branch = Continuation::new(0.5, 2.4).shooting(shooting).run(&family, &state)?;
+    let folds: Vec<f64> = branch.of_kind(PointKind::Fold).iter().map(|point| point.parameter).collect();
+    let by_short_steps = [0.612_578_280_552, 0.519_929_657_745, 0.526_242_035_430, 0.524_861_181_745];
+    assert_eq!(folds.len(), 4, "{branch}");
+    assert!(folds.iter().zip(by_short_steps).all(|(a, b)| (a - b).abs() < 1e-9), "{branch}");
     Ok(())
 }
 

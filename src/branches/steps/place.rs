@@ -4,7 +4,7 @@
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
-use crate::branches::points::change::Change;
+use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::test_functions::{doubling, from_above, from_below, torus};
 use crate::numeric::search::parabola::may_dip;
 use crate::periodic::Multipliers;
@@ -29,6 +29,23 @@ pub(crate) fn near_zero<S>(places: &[&Place<S>], k: usize) -> Vec<Change> {
         after || before
     };
     Change::SINGLE.into_iter().filter(near).collect()
+}
+
+/// Whether the branch turns back and turns again between two places: the parameter rises at both, or falls at
+/// both, but its change shows that the slope has passed 0. The slope is taken as the parabola with its values
+/// at the ends and this change as its integral.
+pub(crate) fn turns_twice<S>(a: &Place<S>, b: &Place<S>) -> bool {
+    let (from, to) = (a.point.slope(), b.point.slope());
+    let change = (b.point.p - a.point.p) / a.point.units[a.point.units.len() - 1];
+    let mean = change / (b.sigma - a.sigma);
+    if from * to <= 0.0 || from.abs().min(to.abs()) < VERTICAL {
+        return false;
+    }
+    // from + (to - from) t + c t (1 - t) over 0 <= t <= 1, with c of the sign opposite to the slopes.
+    let c = 6.0 * (mean - 0.5 * (from + to));
+    let lowest = 0.5 * (to - from + c) / c;
+    let least = from + (to - from) * lowest + c * lowest * (1.0 - lowest);
+    c * from < 0.0 && (0.0..=1.0).contains(&lowest) && least * from < 0.0
 }
 
 /// The test function of a bifurcation at a place.

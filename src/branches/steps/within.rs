@@ -9,7 +9,7 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::detect::{OUTSIDE, bifurcations};
 use crate::branches::points::test_functions::{above, below, is_torus, outside, together};
-use crate::branches::steps::place::{Place, near_zero, test_of, value};
+use crate::branches::steps::place::{Place, near_zero, test_of, turns_twice, value};
 use crate::periodic::Multipliers;
 
 /// The search within one step.
@@ -165,7 +165,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             [Some(from), Some(to)] => (from > 0.0) == (to > 0.0),
             _ => true,
         };
-        if left > 0 && (unexplained.is_some() || all.iter().any(is_hidden)) {
+        if left > 0 && (unexplained.is_some() || all.iter().any(is_hidden) || turns_twice(a, b)) {
             return self.halve(a, b, left);
         }
         if let Some(what) = unexplained

@@ -73,10 +73,11 @@ impl<const M: usize> Vector for [f64; M] {
     #[inline(always)]
     fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64])) {
         let (q, v) = y.split_at(M / 2);
-        let mut k = [0.0; M];
-        k[..M / 2].copy_from_slice(v);
-        f(q, v, &mut k[M / 2..]);
-        *out = k;
+        // The function writes numbers one by one. Read back one by one they are there at once; as a vector
+        // with the velocities beside them they are not.
+        let mut a = [0.0; M];
+        f(q, v, &mut a[..M / 2]);
+        *out = std::array::from_fn(|j| if j < M / 2 { v[j] } else { a[j - M / 2] });
     }
     #[inline(always)]
     fn stage<const L: usize>(
