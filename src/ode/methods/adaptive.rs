@@ -96,7 +96,16 @@ impl<T: Tableau> Adaptive<T> {
     }
 }
 
-impl<T: Tableau> Integrator for Adaptive<T> {
+/// An adaptive method with its loop over steps.
+pub trait Method: Tableau {
+    /// The loop over steps. It is not generic, so that this crate contains its code.
+    ///
+    /// # Errors
+    /// [`IntegrateError`].
+    fn run(task: Task<'_>) -> Result<Finish, IntegrateError>;
+}
+
+impl<T: Method> Integrator for Adaptive<T> {
     fn run(
         &self,
         model: &dyn Model,

@@ -2,7 +2,7 @@
 
 use crate::ode::driver::drive;
 use crate::ode::integrate_error::IntegrateError;
-use crate::ode::methods::adaptive::Adaptive;
+use crate::ode::methods::adaptive::{Adaptive, Method};
 use crate::ode::outcome::Finish;
 use crate::ode::stepping::control::Task;
 use crate::ode::stepping::engine::{Engine, Estimates, Tableau};
@@ -31,6 +31,12 @@ pub type Dop853 = Adaptive<DormandPrince8>;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DormandPrince8;
 
+impl Method for DormandPrince8 {
+    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
+        drive::<DormandPrince8>(task)
+    }
+}
+
 impl Tableau for DormandPrince8 {
     const ADAPTIVE: bool = true;
     const SLOTS: usize = 16;
@@ -44,9 +50,6 @@ impl Tableau for DormandPrince8 {
     const NODES: &'static [f64] = &table::C;
     const PROBE: usize = 8;
 
-    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
-        drive::<DormandPrince8>(task)
-    }
     #[inline(always)]
     fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         use table::{A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, A12, B};

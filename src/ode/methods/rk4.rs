@@ -61,7 +61,7 @@ impl Integrator for Rk4 {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         let (rule, limits) = (StepRule::Fixed(self.step), self.limits);
-        Classical::run(Task { rule, limits, model, start, t_end, observer })
+        drive::<Classical>(Task { rule, limits, model, start, t_end, observer })
     }
 }
 
@@ -90,9 +90,6 @@ impl Tableau for Classical {
     const NODES: &'static [f64] = &[0.5, 1.0];
     const PROBE: usize = 0;
 
-    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
-        drive::<Classical>(task)
-    }
     #[inline(always)]
     fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         e.drive_nodes::<Classical>();

@@ -2,7 +2,7 @@
 
 use crate::ode::driver::drive;
 use crate::ode::integrate_error::IntegrateError;
-use crate::ode::methods::adaptive::Adaptive;
+use crate::ode::methods::adaptive::{Adaptive, Method};
 use crate::ode::outcome::Finish;
 use crate::ode::stepping::control::Task;
 use crate::ode::stepping::engine::{Engine, Tableau};
@@ -43,6 +43,12 @@ mod table {
     ];
 }
 
+impl Method for DormandPrince5 {
+    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
+        drive::<DormandPrince5>(task)
+    }
+}
+
 impl Tableau for DormandPrince5 {
     const ADAPTIVE: bool = true;
     const SLOTS: usize = 7;
@@ -56,9 +62,6 @@ impl Tableau for DormandPrince5 {
     const NODES: &'static [f64] = &[1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0];
     const PROBE: usize = 1;
 
-    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
-        drive::<DormandPrince5>(task)
-    }
     #[inline(always)]
     fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         e.drive_nodes::<DormandPrince5>();

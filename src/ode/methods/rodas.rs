@@ -2,7 +2,7 @@
 
 use crate::ode::driver::drive;
 use crate::ode::integrate_error::IntegrateError;
-use crate::ode::methods::adaptive::Adaptive;
+use crate::ode::methods::adaptive::{Adaptive, Method};
 use crate::ode::outcome::Finish;
 use crate::ode::stepping::control::Task;
 use crate::ode::stepping::engine::{Engine, Tableau};
@@ -72,6 +72,12 @@ mod table {
     ];
 }
 
+impl Method for Rosenbrock4 {
+    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
+        drive::<Rosenbrock4>(task)
+    }
+}
+
 impl Tableau for Rosenbrock4 {
     const ADAPTIVE: bool = true;
     const IMPLICIT: Option<f64> = Some(0.25);
@@ -87,9 +93,6 @@ impl Tableau for Rosenbrock4 {
     const NODES: &'static [f64] = &[0.75, 0.21, 0.63, 1.0];
     const PROBE: usize = 2;
 
-    fn run(task: Task<'_>) -> Result<Finish, IntegrateError> {
-        drive::<Rosenbrock4>(task)
-    }
     fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
         use table::{A2, A3, A4, A5, A6, B, C2, C3, C4, C5, C6, D};
         e.drive_nodes::<Rosenbrock4>();

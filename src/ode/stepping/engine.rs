@@ -3,10 +3,7 @@
 use crate::contact::Piece;
 use crate::excitation::Side;
 use crate::model::{Model, State};
-use crate::ode::integrate_error::IntegrateError;
-use crate::ode::outcome::Finish;
 use crate::ode::shifted::Shifted;
-use crate::ode::stepping::control::Task;
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
@@ -41,11 +38,6 @@ pub trait Tableau: Default {
     /// Index of a node near the middle of the step, for the check of the gaps.
     const PROBE: usize;
 
-    /// The loop over steps with this tableau. It is not generic, so that this crate contains its code.
-    ///
-    /// # Errors
-    /// [`IntegrateError`].
-    fn run(task: Task<'_>) -> Result<Finish, IntegrateError>;
     /// Computes the stages and y1 of a step from `e.t` to `e.t1`. Slot 0 must be filled.
     ///
     /// `FIXED`: the model is evaluated on the fixed pieces `e.pieces`.
