@@ -10,6 +10,11 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 /// A pointer that is a model if it points to one.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a model, or has no period where one is needed",
+    note = "implement `Model`, and `Periodic` for a model whose drives repeat; `from_fn(..)?.with_period(T)?` gives a \
+            formula a period"
+)]
 pub trait Pointer: Deref {}
 
 impl<M: ?Sized> Pointer for &M {}

@@ -81,6 +81,30 @@ pub trait Integrator {
     }
 }
 
+impl<I: Integrator + ?Sized> Integrator for &I {
+    fn run(
+        &self,
+        model: &dyn Model,
+        start: &State,
+        t_end: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Finish, IntegrateError> {
+        (**self).run(model, start, t_end, observer)
+    }
+}
+
+impl<I: Integrator + ?Sized> Integrator for Box<I> {
+    fn run(
+        &self,
+        model: &dyn Model,
+        start: &State,
+        t_end: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Finish, IntegrateError> {
+        (**self).run(model, start, t_end, observer)
+    }
+}
+
 /// [`Integrator::sample`], until the budget of a meter is spent.
 pub(crate) fn sample<I: Integrator + ?Sized>(
     integrator: &I,

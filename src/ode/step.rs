@@ -178,6 +178,11 @@ fn halves(y: &[f64]) -> (&[f64], &[f64]) {
 
 /// Receives every accepted step and may stop the run. Closures `|step: &mut Step| ControlFlow` are
 /// observers.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not an observer",
+    note = "observers are closures `|step: &mut Step<'_>| ControlFlow`, pairs and triples of references such as \
+            `(&mut statistics, &mut rattle)`, and `Vec<&mut dyn Observer>`"
+)]
 pub trait Observer {
     /// Called after each accepted step, in order of time. `Break` stops the run.
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()>;

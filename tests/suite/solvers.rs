@@ -246,7 +246,8 @@ fn trait_objects_of_solvers_models_and_observers() {
     let solvers: [&dyn Integrator; 3] = [&rk4, &rk45, &dop853];
     let start = State::new(0.0, &[1.0], &[0.0]);
     for (model, solver) in models.iter().flat_map(|model| solvers.map(|solver| (model, solver))) {
-        let end = solver.end(model, &start, 1.0).unwrap();
+        let boxed: Box<dyn Integrator + '_> = Box::new(solver);
+        let end = boxed.end(model, &start, 1.0).unwrap();
         assert!((end.q[0] - 1f64.cos()).abs() < 1e-8, "{}", end.q[0]);
         let mut counts = [0; 6];
         let [a, b, c, d, e, f] = counts.each_mut().map(|count| {
