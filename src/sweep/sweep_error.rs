@@ -52,7 +52,7 @@ pub enum SweepError {
 }
 
 /// The error of a family of models or of a start function, of any type. Two of them are equal if their texts
-/// are. Its source is that of the error it contains.
+/// are. `Error::source` returns the source of the error that it contains.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams, ParameterError, Sweep};

@@ -11,8 +11,8 @@ use crate::ode::stepping::vector::Vector;
 /// Runge-Kutta method of order 8 by Dormand and Prince, adaptive.
 ///
 /// Error estimates of orders 5 and 3, dense output of order 7. Source: Hairer, Nørsett & Wanner I, Sect. II.5
-/// and II.6; coefficients as in the authors' published code. A step whose estimates exceed by far those that
-/// follow from the step before, as at a kink, is judged by the larger of the two, not by their combination.
+/// and II.6; coefficients as in the authors' published code. Where an estimate exceeds by far the one that
+/// follows from the step before, as at a kink, the two are not combined to a smaller one.
 ///
 /// Recommended for gears: with located edges the trajectory is smooth between edges, and a high order is
 /// efficient. Behind the edge of a contact law with a fractional power, as Hertz's, the error estimate is too
@@ -67,9 +67,9 @@ impl Tableau for DormandPrince8 {
         e.stage_at::<FIXED, _>(10, 11, &A12);
         e.advance(&B);
     }
-    /// |e5|²/√(|e5|² + 0.01 |e3|²) combines both error estimates. It assumes a smooth force: it is too low in a
-    /// step that contains a kink. There an estimate exceeds by far the one that follows from the step before,
-    /// and the larger of the two is the error.
+    /// The error is |e5|²/√(|e5|² + 0.01 |e3|²), which combines both estimates. This formula is valid for a
+    /// smooth force, and its value is too low in a step that contains a kink. A [`rough`] estimate shows such
+    /// a step. The error is then |e5|, or |e3| if that is rough and larger.
     #[inline(always)]
     fn error<V: Vector>(e: &mut Engine<'_, V>) -> f64 {
         let norms @ [e5, e3] = e.norms([&table::E5, &table::E3]);

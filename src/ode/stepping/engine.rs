@@ -79,7 +79,7 @@ impl<V: Vector> fmt::Debug for Engine<'_, V> {
     }
 }
 
-/// The two error estimates of a step with its length.
+/// The length of a step and its two error estimates.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Estimates {
     /// Length of the step.
