@@ -171,8 +171,8 @@ const CELLS: usize = 16;
 /// a sine the error is 1 % over one period and 5 % over 1.25.
 const OFF: f64 = 0.03;
 
-/// Values of the interpolating polynomial at the points of the grid, as weighted sums of the values at the
-/// seven points of the step: row k contains the weights for grid point k.
+/// The interpolating polynomial has a value at each point of the grid. It is a weighted sum of the values at
+/// the seven points of the step. Row k contains the weights for grid point k.
 const GRID: [[f64; POINTS]; CELLS + 1] = {
     let mut nodes = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
     let mut p = 0;

@@ -55,7 +55,8 @@ pub trait Excitation: Any + Debug + PartialEq + Send + Sync {
     fn edges(&self) -> Vec<f64> {
         Vec::new()
     }
-    /// The knots: angles in [0, 2π) at which f, f' and f'' are continuous and a higher derivative jumps.
+    /// The knots in one period. A knot is an angle in [0, 2π) at which f, f' and f'' are continuous and a
+    /// higher derivative jumps.
     /// Adaptive Runge-Kutta methods end a step there. Nothing else depends on the knots. Default: none.
     fn knots(&self) -> Vec<f64> {
         Vec::new()

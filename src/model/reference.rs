@@ -9,9 +9,9 @@ use std::ops::Deref;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// A pointer that is a model if it points to one.
+/// A pointer that is a model or an integrator if it points to one.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is not a model, or has no period where one is needed",
+    message = "`{Self}` is not a model or integrator, or has no period where one is needed",
     note = "implement `Model`, and `Periodic` for a model whose drives repeat; `from_fn(..)?.with_period(T)?` gives a \
             formula a period"
 )]

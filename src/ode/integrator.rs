@@ -1,5 +1,6 @@
 //! The trait that all solvers implement.
 
+use crate::model::reference::Pointer;
 use crate::model::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::integrate_error::IntegrateError;
@@ -81,19 +82,8 @@ pub trait Integrator {
     }
 }
 
-impl<I: Integrator + ?Sized> Integrator for &I {
-    fn run(
-        &self,
-        model: &dyn Model,
-        start: &State,
-        t_end: f64,
-        observer: &mut dyn Observer,
-    ) -> Result<Finish, IntegrateError> {
-        (**self).run(model, start, t_end, observer)
-    }
-}
-
-impl<I: Integrator + ?Sized> Integrator for Box<I> {
+/// `&I`, `Box<I>`, `Rc<I>` and `Arc<I>` are integrators as I is; I may be `dyn Integrator`.
+impl<P: Pointer<Target: Integrator>> Integrator for P {
     fn run(
         &self,
         model: &dyn Model,

@@ -68,7 +68,7 @@ impl Tableau for DormandPrince8 {
         e.advance(&B);
     }
     /// The error is |e5|²/√(|e5|² + 0.01 |e3|²), which combines both estimates. This formula is valid for a
-    /// smooth force, and its value is too low in a step that contains a kink. A [`rough`] estimate shows such
+    /// smooth force, and its value is too low in a step that contains a kink. A rough estimate shows such
     /// a step. The error is then |e5|, or |e3| if that is rough and larger.
     #[inline(always)]
     fn error<V: Vector>(e: &mut Engine<'_, V>) -> f64 {
