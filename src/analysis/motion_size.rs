@@ -23,15 +23,25 @@ pub(crate) struct MotionSize {
     low: Vec<f64>,
     high: Vec<f64>,
     sizes: Vec<f64>,
+    /// The sizes over [`ADDED`] steps.
+    sums: Vec<f64>,
     /// Number of steps, or of their parts.
     pub(crate) steps: usize,
     /// Whether the last step ended in a rebound.
     rebounded: bool,
-    /// Whether each contact has touched its lower and its upper flank since the ranges were halved.
-    touched: Vec<[bool; 2]>,
+    /// Steps of each kind since the ranges were halved; the first `used` of them count.
+    kept: Vec<Kept>,
+    used: usize,
     /// First and last time.
     first: f64,
     last: f64,
+}
+
+/// The end of a step, the pieces of its contacts, and its length.
+struct Kept {
+    pieces: Vec<Piece>,
+    step: f64,
+    state: State,
 }
 
 /// Number of rounding errors in an error estimate of a step, a sum over a dozen evaluations.
@@ -48,8 +58,7 @@ const OF_STEPS: f64 = 4.0;
 /// which are some thirty times slower than the step follows.
 const ADDED: f64 = 32.0;
 
-/// A range below this share of the size counts as rest `[1]`: a coarse run, with tolerance 1e-9, does not
-/// resolve it.
+/// A range below this share of the size is not resolved by a coarse run, with tolerance 1e-9 `[1]`.
 const SEEN: f64 = 1e-9;
 
 impl MotionSize {
@@ -64,9 +73,11 @@ impl MotionSize {
             low: vec![f64::INFINITY; m],
             high: vec![f64::NEG_INFINITY; m],
             sizes: vec![0.0; m],
+            sums: vec![0.0; m],
             steps: 0,
             rebounded: false,
-            touched: Vec::new(),
+            kept: Vec::new(),
+            used: 0,
             first: f64::INFINITY,
             last: f64::NEG_INFINITY,
         }
@@ -107,44 +118,57 @@ impl MotionSize {
         self.see(step.t1(), step.q1(), step.v1());
     }
 
-    /// Raises the sizes to those at a state.
-    fn weigh(&mut self, sizes: &[f64]) {
-        self.sizes.iter_mut().zip(sizes).for_each(|(size, now)| *size = size.max(*now));
+    /// The sizes of one step, then those over which errors add up.
+    pub(crate) fn sizes(&self) -> [Vec<f64>; 2] {
+        [self.sizes.clone(), self.sums.clone()]
+    }
+    /// Raises the sizes to those of another period.
+    pub(crate) fn weigh(&mut self, [sizes, sums]: &[Vec<f64>; 2]) {
+        raise(&mut self.sizes, sizes);
+        raise(&mut self.sums, sums);
     }
 
-    /// Notes the flanks that a motion touches.
-    pub(crate) fn touch(&mut self, pieces: impl Iterator<Item = Piece>) {
-        for (i, piece) in pieces.enumerate() {
-            if i == self.touched.len() {
-                self.touched.push([false; 2]);
+    /// Keeps the end of a step for [`weigh_kept`](MotionSize::weigh_kept), if it is the first one with a
+    /// contact on a piece, or the longest one with these pieces. `step`: length of the step or of its parts;
+    /// `pieces`: no pieces for a model without them.
+    pub(crate) fn keep(&mut self, pieces: &[Piece], step: f64, t: f64, q: &[f64], v: &[f64]) {
+        let used = &mut self.kept[..self.used];
+        let index = match used.iter().position(|kept| kept.pieces == pieces) {
+            Some(same) if used[same].step >= step => return,
+            Some(same) => same,
+            None => {
+                let known = |i: usize, piece: &Piece| used.iter().any(|kept| kept.pieces.get(i) == Some(piece));
+                if self.used > 0 && pieces.iter().enumerate().all(|(i, piece)| known(i, piece)) {
+                    return;
+                }
+                self.used += 1;
+                self.used - 1
             }
-            match piece {
-                Piece::Lower => self.touched[i][0] = true,
-                Piece::Gap => {}
-                Piece::Upper => self.touched[i][1] = true,
-            }
-        }
-    }
-
-    /// Adds the sizes at a state of a motion with steps of length `step`: as it is, and with all contacts on
-    /// their lower and on their upper flanks, as far as they have [touched](MotionSize::touch) them. The law
-    /// of a flank that the motion does not touch says nothing about its rounding.
-    pub(crate) fn weigh_on_flanks(&mut self, model: &dyn Model, state: &State, step: f64) {
-        let (mut sizing, h, State { t, q, v }) = (Sizing::new(model), ADDED * step, state);
-        self.weigh(sizing.at(None, *t, q, v, h));
-        if !model.offers().pieces {
+        };
+        if index == self.kept.len() {
+            self.kept.push(Kept { pieces: pieces.to_vec(), step, state: State::new(t, q, v) });
             return;
         }
-        for flank in [Piece::Lower, Piece::Upper] {
-            let piece = |touched: &[bool; 2]| match (flank, *touched) {
-                (Piece::Lower, [true, _]) | (_, [true, false]) => Piece::Lower,
-                (_, [_, true]) => Piece::Upper,
-                (_, [false, false]) => Piece::Gap,
-            };
-            let pieces: Vec<Piece> = self.touched.iter().map(piece).collect();
-            if pieces.len() == model.contacts() && pieces.contains(&flank) {
-                self.weigh(sizing.at(Some(&pieces), *t, q, v, h));
-            }
+        let kept = &mut self.kept[index];
+        kept.pieces.clear();
+        kept.pieces.extend(pieces);
+        (kept.step, kept.state.t) = (step, t);
+        kept.state.q.copy_from_slice(q);
+        kept.state.v.copy_from_slice(v);
+    }
+
+    /// Adds the sizes at the steps that were kept, on their pieces, and at the end of the motion, as it is,
+    /// with steps of length `last`. Each is weighed with its own length: a hard flank is passed in steps that
+    /// are far shorter than those in the gap.
+    pub(crate) fn weigh_kept(&mut self, model: &dyn Model, end: &State, last: f64) {
+        let (mut sizing, on_pieces) = (Sizing::new(model), model.offers().pieces);
+        let mut add = |pieces: Option<&[Piece]>, State { t, q, v }: &State, step: f64| {
+            raise(&mut self.sizes, sizing.at(pieces, (*t, q, v), [step; 2]));
+            raise(&mut self.sums, sizing.at(pieces, (*t, q, v), [step, ADDED * step]));
+        };
+        add(None, end, last);
+        for Kept { pieces, step, state } in &self.kept[..self.used] {
+            add((on_pieces && pieces.len() == model.contacts()).then_some(pieces), state, *step);
         }
     }
 
@@ -157,29 +181,30 @@ impl MotionSize {
         }
     }
 
-    /// Halves every range about its middle, and every size, so that transients lose their weight. Forgets the
-    /// touched flanks.
+    /// Begins a period: halves every range about its middle, so that transients lose their weight, and forgets
+    /// the sizes, because the rounding errors of earlier periods are not in this one.
     pub(crate) fn fade(&mut self) {
-        self.touched.fill([false; 2]);
-        for ((low, high), size) in self.low.iter_mut().zip(&mut self.high).zip(&mut self.sizes) {
+        self.used = 0;
+        self.sizes.fill(0.0);
+        self.sums.fill(0.0);
+        for (low, high) in self.low.iter_mut().zip(&mut self.high) {
             let middle = 0.5 * (*low + *high);
             if middle.is_finite() {
                 (*low, *high) = (middle - 0.25 * (*high - *low), middle + 0.25 * (*high - *low));
             }
-            *size *= 0.5;
         }
     }
 
     /// Range (max - min) of each coordinate, then of each velocity.
     ///
-    /// A component with a range below 1e-9 of its size is at rest. It gets its size, but not more than the
+    /// A component with a range below `seen` of its size is at rest. It gets its size, but not more than the
     /// largest range of all coordinates, or of all velocities. If both are 0, a coordinate gets the value 1,
     /// a velocity 2π (range of its coordinate)/(observed time).
-    pub(crate) fn ranges(&self) -> Vec<f64> {
+    fn ranges_above(&self, seen: f64) -> Vec<f64> {
         let n = self.low.len() / 2;
         let range = |i: usize| {
             let range = self.high[i] - self.low[i];
-            if range > SEEN * self.sizes[i] { range } else { 0.0 }
+            if range > seen * self.sizes[i] { range } else { 0.0 }
         };
         let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
         let largest = |part: std::ops::Range<usize>| positive(part.map(range).fold(0.0, f64::max));
@@ -198,6 +223,11 @@ impl MotionSize {
         [q, v].concat()
     }
 
+    /// [`ranges_above`](MotionSize::ranges_above) what a coarse run, with tolerance 1e-9, resolves.
+    pub(crate) fn ranges(&self) -> Vec<f64> {
+        self.ranges_above(SEEN)
+    }
+
     /// Units of coordinates and velocities for a flow with `tolerance`.
     pub(crate) fn units(&self, tolerance: f64) -> Vec<f64> {
         let share = OF_A_STEP * f64::EPSILON / tolerance.max(f64::EPSILON);
@@ -211,7 +241,7 @@ impl MotionSize {
         let (n, share) = (self.low.len() / 2, errors * f64::EPSILON / tolerance);
         self.apart(a, b, |motion, i| {
             let range = |i: usize| motion.high[i] - motion.low[i];
-            let rounded = |i: usize| share * motion.sizes[i];
+            let rounded = |i: usize| share * motion.sizes[i].max(motion.sums[i]);
             let of_coordinate = match i.checked_sub(n).filter(|q| range(*q) > 0.0) {
                 Some(q) => rounded(q) / range(q) * range(i),
                 None => 0.0,
@@ -220,9 +250,9 @@ impl MotionSize {
         })
     }
 
-    /// max_i |Δy_i|/range_i with the [ranges](MotionSize::ranges), as [`distance`](MotionSize::distance).
+    /// max_i |Δy_i|/range_i with the ranges above rounding, as [`distance`](MotionSize::distance).
     pub(crate) fn change(&mut self, a: &[f64], b: &[f64]) -> f64 {
-        let ranges = self.ranges();
+        let ranges = self.ranges_above(OF_A_PERIOD * f64::EPSILON);
         self.apart(a, b, |_, i| ranges[i])
     }
 
@@ -235,6 +265,11 @@ impl MotionSize {
             if apart.is_nan() { f64::INFINITY } else { worst.max(apart) }
         })
     }
+}
+
+/// Raises sizes to others.
+fn raise(sizes: &mut [f64], others: &[f64]) {
+    sizes.iter_mut().zip(others).for_each(|(size, other)| *size = size.max(*other));
 }
 
 /// Observer that adds the states and sizes of every step of a run to a [`MotionSize`].
@@ -262,7 +297,8 @@ impl Observer for Along<'_, '_> {
         if step.crossings().is_empty() {
             // A step of high order is as accurate as shorter steps, one for each of its parts.
             let (from, to) = step.part(0);
-            motion.weigh(self.sizing.at(step.pieces(), step.t1(), step.q1(), step.v1(), to - from));
+            let end = (step.t1(), step.q1(), step.v1());
+            raise(&mut motion.sizes, self.sizing.at(step.pieces(), end, [to - from; 2]));
         }
         ControlFlow::Continue(())
     }

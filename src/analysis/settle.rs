@@ -24,7 +24,9 @@ use thiserror::Error;
 /// the terms of which y_i is made, and for a velocity the same share of its range as for its coordinate. The
 /// run then goes on while the change shrinks by at least a tenth a period, to `max_periods` at most: while
 /// the largest of the last four changes is below 0.65 of the largest of the four before. A slower decay ends
-/// where these rounding errors are reached, and [`Steady::error`] says how far from the orbit.
+/// where these rounding errors are reached, and [`Steady::error`] says how far from the orbit. A motion that
+/// changes by more than 1 % of its ranges there is not steady. Rounding errors are those of the last p
+/// periods, on the flanks that the motion touches and in steps as short as those that it takes there.
 ///
 /// The tolerance bounds this change, not the distance from the orbit: where a perturbation shrinks by the
 /// factor μ in one period of the orbit, the distance is change μ/(1 - μ), for example 99 changes at μ = 0.99.
@@ -109,23 +111,25 @@ impl Settle {
         start.t = early(start.t, period);
         let joined = |state: &State| [&state.q[..], &state.v].concat();
         let mut section: Vec<Vec<f64>> = vec![joined(&start)];
-        let mut last = start.clone();
+        let (mut last, mut sizes) = (start.clone(), Vec::new());
         // With one coordinate a rigid motion would leave no relative motion.
         let rigid = if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() };
         let mut motion = MotionSize::new(model.dof(), &rigid);
         // Number of consecutive periods at which the state has repeated after p = 1, 2, ... periods.
         let mut repeated = vec![0; self.max_period_multiple];
-        let mut changes = vec![f64::INFINITY; self.max_period_multiple];
-        let mut closest = f64::INFINITY;
+        let mut distances = vec![f64::INFINITY; self.max_period_multiple];
+        let mut closest = (f64::INFINITY, f64::INFINITY);
         let meter = self.budget.begin();
         for k in 1..=self.max_periods {
             // Halving the ranges each period removes the influence of transients.
             motion.fade();
-            let mut parts = 0;
+            let (mut parts, mut lengths) = (0, [0.0; 2]);
             let mut watch = |step: &mut Step<'_>| {
+                let (from, to) = step.part(0);
                 parts += step.parts();
+                lengths = [lengths[1], to - from];
                 motion.see_step(step);
-                motion.touch(step.pieces().into_iter().flatten().copied());
+                motion.keep(step.pieces().unwrap_or_default(), to - from, step.t1(), step.q1(), step.v1());
                 (&meter).step(step)
             };
             let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);
@@ -142,15 +146,19 @@ impl Settle {
             }
             last = state;
             motion.steps = parts;
-            motion.weigh_on_flanks(model, &last, period / parts.max(1) as f64);
+            // The last step ends at the end of the period and may be short.
+            motion.weigh_kept(model, &last, lengths[0].max(lengths[1]));
+            sizes.push(motion.sizes());
             section.push(joined(&last));
             for p in 1..=self.max_period_multiple.min(k) {
-                let change = motion.distance(&section[k], &section[k - p], self.tolerance);
-                changes[p - 1] = change;
-                if p == 1 || change < closest {
-                    closest = change;
+                // The rounding errors of the last p periods.
+                motion.weigh(&sizes[k - p]);
+                let distance = motion.distance(&section[k], &section[k - p], self.tolerance);
+                distances[p - 1] = distance;
+                if p == 1 || distance < closest.0 {
+                    closest = (distance, motion.change(&section[k], &section[k - p]));
                 }
-                repeated[p - 1] = if change <= self.tolerance && is_own_multiple(&changes[..p]) {
+                repeated[p - 1] = if distance <= self.tolerance && is_own_multiple(&distances[..p]) {
                     repeated[p - 1] + 1
                 } else {
                     0
@@ -159,7 +167,8 @@ impl Settle {
                     let change = |j: usize| motion.change(&section[k - j * p], &section[k - (j + 1) * p]);
                     let history: Vec<f64> = (0..k / p).map(change).collect();
                     let (change, contraction) = (history[0], contraction(&history));
-                    if change <= self.tolerance || !shrinks(&history) || k == self.max_periods {
+                    let ends = !shrinks(&history) || k == self.max_periods;
+                    if change <= self.tolerance || (ends && change <= UNRESOLVED) {
                         return Ok(Steady {
                             state: last,
                             period_multiple: p,
@@ -174,7 +183,7 @@ impl Settle {
         Err(SettleError::Aperiodic {
             last,
             periods: self.max_periods,
-            closest,
+            closest: closest.1,
             multiple: self.max_period_multiple,
         })
     }
@@ -193,6 +202,10 @@ const RECENT: usize = 4;
 /// Largest ratio of these two for a change that shrinks: 0.9 a period. Changes that are made of rounding
 /// errors reach it by chance now and then, and the run takes a further period.
 const SHRINKS: f64 = 0.65;
+
+/// Where rounding errors replace the tolerance, the largest change of a steady state, as a share of the range:
+/// a motion whose rounding errors are larger is not resolved `[1]`.
+const UNRESOLVED: f64 = 0.01;
 
 /// Whether the change shrinks. `changes` begins with the last one.
 fn shrinks(changes: &[f64]) -> bool {

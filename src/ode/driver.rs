@@ -60,6 +60,9 @@ fn integrate<T: Tableau, V: Vector, const LOCATE: bool>(task: Task<'_>) -> Resul
             run.e.drive_ahead::<T>(|step| run.pace.grid(step), stop);
         }
         run.e.attempt::<T, LOCATE>();
+        if T::ADAPTIVE {
+            run.rejections.attempted(&run.e, attempt)?;
+        }
         if run.judge::<T>()? == Verdict::Repeat || (LOCATE && run.locate_edges::<T>()? == Verdict::Repeat) {
             run.passage.stats.rejected += 1;
             continue;

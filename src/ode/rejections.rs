@@ -20,6 +20,19 @@ const JUMPS: u32 = 32;
 /// The steps are short if all of them together are shorter than this share of the longest attempt `[1]`.
 const SHORT: f64 = 0.1;
 
+/// Attempts between two looks at the progress of the run: where short steps are accepted, nothing is rejected
+/// on a jump.
+const PERIOD: u64 = 4096;
+
+/// The run is slow if the mean step since the last look is below this share of the longest attempt, ..
+const SLOW: f64 = 1.0 / 64.0;
+
+/// .. or if the run takes more than this number of such steps up to its end.
+const FAR: f64 = 1e6;
+
+/// In a slow run this number of steps is searched for jumps. [`JUMPS`] of them end the run.
+const OBSERVED: u32 = 64;
+
 /// A jump is searched over this number of steps ahead. Where the motion stays on a jump, it lies within one.
 const AHEAD: f64 = 4.0;
 
@@ -75,6 +88,10 @@ pub(crate) struct Rejections {
     count: u32,
     /// Number of jumps found in the window.
     jumps: u32,
+    /// Time of the last look at the progress of the run.
+    looked: f64,
+    /// Number of steps that remain to be observed, and of jumps found in the observed ones.
+    observed: [u32; 2],
     /// The acceleration that jumps.
     acceleration: usize,
     /// Number of rejections in the run.
@@ -102,6 +119,8 @@ impl Rejections {
             since: t,
             count: 0,
             jumps: 0,
+            looked: t,
+            observed: [0; 2],
             acceleration: 0,
             all: 0,
             rounded: 0,
@@ -111,6 +130,43 @@ impl Rejections {
             look: vec![0.0; components],
             a: [accelerations(), accelerations(), accelerations()],
         }
+    }
+
+    /// One attempt more, accepted or rejected.
+    ///
+    /// # Errors
+    /// [`IntegrateError::Discontinuity`] if the run is slow and most of its steps meet a jump of an
+    /// acceleration.
+    #[inline(always)]
+    pub(crate) fn attempted<V: Vector>(
+        &mut self,
+        e: &Engine<'_, V>,
+        attempt: u64,
+    ) -> Result<(), IntegrateError> {
+        if attempt % PERIOD == PERIOD - 1 {
+            self.look_at_progress(e.ends.t);
+        }
+        if self.observed[0] > 0 { self.observe(e) } else { Ok(()) }
+    }
+
+    #[cold]
+    fn look_at_progress(&mut self, t: f64) {
+        let mean = (t - std::mem::replace(&mut self.looked, t)) / PERIOD as f64;
+        self.longest = self.longest.max(mean);
+        let is_slow = mean < SLOW * self.longest || self.run[1] - t > FAR * mean;
+        self.observed = [if is_slow { OBSERVED } else { 0 }, 0];
+    }
+
+    #[cold]
+    fn observe<V: Vector>(&mut self, e: &Engine<'_, V>) -> Result<(), IntegrateError> {
+        self.observed[0] -= 1;
+        if let Some(acceleration) = self.jump(e) {
+            self.observed[1] += 1;
+            if self.observed[1] == JUMPS {
+                return Err(IntegrateError::Discontinuity { t: e.ends.t, acceleration });
+            }
+        }
+        Ok(())
     }
 
     /// The current step was rejected because of its error.
@@ -223,17 +279,19 @@ impl Rejections {
     /// separates.
     fn jump<V: Vector>(&mut self, e: &Engine<'_, V>) -> Option<usize> {
         let Rejections { look, a: [low, high, middle], .. } = self;
-        let (y, rates) = (e.ends.y.slice(), e.k[0].slice());
-        let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
-        let mut at = |share: f64, a: &mut [f64]| {
+        let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
+        let (q, v) = halves(&e.ends.y);
+        let u = e.ends.nodes.end();
+        accelerate(e.ends.model, pieces, u, q, v, low);
+        let mut at = |share: f64, low: &[f64], a: &mut [f64]| {
+            let rates = v.iter().chain(low);
             for (look, (y, rate)) in look.iter_mut().zip(y.iter().zip(rates)) {
                 *look = y + share * AHEAD * e.ends.h() * rate;
             }
             let (q, v) = look.split_at(look.len() / 2);
-            accelerate(e.ends.model, pieces, e.ends.nodes.end(), q, v, a);
+            accelerate(e.ends.model, pieces, u, q, v, a);
         };
-        at(0.0, low);
-        at(1.0, high);
+        at(1.0, low, high);
         let changes = low.iter().zip(high.iter()).map(|(a, b)| (b - a).abs());
         let (i, change) = changes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let size = low.iter().chain(high.iter()).fold(0.0, |m: f64, a| m.max(a.abs()));
@@ -243,14 +301,17 @@ impl Rejections {
         let (mut lo, mut hi, mut from, mut to) = (0.0, 1.0, low[i], high[i]);
         for _ in 0..BISECTIONS {
             let m = 0.5 * (lo + hi);
-            at(m, middle);
+            at(m, low, middle);
             if (middle[i] - from).abs() > (to - middle[i]).abs() {
                 (hi, to) = (m, middle[i]);
             } else {
                 (lo, from) = (m, middle[i]);
             }
+            if (to - from).abs() <= KEPT * change {
+                return None;
+            }
         }
-        ((to - from).abs() > KEPT * change).then_some(i)
+        Some(i)
     }
 }
 

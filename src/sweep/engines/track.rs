@@ -2,7 +2,7 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
-use crate::contact::Contact;
+use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Periodic, State};
@@ -287,11 +287,13 @@ impl Track {
             let (q, v) = self.section[self.section.len() - 2 * n..].split_at(n);
             let mut motion = MotionSize::new(n, rigid);
             let mut probe = Probe::new(model);
-            for state in self.states() {
-                let contacts = probe.read_contacts(0.0, Side::After, &state[..n], &state[n..]);
-                motion.touch(contacts.iter().map(Contact::piece));
+            let step = model.period() / self.steps as f64;
+            for (q, v) in self.states().map(|state| state.split_at(n)) {
+                let contacts = probe.read_contacts(0.0, Side::After, q, v);
+                let pieces: Vec<Piece> = contacts.iter().map(Contact::piece).collect();
+                motion.keep(&pieces, step, 0.0, q, v);
             }
-            motion.weigh_on_flanks(model, &State::new(0.0, q, v), model.period() / self.steps as f64);
+            motion.weigh_kept(model, &State::new(0.0, q, v), step);
             relative = Some(motion);
         });
         let Some(mut relative) = relative else { return found };
