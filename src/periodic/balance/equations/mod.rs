@@ -2,3 +2,4 @@
 
 pub(crate) mod balance_equations;
 pub(crate) mod rebinding;
+pub(crate) mod resonance;
