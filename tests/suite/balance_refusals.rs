@@ -191,3 +191,20 @@ fn a_resonance_at_any_order_is_named() {
     let found = balance.solve(&stiffening.with_period(TAU).unwrap(), None);
     assert!(!matches!(found, Err(BalanceError::Singular { .. })), "{found:?}");
 }
+
+/// q0'' = 1 beside q1'' = cos t - 4 q1 - 0.1 q1': nothing holds q0, and its velocity grows by 2π in every period.
+#[test]
+fn an_unconnected_body_that_accelerates_is_refused() {
+    use gear_dynamics::model::from_fn;
+    let balance = Balance::new(Harmonics::up_to(7));
+    let beside = |mean: f64| {
+        let model = from_fn(2, move |t, q, v, a| {
+            (a[0], a[1]) = (mean + (2.0 * t).cos(), t.cos() - 4.0 * q[1] - 0.1 * v[1]);
+        });
+        balance.solve(&model.unwrap().with_period(TAU).unwrap(), None)
+    };
+    let error = beside(1.0).unwrap_err();
+    let BalanceError::Accelerates { coordinate: 0, gain, .. } = error else { panic!("{error}") };
+    assert!((gain - TAU).abs() < 1e-9);
+    assert!((beside(0.0).unwrap().at(0.0).q[0] + 0.25).abs() < 1e-9);
+}

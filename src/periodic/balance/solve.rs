@@ -136,6 +136,9 @@ impl Balance {
         let mut metered = Metered { equations: &mut equations, meter };
         let root = self.root_finder.solve(&mut metered, &x);
         let mut orbit = self.finish(&mut equations, &x, root, meter, None)?;
+        if let Some((coordinate, gain)) = equations.accelerating(&orbit) {
+            return Err(BalanceError::Accelerates { coordinate, gain, last: Box::new(orbit) });
+        }
         orbit.notes.extend(notes(&mut equations, &orbit, |orbit| self.set_up(model, orbit, MORE, meter)));
         Ok(orbit)
     }
