@@ -6,6 +6,7 @@
 //! a periodic motion, [`Welch`] for an irregular one (its [`Density`]), [`Waterfall`] for a run-up. The
 //! [guide page](crate::guide::results) shows each.
 
+pub(crate) mod alone;
 pub(crate) mod contacts;
 pub(crate) mod motion_size;
 pub(crate) mod returns;

@@ -137,7 +137,8 @@ impl MotionSize {
             Some(same) if used[same].step >= step => return,
             Some(same) => same,
             None => {
-                let known = |i: usize, piece: &Piece| used.iter().any(|kept| kept.pieces.get(i) == Some(piece));
+                let known =
+                    |i: usize, piece: &Piece| used.iter().any(|kept| kept.pieces.get(i) == Some(piece));
                 if self.used > 0 && pieces.iter().enumerate().all(|(i, piece)| known(i, piece)) {
                     return;
                 }

@@ -1,5 +1,6 @@
 //! Settling: integration until the state repeats.
 
+use crate::analysis::alone::Alone;
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
 use crate::error::{ParameterError, check};
@@ -18,7 +19,9 @@ use thiserror::Error;
 ///
 /// The state repeats if max_i |y_i(t) - y_i(t - p T)|/range_i is at most the tolerance p + 1 times in a row,
 /// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with
-/// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges.
+/// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges:
+/// bodies that are connected may turn and accelerate together. The velocity of a coordinate that nothing
+/// connects must repeat ([`SettleError::Accelerates`]).
 ///
 /// Where the tolerance asks for less than the rounding errors of N steps, they replace it: max(64, 4 √N) of
 /// the terms of which y_i is made, and for a velocity the same share of its range as for its coordinate. The
@@ -84,7 +87,8 @@ impl Settle {
     /// # Errors
     /// [`SettleError::NoStaticState`] if no start is given and the model has no static state.
     /// [`SettleError::Aperiodic`] if the state does not repeat within the maximum number of periods (chaos,
-    /// quasi-periodicity or slow decay). [`SettleError::Integrate`] if the integration fails,
+    /// quasi-periodicity or slow decay). [`SettleError::Accelerates`] if a coordinate that nothing connects
+    /// gains velocity in every period. [`SettleError::Integrate`] if the integration fails,
     /// [`SettleError::Exhausted`] if the budget is spent. [`SettleError::Parameter`] if a setting is outside
     /// its range or the period of the model outside 1e-50 .. 1e50.
     pub fn run<'s>(
@@ -112,9 +116,10 @@ impl Settle {
         let joined = |state: &State| [&state.q[..], &state.v].concat();
         let mut section: Vec<Vec<f64>> = vec![joined(&start)];
         let (mut last, mut sizes) = (start.clone(), Vec::new());
-        // With one coordinate a rigid motion would leave no relative motion.
-        let rigid = if model.dof() > 1 { rigid_modes(model, period) } else { Vec::new() };
+        // Where all motions are rigid, no relative motion would be left: the state itself has to repeat.
+        let rigid = rigid_modes(model, period);
         let mut motion = MotionSize::new(model.dof(), &rigid);
+        let mut alone = Alone::new(&rigid);
         // Number of consecutive periods at which the state has repeated after p = 1, 2, ... periods.
         let mut repeated = vec![0; self.max_period_multiple];
         let mut distances = vec![f64::INFINITY; self.max_period_multiple];
@@ -123,6 +128,7 @@ impl Settle {
         for k in 1..=self.max_periods {
             // Halving the ranges each period removes the influence of transients.
             motion.fade();
+            alone.begin(&last);
             let (mut parts, mut lengths) = (0, [0.0; 2]);
             let mut watch = |step: &mut Step<'_>| {
                 let (from, to) = step.part(0);
@@ -130,6 +136,7 @@ impl Settle {
                 lengths = [lengths[1], to - from];
                 motion.see_step(step);
                 motion.keep(step.pieces().unwrap_or_default(), to - from, step.t1(), step.q1(), step.v1());
+                alone.see(step.v1());
                 (&meter).step(step)
             };
             let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);
@@ -169,6 +176,13 @@ impl Settle {
                     let (change, contraction) = (history[0], contraction(&history));
                     let ends = !shrinks(&history) || k == self.max_periods;
                     if change <= self.tolerance || (ends && change <= UNRESOLVED) {
+                        let distance = Some(distance(change, contraction)).filter(|d| d.is_finite());
+                        let distance = distance.unwrap_or(change).max(self.tolerance);
+                        if let Some((coordinate, gain)) =
+                            alone.accelerates(&section[k], &section[k - p], distance)
+                        {
+                            return Err(SettleError::Accelerates { coordinate, gain, last, periods: k });
+                        }
                         return Ok(Steady {
                             state: last,
                             period_multiple: p,
@@ -179,6 +193,12 @@ impl Settle {
                     }
                 }
             }
+        }
+        if rigid.len() == model.dof()
+            && let [.., before, now] = &section[..]
+            && let Some((coordinate, gain)) = alone.accelerates(now, before, self.tolerance)
+        {
+            return Err(SettleError::Accelerates { coordinate, gain, last, periods: self.max_periods });
         }
         Err(SettleError::Aperiodic {
             last,
@@ -226,6 +246,15 @@ fn contraction(changes: &[f64]) -> f64 {
     if last < 1.0 { last } else { factors.find(|factor| *factor < 1.0).unwrap_or(last) }
 }
 
+/// Estimate of the distance from the orbit from the last change and the factor from one change to the next.
+fn distance(change: f64, contraction: f64) -> f64 {
+    match (change, contraction) {
+        (0.0, _) => 0.0,
+        (change, mu) if mu < 1.0 => change * mu / (1.0 - mu),
+        _ => f64::INFINITY,
+    }
+}
+
 /// Largest allowed value of `max_period_multiple`.
 const LONGEST: usize = 1 << 16;
 
@@ -264,11 +293,7 @@ impl Steady {
     /// infinite if the differences did not shrink over any four periods: the motion does not settle.
     /// The errors of the solver are not in it.
     pub fn error(&self) -> f64 {
-        match (self.change, self.contraction) {
-            (0.0, _) => 0.0,
-            (change, mu) if mu < 1.0 => change * mu / (1.0 - mu),
-            _ => f64::INFINITY,
-        }
+        distance(self.change, self.contraction)
     }
 }
 
@@ -308,6 +333,22 @@ pub enum SettleError {
         /// Maximum period multiple.
         multiple: usize,
     },
+    /// The motion repeats, but for a coordinate that nothing connects to others or to the ground: a mean
+    /// acceleration changes its velocity in every period, and there is no periodic orbit.
+    #[error(
+        "nothing connects coordinate {coordinate}, which gains the velocity {gain:?} in every period of the orbit: \
+         there is no periodic orbit; balance the forces on it, or leave it out"
+    )]
+    Accelerates {
+        /// The coordinate, from 0.
+        coordinate: usize,
+        /// Its gain of velocity in one period of the motion of the others.
+        gain: f64,
+        /// The last state.
+        last: State,
+        /// Number of periods of the drives that were integrated.
+        periods: usize,
+    },
     /// The integration failed.
     #[error("after {periods} periods: {error}")]
     Integrate {
@@ -336,6 +377,7 @@ impl SettleError {
         match self {
             SettleError::Parameter(_) | SettleError::NoStaticState(_) => None,
             SettleError::Aperiodic { last, .. }
+            | SettleError::Accelerates { last, .. }
             | SettleError::Integrate { last, .. }
             | SettleError::Exhausted { last, .. } => Some(last),
         }

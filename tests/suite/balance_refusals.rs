@@ -154,3 +154,57 @@ fn a_resonance_without_damping_is_named() {
     assert!(matches!(error, BalanceError::Singular { coordinate: 0, order: 2, .. }), "{error}");
     assert!(error.to_string().contains("resonance without damping"), "{error}");
 }
+
+/// q'' = cos t + 0.2 cos w t - w² q and two coupled bodies whose slower mode is at w: whether rounding errors make
+/// the Jacobian singular differs from order to order. A mode that no drive excites is not determined either. Order 8 is
+/// not kept, and a spring that stiffens limits the motion: neither is a resonance.
+#[test]
+fn a_resonance_at_any_order_is_named() {
+    use gear_dynamics::model::from_fn;
+    let balance = Balance::new(Harmonics::up_to(7));
+    for order in 1..=8 {
+        let w = order as f64;
+        let (one, two) = (w * w, 1.69 * w * w);
+        let swing = from_fn(1, move |t, q, _, a| a[0] = t.cos() + 0.2 * (w * t).cos() - one * q[0]).unwrap();
+        let quiet = from_fn(1, move |t, q, _, a| {
+            a[0] = (if order == 1 { 2.0 * t } else { t }).cos() - one * q[0];
+        });
+        let pair = from_fn(2, move |t, q, _, a| {
+            let (sum, twist) = (one * (q[0] + q[1]), two * (q[0] - q[1]));
+            a[0] = t.cos() + 0.2 * (w * t).sin() - 0.5 * (sum + twist);
+            a[1] = -0.5 * (sum - twist);
+        });
+        let models: [(&str, Result<FourierOrbit, BalanceError>); 3] = [
+            ("swing", balance.solve(&swing.with_period(TAU).unwrap(), None)),
+            ("quiet", balance.solve(&quiet.unwrap().with_period(TAU).unwrap(), None)),
+            ("pair", balance.solve(&pair.unwrap().with_period(TAU).unwrap(), None)),
+        ];
+        for (name, found) in models {
+            match found {
+                Ok(orbit) => assert!(order == 8 && orbit.residual() < 1e-9, "{name} {order}"),
+                Err(BalanceError::Singular { order: named, .. }) => assert_eq!(named, order, "{name}"),
+                Err(error) => panic!("{name} at order {order}: {error}"),
+            }
+        }
+    }
+    let stiffening = from_fn(1, |t, q, _, a| a[0] = t.cos() - 4.0 * q[0] - q[0] * q[0] * q[0]).unwrap();
+    let found = balance.solve(&stiffening.with_period(TAU).unwrap(), None);
+    assert!(!matches!(found, Err(BalanceError::Singular { .. })), "{found:?}");
+}
+
+/// q0'' = 1 beside q1'' = cos t - 4 q1 - 0.1 q1': nothing holds q0, and its velocity grows by 2π in every period.
+#[test]
+fn an_unconnected_body_that_accelerates_is_refused() {
+    use gear_dynamics::model::from_fn;
+    let balance = Balance::new(Harmonics::up_to(7));
+    let beside = |mean: f64| {
+        let model = from_fn(2, move |t, q, v, a| {
+            (a[0], a[1]) = (mean + (2.0 * t).cos(), t.cos() - 4.0 * q[1] - 0.1 * v[1]);
+        });
+        balance.solve(&model.unwrap().with_period(TAU).unwrap(), None)
+    };
+    let error = beside(1.0).unwrap_err();
+    let BalanceError::Accelerates { coordinate: 0, gain, .. } = error else { panic!("{error}") };
+    assert!((gain - TAU).abs() < 1e-9);
+    assert!((beside(0.0).unwrap().at(0.0).q[0] + 0.25).abs() < 1e-9);
+}

@@ -308,3 +308,29 @@ fn a_flank_that_is_not_touched_does_not_settle_a_motion() {
         assert!(apart < 1e-7, "{rate} {load}: {apart:e} after {} periods", steady.periods);
     }
 }
+
+/// q1'' = cos t - 4 q1 - 0.1 q1' settles. Beside it q0 is connected to nothing: it may turn at a constant mean speed, but
+/// not gain speed in every period. If it follows q1, its speed is constant as soon as q1 has settled.
+#[test]
+fn an_unconnected_body_that_accelerates_does_not_settle() {
+    let beside = |mean: f64, coupled: f64, speed: f64| {
+        let model = gear_dynamics::model::from_fn(2, move |t, q, v, a| {
+            a[0] = mean + (2.0 * t).cos() + coupled * q[1];
+            a[1] = t.cos() - 4.0 * q[1] - 0.1 * v[1];
+        });
+        let start = State::new(0.0, &[0.0, 0.0], &[speed, 0.0]);
+        Settle::new().run(&Dop853::new(), &model.unwrap().with_period(TAU).unwrap(), &start)
+    };
+    for (mean, speed) in [(1.0, 0.0), (-0.01, 50.0)] {
+        let error = beside(mean, 0.0, speed).unwrap_err();
+        let SettleError::Accelerates { coordinate: 0, gain, ref last, .. } = error else { panic!("{error}") };
+        assert!((gain - mean * TAU).abs() < 1e-5 && error.last() == Some(last));
+    }
+    for (coupled, speed) in [(0.0, 50.0), (1.0, 50.0), (1.0, 0.0)] {
+        assert_eq!(beside(0.0, coupled, speed).unwrap().period_multiple, 1);
+    }
+    // A body alone, with nothing beside it.
+    let alone = gear_dynamics::model::from_fn(1, |_, _, _, a| a[0] = 1.0).unwrap().with_period(TAU).unwrap();
+    let error = Settle::new().max_periods(5).run(&Dop853::new(), &alone, &State::at_rest(1)).unwrap_err();
+    assert!(matches!(error, SettleError::Accelerates { coordinate: 0, periods: 5, .. }), "{error}");
+}

@@ -784,3 +784,41 @@ fn a_wrapper_has_the_drives_contacts_and_channels_of_its_base() {
     assert!(!pieces && !jacobian && stops.is_empty() && kinks == 0);
     assert!(constants.is_none() && expansion.is_none() && terms.is_none() && laws.is_none());
 }
+
+/// q'' = u(φ) - q with one wave u.
+#[derive(PartialEq)]
+struct OneWave(Wave);
+
+impl Shape for OneWave {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 1, constants: 1, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        vec![Channel::new("speed", "1")]
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], _: &[S], a: &mut [S]) {
+        a[0] = u.all_waves()[0] - q[0];
+    }
+    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
+        u[0] = self.0.value(angle, side);
+    }
+}
+
+/// exp(-(φ - π)²/(2 s²)) = s/√(2π) (1 + 2 Σ (-1)^k exp(-k² s²/2) cos kφ), about 0 but for rounding at most angles. A pulse
+/// that comes once is refused, and so is a small wave that does not repeat.
+#[test]
+fn a_pulse_repeats_although_rounding_errors_beside_it_do_not() {
+    for width in [0.05, 0.08, 0.2] {
+        let mean = width / TAU.sqrt();
+        let pair =
+            |k: i32| [2.0 * mean * (-1f64).powi(k) * (-0.5 * (f64::from(k) * width).powi(2)).exp(), 0.0];
+        let pulse = Fourier::new(mean, &(1..=100).map(pair).collect::<Vec<_>>()).unwrap();
+        let machine = Machine::of_constants(OneWave(Wave::new(pulse)), &[("speed", 1.0)]);
+        assert_eq!(machine.map(|_| ()), Ok(()), "{width}");
+    }
+    let once = |x: f64| (-0.5 * ((x - 0.5 * TAU) / 0.08).powi(2)).exp() + 1e-15 * x;
+    for wave in [once, |x: f64| 1e-15 * x.sqrt()] {
+        let refused = Flawed { wave, ..Flawed::right() }.machine_of();
+        assert!(matches!(refused.map(|_| ()), Err(ParameterError::NotPeriodic { .. })));
+    }
+}

@@ -476,3 +476,32 @@ fn bodies_that_accelerate_freely_have_no_orbit() {
     let even = from_fn(1, |t, _, _, a| a[0] = t.cos()).unwrap().with_period(TAU).unwrap();
     assert!(Shooting::new().solve(&even, &State::at_rest(1)).is_ok());
 }
+
+/// A body that nothing connects must not accelerate beside an oscillator either; it may turn at a constant mean
+/// speed, and a pair that is connected may accelerate.
+#[test]
+fn an_unconnected_body_that_accelerates_has_no_orbit() {
+    use gear_dynamics::model::from_fn;
+    use std::f64::consts::TAU;
+    let beside = |mean: f64, speed: f64| {
+        let model = from_fn(2, move |t, q, v, a| {
+            (a[0], a[1]) = (mean + (2.0 * t).cos(), t.cos() - 4.0 * q[1] - 0.1 * v[1]);
+        });
+        let model = model.unwrap().with_period(TAU).unwrap();
+        Shooting::new().solve(&model, &State::new(0.0, &[0.0, 0.0], &[speed, 0.0]))
+    };
+    for mean in [1.0, -1e-3] {
+        let error = beside(mean, 0.0).unwrap_err();
+        let ShootingError::Accelerates { coordinate: 0, gain, .. } = error else { panic!("{error}") };
+        assert!((gain - mean * TAU).abs() < 1e-9);
+    }
+    let turning = beside(0.0, 50.0).unwrap();
+    assert!((turning.drift().0[0] - 50.0 * TAU).abs() < 1e-9 && turning.drift().1[0].abs() < 1e-9);
+    let pair = from_fn(3, |t, q, v, a| {
+        let shaft = 4.0 * (q[1] - q[2]) + 0.1 * (v[1] - v[2]);
+        (a[0], a[1], a[2]) = (0.0, t.cos() + 0.5 - shaft, shaft);
+    });
+    let pair = pair.unwrap().with_period(TAU).unwrap();
+    let orbit = Shooting::new().solve(&pair, &State::at_rest(3)).unwrap();
+    assert!((orbit.mean_acceleration()[1] - 0.25).abs() < 1e-9);
+}

@@ -7,8 +7,15 @@ use crate::excitation::Side;
 use crate::model::equations::Model;
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
+use crate::numeric::spread::golden;
 use std::cell::RefCell;
 use std::f64::consts::TAU;
+
+/// Largest difference of a wave after its period, as a share of the wave `[1]`.
+const APART: f64 = 1e-6;
+
+/// Number of angles at which a wave that seems not to repeat is compared once more.
+const SPREAD: u32 = 256;
 
 /// Evaluation by deflection that records the contacts of the laws that the algebra evaluates, and their
 /// edges.
@@ -56,7 +63,9 @@ impl<G: Shape> Machine<G> {
                 return Err(ParameterError::NotFinite { name: format!("wave {wave} of the shape"), value });
             }
             let size = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            if values.chunks(2).any(|two| two[0] != two[1] && (two[0] - two[1]).abs() > 1e-6 * size) {
+            if values.chunks(2).any(|two| two[0] != two[1] && (two[0] - two[1]).abs() > APART * size)
+                && !self.repeats_over_a_turn(wave, turn)
+            {
                 return Err(ParameterError::NotPeriodic {
                     name: format!("wave {wave} of the shape"),
                     period: turn,
@@ -64,6 +73,23 @@ impl<G: Shape> Machine<G> {
             }
         }
         self.check_contacts()
+    }
+
+    /// Whether a wave repeats after `turn`, from its values at angles spread over a turn: a pulse is almost 0
+    /// at most of them, and its rounding errors there are no small share of it.
+    fn repeats_over_a_turn(&self, wave: usize, turn: f64) -> bool {
+        let (mut now, mut later) = (vec![f64::NAN; self.size().waves], vec![f64::NAN; self.size().waves]);
+        let (mut size, mut apart) = (0.0f64, 0.0f64);
+        for i in 1..=SPREAD {
+            let angle = turn * golden(f64::from(i));
+            self.shape().waves(angle, Side::After, &mut now);
+            self.shape().waves(angle + turn, Side::After, &mut later);
+            size = size.max(now[wave].abs()).max(later[wave].abs());
+            if now[wave] != later[wave] {
+                apart = apart.max((now[wave] - later[wave]).abs());
+            }
+        }
+        apart <= APART * size
     }
 
     /// Checks, at rest at the angle 0, that the algebra evaluates laws of existing contacts only, and that

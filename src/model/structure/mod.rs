@@ -6,3 +6,4 @@ pub(crate) mod resting;
 pub(crate) mod rigid;
 pub(crate) mod sizing;
 pub(crate) mod slopes;
+pub(crate) mod unconnected;

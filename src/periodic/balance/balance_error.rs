@@ -128,6 +128,20 @@ pub enum BalanceError {
         /// The last iterate.
         last: Box<FourierOrbit>,
     },
+    /// Nothing connects a coordinate to others or to the ground, and a mean acceleration remains: its
+    /// velocity changes in every period, and there is no periodic orbit.
+    #[error(
+        "nothing connects coordinate {coordinate}, which gains the velocity {gain:?} in every period of the orbit: \
+         there is no periodic orbit; balance the forces on it, or leave it out"
+    )]
+    Accelerates {
+        /// The coordinate, from 0.
+        coordinate: usize,
+        /// Its gain of velocity in one period of the orbit.
+        gain: f64,
+        /// The series of all coordinates without this gain.
+        last: Box<FourierOrbit>,
+    },
     /// The root finder did not converge.
     #[error(
         "the balance did not converge in {} iterations: the largest residual is {:?}; try a guess projected \
@@ -180,6 +194,7 @@ impl BalanceError {
         match self {
             BalanceError::Slope { last, .. }
             | BalanceError::Singular { last, .. }
+            | BalanceError::Accelerates { last, .. }
             | BalanceError::NotConverged { last, .. }
             | BalanceError::NotFinite { last, .. }
             | BalanceError::Exhausted { last, .. }

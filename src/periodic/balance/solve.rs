@@ -7,6 +7,7 @@ use crate::ode::budget::Meter;
 use crate::periodic::balance::admission::admit_on_pieces;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
+use crate::periodic::balance::equations::resonance::Resonance;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::quality::coarseness::MORE;
 use crate::periodic::balance::quality::notes::notes;
@@ -96,7 +97,7 @@ impl Balance {
         let mut equations = self.with_whole_forces(model, &rest, 1, meter)?.on_fixed_pieces(pieces);
         let x = equations.unknowns(&rest);
         let root = Newton::new().solve(&mut Metered { equations: &mut equations, meter }, &x);
-        self.finish(&equations, root, meter, pieces.iter().position(|&p| p == Piece::Gap))
+        self.finish(&mut equations, &x, root, meter, pieces.iter().position(|&p| p == Piece::Gap))
     }
 
     /// Finds an orbit from a guess: a linearised or projected orbit, or the orbit of a neighbouring model.
@@ -134,7 +135,10 @@ impl Balance {
         }
         let mut metered = Metered { equations: &mut equations, meter };
         let root = self.root_finder.solve(&mut metered, &x);
-        let mut orbit = self.finish(&equations, root, meter, None)?;
+        let mut orbit = self.finish(&mut equations, &x, root, meter, None)?;
+        if let Some((coordinate, gain)) = equations.accelerating(&orbit) {
+            return Err(BalanceError::Accelerates { coordinate, gain, last: Box::new(orbit) });
+        }
         orbit.notes.extend(notes(&mut equations, &orbit, |orbit| self.set_up(model, orbit, MORE, meter)));
         Ok(orbit)
     }
@@ -162,9 +166,11 @@ impl Balance {
         Ok(FirstJacobian::Given(matrix))
     }
 
+    /// The orbit of a root, or the reason why none was found from the unknowns `guess`.
     fn finish(
         &self,
-        equations: &BalanceEquations<'_>,
+        equations: &mut BalanceEquations<'_>,
+        guess: &[f64],
         root: Result<Root, RootError>,
         meter: &Meter<'_>,
         start_in_gap: Option<usize>,
@@ -180,9 +186,17 @@ impl Balance {
             Ok(root) => return Ok(orbit(&root)),
             Err(error) => error,
         };
-        let coordinate = |unknown| equations.work.layout.coordinate(unknown);
         let (failure, root) = RootFailure::of(error, meter)?;
         let last = Box::new(orbit(&root));
+        // With rounding errors in the Jacobian a resonance need not be singular, but gives no convergence.
+        let may_resonate = matches!(failure, RootFailure::Singular { .. } | RootFailure::NotConverged);
+        if may_resonate
+            && start_in_gap.is_none()
+            && let Some(Resonance { coordinate, order }) = equations.resonance(guess)
+        {
+            return Err(BalanceError::Singular { coordinate, order, last });
+        }
+        let coordinate = |unknown| equations.work.layout.coordinate(unknown);
         Err(match failure {
             RootFailure::Exhausted(exhausted) => BalanceError::Exhausted { exhausted, last },
             RootFailure::Slope { equation, unknown } => BalanceError::Slope {

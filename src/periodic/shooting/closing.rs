@@ -7,7 +7,7 @@ use crate::periodic::pursuit::{Pursuit, PursuitError};
 use crate::periodic::shooting::cyclic::Cyclic;
 use crate::periodic::shooting::failure::{Iterate, ShootingError};
 use crate::periodic::shooting::multiple::Shooting;
-use crate::periodic::shooting::segments::{LOOSER, Segments};
+use crate::periodic::shooting::segments::{LOOSER, Segments, drift};
 use nalgebra::{DMatrix, DVector};
 
 /// The orbit of one motion while it is found: single shooting from a guess that is nearly closed, so that
@@ -79,6 +79,10 @@ impl<'s, 't> Closing<'s, 't> {
         let largest = self.segments.largest_change(&step, false);
         self.corrections.push(largest.1);
         if self.shooting.accepts([self.before, size], largest.1) {
+            let [_, gains] = drift(self.segments.rigid(), &round.slack, self.segments.scale());
+            if let Some((coordinate, gain)) = self.segments.accelerates(&gains) {
+                return Err(ShootingError::Accelerates { coordinate, gain, last: self.last() });
+            }
             let found = Multipliers::without(&round.monodromy(), self.segments.rigid(), f64::INFINITY)
                 .map_err(|error| ShootingError::Multipliers { error, last: self.last() })?;
             self.outcome = Some(Ok(found));

@@ -107,16 +107,16 @@ pub enum ShootingError {
         /// The last iterate.
         last: Iterate,
     },
-    /// Nothing restores any coordinate, and a mean acceleration remains: the velocities change in every
-    /// period, and there is no periodic orbit.
+    /// Nothing connects a coordinate to others or to the ground, and a mean acceleration remains: its
+    /// velocity changes in every period, and there is no periodic orbit.
     #[error(
-        "nothing restores any coordinate, and coordinate {coordinate} gains the velocity {gain:?} in every \
-         period: there is no periodic orbit"
+        "nothing connects coordinate {coordinate}, which gains the velocity {gain:?} in every period of the orbit: \
+         there is no periodic orbit; balance the forces on it, or leave it out"
     )]
     Accelerates {
         /// The coordinate that gains most, from 0.
         coordinate: usize,
-        /// Its gain of velocity in one period.
+        /// Its gain of velocity in one period of the orbit.
         gain: f64,
         /// The last iterate.
         last: Iterate,

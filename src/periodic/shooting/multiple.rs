@@ -26,7 +26,9 @@ use crate::roots::newton::is_monotone;
 ///
 /// The guess is a list of states of an approximate orbit at increasing times, or a single state. If the model
 /// has rigid modes (a ring), the drift over a period is an unknown, and position and speed of the rigid
-/// motion stay those of the guess. Times of a guess later than 2²⁰ periods are reduced by whole periods.
+/// motion stay those of the guess. A coordinate that nothing connects must gain no velocity over a period
+/// ([`ShootingError::Accelerates`]); bodies that are connected may accelerate together. Times of a guess
+/// later than 2²⁰ periods are reduced by whole periods.
 ///
 /// Source: Deuflhard, Newton Methods for Nonlinear Problems, Sects. 3.3 and 7.1.
 ///

@@ -1,6 +1,7 @@
 //! The segments of multiple shooting: integration over all segments, and norms of the corrections.
 
 use crate::model::drive_slope::DriveSlope;
+use crate::model::structure::unconnected::unconnected;
 use crate::model::{Model, State};
 use crate::numeric::norms::remove;
 use crate::ode::budget::Meter;
@@ -43,6 +44,8 @@ pub(crate) struct Segments<'m> {
     rigid: DMatrix<f64>,
     /// Rigid modes in units of `range`, orthonormal.
     rigid_of_range: DMatrix<f64>,
+    /// The coordinates that are a rigid mode each alone.
+    unconnected: Vec<usize>,
     end: f64,
     /// Slopes of the drives with respect to parameters.
     forced: Vec<DriveSlope>,
@@ -79,7 +82,8 @@ impl<'m> Segments<'m> {
         expansion: Expansion,
     ) -> Self {
         let [rigid, rigid_of_range] = [&scale, &range].map(|unit| orthonormal(modes, unit));
-        Segments { model, scale, range, rigid, rigid_of_range, end, forced, expansion }
+        let unconnected = unconnected(modes);
+        Segments { model, scale, range, rigid, rigid_of_range, unconnected, end, forced, expansion }
     }
 
     pub(crate) fn method(&self) -> FlowMethod {
@@ -94,13 +98,12 @@ impl<'m> Segments<'m> {
     pub(crate) fn rigid(&self) -> &DMatrix<f64> {
         &self.rigid
     }
-    /// The coordinate with the largest gain of velocity, and the gain, if all coordinates move rigidly and
-    /// the gain is no rounding.
+    /// The coordinate with the largest gain of velocity in one period, and the gain, among those that nothing
+    /// connects, if the gain is no rounding.
     pub(crate) fn accelerates(&self, gains: &[f64]) -> Option<(usize, f64)> {
-        let n = gains.len();
-        let share = |i: usize| gains[i].abs() / self.scale[n + i];
-        let most = (0..n).max_by(|&i, &j| share(i).total_cmp(&share(j)))?;
-        (self.rigid.ncols() == 2 * n && share(most) > GAINS).then_some((most, gains[most]))
+        let share = |i: usize| gains[i].abs() / self.scale[gains.len() + i];
+        let most = self.unconnected.iter().copied().max_by(|&i, &j| share(i).total_cmp(&share(j)))?;
+        (share(most) > GAINS).then_some((most, gains[most]))
     }
     /// Time at which the orbit closes.
     pub(crate) fn end(&self) -> f64 {
