@@ -160,12 +160,12 @@ impl Settle {
             for p in 1..=self.max_period_multiple.min(k) {
                 // The rounding errors of the last p periods.
                 motion.weigh(&sizes[k - p]);
-                let distance = motion.distance(&section[k], &section[k - p], self.tolerance);
-                distances[p - 1] = distance;
-                if p == 1 || distance < closest.0 {
-                    closest = (distance, motion.change(&section[k], &section[k - p]));
+                let apart = motion.distance(&section[k], &section[k - p], self.tolerance);
+                distances[p - 1] = apart;
+                if p == 1 || apart < closest.0 {
+                    closest = (apart, motion.change(&section[k], &section[k - p]));
                 }
-                repeated[p - 1] = if distance <= self.tolerance && is_own_multiple(&distances[..p]) {
+                repeated[p - 1] = if apart <= self.tolerance && is_own_multiple(&distances[..p]) {
                     repeated[p - 1] + 1
                 } else {
                     0

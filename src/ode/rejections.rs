@@ -36,6 +36,9 @@ const OBSERVED: u32 = 64;
 /// A jump is searched over this number of steps ahead. Where the motion stays on a jump, it lies within one.
 const AHEAD: f64 = 4.0;
 
+/// Number of accelerations that are searched for a jump in one step.
+const SEARCHED: usize = 4;
+
 /// Number of bisections: as many as a difference of two states has digits.
 const BISECTIONS: usize = 60;
 
@@ -274,14 +277,13 @@ impl Rejections {
         (most.1 > OF_TOLERANCE * most.2).then_some(most)
     }
 
-    /// The acceleration that changes most ahead of the start of the step, if it jumps there: bisection keeps
-    /// the larger part of the change, and [`KEPT`] of it remains between states that rounding hardly
-    /// separates.
+    /// An acceleration that jumps ahead of the start of the step: bisection keeps the larger part of its
+    /// change, and [`KEPT`] of it remains between states that rounding hardly separates. Those that change
+    /// most beside their own size are searched.
     fn jump<V: Vector>(&mut self, e: &Engine<'_, V>) -> Option<usize> {
         let Rejections { look, a: [low, high, middle], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
-        let (q, v) = halves(&e.ends.y);
-        let u = e.ends.nodes.end();
+        let ((q, v), u) = (halves(&e.ends.y), e.ends.nodes.end());
         accelerate(e.ends.model, pieces, u, q, v, low);
         let mut at = |share: f64, low: &[f64], a: &mut [f64]| {
             let rates = v.iter().chain(low);
@@ -292,26 +294,34 @@ impl Rejections {
             accelerate(e.ends.model, pieces, u, q, v, a);
         };
         at(1.0, low, high);
-        let changes = low.iter().zip(high.iter()).map(|(a, b)| (b - a).abs());
-        let (i, change) = changes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let size = low.iter().chain(high.iter()).fold(0.0, |m: f64, a| m.max(a.abs()));
-        if !(change > LEAST * size && size.is_finite()) {
+        if !size.is_finite() {
             return None;
         }
-        let (mut lo, mut hi, mut from, mut to) = (0.0, 1.0, low[i], high[i]);
-        for _ in 0..BISECTIONS {
-            let m = 0.5 * (lo + hi);
-            at(m, low, middle);
-            if (middle[i] - from).abs() > (to - middle[i]).abs() {
-                (hi, to) = (m, middle[i]);
-            } else {
-                (lo, from) = (m, middle[i]);
+        let mut most = f64::INFINITY;
+        for _ in 0..SEARCHED {
+            let change = |i: usize| (high[i] - low[i]).abs();
+            let share = |i: usize| change(i) / low[i].abs().max(high[i].abs());
+            let candidates = (0..low.len()).filter(|&i| change(i) > LEAST * size && share(i) < most);
+            let i = candidates.max_by(|&i, &j| share(i).total_cmp(&share(j)))?;
+            most = share(i);
+            let (mut lo, mut hi, mut from, mut to) = (0.0, 1.0, low[i], high[i]);
+            let mut bisections = 0;
+            while bisections < BISECTIONS && (to - from).abs() > KEPT * change(i) {
+                let m = 0.5 * (lo + hi);
+                at(m, low, middle);
+                if (middle[i] - from).abs() > (to - middle[i]).abs() {
+                    (hi, to) = (m, middle[i]);
+                } else {
+                    (lo, from) = (m, middle[i]);
+                }
+                bisections += 1;
             }
-            if (to - from).abs() <= KEPT * change {
-                return None;
+            if bisections == BISECTIONS {
+                return Some(i);
             }
         }
-        Some(i)
+        None
     }
 }
 

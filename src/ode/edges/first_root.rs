@@ -6,6 +6,7 @@ use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::Exit;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
+use std::cell::Cell;
 
 /// Safety factor on the observed deviation of a distance from its cubic.
 pub(crate) const DOUBT: f64 = 4.0;
@@ -19,6 +20,10 @@ const HALVINGS: usize = 10;
 
 /// Intervals of θ up to this length are not divided.
 const UNDIVIDED: f64 = 1.0 / 1024.0;
+
+/// Maximum number of evaluations of a contact before intervals are no longer divided. Where an edge moves too
+/// fast for a fixed step, all of them would be divided, and each step would cost thousands of evaluations.
+const LOOKS: u32 = 1024;
 
 /// Division point of an interval, as a share of its length: a multiple of the golden ratio modulo 1. No wave
 /// has a whole number of periods on both sides of it.
@@ -44,7 +49,9 @@ pub(crate) fn first_root<T: Tableau, V: Vector>(
     e.prepare_dense::<T>();
     let from = e.ends.pieces[exit.contact];
     let h = e.ends.h();
+    let looks = Cell::new(0);
     let mut look = |theta: f64| {
+        looks.set(looks.get() + 1);
         e.contacts_inside::<T>(theta);
         exit.distance(from, &e.ends.contacts[exit.contact], h)
     };
@@ -89,7 +96,7 @@ pub(crate) fn first_root<T: Tableau, V: Vector>(
             continue;
         }
         let resolved = off <= slack.max(RESOLVED * (most - least));
-        if !clear && !resolved && b - a > UNDIVIDED && open < ends.len() {
+        if !clear && !resolved && b - a > UNDIVIDED && open < ends.len() && looks.get() < LOOKS {
             ends[open] = (m, dm);
             open += 1;
             continue;
