@@ -186,6 +186,43 @@ fn an_undeclared_sign_that_sticks_is_named() -> Result<(), IntegrateError> {
     Ok(())
 }
 
+/// Motions that stick where short steps are accepted, not rejected: a friction whose steps a Rosenbrock method
+/// accepts, a stiff spring beside it, and a stiff body that changes its acceleration as much as the jump does.
+#[test]
+fn a_sign_that_sticks_in_accepted_steps_is_named() -> Result<(), Box<dyn std::error::Error>> {
+    use gear_dynamics::model::from_fn;
+    let stribeck = from_fn(1, |_, q, v, a| {
+        let slip = v[0] - 0.5;
+        a[0] = -q[0] - slip.signum() * (0.6 + 0.4 / (1.0 + slip.abs()));
+    })?;
+    let stiff = from_fn(1, |t, q, v, a| {
+        a[0] = (20.0 * (300.0 * t).cos() - 1e6 * q[0] - 50.0 * v[0].signum()) / 0.5;
+    })?;
+    let beside = from_fn(2, |t, q, v, a| {
+        a[0] = 0.5 * t.cos() - v[0].signum();
+        a[1] = -1e4 * (q[1] - 1000.0 * t);
+    })?;
+    let [rest, pushed] = [State::at_rest(1), State::new(0.0, &[1e-5], &[1e-3])];
+    let carried = State::new(0.0, &[0.0; 2], &[0.0, 1000.0]);
+    let cases: [(&dyn Model, &State, f64); 3] =
+        [(&stribeck, &rest, 10.0), (&stiff, &pushed, 0.01), (&beside, &carried, 1.0)];
+    for rtol in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let high = Dop853::new().rtol(rtol).atol(rtol / 100.0).max_steps(100_000);
+        let low = Rk45::new().rtol(rtol).atol(rtol / 100.0).max_steps(100_000);
+        let implicit = gear_dynamics::ode::Rodas::new().rtol(rtol).atol(rtol / 100.0).max_steps(100_000);
+        let solvers: [&dyn Integrator; 3] = [&high, &low, &implicit];
+        for (number, (model, start, end)) in cases.iter().enumerate() {
+            for (solver, integrator) in solvers.iter().enumerate() {
+                match integrator.end(*model, start, *end) {
+                    Err(IntegrateError::Discontinuity { acceleration: 0, .. }) => {}
+                    other => panic!("case {number}, solver {solver}, {rtol}: {other:?}"),
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Two bodies that stick in turns are named, too.
 #[test]
 fn two_bodies_that_stick_are_named() {

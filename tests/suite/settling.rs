@@ -234,10 +234,17 @@ fn the_error_of_settling_is_estimated_by_the_contraction() {
 struct FarFlank {
     rate: f64,
     load: f64,
+    /// Linear flanks instead: stiffness of the lower one; the upper one has 1.
+    lower: Option<f64>,
 }
 
 impl FarFlank {
     fn on(&self, piece: Piece, x: f64) -> f64 {
+        match (piece, self.lower) {
+            (Piece::Lower, Some(stiffness)) => return stiffness * (x + 1.0),
+            (Piece::Upper, Some(_)) => return x - 1.0,
+            _ => {}
+        }
         match piece {
             Piece::Lower => ((self.rate * (x + 1.0)).exp() - 1.0) / self.rate,
             Piece::Gap => 0.0,
@@ -290,22 +297,46 @@ impl Periodic for FarFlank {
     }
 }
 
+/// Distance of the settled state from that of 400 more periods, as a share of the range, and the periods.
+fn off(model: &FarFlank, start: &State) -> (f64, usize) {
+    let solver = Dop853::new().rtol(1e-12).atol(1e-14);
+    let steady = Settle::new().tolerance(1e-9).run(&solver, model, start).unwrap();
+    let later = steady.state.t + 400.0 * model.period();
+    let end = solver.end(model, &steady.state, later).unwrap();
+    let mut statistics = Statistics::new(model, &["q0"]).unwrap();
+    solver.run(model, &end, later + model.period(), &mut statistics).unwrap();
+    let range = statistics.summary("q0").unwrap().peak_to_peak();
+    ((steady.state.q[0] - end.q[0]).abs() / range, steady.periods)
+}
+
 /// The law of a flank that the motion does not touch weighs nothing: the settled state is that of 400 more
 /// periods. Transients fall by e^{-c T/2} = 0.73 in a period, so that the error is below four times the
 /// tolerance; the motion is compared to 100 times.
 #[test]
 fn a_flank_that_is_not_touched_does_not_settle_a_motion() {
     for (rate, load) in [(5.0, 0.06), (4.0, 0.08), (6.0, 0.05), (5.5, 0.1)] {
-        let (model, solver) = (FarFlank { rate, load }, Dop853::new().rtol(1e-12).atol(1e-14));
+        let model = FarFlank { rate, load, lower: None };
         let start = State::new(0.0, &[1.0 - (1.0 - rate * load).ln() / rate], &[0.0]);
-        let steady = Settle::new().tolerance(1e-9).run(&solver, &model, &start).unwrap();
-        let later = steady.state.t + 400.0 * model.period();
-        let end = solver.end(&model, &steady.state, later).unwrap();
-        let mut statistics = Statistics::new(&model, &["q0"]).unwrap();
-        solver.run(&model, &end, later + model.period(), &mut statistics).unwrap();
-        let range = statistics.summary("q0").unwrap().peak_to_peak();
-        let apart = (steady.state.q[0] - end.q[0]).abs() / range;
-        assert!(apart < 1e-7, "{rate} {load}: {apart:e} after {} periods", steady.periods);
+        let (apart, periods) = off(&model, &start);
+        assert!(apart < 1e-7, "{rate} {load}: {apart:e} after {periods} periods");
+    }
+}
+
+/// Nor does a flank that the transient touches: rounding errors of earlier periods do not count, and a hard
+/// flank is weighed in the short steps that pass it. Starts that meet the far flank in the first periods, by
+/// the exponential law and by a flank of 100 to 1e8 times the stiffness of the other one.
+#[test]
+fn a_flank_that_the_transient_touches_does_not_settle_a_motion() {
+    for (rate, load, q) in [(5.0, 0.06, -1.3), (7.0, 0.05, -1.1)] {
+        let (apart, periods) = off(&FarFlank { rate, load, lower: None }, &State::new(0.0, &[q], &[0.0]));
+        assert!(apart < 1e-7, "{rate} {load}: {apart:e} after {periods} periods");
+    }
+    for lower in [1e2, 3e2, 1e3, 1e5, 1e8] {
+        for v in [-3.0, 0.0] {
+            let model = FarFlank { rate: 1.0, load: 0.06, lower: Some(lower) };
+            let (apart, periods) = off(&model, &State::new(0.0, &[2.0], &[v]));
+            assert!(apart < 1e-7, "{lower} {v}: {apart:e} after {periods} periods");
+        }
     }
 }
 
