@@ -182,8 +182,8 @@ impl MotionSize {
         }
     }
 
-    /// Begins a period: halves every range about its middle, so that transients lose their weight, and forgets
-    /// the sizes, because the rounding errors of earlier periods are not in this one.
+    /// Begins a period: halves every range about its middle, so that transients lose their weight, and
+    /// forgets the sizes, because the rounding errors of earlier periods are not in this one.
     pub(crate) fn fade(&mut self) {
         self.used = 0;
         self.sizes.fill(0.0);

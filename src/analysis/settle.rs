@@ -223,8 +223,8 @@ const RECENT: usize = 4;
 /// errors reach it by chance now and then, and the run takes a further period.
 const SHRINKS: f64 = 0.65;
 
-/// Where rounding errors replace the tolerance, the largest change of a steady state, as a share of the range:
-/// a motion whose rounding errors are larger is not resolved `[1]`.
+/// Where rounding errors replace the tolerance, the largest change of a steady state, as a share of the
+/// range: a motion whose rounding errors are larger is not resolved `[1]`.
 const UNRESOLVED: f64 = 0.01;
 
 /// Whether the change shrinks. `changes` begins with the last one.

@@ -255,6 +255,14 @@ impl Rejections {
     /// The velocity that rounding of the coordinates changes most in a step `h`, relative to its tolerance:
     /// its index, the change and the tolerance. `None` if the change is far below the tolerance.
     fn rounding<V: Vector>(&mut self, e: &Engine<'_, V>, h: f64) -> Option<(usize, f64, f64)> {
+        let changes = self.changes_by_rounding(e);
+        let shares = changes.iter().enumerate().map(|(i, change)| (i, h * change / MOVED, tolerance(e, i)));
+        let most = shares.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
+        (most.1 > OF_TOLERANCE * most.2).then_some(most)
+    }
+
+    /// The changes of the accelerations when every coordinate moves by [`MOVED`] roundings.
+    fn changes_by_rounding<V: Vector>(&mut self, e: &Engine<'_, V>) -> &[f64] {
         let Rejections { look, a: [here, there, changes], .. } = self;
         let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
         let (n, u) = (here.len(), e.ends.nodes.end());
@@ -272,9 +280,7 @@ impl Rejections {
             look[j] = q;
             changes.iter_mut().zip(here.iter().zip(&*there)).for_each(|(c, (a, b))| *c += (a - b).abs());
         }
-        let shares = changes.iter().enumerate().map(|(i, change)| (i, h * change / MOVED, tolerance(e, i)));
-        let most = shares.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
-        (most.1 > OF_TOLERANCE * most.2).then_some(most)
+        changes
     }
 
     /// An acceleration that jumps ahead of the start of the step: bisection keeps the larger part of its
@@ -318,7 +324,9 @@ impl Rejections {
                 bisections += 1;
             }
             if bisections == BISECTIONS {
-                return Some(i);
+                // Far from 0 the coordinates are rounded so coarsely that accelerations move in jumps.
+                let jump = (to - from).abs();
+                return (jump > self.changes_by_rounding(e)[i]).then_some(i);
             }
         }
         None
