@@ -15,6 +15,7 @@ pub mod certify;
 pub mod check;
 pub mod contact;
 pub mod drives;
+mod doubled;
 mod dual;
 mod error;
 pub mod excitation;

@@ -4,7 +4,9 @@ use crate::contact::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::linear::instants::{Instants, smooth_intervals};
-use crate::linear::spectrum::{self, Found};
+use crate::linear::rank::Known;
+use crate::linear::resolution::{self, errors, known};
+use crate::linear::spectrum::Found;
 use crate::model::structure::slopes::Slopes;
 use crate::model::{Model, Periodic, State};
 use nalgebra::DMatrix;
@@ -88,14 +90,15 @@ pub struct Mode {
     shape: Vec<f64>,
     /// Bound of the error of ω² by rounding.
     error: f64,
+    rigid: bool,
 }
 
 impl Mode {
     fn of(found: Found) -> Self {
-        let Found { square, mut shape, error } = found;
+        let Found { square, mut shape, error, rigid } = found;
         let largest = shape.iter().fold(0.0f64, |most, x| if x.abs() > most.abs() { *x } else { most });
         shape.iter_mut().for_each(|x| *x /= largest);
-        Mode { square, frequency: square.max(0.0).sqrt(), shape, error }
+        Mode { square, frequency: square.max(0.0).sqrt(), shape, error, rigid }
     }
 
     /// ω² as the eigenvalue of the stiffness over the inertia; negative for a mode that is statically
@@ -117,7 +120,11 @@ impl Mode {
     /// The accelerations are sums in double precision: a stiffness of 1 N/m on a body with another one of
     /// 1e12 N/m has four correct digits.
     pub fn rounding(&self) -> f64 {
-        if self.square == 0.0 { 0.0 } else { self.error / self.square.abs() }
+        match (self.rigid, self.square == 0.0) {
+            (true, _) => 0.0,
+            (false, true) => f64::INFINITY,
+            (false, false) => self.error / self.square.abs(),
+        }
     }
     /// Whether double precision resolves the mode: [`rounding`](Mode::rounding) is below 1/2. If not, its
     /// frequency and the sign of its square are rounding, and it cannot be told from a rigid motion. Leave
@@ -157,8 +164,9 @@ pub struct Modes {
     symmetric: bool,
 }
 
-/// Roundings of a Jacobian at one instant, in ε = 2.2e-16 of the sums that it is made of.
-const ROUNDINGS: f64 = 8.0;
+/// Roundings of a Jacobian at one instant, in ε = 2.2e-16 of the sums that it is made of: one that the model
+/// provides, and one by differences.
+const ROUNDINGS: [f64; 2] = [8.0, 16.0];
 
 /// The same for the mean over a period, which is a sum of at least 320 Jacobians.
 const ROUNDINGS_OF_MEAN: f64 = 64.0;
@@ -185,17 +193,30 @@ impl Modes {
         let (n, pieces) = (model.dof(), vec![Piece::Upper; model.contacts()]);
         let bounds = smooth_intervals(model, EDGES + 1);
         check::count("edges of the drives in a period", &[bounds.len() - 1], EDGES)?;
-        let (rest, mut slopes) = (vec![0.0; n], Slopes::new(model, vec![1.0; 2 * n], 0.0));
+        let rest = vec![0.0; n];
+        let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
         let mut mean = [DMatrix::zeros(n, n), DMatrix::zeros(n, n)];
+        let mut error = DMatrix::zeros(n, n);
         for bound in bounds.windows(2) {
-            for (weight, u) in Instants::of(model, bound, PANELS).iter() {
+            let part = (bound[1] - bound[0]) / model.period();
+            for (k, (weight, u)) in Instants::of(model, bound, PANELS).iter().enumerate() {
                 slopes.at(Some(&pieces), u, &rest, &rest);
-                let share = weight * (bound[1] - bound[0]) / model.period();
-                mean[0] += &slopes.jacobian.q * share;
-                mean[1] += &slopes.jacobian.v * share;
+                mean[0] += &slopes.jacobian.q * (weight * part);
+                mean[1] += &slopes.jacobian.v * (weight * part);
+                if k == 0 {
+                    error += errors(&mut slopes, 0.0, Some(&pieces), u, [&rest, &rest]) * part;
+                }
             }
         }
-        Modes::of([&mean[0], &mean[1]], 0.0, ROUNDINGS_OF_MEAN * f64::EPSILON + slopes.noise())
+        error.zip_apply(&mean[0], |error, x| *error += ROUNDINGS_OF_MEAN * f64::EPSILON * x.abs());
+        let exact = |whole: bool| {
+            let once = || vec![(1.0, Instants::of(model, &bounds[..2], 1))];
+            let part = |bound: &[f64]| ((bound[1] - bound[0]) / model.period(), Instants::of(model, bound, PANELS));
+            let parts = if whole { bounds.windows(2).map(part).collect() } else { once() };
+            let all = parts.iter().flat_map(|(part, all)| all.iter().map(move |(w, u)| (w * part, u)));
+            known(model, Some(&pieces), [&rest, &rest], if whole { usize::MAX } else { 1 }, all)
+        };
+        Modes::of([&mean[0], &mean[1]], 0.0, error, &exact)
     }
 
     /// Modes about a state. `pieces`: that of each contact; `None`: those on which the state stands.
@@ -213,16 +234,24 @@ impl Modes {
         model.drive(*t, Side::After, &mut u);
         let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
         slopes.at(pieces, &u, q, v);
-        let rounding = ROUNDINGS * f64::EPSILON + slopes.noise();
-        Modes::of([&slopes.jacobian.q, &slopes.jacobian.v], *t, rounding)
+        let roundings = ROUNDINGS[usize::from(slopes.differenced)];
+        let error = errors(&mut slopes, roundings, pieces, &u, [q, v]);
+        let exact = |_: bool| known(model, pieces, [q, v], 1, [(1.0, &u[..])].into_iter());
+        Modes::of([&slopes.jacobian.q, &slopes.jacobian.v], *t, error, &exact)
     }
 
-    /// Modes of ∂a/∂q and ∂a/∂v, whose entries have this relative rounding error.
-    fn of([q, v]: [&DMatrix<f64>; 2], t: f64, rounding: f64) -> Result<Self, LinearError> {
+    /// Modes of ∂a/∂q, whose entries have these errors, and of ∂a/∂v.
+    fn of(
+        [q, v]: [&DMatrix<f64>; 2],
+        t: f64,
+        error: DMatrix<f64>,
+        exact: &dyn Fn(bool) -> Option<Known>,
+    ) -> Result<Self, LinearError> {
         if q.iter().chain(v.iter()).any(|x| !x.is_finite()) {
             return Err(LinearError::NotFinite { t });
         }
-        let spectrum = spectrum::of(q, v, rounding).ok_or(LinearError::NotConverged { rows: q.nrows() })?;
+        let spectrum = resolution::spectrum([q, v], error, exact)
+            .ok_or(LinearError::NotConverged { rows: q.nrows() })?;
         let mut list: Vec<Mode> = spectrum.modes.into_iter().map(Mode::of).collect();
         list.sort_by(|a, b| a.square.total_cmp(&b.square));
         Ok(Modes { list, eigenvalues: spectrum.eigenvalues, symmetric: spectrum.symmetric })
@@ -241,7 +270,7 @@ impl Modes {
     /// unit. Small inertias do not change it, and a stiffness counts down to the rounding error of the sums
     /// in which it stands, some 1e-15 of the largest one on the same coordinate.
     pub fn rigid_count(&self) -> usize {
-        self.list.iter().filter(|mode| mode.square == 0.0).count()
+        self.list.iter().filter(|mode| mode.rigid).count()
     }
     /// Number of statically unstable modes, ω² < 0: they come first in [`all`](Modes::all). A bearing
     /// with radial clearance has two about its centre; use [`about`](Modes::about) with a state in which it
