@@ -24,8 +24,8 @@ const PARAMETERS: f64 = 8.0 * f64::EPSILON;
 /// too many coordinates, or the iteration does not converge.
 ///
 /// The method of Jacobi for S = M^(1/2) A M^(-1/2). S is symmetric but for the rounding of the weights in the
-/// model. A rotation that made it symmetric would resist rigid motions by ε of the stiffest spring. Each pair of
-/// coordinates is therefore transformed by the eigenvectors of its own two rows and columns, which are a
+/// model. The mean of S and its transpose would resist rigid motions by ε of the stiffest spring. Each pair
+/// of coordinates is therefore transformed by the eigenvectors of its own two rows and columns, which are a
 /// rotation if these are symmetric.
 pub(crate) fn modes(known: &Known, m: &[f64], rigid: usize) -> Option<[Vec<Found>; 2]> {
     let n = m.len();

@@ -111,17 +111,18 @@ pub(crate) fn errors(
     errors
 }
 
-/// Steps of the differences that show the errors of a Jacobian, over the usual step. They are not powers of 2,
-/// so that sums round in other ways.
+/// Steps of the differences that show the errors of a Jacobian, over the usual step. They are not powers of
+/// 2, so that sums round in other ways.
 const STEPS: [f64; 2] = [1.37, 1.91];
 
-/// Error of a Jacobian by differences over its changes with the step. The error of a cubic term is 1.1 times the
-/// first one.
+/// Error of a Jacobian by differences over its changes with the step. The error of a cubic term is 1.1 times
+/// the first one.
 const OF_STEPS: f64 = 4.0;
 
 /// The largest error of an entry, as a share of the largest entry of its row.
 fn largest_share(a: &DMatrix<f64>, error: &DMatrix<f64>) -> f64 {
-    let share = |i: usize| Some(a.row(i).amax()).filter(|most| *most > 0.0).map(|most| error.row(i).amax() / most);
+    let share =
+        |i: usize| Some(a.row(i).amax()).filter(|most| *most > 0.0).map(|most| error.row(i).amax() / most);
     (0..a.nrows()).filter_map(share).fold(f64::EPSILON, f64::max)
 }
 

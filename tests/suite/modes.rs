@@ -129,3 +129,155 @@ fn a_train_with_a_light_pinion_and_stiff_teeth() {
     };
     assert!(error.to_string().contains("has no inertia") && error.to_string().contains("k1 k2/(k1 + k2)"));
 }
+
+/// Springs in a row between unit masses, stated as an algebra for all number types.
+#[derive(Clone, PartialEq)]
+struct Row(Vec<f64>);
+
+impl Shape for Row {
+    fn size(&self) -> Size {
+        Size { dof: self.0.len() + 1, constants: 1, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        vec![Channel::new("speed", "1")]
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, _: Drives<'_, S>, q: &[S], _: &[S], a: &mut [S]) {
+        a.fill(S::from(0.0));
+        for (i, k) in self.0.iter().enumerate() {
+            let force = (q[i + 1] - q[i]) * *k;
+            (a[i], a[i + 1]) = (a[i] + force, a[i + 1] - force);
+        }
+    }
+}
+
+/// The train of bodies with these inertias and stiffnesses to the ground, 0 for none, and springs between them.
+fn sprung(inertias: &[f64], grounds: &[f64], springs: &[(usize, usize, f64)]) -> Modes {
+    let mut parts = Parts::new();
+    for (i, (inertia, ground)) in inertias.iter().zip(grounds).enumerate() {
+        let body = Body::new(*inertia);
+        parts.body(&format!("b{i}"), if *ground > 0.0 { body.grounded(*ground, 0.0) } else { body });
+    }
+    for (i, (from, to, k)) in springs.iter().enumerate() {
+        parts.shaft(&format!("s{i}"), &format!("b{from}"), &format!("b{to}"), ShaftPart::new(*k));
+    }
+    let parts = parts.accept(Warning::UnusualValue).accept(Warning::Disconnected);
+    Modes::in_contact(&parts.build("b0", 100.0).unwrap(), 0.0).unwrap()
+}
+
+/// 1 - 1 - 1 - 1 on springs K, k, K. ω² = 0, 2 K and the roots of ω⁴ - 2 (K + k) ω² + 2 K k = 0.
+#[test]
+fn a_soft_spring_between_stiff_ones_is_no_rigid_motion() {
+    for stiff in [1e8, 1e10, 1e12, 1e14] {
+        for soft in [100.0, 1.0, 0.01, 1e-4] {
+            let (b, c) = (stiff + soft, 2.0 * stiff * soft);
+            let high = b + (b * b - c).sqrt();
+            let exact = [0.0, c / high, 2.0 * stiff, high];
+            let row = vec![stiff, soft, stiff];
+            let machine = Machine::of_constants(Row(row.clone()), &[("speed", 1.0)]).unwrap();
+            let of_shape = Modes::about(&machine, &State::at_rest(4), None).unwrap();
+            let joined = [(0, 1, stiff), (1, 2, soft), (2, 3, stiff)];
+            let of_parts = sprung(&[1.0; 4], &[0.0; 4], &joined);
+            let mean = Modes::mean_in_contact(&machine).unwrap();
+            for (way, modes) in [("shape", of_shape), ("parts", of_parts), ("mean", mean)] {
+                assert_eq!(modes.rigid_count(), 1, "{way} {stiff} {soft}");
+                for (mode, exact) in modes.all().iter().zip(exact) {
+                    let off = (mode.square() - exact).abs();
+                    assert!(
+                        off <= mode.rounding() * exact && mode.rounding() < 1e-9,
+                        "{way} {stiff} {soft}: {mode:?}"
+                    );
+                }
+            }
+            // Differences of sums in double precision.
+            let formula = from_fn(4, move |_, q, _, a| {
+                a.fill(0.0);
+                for (i, k) in row.iter().enumerate() {
+                    let force = k * (q[i + 1] - q[i]);
+                    (a[i], a[i + 1]) = (a[i] + force, a[i + 1] - force);
+                }
+            });
+            let written = modes(&[1.0; 4], &[stiff, soft, stiff], &[0.0; 4], 0.0);
+            let differenced = Modes::about(&formula.unwrap(), &State::at_rest(4), None).unwrap();
+            for (way, modes) in [("Jacobian", written), ("formula", differenced)] {
+                assert_eq!(modes.rigid_count(), 1, "{way} {stiff} {soft}: {modes:?}");
+                let mode = modes
+                    .all()
+                    .iter()
+                    .filter(|mode| mode.rounding() > 0.0)
+                    .min_by(|a, b| a.square().abs().total_cmp(&b.square().abs()));
+                let mode = mode.unwrap();
+                let off = (mode.square() - exact[1]).abs();
+                assert!(
+                    off <= mode.rounding() * mode.square().abs() * 1.0001,
+                    "{way} {stiff} {soft}: {mode:?}"
+                );
+                let ratio = stiff / soft;
+                assert!(!mode.is_resolved() || ratio < 1.1e14, "{way} {stiff} {soft}: {mode:?}");
+                assert!(mode.is_resolved() || ratio > 0.9e12, "{way} {stiff} {soft}: {mode:?}");
+            }
+        }
+    }
+}
+
+/// Number of ω² below `square` of a tree of springs: of negative dynamic stiffnesses, from the leaves to the roots. A
+/// part of stiffness D behind a spring k is one of k D/(k + D): its error is that of the given numbers.
+fn below(square: f64, inertias: &[f64], grounds: &[f64], parents: &[Option<(usize, f64)>]) -> usize {
+    let mut count = 0;
+    let mut stiffness: Vec<f64> = inertias.iter().zip(grounds).map(|(m, g)| g - square * m).collect();
+    for (i, parent) in parents.iter().enumerate().rev() {
+        let own = stiffness[i];
+        match *parent {
+            None => count += usize::from(own < 0.0),
+            Some((parent, k)) => {
+                count += usize::from(k + own < 0.0);
+                stiffness[parent] += k * own / (k + own);
+            }
+        }
+    }
+    count
+}
+
+#[test]
+fn random_trees_of_springs_over_twelve_orders() {
+    let mut seed = 7u64;
+    let mut draw = move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    for case in 0..60 {
+        let n = 3 + (draw() * 8.0) as usize;
+        let inertias: Vec<f64> = (0..n).map(|_| 10f64.powf(2.0 * draw() - 1.0)).collect();
+        let (mut parents, mut springs, mut part) = (vec![None], Vec::new(), vec![0]);
+        for i in 1..n {
+            let parent = if case % 2 == 0 { i - 1 } else { (draw() * i as f64) as usize };
+            let k = 10f64.powf(12.0 * draw() - 2.0);
+            let joined = draw() < 0.85;
+            parents.push(joined.then_some((parent, k)));
+            part.push(if joined { part[parent] } else { i });
+            if joined {
+                springs.push((parent, i, k));
+            }
+        }
+        let share = if case % 3 == 0 { 0.0 } else { 0.2 };
+        let to_ground = |_| if draw() < share { 10f64.powf(12.0 * draw() - 2.0) } else { 0.0 };
+        let grounds: Vec<f64> = (0..n).map(to_ground).collect();
+        let free =
+            (0..n).filter(|&i| part[i] == i && (0..n).all(|j| part[j] != i || grounds[j] == 0.0)).count();
+        let modes = sprung(&inertias, &grounds, &springs);
+        let text = format!("{case}: {inertias:?} {grounds:?} {parents:?}");
+        assert_eq!(modes.rigid_count(), free, "{text}");
+        for (index, mode) in modes.all().iter().enumerate().skip(free) {
+            let (mut low, mut high) = (1e-12f64, 1e16f64);
+            while high / low > 1.0 + 1e-15 && low < (low * high).sqrt() && (low * high).sqrt() < high {
+                let middle = (low * high).sqrt();
+                if below(middle, &inertias, &grounds, &parents) > index {
+                    high = middle
+                } else {
+                    low = middle
+                }
+            }
+            let off = (mode.square() / low - 1.0).abs();
+            assert!(off <= mode.rounding() + 1e-13 && mode.rounding() < 1e-8, "{off} {mode:?}; {text}");
+        }
+    }
+}
