@@ -130,38 +130,50 @@ fn a_train_with_a_light_pinion_and_stiff_teeth() {
     assert!(error.to_string().contains("has no inertia") && error.to_string().contains("k1 k2/(k1 + k2)"));
 }
 
-/// Springs in a row between unit masses, stated as an algebra for all number types.
+/// Masses with springs to the ground, 0 for none, and between two of them, stated as an algebra for all number types.
 #[derive(Clone, PartialEq)]
-struct Row(Vec<f64>);
+struct Sprung {
+    masses: Vec<f64>,
+    grounds: Vec<f64>,
+    springs: Vec<(usize, usize, f64)>,
+}
 
-impl Shape for Row {
+impl Shape for Sprung {
     fn size(&self) -> Size {
-        Size { dof: self.0.len() + 1, constants: 1, ..Size::default() }
+        Size { dof: self.masses.len(), constants: 1, ..Size::default() }
     }
     fn names(&self) -> Vec<Channel> {
         vec![Channel::new("speed", "1")]
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, _: Drives<'_, S>, q: &[S], _: &[S], a: &mut [S]) {
-        a.fill(S::from(0.0));
-        for (i, k) in self.0.iter().enumerate() {
-            let force = (q[i + 1] - q[i]) * *k;
-            (a[i], a[i + 1]) = (a[i] + force, a[i + 1] - force);
+        for (a, (q, ground)) in a.iter_mut().zip(q.iter().zip(&self.grounds)) {
+            *a = *q * -*ground;
         }
+        for (i, j, k) in &self.springs {
+            let force = (q[*j] - q[*i]) * *k;
+            (a[*i], a[*j]) = (a[*i] + force, a[*j] - force);
+        }
+        a.iter_mut().zip(&self.masses).for_each(|(a, mass)| *a = *a / S::from(*mass));
     }
 }
 
-/// The train of bodies with these inertias and stiffnesses to the ground, 0 for none, and springs between them.
-fn sprung(inertias: &[f64], grounds: &[f64], springs: &[(usize, usize, f64)]) -> Modes {
-    let mut parts = Parts::new();
-    for (i, (inertia, ground)) in inertias.iter().zip(grounds).enumerate() {
-        let body = Body::new(*inertia);
-        parts.body(&format!("b{i}"), if *ground > 0.0 { body.grounded(*ground, 0.0) } else { body });
+impl Sprung {
+    fn machine(&self) -> Machine<Sprung> {
+        Machine::of_constants(self.clone(), &[("speed", 1.0)]).unwrap()
     }
-    for (i, (from, to, k)) in springs.iter().enumerate() {
-        parts.shaft(&format!("s{i}"), &format!("b{from}"), &format!("b{to}"), ShaftPart::new(*k));
+    /// The modes of the same masses as a train.
+    fn of_parts(&self) -> Modes {
+        let mut parts = Parts::new();
+        for (i, (mass, ground)) in self.masses.iter().zip(&self.grounds).enumerate() {
+            let body = Body::new(*mass);
+            parts.body(&format!("b{i}"), if *ground > 0.0 { body.restrained(*ground, 0.0) } else { body });
+        }
+        for (i, (from, to, k)) in self.springs.iter().enumerate() {
+            parts.shaft(&format!("s{i}"), &format!("b{from}"), &format!("b{to}"), ShaftPart::new(*k));
+        }
+        let parts = parts.accept(Warning::UnusualValue);
+        Modes::in_contact(&parts.build("b0", 100.0).unwrap(), 0.0).unwrap()
     }
-    let parts = parts.accept(Warning::UnusualValue).accept(Warning::Disconnected);
-    Modes::in_contact(&parts.build("b0", 100.0).unwrap(), 0.0).unwrap()
 }
 
 /// 1 - 1 - 1 - 1 on springs K, k, K. ω² = 0, 2 K and the roots of ω⁴ - 2 (K + k) ω² + 2 K k = 0.
@@ -172,11 +184,11 @@ fn a_soft_spring_between_stiff_ones_is_no_rigid_motion() {
             let (b, c) = (stiff + soft, 2.0 * stiff * soft);
             let high = b + (b * b - c).sqrt();
             let exact = [0.0, c / high, 2.0 * stiff, high];
-            let row = vec![stiff, soft, stiff];
-            let machine = Machine::of_constants(Row(row.clone()), &[("speed", 1.0)]).unwrap();
+            let springs = vec![(0, 1, stiff), (1, 2, soft), (2, 3, stiff)];
+            let sprung = Sprung { masses: vec![1.0; 4], grounds: vec![0.0; 4], springs };
+            let machine = sprung.machine();
             let of_shape = Modes::about(&machine, &State::at_rest(4), None).unwrap();
-            let joined = [(0, 1, stiff), (1, 2, soft), (2, 3, stiff)];
-            let of_parts = sprung(&[1.0; 4], &[0.0; 4], &joined);
+            let of_parts = sprung.of_parts();
             let mean = Modes::mean_in_contact(&machine).unwrap();
             for (way, modes) in [("shape", of_shape), ("parts", of_parts), ("mean", mean)] {
                 assert_eq!(modes.rigid_count(), 1, "{way} {stiff} {soft}");
@@ -191,9 +203,9 @@ fn a_soft_spring_between_stiff_ones_is_no_rigid_motion() {
             // Differences of sums in double precision.
             let formula = from_fn(4, move |_, q, _, a| {
                 a.fill(0.0);
-                for (i, k) in row.iter().enumerate() {
-                    let force = k * (q[i + 1] - q[i]);
-                    (a[i], a[i + 1]) = (a[i] + force, a[i + 1] - force);
+                for &(i, j, k) in &sprung.springs {
+                    let force = k * (q[j] - q[i]);
+                    (a[i], a[j]) = (a[i] + force, a[j] - force);
                 }
             });
             let written = modes(&[1.0; 4], &[stiff, soft, stiff], &[0.0; 4], 0.0);
@@ -251,7 +263,8 @@ fn random_trees_of_springs_over_twelve_orders() {
         for i in 1..n {
             let parent = if case % 2 == 0 { i - 1 } else { (draw() * i as f64) as usize };
             let k = 10f64.powf(12.0 * draw() - 2.0);
-            let joined = draw() < 0.85;
+            // A train is connected.
+            let joined = case % 4 < 2 || draw() < 0.8;
             parents.push(joined.then_some((parent, k)));
             part.push(if joined { part[parent] } else { i });
             if joined {
@@ -263,8 +276,12 @@ fn random_trees_of_springs_over_twelve_orders() {
         let grounds: Vec<f64> = (0..n).map(to_ground).collect();
         let free =
             (0..n).filter(|&i| part[i] == i && (0..n).all(|j| part[j] != i || grounds[j] == 0.0)).count();
-        let modes = sprung(&inertias, &grounds, &springs);
         let text = format!("{case}: {inertias:?} {grounds:?} {parents:?}");
+        let sprung = Sprung { masses: inertias.clone(), grounds: grounds.clone(), springs };
+        let modes = match case % 4 < 2 {
+            true => sprung.of_parts(),
+            false => Modes::about(&sprung.machine(), &State::at_rest(n), None).unwrap(),
+        };
         assert_eq!(modes.rigid_count(), free, "{text}");
         for (index, mode) in modes.all().iter().enumerate().skip(free) {
             let (mut low, mut high) = (1e-12f64, 1e16f64);
