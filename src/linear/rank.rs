@@ -49,8 +49,10 @@ impl Known {
             let Some((row, column)) = certain.max_by(|x, y| a[*x].size().total_cmp(&a[*y].size())) else {
                 return p;
             };
-            (a.swap_rows(p, row), a.swap_columns(p, column));
-            (e.swap_rows(p, row), e.swap_columns(p, column));
+            a.swap_rows(p, row);
+            a.swap_columns(p, column);
+            e.swap_rows(p, row);
+            e.swap_columns(p, column);
             let (pivot, of_pivot) = (a[(p, p)], e[(p, p)]);
             let least = pivot.size() - of_pivot;
             for i in p + 1..n {
