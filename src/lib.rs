@@ -14,7 +14,6 @@ pub mod branches;
 pub mod certify;
 pub mod check;
 pub mod contact;
-mod doubled;
 pub mod drives;
 mod dual;
 mod error;

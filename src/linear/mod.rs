@@ -5,7 +5,6 @@
 //! meets a natural frequency ([`Resonance`]).
 
 pub(crate) mod campbell;
-pub(crate) mod doubled_modes;
 pub(crate) mod instants;
 pub(crate) mod least;
 pub(crate) mod modes;

@@ -4,8 +4,7 @@ use crate::contact::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::linear::instants::{Instants, smooth_intervals};
-use crate::linear::rank::Known;
-use crate::linear::resolution::{self, errors, known};
+use crate::linear::resolution::{self, errors};
 use crate::linear::spectrum::Found;
 use crate::model::structure::slopes::Slopes;
 use crate::model::{Model, Periodic, State};
@@ -117,10 +116,9 @@ impl Mode {
     /// Estimate of the error of [`square`](Mode::square) by rounding, as a share of it `[1]`; that of the
     /// frequency is half of it. 0 for a rigid motion.
     ///
-    /// Soft modes of a [`Machine`](crate::Machine) are computed with twice the digits if its stiffness is
-    /// symmetric and it has at most 128 coordinates: those of trains, unless their coordinates are relative.
-    /// For other models the Jacobian has double precision: a spring of 1 N/m on a body with another one of
-    /// 1e12 N/m has four digits, of which the estimate counts on two. Infinite for a mode whose square is 0 and that is not rigid.
+    /// The accelerations are sums in double precision: a stiffness of 1 N/m on a body with another one of
+    /// 1e12 N/m has four correct digits, of which the estimate counts on two. Infinite for a mode whose
+    /// square is 0 and that is not rigid.
     pub fn rounding(&self) -> f64 {
         match (self.rigid, self.square == 0.0) {
             (true, _) => 0.0,
@@ -128,9 +126,9 @@ impl Mode {
             (false, false) => self.error / self.square.abs(),
         }
     }
-    /// Whether double precision resolves the mode: [`rounding`](Mode::rounding) is below 1/2. If not, its
-    /// frequency and the sign of its square are rounding, and it cannot be told from a rigid motion. Leave
-    /// the stiffest part out, as a rigid connection.
+    /// Whether double precision resolves the mode: [`rounding`](Mode::rounding) is below 1/2. If not, the
+    /// errors of the Jacobian may be as large as the square, and its sign may be wrong. Leave the stiffest
+    /// part out, as a rigid connection.
     pub fn is_resolved(&self) -> bool {
         self.rounding() < 0.5
     }
@@ -148,19 +146,21 @@ impl Mode {
 ///
 /// Rigid motions are counted by the rank of ∂a/∂q. A resistance counts in two cases: it is larger than the
 /// rounding of the largest stiffness on the same coordinates, or an entry of ∂a/∂q that is larger than its
-/// own error remains of it when the stiffer couplings are eliminated. A soft spring between two stiff groups is
-/// therefore a coupling, whatever its stiffness. The errors of the entries are:
+/// own error remains of it when the stiffer couplings are eliminated. A soft spring between two stiff groups
+/// is therefore a coupling, whatever its stiffness. The errors of the entries are:
 ///
-/// - for a [`Machine`](crate::Machine), 1e-28 of the largest entries on the same coordinates, because its
-///   algebra is then evaluated with twice the digits;
-/// - for a Jacobian that the model provides, 8 ε of each entry, ε = 2.2e-16;
-/// - for differences, 16 ε of each entry, and four times what steps of other lengths change.
+/// - for a Jacobian that the model provides, 8 ε of each entry, ε = 2.2e-16, and for a
+///   [`Machine`](crate::Machine) 8 ε of the sum of the terms of each entry; for a mean over a period 64 ε
+///   more;
+/// - for differences, 16 ε of each entry, or four times what steps of other lengths change if that is more.
 ///
-/// What lies below these errors cannot be seen: 1e12 + 1e-9 = 1e12 in a Jacobian of double precision, so that
-/// a spring of 1e-9 to the ground beside one of 1e12 leaves a rigid motion there. A coupling that is certain
-/// while the errors hide its frequency gives a mode with [`is_resolved`](Mode::is_resolved) false. Its
-/// [`rounding`](Mode::rounding) bounds the error, and its square and shape mean nothing; the shape of the
-/// rigid motion beside it is as uncertain.
+/// What lies below these errors cannot be seen: 1e12 + 1e-9 = 1e12, so that a spring of 1e-9 to the ground
+/// beside one of 1e12 leaves a rigid motion. A coupling that is certain while the errors hide its frequency
+/// gives a mode with [`is_resolved`](Mode::is_resolved) false, whose [`rounding`](Mode::rounding) bounds the
+/// error. If all couplings are springs between coordinates, its square is that of the springs without what
+/// the errors may hide to the ground: 0.01 between two stiff groups of 1e12 keeps its digits. For other
+/// couplings, for example by gears, its square and shape are rounding, and so is the share of that shape in
+/// the rigid motion.
 ///
 /// ```
 /// use gear_dynamics::linear::Modes;
@@ -182,11 +182,7 @@ pub struct Modes {
     symmetric: bool,
 }
 
-/// Roundings of a Jacobian at one instant, in ε = 2.2e-16 of the sums that it is made of: one that the model
-/// provides, and one by differences.
-const ROUNDINGS: [f64; 2] = [8.0, 16.0];
-
-/// The same for the mean over a period, which is a sum of at least 320 Jacobians.
+/// Roundings of the mean of ∂a/∂q over a period, a sum of at least 320 matrices, in ε = 2.2e-16 of its terms.
 const ROUNDINGS_OF_MEAN: f64 = 64.0;
 
 impl Modes {
@@ -217,25 +213,19 @@ impl Modes {
         let mut error = DMatrix::zeros(n, n);
         for bound in bounds.windows(2) {
             let part = (bound[1] - bound[0]) / model.period();
+            let mut known = DMatrix::zeros(n, n);
             for (k, (weight, u)) in Instants::of(model, bound, PANELS).iter().enumerate() {
                 slopes.at(Some(&pieces), u, &rest, &rest);
+                if k == 0 {
+                    known = errors(&mut slopes, Some(&pieces), u, [&rest, &rest]);
+                }
                 mean[0] += &slopes.jacobian.q * (weight * part);
                 mean[1] += &slopes.jacobian.v * (weight * part);
-                if k == 0 {
-                    error += errors(&mut slopes, 0.0, Some(&pieces), u, [&rest, &rest]) * part;
-                }
+                error += slopes.jacobian.q.abs() * (ROUNDINGS_OF_MEAN * f64::EPSILON * weight * part);
             }
+            error += known * part;
         }
-        error.zip_apply(&mean[0], |error, x| *error += ROUNDINGS_OF_MEAN * f64::EPSILON * x.abs());
-        let exact = |whole: bool| {
-            let once = || vec![(1.0, Instants::of(model, &bounds[..2], 1))];
-            let part =
-                |bound: &[f64]| ((bound[1] - bound[0]) / model.period(), Instants::of(model, bound, PANELS));
-            let parts = if whole { bounds.windows(2).map(part).collect() } else { once() };
-            let all = parts.iter().flat_map(|(part, all)| all.iter().map(move |(w, u)| (w * part, u)));
-            known(model, Some(&pieces), [&rest, &rest], if whole { usize::MAX } else { 1 }, all)
-        };
-        Modes::of([&mean[0], &mean[1]], 0.0, error, &exact)
+        Modes::of([&mean[0], &mean[1]], 0.0, &error)
     }
 
     /// Modes about a state. `pieces`: that of each contact; `None`: those on which the state stands.
@@ -253,24 +243,17 @@ impl Modes {
         model.drive(*t, Side::After, &mut u);
         let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
         slopes.at(pieces, &u, q, v);
-        let roundings = ROUNDINGS[usize::from(slopes.differenced)];
-        let error = errors(&mut slopes, roundings, pieces, &u, [q, v]);
-        let exact = |_: bool| known(model, pieces, [q, v], 1, [(1.0, &u[..])].into_iter());
-        Modes::of([&slopes.jacobian.q, &slopes.jacobian.v], *t, error, &exact)
+        let error = errors(&mut slopes, pieces, &u, [q, v]);
+        Modes::of([&slopes.jacobian.q, &slopes.jacobian.v], *t, &error)
     }
 
     /// Modes of ∂a/∂q, whose entries have these errors, and of ∂a/∂v.
-    fn of(
-        [q, v]: [&DMatrix<f64>; 2],
-        t: f64,
-        error: DMatrix<f64>,
-        exact: &dyn Fn(bool) -> Option<Known>,
-    ) -> Result<Self, LinearError> {
+    fn of([q, v]: [&DMatrix<f64>; 2], t: f64, error: &DMatrix<f64>) -> Result<Self, LinearError> {
         if q.iter().chain(v.iter()).any(|x| !x.is_finite()) {
             return Err(LinearError::NotFinite { t });
         }
-        let spectrum = resolution::spectrum([q, v], error, exact)
-            .ok_or(LinearError::NotConverged { rows: q.nrows() })?;
+        let found = resolution::spectrum([q, v], error);
+        let spectrum = found.ok_or(LinearError::NotConverged { rows: q.nrows() })?;
         let mut list: Vec<Mode> = spectrum.modes.into_iter().map(Mode::of).collect();
         list.sort_by(|a, b| a.square.total_cmp(&b.square));
         Ok(Modes { list, eigenvalues: spectrum.eigenvalues, symmetric: spectrum.symmetric })

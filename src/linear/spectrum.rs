@@ -47,18 +47,6 @@ pub(crate) fn of(q: &DMatrix<f64>, v: &DMatrix<f64>, rounding: f64) -> Option<Sp
         return Some(Spectrum { modes, eigenvalues, symmetric: false });
     };
     let found = symmetric(&a, &m, &rigid, rounding)?;
-    assembled(found, rigid, &m, v, rounding)
-}
-
-/// The spectrum of a symmetric stiffness with these elastic modes, rigid motions and inertias.
-pub(crate) fn assembled(
-    found: Vec<Found>,
-    rigid: Vec<Vec<f64>>,
-    m: &[f64],
-    v: &DMatrix<f64>,
-    rounding: f64,
-) -> Option<Spectrum> {
-    let (n, elastic) = (m.len(), found.len());
     // Coordinates along the modes, of unit inertia, the rigid motions last.
     let product = |x: &[f64], y: &[f64]| -> f64 { (0..n).map(|j| x[j] * m[j] * y[j]).sum() };
     let mut basis: Vec<Vec<f64>> = found.iter().map(|mode| mode.shape.clone()).chain(rigid.clone()).collect();

@@ -2,7 +2,6 @@
 
 use crate::contact::Piece;
 use crate::rounded::Rounded;
-use nalgebra::DMatrix;
 
 /// A model that knows the terms of its accelerations. A [`Machine`](crate::Machine) does.
 ///
@@ -36,19 +35,6 @@ pub trait Terms {
         scratch: &mut TermsScratch,
         out: &mut [f64],
     );
-    #[doc(hidden)]
-    /// Writes ∂a/∂q as a sum of two matrices: the second one holds what the first one has lost by rounding.
-    /// `false`, and nothing written, for a model that does not know it: the default.
-    fn exact_slopes(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        state: [&[f64]; 2],
-        out: [&mut DMatrix<f64>; 2],
-    ) -> bool {
-        let _ = (pieces, u, state, out);
-        false
-    }
 }
 
 /// Memory of [`Terms`], kept from call to call: a call with used scratch does not allocate.

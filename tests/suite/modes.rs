@@ -1,4 +1,5 @@
-//! Modes of stiffness and inertia over many orders of magnitude: against closed forms and eigenvalues of 60 digits.
+//! Modes of stiffness and inertia over many orders of magnitude: against closed forms and eigenvalues of 60
+//! digits.
 
 use crate::api::*;
 use gear_dynamics::Wave;
@@ -130,7 +131,8 @@ fn a_train_with_a_light_pinion_and_stiff_teeth() {
     assert!(error.to_string().contains("has no inertia") && error.to_string().contains("k1 k2/(k1 + k2)"));
 }
 
-/// Masses with springs to the ground, 0 for none, and between two of them, stated as an algebra for all number types.
+/// Masses with springs to the ground, 0 for none, and between two of them, stated as an algebra for all
+/// number types.
 #[derive(Clone, PartialEq)]
 struct Sprung {
     masses: Vec<f64>,
@@ -190,16 +192,6 @@ fn a_soft_spring_between_stiff_ones_is_no_rigid_motion() {
             let of_shape = Modes::about(&machine, &State::at_rest(4), None).unwrap();
             let of_parts = sprung.of_parts();
             let mean = Modes::mean_in_contact(&machine).unwrap();
-            for (way, modes) in [("shape", of_shape), ("parts", of_parts), ("mean", mean)] {
-                assert_eq!(modes.rigid_count(), 1, "{way} {stiff} {soft}");
-                for (mode, exact) in modes.all().iter().zip(exact) {
-                    let off = (mode.square() - exact).abs();
-                    assert!(
-                        off <= mode.rounding() * exact && mode.rounding() < 1e-9,
-                        "{way} {stiff} {soft}: {mode:?}"
-                    );
-                }
-            }
             // Differences of sums in double precision.
             let formula = from_fn(4, move |_, q, _, a| {
                 a.fill(0.0);
@@ -208,31 +200,29 @@ fn a_soft_spring_between_stiff_ones_is_no_rigid_motion() {
                     (a[i], a[j]) = (a[i] + force, a[j] - force);
                 }
             });
-            let written = modes(&[1.0; 4], &[stiff, soft, stiff], &[0.0; 4], 0.0);
             let differenced = Modes::about(&formula.unwrap(), &State::at_rest(4), None).unwrap();
-            for (way, modes) in [("Jacobian", written), ("formula", differenced)] {
-                assert_eq!(modes.rigid_count(), 1, "{way} {stiff} {soft}: {modes:?}");
-                let mode = modes
-                    .all()
-                    .iter()
-                    .filter(|mode| mode.rounding() > 0.0)
-                    .min_by(|a, b| a.square().abs().total_cmp(&b.square().abs()));
-                let mode = mode.unwrap();
-                let off = (mode.square() - exact[1]).abs();
-                assert!(
-                    off <= mode.rounding() * mode.square().abs() * 1.0001,
-                    "{way} {stiff} {soft}: {mode:?}"
-                );
-                let ratio = stiff / soft;
-                assert!(!mode.is_resolved() || ratio < 1.1e14, "{way} {stiff} {soft}: {mode:?}");
-                assert!(mode.is_resolved() || ratio > 0.9e12, "{way} {stiff} {soft}: {mode:?}");
+            let written = modes(&[1.0; 4], &[stiff, soft, stiff], &[0.0; 4], 0.0);
+            let ways = ["shape", "parts", "mean", "Jacobian", "formula"];
+            for (way, modes) in ways.into_iter().zip([of_shape, of_parts, mean, written, differenced]) {
+                let text = format!("{way} {stiff} {soft}: {:?}", modes.all());
+                assert_eq!(modes.rigid_count(), 1, "{text}");
+                assert!(modes.all()[0].rounding() == 0.0 && modes.all()[0].square() == 0.0, "{text}");
+                for (mode, exact) in modes.all().iter().zip(exact).skip(1) {
+                    let off = (mode.square() - exact).abs();
+                    assert!(off <= mode.rounding() * mode.square().abs(), "{text}");
+                }
+                assert!(modes.all()[2..].iter().all(|mode| mode.rounding() < 1e-9), "{text}");
+                let (resolved, ratio) = (modes.all()[1].is_resolved(), stiff / soft);
+                assert!(!resolved || ratio < 1e14, "{text}");
+                assert!(resolved || ratio > 0.9e12, "{text}");
             }
         }
     }
 }
 
-/// Number of ω² below `square` of a tree of springs: of negative dynamic stiffnesses, from the leaves to the roots. A
-/// part of stiffness D behind a spring k is one of k D/(k + D): its error is that of the given numbers.
+/// Number of ω² below `square` of a tree of springs: of negative dynamic stiffnesses, from the leaves to the
+/// roots. A part of stiffness D behind a spring k is one of k D/(k + D): its error is that of the given
+/// numbers.
 fn below(square: f64, inertias: &[f64], grounds: &[f64], parents: &[Option<(usize, f64)>]) -> usize {
     let mut count = 0;
     let mut stiffness: Vec<f64> = inertias.iter().zip(grounds).map(|(m, g)| g - square * m).collect();
@@ -294,7 +284,7 @@ fn random_trees_of_springs_over_twelve_orders() {
                 }
             }
             let off = (mode.square() / low - 1.0).abs();
-            assert!(off <= mode.rounding() + 1e-13 && mode.rounding() < 1e-8, "{off} {mode:?}; {text}");
+            assert!(off <= mode.rounding() + 1e-13, "{off} {mode:?}; {text}");
         }
     }
 }

@@ -4,7 +4,6 @@ pub(crate) mod checks;
 pub(crate) mod constants;
 pub(crate) mod dual_jacobian;
 pub(crate) mod enclosed;
-pub(crate) mod exact_jacobian;
 pub(crate) mod laws;
 pub(crate) mod machine;
 pub(crate) mod machine_tape;

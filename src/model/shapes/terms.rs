@@ -1,12 +1,10 @@
 //! The terms of a machine, by numbers that carry them.
 
 use crate::contact::{ByDeflection, FixedPieces, Piece, PieceChoice};
-use crate::model::shapes::exact_jacobian::exact_jacobian;
 use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::model::terms::{Terms, TermsScratch};
 use crate::rounded::Rounded;
-use nalgebra::DMatrix;
 
 impl<G: Shape> Terms for Machine<G> {
     fn terms(
@@ -25,16 +23,6 @@ impl<G: Shape> Terms for Machine<G> {
         }
         let acceleration = u[self.size().waves + 1];
         out.iter_mut().zip(self.shape().inertia()).for_each(|(out, by)| *out += (acceleration * by).abs());
-    }
-    fn exact_slopes(
-        &self,
-        pieces: Option<&[Piece]>,
-        u: &[f64],
-        state: [&[f64]; 2],
-        out: [&mut DMatrix<f64>; 2],
-    ) -> bool {
-        exact_jacobian(self.shape(), pieces, u, state, out);
-        true
     }
 }
 
