@@ -8,6 +8,8 @@ pub(crate) mod campbell;
 pub(crate) mod instants;
 pub(crate) mod least;
 pub(crate) mod modes;
+pub(crate) mod rank;
+pub(crate) mod resolution;
 pub(crate) mod spectrum;
 pub(crate) mod statics;
 pub(crate) mod symmetric;

@@ -4,7 +4,8 @@ use crate::contact::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::linear::instants::{Instants, smooth_intervals};
-use crate::linear::spectrum::{self, Found};
+use crate::linear::resolution::{self, errors};
+use crate::linear::spectrum::Found;
 use crate::model::structure::slopes::Slopes;
 use crate::model::{Model, Periodic, State};
 use nalgebra::DMatrix;
@@ -88,14 +89,15 @@ pub struct Mode {
     shape: Vec<f64>,
     /// Bound of the error of ω² by rounding.
     error: f64,
+    rigid: bool,
 }
 
 impl Mode {
     fn of(found: Found) -> Self {
-        let Found { square, mut shape, error } = found;
+        let Found { square, mut shape, error, rigid } = found;
         let largest = shape.iter().fold(0.0f64, |most, x| if x.abs() > most.abs() { *x } else { most });
         shape.iter_mut().for_each(|x| *x /= largest);
-        Mode { square, frequency: square.max(0.0).sqrt(), shape, error }
+        Mode { square, frequency: square.max(0.0).sqrt(), shape, error, rigid }
     }
 
     /// ω² as the eigenvalue of the stiffness over the inertia; negative for a mode that is statically
@@ -115,13 +117,18 @@ impl Mode {
     /// frequency is half of it. 0 for a rigid motion.
     ///
     /// The accelerations are sums in double precision: a stiffness of 1 N/m on a body with another one of
-    /// 1e12 N/m has four correct digits.
+    /// 1e12 N/m has four correct digits, of which the estimate counts on two. Infinite for a mode whose
+    /// square is 0 and that is not rigid.
     pub fn rounding(&self) -> f64 {
-        if self.square == 0.0 { 0.0 } else { self.error / self.square.abs() }
+        match (self.rigid, self.square == 0.0) {
+            (true, _) => 0.0,
+            (false, true) => f64::INFINITY,
+            (false, false) => self.error / self.square.abs(),
+        }
     }
-    /// Whether double precision resolves the mode: [`rounding`](Mode::rounding) is below 1/2. If not, its
-    /// frequency and the sign of its square are rounding, and it cannot be told from a rigid motion. Leave
-    /// the stiffest part out, as a rigid connection.
+    /// Whether double precision resolves the mode: [`rounding`](Mode::rounding) is below 1/2. If not, the
+    /// errors of the Jacobian may be as large as the square, and its sign may be wrong. Leave the stiffest
+    /// part out, as a rigid connection.
     pub fn is_resolved(&self) -> bool {
         self.rounding() < 0.5
     }
@@ -136,6 +143,24 @@ impl Mode {
 /// Undamped: ∂a/∂q φ = -ω² φ. Damped: eigenvalues λ of [0, I; ∂a/∂q, ∂a/∂q']. a are the accelerations of the
 /// model on the given pieces of its contact laws, at given drives.   Source: Meirovitch, Fundamentals of
 /// Vibrations, chapter 7.
+///
+/// Rigid motions are counted by the rank of ∂a/∂q. A resistance counts in two cases: it is larger than the
+/// rounding of the largest stiffness on the same coordinates, or an entry of ∂a/∂q that is larger than its
+/// own error remains of it when the stiffer couplings are eliminated. A soft spring between two stiff groups
+/// is therefore a coupling, whatever its stiffness. The errors of the entries are:
+///
+/// - for a Jacobian that the model provides, 8 ε of each entry, ε = 2.2e-16, and for a
+///   [`Machine`](crate::Machine) 8 ε of the sum of the terms of each entry; for a mean over a period 64 ε
+///   more;
+/// - for differences, 16 ε of each entry, or four times what steps of other lengths change if that is more.
+///
+/// What lies below these errors cannot be seen: 1e12 + 1e-9 = 1e12, so that a spring of 1e-9 to the ground
+/// beside one of 1e12 leaves a rigid motion. A coupling that is certain while the errors hide its frequency
+/// gives a mode with [`is_resolved`](Mode::is_resolved) false, whose [`rounding`](Mode::rounding) bounds the
+/// error. If all couplings are springs between coordinates, its square is that of the springs without what
+/// the errors may hide to the ground: 0.01 between two stiff groups of 1e12 keeps its digits. For other
+/// couplings, for example by gears, its square and shape are rounding, and so is the share of that shape in
+/// the rigid motion.
 ///
 /// ```
 /// use gear_dynamics::linear::Modes;
@@ -157,10 +182,7 @@ pub struct Modes {
     symmetric: bool,
 }
 
-/// Roundings of a Jacobian at one instant, in ε = 2.2e-16 of the sums that it is made of.
-const ROUNDINGS: f64 = 8.0;
-
-/// The same for the mean over a period, which is a sum of at least 320 Jacobians.
+/// Roundings of the mean of ∂a/∂q over a period, a sum of at least 320 matrices, in ε = 2.2e-16 of its terms.
 const ROUNDINGS_OF_MEAN: f64 = 64.0;
 
 impl Modes {
@@ -185,17 +207,25 @@ impl Modes {
         let (n, pieces) = (model.dof(), vec![Piece::Upper; model.contacts()]);
         let bounds = smooth_intervals(model, EDGES + 1);
         check::count("edges of the drives in a period", &[bounds.len() - 1], EDGES)?;
-        let (rest, mut slopes) = (vec![0.0; n], Slopes::new(model, vec![1.0; 2 * n], 0.0));
+        let rest = vec![0.0; n];
+        let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
         let mut mean = [DMatrix::zeros(n, n), DMatrix::zeros(n, n)];
+        let mut error = DMatrix::zeros(n, n);
         for bound in bounds.windows(2) {
-            for (weight, u) in Instants::of(model, bound, PANELS).iter() {
+            let part = (bound[1] - bound[0]) / model.period();
+            let mut known = DMatrix::zeros(n, n);
+            for (k, (weight, u)) in Instants::of(model, bound, PANELS).iter().enumerate() {
                 slopes.at(Some(&pieces), u, &rest, &rest);
-                let share = weight * (bound[1] - bound[0]) / model.period();
-                mean[0] += &slopes.jacobian.q * share;
-                mean[1] += &slopes.jacobian.v * share;
+                if k == 0 {
+                    known = errors(&mut slopes, Some(&pieces), u, [&rest, &rest]);
+                }
+                mean[0] += &slopes.jacobian.q * (weight * part);
+                mean[1] += &slopes.jacobian.v * (weight * part);
+                error += slopes.jacobian.q.abs() * (ROUNDINGS_OF_MEAN * f64::EPSILON * weight * part);
             }
+            error += known * part;
         }
-        Modes::of([&mean[0], &mean[1]], 0.0, ROUNDINGS_OF_MEAN * f64::EPSILON + slopes.noise())
+        Modes::of([&mean[0], &mean[1]], 0.0, &error)
     }
 
     /// Modes about a state. `pieces`: that of each contact; `None`: those on which the state stands.
@@ -213,16 +243,17 @@ impl Modes {
         model.drive(*t, Side::After, &mut u);
         let mut slopes = Slopes::new(model, vec![1.0; 2 * n], 0.0);
         slopes.at(pieces, &u, q, v);
-        let rounding = ROUNDINGS * f64::EPSILON + slopes.noise();
-        Modes::of([&slopes.jacobian.q, &slopes.jacobian.v], *t, rounding)
+        let error = errors(&mut slopes, pieces, &u, [q, v]);
+        Modes::of([&slopes.jacobian.q, &slopes.jacobian.v], *t, &error)
     }
 
-    /// Modes of ∂a/∂q and ∂a/∂v, whose entries have this relative rounding error.
-    fn of([q, v]: [&DMatrix<f64>; 2], t: f64, rounding: f64) -> Result<Self, LinearError> {
+    /// Modes of ∂a/∂q, whose entries have these errors, and of ∂a/∂v.
+    fn of([q, v]: [&DMatrix<f64>; 2], t: f64, error: &DMatrix<f64>) -> Result<Self, LinearError> {
         if q.iter().chain(v.iter()).any(|x| !x.is_finite()) {
             return Err(LinearError::NotFinite { t });
         }
-        let spectrum = spectrum::of(q, v, rounding).ok_or(LinearError::NotConverged { rows: q.nrows() })?;
+        let found = resolution::spectrum([q, v], error);
+        let spectrum = found.ok_or(LinearError::NotConverged { rows: q.nrows() })?;
         let mut list: Vec<Mode> = spectrum.modes.into_iter().map(Mode::of).collect();
         list.sort_by(|a, b| a.square.total_cmp(&b.square));
         Ok(Modes { list, eigenvalues: spectrum.eigenvalues, symmetric: spectrum.symmetric })
@@ -235,13 +266,9 @@ impl Modes {
     pub fn all(&self) -> &[Mode] {
         &self.list
     }
-    /// Number of rigid motions: motions that no coupling of the model resists.
-    ///
-    /// It is the number of coordinates less the rank of ∂a/∂q, with each row and each column in its own
-    /// unit. Small inertias do not change it, and a stiffness counts down to the rounding error of the sums
-    /// in which it stands, some 1e-15 of the largest one on the same coordinate.
+    /// Number of rigid motions: motions that no coupling of the model resists. [`Modes`] states the rule.
     pub fn rigid_count(&self) -> usize {
-        self.list.iter().filter(|mode| mode.square == 0.0).count()
+        self.list.iter().filter(|mode| mode.rigid).count()
     }
     /// Number of statically unstable modes, ω² < 0: they come first in [`all`](Modes::all). A bearing
     /// with radial clearance has two about its centre; use [`about`](Modes::about) with a state in which it

@@ -1,5 +1,6 @@
 //! Eigenvalues and modes of ∂a/∂q and ∂a/∂v, with their rounding errors.
 
+use crate::linear::rank::units;
 use crate::linear::symmetric::inertias;
 use faer::{Mat, Side};
 use nalgebra::DMatrix;
@@ -12,6 +13,8 @@ pub(crate) struct Found {
     pub(crate) shape: Vec<f64>,
     /// Bound of the error of ω² by rounding, in the unit of ω².
     pub(crate) error: f64,
+    /// Whether it is a rigid motion.
+    pub(crate) rigid: bool,
 }
 
 /// Modes, rigid motions among them, and the eigenvalues λ with Im λ > 0.
@@ -66,8 +69,8 @@ pub(crate) fn of(q: &DMatrix<f64>, v: &DMatrix<f64>, rounding: f64) -> Option<Sp
 }
 
 impl Found {
-    fn rigid(shape: Vec<f64>) -> Self {
-        Found { square: 0.0, shape, error: 0.0 }
+    pub(crate) fn rigid(shape: Vec<f64>) -> Self {
+        Found { square: 0.0, shape, error: 0.0, rigid: true }
     }
 }
 
@@ -77,10 +80,7 @@ impl Found {
 /// coordinates the columns. The rank is that of the singular value decomposition.
 fn unresisted(a: &DMatrix<f64>, rounding: f64) -> Option<Vec<Vec<f64>>> {
     let n = a.nrows();
-    let unit = |largest: f64| if largest > 0.0 { 1.0 / largest } else { 1.0 };
-    let rows: Vec<f64> = (0..n).map(|i| unit(a.row(i).amax())).collect();
-    let column = |j: usize| (0..n).fold(0.0f64, |most, i| most.max((a[(i, j)] * rows[i]).abs()));
-    let columns: Vec<f64> = (0..n).map(|j| unit(column(j))).collect();
+    let (rows, columns) = units(a);
     let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] * rows[i] * columns[j]);
     let svd = scaled.svd().ok()?;
     let limit = rounding * n as f64 * svd.S()[0];
@@ -140,7 +140,7 @@ fn symmetric(a: &DMatrix<f64>, m: &[f64], rigid: &[Vec<f64>], rounding: f64) -> 
         let size = |i: usize| (0..n).map(|j| (stiffness[(i, j)] * shape[i] * shape[j]).abs()).sum::<f64>();
         let inertia: f64 = shape.iter().zip(m).map(|(x, m)| m * x * x).sum();
         let first_order = rounding * (0..n).map(size).sum::<f64>() / inertia;
-        Found { square, shape, error: first_order.max(n as f64 * error) }
+        Found { square, shape, error: first_order.max(n as f64 * error), rigid: false }
     };
     Some(pairs.into_iter().map(of).collect())
 }
@@ -218,7 +218,7 @@ fn general(a: &DMatrix<f64>, rigid: usize, rounding: f64) -> Option<Vec<Found>> 
         });
         let entry = |x: &faer::c64| (Complex64::new(x.re, x.im) / largest).re;
         let shape = (0..n).map(|i| entry(&vectors[(i, k)])).collect();
-        Found { square: values[k].re, shape, error: rounding * n as f64 * most }
+        Found { square: values[k].re, shape, error: rounding * n as f64 * most, rigid: false }
     });
     Some(modes.collect())
 }

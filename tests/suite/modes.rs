@@ -1,4 +1,5 @@
-//! Modes of stiffness and inertia over many orders of magnitude: against closed forms and eigenvalues of 60 digits.
+//! Modes of stiffness and inertia over many orders of magnitude: against closed forms and eigenvalues of 60
+//! digits.
 
 use crate::api::*;
 use gear_dynamics::Wave;
@@ -128,4 +129,162 @@ fn a_train_with_a_light_pinion_and_stiff_teeth() {
         parts.build("pinion", 1.0).unwrap_err()
     };
     assert!(error.to_string().contains("has no inertia") && error.to_string().contains("k1 k2/(k1 + k2)"));
+}
+
+/// Masses with springs to the ground, 0 for none, and between two of them, stated as an algebra for all
+/// number types.
+#[derive(Clone, PartialEq)]
+struct Sprung {
+    masses: Vec<f64>,
+    grounds: Vec<f64>,
+    springs: Vec<(usize, usize, f64)>,
+}
+
+impl Shape for Sprung {
+    fn size(&self) -> Size {
+        Size { dof: self.masses.len(), constants: 1, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        vec![Channel::new("speed", "1")]
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, _: Drives<'_, S>, q: &[S], _: &[S], a: &mut [S]) {
+        for (a, (q, ground)) in a.iter_mut().zip(q.iter().zip(&self.grounds)) {
+            *a = *q * -*ground;
+        }
+        for (i, j, k) in &self.springs {
+            let force = (q[*j] - q[*i]) * *k;
+            (a[*i], a[*j]) = (a[*i] + force, a[*j] - force);
+        }
+        a.iter_mut().zip(&self.masses).for_each(|(a, mass)| *a = *a / S::from(*mass));
+    }
+}
+
+impl Sprung {
+    fn machine(&self) -> Machine<Sprung> {
+        Machine::of_constants(self.clone(), &[("speed", 1.0)]).unwrap()
+    }
+    /// The modes of the same masses as a train.
+    fn of_parts(&self) -> Modes {
+        let mut parts = Parts::new();
+        for (i, (mass, ground)) in self.masses.iter().zip(&self.grounds).enumerate() {
+            let body = Body::new(*mass);
+            parts.body(&format!("b{i}"), if *ground > 0.0 { body.restrained(*ground, 0.0) } else { body });
+        }
+        for (i, (from, to, k)) in self.springs.iter().enumerate() {
+            parts.shaft(&format!("s{i}"), &format!("b{from}"), &format!("b{to}"), ShaftPart::new(*k));
+        }
+        let parts = parts.accept(Warning::UnusualValue);
+        Modes::in_contact(&parts.build("b0", 100.0).unwrap(), 0.0).unwrap()
+    }
+}
+
+/// 1 - 1 - 1 - 1 on springs K, k, K. ω² = 0, 2 K and the roots of ω⁴ - 2 (K + k) ω² + 2 K k = 0.
+#[test]
+fn a_soft_spring_between_stiff_ones_is_no_rigid_motion() {
+    for stiff in [1e8, 1e10, 1e12, 1e14] {
+        for soft in [100.0, 1.0, 0.01, 1e-4] {
+            let (b, c) = (stiff + soft, 2.0 * stiff * soft);
+            let high = b + (b * b - c).sqrt();
+            let exact = [0.0, c / high, 2.0 * stiff, high];
+            let springs = vec![(0, 1, stiff), (1, 2, soft), (2, 3, stiff)];
+            let sprung = Sprung { masses: vec![1.0; 4], grounds: vec![0.0; 4], springs };
+            let machine = sprung.machine();
+            let of_shape = Modes::about(&machine, &State::at_rest(4), None).unwrap();
+            let of_parts = sprung.of_parts();
+            let mean = Modes::mean_in_contact(&machine).unwrap();
+            // Differences of sums in double precision.
+            let formula = from_fn(4, move |_, q, _, a| {
+                a.fill(0.0);
+                for &(i, j, k) in &sprung.springs {
+                    let force = k * (q[j] - q[i]);
+                    (a[i], a[j]) = (a[i] + force, a[j] - force);
+                }
+            });
+            let differenced = Modes::about(&formula.unwrap(), &State::at_rest(4), None).unwrap();
+            let written = modes(&[1.0; 4], &[stiff, soft, stiff], &[0.0; 4], 0.0);
+            let ways = ["shape", "parts", "mean", "Jacobian", "formula"];
+            for (way, modes) in ways.into_iter().zip([of_shape, of_parts, mean, written, differenced]) {
+                let text = format!("{way} {stiff} {soft}: {:?}", modes.all());
+                assert_eq!(modes.rigid_count(), 1, "{text}");
+                assert!(modes.all()[0].rounding() == 0.0 && modes.all()[0].square() == 0.0, "{text}");
+                for (mode, exact) in modes.all().iter().zip(exact).skip(1) {
+                    let off = (mode.square() - exact).abs();
+                    assert!(off <= mode.rounding() * mode.square().abs(), "{text}");
+                }
+                assert!(modes.all()[2..].iter().all(|mode| mode.rounding() < 1e-9), "{text}");
+                let (resolved, ratio) = (modes.all()[1].is_resolved(), stiff / soft);
+                assert!(!resolved || ratio < 1e14, "{text}");
+                assert!(resolved || ratio > 0.9e12, "{text}");
+            }
+        }
+    }
+}
+
+/// Number of ω² below `square` of a tree of springs: of negative dynamic stiffnesses, from the leaves to the
+/// roots. A part of stiffness D behind a spring k is one of k D/(k + D): its error is that of the given
+/// numbers.
+fn below(square: f64, inertias: &[f64], grounds: &[f64], parents: &[Option<(usize, f64)>]) -> usize {
+    let mut count = 0;
+    let mut stiffness: Vec<f64> = inertias.iter().zip(grounds).map(|(m, g)| g - square * m).collect();
+    for (i, parent) in parents.iter().enumerate().rev() {
+        let own = stiffness[i];
+        match *parent {
+            None => count += usize::from(own < 0.0),
+            Some((parent, k)) => {
+                count += usize::from(k + own < 0.0);
+                stiffness[parent] += k * own / (k + own);
+            }
+        }
+    }
+    count
+}
+
+#[test]
+fn random_trees_of_springs_over_twelve_orders() {
+    let mut seed = 7u64;
+    let mut draw = move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    for case in 0..60 {
+        let n = 3 + (draw() * 8.0) as usize;
+        let inertias: Vec<f64> = (0..n).map(|_| 10f64.powf(2.0 * draw() - 1.0)).collect();
+        let (mut parents, mut springs, mut part) = (vec![None], Vec::new(), vec![0]);
+        for i in 1..n {
+            let parent = if case % 2 == 0 { i - 1 } else { (draw() * i as f64) as usize };
+            let k = 10f64.powf(12.0 * draw() - 2.0);
+            // A train is connected.
+            let joined = case % 4 < 2 || draw() < 0.8;
+            parents.push(joined.then_some((parent, k)));
+            part.push(if joined { part[parent] } else { i });
+            if joined {
+                springs.push((parent, i, k));
+            }
+        }
+        let share = if case % 3 == 0 { 0.0 } else { 0.2 };
+        let to_ground = |_| if draw() < share { 10f64.powf(12.0 * draw() - 2.0) } else { 0.0 };
+        let grounds: Vec<f64> = (0..n).map(to_ground).collect();
+        let free =
+            (0..n).filter(|&i| part[i] == i && (0..n).all(|j| part[j] != i || grounds[j] == 0.0)).count();
+        let text = format!("{case}: {inertias:?} {grounds:?} {parents:?}");
+        let sprung = Sprung { masses: inertias.clone(), grounds: grounds.clone(), springs };
+        let modes = match case % 4 < 2 {
+            true => sprung.of_parts(),
+            false => Modes::about(&sprung.machine(), &State::at_rest(n), None).unwrap(),
+        };
+        assert_eq!(modes.rigid_count(), free, "{text}");
+        for (index, mode) in modes.all().iter().enumerate().skip(free) {
+            let (mut low, mut high) = (1e-12f64, 1e16f64);
+            while high / low > 1.0 + 1e-15 && low < (low * high).sqrt() && (low * high).sqrt() < high {
+                let middle = (low * high).sqrt();
+                if below(middle, &inertias, &grounds, &parents) > index {
+                    high = middle
+                } else {
+                    low = middle
+                }
+            }
+            let off = (mode.square() / low - 1.0).abs();
+            assert!(off <= mode.rounding() + 1e-13, "{off} {mode:?}; {text}");
+        }
+    }
 }
