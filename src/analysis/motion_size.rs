@@ -23,8 +23,6 @@ pub(crate) struct MotionSize {
     low: Vec<f64>,
     high: Vec<f64>,
     sizes: Vec<f64>,
-    /// The sizes over [`ADDED`] steps.
-    sums: Vec<f64>,
     /// Number of steps, or of their parts.
     pub(crate) steps: usize,
     /// Whether the last step ended in a rebound.
@@ -58,7 +56,8 @@ const OF_STEPS: f64 = 4.0;
 /// which are some thirty times slower than the step follows.
 const ADDED: f64 = 32.0;
 
-/// A range below this share of the size is not resolved by a coarse run, with tolerance 1e-9 `[1]`.
+/// A range below this share of the size counts as rest `[1]`: a coarse run, with tolerance 1e-9, does not
+/// resolve it.
 const SEEN: f64 = 1e-9;
 
 impl MotionSize {
@@ -73,7 +72,6 @@ impl MotionSize {
             low: vec![f64::INFINITY; m],
             high: vec![f64::NEG_INFINITY; m],
             sizes: vec![0.0; m],
-            sums: vec![0.0; m],
             steps: 0,
             rebounded: false,
             kept: Vec::new(),
@@ -118,14 +116,13 @@ impl MotionSize {
         self.see(step.t1(), step.q1(), step.v1());
     }
 
-    /// The sizes of one step, then those over which errors add up.
-    pub(crate) fn sizes(&self) -> [Vec<f64>; 2] {
-        [self.sizes.clone(), self.sums.clone()]
+    /// The sizes of coordinates and velocities.
+    pub(crate) fn sizes(&self) -> &[f64] {
+        &self.sizes
     }
     /// Raises the sizes to those of another period.
-    pub(crate) fn weigh(&mut self, [sizes, sums]: &[Vec<f64>; 2]) {
+    pub(crate) fn weigh(&mut self, sizes: &[f64]) {
         raise(&mut self.sizes, sizes);
-        raise(&mut self.sums, sums);
     }
 
     /// Keeps the end of a step for [`weigh_kept`](MotionSize::weigh_kept), if it is the first one with a
@@ -164,8 +161,7 @@ impl MotionSize {
     pub(crate) fn weigh_kept(&mut self, model: &dyn Model, end: &State, last: f64) {
         let (mut sizing, on_pieces) = (Sizing::new(model), model.offers().pieces);
         let mut add = |pieces: Option<&[Piece]>, State { t, q, v }: &State, step: f64| {
-            raise(&mut self.sizes, sizing.at(pieces, (*t, q, v), [step; 2]));
-            raise(&mut self.sums, sizing.at(pieces, (*t, q, v), [step, ADDED * step]));
+            raise(&mut self.sizes, sizing.at(pieces, (*t, q, v), ADDED * step));
         };
         add(None, end, last);
         for Kept { pieces, step, state } in &self.kept[..self.used] {
@@ -187,7 +183,6 @@ impl MotionSize {
     pub(crate) fn fade(&mut self) {
         self.used = 0;
         self.sizes.fill(0.0);
-        self.sums.fill(0.0);
         for (low, high) in self.low.iter_mut().zip(&mut self.high) {
             let middle = 0.5 * (*low + *high);
             if middle.is_finite() {
@@ -198,14 +193,14 @@ impl MotionSize {
 
     /// Range (max - min) of each coordinate, then of each velocity.
     ///
-    /// A component with a range below `seen` of its size is at rest. It gets its size, but not more than the
+    /// A component with a range below 1e-9 of its size is at rest. It gets its size, but not more than the
     /// largest range of all coordinates, or of all velocities. If both are 0, a coordinate gets the value 1,
     /// a velocity 2π (range of its coordinate)/(observed time).
-    fn ranges_above(&self, seen: f64) -> Vec<f64> {
+    pub(crate) fn ranges(&self) -> Vec<f64> {
         let n = self.low.len() / 2;
         let range = |i: usize| {
             let range = self.high[i] - self.low[i];
-            if range > seen * self.sizes[i] { range } else { 0.0 }
+            if range > SEEN * self.sizes[i] { range } else { 0.0 }
         };
         let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
         let largest = |part: std::ops::Range<usize>| positive(part.map(range).fold(0.0, f64::max));
@@ -224,11 +219,6 @@ impl MotionSize {
         [q, v].concat()
     }
 
-    /// [`ranges_above`](MotionSize::ranges_above) what a coarse run, with tolerance 1e-9, resolves.
-    pub(crate) fn ranges(&self) -> Vec<f64> {
-        self.ranges_above(SEEN)
-    }
-
     /// Units of coordinates and velocities for a flow with `tolerance`.
     pub(crate) fn units(&self, tolerance: f64) -> Vec<f64> {
         let share = OF_A_STEP * f64::EPSILON / tolerance.max(f64::EPSILON);
@@ -242,7 +232,7 @@ impl MotionSize {
         let (n, share) = (self.low.len() / 2, errors * f64::EPSILON / tolerance);
         self.apart(a, b, |motion, i| {
             let range = |i: usize| motion.high[i] - motion.low[i];
-            let rounded = |i: usize| share * motion.sizes[i].max(motion.sums[i]);
+            let rounded = |i: usize| share * motion.sizes[i];
             let of_coordinate = match i.checked_sub(n).filter(|q| range(*q) > 0.0) {
                 Some(q) => rounded(q) / range(q) * range(i),
                 None => 0.0,
@@ -251,9 +241,9 @@ impl MotionSize {
         })
     }
 
-    /// max_i |Δy_i|/range_i with the ranges above rounding, as [`distance`](MotionSize::distance).
+    /// max_i |Δy_i|/range_i with the [ranges](MotionSize::ranges), as [`distance`](MotionSize::distance).
     pub(crate) fn change(&mut self, a: &[f64], b: &[f64]) -> f64 {
-        let ranges = self.ranges_above(OF_A_PERIOD * f64::EPSILON);
+        let ranges = self.ranges();
         self.apart(a, b, |_, i| ranges[i])
     }
 
@@ -299,7 +289,7 @@ impl Observer for Along<'_, '_> {
             // A step of high order is as accurate as shorter steps, one for each of its parts.
             let (from, to) = step.part(0);
             let end = (step.t1(), step.q1(), step.v1());
-            raise(&mut motion.sizes, self.sizing.at(step.pieces(), end, [to - from; 2]));
+            raise(&mut motion.sizes, self.sizing.at(step.pieces(), end, to - from));
         }
         ControlFlow::Continue(())
     }

@@ -27,9 +27,9 @@ use thiserror::Error;
 /// the terms of which y_i is made, and for a velocity the same share of its range as for its coordinate. The
 /// run then goes on while the change shrinks by at least a tenth a period, to `max_periods` at most: while
 /// the largest of the last four changes is below 0.65 of the largest of the four before. A slower decay ends
-/// where these rounding errors are reached, and [`Steady::error`] says how far from the orbit. A motion that
-/// changes by more than 1 % of its ranges there is not steady. Rounding errors are those of the last p
-/// periods, on the flanks that the motion touches and in steps as short as those that it takes there.
+/// where these rounding errors are reached, and [`Steady::error`] says how far from the orbit. Rounding errors
+/// are those of the last p periods, on the flanks that the motion touches and in steps as short as those that
+/// it takes there.
 ///
 /// The tolerance bounds this change, not the distance from the orbit: where a perturbation shrinks by the
 /// factor μ in one period of the orbit, the distance is change μ/(1 - μ), for example 99 changes at μ = 0.99.
@@ -155,7 +155,7 @@ impl Settle {
             motion.steps = parts;
             // The last step ends at the end of the period and may be short.
             motion.weigh_kept(model, &last, lengths[0].max(lengths[1]));
-            sizes.push(motion.sizes());
+            sizes.push(motion.sizes().to_vec());
             section.push(joined(&last));
             for p in 1..=self.max_period_multiple.min(k) {
                 // The rounding errors of the last p periods.
@@ -174,8 +174,7 @@ impl Settle {
                     let change = |j: usize| motion.change(&section[k - j * p], &section[k - (j + 1) * p]);
                     let history: Vec<f64> = (0..k / p).map(change).collect();
                     let (change, contraction) = (history[0], contraction(&history));
-                    let ends = !shrinks(&history) || k == self.max_periods;
-                    if change <= self.tolerance || (ends && change <= UNRESOLVED) {
+                    if change <= self.tolerance || !shrinks(&history) || k == self.max_periods {
                         let distance = Some(distance(change, contraction)).filter(|d| d.is_finite());
                         let distance = distance.unwrap_or(change).max(self.tolerance);
                         if let Some((coordinate, gain)) =
@@ -222,10 +221,6 @@ const RECENT: usize = 4;
 /// Largest ratio of these two for a change that shrinks: 0.9 a period. Changes that are made of rounding
 /// errors reach it by chance now and then, and the run takes a further period.
 const SHRINKS: f64 = 0.65;
-
-/// Where rounding errors replace the tolerance, the largest change of a steady state, as a share of the
-/// range: a motion whose rounding errors are larger is not resolved `[1]`.
-const UNRESOLVED: f64 = 0.01;
 
 /// Whether the change shrinks. `changes` begins with the last one.
 fn shrinks(changes: &[f64]) -> bool {

@@ -43,13 +43,12 @@ impl<'m> Sizing<'m> {
         }
     }
 
-    /// The sizes at a state before or after a step of length `step`: by deflection, or on pieces. Errors of
-    /// accelerations add up over h, one step or more; the sizes that the terms contain are those of one step.
+    /// The sizes at a state before or after a step of length `h`: by deflection, or on pieces.
     pub(crate) fn at(
         &mut self,
         pieces: Option<&[Piece]>,
         (t, q, v): (f64, &[f64], &[f64]),
-        [step, h]: [f64; 2],
+        h: f64,
     ) -> &[f64] {
         let n = q.len();
         self.model.drive(t, Side::Before, &mut self.u);
@@ -63,7 +62,7 @@ impl<'m> Sizing<'m> {
         }
         self.sizes.iter_mut().zip(q.iter().chain(v)).for_each(|(size, y)| *size = y.abs());
         let known = self.model.offers().terms;
-        for h in [step, h] {
+        for _ in 0..PASSES {
             match known {
                 Some(known) => {
                     known.terms(pieces, &self.u, q, v, &self.sizes, &mut self.scratch, &mut self.terms);
@@ -92,3 +91,6 @@ impl<'m> Sizing<'m> {
         }
     }
 }
+
+/// Number of evaluations of the terms: the second one contains the sizes of the other coordinates.
+const PASSES: usize = 2;
