@@ -3,14 +3,16 @@
 use crate::model::State;
 use crate::model::structure::unconnected::unconnected;
 
-/// Gain of velocity in a period that a motion at the distance δ from its orbit may have, over δ range.
+/// While the other coordinates are at the distance δ from their orbit, the velocity may change in a period by
+/// this factor times δ times its range `[1]`.
 const GAINS: f64 = 100.0;
 
-/// Largest share of the range of a velocity that counts as such a gain: a constant acceleration has 1.
+/// This change is at most this share of the range of the velocity `[1]`. A constant acceleration changes the
+/// velocity by its whole range.
 const MOST: f64 = 0.5;
 
-/// Velocities of the coordinates that nothing connects: they are rigid motions and do not count in the change
-/// of the state, but where they change in every period there is no orbit.
+/// Velocities of the coordinates that nothing connects. Such a coordinate is a rigid motion, and the change
+/// of the state leaves it out. If its velocity changes in every period, the motion has no periodic orbit.
 pub(crate) struct Alone {
     coordinates: Vec<usize>,
     /// Least and greatest velocity of each over the last period.
@@ -36,8 +38,8 @@ impl Alone {
         }
     }
 
-    /// The first coordinate whose velocity changes between two sections, and the change, if it is not due to
-    /// the `distance` of the other coordinates from their orbit.
+    /// The first coordinate that accelerates, and the change of its velocity between two states a period
+    /// apart. Changes that the `distance` of the other coordinates from their orbit can cause do not count.
     pub(crate) fn accelerates(&self, now: &[f64], before: &[f64], distance: f64) -> Option<(usize, f64)> {
         let n = now.len() / 2;
         let gains = self.coordinates.iter().zip(&self.ranges).map(|(&i, [low, high])| {

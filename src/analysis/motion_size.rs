@@ -27,7 +27,8 @@ pub(crate) struct MotionSize {
     pub(crate) steps: usize,
     /// Whether the last step ended in a rebound.
     rebounded: bool,
-    /// Steps of each kind since the ranges were halved; the first `used` of them count.
+    /// Steps that show each piece of each contact in this period. The first `used` count; the others are
+    /// memory for the next ones.
     kept: Vec<Kept>,
     used: usize,
     /// First and last time.
@@ -125,9 +126,9 @@ impl MotionSize {
         raise(&mut self.sizes, sizes);
     }
 
-    /// Keeps the end of a step for [`weigh_kept`](MotionSize::weigh_kept), if it is the first one with a
-    /// contact on a piece, or the longest one with these pieces. `step`: length of the step or of its parts;
-    /// `pieces`: no pieces for a model without them.
+    /// Keeps a step for [`weigh_kept`](MotionSize::weigh_kept): the first step in which some contact is on
+    /// its piece, and in its place the longest step with the same pieces. `t`, `q`, `v`: end of the step;
+    /// `step`: its length, or that of its parts; `pieces`: empty for a model without contacts.
     pub(crate) fn keep(&mut self, pieces: &[Piece], step: f64, t: f64, q: &[f64], v: &[f64]) {
         let used = &mut self.kept[..self.used];
         let index = match used.iter().position(|kept| kept.pieces == pieces) {
@@ -155,13 +156,13 @@ impl MotionSize {
         kept.state.v.copy_from_slice(v);
     }
 
-    /// Adds the sizes at the steps that were kept, on their pieces, and at the end of the motion, as it is,
-    /// with steps of length `last`. Each is weighed with its own length: a hard flank is passed in steps that
-    /// are far shorter than those in the gap.
+    /// Adds the sizes at the ends of the kept steps, on their pieces, and at the `end` of the motion. Each
+    /// size is that of a step of its own length: steps on a hard flank are far shorter than those in the gap.
+    /// `last`: length of the step to the end.
     pub(crate) fn weigh_kept(&mut self, model: &dyn Model, end: &State, last: f64) {
         let (mut sizing, on_pieces) = (Sizing::new(model), model.offers().pieces);
         let mut add = |pieces: Option<&[Piece]>, State { t, q, v }: &State, step: f64| {
-            raise(&mut self.sizes, sizing.at(pieces, (*t, q, v), ADDED * step));
+            raise(&mut self.sizes, sizing.at(pieces, *t, q, v, ADDED * step));
         };
         add(None, end, last);
         for Kept { pieces, step, state } in &self.kept[..self.used] {
@@ -288,8 +289,7 @@ impl Observer for Along<'_, '_> {
         if step.crossings().is_empty() {
             // A step of high order is as accurate as shorter steps, one for each of its parts.
             let (from, to) = step.part(0);
-            let end = (step.t1(), step.q1(), step.v1());
-            raise(&mut motion.sizes, self.sizing.at(step.pieces(), end, to - from));
+            motion.weigh(self.sizing.at(step.pieces(), step.t1(), step.q1(), step.v1(), to - from));
         }
         ControlFlow::Continue(())
     }

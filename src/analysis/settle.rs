@@ -7,6 +7,7 @@ use crate::error::{ParameterError, check};
 use crate::linear::{LinearError, static_state};
 use crate::model::equations::early;
 use crate::model::structure::rigid::rigid_modes;
+use crate::model::structure::unconnected::accelerates;
 use crate::model::{Periodic, State};
 use crate::ode::{Budget, Exhausted, IntegrateError, Integrator, Observer, Step};
 use thiserror::Error;
@@ -19,9 +20,9 @@ use thiserror::Error;
 ///
 /// The state repeats if max_i |y_i(t) - y_i(t - p T)|/range_i is at most the tolerance p + 1 times in a row,
 /// with the coordinates and velocities y_i and the period T of the drives. range_i is max - min of y_i; with
-/// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges:
-/// bodies that are connected may turn and accelerate together. The velocity of a coordinate that nothing
-/// connects must repeat ([`SettleError::Accelerates`]).
+/// each period the ranges so far are halved. Rigid motion is removed from the states and the ranges.
+/// Therefore connected bodies may turn and accelerate together. A coordinate that nothing connects to others
+/// or to the ground must keep its mean velocity ([`SettleError::Accelerates`]).
 ///
 /// Where the tolerance asks for less than the rounding errors of N steps, they replace it: max(64, 4 √N) of
 /// the terms of which y_i is made, and for a velocity the same share of its range as for its coordinate. The
@@ -328,12 +329,9 @@ pub enum SettleError {
         /// Maximum period multiple.
         multiple: usize,
     },
-    /// The motion repeats, but for a coordinate that nothing connects to others or to the ground: a mean
-    /// acceleration changes its velocity in every period, and there is no periodic orbit.
-    #[error(
-        "nothing connects coordinate {coordinate}, which gains the velocity {gain:?} in every period of the orbit: \
-         there is no periodic orbit; balance the forces on it, or leave it out"
-    )]
+    /// A coordinate is connected neither to others nor to the ground, and its mean acceleration is not zero:
+    /// its velocity changes in every period, and there is no periodic orbit. All other coordinates repeat.
+    #[error("{}", accelerates(.coordinate, .gain))]
     Accelerates {
         /// The coordinate, from 0.
         coordinate: usize,

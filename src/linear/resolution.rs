@@ -17,8 +17,8 @@ const ROUNDINGS: [f64; 2] = [8.0, 16.0];
 /// 2, so that sums round in other ways.
 const STEPS: [f64; 2] = [1.37, 1.91];
 
-/// Error of a Jacobian by differences over its changes with the step. The error of a cubic term is 1.1 times
-/// the first one.
+/// The error of a Jacobian by differences is at most this factor times its change with the length of the
+/// step. For a cubic term the error is 1.1 times the change at the first other length.
 const OF_STEPS: f64 = 4.0;
 
 /// The spectrum of ∂a/∂q and ∂a/∂v. `error`: bound of the error of each entry of ∂a/∂q. `None` if eigenvalues

@@ -20,17 +20,19 @@ const JUMPS: u32 = 32;
 /// The steps are short if all of them together are shorter than this share of the longest attempt `[1]`.
 const SHORT: f64 = 0.1;
 
-/// Attempts between two looks at the progress of the run: where short steps are accepted, nothing is rejected
-/// on a jump.
+/// The progress of a run is measured once in this number of attempts. A solver may stay on a jump with short
+/// steps that it accepts, and the rejected steps do not show it.
 const PERIOD: u64 = 4096;
 
-/// The run is slow if the mean step since the last look is below this share of the longest attempt, ..
+/// A run is slow if its mean step since the last measurement is below this share of its longest attempt
+/// `[1]`.
 const SLOW: f64 = 1.0 / 64.0;
 
-/// .. or if the run takes more than this number of such steps up to its end.
+/// A run is slow, too, if it needs more than this number of mean steps up to its end.
 const FAR: f64 = 1e6;
 
-/// In a slow run this number of steps is searched for jumps. [`JUMPS`] of them end the run.
+/// After a measurement that finds the run slow, this number of steps is searched for jumps. [`JUMPS`] of them
+/// end the run.
 const OBSERVED: u32 = 64;
 
 /// A jump is searched over this number of steps ahead. Where the motion stays on a jump, it lies within one.
@@ -284,8 +286,8 @@ impl Rejections {
     }
 
     /// An acceleration that jumps ahead of the start of the step: bisection keeps the larger part of its
-    /// change, and [`KEPT`] of it remains between states that rounding hardly separates. Those that change
-    /// most beside their own size are searched.
+    /// change, and [`KEPT`] of it remains between states that rounding hardly separates. The search
+    /// takes the accelerations that change most as a share of their own values.
     fn jump<V: Vector>(&mut self, e: &Engine<'_, V>) -> Option<usize> {
         let Rejections { look, a: [low, high, middle], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));

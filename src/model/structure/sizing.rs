@@ -44,12 +44,7 @@ impl<'m> Sizing<'m> {
     }
 
     /// The sizes at a state before or after a step of length `h`: by deflection, or on pieces.
-    pub(crate) fn at(
-        &mut self,
-        pieces: Option<&[Piece]>,
-        (t, q, v): (f64, &[f64], &[f64]),
-        h: f64,
-    ) -> &[f64] {
+    pub(crate) fn at(&mut self, pieces: Option<&[Piece]>, t: f64, q: &[f64], v: &[f64], h: f64) -> &[f64] {
         let n = q.len();
         self.model.drive(t, Side::Before, &mut self.u);
         if let Some(slopes) = &mut self.slopes {

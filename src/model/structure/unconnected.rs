@@ -21,6 +21,14 @@ pub(crate) fn unconnected(modes: &[Vec<f64>]) -> Vec<usize> {
     (0..n).filter(alone).collect()
 }
 
+/// The text of the errors of an unconnected coordinate that accelerates.
+pub(crate) fn accelerates(coordinate: &usize, gain: &f64) -> String {
+    format!(
+        "nothing connects coordinate {coordinate}, which gains the velocity {gain:?} in every period of the orbit: \
+         there is no periodic orbit; balance the forces on it, or leave it out"
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::unconnected;

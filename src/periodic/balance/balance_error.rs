@@ -2,6 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::linear::LinearError;
+use crate::model::structure::unconnected::accelerates;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
 use crate::periodic::balance::integrals::Integrals;
 use thiserror::Error;
@@ -128,12 +129,9 @@ pub enum BalanceError {
         /// The last iterate.
         last: Box<FourierOrbit>,
     },
-    /// Nothing connects a coordinate to others or to the ground, and a mean acceleration remains: its
-    /// velocity changes in every period, and there is no periodic orbit.
-    #[error(
-        "nothing connects coordinate {coordinate}, which gains the velocity {gain:?} in every period of the orbit: \
-         there is no periodic orbit; balance the forces on it, or leave it out"
-    )]
+    /// A coordinate is connected neither to others nor to the ground, and its mean acceleration is not zero:
+    /// its velocity changes in every period, and there is no periodic orbit.
+    #[error("{}", accelerates(.coordinate, .gain))]
     Accelerates {
         /// The coordinate, from 0.
         coordinate: usize,

@@ -24,9 +24,9 @@ const SHIFT: f64 = 1e-12;
 const ENTRIES: usize = 1 << 24;
 
 impl BalanceEquations<'_> {
-    /// The order at which a motion v exists that changes no equation, R(x + s v) = R(x) for a large s: the
-    /// elastic forces of the motion are its inertia forces at this order. If there are several, the one with
-    /// the largest residual.
+    /// The order of a resonance without damping. At this order a motion v exists whose elastic forces balance
+    /// its inertia forces, so that it changes no equation: R(x + s v) = R(x) for a large s. Of several orders
+    /// the one with the largest residual is returned.
     ///
     /// v follows by inverse iteration from the block of the order in the Jacobian at x. The comparison of
     /// the residuals excludes motions that only the derivative at x does not resist.
