@@ -28,7 +28,8 @@ use thiserror::Error;
 /// the terms of which y_i is made, and for a velocity the same share of its range as for its coordinate. The
 /// run then goes on while the change shrinks by at least a tenth a period, to `max_periods` at most: while
 /// the largest of the last four changes is below 0.65 of the largest of the four before. A slower decay ends
-/// where these rounding errors are reached, and [`Steady::error`] says how far from the orbit. Rounding
+/// where these rounding errors are reached, and [`Steady::error`] says how far from the orbit. A decay whose
+/// changes rise and fall may end there, too: a motor with a gear pair ended at a change of 2e-8. Rounding
 /// errors are those of the last p periods, on the flanks that the motion touches and in steps as short as
 /// those that it takes there.
 ///
