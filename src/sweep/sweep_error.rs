@@ -157,6 +157,16 @@ pub enum PointError {
         /// Number of the period, counted from 1.
         period: usize,
     },
+    /// The lower edge of a gap lies above its upper edge: the backlash is negative.
+    #[error(
+        "contact {contact} touches both flanks at once in period {period}: its lower edge lies above its upper edge"
+    )]
+    NegativeGap {
+        /// Index of the contact, from 0.
+        contact: usize,
+        /// Number of the period, counted from 1.
+        period: usize,
+    },
     /// A model whose number of degrees of freedom or contacts differs from that of the first model.
     #[error("the model has {found:?} degrees of freedom and contacts: the first model has {expected:?}")]
     Shape {

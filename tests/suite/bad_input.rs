@@ -3,6 +3,7 @@
 use crate::api::*;
 use gear_dynamics::ParameterError as P;
 use proptest::prelude::*;
+use std::f64::consts::PI;
 
 fn set() -> RingSet {
     RingSet::set_a(4, 1000.0)
@@ -419,23 +420,55 @@ fn a_model_whose_edges_do_not_lie_ahead() {
     assert_eq!(failed.trajectory.last().unwrap().t, 0.5);
 }
 
+/// A ring whose backlash is 2e-5 (1 + a cos ωt).
+fn ring_of_backlash(a: f64) -> Ring<VaryingBacklash> {
+    let width = Wave::new(Fourier::new(1e-5, &[[a * 1e-5, 0.0]]).unwrap());
+    let mesh =
+        Mesh::new(Wave::constant(2e8).unwrap(), Wave::constant(0.0).unwrap(), VaryingBacklash::new(width));
+    let RingParams { motor, gears, mesh_damping, omega, teeth, .. } = set().params().unwrap();
+    Ring::new(&RingParams { meshes: vec![mesh; 4], motor, gears, mesh_damping, omega, teeth }).unwrap()
+}
+
 #[test]
 fn a_backlash_that_becomes_negative() {
-    let params = set().params().unwrap();
-    let width = Wave::new(Fourier::new(1e-5, &[[2e-5, 0.0]]).unwrap());
-    let law = VaryingBacklash::new(width);
-    let mesh = Mesh::new(Wave::constant(2e8).unwrap(), Wave::constant(0.0).unwrap(), law);
-    let RingParams { motor, gears, mesh_damping, omega, teeth, .. } = params;
-    let ring =
-        Ring::new(&RingParams { meshes: vec![mesh; 4], motor, gears, mesh_damping, omega, teeth }).unwrap();
+    let ring = ring_of_backlash(2.0);
     let failed = Dop853::new().trajectory(&ring, &State::at_rest(9), 0.01).unwrap_err();
-    // The half width is proportional to 1 + 2 cos ωt, which is negative from one third of the period on.
+    // 1 + 2 cos ωt is negative from one third of the period on.
     let third = ring.period() / 3.0;
     assert!(
         matches!(failed.error, IntegrateError::NegativeGap { t, contact: 0, .. } if t >= third),
         "{}",
         failed.error
     );
+}
+
+/// Every engine of sweeps refuses a backlash that is negative for a third or for a twentieth of the period.
+/// A backlash that reaches 0 is allowed.
+#[test]
+fn a_backlash_that_becomes_negative_in_sweeps() {
+    fn each(engine: &impl SweepEngine<Ring<VaryingBacklash>>) -> Vec<Result<f64, PointError>> {
+        let points = Points::from(Axis::of_values("a", &[2.0, 1.0 / (PI / 20.0).cos(), 1.0]).unwrap());
+        let sweep = Sweep::new(points).settle(1).measure(2).rattle();
+        let family = |p: &Point<'_>| Ok::<_, ParameterError>(ring_of_backlash(p["a"]));
+        let rows = sweep.of(engine, family).start(|_, _| State::at_rest(9)).run().unwrap();
+        (0..3).map(|point| rows.get(point).map(|row| row.contacts()[0].time[1])).collect()
+    }
+    let sampled = [each(&LaneRk4::new(400).lanes::<4>()), each(&TableRk4::new(400))];
+    let located = [each(&Located(Dop853::new())), each(&LaneTaylor::new(Taylor::new()))];
+    for shares in sampled.iter().chain(&located) {
+        for share in &shares[..2] {
+            let error = share.as_ref().unwrap_err();
+            assert!(
+                matches!(
+                    error,
+                    PointError::NegativeGap { contact: 0, .. }
+                        | PointError::Integrate(IntegrateError::NegativeGap { contact: 0, .. })
+                ),
+                "{error}"
+            );
+        }
+        assert!((0.0..=1.0).contains(shares[2].as_ref().unwrap()), "{:?}", shares[2]);
+    }
 }
 
 #[test]

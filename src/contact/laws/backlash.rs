@@ -183,7 +183,8 @@ pub struct VaryingBacklash {
 
 impl VaryingBacklash {
     /// Half backlash b(φ) as a wave. It must not become negative: solvers that locate edges
-    /// then return [`IntegrateError::NegativeGap`](crate::ode::IntegrateError::NegativeGap).
+    /// then return [`IntegrateError::NegativeGap`](crate::ode::IntegrateError::NegativeGap), and sweeps in
+    /// steps of equal length [`PointError::NegativeGap`](crate::sweep::PointError::NegativeGap).
     pub fn new(half_backlash: Wave) -> Self {
         VaryingBacklash { half_backlash }
     }

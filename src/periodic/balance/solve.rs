@@ -192,7 +192,7 @@ impl Balance {
         let may_resonate = matches!(failure, RootFailure::Singular { .. } | RootFailure::NotConverged);
         if may_resonate
             && start_in_gap.is_none()
-            && let Some(Resonance { coordinate, order }) = equations.resonance(guess)
+            && let Some(Resonance { coordinate, order }) = equations.resonance(guess, meter)
         {
             return Err(BalanceError::Singular { coordinate, order, last });
         }

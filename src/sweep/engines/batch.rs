@@ -150,11 +150,20 @@ impl<M: Periodic> Batch<'_, M> {
     ) -> Option<(usize, Vec<f64>)> {
         let run = slot.as_mut()?;
         let weight = self.table.steps() as f64;
+        let mut negative = None;
         if run.track.measuring() {
             bundle.meters.read(lane, |reading| match reading {
                 MeterReading::Channel(i, meter) => run.track.add_channel(i, &meter, weight),
-                MeterReading::Contact(i, meter) => run.track.add_contact(i, &meter, weight),
+                MeterReading::Contact(i, meter) => {
+                    let overlaps = meter.overlaps || meter.samples[0] + meter.samples[1] > weight;
+                    negative = negative.or(overlaps.then_some(i));
+                    run.track.add_contact(i, &meter, weight);
+                }
             });
+        }
+        if let Some(contact) = negative {
+            let error = PointError::NegativeGap { contact, period: run.track.periods + 1 };
+            return self.end(bundle, slot, lane, error);
         }
         let state = bundle.q.iter().chain(&bundle.v).map(|x| x.lane(lane));
         let index = run.index;
@@ -174,13 +183,25 @@ impl<M: Periodic> Batch<'_, M> {
                 Some((index, state))
             }
             Next::Diverged => {
-                let Slot { index, track } = slot.take()?;
-                // NaN or infinity in this lane would slow the other lanes down.
-                bundle.q.iter_mut().chain(&mut bundle.v).for_each(|x| x.set_lane(lane, 0.0));
-                self.source.put(index, Err(PointError::Diverged { period: track.periods }));
-                Some((index, Vec::new()))
+                let error = PointError::Diverged { period: run.track.periods };
+                self.end(bundle, slot, lane, error)
             }
         }
+    }
+
+    /// Ends the run of a lane with an error. Returns the index of the point and an empty state.
+    fn end<S: Number>(
+        &mut self,
+        bundle: &mut Bundle<S>,
+        slot: &mut Option<Slot>,
+        lane: usize,
+        error: PointError,
+    ) -> Option<(usize, Vec<f64>)> {
+        let index = slot.take()?.index;
+        // NaN or infinity in this lane would slow the other lanes down.
+        bundle.q.iter_mut().chain(&mut bundle.v).for_each(|x| x.set_lane(lane, 0.0));
+        self.source.put(index, Err(error));
+        Some((index, Vec::new()))
     }
 }
 

@@ -15,6 +15,8 @@ pub(crate) struct ContactMeter {
     pub(crate) deepest: [f64; 2],
     /// Minimum over the samples of the larger of both penetrations; negative if the contact was in the gap.
     pub(crate) loosest: f64,
+    /// Whether a sample lies on both flanks at once: the lower edge above the upper edge.
+    pub(crate) overlaps: bool,
 }
 
 /// Running values of a [`ContactMeter`]. Samples and entries of a flank are counted in one number: the first
@@ -30,6 +32,9 @@ pub(crate) struct Flanks<S> {
     /// Negative width of the gap (the sum of both penetrations): its minimum over the last sample of every
     /// block of the buffer, at most 0. It is 0 without backlash: then no impacts are counted.
     pub(crate) overlap: S,
+    /// The maximum of the same sums, at least 0. It is 0 unless the gap is negative: the rounded differences
+    /// of the deflection from two edges keep the order of the edges.
+    pub(crate) largest_overlap: S,
 }
 
 /// Weight of an entry. It exceeds the number of samples between two readings, so that the 53 bits of an `f64`
@@ -39,7 +44,13 @@ const ENTRY: f64 = (1 << 26) as f64;
 impl ContactMeter {
     /// Given contact times and impacts, without penetrations.
     pub(crate) fn counted(samples: [f64; 2], impacts: [f64; 2]) -> Self {
-        ContactMeter { samples, impacts, deepest: [f64::NEG_INFINITY; 2], loosest: f64::INFINITY }
+        ContactMeter {
+            samples,
+            impacts,
+            deepest: [f64::NEG_INFINITY; 2],
+            loosest: f64::INFINITY,
+            overlaps: false,
+        }
     }
     /// Contact times and impacts from `before` to `now`, and the whole time. `before` becomes `now`.
     pub(crate) fn since(now: ContactStatistics, before: &mut ContactStatistics) -> (Self, f64) {
@@ -70,6 +81,7 @@ impl<S: Number> Flanks<S> {
     #[inline(always)]
     pub(crate) fn see_width(&mut self, below: S, above: S) {
         self.overlap = self.overlap.min(below + above);
+        self.largest_overlap = self.largest_overlap.max(below + above);
     }
 
     #[inline(always)]
@@ -89,6 +101,7 @@ impl<S: Number> Flanks<S> {
             impacts: if open { entries } else { [0.0; 2] },
             deepest: self.deepest.map(|x| x.lane(lane)),
             loosest: self.loosest.lane(lane),
+            overlaps: self.largest_overlap.lane(lane) > 0.0,
         }
     }
 }

@@ -70,6 +70,7 @@ impl<S: Number> Meters<S> {
             deepest: [zero; 2],
             loosest: zero,
             overlap: zero,
+            largest_overlap: zero,
         };
         let read = kinds.iter().fold(0..contacts, |read, kind| match *kind {
             ChannelKind::Deflection(i) | ChannelKind::Force(i) if read.is_empty() => i..i + 1,
@@ -198,6 +199,7 @@ impl<S: Number> Meters<S> {
             contact.deepest.iter_mut().for_each(|x| x.set_lane(lane, f64::NEG_INFINITY));
             contact.loosest.set_lane(lane, f64::INFINITY);
             contact.overlap.set_lane(lane, 0.0);
+            contact.largest_overlap.set_lane(lane, 0.0);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::numeric::norms::largest;
 use crate::numeric::spread::golden;
+use crate::ode::budget::Meter;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::roots::Residual;
 use crate::roots::factors::Factors;
@@ -26,15 +27,15 @@ const ENTRIES: usize = 1 << 24;
 impl BalanceEquations<'_> {
     /// The order of a resonance without damping. At this order a motion v exists whose elastic forces balance
     /// its inertia forces, so that it changes no equation: R(x + s v) = R(x) for a large s. Of several orders
-    /// the one with the largest residual is returned.
+    /// the one with the largest residual is returned. `None`: there is none, or `meter` is exhausted.
     ///
     /// v follows by inverse iteration from the block of the order in the Jacobian at x. The comparison of
     /// the residuals excludes motions that only the derivative at x does not resist.
-    pub(crate) fn resonance(&mut self, x: &[f64]) -> Option<Resonance> {
+    pub(crate) fn resonance(&mut self, x: &[f64], meter: &Meter<'_>) -> Option<Resonance> {
         let (n, omega) = (self.work.layout.dof, self.work.layout.omega);
         let harmonics = self.work.layout.harmonics.clone();
         let (orders, width, m) = (harmonics.orders(), harmonics.unknowns(), 2 * n);
-        if orders.len().saturating_mul(m * m) > ENTRIES {
+        if orders.len().saturating_mul(m * m) > ENTRIES || meter.check().is_err() {
             return None;
         }
         let (mut matrix, mut r) = (self.matrix(), vec![0.0; self.size()]);
@@ -67,6 +68,9 @@ impl BalanceEquations<'_> {
             let Some(v) = unresisted(&mut blocks[index], m, inertia) else {
                 continue;
             };
+            if meter.check().is_err() {
+                return None;
+            }
             let mut at = x.to_vec();
             v.iter().enumerate().for_each(|(i, v)| at[unknown(index, i)] += size * v);
             self.residual(&at, &mut moved);

@@ -202,6 +202,9 @@ impl<'m> DriveSampler<'m> {
         let mut integrals = |order: usize| {
             let mut sums = vec![[0.0; 4]; self.ways.len() * STATES.len() * n];
             quadrature(breaks, span, order, |t, share| {
+                if self.is_exhausted() {
+                    return;
+                }
                 self.model.drive(t, Side::After, &mut self.u);
                 let mut sums = sums.iter_mut();
                 for (pieces, scale) in
