@@ -914,7 +914,7 @@ fn a_spur_pair_of_teeth_is_the_train_of_its_parts() {
     }
 
     // In numbers: F/(b k), ζ = c/(2 √(m k)), and back to the damping.
-    let (numbers, k) = (pair.dimensionless(), stiffness.mean());
+    let (numbers, k) = (pair.dimensionless().unwrap(), stiffness.mean());
     let b = 0.5 * teeth.backlash() * teeth.working_pressure_angle().cos();
     assert!((numbers.half_backlash / b - 1.0).abs() < 1e-12);
     let force = 300.0 / teeth.gears()[0].base_radius();
@@ -927,7 +927,9 @@ fn a_spur_pair_of_teeth_is_the_train_of_its_parts() {
     // Without a load there are no torques.
     let free = SpurPair::of_teeth(&teeth, bores, grades, 3).unwrap();
     assert!(free.parts().unwrap().build("driver", 250.0).unwrap().constant("drive torque").is_err());
-    assert!(free.dimensionless().mean_force == 0.0);
+    assert!(free.dimensionless().unwrap().mean_force == 0.0);
+    let infinite = pair.clone().damping(1e300).dimensionless().unwrap_err().to_string();
+    assert_eq!(infinite, "damping is 1e300: it must lie in [-1e50, 1e50]");
 
     let refused =
         |bores, grades, harmonics| SpurPair::of_teeth(&teeth, bores, grades, harmonics).unwrap_err();

@@ -20,6 +20,11 @@ fn budget() -> Budget {
     Budget::new().steps(20_000)
 }
 
+/// The same for steps with the derivatives of a flow, which take a hundred times as long.
+fn budget_of_derivatives() -> Budget {
+    Budget::new().steps(4_000)
+}
+
 fn multipliers(all: &Multipliers) -> Run {
     all.values().iter().try_for_each(|value| all_finite("multiplier", &[value.re, value.im]))?;
     all_finite("largest multiplier", &[all.largest()])?;
@@ -61,8 +66,10 @@ pub fn shooting(case: &mut Case) -> Run {
     } else {
         vec![start]
     };
-    let mut shooting =
-        Shooting::new().period_multiple(case.count(1)).max_iterations(case.effort(6)).budget(budget());
+    let mut shooting = Shooting::new()
+        .period_multiple(case.count(1))
+        .max_iterations(case.effort(6))
+        .budget(budget_of_derivatives());
     if case.chance(0.3) {
         shooting = shooting.segments(case.count(4));
     }
@@ -184,12 +191,6 @@ pub fn orders(case: &mut Case) -> Run {
     holds(!orbit.distance(&other).is_nan(), || "distance is NaN".into())
 }
 
-/// Whether a period contains more than 2000 knots.
-fn has_many_knots(model: &dyn Periodic) -> bool {
-    let after = |t: f64| model.next_knot(t).filter(|&knot| knot > t && knot < model.period());
-    std::iter::successors(after(0.0), |&knot| after(knot)).take(2001).count() > 2000
-}
-
 /// Harmonic balance of any model.
 pub fn balance(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
@@ -201,9 +202,9 @@ pub fn balance(case: &mut Case) -> Run {
         Integrals::Kinks,
         Integrals::Closed,
     ];
-    // The integrals between thousands of knots take minutes: the time limit must end them.
-    let budget = if has_many_knots(&model) { budget().time(Duration::from_secs(1)) } else { budget() };
-    let mut balance = Balance::new(harmonics(case)?).integrals(case.pick(&all)).budget(budget);
+    // Panels of waves of high orders, or of thousands of knots, take minutes: the time limit must end them.
+    let mut balance = Balance::new(harmonics(case)?).integrals(case.pick(&all));
+    balance = balance.budget(budget().time(Duration::from_secs(1)));
     let tolerance = case.number(1e-9);
     balance = match case.chance(0.7) {
         true => balance.root_finder(super::roots::newton(case, tolerance)),

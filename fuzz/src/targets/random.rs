@@ -198,7 +198,7 @@ pub fn noisy(case: &mut Case) -> Run {
     let (start, period) = (pair.on_drive_flank()?, pair.period());
     let mut noisy = Noisy::new(pair);
     for _ in 0..1 + case.below(2) {
-        let process = process(case, 1.0)?;
+        let process = process(case, 0.1)?;
         let slots: Vec<(usize, f64)> =
             (0..1 + case.below(2)).map(|_| (case.count(3).wrapping_sub(1), case.number(0.1))).collect();
         case.note(|| format!("slots {slots:?}"));

@@ -62,11 +62,11 @@ fn sweep(case: &mut Case, points: Points) -> Sweep {
             Lyapunov::new()
                 .measure(case.effort(2))
                 .flow_tolerance(case.number(1e-6))
-                .budget(Budget::new().steps(20_000)),
+                .budget(Budget::new().steps(4_000)),
         );
     }
     if case.chance(0.2) {
-        let budget = Budget::new().steps(20_000);
+        let budget = Budget::new().steps(4_000);
         let shooting = Shooting::new().flow_tolerance(case.number(1e-10)).max_iterations(case.effort(6));
         sweep = sweep.multipliers(shooting.segments(case.count(1)).budget(budget));
     }

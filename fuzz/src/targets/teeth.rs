@@ -105,7 +105,7 @@ fn train(case: &mut Case, pair: &GearPair) -> Run {
     let spur = SpurPair::of_teeth(pair, bores, grades, case.count(4))?;
     let spur =
         spur.damping(case.number(2000.0)).half_backlash(case.number(4e-5)).drive_torque(case.quantity(300.0));
-    let numbers = spur.dimensionless();
+    let numbers = spur.dimensionless()?;
     all_finite("numbers", &[numbers.damping_ratio, numbers.natural_frequency, numbers.mass])?;
     let train = spur.parts()?.build("driver", case.number(300.0))?;
     let (mut u, mut a) = (vec![0.0; train.drives()], [0.0]);

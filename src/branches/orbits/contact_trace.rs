@@ -90,12 +90,6 @@ impl ContactTrace {
         let like = self.extremes.iter().filter(|other| other.is_like(near));
         like.min_by(|a, b| a.apart(near.phase).total_cmp(&b.apart(near.phase)))
     }
-    /// The extremum of this orbit that is `of` in a neighbouring orbit: each is the nearest one of the other.
-    /// `None` if it vanishes in between.
-    pub(crate) fn same(&self, of: &Extremum, in_orbit: &ContactTrace) -> Option<&Extremum> {
-        let here = self.nearest(of).filter(|here| here.apart(of.phase) < NEAR)?;
-        in_orbit.nearest(here).is_some_and(|back| back.phase == of.phase).then_some(here)
-    }
 }
 
 /// Observer that finds the extremes along an orbit.

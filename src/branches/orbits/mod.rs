@@ -5,5 +5,6 @@ pub(crate) mod by_shooting;
 pub(crate) mod contact_trace;
 pub(crate) mod measured;
 pub(crate) mod orbit_method;
+pub(crate) mod sorted_extremes;
 pub(crate) mod symmetries;
 pub(crate) mod without_stops;

@@ -2,6 +2,7 @@
 
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
+use crate::branches::orbits::sorted_extremes::SortedExtremes;
 use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::test_functions::{below, outside, pairs_outside};
 use crate::contact::edge::Edge;
@@ -48,8 +49,9 @@ pub(crate) fn bifurcations<S>(
 
 /// The extremes that lie on different sides of their edge in two orbits, in the first and in the second.
 pub(crate) fn passed(a: &ContactTrace, b: &ContactTrace) -> Vec<[Extremum; 2]> {
+    let [of_a, of_b] = [a, b].map(|trace| SortedExtremes::of(&trace.extremes));
     let both = |after: &Extremum| {
-        let before = a.same(after, b)?;
+        let before = of_a.same(after, &of_b)?;
         (before.distance * after.distance < 0.0).then_some([*before, *after])
     };
     b.extremes.iter().filter_map(both).collect()

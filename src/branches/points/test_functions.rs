@@ -1,6 +1,7 @@
 //! Test functions: their signs change at bifurcations.
 
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum};
+use crate::branches::orbits::sorted_extremes::SortedExtremes;
 use crate::branches::points::change::{Change, VERTICAL};
 use crate::numeric::search::parabola::may_dip;
 use crate::periodic::Multipliers;
@@ -174,14 +175,10 @@ pub(crate) fn misses_a_fold(values: [&Values; 3], steps: [f64; 2]) -> bool {
 
 /// The extremes of the third of three orbits that may pass their edge twice within the last of two steps.
 pub(crate) fn grazing_dips([before, a, b]: [&[Extremum]; 3], steps: [f64; 2]) -> Vec<Extremum> {
+    let [before, a] = [before, a].map(SortedExtremes::of);
     let near = |extremum: &&Extremum| {
-        let of = |extremes: &[Extremum]| {
-            let like = extremes.iter().filter(|other| other.is_like(extremum));
-            let nearest = like.min_by(|a, b| a.apart(extremum.phase).total_cmp(&b.apart(extremum.phase)));
-            nearest.map(|at| at.distance)
-        };
-        let distances = of(before).zip(of(a));
-        distances.is_some_and(|(before, a)| may_dip([before, a, extremum.distance], steps))
+        let nearest = before.nearest(extremum).zip(a.nearest(extremum));
+        nearest.is_some_and(|(before, a)| may_dip([before.distance, a.distance, extremum.distance], steps))
     };
     b.iter().filter(near).copied().collect()
 }

@@ -6,6 +6,7 @@ use crate::branches::curve::locate::Between;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum, NEAR};
 use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::orbits::sorted_extremes::SortedExtremes;
 use crate::branches::points::detect::{SEQUENCE, explain_the_sequence, passed};
 use crate::branches::points::test_functions::grazing_dips;
 
@@ -178,9 +179,10 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
 /// Whether an extremum of the first orbit that is near its edge has none like it in the second one. `part`:
 /// distance of the two orbits.
 fn vanishes(a: &ContactTrace, b: &ContactTrace, part: f64) -> bool {
-    a.extremes
-        .iter()
-        .any(|e| e.distance.abs() < REACH * part * a.farthest(e.contact) && b.same(e, a).is_none())
+    let farthest: Vec<f64> = (0..a.crossings.len()).map(|contact| a.farthest(contact)).collect();
+    let [of_a, of_b] = [a, b].map(|trace| SortedExtremes::of(&trace.extremes));
+    let is_near = |e: &Extremum| e.distance.abs() < REACH * part * farthest[e.contact];
+    a.extremes.iter().any(|e| is_near(e) && of_b.same(e, &of_a).is_none())
 }
 
 /// The distance of an extremum from its edge.

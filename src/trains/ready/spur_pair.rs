@@ -32,7 +32,7 @@ use crate::trains::parts::mesh_part::MeshPart;
 ///     .damping(2000.0) // N s/m
 ///     .half_backlash(4e-5) // m
 ///     .drive_torque(300.0); // N m
-/// let numbers = pair.dimensionless();
+/// let numbers = pair.dimensionless()?;
 /// assert!((numbers.damping_ratio - 0.0644).abs() < 5e-5 && (numbers.mean_force - 0.3458).abs() < 5e-5);
 /// assert_eq!(pair.parts()?.build("driver", 300.0)?.dof(), 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -67,7 +67,7 @@ const STEEL: f64 = 7850.0;
 /// ```
 /// # use gear_dynamics::trains::SpurPair;
 /// let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?;
-/// let numbers = pair.dimensionless();
+/// let numbers = pair.dimensionless()?;
 /// assert!(numbers.damping_ratio == 0.05 && (numbers.mean_force - 0.1).abs() < 1e-15);
 /// let train = pair.parts()?.build("driver", 0.8)?;
 /// assert_eq!(train.names()[0].to_string(), "speed [1]"); // the mesh frequency W
@@ -197,21 +197,34 @@ impl SpurPair {
     }
 
     /// Its dimensionless numbers. Without backlash the mean force of a torque is infinite.
-    pub fn dimensionless(&self) -> Dimensionless {
+    ///
+    /// # Errors
+    /// A damping or damping ratio that is negative or beyond 1e50; half a backlash that is negative or beyond
+    /// 1e50; a torque beyond ±1e50.
+    pub fn dimensionless(&self) -> Result<Dimensionless, ParameterError> {
         let gears = &self.mesh.gears;
-        let mass = 1.0 / (0..2).map(|i| gears.radii[i] * gears.radii[i] / self.inertias[i]).sum::<f64>();
-        Dimensionless {
-            damping_ratio: match self.damping {
-                Damping::Ratio(ratio) => ratio,
-                Damping::Coefficient(damping) => damping / (2.0 * (self.mean_stiffness * mass).sqrt()),
-            },
-            mean_force: self
-                .drive_torque
-                .map_or(0.0, |torque| torque / gears.radii[0] / (gears.half_backlash * self.mean_stiffness)),
-            natural_frequency: (self.mean_stiffness / mass).sqrt(),
-            half_backlash: gears.half_backlash,
-            mass,
-        }
+        let half_backlash = check::not_negative("half backlash", gears.half_backlash)?;
+        let mass = self.mass();
+        let damping_ratio = match self.damping {
+            Damping::Ratio(ratio) => check::not_negative("damping ratio", ratio)?,
+            Damping::Coefficient(damping) => {
+                check::not_negative("damping", damping)? / (2.0 * (self.mean_stiffness * mass).sqrt())
+            }
+        };
+        let mean_force = match self.drive_torque {
+            Some(torque) => {
+                let force = check::quantity("drive torque", torque)? / gears.radii[0];
+                force / (half_backlash * self.mean_stiffness)
+            }
+            None => 0.0,
+        };
+        let natural_frequency = (self.mean_stiffness / mass).sqrt();
+        Ok(Dimensionless { damping_ratio, mean_force, natural_frequency, half_backlash, mass })
+    }
+    /// m_e `[kg]`.
+    fn mass(&self) -> f64 {
+        let radii = self.mesh.gears.radii;
+        1.0 / (0..2).map(|i| radii[i] * radii[i] / self.inertias[i]).sum::<f64>()
     }
 
     /// The same pair in dimensionless form: lengths over b, times over 1/ω_n.
@@ -219,7 +232,7 @@ impl SpurPair {
     /// # Errors
     /// No backlash, or one outside 1e-50 .. 1e50.
     pub fn scaled(&self) -> Result<Self, ParameterError> {
-        let (numbers, gears) = (self.dimensionless(), &self.mesh.gears);
+        let (numbers, gears) = (self.dimensionless()?, &self.mesh.gears);
         let b = check::scale("half backlash", gears.half_backlash)?;
         let by =
             |factor: f64, wave: &Wave| Ok::<_, ParameterError>(Wave::new(Scaled::new(factor, wave.clone())?));
@@ -249,7 +262,7 @@ impl SpurPair {
     fn parts_of<N: Nonlinearity>(&self, mesh: MeshPart<N>) -> Result<Parts<N>, ParameterError> {
         let damping = match self.damping {
             Damping::Ratio(ratio) => {
-                let root = (self.mean_stiffness * self.dimensionless().mass).sqrt();
+                let root = (self.mean_stiffness * self.mass()).sqrt();
                 2.0 * check::not_negative("damping ratio", ratio)? * root
             }
             Damping::Coefficient(damping) => check::not_negative("damping", damping)?,
