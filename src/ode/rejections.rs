@@ -38,6 +38,12 @@ const OBSERVED: u32 = 64;
 /// A jump is searched over this number of steps ahead. Where the motion stays on a jump, it lies within one.
 const AHEAD: f64 = 4.0;
 
+/// Beyond a jump the motion is followed over this number of steps, to see whether it turns back.
+const FOLLOWED: f64 = 4.0;
+
+/// The place beyond a jump from which it is followed, as a share of the distance searched for the jump `[1]`.
+const BEYOND: f64 = 0.01;
+
 /// Number of accelerations that are searched for a jump in one step.
 const SEARCHED: usize = 4;
 
@@ -113,6 +119,15 @@ pub(crate) struct Rejections {
     a: [Vec<f64>; 3],
 }
 
+/// A jump ahead of the start of a step.
+struct Jump {
+    acceleration: usize,
+    /// Its place, as a share of the distance that was searched.
+    place: f64,
+    /// The acceleration on this side of it and beyond.
+    sides: [f64; 2],
+}
+
 impl Rejections {
     /// `u`: the drives at the start `t`; `components`: length of the state; `first`: length of the first
     /// attempt; `run`: start and end of the run.
@@ -141,7 +156,7 @@ impl Rejections {
     ///
     /// # Errors
     /// [`IntegrateError::Discontinuity`] if the run is slow and most of its steps meet a jump of an
-    /// acceleration.
+    /// acceleration beyond which the motion turns back.
     #[inline(always)]
     pub(crate) fn attempted<V: Vector>(
         &mut self,
@@ -165,10 +180,12 @@ impl Rejections {
     #[cold]
     fn observe<V: Vector>(&mut self, e: &Engine<'_, V>) -> Result<(), IntegrateError> {
         self.observed[0] -= 1;
-        if let Some(acceleration) = self.jump(e) {
+        if let Some(jump) = self.jump(e)
+            && self.turns_back(e, &jump)
+        {
             self.observed[1] += 1;
             if self.observed[1] == JUMPS {
-                return Err(IntegrateError::Discontinuity { t: e.ends.t, acceleration });
+                return Err(IntegrateError::Discontinuity { t: e.ends.t, acceleration: jump.acceleration });
             }
         }
         Ok(())
@@ -194,9 +211,9 @@ impl Rejections {
         if self.count <= WINDOW / 2 {
             return Ok(());
         }
-        if let Some(acceleration) = self.jump(e) {
+        if let Some(jump) = self.jump(e) {
             self.jumps += 1;
-            self.acceleration = acceleration;
+            self.acceleration = jump.acceleration;
         }
         if self.jumps < JUMPS {
             Ok(())
@@ -288,7 +305,7 @@ impl Rejections {
     /// An acceleration that jumps ahead of the start of the step: bisection keeps the larger part of its
     /// change, and [`KEPT`] of it remains between states that rounding hardly separates. The search
     /// takes the accelerations that change most as a share of their own values.
-    fn jump<V: Vector>(&mut self, e: &Engine<'_, V>) -> Option<usize> {
+    fn jump<V: Vector>(&mut self, e: &Engine<'_, V>) -> Option<Jump> {
         let Rejections { look, a: [low, high, middle], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
         let ((q, v), u) = (halves(&e.ends.y), e.ends.nodes.end());
@@ -328,10 +345,31 @@ impl Rejections {
             if bisections == BISECTIONS {
                 // Far from 0 the coordinates are rounded so coarsely that accelerations move in jumps.
                 let jump = (to - from).abs();
-                return (jump > self.changes_by_rounding(e)[i]).then_some(i);
+                let found = Jump { acceleration: i, place: hi, sides: [from, to] };
+                return (jump > self.changes_by_rounding(e)[i]).then_some(found);
             }
         }
         None
+    }
+
+    /// Whether a motion that has passed a jump turns back to the side from which it came: it sticks or slides.
+    /// A motion that crosses the jump goes on beyond it.
+    fn turns_back<V: Vector>(&mut self, e: &Engine<'_, V>, jump: &Jump) -> bool {
+        let Rejections { look, a: [a, ..], .. } = self;
+        let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
+        let (n, u) = (a.len(), e.ends.nodes.end());
+        look.copy_from_slice(y);
+        for share in [(jump.place + BEYOND) * AHEAD, FOLLOWED] {
+            let (q, v) = look.split_at_mut(n);
+            accelerate(e.ends.model, pieces, u, q, v, a);
+            let time = share * e.ends.h();
+            q.iter_mut().zip(&*v).for_each(|(q, v)| *q += time * v);
+            v.iter_mut().zip(&*a).for_each(|(v, a)| *v += time * a);
+        }
+        let (q, v) = look.split_at(n);
+        accelerate(e.ends.model, pieces, u, q, v, a);
+        let [before, after] = jump.sides.map(|side| (a[jump.acceleration] - side).abs());
+        before < after
     }
 }
 

@@ -223,6 +223,40 @@ fn a_sign_that_sticks_in_accepted_steps_is_named() -> Result<(), Box<dyn std::er
     Ok(())
 }
 
+/// A motion that crosses an undeclared jump again and again, with hundreds of short steps each time, is not said to stick:
+/// contacts with damping in contact only, as formulas, at tight tolerances. The end of the first one is that of RK4 with
+/// bisected edges (n and 2n steps).
+#[test]
+fn a_motion_that_crosses_undeclared_jumps_is_not_named() -> Result<(), Box<dyn std::error::Error>> {
+    let contact = |speed: f64, stiffness: f64, b: f64, loss: f64| {
+        gear_dynamics::model::from_fn(1, move |t, q, v, a| {
+            let cos = (speed * t).cos();
+            let free = 0.416978321463606 + 0.21496367262289723 * cos - 0.15718149408850177 * v[0];
+            let depth = q[0] - q[0].clamp(-b, b);
+            let flank = stiffness * (1.0 + 0.1928117651704931 * cos) * depth;
+            a[0] = free - 0.1 * q[0].powi(3) - if depth == 0.0 { 0.0 } else { flank + loss * v[0] };
+        })
+    };
+    let start = State::new(0.0, &[-0.1574238474611632], &[0.20355689243560626]);
+    let first = contact(1.7459805461221394, 4417.880751517769, 0.10764438115092063, 0.5)?;
+    let tight = Dop853::new().rtol(3.1663645197569105e-12).atol(3.1663645197569105e-14);
+    let end = tight.end(&first, &start, 22.29878814027579)?;
+    assert!((end.q[0] + 0.019048376515655).abs() < 1e-8, "{end:?}");
+    let mut random = Random(11);
+    for _ in 0..40 {
+        let model = contact(
+            0.5 + 2.0 * random.next(),
+            10f64.powf(2.0 + 3.0 * random.next()),
+            0.02 + 0.2 * random.next(),
+            2.0 * random.next(),
+        )?;
+        let rtol = 10f64.powf(-5.0 - 7.0 * random.next());
+        Dop853::new().rtol(rtol).atol(rtol / 100.0).end(&model, &start, 20.0)?;
+        Rk45::new().rtol(rtol.max(1e-10)).atol(rtol.max(1e-10) / 100.0).end(&model, &start, 20.0)?;
+    }
+    Ok(())
+}
+
 /// Two bodies that stick in turns are named, too.
 #[test]
 fn two_bodies_that_stick_are_named() {
