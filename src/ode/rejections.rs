@@ -352,8 +352,8 @@ impl Rejections {
         None
     }
 
-    /// Whether a motion that has passed a jump turns back to the side from which it came: it sticks or slides.
-    /// A motion that crosses the jump goes on beyond it.
+    /// Whether a motion that has passed a jump turns back to the side from which it came: it sticks or
+    /// slides. A motion that crosses the jump goes on beyond it.
     fn turns_back<V: Vector>(&mut self, e: &Engine<'_, V>, jump: &Jump) -> bool {
         let Rejections { look, a: [a, ..], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
