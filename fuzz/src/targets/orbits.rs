@@ -97,7 +97,7 @@ pub fn variation(case: &mut Case) -> Run {
     let (model, start) = any::any(case)?;
     let period = if model.period().is_finite() && model.period() > 0.0 { model.period() } else { 1.0 };
     let end = start.t + case.number(0.3) * period;
-    let variation = Variation::new().flow_tolerance(case.number(1e-9)).budget(budget());
+    let variation = Variation::new().flow_tolerance(case.number(1e-9)).budget(budget_of_derivatives());
     case.note(|| format!("{variation:?} to {end:e}"));
     let transition = variation.run(&model, &start, end)?;
     all_finite("q", &transition.state.q)?;
@@ -118,7 +118,7 @@ pub fn lyapunov(case: &mut Case) -> Run {
         .measure(case.effort(3))
         .renormalisations(case.count(8))
         .flow_tolerance(case.number(1e-6))
-        .budget(budget());
+        .budget(budget_of_derivatives());
     if case.chance(0.5) {
         lyapunov = lyapunov.count(case.count(1));
     }
