@@ -60,8 +60,8 @@ mod tests {
             .collect();
         let sorted = SortedExtremes::of(&extremes);
         let trace = ContactTrace { extremes: extremes.clone(), ..ContactTrace::new(3) };
-        for k in 0..300 {
-            let near = Extremum { phase: weyl(k, 2), ..extremes[k] };
+        for (k, extremum) in extremes.iter().enumerate() {
+            let near = Extremum { phase: weyl(k, 2), ..*extremum };
             assert_eq!(sorted.nearest(&near), trace.nearest(&near));
         }
         assert_eq!(sorted.nearest(&Extremum { contact: 3, ..extremes[0] }), None);
