@@ -68,8 +68,7 @@ fn sweep(sized: &Sized) {
 /// A default path by its name.
 type Path = (&'static str, fn(&Sized));
 
-/// The paths. A result that does not converge within its bound counts as well: its work is the same
-/// for every size.
+/// The paths. The time of a call that ends without convergence counts, too.
 fn paths() -> Vec<Path> {
     vec![
         ("build", |s| drop(black_box(Ring::as_printed(&s.params)))),
@@ -92,7 +91,7 @@ fn paths() -> Vec<Path> {
         ("shooting, one correction", |s| {
             drop(black_box(Shooting::new().max_iterations(1).solve(&s.ring, &s.start)))
         }),
-        ("balance, five orders", |s| {
+        ("balance on one flank, five orders", |s| {
             let balance = Balance::new(Harmonics::up_to(5));
             drop(black_box(balance.linearised(&s.ring, gear_dynamics::contact::Piece::Upper)));
         }),

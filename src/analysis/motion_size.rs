@@ -126,8 +126,8 @@ impl MotionSize {
         raise(&mut self.sizes, sizes);
     }
 
-    /// Keeps a step for [`weigh_kept`](MotionSize::weigh_kept): the first step in which some contact is on
-    /// its piece, and in its place the longest step with the same pieces. `t`, `q`, `v`: end of the step;
+    /// Keeps a step for [`weigh_kept`](MotionSize::weigh_kept) if it is the first one that shows a contact on
+    /// some piece. A longer step with the same pieces takes its place. `t`, `q`, `v`: end of the step;
     /// `step`: its length, or that of its parts; `pieces`: empty for a model without contacts.
     pub(crate) fn keep(&mut self, pieces: &[Piece], step: f64, t: f64, q: &[f64], v: &[f64]) {
         let used = &mut self.kept[..self.used];

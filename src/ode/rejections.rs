@@ -20,8 +20,8 @@ const JUMPS: u32 = 32;
 /// The steps are short if all of them together are shorter than this share of the longest attempt `[1]`.
 const SHORT: f64 = 0.1;
 
-/// The progress of a run is measured once in this number of attempts. A solver may stay on a jump with short
-/// steps that it accepts, and the rejected steps do not show it.
+/// The run measures its progress each time after this number of attempts. A solver can stay on a jump with
+/// short steps that it accepts. Rejected steps do not show such a stay.
 const PERIOD: u64 = 4096;
 
 /// A run is slow if its mean step since the last measurement is below this share of its longest attempt
@@ -38,10 +38,8 @@ const OBSERVED: u32 = 64;
 /// A jump is searched over this number of steps ahead. Where the motion stays on a jump, it lies within one.
 const AHEAD: f64 = 4.0;
 
-/// Beyond a jump the motion is followed over this number of steps, to see whether it turns back.
-const FOLLOWED: f64 = 4.0;
-
-/// The place beyond a jump from which it is followed, as a share of the distance searched for the jump `[1]`.
+/// The motion is followed from this distance beyond a jump, to see whether it turns back, as a share of the
+/// distance that is searched for the jump `[1]`.
 const BEYOND: f64 = 0.01;
 
 /// Number of accelerations that are searched for a jump in one step.
@@ -352,17 +350,17 @@ impl Rejections {
         None
     }
 
-    /// Whether a motion that has passed a jump turns back to the side from which it came: it sticks or
-    /// slides. A motion that crosses the jump goes on beyond it.
+    /// Follows the motion past a jump. Returns `true` if the motion comes back to the side from which it
+    /// came: such a motion sticks or slides. A motion that crosses the jump stays beyond it.
     fn turns_back<V: Vector>(&mut self, e: &Engine<'_, V>, jump: &Jump) -> bool {
         let Rejections { look, a: [a, ..], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
         let (n, u) = (a.len(), e.ends.nodes.end());
         look.copy_from_slice(y);
-        for share in [(jump.place + BEYOND) * AHEAD, FOLLOWED] {
+        for share in [jump.place + BEYOND, 1.0] {
             let (q, v) = look.split_at_mut(n);
             accelerate(e.ends.model, pieces, u, q, v, a);
-            let time = share * e.ends.h();
+            let time = share * AHEAD * e.ends.h();
             q.iter_mut().zip(&*v).for_each(|(q, v)| *q += time * v);
             v.iter_mut().zip(&*a).for_each(|(v, a)| *v += time * a);
         }

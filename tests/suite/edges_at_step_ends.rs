@@ -223,7 +223,7 @@ fn a_sign_that_sticks_in_accepted_steps_is_named() -> Result<(), Box<dyn std::er
     Ok(())
 }
 
-/// A motion that crosses an undeclared jump again and again, with hundreds of short steps each time, is not said to stick:
+/// A motion that crosses an undeclared jump again and again, with many short steps each time, is not said to stick:
 /// contacts with damping in contact only, as formulas, at tight tolerances. The end of the first one is that of RK4 with
 /// bisected edges (n and 2n steps).
 #[test]

@@ -20,7 +20,7 @@ fn budget() -> Budget {
     Budget::new().steps(20_000)
 }
 
-/// The same for steps with the derivatives of a flow, which take a hundred times as long.
+/// A smaller budget for the derivatives of a flow: their steps take longer.
 fn budget_of_derivatives() -> Budget {
     Budget::new().steps(4_000)
 }
@@ -202,7 +202,7 @@ pub fn balance(case: &mut Case) -> Run {
         Integrals::Kinks,
         Integrals::Closed,
     ];
-    // Panels of waves of high orders, or of thousands of knots, take minutes: the time limit must end them.
+    // Panels of waves with high orders or many knots can take a minute: the time limit must end them.
     let mut balance = Balance::new(harmonics(case)?).integrals(case.pick(&all));
     balance = balance.budget(budget().time(Duration::from_secs(1)));
     let tolerance = case.number(1e-9);

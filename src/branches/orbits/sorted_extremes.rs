@@ -1,4 +1,4 @@
-//! Extremes of an orbit in the order of their phases. Orbits that chatter have thousands of them.
+//! Extremes of an orbit in the order of their phases, for comparisons of many extremes.
 
 use crate::branches::orbits::contact_trace::{Extremum, NEAR};
 
@@ -26,8 +26,8 @@ impl<'t> SortedExtremes<'t> {
         around.min_by(|a, b| a.apart(near.phase).total_cmp(&b.apart(near.phase)))
     }
 
-    /// The extremum of this orbit that is `of` in a neighbouring orbit: each is the nearest one of the other.
-    /// `None` if it vanishes in between.
+    /// The extremum of this orbit that corresponds to the extremum `of` of a neighbouring orbit. Two extremes
+    /// correspond if each is the nearest one to the other. `None`: no extremum corresponds to `of`.
     pub(crate) fn same(&self, of: &Extremum, in_orbit: &SortedExtremes<'_>) -> Option<&'t Extremum> {
         let here = self.nearest(of).filter(|here| here.apart(of.phase) < NEAR)?;
         in_orbit.nearest(here).is_some_and(|back| back.phase == of.phase).then_some(here)

@@ -113,7 +113,7 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         places: &mut Vec<Traced>,
     ) -> Result<(), CurveError> {
         let part = b.sigma - a.sigma;
-        if part > least && (vanishes(&a.trace, &b.trace, part) || vanishes(&b.trace, &a.trace, part)) {
+        if part > least && one_vanishes([&a.trace, &b.trace], part) {
             let middle = self.at(0.5 * (a.sigma + b.sigma))?;
             self.divide(a, middle.clone(), least, places)?;
             return self.divide(&middle, b, least, places);
@@ -176,13 +176,15 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
     }
 }
 
-/// Whether an extremum of the first orbit that is near its edge has none like it in the second one. `part`:
-/// distance of the two orbits.
-fn vanishes(a: &ContactTrace, b: &ContactTrace, part: f64) -> bool {
-    let farthest: Vec<f64> = (0..a.crossings.len()).map(|contact| a.farthest(contact)).collect();
-    let [of_a, of_b] = [a, b].map(|trace| SortedExtremes::of(&trace.extremes));
-    let is_near = |e: &Extremum| e.distance.abs() < REACH * part * farthest[e.contact];
-    a.extremes.iter().any(|e| is_near(e) && of_b.same(e, &of_a).is_none())
+/// Whether one of two orbits has an extremum near its edge that vanishes in the other orbit. `part`: distance
+/// of the two orbits.
+fn one_vanishes(orbits: [&ContactTrace; 2], part: f64) -> bool {
+    let [a, b] = orbits.map(|orbit| SortedExtremes::of(&orbit.extremes));
+    [(&a, &b), (&b, &a)].into_iter().zip(orbits).any(|((own, other), orbit)| {
+        let farthest: Vec<f64> = (0..orbit.crossings.len()).map(|contact| orbit.farthest(contact)).collect();
+        let is_near = |e: &Extremum| e.distance.abs() < REACH * part * farthest[e.contact];
+        orbit.extremes.iter().any(|e| is_near(e) && other.same(e, own).is_none())
+    })
 }
 
 /// The distance of an extremum from its edge.

@@ -21,8 +21,8 @@ const HALVINGS: usize = 10;
 /// Intervals of θ up to this length are not divided.
 const UNDIVIDED: f64 = 1.0 / 1024.0;
 
-/// After this number of evaluations of the contact the search divides no further intervals. A fixed step that
-/// is far too long for the motion would divide all of them and cost thousands of evaluations.
+/// The search divides no interval after this number of evaluations of the contact. Without this limit a fixed
+/// step that is far too long for the motion costs thousands of evaluations.
 const LOOKS: u32 = 1024;
 
 /// Division point of an interval, as a share of its length: a multiple of the golden ratio modulo 1. No wave

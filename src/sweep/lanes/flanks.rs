@@ -32,8 +32,8 @@ pub(crate) struct Flanks<S> {
     /// Negative width of the gap (the sum of both penetrations): its minimum over the last sample of every
     /// block of the buffer, at most 0. It is 0 without backlash: then no impacts are counted.
     pub(crate) overlap: S,
-    /// The maximum of the same sums, at least 0. It is 0 unless the gap is negative: the rounded differences
-    /// of the deflection from two edges keep the order of the edges.
+    /// Maximum of the same sums, at least 0. A positive value shows a negative gap. Rounding does not make it
+    /// positive: a gap of positive width has a rounded sum of at most 0.
     pub(crate) largest_overlap: S,
 }
 
