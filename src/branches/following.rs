@@ -5,7 +5,8 @@ use crate::branches::points::branch_point::BranchPoint;
 use std::fmt;
 
 /// A continuation that yields its points one by one, from
-/// [`Continuation::begin`](crate::branches::Continuation::begin).
+/// [`Continuation::begin`](crate::branches::Continuation::begin). A branch yields each point once the next one
+/// is known, which may show bifurcations before it.
 ///
 /// ```
 /// use gear_dynamics::{State, branches::{Continuation, Family}, trains::SpurPair};
@@ -46,7 +47,8 @@ impl<'f, P: LinePoint> Following<'f, P> {
     pub fn line(&self) -> &Line<P> {
         self.steps.line()
     }
-    /// The line so far. [`Continuation::resume`](crate::branches::Continuation::resume) continues it.
+    /// The line so far, with points that are computed and not yet yielded.
+    /// [`Continuation::resume`](crate::branches::Continuation::resume) continues it.
     pub fn into_line(self) -> Line<P> {
         self.steps.into_line()
     }

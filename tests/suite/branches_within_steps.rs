@@ -83,6 +83,38 @@ fn a_complex_pair_leaves_the_circle_and_comes_back_within_one_step() -> Result<(
     Ok(())
 }
 
+/// Two period doublings lie within a step whose ends are as far from a doubling as the point before it. The point after it
+/// shows them.
+#[test]
+fn two_doublings_that_only_the_next_point_shows() -> Result<()> {
+    let mesh = |teeth: [u32; 2], mean: f64, share: f64| -> Result<MeshPart> {
+        let wave = Wave::new(Fourier::new(mean, &[[share * mean, 0.0]])?);
+        let part = MeshPart::external(teeth, teeth.map(|z| 1e-3 * f64::from(z)), wave);
+        Ok(part.damping(876.411_039_023_094).half_backlash(1.102_666_218_330_342e-6))
+    };
+    let inertias = [
+        0.000_433_776_334_060_300_3,
+        0.000_616_538_201_353_107_4,
+        0.000_335_742_681_393_088_6,
+        0.001_318_365_569_955_301_6,
+    ];
+    let meshes = [
+        mesh([20, 40], 332_500_970.256_119_67, 0.142_778_193_663_599_3)?,
+        mesh([20, 30], 147_288_268.268_676_6, 0.290_240_000_572_774_55)?,
+    ];
+    let mut parts = two_stage(inertias, ShaftPart::new(214_184.016_131_123_3).damping(1.0), meshes);
+    let torque = 23.205_547_352_792_23;
+    parts.torque("drive", "pinion 1", torque).torque("load", "wheel 2", -3.0 * torque);
+    let speed = 513.622_177_450_774_2;
+    let train = parts.coordinates(Coordinates::Relative).build("pinion 1", speed)?;
+    let [long, short] = located_by_both(&train, speed, PointKind::PeriodDoubling)?;
+    let near = |at: f64| long.iter().any(|x| (x / at - 1.0).abs() < 1e-8);
+    assert!([995.563_035_7, 996.962_576_7].into_iter().all(near), "{long:?} {short:?}");
+    assert_eq!(long.len(), short.len(), "{long:?} {short:?}");
+    assert!(long.iter().zip(&short).all(|(a, b)| (a / b - 1.0).abs() < 1e-8), "{long:?} {short:?}");
+    Ok(())
+}
+
 /// At a crossing the branch turns back within a step. The note tells how far it reaches.
 #[test]
 fn a_note_reaches_as_far_as_the_branch() -> Result<()> {

@@ -88,6 +88,7 @@ impl Followed for BoundaryCurve<'_> {
     type What = Turn;
     /// The differences of the test functions make the corrections converge linearly.
     const FEW: usize = 8;
+    const WAITING: usize = 0;
 
     fn channels(_: &BoundaryHead) -> &[Channel] {
         &[]

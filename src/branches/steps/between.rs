@@ -3,6 +3,7 @@
 use crate::analysis::RattleState;
 use crate::branches::curve::equations::CurveError;
 use crate::branches::curve::locate::Between;
+use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
 use crate::branches::points::kind::{PointKind, SpecialPoint};
@@ -69,19 +70,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         let Within { found, unexplained: left, .. } = within;
         unexplained.extend(left);
         rattles.push(reached.measured.rattle.clone());
-        let mut all: LocatedPoints<C> = Vec::new();
-        for (sigma, point, change) in found {
-            let kind = match change {
-                Change::Fold => PointKind::Fold,
-                Change::Branch | Change::Branches(_) if self.engine.curve.is_symmetric(&point) => {
-                    PointKind::SymmetryBreaking
-                }
-                Change::Branch | Change::Branches(_) => PointKind::Branch,
-                Change::PeriodDoubling | Change::PeriodDoublings(_) => PointKind::PeriodDoubling,
-                Change::NeimarkSacker => PointKind::NeimarkSacker,
-            };
-            all.push((sigma, point, SpecialPoint::Bifurcation(kind)));
-        }
+        let mut all = self.bifurcations(found);
         for (sigma, point, extremum) in grazed {
             let contact = extremum.contact;
             let passed =
@@ -92,10 +81,46 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok((all, unexplained))
     }
+
+    /// What the point after the last one tells of the step before it, in which nothing was located: a test
+    /// that falls and rises again may pass 0 twice, and the end of the rise shows the curvature. The
+    /// bifurcations that are found, at their distances from the start of that step.
+    pub(crate) fn looking_back(
+        &mut self,
+        reached: &Node<C::Solution>,
+        step: f64,
+    ) -> Result<LocatedPoints<C>, CurveError> {
+        let (Some(start), Some((length, before))) = (&self.back, &self.before) else { return Ok(Vec::new()) };
+        let dips = dips([&reached.values, &self.last.values, before], [step, *length]);
+        let between = Between::new(&start.point, &self.last.point, *length);
+        let mut within = Within::new(&mut self.engine, &between);
+        within.search_dips(&dips, start, &self.last.place(*length))?;
+        let Within { mut found, .. } = within;
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(self.bifurcations(found))
+    }
+
+    /// What the located bifurcations are.
+    fn bifurcations(&self, found: Vec<(f64, CurvePoint<C::Solution>, Change)>) -> LocatedPoints<C> {
+        let kind = |point: &CurvePoint<C::Solution>, change| match change {
+            Change::Fold => PointKind::Fold,
+            Change::Branch | Change::Branches(_) if self.engine.curve.is_symmetric(point) => {
+                PointKind::SymmetryBreaking
+            }
+            Change::Branch | Change::Branches(_) => PointKind::Branch,
+            Change::PeriodDoubling | Change::PeriodDoublings(_) => PointKind::PeriodDoubling,
+            Change::NeimarkSacker => PointKind::NeimarkSacker,
+        };
+        let special = |(sigma, point, change)| {
+            let kind = kind(&point, change);
+            (sigma, point, SpecialPoint::Bifurcation(kind))
+        };
+        found.into_iter().map(special).collect()
+    }
 }
 
 impl<S: Clone> Node<S> {
-    fn place(&self, sigma: f64) -> Place<S> {
+    pub(crate) fn place(&self, sigma: f64) -> Place<S> {
         let (point, multipliers) = (self.point.clone(), self.multipliers.clone());
         Place { sigma, point, multipliers, grazes: false }
     }

@@ -67,6 +67,7 @@ impl<C: OrbitMethod> Followed for C {
     type Point = BranchPoint<C::Orbit>;
     type What = SpecialPoint;
     const FEW: usize = 6;
+    const WAITING: usize = 1;
 
     fn channels(head: &BranchHead) -> &[Channel] {
         &head.channels
@@ -119,6 +120,16 @@ impl<C: OrbitMethod> Followed for C {
             return Err(CurveError::Unexplained { what });
         }
         Ok(Over::Passes(stepper.located(found)?, unexplained))
+    }
+
+    fn looking_back(
+        stepper: &mut Stepper<'_, C>,
+        reached: &Node<C::Solution>,
+        step: f64,
+    ) -> Result<Vec<Self::Point>, CurveError> {
+        let start = stepper.before.as_ref().map_or(0.0, |(length, _)| -length);
+        let found = stepper.looking_back(reached, step)?;
+        stepper.located(found.into_iter().map(|(sigma, point, what)| (start + sigma, point, what)).collect())
     }
 
     fn border(

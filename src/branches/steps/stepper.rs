@@ -15,6 +15,7 @@ use crate::branches::orbits::measured::Measured;
 use crate::branches::orbits::orbit_method::Orbits;
 use crate::branches::points::test_functions::Values;
 use crate::branches::steps::node::Node;
+use crate::branches::steps::place::Place;
 use crate::error::ParameterError;
 use crate::model::{Channel, Periodic};
 use std::collections::VecDeque;
@@ -27,6 +28,9 @@ pub(crate) trait Followed: Orbits + Sized {
     type What;
     /// Number of corrections up to which the next step is longer.
     const FEW: usize;
+    /// Number of regular points that wait until the next one [shows](Self::looking_back) what lies before
+    /// them.
+    const WAITING: usize;
 
     /// The channels that are measured.
     fn channels(head: &<Self::Point as LinePoint>::Head) -> &[Channel];
@@ -46,6 +50,15 @@ pub(crate) trait Followed: Orbits + Sized {
         reached: &Node<Self::Solution>,
         step: f64,
     ) -> Result<Over<Self::Point>, CurveError>;
+    /// Located points of the last step that the next point shows. Default: none.
+    fn looking_back(
+        stepper: &mut Stepper<'_, Self>,
+        reached: &Node<Self::Solution>,
+        step: f64,
+    ) -> Result<Vec<Self::Point>, CurveError> {
+        let _ = (stepper, reached, step);
+        Ok(Vec::new())
+    }
     /// The border of parametric instability that the last point and the next one tend to, with motions of
     /// these sizes.
     fn border(
@@ -86,11 +99,13 @@ pub(crate) struct Stepper<'f, C: Followed> {
     past: Option<Past>,
     /// Length of the last step and the values of the tests before it.
     pub(crate) before: Option<(f64, Values)>,
+    /// The start of the last step, if nothing was located in it.
+    pub(crate) back: Option<Place<C::Solution>>,
     /// The first point, to notice a closed line.
     first: Option<CurvePoint<C::Solution>>,
     pub(crate) step: f64,
     pub(crate) arclength: f64,
-    /// Points that are found and not yet yielded.
+    /// Points that are found and not yet yielded. A step begins with [`Followed::WAITING`] of them.
     pub(crate) waiting: VecDeque<C::Point>,
     /// Which edges of each contact are rigid stops.
     pub(crate) rigid: Rigid,
@@ -150,6 +165,7 @@ impl<'f, C: Followed> Stepper<'f, C> {
             reference,
             past: None,
             before: None,
+            back: None,
             last: Node::new(point, measured, multipliers),
             engine,
         })
@@ -244,6 +260,10 @@ impl<'f, C: Followed> Stepper<'f, C> {
         } else {
             self.closes(&reached.point, step)?.then_some(BranchEnd::Closed)
         };
+        let seen_back = match C::looking_back(self, &reached, step) {
+            Err(exhausted @ CurveError::Exhausted(_)) => return Err(exhausted),
+            seen => seen.unwrap_or_default(), // a search that fails shows nothing
+        };
         // From here on nothing fails: the step is not made again.
         let (next, measured) = (&mut reached.point, &reached.measured);
         let turned = "the branch turned by more than 0.5 rad over a shortest step";
@@ -255,10 +275,13 @@ impl<'f, C: Followed> Stepper<'f, C> {
         let few = next.corrections.len() <= C::FEW;
         self.engine.curve.accept(next, measured);
         self.engine.rescale(next);
+        let is_plain = located.is_empty();
+        seen_back.into_iter().rev().for_each(|point| self.waiting.push_front(point));
         self.waiting.extend(located);
         self.waiting.push_back(columns);
         self.line.heading = next.slope();
         self.past = Some(Past::new(&self.last.point));
+        self.back = is_plain.then(|| self.last.place(0.0));
         self.before = Some((step, std::mem::replace(&mut self.last, reached).values));
         self.keep_clear_of_impacts();
         if few && angle < STRAIGHT {
@@ -308,6 +331,7 @@ impl<'f, C: Followed> Stepper<'f, C> {
         };
         self.last = node;
         self.before = self.before.take().map(|(length, values)| (length, values.later(shift)));
+        self.back = None;
         self.first =
             first.zip(later).and_then(|(first, x)| self.engine.start_towards(x, first.p, first.slope()).ok());
     }
@@ -316,8 +340,8 @@ impl<'f, C: Followed> Stepper<'f, C> {
 impl<C: Followed> Steps<C::Point> for Stepper<'_, C> {
     fn next_point(&mut self) -> Option<C::Point> {
         let limit = self.settings.max_points;
-        while self.waiting.is_empty() && self.line.end == BranchEnd::Open {
-            if self.line.points.len() >= limit {
+        while self.waiting.len() <= C::WAITING && self.line.end == BranchEnd::Open {
+            if self.line.points.len() + self.waiting.len() >= limit {
                 self.line.end = BranchEnd::Points { limit };
                 break;
             }
