@@ -5,8 +5,8 @@ use crate::branches::points::branch_point::BranchPoint;
 use std::fmt;
 
 /// A continuation that yields its points one by one, from
-/// [`Continuation::begin`](crate::branches::Continuation::begin). A branch yields each point once the next one
-/// is known, which may show bifurcations before it.
+/// [`Continuation::begin`](crate::branches::Continuation::begin). A branch yields each point once the
+/// next one is known, which may show bifurcations before it.
 ///
 /// ```
 /// use gear_dynamics::{State, branches::{Continuation, Family}, trains::SpurPair};
