@@ -85,7 +85,11 @@ fn coordinates(draw: &mut Draw) -> Outcome {
     let (start, multiple) = match settled(&by_taylor(), &inertial) {
         Ok(found) => found,
         Err(SettleError::Aperiodic { .. }) => match settled(&by_taylor(), &relative) {
-            Ok(_) => return fails("settle", "only in relative coordinates".into()),
+            // A chaotic motion and an orbit may exist side by side. Other rounding errors lead to the orbit, then.
+            Ok(_) => match settled(&Dop853::new().rtol(1e-11).atol(1e-16), &inertial) {
+                Ok(_) => return Outcome::Skipped("the coordinates settle on different orbits"),
+                Err(_) => return fails("settle", "only in relative coordinates".into()),
+            },
             Err(_) => return Outcome::Skipped("the motion does not repeat"),
         },
         Err(error) => return fails("settle, inertial", error.to_string()),
