@@ -196,11 +196,12 @@ fn solvers(draw: &mut Draw) -> Outcome {
     match lyapunov.run(&train, first) {
         Err(error) => return fails("Lyapunov exponents", error.to_string()),
         Ok(found) => {
-            let exact = reference.multipliers().largest().ln() / (multiple as f64 * period);
-            let (value, error) = (found.values()[0], found.standard_error()[0]);
+            // Per period of the drives.
+            let exact = reference.multipliers().largest().ln() / multiple as f64;
+            let (value, error) = (found.per_period()[0], found.standard_error()[0]);
             draw.note(|| format!("exponent {value} ± {error}, exact {exact}"));
             // Slow modes beat against each other over more than the 20 periods.
-            let per_orbit = 1.0 / (multiple as f64 * period);
+            let per_orbit = 1.0 / multiple as f64;
             let decays = (-0.7..-0.05).contains(&(exact / per_orbit));
             if decays && (value - exact).abs() > 5.0 * error + 0.05 * (exact.abs() + per_orbit) {
                 return fails("Lyapunov exponents", format!("{value} ± {error}, by multipliers {exact}"));
