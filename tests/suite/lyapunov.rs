@@ -465,6 +465,27 @@ fn bars_cover_95_percent_of_200_seeds() {
     }
 }
 
+/// Spans far below the time of the motion, without alignment: a random direction turns at once to one that stands almost
+/// still, and its growth is that of the damping. The errors tell that nothing is known.
+#[test]
+fn short_spans_without_alignment_have_no_finite_errors() -> Result<(), Box<dyn std::error::Error>> {
+    for [damping, stiffness] in [[3.0, 2.0], [0.2, 4.0], [0.01, -1.0]] {
+        let model = Linear { damping, stiffness };
+        for span in [1e-5, 3e-5, 1e-4, 5e-4] {
+            for start in [State::new(0.0, &[0.3], &[-0.2]), State::new(0.0, &[-0.45], &[0.1])] {
+                let found = Lyapunov::new().settle(0).align(0).measure(200).run_over(&model, &start, span)?;
+                let errors = found.standard_error();
+                assert!(
+                    errors.iter().all(|e| e.is_infinite()),
+                    "{damping} {span} {:?} {errors:?}",
+                    found.values()
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Stiff models: between two renormalisations a direction shrinks by e⁻¹¹⁸, or underflows to zero.
 #[test]
 fn a_stiff_model_has_its_second_exponent() {

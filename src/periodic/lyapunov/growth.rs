@@ -26,9 +26,9 @@ pub(crate) struct Growth {
     tail: VecDeque<f64>,
     /// Maximum number of periods inspected at each end.
     reach: usize,
-    /// Angle by which the direction has turned from period to period `[rad]`: over the first half of the
-    /// measured periods, and over the second half.
-    turned: [f64; 2],
+    /// Angle by which the direction has turned from period to period `[rad]`, over each quarter of the
+    /// measured periods.
+    turned: [f64; 4],
     /// The same from part to part: a direction that turns once in a period stands still from period to
     /// period.
     path: f64,
@@ -43,8 +43,9 @@ const ENDS: [usize; 2] = [8, 1024];
 /// Largest angle, over a run, of a direction that is still on its first turn `[rad]`.
 const TURN: f64 = PI;
 
-/// A direction comes to rest if it turns by less than this share of an angle in the second half of a run.
-const COMES_TO_REST: f64 = 0.25;
+/// A direction comes to rest if it turns in the last quarter of a run by less than this share of its angle in
+/// the third quarter `[1]`. The first half may contain a fast turn to a direction that drifts slowly on.
+const COMES_TO_REST: f64 = 0.5;
 
 /// Angle of a direction that does not turn `[rad]`: errors of the flow.
 const STILL: f64 = 1e-6;
@@ -81,7 +82,7 @@ impl Growth {
             first: Vec::new(),
             tail: VecDeque::new(),
             reach: (planned / 8).clamp(ENDS[0], ENDS[1]),
-            turned: [0.0; 2],
+            turned: [0.0; 4],
             path: 0.0,
             planned,
         }
@@ -113,7 +114,8 @@ impl Growth {
     }
     /// Closes one period of the span, over which the direction turned by `angle`.
     pub(crate) fn period(&mut self, angle: f64) {
-        self.turned[usize::from(2 * self.periods.len() >= self.planned)] += angle;
+        let quarter = (4 * self.periods.len()).checked_div(self.planned).unwrap_or(0);
+        self.turned[quarter.min(3)] += angle;
         self.periods.push(self.whole - self.begun);
         self.averages.push(self.sum / self.parts as f64);
         (self.begun, self.sum) = (self.whole, 0.0);
@@ -140,8 +142,8 @@ impl Growth {
     /// Whether the direction has turned by less than half a turn and does not come to rest: the run is
     /// shorter than the time in which the direction finds its growth.
     fn is_on_first_turn(&self) -> bool {
-        let [first, second] = self.turned;
-        self.path < TURN && second > STILL && second > COMES_TO_REST * first
+        let [.., third, fourth] = self.turned;
+        self.path < TURN && third + fourth > STILL && fourth > COMES_TO_REST * third
     }
 
     /// The mean of the second half of the periods minus the mean of all of them: growth that falls like 1/t
