@@ -2,6 +2,7 @@
 
 use crate::check::inconsistency::Inconsistency;
 use crate::excitation::Side;
+use crate::model::equations::each_row;
 use crate::model::{Model, State};
 use crate::numeric::spread::golden;
 
@@ -87,13 +88,12 @@ fn updates(model: &dyn Model, start: f64, span: f64) -> Option<Inconsistency> {
     let mut first = vec![0.0; drives];
     model.drive(start, Side::After, &mut first);
     let (mut fresh, mut nodes, mut again) = (first.repeat(UPDATES), first.repeat(UPDATES), first);
-    let (mut one_by_one, last) = (fresh.clone(), UPDATES - 1);
-    for (i, &t) in times.iter().enumerate() {
-        let (side, row) = (if i == last { Side::Before } else { Side::After }, drives * i..drives * (i + 1));
-        model.drive(t, side, &mut fresh[row.clone()]);
-        model.redrive(&[t], side, &mut again);
-        one_by_one[row].copy_from_slice(&again);
-    }
+    let mut one_by_one = fresh.clone();
+    each_row(drives, &times, &mut fresh, |t, u| model.drive(t, Side::Before, u));
+    each_row(drives, &times, &mut one_by_one, |t, u| {
+        model.redrive(&[t], Side::Before, &mut again);
+        u.copy_from_slice(&again);
+    });
     model.redrive(&times, Side::Before, &mut nodes);
     let largest = |d: usize| (0..UPDATES).fold(0.0f64, |m, i| m.max(fresh[drives * i + d].abs()));
     let wrong = |found: &[f64]| {

@@ -112,8 +112,8 @@ impl<M: Model, R: DriveRule<M>> Model for Wrapped<M, R> {
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         self.rule.drive(&self.model, t, side, u);
     }
-    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
-        each_row(self.drives(), times, last, u, |t, side, u| self.drive(t, side, u));
+    fn redrive(&self, times: &[f64], side: Side, u: &mut [f64]) {
+        each_row(self.drives(), times, u, |t, u| self.drive(t, side, u));
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         self.rule.next_edge(&self.model, t)

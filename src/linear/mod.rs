@@ -5,6 +5,7 @@
 //! meets a natural frequency ([`Resonance`]).
 
 pub(crate) mod campbell;
+pub(crate) mod damped;
 pub(crate) mod instants;
 pub(crate) mod least;
 pub(crate) mod modes;

@@ -179,6 +179,8 @@ impl Mode {
 pub struct Modes {
     list: Vec<Mode>,
     eigenvalues: Vec<Complex64>,
+    /// Errors of the eigenvalues as shares of them.
+    roundings: Vec<f64>,
     symmetric: bool,
 }
 
@@ -256,7 +258,9 @@ impl Modes {
         let spectrum = found.ok_or(LinearError::NotConverged { rows: q.nrows() })?;
         let mut list: Vec<Mode> = spectrum.modes.into_iter().map(Mode::of).collect();
         list.sort_by(|a, b| a.square.total_cmp(&b.square));
-        Ok(Modes { list, eigenvalues: spectrum.eigenvalues, symmetric: spectrum.symmetric })
+        let (eigenvalues, roundings) =
+            spectrum.damped.iter().map(|damped| (damped.value, damped.rounding)).unzip();
+        Ok(Modes { list, eigenvalues, roundings, symmetric: spectrum.symmetric })
     }
 
     /// Modes in the order of their frequencies; unstable modes and rigid motions first, with the frequency 0.
@@ -291,15 +295,22 @@ impl Modes {
     /// Eigenvalues λ of the damped model with positive imaginary part, in the order of |λ|.
     ///
     /// The natural frequency is |λ| and the damping ratio -Re λ/|λ|. Overdamped modes are not listed.
+    /// [`damped`](Modes::damped) gives the error of each by rounding.
     pub fn eigenvalues(&self) -> &[Complex64] {
         &self.eigenvalues
     }
     /// Natural frequency and damping ratio of each of the [`eigenvalues`](Modes::eigenvalues). Rigid motions
     /// and overdamped modes are not among them: the list is shorter than [`hertz`](Modes::hertz).
+    ///
+    /// A mode that is not [resolved](Mode::is_resolved) without damping is either listed with
+    /// [`DampedMode::is_resolved`] false, or counts as overdamped.
     pub fn damped(&self) -> Vec<DampedMode> {
-        let of =
-            |value: &Complex64| DampedMode { hertz: value.norm() / TAU, ratio: -value.re / value.norm() };
-        self.eigenvalues.iter().map(of).collect()
+        let of = |(value, rounding): (&Complex64, &f64)| DampedMode {
+            hertz: value.norm() / TAU,
+            ratio: -value.re / value.norm(),
+            rounding: *rounding,
+        };
+        self.eigenvalues.iter().zip(&self.roundings).map(of).collect()
     }
 }
 
@@ -319,4 +330,15 @@ pub struct DampedMode {
     pub hertz: f64,
     /// Damping ratio ζ = -Re λ/|λ| `[1]`.
     pub ratio: f64,
+    /// Estimate of the error of λ by rounding, as a share of |λ| `[1]`. It is that of the frequency, and the
+    /// absolute error of the damping ratio.
+    pub rounding: f64,
+}
+
+impl DampedMode {
+    /// Whether double precision resolves the mode: [`rounding`](DampedMode::rounding) is below 1/4, that of
+    /// the square of the frequency below 1/2.
+    pub fn is_resolved(&self) -> bool {
+        self.rounding < 0.25
+    }
 }

@@ -1,8 +1,9 @@
 //! Which motions are rigid, and which modes the rounding of the Jacobian hides.
 
 use crate::contact::Piece;
+use crate::linear::damped::{self, Damped};
 use crate::linear::rank::proven_rank;
-use crate::linear::spectrum::{self, Found, Spectrum};
+use crate::linear::spectrum::{self, Found};
 use crate::linear::symmetric::inertias;
 use crate::model::structure::slopes::{Slopes, offered};
 use crate::model::terms::TermsScratch;
@@ -21,30 +22,40 @@ const STEPS: [f64; 2] = [1.37, 1.91];
 /// step. For a cubic term the error is 1.1 times the change at the first other length.
 const OF_STEPS: f64 = 4.0;
 
+/// Modes, rigid motions among them, and the eigenvalues of the damped model.
+pub(crate) struct Spectrum {
+    pub(crate) modes: Vec<Found>,
+    pub(crate) damped: Vec<Damped>,
+    /// Whether the stiffness is symmetric.
+    pub(crate) symmetric: bool,
+}
+
 /// The spectrum of ∂a/∂q and ∂a/∂v. `error`: bound of the error of each entry of ∂a/∂q. `None` if eigenvalues
 /// do not converge.
 pub(crate) fn spectrum([q, v]: [&DMatrix<f64>; 2], error: &DMatrix<f64>) -> Option<Spectrum> {
     let n = q.nrows();
     let share = |i: usize| error.row(i).amax() / q.row(i).amax();
     let rounding = (0..n).map(share).filter(|share| share.is_finite()).fold(f64::EPSILON, f64::max);
-    let mut plain = spectrum::of(q, v, rounding)?;
-    let soft = plain.modes.iter().filter(|mode| mode.rigid).count();
+    let inertias = inertias(&-q);
+    let mut modes = spectrum::of(q, inertias.as_deref(), rounding)?;
+    let soft = modes.iter().filter(|mode| mode.rigid).count();
     let rigid = if soft > 0 { n - proven_rank(q, error) } else { 0 };
     if rigid < soft {
-        let motions: Vec<Vec<f64>> = plain.modes.drain(..soft).map(|mode| mode.shape).collect();
+        let motions: Vec<Vec<f64>> = modes.drain(..soft).map(|mode| mode.shape).collect();
         // The stiffness is not symmetric: nothing but the size of the errors is known.
         let error_of_any = rounding * n as f64 * q.amax();
-        let told = match inertias(&-q) {
-            Some(m) => told_apart(q, &m, &motions, error)?,
+        let told = match &inertias {
+            Some(m) => told_apart(q, m, &motions, error)?,
             None => motions.into_iter().map(|shape| (0.0, shape, error_of_any)).collect(),
         };
         let of = |(place, (square, shape, error))| match place < rigid {
             true => Found::rigid(shape),
             false => Found { square, shape, error, rigid: false },
         };
-        plain.modes.splice(..0, told.into_iter().enumerate().map(of));
+        modes.splice(..0, told.into_iter().enumerate().map(of));
     }
-    Some(plain)
+    let damped = damped::of([q, v], &modes, inertias.as_deref(), rounding)?;
+    Some(Spectrum { modes, damped, symmetric: inertias.is_some() })
 }
 
 /// Bounds of the errors of ∂a/∂q where `slopes` was evaluated last: roundings of each entry, or of the terms

@@ -1,7 +1,6 @@
-//! Eigenvalues and modes of ∂a/∂q and ∂a/∂v, with their rounding errors.
+//! Undamped modes: eigenvalues and eigenvectors of ∂a/∂q, with their rounding errors.
 
 use crate::linear::rank::units;
-use crate::linear::symmetric::inertias;
 use faer::{Mat, Side};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -17,55 +16,19 @@ pub(crate) struct Found {
     pub(crate) rigid: bool,
 }
 
-/// Modes, rigid motions among them, and the eigenvalues λ with Im λ > 0.
-pub(crate) struct Spectrum {
-    pub(crate) modes: Vec<Found>,
-    pub(crate) eigenvalues: Vec<Complex64>,
-    /// Whether the stiffness is symmetric.
-    pub(crate) symmetric: bool,
-}
-
 /// Ratio of the largest to the smallest ω² from which the smaller ones come from the inverse problem: below
 /// it one problem gives all of them to 1e-10.
 const GRADED: f64 = 1e6;
 
-/// The spectrum of matrices whose entries have this relative rounding error; `None` if eigenvalues do not
-/// converge.
-pub(crate) fn of(q: &DMatrix<f64>, v: &DMatrix<f64>, rounding: f64) -> Option<Spectrum> {
-    let (n, rigid) = (q.nrows(), unresisted(q, rounding)?);
-    let (a, elastic) = (-q, n - rigid.len());
-    let Some(m) = inertias(&a) else {
-        let found = general(&a, rigid.len(), rounding)?;
-        // Orthonormal coordinates, the rigid motions last.
-        let basis = completed(&rigid, n);
-        let inverse = basis.transpose();
-        let weight = [a.amax().sqrt(), v.amax(), 1.0].into_iter().find(|w| *w > 0.0).unwrap_or(1.0);
-        let stiffness = (&inverse * &a * &basis).columns(0, elastic).into_owned();
-        let weights = vec![weight; elastic];
-        let eigenvalues = damped(&stiffness, &(&inverse * v * &basis), &weights, rounding)?;
-        let modes = rigid.into_iter().map(Found::rigid).chain(found).collect();
-        return Some(Spectrum { modes, eigenvalues, symmetric: false });
+/// The modes of ∂a/∂q whose entries have this relative rounding error, the rigid motions first. `inertias`:
+/// those of a symmetric stiffness. `None` if eigenvalues do not converge.
+pub(crate) fn of(q: &DMatrix<f64>, inertias: Option<&[f64]>, rounding: f64) -> Option<Vec<Found>> {
+    let (a, rigid) = (-q, unresisted(q, rounding)?);
+    let found = match inertias {
+        Some(m) => symmetric(&a, m, &rigid, rounding)?,
+        None => general(&a, rigid.len(), rounding)?,
     };
-    let found = symmetric(&a, &m, &rigid, rounding)?;
-    // Coordinates along the modes, of unit inertia, the rigid motions last.
-    let product = |x: &[f64], y: &[f64]| -> f64 { (0..n).map(|j| x[j] * m[j] * y[j]).sum() };
-    let mut basis: Vec<Vec<f64>> = found.iter().map(|mode| mode.shape.clone()).chain(rigid.clone()).collect();
-    for i in 0..n {
-        for other in elastic..i {
-            let along = product(&basis[other], &basis[i]);
-            let (before, rest) = basis.split_at_mut(i);
-            rest[0].iter_mut().zip(&before[other]).for_each(|(x, y)| *x -= along * y);
-        }
-        let size = product(&basis[i], &basis[i]).sqrt();
-        basis[i].iter_mut().for_each(|x| *x /= size);
-    }
-    let shapes = DMatrix::from_fn(n, n, |i, j| basis[j][i]);
-    let inverse = DMatrix::from_fn(n, n, |i, j| basis[i][j] * m[j]);
-    let stiffness = DMatrix::from_fn(n, elastic, |i, j| if i == j { found[j].square } else { 0.0 });
-    let weights: Vec<f64> = found.iter().map(|mode| mode.square.abs().sqrt()).collect();
-    let eigenvalues = damped(&stiffness, &(inverse * v * shapes), &weights, rounding)?;
-    let modes = rigid.into_iter().map(Found::rigid).chain(found).collect();
-    Some(Spectrum { modes, eigenvalues, symmetric: true })
+    Some(rigid.into_iter().map(Found::rigid).chain(found).collect())
 }
 
 impl Found {
@@ -89,7 +52,7 @@ fn unresisted(a: &DMatrix<f64>, rounding: f64) -> Option<Vec<Vec<f64>>> {
 }
 
 /// An orthonormal basis of n coordinates whose last columns span the given directions.
-fn completed(directions: &[Vec<f64>], n: usize) -> DMatrix<f64> {
+pub(crate) fn completed(directions: &[Vec<f64>], n: usize) -> DMatrix<f64> {
     let k = directions.len();
     if k == 0 {
         return DMatrix::identity(n, n);
@@ -221,36 +184,4 @@ fn general(a: &DMatrix<f64>, rigid: usize, rounding: f64) -> Option<Vec<Found>> 
         Found { square: values[k].re, shape, error: rounding * n as f64 * most, rigid: false }
     });
     Some(modes.collect())
-}
-
-/// Eigenvalues λ with Im λ > 0 of p'' = -A p + V p', in the order of |λ|.
-///
-/// `a`: the columns of A that are not 0, those of the first coordinates. The state is (w p) of these
-/// coordinates and all p': coordinates that nothing depends on, rigid motions, are left out, since they would
-/// give double eigenvalues 0, which rounding splits into ±√ε.
-fn damped(a: &DMatrix<f64>, v: &DMatrix<f64>, weights: &[f64], rounding: f64) -> Option<Vec<Complex64>> {
-    let (n, k) = (a.nrows(), a.ncols());
-    let size = n + k;
-    if size == 0 {
-        return Some(Vec::new());
-    }
-    let matrix = Mat::from_fn(size, size, |i, j| match (i < k, j < k) {
-        (true, true) => 0.0,
-        (true, false) => weights[i] * f64::from(u8::from(i == j - k)),
-        (false, true) => -a[(i - k, j)] / weights[j],
-        (false, false) => v[(i - k, j - k)],
-    });
-    let values = matrix.eigenvalues().ok()?;
-    let most = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
-    // Rounding splits a double real eigenvalue λ by √(error |λ|) at most.
-    let oscillates = |value: &faer::c64| {
-        value.im > 0.0 && value.im * value.im > 8.0 * size as f64 * rounding * most * value.norm()
-    };
-    let mut values: Vec<Complex64> = values
-        .iter()
-        .filter(|value| oscillates(value))
-        .map(|value| Complex64::new(value.re, value.im))
-        .collect();
-    values.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
-    Some(values)
 }

@@ -90,13 +90,13 @@ pub trait Model {
         }
     }
     /// Updates drives of other instants: row i of `u`, of length [`drives`](Model::drives), to `times[i]`.
-    /// `last`: before or after a jump at the last time; at the others after it. The implementation may skip
-    /// drives that never change. Solvers call it for the nodes of one or of several steps at once, and for
-    /// single instants. Default: [`drive`](Model::drive) for each row.
-    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
+    /// `side`: before or after a jump at any of these times. The implementation may skip drives that never
+    /// change. Solvers call it for the nodes of one or of several steps at once, and for single instants.
+    /// Default: [`drive`](Model::drive) for each row.
+    fn redrive(&self, times: &[f64], side: Side, u: &mut [f64]) {
         match self.base() {
-            Some(base) => base.redrive(times, last, u),
-            None => each_row(self.drives(), times, last, u, |t, side, u| self.drive(t, side, u)),
+            Some(base) => base.redrive(times, side, u),
+            None => each_row(self.drives(), times, u, |t, u| self.drive(t, side, u)),
         }
     }
     /// Returns the first instant after `t` at which a drive jumps or has a kink. Solvers end a step there.
@@ -186,16 +186,9 @@ pub(crate) fn check_slot(model: &(impl Model + ?Sized), slot: usize) -> Result<(
 
 /// Writes the rows of drives of [`Model::redrive`] one by one.
 #[inline(always)]
-pub(crate) fn each_row(
-    drives: usize,
-    times: &[f64],
-    last: Side,
-    u: &mut [f64],
-    mut write: impl FnMut(f64, Side, &mut [f64]),
-) {
+pub(crate) fn each_row(drives: usize, times: &[f64], u: &mut [f64], mut write: impl FnMut(f64, &mut [f64])) {
     for (i, &t) in times.iter().enumerate() {
-        let side = if i + 1 == times.len() { last } else { Side::After };
-        write(t, side, &mut u[drives * i..][..drives]);
+        write(t, &mut u[drives * i..][..drives]);
     }
 }
 

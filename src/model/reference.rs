@@ -39,8 +39,8 @@ impl<P: Pointer<Target: Model>> Model for P {
     fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
         (**self).drive(t, side, u);
     }
-    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
-        (**self).redrive(times, last, u);
+    fn redrive(&self, times: &[f64], side: Side, u: &mut [f64]) {
+        (**self).redrive(times, side, u);
     }
     fn next_edge(&self, t: f64) -> Option<f64> {
         (**self).next_edge(t)

@@ -87,7 +87,7 @@ fn integrate<T: Tableau, V: Vector, const LOCATE: bool>(task: Task<'_>) -> Resul
             let (attempts, stats) = (attempt + 1, run.passage.stats);
             let evaluations = attempts * T::EVALUATIONS + run.e.evaluations + run.e.ends.evaluations();
             let stats = Stats { steps: attempts - stats.rejected, evaluations, ..stats };
-            return Ok(Finish { state: run.e.ends.state_at_end(), stopped: flow.is_break(), stats });
+            return Ok(Finish { state: run.e.ends.finish()?, stopped: flow.is_break(), stats });
         }
         run.pace.pass::<T>(run.e.ends.t1);
         run.pass_edges::<T, LOCATE>(at_edge)?;

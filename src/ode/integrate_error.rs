@@ -145,7 +145,7 @@ pub enum IntegrateError {
         acceleration: usize,
     },
     /// The time is so late that its rounding, ε |t| with ε = 2.2e-16, changes the accelerations through the
-    /// drives by more than the tolerance of a step allows: the steps of an adaptive solver stay short. A
+    /// drives by more than half of the tolerance of a step: the steps of an adaptive solver stay short. A
     /// model that repeats has the same motion from an earlier start, by whole periods.
     #[error(
         "at t = {t:?} the time is resolved to {resolution:e} only, and the drives change the motion within it by \

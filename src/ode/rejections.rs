@@ -63,8 +63,9 @@ const FEW: f64 = 32.0;
 /// well above the rounding of the accelerations themselves.
 const OF_TIME: f64 = 1e5 * f64::EPSILON;
 
-/// Number of neighbouring times at which the accelerations are compared.
-const NEIGHBOURS: u32 = 4;
+/// Number of neighbouring times at which the accelerations are compared. The shortest steps contain fewer:
+/// the times show a jump that no edge announces.
+const NEIGHBOURS: u32 = 64;
 
 /// One rejected step of this many is checked for rounding.
 const CHECKED: u32 = 32;
@@ -229,7 +230,7 @@ impl Rejections {
         if change > 1.0 { IntegrateError::LateTime { t, resolution, change } } else { e.ends.underflow(h) }
     }
 
-    /// The largest effect of the last digits of the time on a velocity at the end of a step `h`, through the
+    /// The largest effect of the last digit of the time on a velocity at the end of a step `h`, through the
     /// drives, in tolerances.
     fn change_by_rounding<V: Vector>(&mut self, e: &Engine<'_, V>, h: f64) -> f64 {
         let Rejections { u, a: [here, there, _], .. } = self;
@@ -237,9 +238,9 @@ impl Rejections {
         let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
         let (mut largest, mut time) = (0.0f64, t);
         for neighbour in 0..=NEIGHBOURS {
+            std::mem::swap(here, there);
             e.ends.model.redrive(&[time], Side::After, u);
-            let a = if neighbour == 0 { &mut *here } else { &mut *there };
-            accelerate(e.ends.model, pieces, u, q, v, a);
+            accelerate(e.ends.model, pieces, u, q, v, here);
             if neighbour > 0 {
                 let least = OF_TIME * here.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
                 let rows = here.iter().zip(&*there).map(|(a, b)| (a - b).abs()).enumerate();
@@ -252,21 +253,26 @@ impl Rejections {
         largest
     }
 
-    /// Checks whether rounding of the coordinates rejected the current step.
+    /// Checks whether rounding of the coordinates or of the time rejected the current step.
     fn check_rounding<V: Vector>(&mut self, e: &Engine<'_, V>) -> Result<(), IntegrateError> {
         let (t, h) = (e.ends.t, e.ends.h());
         let advanced = t - std::mem::replace(&mut self.checked, t);
         let is_slow = h < OF_LONGEST * self.longest && advanced < f64::from(CHECKED) * self.longest;
         let found = if is_slow { self.rounding(e, h) } else { None };
-        self.rounded = if found.is_some() { self.rounded + 1 } else { self.rounded.saturating_sub(1) };
+        let change = if is_slow && found.is_none() { self.change_by_rounding(e, h) } else { 0.0 };
+        let by_rounding = found.is_some() || change > OF_TOLERANCE;
+        self.rounded = if by_rounding { self.rounded + 1 } else { self.rounded.saturating_sub(1) };
         let [start, end] = self.run;
         let is_long = f64::from(self.all) * (end - start) > MANY * (t - start);
-        match found {
-            Some((velocity, rounding, tolerance)) if self.rounded >= ROUNDED && is_long => {
-                Err(IntegrateError::BelowRounding { t, velocity, rounding, tolerance })
-            }
-            _ => Ok(()),
+        if !(by_rounding && self.rounded >= ROUNDED && is_long) {
+            return Ok(());
         }
+        Err(match found {
+            Some((velocity, rounding, tolerance)) => {
+                IntegrateError::BelowRounding { t, velocity, rounding, tolerance }
+            }
+            None => IntegrateError::LateTime { t, resolution: f64::EPSILON * t.abs(), change },
+        })
     }
 
     /// The velocity that rounding of the coordinates changes most in a step `h`, relative to its tolerance:

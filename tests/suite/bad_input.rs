@@ -327,6 +327,25 @@ fn a_motion_without_bound_shows_its_size() {
     }
 }
 
+/// q'' = q + cos t grows like e^t: what starts again from the motion itself names the motion, not a start.
+#[test]
+fn a_growing_motion_is_no_wrong_start() {
+    let growing = from_fn(1, |t, q, _, a| a[0] = q[0] + t.cos()).unwrap().with_period(2.0 * PI).unwrap();
+    let start = State::at_rest(1);
+    for error in [
+        Settle::new().max_periods(1000).run(&Dop853::new(), &growing, &start).unwrap_err().to_string(),
+        Lyapunov::new().settle(100).run(&growing, &start).unwrap_err().to_string(),
+        Dop853::new().end(&growing, &start, 200.0).map(|_| ()).unwrap_err().to_string(),
+        Rk4::new(0.01).end(&growing, &start, 200.0).map(|_| ()).unwrap_err().to_string(),
+    ] {
+        assert!(
+            !error.contains("start.")
+                && (error.contains("grows without bound") || error.contains("exceeds 1e100")),
+            "{error}"
+        );
+    }
+}
+
 #[test]
 fn step_underflow() {
     /// v' = v² + 1, so that v = tan t: no step is short enough at the pole t = π/2.

@@ -114,9 +114,9 @@ impl Model for Pair {
         (u[1], u[2]) = (0.5 + 0.1 * t.sin(), 0.1 * t.cos() / self.unit);
         u[3] = (if self.slip == Slip::Period { 1.1 } else { 1.0 } * t).cos();
     }
-    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
-        for (i, (&t, u)) in times.iter().zip(u.chunks_exact_mut(4)).enumerate() {
-            let (side, load) = (if i + 1 == times.len() { last } else { Side::After }, u[3]);
+    fn redrive(&self, times: &[f64], side: Side, u: &mut [f64]) {
+        for (&t, u) in times.iter().zip(u.chunks_exact_mut(4)) {
+            let load = u[3];
             self.drive(if self.slip == Slip::OneInstant { times[0] } else { t }, side, u);
             if self.slip == Slip::DriveLeftOut {
                 u[3] = load;

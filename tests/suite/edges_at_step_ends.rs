@@ -3,9 +3,11 @@
 use crate::api::*;
 use crate::common::random::Random;
 use gear_dynamics::contact::{Deflection, PieceChoice};
+use gear_dynamics::excitation::RectangularWave;
 use gear_dynamics::model::{Drives, Scalar, Size};
 use gear_dynamics::models::Oscillator;
-use gear_dynamics::{Machine, Shape};
+use gear_dynamics::trains::{Body, MeshPart, Parts};
+use gear_dynamics::{Machine, Shape, Wave};
 use std::ops::ControlFlow;
 
 /// A contact with the deflection (t - a)(t - b) above the lower edge 0, on a motion q'' = q that it does not touch.
@@ -834,6 +836,45 @@ fn late_runs_are_right_or_refused() -> Result<(), IntegrateError> {
     }
     assert!(late > 5, "{late}");
     Ok(())
+}
+
+/// Edges of a rectangular mesh stiffness at late times: a step from one to the next is not below the resolution of the
+/// time. Where no edges are announced (more than 1e12 rad), the time is too late.
+#[test]
+fn edges_of_late_times_are_passed() {
+    let mut random = Random(48);
+    let mut refused = 0;
+    for case in 0..120 {
+        let teeth = [10 + (50.0 * random.next()) as u32, 10 + (90.0 * random.next()) as u32];
+        let radii = teeth.map(|z| 0.03 * f64::from(z) / f64::from(teeth[0]));
+        let wave = RectangularWave::of_contact_ratio(1.05 + 0.9 * random.next(), 1.6e8, 2.4e8).unwrap();
+        let mesh = MeshPart::external(teeth, radii, Wave::new(wave))
+            .damping(2000.0 * random.next())
+            .half_backlash(5e-5);
+        let torque = 60.0 * random.next();
+        let mut parts = Parts::new();
+        parts
+            .body("pinion", Body::new(1e-3))
+            .body("wheel", Body::new(4e-3))
+            .mesh("mesh", "pinion", "wheel", mesh);
+        parts.torque("in", "pinion", torque).torque("out", "wheel", -torque * radii[1] / radii[0]);
+        let train = parts.build("pinion", 20.0 + 800.0 * random.next()).unwrap();
+        let (period, turns) = (train.period(), 10f64.powf(9.0 + random.next()).floor());
+        let rtol = 10f64.powf(-10.0 - 3.0 * random.next());
+        let start = State { t: turns * period, ..State::at_rest(train.dof()) };
+        let ends = [
+            Rk45::new().rtol(rtol).atol(1e-3 * rtol).end(&train, &start, (turns + 3.0) * period),
+            Dop853::new().rtol(rtol).atol(1e-3 * rtol).end(&train, &start, (turns + 3.0) * period),
+        ];
+        for end in ends {
+            match end {
+                Ok(_) => {}
+                Err(IntegrateError::LateTime { .. }) => refused += 1,
+                Err(error) => panic!("{case}: {teeth:?}, {turns:e} periods, rtol {rtol:e}: {error}"),
+            }
+        }
+    }
+    assert!(refused < 20, "{refused} of 240");
 }
 
 /// q'' = F + P cos Ωt - c q' - 0.1 q³ - W: the contact pushes and damps past ±b, with its piece or by deflection.

@@ -2,6 +2,7 @@
 //! digits.
 
 use crate::api::*;
+use crate::common::random::Random;
 use gear_dynamics::Wave;
 use gear_dynamics::linear::Modes;
 use gear_dynamics::model::{Jacobian, Offers};
@@ -84,9 +85,62 @@ fn a_body_of_small_inertia_leaves_its_neighbours_their_digits() {
         }
         // λ² + 0.1 λ + 2 = 0 of the soft mode. Its eigenvalue has an error of ε of the largest one.
         let soft = modes.eigenvalues()[0];
+        let stated = modes.damped()[0];
+        let exact = num_complex::Complex64::new(-0.05, (2.0 - 0.05f64.powi(2)).sqrt());
+        assert!((soft - exact).norm() <= stated.rounding * soft.norm(), "{light}: {soft}");
+        assert!(stated.is_resolved(), "{light}: {}", stated.rounding);
         if light > 1e-10 {
             assert!((soft.re + 0.05).abs() < 1e-8 && (soft.norm() - 2f64.sqrt()).abs() < 1e-8, "{soft}");
         }
+    }
+}
+
+/// Chains of masses over 12 and of springs over 14 orders, with the drag 2 d on each mass: λ² + 2 d λ + ω² = 0 for
+/// every ω of the undamped list.
+#[test]
+fn errors_of_damped_modes_are_stated() {
+    let mut random = Random(48);
+    let mut resolved = 0;
+    for case in 0..400 {
+        let n = 2 + (random.next() * 4.0) as usize;
+        let masses: Vec<f64> = (0..n).map(|_| 10f64.powf(-12.0 * random.next())).collect();
+        let springs: Vec<f64> = (1..n).map(|_| 10f64.powf(14.0 * random.next() - 2.0)).collect();
+        let (held, soft) = (random.next() < 0.5, 10f64.powf(6.0 * random.next() - 5.0));
+        let grounds: Vec<f64> = (0..n).map(|i| if i == 0 && held { soft } else { 0.0 }).collect();
+        let drag = if random.next() < 0.5 { 0.0 } else { 2.0 * 10f64.powf(4.0 * random.next() - 3.0) };
+        let modes = modes(&masses, &springs, &grounds, drag);
+        let damped: Vec<_> = modes.eigenvalues().iter().zip(modes.damped()).collect();
+        for mode in modes.all().iter().filter(|mode| mode.is_resolved() && mode.frequency() > 0.5 * drag) {
+            let exact = num_complex::Complex64::new(-0.5 * drag, (mode.square() - 0.25 * drag * drag).sqrt());
+            // ω itself has an error of half of that of its square.
+            let of_square = 0.5 * mode.rounding() * mode.square() / exact.norm();
+            let off = damped.iter().map(|(value, damped)| {
+                (**value - exact).norm() / (damped.rounding * value.norm() + of_square)
+            });
+            let off = off.fold(f64::INFINITY, f64::min);
+            assert!(off <= 1.0, "{case}: {exact} is {off:.1e} errors from the next one of {damped:?}");
+        }
+        resolved += damped.iter().filter(|(_, mode)| mode.is_resolved()).count();
+    }
+    assert!(resolved > 600, "{resolved}");
+    // Gears that a soft shaft couples: rounding of the mesh stiffness hides the shaft.
+    for (shaft, hidden) in [(1e-9, true), (1e4, false)] {
+        let mut parts = Parts::new();
+        for name in ["motor", "wheel", "pinion", "load"] {
+            parts.body(name, Body::new(1e-4));
+        }
+        for (name, first, second, teeth) in
+            [("one", "motor", "wheel", [19, 41]), ("two", "pinion", "load", [23, 67])]
+        {
+            let radii = teeth.map(|teeth| 1.1e-3 * f64::from(teeth));
+            parts.mesh(name, first, second, MeshPart::external(teeth, radii, Wave::constant(1e12).unwrap()));
+        }
+        parts.shaft("soft", "wheel", "pinion", ShaftPart::new(shaft));
+        let modes = Modes::in_contact(&parts.build("motor", 100.0).unwrap(), 0.0).unwrap();
+        let of_all = modes.all().iter().filter(|mode| mode.is_resolved()).count();
+        let of_damped = modes.damped().iter().filter(|mode| mode.is_resolved()).count();
+        let expected = if hidden { (3, 2) } else { (4, 3) };
+        assert_eq!((of_all, of_damped), expected, "{:?} {:?}", modes.all(), modes.damped());
     }
 }
 

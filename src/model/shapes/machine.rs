@@ -291,10 +291,10 @@ impl<G: Shape> Model for Machine<G> {
         self.write_rest(speed, 0.0, rest);
     }
     #[inline]
-    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
+    fn redrive(&self, times: &[f64], side: Side, u: &mut [f64]) {
         match self.fast_waves() {
             Some(fast) => fast.write_again(self.speed(), times, u, self.drives()),
-            None => each_row(self.drives(), times, last, u, |t, side, u| {
+            None => each_row(self.drives(), times, u, |t, u| {
                 self.shape().waves_again(self.speed() * t, side, &mut u[..self.size().waves]);
             }),
         }

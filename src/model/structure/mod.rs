@@ -4,6 +4,7 @@ pub(crate) mod couplings;
 pub(crate) mod no_model;
 pub(crate) mod resting;
 pub(crate) mod rigid;
+mod singular;
 pub(crate) mod sizing;
 pub(crate) mod slopes;
 pub(crate) mod unconnected;

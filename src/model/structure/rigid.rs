@@ -3,6 +3,7 @@
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::equations::Model;
+use crate::model::structure::singular::{LARGE, orthonormal, singular};
 use crate::model::structure::slopes::{Slopes, accelerate, offered};
 use crate::numeric::norms;
 use crate::numeric::spread::golden;
@@ -72,7 +73,7 @@ pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
         }
         // Differences have errors of their own: the directions then follow from all Jacobians at once.
         if exact {
-            if instant == 0 && n >= NARROWS_FROM {
+            if instant == 0 && n >= LARGE {
                 free.narrow(&jacobians);
             }
             free.resisted(&std::mem::take(&mut jacobians), EXACT);
@@ -84,6 +85,11 @@ pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
     let limits = if exact { EXACT } else { DIFFERENCES };
     free.resisted(&jacobians, limits);
     free.motions(limits)
+}
+
+/// The directions of n coordinates.
+fn coordinates(n: usize) -> Vec<Vec<f64>> {
+    (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect()
 }
 
 /// Divides each row by its largest entry: small inertias make rows large, and a soft spring of a large
@@ -103,7 +109,7 @@ struct Free {
     /// they are multiplied by it. 0: no Jacobian so far depends on the coordinate.
     size: Vec<f64>,
     /// Orthonormal directions in the multiplied coordinates, one column each.
-    basis: Mat<f64>,
+    basis: Vec<Vec<f64>>,
     /// The singular value that belongs to each direction.
     values: Vec<f64>,
 }
@@ -111,7 +117,7 @@ struct Free {
 impl Free {
     /// All directions of n coordinates.
     fn whole(n: usize) -> Self {
-        Free { size: vec![0.0; n], basis: Mat::identity(n, n), values: vec![0.0; n] }
+        Free { size: vec![0.0; n], basis: coordinates(n), values: vec![0.0; n] }
     }
 
     /// Narrows all directions down to few that contain every one which no Jacobian resists: those that one
@@ -131,7 +137,7 @@ impl Free {
         if n - rank > n / 8 {
             return;
         }
-        self.basis = Mat::zeros(n, n - rank);
+        self.basis = vec![vec![0.0; n]; n - rank];
         self.values = vec![0.0; n - rank];
         for c in 0..n - rank {
             // R x = 0 with one of the last unknowns 1, the others of them 0.
@@ -142,7 +148,7 @@ impl Free {
             }
             x.resize(n, 0.0);
             x[rank + c] = 1.0;
-            x.iter().zip(order).for_each(|(x, &j)| self.basis[(j, c)] = x / size[j]);
+            x.iter().zip(order).for_each(|(x, &j)| self.basis[c][j] = x / size[j]);
         }
     }
 
@@ -158,51 +164,57 @@ impl Free {
             let squares: f64 = jacobians.iter().map(|rows| rows.column(j).norm_squared()).sum();
             if self.size[j] == 0.0 && squares > 0.0 {
                 self.size[j] = squares.sqrt();
-                (0..k).for_each(|c| self.basis[(j, c)] *= self.size[j]);
+                self.basis.iter_mut().for_each(|direction| direction[j] *= self.size[j]);
             }
         }
         if k == 1 && n > 1 {
             return self.one_resisted(jacobians, clear);
         }
         if k < n {
-            self.basis = self.basis.qr().compute_thin_Q();
+            orthonormal(&mut self.basis);
         } else {
             // All directions remain: their basis is the coordinates.
-            self.basis = Mat::identity(n, n);
+            self.basis = coordinates(n);
         }
-        let places = jacobians.iter().flat_map(|rows| (0..rows.nrows()).map(move |i| (rows, i)));
-        let places: Vec<(&DMatrix<f64>, usize)> = places.collect();
         let size = |j: usize| if self.size[j] > 0.0 { self.size[j] } else { 1.0 };
-        let scaled = Mat::from_fn(places.len(), n, |i, j| places[i].0[(places[i].1, j)] / size(j));
-        let norm = scaled.norm_l2() / (n as f64).sqrt();
+        let scaled = |rows: &DMatrix<f64>, i: usize| -> Vec<f64> {
+            rows.row(i).iter().enumerate().map(|(j, x)| x / size(j)).collect()
+        };
+        let places = jacobians.iter().flat_map(|rows| (0..rows.nrows()).map(move |i| (rows, i)));
+        let scaled: Vec<Vec<f64>> = places.map(|(rows, i)| scaled(rows, i)).collect();
+        let squares: f64 = scaled.iter().map(|row| norms::dot(row, row)).sum();
+        let norm = (squares / n as f64).sqrt();
         if norm == 0.0 {
             return;
         }
-        let along = if k < n { &scaled * &self.basis } else { scaled };
-        let (rows, values) = (along.nrows(), &self.values);
-        let seen = |i: usize, j: usize| if i == j { values[j] } else { 0.0 };
-        let stack =
-            Mat::from_fn(rows + k, k, |i, j| if i < rows { along[(i, j)] / norm } else { seen(i - rows, j) });
-        let Ok(svd) = stack.thin_svd() else {
+        let along = |row: &Vec<f64>, c: usize| if k < n { norms::dot(row, &self.basis[c]) } else { row[c] };
+        let column = |c: usize| {
+            let seen = (0..k).map(|i| if i == c { self.values[c] } else { 0.0 });
+            scaled.iter().map(|row| along(row, c) / norm).chain(seen).collect()
+        };
+        let Some(found) = singular((0..k).map(column).collect()) else {
             return;
         };
-        let left: Vec<usize> = (0..k).filter(|&c| svd.S()[c] <= clear).collect();
-        let turn = Mat::from_fn(k, left.len(), |i, c| svd.V()[(i, left[c])]);
-        (self.basis, self.values) = (&self.basis * turn, left.iter().map(|&c| svd.S()[c]).collect());
+        let turned = |turn: &[f64]| -> Vec<f64> {
+            (0..n)
+                .map(|j| turn.iter().zip(&self.basis).map(|(x, direction)| x * direction[j]).sum())
+                .collect()
+        };
+        let left = found.iter().filter(|(value, _)| *value <= clear);
+        (self.values, self.basis) = left.map(|(value, turn)| (*value, turned(turn))).unzip();
     }
 
     /// The same for the one direction that is left, whose singular value is a norm.
     fn one_resisted(&mut self, jacobians: &[DMatrix<f64>], clear: f64) {
-        let mut direction: Vec<f64> = self.basis.col(0).iter().copied().collect();
-        let length = norms::dot(&direction, &direction).sqrt();
+        let direction = &mut self.basis[0];
+        let length = norms::dot(direction, direction).sqrt();
         direction.iter_mut().for_each(|x| *x /= length);
-        direction.iter().enumerate().for_each(|(j, x)| self.basis[(j, 0)] = *x);
         let (mut squares, mut along) = (0.0, 0.0);
         let sizes: Vec<f64> = self.size.iter().map(|&size| if size > 0.0 { size } else { 1.0 }).collect();
         for rows in jacobians {
             for i in 0..rows.nrows() {
                 let mut sum = 0.0;
-                for (j, (x, size)) in direction.iter().zip(&sizes).enumerate() {
+                for (j, (x, size)) in self.basis[0].iter().zip(&sizes).enumerate() {
                     let scaled = rows[(i, j)] / size;
                     squares += scaled * scaled;
                     sum += scaled * x;
@@ -216,7 +228,7 @@ impl Free {
         // Relative to the mean square of the coordinates.
         self.values[0] = (along * self.size.len() as f64 / squares).sqrt().hypot(self.values[0]);
         if self.values[0] > clear {
-            (self.basis, self.values) = (Mat::zeros(self.size.len(), 0), Vec::new());
+            (self.basis, self.values) = (Vec::new(), Vec::new());
         }
     }
 
@@ -229,7 +241,7 @@ impl Free {
                 continue;
             }
             let size = self.size.iter().map(|&size| if size > 0.0 { size } else { 1.0 });
-            let mut r: Vec<f64> = size.enumerate().map(|(j, size)| self.basis[(j, c)] / size).collect();
+            let mut r: Vec<f64> = self.basis[c].iter().zip(size).map(|(x, size)| x / size).collect();
             rigid.modes.iter().for_each(|other| norms::remove(other, &mut r));
             let length = norms::dot(&r, &r).sqrt();
             r.iter_mut().for_each(|x| *x /= length);
@@ -241,9 +253,6 @@ impl Free {
 
 /// Sizes of the states. In any unit, one of them is well above the rounding length of a smoothed law.
 const SIZES: [f64; 9] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3];
-
-/// Number of coordinates from which the directions are narrowed down first.
-const NARROWS_FROM: usize = 128;
 
 /// Largest entry on the diagonal of R, as a share of the first one, of a direction that remains after
 /// narrowing down: far above the rounding errors of directions without resistance.
@@ -300,7 +309,7 @@ fn directions_of_stops(model: &dyn Model, u: &[f64], q: &[f64]) -> DMatrix<f64> 
 #[cfg(test)]
 mod tests {
     use crate::error::ParameterError;
-    use crate::model::structure::rigid::{NARROWS_FROM, rigid_modes, rigid_motions};
+    use crate::model::structure::rigid::{LARGE, rigid_modes, rigid_motions};
     use crate::model::{Model, Periodic};
     use crate::models::nfg::{NfgPair, NfgParams};
     use crate::models::ring::{Frame, Ring, RingSet};
@@ -309,7 +318,7 @@ mod tests {
     fn the_ring_turns_freely_and_a_gap_does_not_count() -> Result<(), ParameterError> {
         for frame in [Frame::Rigid, Frame::Inertial] {
             let undamped = RingSet { mesh_damping: 0.0, ..RingSet::set_a(16, 5000.0) };
-            for set in [RingSet::set_a(3, 1000.0), undamped, RingSet::set_a(NARROWS_FROM, 1000.0)] {
+            for set in [RingSet::set_a(3, 1000.0), undamped, RingSet::set_a(LARGE, 1000.0)] {
                 let mut params = set.params()?;
                 params.gears[1].base_radius *= 1.5;
                 let ring = Ring::as_printed(&params)?.with_frame(frame);

@@ -201,6 +201,7 @@ impl Passage {
             }
         }
         if at_drive_edge {
+            e.edge = e.t;
             if LOCATE {
                 self.take_pieces(e, false)?;
             }

@@ -12,6 +12,10 @@ use crate::ode::stepping::vector::Vector;
 /// A component above this size grows without bound where steps shrink to nothing.
 const UNBOUNDED: f64 = 1e12;
 
+/// Up to this distance from a drive edge, as a share of |t|, the drives may count as on it: its phase has a
+/// rounding error of up to 42 ε `[1]`.
+const BESIDE: f64 = 128.0 * f64::EPSILON;
+
 /// The current step of a run, seen from its ends. The method that computes the end adds its own arrays.
 pub struct Ends<'m, V: Vector> {
     pub(crate) model: &'m dyn Model,
@@ -27,6 +31,8 @@ pub struct Ends<'m, V: Vector> {
     pub(crate) y: V,
     /// Coordinates, then velocities, at the end.
     pub(crate) y1: V,
+    /// The last drive edge, or the start of the run.
+    pub(crate) edge: f64,
     /// Drives at an instant that is no node.
     pub(crate) u_stage: Vec<f64>,
     /// Drives at the nodes of the step; the last node is its end.
@@ -58,6 +64,7 @@ impl<'m, V: Vector> Ends<'m, V> {
             t: start.t,
             t1: start.t,
             h: 0.0,
+            edge: start.t,
             atol: V::zeros(y.slice().len()),
             y1: y.clone(),
             nodes: Nodes::new(&u, nodes, steps),
@@ -89,12 +96,6 @@ impl<'m, V: Vector> Ends<'m, V> {
     pub(crate) fn move_on(&mut self) {
         self.t = self.t1;
         V::hand_over(&mut self.y1, &mut self.y);
-    }
-
-    /// The state at the end of the step.
-    pub(crate) fn state_at_end(&self) -> State {
-        let (q, v) = halves(&self.y1);
-        State::new(self.t1, q, v)
     }
 
     /// Whether the end of the step is finite and its size is at most `LARGEST`, so that dense output,
@@ -131,25 +132,40 @@ impl<'m, V: Vector> Ends<'m, V> {
     /// The error for a step `h` below the resolution of the time.
     #[cold]
     pub(crate) fn underflow(&self, h: f64) -> IntegrateError {
-        let larger = |a: (usize, f64), (i, y): (usize, &f64)| if y.abs() > a.1.abs() { (i, *y) } else { a };
-        match self.y.slice().iter().enumerate().fold((0, 0.0), larger) {
-            (component, value) if value.abs() > UNBOUNDED => {
-                IntegrateError::Unbounded { t: self.t, component, value }
-            }
-            _ => IntegrateError::StepUnderflow { t: self.t, h },
+        unbounded(self.t, &self.y).unwrap_or(IntegrateError::StepUnderflow { t: self.t, h })
+    }
+
+    /// The state at the end of the run, from which a further run can start.
+    ///
+    /// # Errors
+    /// [`IntegrateError::Unbounded`] if a component is larger than that of a start may be.
+    pub(crate) fn finish(&self) -> Result<State, IntegrateError> {
+        let (q, v) = halves(&self.y1);
+        let state = State::new(self.t1, q, v);
+        match state.check(q.len()) {
+            Ok(()) => Ok(state),
+            Err(wrong) => Err(unbounded(self.t1, &self.y1).unwrap_or(wrong.into())),
         }
+    }
+
+    /// The side of a jump on which an instant of the step lies.
+    #[inline(always)]
+    pub(super) fn side(&self, t: f64) -> Side {
+        side_of(t, self.edge)
     }
 
     /// Evaluates the drives at t + θ h in `u_stage`.
     #[inline(always)]
     pub(crate) fn drive(&mut self, theta: f64) {
         let t = self.t + theta * self.h;
-        self.model.redrive(&[t], Side::After, &mut self.u_stage);
+        let side = self.side(t);
+        self.model.redrive(&[t], side, &mut self.u_stage);
     }
 
     /// Evaluates the drives at the end of the step, before a jump there.
     pub(crate) fn drive_end(&mut self) {
-        self.model.redrive(&[self.t1], Side::Before, self.nodes.end_mut());
+        let side = self.side(self.t1);
+        self.model.redrive(&[self.t1], side, self.nodes.end_mut());
     }
 
     /// Number of evaluations of the accelerations for the rates of inner kinks.
@@ -250,7 +266,8 @@ impl<'m, V: Vector> Ends<'m, V> {
 
     /// Computes the contacts at the start of the step in `self.contacts`, after a jump of the drives there.
     pub(crate) fn contacts_at_start(&mut self) {
-        self.model.redrive(&[self.t], Side::After, &mut self.u_stage);
+        let side = self.side(self.t);
+        self.model.redrive(&[self.t], side, &mut self.u_stage);
         let ((q, v), u) = (halves(&self.y), &self.u_stage);
         self.model.contact(u, q, v, &mut self.contacts);
         let times = [self.t, self.h];
@@ -291,9 +308,24 @@ fn shake<V: Vector>(
     }
 }
 
+/// The error for a state whose largest component grows without bound; `None` if none does.
+#[cold]
+fn unbounded<V: Vector>(t: f64, y: &V) -> Option<IntegrateError> {
+    let larger = |a: (usize, f64), (i, y): (usize, &f64)| if y.abs() > a.1.abs() { (i, *y) } else { a };
+    let (component, value) = y.slice().iter().enumerate().fold((0, 0.0), larger);
+    (value.abs() > UNBOUNDED).then_some(IntegrateError::Unbounded { t, component, value })
+}
+
 /// Maximum size Σ |y| of a state y = (q, v). A larger motion ends the run, since squares and products of its
 /// values could overflow.
 pub(crate) const LARGEST: f64 = 1e100;
+
+/// The side of a jump on which an instant of a step lies: after the last drive edge if it is on this edge, or
+/// so close behind it that the rounding of a late time hides the distance; else before the next edge.
+#[inline(always)]
+pub(super) fn side_of(t: f64, edge: f64) -> Side {
+    if t - edge <= BESIDE * t.abs() { Side::After } else { Side::Before }
+}
 
 /// Coordinates and velocities of a state.
 #[inline(always)]

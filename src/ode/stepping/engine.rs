@@ -2,9 +2,10 @@
 
 use crate::contact::Piece;
 use crate::excitation::Side;
+use crate::model::equations::each_row;
 use crate::model::{Model, State};
 use crate::ode::shifted::Shifted;
-use crate::ode::stepping::ends::Ends;
+use crate::ode::stepping::ends::{Ends, side_of};
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::Vector;
 use std::fmt;
@@ -128,14 +129,20 @@ impl<'m, V: Vector> Engine<'m, V> {
     /// Evaluates the drives at all nodes of the step, unless they are known.
     #[inline(always)]
     pub(crate) fn drive_nodes<T: Tableau>(&mut self) {
-        let Ends { model, nodes, t, t1, .. } = &mut self.ends;
+        let Ends { model, nodes, t, t1, edge, .. } = &mut self.ends;
         let (mut times, n) = ([*t1; SLOTS], T::NODES.len());
         nodes_of::<T>(*t, *t1, &mut times);
         let times = &times[..n];
-        if T::ADAPTIVE || V::AHEAD == 1 {
-            model.redrive(times, Side::Before, nodes.rows_mut());
+        let rows = if T::ADAPTIVE || V::AHEAD == 1 {
+            nodes.rows_mut()
         } else if !nodes.select(times) {
-            model.redrive(times, Side::Before, nodes.fill(times));
+            nodes.fill(times)
+        } else {
+            return;
+        };
+        match side_of(*t, *edge) {
+            Side::Before => model.redrive(times, Side::Before, rows),
+            Side::After => behind_edge(*model, times, *edge, rows),
         }
     }
 
@@ -144,8 +151,8 @@ impl<'m, V: Vector> Engine<'m, V> {
     /// there or later.
     #[inline(always)]
     pub(crate) fn drive_ahead<T: Tableau>(&mut self, end: impl Fn(usize) -> f64, stop: f64) {
-        let Ends { model, nodes, t, t1, .. } = &mut self.ends;
-        if V::AHEAD == 1 || nodes.has_next() || *t1 != end(0) {
+        let Ends { model, nodes, t, t1, edge, .. } = &mut self.ends;
+        if V::AHEAD == 1 || nodes.has_next() || *t1 != end(0) || side_of(*t, *edge) == Side::After {
             return;
         }
         if end(V::AHEAD - 1) >= stop {
@@ -217,8 +224,9 @@ impl<'m, V: Vector> Engine<'m, V> {
     /// Computes f(t, y) in slot 0, with the drives after a jump at t.
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
+        let side = self.ends.side(self.ends.t);
         let Ends { model, pieces, u_stage, y, t, .. } = &mut self.ends;
-        model.redrive(&[*t], Side::After, u_stage);
+        model.redrive(&[*t], side, u_stage);
         if self.on_fixed_pieces {
             derivative::<V, true>(*model, pieces, u_stage, y, &mut self.k[0]);
         } else {
@@ -278,6 +286,12 @@ impl<'m, V: Vector> Engine<'m, V> {
         let m = y.slice().len() as f64;
         V::squares([y, y1], &self.k, &self.ends.atol, self.rtol, rows).map(|sum| h * (sum / m).sqrt())
     }
+}
+
+/// Updates the drives at the nodes of a step that begins on a drive edge.
+#[cold]
+fn behind_edge(model: &dyn Model, times: &[f64], edge: f64, rows: &mut [f64]) {
+    each_row(model.drives(), times, rows, |t, u| model.redrive(&[t], side_of(t, edge), u));
 }
 
 /// Writes the instants of the nodes of a step.

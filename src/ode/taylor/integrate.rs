@@ -108,7 +108,7 @@ impl Prepared {
                     if stopped || e.t1 >= t_end {
                         let mut stats = passage.stats;
                         stats.evaluations += e.evaluations();
-                        return Ok(Finish { state: e.state_at_end(), stopped, stats });
+                        return Ok(Finish { state: e.finish()?, stopped, stats });
                     }
                     run.pass(at_edge)?;
                 }

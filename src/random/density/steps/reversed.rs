@@ -47,9 +47,8 @@ impl Model for Reversed<'_> {
     fn drive(&self, s: f64, side: Side, u: &mut [f64]) {
         self.base.drive(self.end - s, opposite(side), u);
     }
-    fn redrive(&self, times: &[f64], last: Side, u: &mut [f64]) {
-        // Row by row, since the sides of a jump change places.
-        each_row(self.drives(), times, last, u, |s, side, u| {
+    fn redrive(&self, times: &[f64], side: Side, u: &mut [f64]) {
+        each_row(self.drives(), times, u, |s, u| {
             self.base.redrive(&[self.end - s], opposite(side), u);
         });
     }
