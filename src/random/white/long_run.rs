@@ -222,12 +222,16 @@ impl<G: Shape, const W: usize> Gauge<G, W> for LongGauge<W> {
             crossings.look(step, &self.contacts[i]);
         }
         let jumps = step.jumps(&mut self.after);
-        self.meters.sample(step.q, step.v, &self.contacts, if jumps { 0.5 } else { 1.0 });
+        if jumps {
+            self.meters.halve_next();
+        }
+        self.meters.sample(step.q, step.v, &self.contacts);
         if jumps {
             for (i, contact) in self.contacts.iter_mut().enumerate() {
                 *contact = step.contact_under(i, &self.after);
             }
-            self.meters.sample(step.q, step.v, &self.contacts, 0.5);
+            self.meters.halve_next();
+            self.meters.sample(step.q, step.v, &self.contacts);
         }
         true
     }

@@ -295,18 +295,24 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         let (half, sixth) = (h * 0.5, h * (1.0 / 6.0));
         let columns = algebra.columns();
         let contacts = self.bundle.meters.contacts();
-        let mut fresh = true;
-        // Whether the drives jump at the start of the step.
-        let mut jumped = METERED && table.jumps_before(self.steps.start);
-        for step in self.steps.clone() {
-            if fresh || SMALL {
+        let Range { start: mut step, end: last } = self.steps.clone();
+        let mut at = if METERED && table.jumps_before(step) { Start::After } else { Start::First };
+        while step < last || at == Start::Before {
+            if METERED && (at == Start::Before || at == Start::After) {
+                self.bundle.meters.halve_next();
+            }
+            if at == Start::First || at == Start::After || SMALL && at == Start::Smooth {
                 fill::<S, SMALL>(table, 2 * step, columns, w.u);
             }
             if METERED {
                 if !contacts.is_empty() {
                     algebra.contact(contacts.clone(), w.u, w.q, w.v, w.contacts);
                 }
-                self.bundle.meters.sample(w.q, w.v, w.contacts, if jumped { 0.5 } else { 1.0 });
+                self.bundle.meters.sample(w.q, w.v, w.contacts);
+                if at == Start::Before {
+                    at = Start::After;
+                    continue;
+                }
             }
             algebra.accel(w.u, w.q, w.v, w.first);
             for i in 0..n {
@@ -329,6 +335,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 w.vs[i] = w.v[i] + h * w.a[i];
             }
             let (end, shared) = table.end(step);
+            step += 1;
             fill::<S, SMALL>(table, end, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
@@ -339,20 +346,29 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             if SMALL {
                 std::hint::black_box(());
             }
-            if METERED && !shared {
-                if !contacts.is_empty() {
-                    algebra.contact(contacts.clone(), w.u, w.q, w.v, w.contacts);
-                }
-                self.bundle.meters.sample(w.q, w.v, w.contacts, 0.5);
-            }
-            jumped = !shared;
-            // Without a drive edge the next step starts with the drives that are already in `u`.
-            fresh = !shared;
+            at = match shared {
+                true => Start::Smooth,
+                false if METERED => Start::Before,
+                false => Start::First,
+            };
         }
         if METERED {
             self.bundle.meters.finish();
         }
     }
+}
+
+/// The start of a step.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Start {
+    /// The drives there are not in `u` yet.
+    First,
+    /// The drives in `u`, those at the end of the step before, are those there.
+    Smooth,
+    /// The drives jump there. Those in `u` are those before the jump: they are sampled, too.
+    Before,
+    /// Behind the jump, whose other side is sampled. The drives are not in `u` yet.
+    After,
 }
 
 /// Writes the drives of row `row` to all lanes.

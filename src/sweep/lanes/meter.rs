@@ -52,6 +52,8 @@ pub(crate) struct Meters<S: Number> {
     buffer: Vec<[S; BLOCK]>,
     /// The share of a step for which each buffered sample counts.
     shares: [f64; BLOCK],
+    /// Whether all of these shares are 1.
+    whole: bool,
     /// Number of buffered samples.
     filled: usize,
     /// The parts of the first channel, then those of the next channel.
@@ -82,6 +84,7 @@ impl<S: Number> Meters<S> {
             read,
             buffer: vec![[S::from(0.0); BLOCK]; kinds.len() + 2 * contacts],
             shares: [1.0; BLOCK],
+            whole: true,
             filled: 0,
             channels: vec![channel; kinds.len() * S::PARTS],
             contacts: vec![contact; contacts * S::PARTS],
@@ -93,10 +96,16 @@ impl<S: Number> Meters<S> {
         self.read.clone()
     }
 
-    /// Buffers a sample of all channels and contacts. `share`: the share of a step for which it counts, 1, or
-    /// 1/2 on each side of a jump.
+    /// The next sample counts for half a step: it lies on one side of a jump.
     #[inline(always)]
-    pub(crate) fn sample(&mut self, q: &[S], v: &[S], contacts: &[Contact<S>], share: f64) {
+    pub(crate) fn halve_next(&mut self) {
+        self.shares[self.filled % BLOCK] = 0.5;
+        self.whole = false;
+    }
+
+    /// Buffers a sample of all channels and contacts.
+    #[inline(always)]
+    pub(crate) fn sample(&mut self, q: &[S], v: &[S], contacts: &[Contact<S>]) {
         let at = self.filled % BLOCK;
         let (kinds, buffer) = (&self.kinds[..], &mut self.buffer[..]);
         let (channels, flanks) = buffer.split_at_mut(kinds.len());
@@ -114,7 +123,6 @@ impl<S: Number> Meters<S> {
                 flanks[2 * c + 1][at] = Edge::Upper.depth(&contacts[c]);
             }
         }
-        self.shares[at] = share;
         self.filled = at + 1;
         if self.filled == BLOCK {
             self.gather(BLOCK);
@@ -132,8 +140,7 @@ impl<S: Number> Meters<S> {
     #[inline(always)]
     fn gather(&mut self, count: usize) {
         let (channels, flanks) = self.buffer.split_at(self.kinds.len());
-        let shares = &self.shares[..count];
-        let whole = shares.iter().all(|share| *share == 1.0);
+        let (shares, whole) = (&self.shares[..count], self.whole);
         for (meters, row) in self.channels.chunks_exact_mut(S::PARTS).zip(channels) {
             for part in 0..S::PARTS {
                 let mut meter = meters[part];
@@ -167,6 +174,10 @@ impl<S: Number> Meters<S> {
                 }
                 meters[part] = meter;
             }
+        }
+        if !whole {
+            self.shares = [1.0; BLOCK];
+            self.whole = true;
         }
         self.filled = 0;
     }
@@ -322,7 +333,7 @@ mod tests {
             for sample in 0..SAMPLES {
                 let mut contact = Contact { lower: S::from(-1.0), upper: S::from(1.0), ..Contact::default() };
                 (0..S::WIDTH).for_each(|lane| contact.deflection.set_lane(lane, value(sample, lane)));
-                meters.sample(&[], &[], &[contact], 1.0);
+                meters.sample(&[], &[], &[contact]);
                 if sample % stretch == 0 {
                     meters.finish();
                 }
