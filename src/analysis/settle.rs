@@ -110,7 +110,7 @@ impl Settle {
     ) -> Result<Steady, SettleError> {
         let mut start = match start {
             Some(start) => start.clone(),
-            None => static_state(&model, None)?.state,
+            None => static_state(model, None)?.state,
         };
         let period = model.period();
         self.check(period)?;

@@ -18,8 +18,8 @@ impl Figure {
         orbit: &ShootingOrbit,
         channel: &str,
     ) -> Result<f64, DesignError> {
-        let mut statistics = Statistics::new(&model, &[channel])?;
-        orbit.observe(&model, &mut statistics)?;
+        let mut statistics = Statistics::new(model, &[channel])?;
+        orbit.observe(model, &mut statistics)?;
         Ok(self.of(&statistics.summary(channel)?))
     }
 }

@@ -171,8 +171,8 @@ impl<'m, V: Vector> Engine<'m, V> {
     /// k_s = f(y + h Σ a_l k_l), with the drives `u_stage`.
     #[inline(always)]
     pub(crate) fn stage<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &TableauRow<L>) {
-        let Ends { model, pieces, u_stage, y, h, .. } = &self.ends;
-        V::stage(&mut self.k, s, y, *h, row, |q, v, a| accelerate::<FIXED>(model, pieces, u_stage, q, v, a));
+        let Ends { ref pieces, ref u_stage, ref y, model, h, .. } = self.ends;
+        V::stage(&mut self.k, s, y, h, row, |q, v, a| accelerate::<FIXED>(model, pieces, u_stage, q, v, a));
     }
 
     /// k_s = f(y + h Σ a_l k_l), with the drives at a node.
@@ -183,9 +183,9 @@ impl<'m, V: Vector> Engine<'m, V> {
         s: usize,
         row: &TableauRow<L>,
     ) {
-        let Ends { model, pieces, nodes, y, h, .. } = &self.ends;
+        let Ends { ref pieces, ref nodes, ref y, model, h, .. } = self.ends;
         let u = nodes.at(node);
-        V::stage(&mut self.k, s, y, *h, row, |q, v, a| accelerate::<FIXED>(model, pieces, u, q, v, a));
+        V::stage(&mut self.k, s, y, h, row, |q, v, a| accelerate::<FIXED>(model, pieces, u, q, v, a));
     }
 
     /// y1 = y + h Σ b_l k_l.

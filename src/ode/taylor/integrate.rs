@@ -127,7 +127,7 @@ impl Integrator for Taylor {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         self.check_rtol()?;
-        Prepared::new(&model)?.run(self, &model, start, t_end, observer)
+        Prepared::new(model)?.run(self, model, start, t_end, observer)
     }
 }
 

@@ -185,7 +185,7 @@ impl Model for Continued<'_> {
         self.model.accel(u, q, v, a);
     }
     fn base(&self) -> Option<&dyn Model> {
-        Some(&self.model)
+        Some(self.model)
     }
     fn offers(&self) -> Offers<'_> {
         let base = self.model.offers();

@@ -185,10 +185,10 @@ impl Expansion {
         match self {
             Expansion::Series(prepared) => {
                 let settings = Taylor::new().rtol(rtol).atol_each(atol).order(order);
-                prepared.borrow_mut().run(&settings, &model, start, t_end, observer)
+                prepared.borrow_mut().run(&settings, model, start, t_end, observer)
             }
             Expansion::Own(own) => {
-                (own.0)(&model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))
+                (own.0)(model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))
             }
             Expansion::Dop853 => {
                 let solver = Dop853::new().rtol(rtol).atol_each(atol);

@@ -183,7 +183,7 @@ impl<'f> BalanceCurve<'f> {
             let smooth =
                 Smooth { breaks: ends(crossings().map(|s| s.time).collect()), jumps: point.solution.jumps };
             let again = |fewer: &FourierOrbit| fewer.crossings_near(model, crossings()).map(ends);
-            orbit.multipliers_between(&model, &self.modes, &smooth, &again, &self.meter)
+            orbit.multipliers_between(model, &self.modes, &smooth, &again, &self.meter)
         });
         found.ok()?.ok()
     }
