@@ -2,6 +2,7 @@
 
 use crate::certify::slots::with_inputs;
 use crate::interval::number::Interval;
+use crate::numeric::norms::decomposition;
 use crate::tape::form::Form;
 use crate::tape::operations::{FormId, Op, Tape};
 use nalgebra::DMatrix;
@@ -41,7 +42,7 @@ impl Relative {
         let units: Vec<f64> = (0..n).map(|j| Some(unit(j)).filter(|x| *x > 0.0).unwrap_or(1.0)).collect();
         let matrix =
             DMatrix::from_fn(rows.len().max(n), n, |i, j| rows.get(i).map_or(0.0, |row| row[j] / units[j]));
-        let svd = matrix.try_svd(false, true, f64::EPSILON, 1000)?;
+        let svd = decomposition(matrix, false)?;
         let values = &svd.singular_values;
         let zero: Vec<usize> = (0..n).filter(|&k| values[k] <= UNCHANGED * values.max()).collect();
         let [k] = zero[..] else { return None };

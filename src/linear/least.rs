@@ -1,10 +1,8 @@
 //! Least solutions of linear equations that may be singular.
 
+use crate::numeric::norms::decomposition;
 use faer::Mat;
 use nalgebra::{DMatrix, DVector};
-
-/// Maximum number of iterations of a singular value decomposition.
-const SWEEPS: usize = 10_000;
 
 /// Number of equations from which a factorisation with pivots is tried before a singular value
 /// decomposition, which takes longer.
@@ -31,7 +29,7 @@ pub(crate) fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Opti
             return Some(DVector::from_fn(matrix.ncols(), |i, _| x[(i, 0)]));
         }
     }
-    matrix.try_svd(true, true, f64::EPSILON, SWEEPS)?.solve(right, 1e-13).ok()
+    decomposition(matrix, true)?.solve(right, 1e-13).ok()
 }
 
 #[cfg(test)]

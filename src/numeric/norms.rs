@@ -1,4 +1,6 @@
-//! Scalar products and largest components.
+//! Scalar products, largest components and singular vectors.
+
+use nalgebra::{DMatrix, Dyn, SVD};
 
 /// aᵀ b.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -22,6 +24,34 @@ pub(crate) fn remove(r: &[f64], x: &mut [f64]) {
     x.iter_mut().zip(r).for_each(|(x, r)| *x -= along * r);
 }
 
+/// Maximum number of iterations of a singular value decomposition.
+const SWEEPS: usize = 10_000;
+
+/// Values outside this range are scaled before a decomposition: their squares may overflow or vanish.
+const SQUARES: std::ops::Range<f64> = 1e-100..1e100;
+
+/// The singular value decomposition in any order of the values. `None` if an entry or a value is not finite, or
+/// if it does not converge.
+pub(crate) fn decomposition(matrix: DMatrix<f64>, left: bool) -> Option<SVD<f64, Dyn, Dyn>> {
+    if !matrix.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let svd = SVD::try_new_unordered(matrix, left, true, f64::EPSILON, SWEEPS)?;
+    svd.singular_values.iter().all(|value| value.is_finite()).then_some(svd)
+}
+
+/// The right singular vectors of a matrix with at least as many rows as columns, one in each row, by decreasing
+/// singular values. `None` as for [`decomposition`].
+pub(crate) fn right_vectors(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let largest = matrix.amax();
+    let scaled = if SQUARES.contains(&largest) || largest == 0.0 { matrix } else { matrix / largest };
+    let svd = decomposition(scaled, false)?;
+    let (values, vectors) = (&svd.singular_values, svd.v_t.as_ref()?);
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&i, &j| values[j].total_cmp(&values[i]));
+    Some(DMatrix::from_fn(order.len(), vectors.ncols(), |i, j| vectors[(order[i], j)]))
+}
+
 /// Index of the largest entry of the null vector of U, an upper triangular matrix of size n; `None` if U is
 /// not singular to rounding.
 pub(crate) fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usize> {
@@ -43,6 +73,24 @@ pub(crate) fn floating(n: usize, u: impl Fn(usize, usize) -> f64) -> Option<usiz
 
 #[cfg(test)]
 mod tests {
+    use crate::numeric::norms::right_vectors;
+    use nalgebra::DMatrix;
+
+    /// A matrix of rank 1 in several units; what is not finite has no vectors.
+    #[test]
+    fn right_vectors_of_any_size() {
+        for size in [1e-250, 1.0, 1e250] {
+            let vectors =
+                right_vectors(DMatrix::from_fn(3, 2, |i, j| size * [3.0, 4.0][j] * (i as f64 + 1.0)));
+            let vectors = vectors.unwrap();
+            assert!(
+                (vectors[(0, 0)].abs() - 0.6).abs() < 1e-14 && (vectors[(1, 0)].abs() - 0.8).abs() < 1e-14
+            );
+        }
+        assert!(right_vectors(DMatrix::from_element(2, 2, f64::NAN)).is_none());
+        assert!(right_vectors(DMatrix::from_element(2, 2, f64::INFINITY)).is_none());
+    }
+
     #[test]
     fn nan_counts_as_the_largest() {
         for at in 0..3 {

@@ -295,11 +295,7 @@ fn reading_p(from: f64, to: f64, integrals: Integrals) -> Branch<FourierOrbit> {
 
 /// Reading A of the face gear pair by shooting: the orbit with bilateral rattle and 252 crossings, settled at
 /// 180 rad/s, continues downwards as an unstable orbit.
-/// Reference of the period doubling: multiple shooting of an independent prototype. It also gives a fold at
-/// 154.88116 rad/s, but steps over the places where two arms come closer than the tolerance.
-#[test]
-#[ignore = "minutes without optimisation: cargo test --release --test suite branches_by_balance -- --ignored"]
-fn bilateral_branch_by_shooting() {
+fn bilateral_branch() -> Branch<ShootingOrbit> {
     let pair = NfgPair::of_reading(
         &NfgParams { speed: 180.0, ..NfgParams::table1() },
         NfgReading::published_on_base_radius(),
@@ -317,15 +313,30 @@ fn bilateral_branch_by_shooting() {
     let continuation = continuation.shooting(Shooting::new().tolerance(1e-6));
     let branch = continuation.run(&family, &nodes).unwrap();
     println!("{branch}");
+    branch
+}
+
+/// Reference of the period doubling: multiple shooting of an independent prototype.
+#[test]
+#[ignore = "minutes without optimisation: cargo test --release --test suite branches_by_balance -- --ignored"]
+fn bilateral_branch_by_shooting() {
+    let branch = bilateral_branch();
     // A multiplier passes 1 without a fold: the two arms come closer than the tolerance. The branch says so.
     let note = branch.notes().iter().find(|note| note.what.contains("the determinant changed its sign"));
     let [low, high] = note.unwrap().parameters;
     assert!(161.8 < high && low < 161.9, "{low} .. {high}");
     assert!(branch.of_kind(PointKind::Branch).is_empty());
-    let (doublings, folds) = (branch.of_kind(PointKind::PeriodDoubling), branch.of_kind(PointKind::Fold));
+    let doublings = branch.of_kind(PointKind::PeriodDoubling);
     assert!((doublings[0].parameter - 163.5279).abs() < 1e-3);
-    // Open: the branch follows one of the arms and does not reach this fold.
-    assert!((folds[0].parameter - 154.881_16).abs() < 1e-4);
+}
+
+/// The prototype also gives a fold at 154.88116 rad/s, but steps over the places where two arms come closer than
+/// the tolerance. The branch follows one of the arms and does not reach this fold.
+#[test]
+#[ignore = "open: fails, since the branch does not reach the fold"]
+fn open_fold_of_the_bilateral_branch() {
+    let branch = bilateral_branch();
+    assert!((branch.of_kind(PointKind::Fold)[0].parameter - 154.881_16).abs() < 1e-4);
 }
 
 /// Doubled orbits by balance are those of shooting; a balance over one period is refused at a doubling.

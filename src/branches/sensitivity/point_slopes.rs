@@ -17,6 +17,7 @@ use crate::contact::Piece;
 use crate::contact::edge::Edge;
 use crate::model::Periodic;
 use crate::model::equations::Constants;
+use crate::numeric::norms::right_vectors;
 use crate::periodic::Multipliers;
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
@@ -108,7 +109,7 @@ fn of_multipliers(
             (false, _) => last.map_or(0.0, |last| last[j]),
         })
     };
-    let right = wide(None).svd(false, true).v_t.ok_or(CurveError::Singular)?;
+    let right = right_vectors(wide(None)).ok_or(CurveError::Singular)?;
     let tangent = right.row(n).transpose();
     let factors = Bordered::new(wide(Some(&tangent))).ok_or(CurveError::Singular)?;
     let unscaled = |z: &DVector<f64>| DVector::from_fn(n, |j, _| z[j] * totals.size(j));
@@ -160,6 +161,6 @@ fn grazing(
 /// The left singular vector of the smallest singular value: a right one of the transposed matrix, since left
 /// ones are divided by the singular value, which is 0.
 fn left_null(matrix: &DMatrix<f64>) -> Option<DVector<f64>> {
-    let right = matrix.transpose().svd(false, true).v_t?;
+    let right = right_vectors(matrix.transpose())?;
     Some(right.row(right.nrows() - 1).transpose())
 }

@@ -14,6 +14,7 @@ use crate::branches::starts::start::Start;
 use crate::branches::steps::stepper::Stepper;
 use crate::error::ParameterError;
 use crate::model::State;
+use crate::numeric::norms::right_vectors;
 use crate::periodic::{FourierOrbit, ShootingOrbit};
 use nalgebra::{DMatrix, DVector};
 
@@ -175,7 +176,7 @@ fn doubled(orbit: &ShootingOrbit) -> ShootingOrbit {
 /// The unit vector in the plane of the two smallest singular values whose last component is 0.
 fn pitchfork(matrix: DMatrix<f64>) -> Option<DVector<f64>> {
     let n = matrix.nrows();
-    let right = matrix.svd(false, true).v_t?;
+    let right = right_vectors(matrix)?;
     let (a, b) = (right.row(n - 1).transpose(), right.row(n - 2).transpose());
     let direction = &a * b[n - 1] - &b * a[n - 1];
     let length = direction.norm();

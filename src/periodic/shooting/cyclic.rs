@@ -1,5 +1,6 @@
 //! The cyclic block system of multiple shooting, solved by orthogonal transformations.
 
+use crate::numeric::norms::right_vectors;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 use nalgebra::Dyn;
@@ -65,7 +66,7 @@ impl Cyclic {
         if pivots.min() > SINGULAR * pivots.max() {
             return Ok(Cyclic { stages, close: lu, rigid: rigid.clone() });
         }
-        let right = close.svd(false, true).v_t;
+        let right = right_vectors(close);
         let loose = right.map(|v| v.row(m + k - 1).transpose().rows(0, m).iamax());
         Err(loose.unwrap_or(0))
     }

@@ -4,6 +4,7 @@ use crate::model::drive_slope::DriveSlope;
 use crate::model::structure::unconnected::unconnected;
 use crate::model::{Model, State};
 use crate::numeric::norms::remove;
+use crate::numeric::norms::right_vectors;
 use crate::ode::budget::Meter;
 use crate::periodic::flow::flow_method::{Expansion, FlowMethod};
 use crate::periodic::flow::tangent::Tangent;
@@ -194,7 +195,7 @@ impl<'m> Segments<'m> {
             let mut equations = DMatrix::zeros(m + k, m);
             equations.rows_mut(0, m).copy_from(&(&monodromy - DMatrix::identity(m, m)));
             equations.rows_mut(m, k).copy_from(&self.rigid().transpose());
-            let right = equations.svd(false, true).v_t;
+            let right = right_vectors(equations);
             let component = right.map_or(0, |v| v.row(m - 1).transpose().iamax());
             return ShootingError::Singular { component, last };
         }
