@@ -30,8 +30,8 @@ const SWEEPS: usize = 10_000;
 /// Values outside this range are scaled before a decomposition: their squares may overflow or vanish.
 const SQUARES: std::ops::Range<f64> = 1e-100..1e100;
 
-/// The singular value decomposition in any order of the values. `None` if an entry or a value is not finite, or
-/// if it does not converge.
+/// The singular value decomposition in any order of the values. `None` if an entry or a value is not finite,
+/// or if it does not converge.
 pub(crate) fn decomposition(matrix: DMatrix<f64>, left: bool) -> Option<SVD<f64, Dyn, Dyn>> {
     if !matrix.iter().all(|x| x.is_finite()) {
         return None;
@@ -40,8 +40,8 @@ pub(crate) fn decomposition(matrix: DMatrix<f64>, left: bool) -> Option<SVD<f64,
     svd.singular_values.iter().all(|value| value.is_finite()).then_some(svd)
 }
 
-/// The right singular vectors of a matrix with at least as many rows as columns, one in each row, by decreasing
-/// singular values. `None` as for [`decomposition`].
+/// The right singular vectors of a matrix with at least as many rows as columns, one in each row, by
+/// decreasing singular values. `None` as for [`decomposition`].
 pub(crate) fn right_vectors(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let largest = matrix.amax();
     let scaled = if SQUARES.contains(&largest) || largest == 0.0 { matrix } else { matrix / largest };
