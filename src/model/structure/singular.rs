@@ -111,9 +111,9 @@ mod tests {
                 columns
             };
             let (u, v) = (random(3, rows), random(17, k));
-            let values: Vec<f64> = (0..k)
-                .map(|c| if c + 1 == k && k > 1 { 0.0 } else { 10f64.powi(-(c as i32) * 13 / k as i32) })
-                .collect();
+            let value =
+                |c: usize| if c + 1 == k && k > 1 { 0.0 } else { 10f64.powf(-13.0 * c as f64 / k as f64) };
+            let values: Vec<f64> = (0..k).map(value).collect();
             let column = |j: usize| -> Vec<f64> {
                 (0..rows).map(|i| (0..k).map(|c| u[c][i] * values[c] * v[c][j]).sum()).collect()
             };
