@@ -24,9 +24,10 @@ struct Equations {
     weights: Vec<f64>,
 }
 
-/// The eigenvalues λ with Im λ > 0 of x'' = ∂a/∂q x + ∂a/∂v x', in the order of |λ|. `modes`: those of
-/// ∂a/∂q; `inertias`: those of a symmetric stiffness; `rounding`: relative error of the entries. `None` if
-/// eigenvalues do not converge.
+/// The eigenvalues λ with Im λ > 0 of x'' = ∂a/∂q x + ∂a/∂v x', in the order of |λ|.
+///
+/// `modes` are those of ∂a/∂q, and `inertias` those of a symmetric stiffness. `rounding` is the relative
+/// error of the entries of both matrices. The result is `None` if the eigenvalues do not converge.
 pub(crate) fn of(
     [q, v]: [&DMatrix<f64>; 2],
     modes: &[Found],

@@ -22,7 +22,7 @@ const STEPS: [f64; 2] = [1.37, 1.91];
 /// step. For a cubic term the error is 1.1 times the change at the first other length.
 const OF_STEPS: f64 = 4.0;
 
-/// Modes, rigid motions among them, and the eigenvalues of the damped model.
+/// The modes of a model without damping, rigid motions included, and its eigenvalues with damping.
 pub(crate) struct Spectrum {
     pub(crate) modes: Vec<Found>,
     pub(crate) damped: Vec<Damped>,

@@ -90,9 +90,9 @@ pub trait Model {
         }
     }
     /// Updates drives of other instants: row i of `u`, of length [`drives`](Model::drives), to `times[i]`.
-    /// `side`: before or after a jump at any of these times. The implementation may skip drives that never
-    /// change. Solvers call it for the nodes of one or of several steps at once, and for single instants.
-    /// Default: [`drive`](Model::drive) for each row.
+    /// `side` states whether a time on a jump lies before or after it. The implementation may skip drives
+    /// that never change. Solvers call it for the nodes of one or of several steps at once, and for single
+    /// instants. Default: [`drive`](Model::drive) for each row.
     fn redrive(&self, times: &[f64], side: Side, u: &mut [f64]) {
         match self.base() {
             Some(base) => base.redrive(times, side, u),

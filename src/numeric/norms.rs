@@ -41,7 +41,7 @@ pub(crate) fn decomposition(matrix: DMatrix<f64>, left: bool) -> Option<SVD<f64,
 }
 
 /// The right singular vectors of a matrix with at least as many rows as columns, one in each row, by
-/// decreasing singular values. `None` as for [`decomposition`].
+/// decreasing singular values. It returns `None` where [`decomposition`] does.
 pub(crate) fn right_vectors(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let largest = matrix.amax();
     let scaled = if SQUARES.contains(&largest) || largest == 0.0 { matrix } else { matrix / largest };

@@ -63,8 +63,8 @@ const FEW: f64 = 32.0;
 /// well above the rounding of the accelerations themselves.
 const OF_TIME: f64 = 1e5 * f64::EPSILON;
 
-/// Number of neighbouring times at which the accelerations are compared. The shortest steps contain fewer:
-/// the times show a jump that no edge announces.
+/// Number of neighbouring times at which the accelerations are compared. The shortest step contains fewer
+/// times. A jump inside it, which no edge announces, therefore changes one of these accelerations.
 const NEIGHBOURS: u32 = 64;
 
 /// One rejected step of this many is checked for rounding.

@@ -1,7 +1,8 @@
-//! Singular values. Those of small matrices come from plain loops: every processor computes the same bits.
+//! Singular values of matrices. Plain loops decompose small ones, with the same bits on every processor.
 
-use crate::numeric::norms::{dot, remove};
+use crate::numeric::norms::dot;
 use faer::Mat;
+use nalgebra::DMatrix;
 
 /// Number of columns from which blocked code is faster. Its order of summation depends on the processor.
 pub(super) const LARGE: usize = 128;
@@ -11,27 +12,6 @@ const ORTHOGONAL: f64 = f64::EPSILON;
 
 /// Maximum number of sweeps over all pairs of columns. Some six to ten orthogonalise them.
 const SWEEPS: usize = 60;
-
-/// R of A = Q R, by columns: Gram-Schmidt orthogonalisation of the columns of A, in their order.
-fn upper(mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    let k = columns.len();
-    let mut r = vec![vec![0.0; k]; k];
-    for i in 0..k {
-        let (before, rest) = columns.split_at_mut(i + 1);
-        let q = &mut before[i];
-        let length = dot(q, q).sqrt();
-        r[i][i] = length;
-        if length == 0.0 {
-            continue;
-        }
-        q.iter_mut().for_each(|x| *x /= length);
-        for (column, r) in rest.iter_mut().zip(&mut r[i + 1..]) {
-            r[i] = dot(q, column);
-            column.iter_mut().zip(&*q).for_each(|(x, q)| *x -= r[i] * q);
-        }
-    }
-    r
-}
 
 /// Singular values of a matrix of `columns` in decreasing order, and the directions v that belong to them.
 /// `None` if they do not converge.
@@ -48,7 +28,10 @@ pub(super) fn singular(columns: Vec<Vec<f64>>) -> Option<Vec<(f64, Vec<f64>)>> {
 /// One-sided Jacobi rotations.   Source: Golub and Van Loan, Matrix Computations, Sect. 8.6.3.
 fn by_rotations(columns: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
     let k = columns.len();
-    let mut left = upper(columns);
+    // The triangular factor has the singular values and directions of the matrix.
+    let triangle = matrix_of(&columns).qr().r();
+    let mut left: Vec<Vec<f64>> =
+        triangle.column_iter().map(|column| column.iter().copied().collect()).collect();
     let unit = |j: usize| (0..k).map(|i| f64::from(u8::from(i == j))).collect();
     let mut right: Vec<Vec<f64>> = (0..k).map(unit).collect();
     for _ in 0..SWEEPS {
@@ -81,16 +64,14 @@ fn by_rotations(columns: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
     found
 }
 
-/// Makes columns orthonormal, in their order.
+/// Makes columns orthonormal.
 pub(super) fn orthonormal(columns: &mut [Vec<f64>]) {
-    for i in 0..columns.len() {
-        let (before, rest) = columns.split_at_mut(i);
-        for _ in 0..2 {
-            before.iter().for_each(|other| remove(other, &mut rest[0]));
-            let length = dot(&rest[0], &rest[0]).sqrt();
-            rest[0].iter_mut().for_each(|x| *x /= length);
-        }
-    }
+    let q = matrix_of(columns).qr().q();
+    columns.iter_mut().zip(q.column_iter()).for_each(|(x, q)| x.copy_from_slice(q.as_slice()));
+}
+
+fn matrix_of(columns: &[Vec<f64>]) -> DMatrix<f64> {
+    DMatrix::from_fn(columns.first().map_or(0, Vec::len), columns.len(), |i, j| columns[j][i])
 }
 
 #[cfg(test)]

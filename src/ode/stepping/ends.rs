@@ -12,8 +12,8 @@ use crate::ode::stepping::vector::Vector;
 /// A component above this size grows without bound where steps shrink to nothing.
 const UNBOUNDED: f64 = 1e12;
 
-/// Up to this distance from a drive edge, as a share of |t|, the drives may count as on it: its phase has a
-/// rounding error of up to 42 ε `[1]`.
+/// An instant lies beside the last drive edge up to this distance behind it, as a share of |t| `[1]`. A wave
+/// does not tell an instant from its edge up to 32 ε |t|, the rounding of its phase.
 const BESIDE: f64 = 128.0 * f64::EPSILON;
 
 /// The current step of a run, seen from its ends. The method that computes the end adds its own arrays.
@@ -148,23 +148,17 @@ impl<'m, V: Vector> Ends<'m, V> {
         }
     }
 
-    /// The side of a jump on which an instant of the step lies.
-    #[inline(always)]
-    pub(super) fn side(&self, t: f64) -> Side {
-        side_of(t, self.edge)
-    }
-
     /// Evaluates the drives at t + θ h in `u_stage`.
     #[inline(always)]
     pub(crate) fn drive(&mut self, theta: f64) {
         let t = self.t + theta * self.h;
-        let side = self.side(t);
+        let side = side_of(t, self.edge);
         self.model.redrive(&[t], side, &mut self.u_stage);
     }
 
     /// Evaluates the drives at the end of the step, before a jump there.
     pub(crate) fn drive_end(&mut self) {
-        let side = self.side(self.t1);
+        let side = side_of(self.t1, self.edge);
         self.model.redrive(&[self.t1], side, self.nodes.end_mut());
     }
 
@@ -266,7 +260,7 @@ impl<'m, V: Vector> Ends<'m, V> {
 
     /// Computes the contacts at the start of the step in `self.contacts`, after a jump of the drives there.
     pub(crate) fn contacts_at_start(&mut self) {
-        let side = self.side(self.t);
+        let side = side_of(self.t, self.edge);
         self.model.redrive(&[self.t], side, &mut self.u_stage);
         let ((q, v), u) = (halves(&self.y), &self.u_stage);
         self.model.contact(u, q, v, &mut self.contacts);

@@ -171,6 +171,7 @@ impl<'m, V: Vector> Engine<'m, V> {
     /// k_s = f(y + h Σ a_l k_l), with the drives `u_stage`.
     #[inline(always)]
     pub(crate) fn stage<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &TableauRow<L>) {
+        // A reference to the model would be a model of its own, which calls this one.
         let Ends { ref pieces, ref u_stage, ref y, model, h, .. } = self.ends;
         V::stage(&mut self.k, s, y, h, row, |q, v, a| accelerate::<FIXED>(model, pieces, u_stage, q, v, a));
     }
@@ -224,7 +225,7 @@ impl<'m, V: Vector> Engine<'m, V> {
     /// Computes f(t, y) in slot 0, with the drives after a jump at t.
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
-        let side = self.ends.side(self.ends.t);
+        let side = side_of(self.ends.t, self.ends.edge);
         let Ends { model, pieces, u_stage, y, t, .. } = &mut self.ends;
         model.redrive(&[*t], side, u_stage);
         if self.on_fixed_pieces {
