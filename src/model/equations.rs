@@ -151,6 +151,18 @@ pub trait Model {
         let _ = (pieces, u, q, v);
         a.fill(f64::NAN);
     }
+    /// The acceleration of a model with one degree of freedom: `accel`, or `accel_on_pieces` if `pieces` are
+    /// given, with coordinate and velocity in registers. Solvers call it at every stage. No model implements
+    /// it.
+    #[doc(hidden)]
+    fn accel_of_one(&self, pieces: Option<&[Piece]>, u: &[f64], q: f64, v: f64) -> f64 {
+        let mut a = [0.0];
+        match pieces {
+            Some(pieces) => self.accel_on_pieces(pieces, u, &[q], &[v], &mut a),
+            None => self.accel(u, &[q], &[v], &mut a),
+        }
+        a[0]
+    }
     /// Writes ∂a/∂q and ∂a/∂v to `out`, which contains zeros or an earlier Jacobian of the model. It is
     /// called if [`Offers::jacobian`] declares it. `pieces`: evaluation by deflection for `None`; otherwise
     /// with every contact on a given piece, for a model that also offers `pieces`. Default: NaN.

@@ -60,6 +60,9 @@ impl<P: Pointer<Target: Model>> Model for P {
     fn accel_on_pieces(&self, pieces: &[Piece], u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
         (**self).accel_on_pieces(pieces, u, q, v, a);
     }
+    fn accel_of_one(&self, pieces: Option<&[Piece]>, u: &[f64], q: f64, v: f64) -> f64 {
+        (**self).accel_of_one(pieces, u, q, v)
+    }
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         (**self).jacobian(pieces, u, q, v, out);
     }

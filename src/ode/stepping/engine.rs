@@ -1,13 +1,12 @@
 //! Stages and norms of one explicit Runge-Kutta step, common to all tableaux.
 
-use crate::contact::Piece;
 use crate::excitation::Side;
 use crate::model::equations::each_row;
 use crate::model::{Model, State};
 use crate::ode::shifted::Shifted;
 use crate::ode::stepping::ends::{Ends, side_of};
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
-use crate::ode::stepping::vector::Vector;
+use crate::ode::stepping::vector::{Algebra, Vector};
 use std::fmt;
 
 /// A Runge-Kutta or Rosenbrock method, written stage by stage as in Hairer, Nørsett & Wanner I and II.
@@ -173,7 +172,7 @@ impl<'m, V: Vector> Engine<'m, V> {
     pub(crate) fn stage<const FIXED: bool, const L: usize>(&mut self, s: usize, row: &TableauRow<L>) {
         // A reference to the model would be a model of its own, which calls this one.
         let Ends { ref pieces, ref u_stage, ref y, model, h, .. } = self.ends;
-        V::stage(&mut self.k, s, y, h, row, |q, v, a| accelerate::<FIXED>(model, pieces, u_stage, q, v, a));
+        V::stage(&mut self.k, s, y, h, row, Algebra::of::<FIXED>(model, pieces, u_stage));
     }
 
     /// k_s = f(y + h Σ a_l k_l), with the drives at a node.
@@ -185,8 +184,7 @@ impl<'m, V: Vector> Engine<'m, V> {
         row: &TableauRow<L>,
     ) {
         let Ends { ref pieces, ref nodes, ref y, model, h, .. } = self.ends;
-        let u = nodes.at(node);
-        V::stage(&mut self.k, s, y, h, row, |q, v, a| accelerate::<FIXED>(model, pieces, u, q, v, a));
+        V::stage(&mut self.k, s, y, h, row, Algebra::of::<FIXED>(model, pieces, nodes.at(node)));
     }
 
     /// y1 = y + h Σ b_l k_l.
@@ -228,11 +226,8 @@ impl<'m, V: Vector> Engine<'m, V> {
         let side = side_of(self.ends.t, self.ends.edge);
         let Ends { model, pieces, u_stage, y, t, .. } = &mut self.ends;
         model.redrive(&[*t], side, u_stage);
-        if self.on_fixed_pieces {
-            derivative::<V, true>(*model, pieces, u_stage, y, &mut self.k[0]);
-        } else {
-            derivative::<V, false>(*model, pieces, u_stage, y, &mut self.k[0]);
-        }
+        let pieces = self.on_fixed_pieces.then_some(&pieces[..]);
+        V::derivative(&mut self.k[0], y, Algebra { model: *model, pieces, u: u_stage });
         self.evaluations += 1;
     }
 
@@ -246,10 +241,10 @@ impl<'m, V: Vector> Engine<'m, V> {
         let (v, a) = self.k[0].slice().split_at(self.ends.model.dof());
         // At a grazing it would be a time in which the motion changes.
         if behind != 0.0 && behind.abs() * largest(a) <= BESIDE * largest(v) {
-            let Ends { model, pieces, u_stage, y, look, .. } = &mut self.ends;
+            let Ends { model, u_stage, y, look, .. } = &mut self.ends;
             let moved = y.slice().iter().zip(self.k[0].slice()).map(|(y, k)| y + behind * k);
             look.slice_mut().iter_mut().zip(moved).for_each(|(look, y)| *look = y);
-            derivative::<V, false>(*model, pieces, u_stage, look, &mut self.k[0]);
+            V::derivative(&mut self.k[0], look, Algebra { model: *model, pieces: None, u: u_stage });
             self.evaluations += 1;
         }
     }
@@ -306,37 +301,8 @@ fn nodes_of<T: Tableau>(start: f64, end: f64, times: &mut [f64]) {
     times[inner] = end;
 }
 
-/// The derivative (q', v') = (v, a) at y.
-#[inline(always)]
-fn derivative<V: Vector, const FIXED: bool>(
-    model: &dyn Model,
-    pieces: &[Piece],
-    u: &[f64],
-    y: &V,
-    out: &mut V,
-) {
-    V::derivative(out, y, |q, v, a| accelerate::<FIXED>(model, pieces, u, q, v, a));
-}
-
 /// The derivative at the end of the step, before a jump of the drives there.
 #[inline(always)]
 fn derivative_at_end<V: Vector, const FIXED: bool>(ends: &Ends<'_, V>, out: &mut V) {
-    derivative::<V, FIXED>(ends.model, &ends.pieces, ends.nodes.end(), &ends.y1, out);
-}
-
-/// The accelerations, on the fixed `pieces` if `FIXED`.
-#[inline(always)]
-fn accelerate<const FIXED: bool>(
-    model: &dyn Model,
-    pieces: &[Piece],
-    u: &[f64],
-    q: &[f64],
-    v: &[f64],
-    a: &mut [f64],
-) {
-    if FIXED {
-        model.accel_on_pieces(pieces, u, q, v, a);
-    } else {
-        model.accel(u, q, v, a);
-    }
+    V::derivative(out, &ends.y1, Algebra::of::<FIXED>(ends.model, &ends.pieces, ends.nodes.end()));
 }

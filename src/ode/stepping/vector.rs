@@ -1,7 +1,42 @@
 //! Storage for coordinates and velocities, and the sums over derivatives that a step consists of.
 
+use crate::contact::Piece;
+use crate::model::Model;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector_blocks::Blocks;
+use std::fmt;
+
+/// The algebra of a model at one instant.
+#[derive(Clone, Copy)]
+pub struct Algebra<'a> {
+    pub(super) model: &'a dyn Model,
+    /// The piece of every contact; `None`: by deflection.
+    pub(super) pieces: Option<&'a [Piece]>,
+    /// The drives.
+    pub(super) u: &'a [f64],
+}
+
+impl fmt::Debug for Algebra<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Algebra").field("pieces", &self.pieces).field("u", &self.u).finish_non_exhaustive()
+    }
+}
+
+impl<'a> Algebra<'a> {
+    /// On the given pieces if `FIXED`, else by deflection.
+    #[inline(always)]
+    pub(super) fn of<const FIXED: bool>(model: &'a dyn Model, pieces: &'a [Piece], u: &'a [f64]) -> Self {
+        Algebra { model, pieces: if FIXED { Some(pieces) } else { None }, u }
+    }
+    /// Writes the accelerations at these coordinates and velocities.
+    #[inline(always)]
+    fn write(self, q: &[f64], v: &[f64], a: &mut [f64]) {
+        match self.pieces {
+            Some(pieces) => self.model.accel_on_pieces(pieces, self.u, q, v, a),
+            None => self.model.accel(self.u, q, v, a),
+        }
+    }
+}
 
 /// Storage for coordinates and velocities: an array for one and two degrees of freedom, so that a step is
 /// computed in registers, and [`Blocks`] for more.
@@ -24,8 +59,8 @@ pub trait Vector: Clone {
     /// afterwards.
     fn hand_over(from: &mut Self, to: &mut Self);
 
-    /// out = (v, a) at y = (q, v). `f` writes the accelerations from coordinates and velocities.
-    fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64]));
+    /// out = (v, a) at y = (q, v).
+    fn derivative(out: &mut Self, y: &Self, of: Algebra<'_>);
     /// k_s = (v, a) at the stage y + Σ (h a_l) k_l, a sum over earlier slots.
     fn stage<const L: usize>(
         k: &mut [Self; SLOTS],
@@ -33,7 +68,7 @@ pub trait Vector: Clone {
         y: &Self,
         h: f64,
         row: &TableauRow<L>,
-        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+        of: Algebra<'_>,
     );
     /// out = y + Σ (h a_l) k_l. The products h a_l do not depend on k, so that only few operations follow the
     /// computation of the last k.
@@ -71,12 +106,16 @@ impl<const M: usize> Vector for [f64; M] {
         *to = *from;
     }
     #[inline(always)]
-    fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64])) {
+    fn derivative(out: &mut Self, y: &Self, of: Algebra<'_>) {
         let (q, v) = y.split_at(M / 2);
-        // The function writes numbers one by one. Read back one by one they are there at once; as a vector
-        // with the velocities beside them they are not.
+        // The model writes numbers one by one. Read back one by one they are there at once; as a vector with
+        // the velocities beside them they are not. One number stays in a register.
         let mut a = [0.0; M];
-        f(q, v, &mut a[..M / 2]);
+        if let ([q], [v]) = (q, v) {
+            a[0] = of.model.accel_of_one(of.pieces, of.u, *q, *v);
+        } else {
+            of.write(q, v, &mut a[..M / 2]);
+        }
         *out = std::array::from_fn(|j| if j < M / 2 { v[j] } else { a[j - M / 2] });
     }
     #[inline(always)]
@@ -86,11 +125,11 @@ impl<const M: usize> Vector for [f64; M] {
         y: &Self,
         h: f64,
         row: &TableauRow<L>,
-        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+        of: Algebra<'_>,
     ) {
         let mut stage = [0.0; M];
         Self::combine(&mut stage, y, k, h, row);
-        Self::derivative(&mut k[s], &stage, f);
+        Self::derivative(&mut k[s], &stage, of);
     }
 
     #[inline(always)]
@@ -158,11 +197,11 @@ impl Vector for Blocks {
         std::mem::swap(from, to);
     }
     #[inline(always)]
-    fn derivative(out: &mut Self, y: &Self, f: impl FnOnce(&[f64], &[f64], &mut [f64])) {
+    fn derivative(out: &mut Self, y: &Self, of: Algebra<'_>) {
         let n = y.slice().len() / 2;
         out.take_velocities(y);
         let (q, v) = y.slice().split_at(n);
-        f(q, v, &mut out.slice_mut()[n..]);
+        of.write(q, v, &mut out.slice_mut()[n..]);
     }
     #[inline(always)]
     fn stage<const L: usize>(
@@ -171,11 +210,16 @@ impl Vector for Blocks {
         y: &Self,
         h: f64,
         row: &TableauRow<L>,
-        f: impl FnOnce(&[f64], &[f64], &mut [f64]),
+        of: Algebra<'_>,
     ) {
         let (earlier, later) = k.split_at_mut(s);
-        let [q, v, a] = later[0].stage(y, earlier, h, row);
-        f(q, v, a);
+        if L == 1 {
+            later[0].stage(y, earlier, h, row);
+        } else {
+            later[0].longer_stage(y, earlier, h, row);
+        }
+        let (q, v, a) = later[0].parts();
+        of.write(q, v, a);
     }
 
     #[inline(always)]
