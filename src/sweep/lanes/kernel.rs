@@ -292,27 +292,22 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             contacts: &mut *w.contacts,
         };
         let (algebra, table, h) = (self.algebra, self.table, self.bundle.step);
-        let (half, sixth) = (h * 0.5, h * (1.0 / 6.0));
-        let columns = algebra.columns();
+        let (half, sixth, columns) = (h * 0.5, h * (1.0 / 6.0), algebra.columns());
         let contacts = self.bundle.meters.contacts();
-        let Range { start: mut step, end: last } = self.steps.clone();
-        let mut at = if METERED && table.jumps_before(step) { Start::After } else { Start::First };
-        while step < last || at == Start::Before {
-            if METERED && (at == Start::Before || at == Start::After) {
-                self.bundle.meters.halve_next();
-            }
-            if at == Start::First || at == Start::After || SMALL && at == Start::Smooth {
+        // Whether the drives at the start of the step are not in `u` yet.
+        let mut fresh = true;
+        for step in self.steps.clone() {
+            if fresh || SMALL {
                 fill::<S, SMALL>(table, 2 * step, columns, w.u);
             }
             if METERED {
+                if fresh && table.jumps_before(step) {
+                    self.bundle.meters.halve_next();
+                }
                 if !contacts.is_empty() {
                     algebra.contact(contacts.clone(), w.u, w.q, w.v, w.contacts);
                 }
                 self.bundle.meters.sample(w.q, w.v, w.contacts);
-                if at == Start::Before {
-                    at = Start::After;
-                    continue;
-                }
             }
             algebra.accel(w.u, w.q, w.v, w.first);
             for i in 0..n {
@@ -335,7 +330,6 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 w.vs[i] = w.v[i] + h * w.a[i];
             }
             let (end, shared) = table.end(step);
-            step += 1;
             fill::<S, SMALL>(table, end, columns, w.u);
             algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
@@ -346,11 +340,14 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             if SMALL {
                 std::hint::black_box(());
             }
-            at = match shared {
-                true => Start::Smooth,
-                false if METERED => Start::Before,
-                false => Start::First,
-            };
+            fresh = !shared;
+            if METERED && fresh {
+                let Bundle { q, v, u, contacts, meters, .. } = &mut *self.bundle;
+                q.copy_from_slice(w.q);
+                v.copy_from_slice(w.v);
+                u.copy_from_slice(w.u);
+                sample_before_jump(algebra, meters, [q, v, u], if SMALL { contacts } else { w.contacts });
+            }
         }
         if METERED {
             self.bundle.meters.finish();
@@ -358,17 +355,21 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     }
 }
 
-/// The start of a step.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Start {
-    /// The drives there are not in `u` yet.
-    First,
-    /// The drives in `u`, those at the end of the step before, are those there.
-    Smooth,
-    /// The drives jump there. Those in `u` are those before the jump: they are sampled, too.
-    Before,
-    /// Behind the jump, whose other side is sampled. The drives are not in `u` yet.
-    After,
+/// Samples the end of a step, with the drives `u` before a jump there. A second copy of the sampling in the
+/// loop over the steps would slow down all steps.
+#[cold]
+#[inline(never)]
+fn sample_before_jump<A: Algebra<S>, S: Number>(
+    algebra: &A,
+    meters: &mut Meters<S>,
+    [q, v, u]: [&[S]; 3],
+    contacts: &mut [Contact<S>],
+) {
+    meters.halve_next();
+    if !meters.contacts().is_empty() {
+        algebra.contact(meters.contacts(), u, q, v, contacts);
+    }
+    meters.sample(q, v, contacts);
 }
 
 /// Writes the drives of row `row` to all lanes.
