@@ -66,9 +66,8 @@ pub use crate::periodic::balance::settings::Balance;
 pub use crate::periodic::lyapunov::run::Lyapunov;
 pub use crate::periodic::shooting::multiple::Shooting;
 pub use crate::sweep::settings::sweep::Sweep;
-// They stand in public signatures: matrices of rings and orbits, multipliers, spectra.
-pub use nalgebra;
-pub use num_complex;
+// They stand in public signatures: matrices of rings and orbits, multipliers, spectra, distributions.
+pub use {nalgebra, num_complex, rand_distr};
 
 /// Guide: an example, what serves which purpose, and pages on theory, models and methods.
 ///

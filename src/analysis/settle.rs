@@ -224,12 +224,20 @@ const RECENT: usize = 4;
 /// errors reach it by chance now and then, and the run takes a further period.
 const SHRINKS: f64 = 0.65;
 
-/// Whether the change shrinks. `changes` begins with the last one.
+/// Number of changes in a window for slow decays: with [`SHRINKS`] up to 0.97 a period. Between the two
+/// windows lie as many changes.
+const SLOW: usize = 8;
+
+/// Whether the change shrinks. `changes` begins with the last one. Near a resonance it swings while it
+/// decays: only windows that contain a swing show it.
 fn shrinks(changes: &[f64]) -> bool {
     let largest = |changes: &[f64]| changes.iter().copied().fold(0.0, f64::max);
     let recent = &changes[..changes.len().min(2 * RECENT)];
     let (late, early) = recent.split_at(recent.len() / 2);
-    largest(late) < SHRINKS * largest(early)
+    let slowly = changes
+        .get(2 * SLOW..3 * SLOW)
+        .is_some_and(|early| largest(&changes[..SLOW]) < SHRINKS * largest(early));
+    slowly || largest(late) < SHRINKS * largest(early)
 }
 
 /// The mean factor from one change to the next one over the last four changes, or over the last four of

@@ -255,7 +255,9 @@ pub enum IntegrateError {
         contact: usize,
     },
     /// The start lies beyond a rigid stop, or a stop jumped past its contact at a drive edge.
-    #[error("contact {contact} lies {depth:?} beyond its rigid stop at t = {t:?}")]
+    #[error(
+        "contact {contact} lies {depth:.3e} beyond its rigid stop at t = {t:?}: give a start with the contact in its gap"
+    )]
     BeyondStop {
         /// Time of the check.
         t: f64,
@@ -293,7 +295,9 @@ pub enum IntegrateError {
         other: usize,
     },
     /// The model has a rigid stop, but the run does not locate edges.
-    #[error("contact {contact} has a rigid stop: it requires a solver that locates edges")]
+    #[error(
+        "contact {contact} has a rigid stop: it requires a solver that locates edges, such as LaneTaylor or Located"
+    )]
     StopNotLocated {
         /// Index of the contact, from 0.
         contact: usize,

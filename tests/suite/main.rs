@@ -59,6 +59,7 @@ mod modes;
 mod noncircular;
 mod pages;
 mod populations;
+mod printed_by_pages;
 mod process_spectra;
 mod processes;
 mod random_densities;

@@ -84,11 +84,13 @@ fn a_tolerance_below_the_rounding_of_the_coordinates_is_refused() {
     assert!((end.q[0] - b - 0.7).abs() < exact - 0.7 + 1e-6, "{end:?}");
 }
 
-/// Settling in a gap of 7e5 motions: the change reaches the tolerance, or the rounding of the coordinate, and
-/// does not end at many times that rounding. The estimate of the error says so.
-#[test]
-fn settling_in_a_wide_gap_goes_on_to_its_rounding() {
-    let (b, load, pulse, damping, speed) = (42.102_984_254_649_01, 1.3e-3, 5.67e-5, 0.217, 0.937);
+/// A motion on the upper flank of a gap far wider than it, settled from `offset` amplitudes beside its mean, and its
+/// distance from the closed form as a share of its range.
+fn settled(
+    [b, load, pulse, damping, speed]: [f64; 5],
+    offset: f64,
+    tolerance: f64,
+) -> (gear_dynamics::analysis::Steady, f64) {
     let model = Oscillator::new(&[
         ("speed", speed),
         ("damping", damping),
@@ -101,17 +103,37 @@ fn settling_in_a_wide_gap_goes_on_to_its_rounding() {
     let [real, imaginary] = [1.0 - speed * speed, damping * speed];
     let response = [real, -imaginary].map(|part| pulse * part / real.mul_add(real, imaginary * imaginary));
     let size = response[0].hypot(response[1]);
-    let start = State::new(0.0, &[b + load - 0.1 * size], &[0.0]);
+    let start = State::new(0.0, &[b + load + offset * size], &[0.0]);
+    let settle = Settle::new().tolerance(tolerance).max_periods(1000).max_period_multiple(1);
+    let steady = settle.run(&Dop853::new().rtol(1e-13).atol(1e-14 * size), &model, &start).unwrap();
+    let (sin, cos) = (speed * steady.state.t).sin_cos();
+    let turn = [response[0] * cos - response[1] * sin, -speed * (response[0] * sin + response[1] * cos)];
+    let off =
+        [(steady.state.q[0] - b - load - turn[0]) / size, (steady.state.v[0] - turn[1]) / (speed * size)];
+    let off = 0.5 * off[0].abs().max(off[1].abs());
+    (steady, off)
+}
+
+/// Settling in a gap of 7e5 motions: the change reaches the tolerance, or the rounding of the coordinate, and
+/// does not end at many times that rounding. The estimate of the error says so.
+#[test]
+fn settling_in_a_wide_gap_goes_on_to_its_rounding() {
     for tolerance in [4e-10, 4e-13] {
-        let settle = Settle::new().tolerance(tolerance).max_periods(1000).max_period_multiple(1);
-        let steady = settle.run(&Dop853::new().rtol(1e-13).atol(1e-14 * size), &model, &start).unwrap();
-        let (sin, cos) = (speed * steady.state.t).sin_cos();
-        let turn = [response[0] * cos - response[1] * sin, -speed * (response[0] * sin + response[1] * cos)];
-        let off =
-            [(steady.state.q[0] - b - load - turn[0]) / size, (steady.state.v[0] - turn[1]) / (speed * size)];
-        let off = 0.5 * off[0].abs().max(off[1].abs());
+        let (steady, off) = settled([42.102_984_254_649_01, 1.3e-3, 5.67e-5, 0.217, 0.937], -0.1, tolerance);
         assert!(off < 1e-9 && off < 2.0 * steady.error() && steady.error() < 1e-6, "{off:e} {steady:?}");
         assert_eq!(steady.change <= tolerance, tolerance == 4e-10, "{steady:?}");
         assert!(steady.periods < 60, "{steady:?}");
+    }
+}
+
+/// Near its resonance a motion decays by 0.92 to 0.97 a period, and its change swings while it shrinks.
+#[test]
+fn settling_in_a_wide_gap_goes_on_while_a_change_that_swings_shrinks() {
+    for (numbers, offset, periods) in [
+        ([564.559, 0.3073, 2.6585e-3, 0.027_774, 1.038_67], 0.161, 300),
+        ([13_519.93, 0.141, 8.1965e-3, 0.020_008, 1.138_65], -0.398, 400),
+    ] {
+        let (steady, off) = settled(numbers, offset, 2e-10);
+        assert!(off < 1e-8 && steady.periods < periods, "{off:e} {steady:?}");
     }
 }

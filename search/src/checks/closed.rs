@@ -48,32 +48,40 @@ fn far_flanks(draw: &mut Draw) -> Result<Outcome, String> {
     let start = State::new(0.0, &[model.rest() + offset * response.norm()], &[0.0]);
     let settle = Settle::new().tolerance(tolerance).max_periods(20_000).max_period_multiple(1);
     let atol = 1e-14 * response.norm();
-    let solvers: [(&str, Result<State, String>); 2] = [
-        (
-            "Dop853",
-            settle.run(&Dop853::new().rtol(1e-13).atol(atol), &model, &start).map(|s| s.state).map_err(told),
-        ),
-        (
-            "Rk45",
-            settle.run(&Rk45::new().rtol(1e-12).atol(atol), &model, &start).map(|s| s.state).map_err(told),
-        ),
+    let [dop853, rk45] = [1e-13, 1e-12];
+    let solvers: [(&str, f64, Box<dyn Integrator>); 2] = [
+        ("Dop853", dop853, Box::new(Dop853::new().rtol(dop853).atol(atol))),
+        ("Rk45", rk45, Box::new(Rk45::new().rtol(rk45).atol(atol))),
     ];
-    // The error is the change of the last period, over that of all further ones.
+    // The error is the change of the last period, and what the solver errs in a period, over that of all further ones.
     let contraction = (-0.5 * model.damping * model.period()).exp();
     let gap = model.rest() / response.norm();
-    let allowed = 10.0 * tolerance * contraction / (1.0 - contraction)
-        + (1e3 * ROUNDING * gap + 1e-10) / (1.0 - contraction);
-    for (name, state) in solvers {
+    let off = |state: &State| {
+        let turn = response * Complex64::cis(model.speed * state.t);
+        let off = [state.q[0] - model.rest() - turn.re, (state.v[0] + model.speed * turn.im) / model.speed];
+        off[0].abs().max(off[1].abs()) / (2.0 * response.norm())
+    };
+    for (name, rtol, solver) in solvers {
+        let state = settle.run(&*solver, &model, &start).map(|steady| steady.state).map_err(told);
         let refused = state.as_ref().is_err_and(|error| error.contains("the rounding of the coordinates"));
         if refused && atol < ROUNDING * model.rest() {
             return Ok(Outcome::Skipped("the tolerance is below the rounding of the coordinate"));
         }
         let state = state.map_err(|error| format!("{name}: {error}; {text}"))?;
-        let turn = response * Complex64::cis(model.speed * state.t);
-        let off = [state.q[0] - model.rest() - turn.re, (state.v[0] + model.speed * turn.im) / model.speed];
-        let off = off[0].abs().max(off[1].abs()) / (2.0 * response.norm());
+        // Relative to the coordinate a step errs by rtol; a period has some fifty steps.
+        let exact = State::new(0.0, &[model.rest() + response.re], &[-model.speed * response.im]);
+        let own = off(&solver.end(&model, &exact, model.period()).map_err(told)?);
+        if own > 50.0 * rtol * gap + 1e-10 {
+            return Err(format!("{name}: off by {own:e} of the range in a period; {text}"));
+        }
+        let allowed = 10.0 * tolerance * contraction / (1.0 - contraction)
+            + (1e3 * ROUNDING * gap + 2.0 * own + 1e-10) / (1.0 - contraction);
+        let off = off(&state);
         draw.note(|| {
-            format!("{name}: off {off:e}, allowed {allowed:e}, after {} periods", state.t / model.period())
+            format!(
+                "{name}: off {off:e}, allowed {allowed:e}, in a period {own:e}, after {} periods",
+                state.t / model.period()
+            )
         });
         if off.is_nan() || off > allowed {
             return Err(format!("{name}: off by {off:e} of the range, allowed {allowed:e}; {text}"));
