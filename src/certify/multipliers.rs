@@ -14,7 +14,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 /// assert!(disc.least_modulus() < 0.5 && 0.5 < disc.largest_modulus());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Disc {
     /// Real part of the centre.
     pub re: f64,

@@ -2,6 +2,7 @@
 
 pub(crate) mod branch_end;
 pub(crate) mod certificates;
+pub(crate) mod figures;
 pub(crate) mod lines;
 pub(crate) mod orbit_series;
 pub(crate) mod row_figures;

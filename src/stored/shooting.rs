@@ -68,6 +68,9 @@ pub(crate) fn check_values(values: &[Complex64], error: f64) -> Result<(), Param
 /// Rounding of what is derived, as a share of the largest number in it `[1]`.
 const SLACK: f64 = 1e-6;
 
+/// Rounding of an eigenvalue of several vectors that nearly coincide, as a share of the matrix `[1]`.
+const DEFECTIVE: f64 = 1e-4;
+
 impl Serialize for ShootingOrbit {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.parts.serialize(serializer)
@@ -128,7 +131,7 @@ impl OrbitParts {
     }
 
     /// Whether the multipliers are the eigenvalues of the monodromy matrix without a pair 1, 1 for each rigid
-    /// mode: their number, and their sum, which is the trace less that of these pairs.
+    /// mode: their number, their sum, which is the trace less that of these pairs, and each of them.
     fn check_multipliers(&self) -> Result<(), ParameterError> {
         let (values, all) = (self.multipliers.values(), self.monodromy.nrows());
         let rigid = all.checked_sub(values.len()).filter(|rigid| rigid.is_multiple_of(2));
@@ -142,6 +145,18 @@ impl OrbitParts {
         if size.is_finite() && (found - diagonal.sum()).abs() > SLACK * size {
             let name = "sum of the multipliers and of the pairs 1, 1 of the rigid modes".into();
             return Err(ParameterError::Inconsistent { name, found, expected: diagonal.sum() });
+        }
+        let size = self.monodromy.norm();
+        let Ok(eigenvalues) = Multipliers::of_monodromy(&self.monodromy, 0.0) else { return Ok(()) };
+        let mut left = eigenvalues.values().to_vec();
+        for (i, value) in values.iter().enumerate() {
+            let off = |k: &usize| (left[*k] - value).norm();
+            let nearest = (0..left.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+            let Some(k) = nearest.filter(|k| off(k) <= DEFECTIVE * size) else {
+                let must = "be an eigenvalue of the monodromy matrix".into();
+                return Err(ParameterError::Wrong { name: format!("multiplier {i}"), value: value.re, must });
+            };
+            left.swap_remove(k);
         }
         Ok(())
     }

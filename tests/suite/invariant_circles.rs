@@ -376,3 +376,64 @@ fn points_of_two_circles_are_not_fitted_by_one() {
     let second: Vec<State> = all.iter().step_by(2).cloned().collect();
     assert!(ClosedCurve::fit(&second, 2.0 * rho, 0.0, 9).is_ok());
 }
+
+/// q'' + (c + m cos ω_2 t) q' + 2.3 q = 0.4 cos ω_1 t + 0.1 sin ω_2 t.
+struct SlowDamping {
+    ratio: f64,
+    damping: [f64; 2],
+}
+
+impl Model for SlowDamping {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn drives(&self) -> usize {
+        2
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        a[0] = u[0] - u[1] * v[0] - 2.3 * q[0];
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.drive_at(&[1.1 * t, 1.1 * self.ratio * t], side, u);
+    }
+}
+
+impl QuasiPeriodic for SlowDamping {
+    fn frequencies(&self) -> Vec<f64> {
+        vec![1.1, 1.1 * self.ratio]
+    }
+    fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
+        let [mean, swing] = self.damping;
+        u[0] = 0.4 * angles[0].cos() + 0.1 * angles[1].sin();
+        u[1] = mean + swing * angles[1].cos();
+    }
+}
+
+/// The points of the map take 500 to 2500 periods to go round the circle, on a part of which perturbations grow.
+#[test]
+fn growth_is_that_of_the_whole_circle() {
+    let guess: Vec<State> = (0..31)
+        .map(|j| TAU * f64::from(j) / 31.0)
+        .map(|angle| State::new(0.0, &[0.3 + 0.1 * angle.cos()], &[0.1 * angle.sin()]))
+        .collect();
+    let guess = ClosedCurve::new(&guess).unwrap();
+    for (ratio, damping) in [
+        (1.003_21e-3, [0.01, -0.3]),
+        (1.003_21e-3, [-0.01, 0.1]),
+        (2.022_6e-3, [0.01, -0.3]),
+        (4.045_2e-4, [0.01, -0.05]),
+        (1.000_4, [0.01, 0.05]),
+    ] {
+        let model = SlowDamping { ratio, damping };
+        let circle = CircleShooting::new().nodes(61).solve(&model, &guess).unwrap();
+        let growth = -0.5 * damping[0] * circle.period();
+        // The weights have a share of 3.5e-6 of a swing that goes round 16 times.
+        let swing = 0.5 * damping[1].abs() * circle.period();
+        assert!((circle.growth() - growth).abs() < 4e-6 * swing + 1e-9, "{} {growth}", circle.growth());
+        assert_eq!(circle.is_stable(), damping[0] > 0.0);
+    }
+    // The points would take 10^6 periods to go round.
+    let creeping = SlowDamping { ratio: 1.000_001, damping: [0.01, 0.05] };
+    let circle = CircleShooting::new().nodes(61).solve(&creeping, &guess).unwrap();
+    assert!(circle.growth().is_nan() && !circle.is_stable());
+}

@@ -277,3 +277,33 @@ fn settings_with_an_integrator_of_ones_own_are_not_stored() {
     assert_eq!(error, "an integrator of one's own cannot be stored");
     assert!(own == own.clone() && own != Shooting::new().integrator(Rk4::new(0.1)));
 }
+
+/// Forms of single figures that no computation yields, and an orbit with multipliers that are not those of its matrix.
+#[test]
+fn stored_figures_that_do_not_fit_together_are_refused() {
+    fn refused<T: serde::de::DeserializeOwned>(value: Value, words: &str) {
+        let text = value.to_string();
+        let error = serde_json::from_value::<T>(value).err().map(|error| error.to_string());
+        assert!(error.as_ref().is_some_and(|error| error.contains(words)), "{text}: {error:?}");
+    }
+    refused::<State>(json!({"t": 0.0, "q": [1.0, 2.0], "v": []}), "velocities of the state");
+    refused::<gear_dynamics::analysis::ContactStatistics>(
+        json!({"time": [-3.0, 1.0, 0.0], "impacts": [5, 0]}),
+        "time of a contact",
+    );
+    refused::<gear_dynamics::certify::Disc>(
+        json!({"re": 0.5, "im": 0.0, "radius": -1.0}),
+        "radius of a disc",
+    );
+
+    let pair = gear_dynamics::trains::SpurPair::of_numbers(0.05, 0.1, &[], &[0.05]).unwrap();
+    let pair = pair.parts().unwrap().build("driver", 0.7).unwrap();
+    let orbit = Shooting::new().solve(&pair, &State::new(0.0, &[1.1], &[0.0])).unwrap();
+    let stored = serde_json::to_value(&orbit).unwrap();
+    let mean = orbit.multipliers().values()[0].re;
+    for forged in [json!([[mean + 5.0, 0.0], [mean - 5.0, 0.0]]), json!([[mean, 7.0], [mean, -7.0]])] {
+        let mut value = stored.clone();
+        value["multipliers"]["values"] = forged;
+        refused::<ShootingOrbit>(value, "an eigenvalue of the monodromy matrix");
+    }
+}

@@ -63,8 +63,7 @@ impl std::fmt::Display for RattleState {
 /// assert_eq!((contact.rattle_state(), contact.loss_fraction()), (RattleState::Unilateral, 0.25));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct ContactStatistics {
     /// Times on the lower flank, in the gap and on the upper flank, in the model's time unit. Those of a
     /// [`Row`](crate::sweep::Row) are shares of the measured time.

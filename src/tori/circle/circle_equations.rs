@@ -46,11 +46,32 @@ pub(crate) struct CircleEquations<'m> {
     pub(crate) failure: Option<SegmentError>,
 }
 
-/// Number of periods of the map in which a perturbation turns into the one that grows most, and in which its
-/// growth is measured.
+/// Number of periods of the map in which a perturbation turns into the one that grows most.
 const ALIGNED: usize = 256;
 
-const MEASURED_GROWTH: usize = 1024;
+/// Least and largest number of periods of the map in which the growth is measured.
+const MEASURED_GROWTH: [usize; 2] = [1 << 10, 1 << 18];
+
+/// Number of times that the points of the map go round the circle while the growth is measured: the weighted
+/// mean is then that of the whole circle to 4e-6 of its variation.
+const ROUNDS: f64 = 16.0;
+
+/// Ratios p/q of the rotation to a turn up to this q are considered: near one of them q points of the map
+/// only creep round the circle.
+const CREEPS: usize = 8;
+
+/// Number of periods in which the points of the map go round the circle [`ROUNDS`] times; `None` if it is too
+/// large.
+fn rounds(rotation: f64) -> Option<usize> {
+    let creep = |q: usize| {
+        let turns = q as f64 * rotation / TAU;
+        (turns - turns.round()).abs()
+    };
+    let slowest = (1..=CREEPS).map(creep).fold(f64::INFINITY, f64::min);
+    let [least, most] = MEASURED_GROWTH;
+    let periods = (ROUNDS / slowest).ceil();
+    (periods <= most as f64).then_some((periods as usize).max(least))
+}
 
 /// Number of nodes from which the ranges of motion are measured.
 const MEASURED: usize = 16;
@@ -186,13 +207,12 @@ impl<'m> CircleEquations<'m> {
 
     /// Mean logarithm of the growth of the perturbation of the circle that grows most, over one period of the
     /// map: that of the transitions between the nodes, interpolated at θ = k ρ. The weights are those of
-    /// [`rotation_number`](crate::tori::rotation_number).
+    /// [`rotation_number`](crate::tori::rotation_number). NaN if the points of the map creep round the circle
+    /// too slowly, or if the budget is spent.
     pub(crate) fn growth(&mut self, curve: &ClosedCurve, rotation: f64) -> f64 {
         let (m, width) = (self.nodes, self.units.len());
         let x = self.unknowns(curve, rotation);
-        if !self.evaluate(&x) {
-            return f64::NAN;
-        }
+        let Some(periods) = rounds(rotation).filter(|_| self.evaluate(&x)) else { return f64::NAN };
         let in_units = |state: State| -> Vec<f64> {
             state.q.iter().chain(&state.v).zip(&self.units).map(|(y, unit)| y / unit).collect()
         };
@@ -201,7 +221,10 @@ impl<'m> CircleEquations<'m> {
         let mut y: Vec<f64> = (0..width).map(|i| golden((i + 1) as f64) - 0.5).collect();
         let (mut next, mut theta, mut sum, mut total) = (vec![0.0; width], 0.0, 0.0, 0.0);
         let mut at = weights(m, theta);
-        for k in 0..ALIGNED + MEASURED_GROWTH {
+        for k in 0..ALIGNED + periods {
+            if k % 1024 == 0 && self.meter.exhausted().is_some() {
+                return f64::NAN;
+            }
             next.fill(0.0);
             for (weight, transition) in at.iter().zip(&self.transitions) {
                 for (j, y) in y.iter().enumerate() {
@@ -224,7 +247,7 @@ impl<'m> CircleEquations<'m> {
             }
             y.iter_mut().zip(&next).for_each(|(y, next)| *y = next / length);
             if k >= ALIGNED {
-                let s = (k - ALIGNED + 1) as f64 / (MEASURED_GROWTH + 1) as f64;
+                let s = (k - ALIGNED + 1) as f64 / (periods + 1) as f64;
                 let weight = (-1.0 / (s * (1.0 - s))).exp();
                 sum += weight * length.ln();
                 total += weight;

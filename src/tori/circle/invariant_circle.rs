@@ -73,13 +73,16 @@ impl InvariantCircle {
     /// most `[1]`: the largest Lyapunov exponent across the circle, times the period. Above 0 the circle
     /// repels: no run settles on it. NaN for an iterate that did not converge.
     ///
-    /// It is a weighted mean over 1024 periods of the derivative of the map, interpolated between the nodes.
+    /// It is a weighted mean of the derivative of the map, interpolated between the nodes, over 1024 periods
+    /// or, where that is more, over those in which the points of the map go round the circle 16 times. NaN if
+    /// that takes more than 2^18 periods: the rotation is too near a whole number of turns, or a ratio p/q of
+    /// one with q up to 8.
     /// A perturbation along the circle of [`solve_free`](crate::tori::CircleShooting::solve_free), which
     /// neither grows nor decays, is left out.
     pub fn growth(&self) -> f64 {
         self.growth
     }
-    /// Whether perturbations decay: [`growth`](InvariantCircle::growth) is below 0.
+    /// Whether perturbations decay: [`growth`](InvariantCircle::growth) is below 0. `false` if it is NaN.
     pub fn is_stable(&self) -> bool {
         self.growth < 0.0
     }
