@@ -224,12 +224,14 @@ const RECENT: usize = 4;
 /// errors reach it by chance now and then, and the run takes a further period.
 const SHRINKS: f64 = 0.65;
 
-/// Number of changes in a window for slow decays: with [`SHRINKS`] up to 0.97 a period. Between the two
-/// windows lie as many changes.
+/// Number of changes in each of the two windows that show a slow decay. As many changes lie between them.
+/// With [`SHRINKS`] they show a decay of up to 0.97 a period.
 const SLOW: usize = 8;
 
-/// Whether the change shrinks. `changes` begins with the last one. Near a resonance it swings while it
-/// decays: only windows that contain a swing show it.
+/// Whether the change from period to period shrinks. The first entry of `changes` is that of the last period.
+///
+/// Near a resonance the change oscillates while it decays. The short windows then miss the decay, and the
+/// long ones show it.
 fn shrinks(changes: &[f64]) -> bool {
     let largest = |changes: &[f64]| changes.iter().copied().fold(0.0, f64::max);
     let recent = &changes[..changes.len().min(2 * RECENT)];

@@ -151,9 +151,9 @@ pub trait Model {
         let _ = (pieces, u, q, v);
         a.fill(f64::NAN);
     }
-    /// The acceleration of a model with one degree of freedom: `accel`, or `accel_on_pieces` if `pieces` are
-    /// given, with coordinate and velocity in registers. Solvers call it at every stage. No model implements
-    /// it.
+    /// Returns the acceleration of a model with one degree of freedom: that of `accel_on_pieces` if `pieces`
+    /// are given, else that of `accel`. Solvers call it at every stage, because numbers that are passed by
+    /// value stay in registers. Only a pointer to a model implements it, to pass the call on.
     #[doc(hidden)]
     fn accel_of_one(&self, pieces: Option<&[Piece]>, u: &[f64], q: f64, v: f64) -> f64 {
         let mut a = [0.0];

@@ -68,7 +68,8 @@ pub(crate) fn check_values(values: &[Complex64], error: f64) -> Result<(), Param
 /// Rounding of what is derived, as a share of the largest number in it `[1]`.
 const SLACK: f64 = 1e-6;
 
-/// Rounding of an eigenvalue of several vectors that nearly coincide, as a share of the matrix `[1]`.
+/// Largest rounding error of an eigenvalue, as a share of the norm of its matrix `[1]`. Eigenvalues whose
+/// eigenvectors nearly coincide have such errors.
 const DEFECTIVE: f64 = 1e-4;
 
 impl Serialize for ShootingOrbit {
@@ -146,17 +147,12 @@ impl OrbitParts {
             let name = "sum of the multipliers and of the pairs 1, 1 of the rigid modes".into();
             return Err(ParameterError::Inconsistent { name, found, expected: diagonal.sum() });
         }
-        let size = self.monodromy.norm();
+        // Of a matrix without finite eigenvalues none were computed.
         let Ok(eigenvalues) = Multipliers::of_monodromy(&self.monodromy, 0.0) else { return Ok(()) };
-        let mut left = eigenvalues.values().to_vec();
-        for (i, value) in values.iter().enumerate() {
-            let off = |k: &usize| (left[*k] - value).norm();
-            let nearest = (0..left.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
-            let Some(k) = nearest.filter(|k| off(k) <= DEFECTIVE * size) else {
-                let must = "be an eigenvalue of the monodromy matrix".into();
-                return Err(ParameterError::Wrong { name: format!("multiplier {i}"), value: value.re, must });
-            };
-            left.swap_remove(k);
+        let (value, most) = (self.multipliers.distance(&eigenvalues), DEFECTIVE * self.monodromy.norm());
+        if value > most {
+            let name = "distance of a multiplier from an eigenvalue of the monodromy matrix".into();
+            return Err(ParameterError::Wrong { name, value, must: format!("be at most {most:?}") });
         }
         Ok(())
     }

@@ -8,12 +8,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{read_dir, read_to_string};
 use std::path::{Path, PathBuf};
 
-fn root() -> &'static Path {
+pub fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
 /// All pages below the root that a reader may open, as paths from the root.
-fn pages() -> Vec<PathBuf> {
+pub fn pages() -> Vec<PathBuf> {
     let folders = ["", "docs", "docs/course"];
     let entries = folders.into_iter().flat_map(|folder| read_dir(root().join(folder)).unwrap());
     let pages = entries.map(|entry| entry.unwrap().path().strip_prefix(root()).unwrap().to_owned());

@@ -1,5 +1,6 @@
 //! The programs of the pages print what the pages say. Each program is compiled with the library of this test.
 
+use crate::pages::{pages, root};
 use std::fs::{create_dir_all, read_to_string, write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -72,14 +73,9 @@ fn printed(code: &str, name: &str) -> Result<Vec<String>, String> {
 #[test]
 #[ignore = "compiles fifteen programs: cargo test --release --test suite printed_by_pages -- --ignored"]
 fn programs_print_what_pages_say() {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
-    let folders = ["", "docs", "docs/course"].map(|folder| root.join(folder));
-    let files =
-        folders.iter().flat_map(|folder| folder.read_dir().unwrap()).map(|entry| entry.unwrap().path());
-    let pages = files.filter(|file| file.extension().is_some_and(|end| end == "md"));
-    let programs: Vec<Program> = pages
-        .flat_map(|page| programs(&page.display().to_string(), &read_to_string(&page).unwrap()))
-        .collect();
+    let of_page =
+        |page: PathBuf| programs(&page.display().to_string(), &read_to_string(root().join(&page)).unwrap());
+    let programs: Vec<Program> = pages().into_iter().flat_map(of_page).collect();
     assert!(programs.len() >= 14, "{} programs", programs.len());
     let mut wrong = Vec::new();
     for (i, (page, code, expected)) in programs.iter().enumerate() {

@@ -13,7 +13,7 @@ use crate::ode::stepping::vector::Vector;
 const UNBOUNDED: f64 = 1e12;
 
 /// An instant lies beside the last drive edge up to this distance behind it, as a share of |t| `[1]`. A wave
-/// does not tell an instant from its edge up to 32 ε |t|, the rounding of its phase.
+/// takes all instants within 32 ε |t| of its edge for the edge, because its phase is rounded.
 const BESIDE: f64 = 128.0 * f64::EPSILON;
 
 /// The current step of a run, seen from its ends. The method that computes the end adds its own arrays.

@@ -64,14 +64,16 @@ impl Blocks {
         combine(self.arch, Combine { out: stage, y, k, h, row });
     }
 
-    /// A stage of more than one term. In place its many copies in one step take longer than a call. Measured
-    /// with Dop853 on a ring of three gears.
+    /// As [`stage`](Blocks::stage), for sums of more than one term. The function is not inlined: a step has
+    /// up to ten such sums, and their copies take longer than calls. Measured with Dop853 on a ring of three
+    /// gears.
     #[inline(never)]
     pub(crate) fn longer_stage(&mut self, y: &Self, k: &[Self], h: f64, row: &[(usize, f64)]) {
         self.stage(y, k, h, row);
     }
 
-    /// The coordinates and velocities of the stage of this derivative, and its accelerations.
+    /// Returns the coordinates and the velocities at which this derivative is evaluated, and the place of its
+    /// accelerations.
     #[inline(always)]
     pub(crate) fn parts(&mut self) -> (&[f64], &[f64], &mut [f64]) {
         let n = self.len / 2;

@@ -12,7 +12,7 @@ use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::{metered, transition};
 use crate::periodic::flow::walk::SegmentError;
 use crate::roots::{Matrix, Residual};
-use crate::tori::circle::closed_curve::{ClosedCurve, weight_rates, weights};
+use crate::tori::circle::closed_curve::{ClosedCurve, weight_rates, weights, write_weights};
 use crate::tori::circle::strobed::Strobed;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
@@ -46,28 +46,27 @@ pub(crate) struct CircleEquations<'m> {
     pub(crate) failure: Option<SegmentError>,
 }
 
-/// Number of periods of the map in which a perturbation turns into the one that grows most.
+/// Number of map periods before the measurement. In them a perturbation turns into the one that grows most.
 const ALIGNED: usize = 256;
 
-/// Least and largest number of periods of the map in which the growth is measured.
+/// Least and largest number of map periods over which the growth is measured.
 const MEASURED_GROWTH: [usize; 2] = [1 << 10, 1 << 18];
 
-/// Number of times that the points of the map go round the circle while the growth is measured: the weighted
-/// mean is then that of the whole circle to 4e-6 of its variation.
+/// Number of turns round the circle over which the growth is measured. The error of the mean is then 4e-6
+/// times the variation of the growth along the circle.
 const ROUNDS: f64 = 16.0;
 
-/// Ratios p/q of the rotation to a turn up to this q are considered: near one of them q points of the map
-/// only creep round the circle.
-const CREEPS: usize = 8;
+/// Largest denominator q of the ratios p/q that the rotation, as a share of a turn, is compared with. Near
+/// such a ratio every q-th point of the map moves slowly along the circle.
+const DENOMINATORS: usize = 8;
 
-/// Number of periods in which the points of the map go round the circle [`ROUNDS`] times; `None` if it is too
-/// large.
+/// Number of map periods that make [`ROUNDS`] turns round the circle, or `None` if it is too large.
 fn rounds(rotation: f64) -> Option<usize> {
-    let creep = |q: usize| {
+    let slow = |q: usize| {
         let turns = q as f64 * rotation / TAU;
         (turns - turns.round()).abs()
     };
-    let slowest = (1..=CREEPS).map(creep).fold(f64::INFINITY, f64::min);
+    let slowest = (1..=DENOMINATORS).map(slow).fold(f64::INFINITY, f64::min);
     let [least, most] = MEASURED_GROWTH;
     let periods = (ROUNDS / slowest).ceil();
     (periods <= most as f64).then_some((periods as usize).max(least))
@@ -207,8 +206,8 @@ impl<'m> CircleEquations<'m> {
 
     /// Mean logarithm of the growth of the perturbation of the circle that grows most, over one period of the
     /// map: that of the transitions between the nodes, interpolated at θ = k ρ. The weights are those of
-    /// [`rotation_number`](crate::tori::rotation_number). NaN if the points of the map creep round the circle
-    /// too slowly, or if the budget is spent.
+    /// [`rotation_number`](crate::tori::rotation_number). NaN if the points of the map move too slowly
+    /// along the circle, or if the budget is spent.
     pub(crate) fn growth(&mut self, curve: &ClosedCurve, rotation: f64) -> f64 {
         let (m, width) = (self.nodes, self.units.len());
         let x = self.unknowns(curve, rotation);
@@ -220,7 +219,7 @@ impl<'m> CircleEquations<'m> {
             (0..m).map(|j| in_units(curve.derivative(TAU * j as f64 / m as f64))).collect();
         let mut y: Vec<f64> = (0..width).map(|i| golden((i + 1) as f64) - 0.5).collect();
         let (mut next, mut theta, mut sum, mut total) = (vec![0.0; width], 0.0, 0.0, 0.0);
-        let mut at = weights(m, theta);
+        let (mut at, mut along) = (weights(m, theta), vec![0.0; width]);
         for k in 0..ALIGNED + periods {
             if k % 1024 == 0 && self.meter.exhausted().is_some() {
                 return f64::NAN;
@@ -232,11 +231,11 @@ impl<'m> CircleEquations<'m> {
                 }
             }
             theta = (theta + rotation).rem_euclid(TAU);
-            at = weights(m, theta);
+            write_weights(theta, &mut at);
             if self.rotation.is_none() {
                 // A perturbation along the circle stays along it.
-                let along = |i: usize| at.iter().zip(&rates).map(|(w, rate)| w * rate[i]).sum::<f64>();
-                let mut along: Vec<f64> = (0..width).map(along).collect();
+                let rate_of = |i: usize| at.iter().zip(&rates).map(|(w, rate)| w * rate[i]).sum::<f64>();
+                along.iter_mut().enumerate().for_each(|(i, out)| *out = rate_of(i));
                 let length = dot(&along, &along).sqrt();
                 along.iter_mut().for_each(|x| *x /= length);
                 remove(&along, &mut next);

@@ -53,7 +53,15 @@ fn kernel_rate(nodes: usize, s: f64) -> f64 {
 
 /// D(s - 2πd/M) for d = 0 .. M-1.
 pub(crate) fn weights(nodes: usize, s: f64) -> Vec<f64> {
-    (0..nodes).map(|d| kernel(nodes, s - TAU * d as f64 / nodes as f64)).collect()
+    let mut weights = vec![0.0; nodes];
+    write_weights(s, &mut weights);
+    weights
+}
+
+/// Writes the [`weights`] of as many nodes as there are places in `out`.
+pub(crate) fn write_weights(s: f64, out: &mut [f64]) {
+    let nodes = out.len();
+    out.iter_mut().enumerate().for_each(|(d, out)| *out = kernel(nodes, s - TAU * d as f64 / nodes as f64));
 }
 
 /// Derivatives of the [`weights`] with respect to s.

@@ -76,7 +76,7 @@ impl InvariantCircle {
     /// It is a weighted mean of the derivative of the map, interpolated between the nodes, over 1024 periods
     /// or, where that is more, over those in which the points of the map go round the circle 16 times. NaN if
     /// that takes more than 2^18 periods: the rotation is too near a whole number of turns, or a ratio p/q of
-    /// one with q up to 8.
+    /// one with q up to 8. NaN also if the budget is spent before.
     /// A perturbation along the circle of [`solve_free`](crate::tori::CircleShooting::solve_free), which
     /// neither grows nor decays, is left out.
     pub fn growth(&self) -> f64 {
