@@ -121,6 +121,19 @@ impl Tape {
         reads.max().unwrap_or(0)
     }
 
+    /// Whether the distances of each contact read velocities.
+    pub(crate) fn contacts_of_velocities(&self) -> Vec<bool> {
+        let velocities = self.dof..2 * self.dof;
+        let mut reads: Vec<bool> = (0..self.inputs()).map(|slot| velocities.contains(&slot)).collect();
+        let form = |reads: &[bool], form: FormId| self.forms[form].terms.iter().any(|t| reads[t.0 as usize]);
+        for (op, _) in &self.ops {
+            let after = matches!(op, Op::Cos) && reads.last() == Some(&true);
+            reads.push(after || op.operands().into_iter().any(|operand| form(&reads, operand)));
+        }
+        let contact = |edges: &[Option<FormId>; 2]| edges.iter().flatten().any(|edge| form(&reads, *edge));
+        self.distances.iter().map(contact).collect()
+    }
+
     /// The forms that the tape returns, each with what it is.
     fn outputs(&self) -> impl Iterator<Item = (FormId, Output)> + '_ {
         let accelerations = self.accelerations.iter().enumerate();

@@ -20,7 +20,7 @@ pub(crate) struct Passage {
     pub(crate) locator: Locator,
     /// Crossings at the end of the current step.
     pub(crate) crossings: Vec<Crossing>,
-    sliding: Sliding,
+    pub(crate) sliding: Sliding,
     /// Next drive edge; infinite if there is none.
     edge: f64,
     /// End of the run.
@@ -55,7 +55,7 @@ impl Passage {
         let edge = edge_after(e.model, e.t)?;
         let mut passage = Passage {
             crossings: Vec::with_capacity(2 * e.contacts.len() + locator.stops.room()),
-            sliding: Sliding::new(e, locator.start.len()),
+            sliding: Sliding::default(),
             locator,
             edge,
             end,

@@ -25,7 +25,8 @@ const NEUTRAL: f64 = 1e-6;
 /// Change of the velocities that shows whether a deflection depends on them, as a share of 1 + |v| `[1]`.
 const SHAKE: f64 = 1e-3;
 
-/// The check of crossings. Its lists are empty for a model without contacts.
+/// The check of crossings. Its lists are empty before the first crossing.
+#[derive(Default)]
 pub(crate) struct Sliding {
     /// Whether the deflection of each contact depends on velocities; `None`: not known.
     by_velocities: Vec<Option<bool>>,
@@ -40,17 +41,20 @@ pub(crate) struct Sliding {
 }
 
 impl Sliding {
-    pub(crate) fn new<V: Vector>(e: &Ends<'_, V>, contacts: usize) -> Self {
-        let n = if contacts > 0 { e.model.dof() } else { 0 };
-        Sliding {
-            by_velocities: vec![None; contacts],
-            pieces: [vec![Piece::Gap; contacts], vec![Piece::Gap; contacts]],
-            u: e.u_stage.clone(),
-            q: vec![0.0; n],
-            v: vec![0.0; n],
-            a: vec![0.0; n],
-            contacts: vec![Contact::default(); contacts],
-        }
+    /// Takes note of the contacts whose deflection does not depend on velocities; of the others it is not known.
+    pub(crate) fn know(&mut self, by_velocities: &[bool]) {
+        self.by_velocities.clear();
+        self.by_velocities.extend(by_velocities.iter().map(|by| if *by { None } else { Some(false) }));
+    }
+
+    /// Makes the lists as long as a model needs them.
+    fn make_room<V: Vector>(&mut self, e: &Ends<'_, V>) {
+        let (contacts, n) = (e.contacts.len(), e.model.dof());
+        self.by_velocities.resize(contacts, None);
+        self.pieces.iter_mut().for_each(|pieces| pieces.resize(contacts, Piece::Gap));
+        self.contacts.resize(contacts, Contact::default());
+        self.u.clone_from(&e.u_stage);
+        [&mut self.q, &mut self.v, &mut self.a].into_iter().for_each(|list| list.resize(n, 0.0));
     }
 
     /// The contact, if any, on whose edge the motion slides after the `crossings` at the end of the step.
@@ -62,10 +66,11 @@ impl Sliding {
         until: f64,
         noise: &[f64],
     ) -> Option<usize> {
-        let known = |c: &Crossing| self.by_velocities[c.contact] == Some(false);
+        let known = |c: &Crossing| self.by_velocities.get(c.contact) == Some(&Some(false));
         if crossings.iter().any(|c| c.rebounds) || crossings.iter().all(known) {
             return None;
         }
+        self.make_room(e);
         let [before, after] = &mut self.pieces;
         before.copy_from_slice(&e.pieces);
         after.copy_from_slice(&e.pieces);

@@ -75,7 +75,9 @@ impl<'m> Course<'m> {
     /// # Errors
     /// Those of [`Passage::begin`].
     pub(crate) fn go_back(&mut self, to: &State, t_end: f64) -> Result<(), IntegrateError> {
+        let sliding = std::mem::take(&mut self.passage.sliding);
         *self = Course { longest: self.longest, ..Course::begin(self.e.model, to, t_end)? };
+        self.passage.sliding = sliding;
         Ok(())
     }
 

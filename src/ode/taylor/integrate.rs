@@ -26,6 +26,8 @@ pub(crate) struct Prepared {
     moving: Vec<bool>,
     /// Drives that the algebra reads.
     needed: Vec<bool>,
+    /// Whether the distances of each contact read velocities.
+    by_velocities: Vec<bool>,
     /// The check of steps; `None` while neither tape nor drives have a function that a step may pass unseen.
     defect: Option<Defect>,
 }
@@ -77,7 +79,8 @@ impl Prepared {
         let hides = may_hide(&tape);
         let checked = hides || are_steep(&series, &c.plan.drives);
         let defect = checked.then(|| Defect::new(&tape, hides));
-        Ok(Prepared { c, series, tape, moving, needed, defect })
+        let by_velocities = tape.contacts_of_velocities();
+        Ok(Prepared { c, series, tape, moving, needed, by_velocities, defect })
     }
 
     /// Plans anew because a drive varies that did not vary before.
@@ -182,7 +185,8 @@ impl<'r> TaylorRun<'r> {
     ) -> Result<Self, IntegrateError> {
         let n = 2 * model.dof();
         let (degree, atol) = settings.check(n)?;
-        let course = Course::begin(model, start, t_end)?;
+        let mut course = Course::begin(model, start, t_end)?;
+        course.passage.sliding.know(&prepared.by_velocities);
         prepared.c.set_pieces(&course.e.pieces);
         let expanded = expanded(model)?;
         expanded.drive_series(start.t, degree + 1, &mut prepared.series);

@@ -1,6 +1,5 @@
 //! Runs of the tangent flow. A run is interrupted where the differences jump or outgrow their tolerances.
 
-use crate::contact::Contact;
 use crate::excitation::Side;
 use crate::model::structure::resting::rests_on_kink;
 use crate::model::{Model, State};
@@ -81,14 +80,13 @@ impl Tangent<'_> {
         let share = tolerance / (1.0 + self.columns as f64).sqrt();
         // The differences cannot be more accurate than their slopes.
         let columns = (COLUMNS * tolerance).max(self.slopes.borrow().noise());
-        let half = |values: &[f64], scale: &[f64]| -> Vec<f64> {
-            let motion = values.iter().zip(scale).map(|(y, s)| finest(share * s, *y));
-            motion
-                .chain(sizes.iter().flat_map(|size| scale.iter().map(move |s| columns * size * s)))
-                .collect()
-        };
+        let mut atol = Vec::with_capacity(2 * self.n * (1 + self.columns));
         let (q, v) = self.scale.split_at(self.n);
-        [half(&start.q, q), half(&start.v, v)].concat()
+        for (values, scale) in [(&start.q, q), (&start.v, v)] {
+            atol.extend(values.iter().zip(scale).map(|(y, s)| finest(share * s, *y)));
+            sizes.iter().for_each(|size| atol.extend(scale.iter().map(|s| columns * size * s)));
+        }
+        atol
     }
 
     /// Absolute tolerances for differences of size 1. They depend on the state: they are not below the
@@ -213,11 +211,10 @@ impl Tangent<'_> {
 
     fn rests_on_kink(&self, state: &State) -> Option<usize> {
         let (q, v) = (&state.q[..self.n], &state.v[..self.n]);
-        let mut u = vec![0.0; self.model.drives()];
-        self.model.drive(state.t, Side::After, &mut u);
-        let mut contacts = vec![Contact::default(); self.model.contacts()];
-        self.model.contact(&u, q, v, &mut contacts);
-        rests_on_kink(&self.model, &mut self.slopes.borrow_mut(), &contacts, &u, q, v)
+        let (u, contacts) = &mut *self.at_rest.borrow_mut();
+        self.model.drive(state.t, Side::After, u);
+        self.model.contact(u, q, v, contacts);
+        rests_on_kink(&self.model, &mut self.slopes.borrow_mut(), contacts, u, q, v)
     }
 
     /// If the differences are not finite but the motion is, the cause is a slope: the error then names it.

@@ -20,12 +20,14 @@ pub(crate) struct ImpactScratch {
 }
 
 impl ImpactScratch {
-    pub(crate) fn new(model: &dyn Model) -> Self {
-        let zeros = || vec![0.0; model.dof()];
-        let flights = vec![Flight::NONE; model.contacts()];
+    /// Without `stops` the arrays are empty: there are no impacts.
+    pub(crate) fn new(model: &dyn Model, stops: bool) -> Self {
+        let [dof, drives, contacts] =
+            [model.dof(), model.drives(), model.contacts()].map(|count| if stops { count } else { 0 });
+        let zeros = || vec![0.0; dof];
         ImpactScratch {
-            flights,
-            u: vec![0.0; model.drives()],
+            flights: vec![Flight::NONE; contacts],
+            u: vec![0.0; drives],
             q: zeros(),
             after: zeros(),
             v: zeros(),

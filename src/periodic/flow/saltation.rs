@@ -98,9 +98,9 @@ impl<'t, 'm> Saltation<'t> {
             v: vec![0.0; n * (1 + tangent.columns)],
             forced: tangent.forced,
             by_drives: vec![0.0; tangent.forced.len()],
-            rigid,
             refused: None,
-            impact: ImpactScratch::new(model),
+            impact: ImpactScratch::new(model, !rigid.is_empty()),
+            rigid,
         }
     }
 }

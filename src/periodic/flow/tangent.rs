@@ -30,6 +30,8 @@ pub(crate) struct Tangent<'m> {
     /// Sizes of coordinates and velocities.
     pub(crate) scale: &'m [f64],
     pub(crate) slopes: RefCell<Slopes<'m>>,
+    /// Scratch: drives and contacts of a state.
+    pub(crate) at_rest: RefCell<(Vec<f64>, Vec<Contact>)>,
     pub(crate) expansion: &'m Expansion,
     /// Order of the Taylor series.
     pub(crate) order: usize,
@@ -46,9 +48,10 @@ impl<'m> Tangent<'m> {
     ) -> Self {
         let n = model.dof();
         let slopes = RefCell::new(Slopes::new(model, scale.to_vec(), tolerance));
+        let at_rest = RefCell::new((vec![0.0; model.drives()], vec![Contact::default(); model.contacts()]));
         let order = Taylor::order_for(tolerance);
         let model = Continued::new(model, scale);
-        Tangent { model, n, columns, forced, scale, slopes, expansion, order }
+        Tangent { model, n, columns, forced, scale, slopes, at_rest, expansion, order }
     }
 
     /// Largest component of difference k, in units of `scale`.
