@@ -126,7 +126,7 @@ impl Settle {
         let mut repeated = vec![0; self.max_period_multiple];
         let mut distances = vec![f64::INFINITY; self.max_period_multiple];
         let mut closest = (f64::INFINITY, f64::INFINITY);
-        let meter = self.budget.begin();
+        let (meter, mut run) = (self.budget.begin(), integrator.runs(model));
         for k in 1..=self.max_periods {
             // Halving the ranges each period removes the influence of transients.
             motion.fade();
@@ -141,7 +141,7 @@ impl Settle {
                 alone.see(step.v1());
                 (&meter).step(step)
             };
-            let finish = integrator.run(model, &last, start.t + k as f64 * period, &mut watch);
+            let finish = run(&last, start.t + k as f64 * period, &mut watch);
             let periods = k - 1;
             let state = match finish {
                 Ok(finish) => finish.state,

@@ -259,15 +259,18 @@ impl<'m> Statistics<'m> {
         self.probe.read_step(step, t, &mut self.y)
     }
 
-    /// Adds one part of a step.
-    fn part(&mut self, step: &mut Step<'_>, (t0, t1): (f64, f64)) {
+    /// Adds part `k` of a step. Its start is the end of the part before.
+    fn part(&mut self, step: &mut Step<'_>, k: usize) {
+        let (t0, t1) = step.part(k);
         let (middle, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
         let mut times = [t0; POINTS];
         times[POINTS - 1] = t1;
         for (time, [x, _]) in times[1..].iter_mut().zip(FIVE) {
             *time = middle + half * x;
         }
-        for (p, &t) in times.iter().enumerate() {
+        let known = k.min(1);
+        self.points.iter_mut().for_each(|points| points[0] = points[POINTS - 1]);
+        for (p, &t) in times.iter().enumerate().skip(known) {
             self.read(step, t);
             let values = self.probe.values();
             for (c, &index) in self.chosen.iter().enumerate() {
@@ -343,9 +346,8 @@ fn beside_end([end, near]: [f64; 2], value: f64, mut at: impl FnMut(f64) -> f64)
 
 impl Observer for Statistics<'_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        for part in 0..step.parts() {
-            let times = step.part(part);
-            self.part(step, times);
+        for k in 0..step.parts() {
+            self.part(step, k);
         }
         ControlFlow::Continue(())
     }

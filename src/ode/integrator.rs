@@ -9,6 +9,9 @@ use crate::ode::step::{Observer, Step};
 use crate::ode::trajectory::{Failed, Trajectory};
 use std::ops::ControlFlow;
 
+/// Runs of one model: from a start to a time, watched by an observer.
+pub type Runs<'r> = dyn FnMut(&State, f64, &mut dyn Observer) -> Result<Finish, IntegrateError> + 'r;
+
 /// Integrates the equations of motion of a model over time.
 ///
 /// All solvers have these four methods; the analysis functions accept any `Integrator`.
@@ -34,6 +37,13 @@ pub trait Integrator {
         t_end: f64,
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError>;
+
+    /// [`run`](Integrator::run) for many runs of one model. [`Taylor`](crate::Taylor) prepares the model at the
+    /// first of them only.
+    #[doc(hidden)]
+    fn runs<'r>(&'r self, model: &'r dyn Model) -> Box<Runs<'r>> {
+        Box::new(move |start, t_end, observer| self.run(model, start, t_end, observer))
+    }
 
     /// The state at `t_end`.
     ///
@@ -92,6 +102,9 @@ impl<P: Pointer<Target: Integrator>> Integrator for P {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         (**self).run(model, start, t_end, observer)
+    }
+    fn runs<'r>(&'r self, model: &'r dyn Model) -> Box<Runs<'r>> {
+        (**self).runs(model)
     }
 }
 

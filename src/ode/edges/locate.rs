@@ -24,10 +24,10 @@ const CLOSE: f64 = 1e-13;
 /// `[1]`: a motion near one edge of a wide gap does not know of the other edge.
 const WIDE: f64 = 1e4;
 
-/// Whether the gap of a contact is wide beside its way from an edge in one step.
-#[inline]
-pub(crate) fn is_wide(c: &Contact, way: f64) -> bool {
-    WIDE * way < scale(c)
+/// Whether the gap of a contact with this [`scale`] is wide beside its way from an edge in one step.
+#[inline(always)]
+pub(crate) fn is_wide(scale: f64, way: f64) -> bool {
+    WIDE * way < scale
 }
 
 /// Factor by which an earlier step counts less with each later one: the steps of a motion that has settled
@@ -234,14 +234,20 @@ impl Locator {
     /// Slack: the distance past its edge up to which contact `i` still counts as on its piece.
     #[inline]
     pub(crate) fn slack(&self, i: usize, c: &Contact) -> f64 {
-        (self.share(i, SLACK) * self.length(i, c)).max(NOISE * self.noise[i])
+        self.slack_of(i, scale(c))
+    }
+
+    /// The slack of contact `i` with this [`scale`].
+    #[inline(always)]
+    pub(crate) fn slack_of(&self, i: usize, scale: f64) -> f64 {
+        (self.share(i, SLACK) * self.length(i, scale)).max(NOISE * self.noise[i])
     }
 
     /// The length to which the slack and the accuracy of the location of contact `i` are relative.
-    #[inline]
-    fn length(&self, i: usize, c: &Contact) -> f64 {
+    #[inline(always)]
+    fn length(&self, i: usize, scale: f64) -> f64 {
         let way = self.ways[i];
-        if way > 0.0 && is_wide(c, way) { WIDE * way } else { scale(c) }
+        if way > 0.0 && is_wide(scale, way) { WIDE * way } else { scale }
     }
 
     /// Returns `share`, or `STOP` for a contact with a rigid stop.
@@ -279,7 +285,7 @@ impl Locator {
             let exits = Edge::around(pieces[i]).iter().map(move |&edge| Exit { contact: i, edge });
             exits.filter(move |exit| {
                 let d = exit.distance(pieces[i], &contacts[i], 1.0);
-                let length = self.length(i, &contacts[i]);
+                let length = self.length(i, scale(&contacts[i]));
                 d.rate < 0.0
                     && d.value <= self.slack(i, &contacts[i]).max((time * d.rate.abs()).min(WITH * length))
             })
@@ -328,7 +334,7 @@ impl Locator {
                 if d1.value == f64::INFINITY || clear {
                     continue;
                 }
-                let close = (self.share(i, CLOSE) * self.length(i, end)).max(self.noise[i]);
+                let close = (self.share(i, CLOSE) * self.length(i, scale(end))).max(self.noise[i]);
                 match first_root::<T, V>(e, exit, [d0, d1], &hermite, limit, [slack, close]) {
                     Some(0.0) => return Ok(Found::AtOnce(exit)),
                     Some(theta) => {

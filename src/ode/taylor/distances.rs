@@ -2,7 +2,7 @@
 
 use crate::contact::Contact;
 use crate::contact::edge::Edge;
-use crate::ode::edges::exit::{Elapsed, Exit, Found};
+use crate::ode::edges::exit::{Elapsed, Exit, Found, scale};
 use crate::ode::edges::locate::{Locator, PLAIN, is_wide};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::control::RESOLUTION;
@@ -60,9 +60,10 @@ pub(crate) fn first_exit(
         let [least, most] = moves(i);
         let (range, lowest) = (most.max(-least), start + if sign > 0.0 { least } else { -most });
         // The bound of a long step exceeds its way by orders, which matters in wide gaps alone.
-        let wide = is_wide(&e.contacts[contact], c.coefficient(1, i).abs() * h);
+        let scale = scale(&e.contacts[contact]);
+        let wide = is_wide(scale, c.coefficient(1, i).abs() * h);
         locator.goes(contact, if wide { range.min(way(c, i, h)) } else { range });
-        let near = (NEAR_START * (start + range)).max(locator.slack(contact, &e.contacts[contact]));
+        let near = (NEAR_START * (start + range)).max(locator.slack_of(contact, scale));
         if lowest > near {
             continue;
         }

@@ -4,7 +4,7 @@ use crate::model::expansion::expand::Expand;
 use crate::model::structure::slopes::accelerate;
 use crate::model::{Model, State};
 use crate::ode::integrate_error::IntegrateError;
-use crate::ode::integrator::Integrator;
+use crate::ode::integrator::{Integrator, Runs};
 use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
 use crate::ode::taylor::course::{COLLAPSE, Course, are_steep, valid_until};
@@ -131,6 +131,18 @@ impl Integrator for Taylor {
     ) -> Result<Finish, IntegrateError> {
         self.check_rtol()?;
         Prepared::new(model)?.run(self, model, start, t_end, observer)
+    }
+
+    fn runs<'r>(&'r self, model: &'r dyn Model) -> Box<Runs<'r>> {
+        let mut kept = None;
+        Box::new(move |start, t_end, observer| {
+            self.check_rtol()?;
+            let prepared = match &mut kept {
+                Some(prepared) => prepared,
+                none => none.insert(Prepared::new(model)?),
+            };
+            prepared.run(self, model, start, t_end, observer)
+        })
     }
 }
 

@@ -75,6 +75,7 @@ fn one(
     let period = model.period();
     let mut rebounded = false;
     let with_model: &WithModel<'_> = &|read| read(model);
+    let mut run = integrator.runs(model);
     loop {
         let end = start.t + (track.periods + 1) as f64 * period;
         let (measuring, ranging) = (track.measuring(), track.ranging());
@@ -91,7 +92,7 @@ fn one(
         let finish = if measuring {
             let mut statistics = Statistics::of_channels(model, channels);
             let mut measures = (&mut statistics, &mut rattle);
-            let finish = integrator.run(model, &state, end, &mut (&mut look, &mut measures))?;
+            let finish = run(&state, end, &mut (&mut look, &mut measures))?;
             if finish.stopped {
                 return Ok(None);
             }
@@ -107,7 +108,7 @@ fn one(
             }
             finish
         } else {
-            integrator.run(model, &state, end, &mut look)?
+            run(&state, end, &mut look)?
         };
         if finish.stopped {
             return Ok(None);
