@@ -18,8 +18,7 @@ use std::ops::ControlFlow;
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Summary {
     /// Mean (1/T) ∫ f dt.
@@ -33,6 +32,32 @@ pub struct Summary {
     /// Standard deviation √((1/T) ∫ (f - mean)² dt). [`Statistics`] computes it from moments about the first
     /// value of the channel, which avoids cancellation if the mean is large.
     pub deviation: f64,
+}
+
+/// The stored form of a [`Summary`] before its figures are checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+#[serde(rename = "Summary", deny_unknown_fields)]
+pub(crate) struct RawSummary {
+    mean: f64,
+    rms: f64,
+    min: f64,
+    max: f64,
+    deviation: f64,
+}
+
+#[cfg(feature = "serde")]
+impl From<RawSummary> for Summary {
+    fn from(RawSummary { mean, rms, min, max, deviation }: RawSummary) -> Self {
+        Summary { mean, rms, min, max, deviation }
+    }
+}
+
+/// Reads summaries that are checked later, with the names of their channels.
+#[cfg(feature = "serde")]
+pub(crate) fn read_unchecked<'de, D: serde::Deserializer<'de>>(d: D) -> Result<Vec<Summary>, D::Error> {
+    let raw = <Vec<RawSummary> as serde::Deserialize>::deserialize(d)?;
+    Ok(raw.into_iter().map(Summary::from).collect())
 }
 
 impl Summary {

@@ -38,8 +38,8 @@ pub trait Integrator {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError>;
 
-    /// [`run`](Integrator::run) for many runs of one model. [`Taylor`](crate::Taylor) prepares the model at the
-    /// first of them only.
+    /// [`run`](Integrator::run) for many runs of one model. [`Taylor`](crate::Taylor) prepares the model at
+    /// the first of them only.
     #[doc(hidden)]
     fn runs<'r>(&'r self, model: &'r dyn Model) -> Box<Runs<'r>> {
         Box::new(move |start, t_end, observer| self.run(model, start, t_end, observer))

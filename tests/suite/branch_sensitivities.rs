@@ -292,6 +292,26 @@ fn a_search_ends_with_its_budget() {
     assert!(matches!(cancelled, Err(DesignError::Exhausted(Exhausted::Cancelled))), "{cancelled:?}");
 }
 
+/// A cancelled fit ends before its first orbit; a spent time ends it between orbits.
+#[test]
+fn a_fit_ends_with_its_budget() {
+    let model = oscillator(&[("speed", 0.7), ("linear stiffness", 1.0), ("force", 0.18), ("damping", 0.1)]);
+    let points: Vec<(f64, f64)> = (0..50).map(|i| (0.7 + 0.01 * f64::from(i), 1.0)).collect();
+    let speeds: Vec<f64> = points.iter().map(|(speed, _)| *speed).collect();
+    let fit = Fit::new("speed", "q0", Figure::PeakToPeak).over("damping", 0.02, 0.3);
+    let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
+    let cancelled = fit.clone().budget(Budget::new().cancel(stop));
+    let short = fit.budget(Budget::new().time(std::time::Duration::from_micros(1)));
+    for (of, ends) in [(cancelled, "cancelled"), (short, "the budget of 1µs is spent")] {
+        let run = of.run(&model, &points, &State::at_rest(1)).map(|_| ());
+        let response = of.response(&model, &speeds, &State::at_rest(1)).map(|_| ());
+        for ended in [run, response] {
+            assert!(matches!(ended, Err(DesignError::Exhausted(_))), "{ended:?}");
+            assert_eq!(ended.unwrap_err().to_string(), format!("design: {ends}"));
+        }
+    }
+}
+
 /// Constants whose value is 0 or small in its unit; orbits of another model.
 #[test]
 fn derivatives_by_constants_without_a_size() {

@@ -295,6 +295,30 @@ fn stored_figures_that_do_not_fit_together_are_refused() {
         json!({"re": 0.5, "im": 0.0, "radius": -1.0}),
         "radius of a disc",
     );
+    let summary = json!({"mean": 0.0, "rms": 1.0, "min": 2.0, "max": -2.0, "deviation": 1.0});
+    refused::<gear_dynamics::analysis::Summary>(
+        summary,
+        "min of the channel is 2.0: it must be at most -2.0, the max",
+    );
+    let index = json!({"name": "x", "first": 0.5, "first_error": 0.1, "total": -0.5, "total_error": "inf"});
+    refused::<gear_dynamics::sweep::SobolIndex>(index.clone(), "total index");
+    let mut index = index;
+    index["total"] = json!(0.6);
+    let read: gear_dynamics::sweep::SobolIndex = serde_json::from_value(index.clone()).unwrap();
+    assert_eq!(serde_json::to_value(&read).unwrap(), index);
+    for (multiple, states) in [(json!(2), json!([[0.0, 1.0]])), (json!(null), json!([[0.0, 1.0]]))] {
+        let attractor = json!({"period_multiple": multiple, "states": states, "rows": 3});
+        refused::<gear_dynamics::sweep::Attractor>(attractor, "strobed states of the attractor");
+    }
+    let contact = json!({"mean_force": [1.0, 1.1], "loss_fraction": [1.5, 1.6]});
+    refused::<gear_dynamics::certify::CertifiedFigures>(
+        json!({"peak_to_peak": [[1.0, 1.1], [2.0, 2.1]], "contacts": [contact]}),
+        "share of the time in the gap is 1.5: it must lie in [0, 1]",
+    );
+    refused::<gear_dynamics::certify::CertifiedFigures>(
+        json!({"peak_to_peak": [[-2.0, -1.0], [2.0, 2.1]], "contacts": []}),
+        "peak-to-peak value",
+    );
 
     let pair = gear_dynamics::trains::SpurPair::of_numbers(0.05, 0.1, &[], &[0.05]).unwrap();
     let pair = pair.parts().unwrap().build("driver", 0.7).unwrap();

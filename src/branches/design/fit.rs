@@ -2,12 +2,13 @@
 
 use crate::branches::design::least::Optimum;
 use crate::branches::design::objective::DesignError;
-use crate::branches::design::reach::reach;
+use crate::branches::design::orbit_finder::OrbitFinder;
 use crate::branches::design::search::{Search, Space};
 use crate::branches::sensitivity::figure::Figure;
 use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
 use crate::error::{ParameterError, check};
 use crate::model::{Periodic, State};
+use crate::ode::budget::Meter;
 use crate::periodic::ShootingOrbit;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -64,7 +65,8 @@ impl Fit {
     ) -> Result<Vec<f64>, DesignError> {
         let constants = model.offers().named()?;
         let index = constants.index(&self.objective.parameter)?;
-        let orbits = self.orbits(model, parameters, guess)?;
+        let meter = self.budget.begin();
+        let orbits = self.orbits(model, parameters, guess, &meter)?;
         let figure = |(p, orbit): (&f64, &ShootingOrbit)| {
             let model = constants.with_values(&[(index, *p)])?;
             self.objective.figure.value(&*model, orbit, &self.objective.channel)
@@ -78,6 +80,7 @@ impl Fit {
         model: &dyn Periodic,
         parameters: &[f64],
         guess: impl IntoIterator<Item = &'g State>,
+        meter: &Meter<'_>,
     ) -> Result<Vec<ShootingOrbit>, DesignError> {
         let constants = model.offers().named()?;
         let index = constants.index(&self.objective.parameter)?;
@@ -86,11 +89,11 @@ impl Fit {
         };
         check::all_finite("measured parameters", parameters)?;
         let start = constants.with_values(&[(index, first)])?;
-        let shooting = &self.shooting;
-        let mut orbits = vec![shooting.solve(&*start, guess)?];
+        let of = OrbitFinder { shooting: &self.shooting, meter };
+        let mut orbits = vec![of.first(&*start, guess)?];
         for two in parameters.windows(2) {
             let last = &orbits[orbits.len() - 1];
-            orbits.push(reach(constants, shooting, last, &[(index, two[0])], &[(index, two[1])])?);
+            orbits.push(of.reach(constants, last, &[(index, two[0])], &[(index, two[1])])?);
         }
         Ok(orbits)
     }
@@ -117,16 +120,16 @@ impl Fit {
         let size: f64 = values.iter().map(|m| m * m).sum();
         check::positive("sum of the squares of the measured values", size)?;
         let meter = Rc::new(self.budget.begin());
-        let orbits = RefCell::new((space.values(&start), self.orbits(model, &parameters, guess)?));
+        let of = OrbitFinder { shooting: &self.shooting, meter: &meter };
+        let orbits = RefCell::new((space.values(&start), self.orbits(model, &parameters, guess, &meter)?));
         let best: RefCell<Option<(f64, ShootingOrbit)>> = RefCell::new(None);
         let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {
             let values = space.values(x);
             let mut last = orbits.borrow_mut();
             let (mut sum, mut slope, mut found) = (0.0, vec![0.0; values.len()], Vec::new());
             for ((p, m), orbit) in measured.iter().zip(&last.1) {
-                meter.check()?;
                 let [from, to] = [&last.0, &values].map(|values| [&values[..], &[(index, *p)]].concat());
-                let orbit = reach(constants, &self.shooting, orbit, &from, &to)?;
+                let orbit = of.reach(constants, orbit, &from, &to)?;
                 let model = constants.with_values(&to)?;
                 let off = self.objective.figure.value(&*model, &orbit, &self.objective.channel)? - m;
                 let sensitivity =

@@ -1,7 +1,7 @@
 //! The least figure of an orbit over constants of its model.
 
 use crate::branches::design::objective::DesignError;
-use crate::branches::design::reach::reach;
+use crate::branches::design::orbit_finder::OrbitFinder;
 use crate::branches::design::search::{Search, Space};
 use crate::branches::sensitivity::figure::Figure;
 use crate::branches::sensitivity::sensitivity_of_orbit::Sensitivity;
@@ -75,15 +75,15 @@ impl Least {
     ) -> Result<Optimum, DesignError> {
         let constants = model.offers().named()?;
         let (space, start) = Space::new(constants, &self.over)?;
-        let (shooting, meter) = (&self.shooting, Rc::new(self.budget.begin()));
-        let orbit = shooting.solve(model, guess)?;
+        let meter = Rc::new(self.budget.begin());
+        let of = OrbitFinder { shooting: &self.shooting, meter: &meter };
+        let orbit = of.first(model, guess)?;
         let last = RefCell::new((space.values(&start), orbit));
         let best: RefCell<Option<(f64, ShootingOrbit)>> = RefCell::new(None);
         let evaluate = |x: &[f64]| -> Result<(f64, Vec<f64>), DesignError> {
             let values = space.values(x);
             let mut last = last.borrow_mut();
-            meter.check()?;
-            let orbit = reach(constants, shooting, &last.1, &last.0, &values)?;
+            let orbit = of.reach(constants, &last.1, &last.0, &values)?;
             let model = constants.with_values(&values)?;
             let value = self.objective.figure.value(&*model, &orbit, &self.objective.channel)?;
             let sensitivity =

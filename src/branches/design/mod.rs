@@ -3,5 +3,5 @@
 pub(crate) mod fit;
 pub(crate) mod least;
 pub(crate) mod objective;
-pub(crate) mod reach;
+pub(crate) mod orbit_finder;
 pub(crate) mod search;

@@ -124,8 +124,8 @@ impl<T> Search<T> {
     pub fn shooting(self, shooting: Shooting) -> Self {
         Search { shooting, ..self }
     }
-    /// Maximum number of integration steps of the derivatives, and maximum time of the search. Each orbit has
-    /// the budget of its [`Shooting`]. Default: default [`Budget`].
+    /// Maximum number of integration steps of the derivatives, and maximum time of the search with all its
+    /// orbits. Each orbit has the step limit of its [`Shooting`], too. Default: default [`Budget`].
     pub fn budget(self, budget: Budget) -> Self {
         Search { budget, ..self }
     }

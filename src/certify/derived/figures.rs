@@ -25,7 +25,7 @@ use crate::tape::operations::Tape;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct CertifiedFigures {
     /// Largest minus least value of each coordinate, then of each velocity, over a period of the orbit, in
@@ -45,7 +45,7 @@ pub struct CertifiedFigures {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CertifiedContact {
     /// Mean of the contact force, [`Contact::force`](crate::contact::Contact::force), without the impulses of
     /// a rigid stop.

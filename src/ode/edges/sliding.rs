@@ -41,7 +41,8 @@ pub(crate) struct Sliding {
 }
 
 impl Sliding {
-    /// Takes note of the contacts whose deflection does not depend on velocities; of the others it is not known.
+    /// Takes note of the contacts whose deflection does not depend on velocities; of the others it is not
+    /// known.
     pub(crate) fn know(&mut self, by_velocities: &[bool]) {
         self.by_velocities.clear();
         self.by_velocities.extend(by_velocities.iter().map(|by| if *by { None } else { Some(false) }));

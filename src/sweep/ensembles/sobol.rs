@@ -133,7 +133,7 @@ pub struct SobolDesign {
 /// # Ok::<(), gear_dynamics::ParameterError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct SobolIndex {
     /// Name of the parameter.
@@ -141,10 +141,12 @@ pub struct SobolIndex {
     /// First-order index S_i `[1]`: the share of the parameter alone.
     pub first: f64,
     /// Standard error of S_i `[1]`; infinite if the measure varies in one sample only.
+    #[cfg_attr(feature = "serde", serde(with = "crate::numeric::not_finite::number"))]
     pub first_error: f64,
     /// Total index T_i `[1]`: the share of the parameter with all its interactions.
     pub total: f64,
     /// Standard error of T_i `[1]`; infinite if the measure varies in one sample only.
+    #[cfg_attr(feature = "serde", serde(with = "crate::numeric::not_finite::number"))]
     pub total_error: f64,
 }
 
