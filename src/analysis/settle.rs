@@ -206,6 +206,7 @@ impl Settle {
             periods: self.max_periods,
             closest: closest.1,
             multiple: self.max_period_multiple,
+            tolerance: self.tolerance,
         })
     }
 
@@ -327,7 +328,7 @@ pub enum SettleError {
     /// state repeats after p periods at more than p periods in a row.
     #[error(
         "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is \
-         {closest:.1e} of the range of motion; it must be at most the tolerance: raise max_periods for a slow \
+         {closest:.1e} of the range of motion; it must be at most {tolerance:?}, the tolerance: raise max_periods for a slow \
          decay, max_period_multiple for a longer period, or the tolerance if it lies below the error of the solver"
     )]
     Aperiodic {
@@ -339,6 +340,8 @@ pub enum SettleError {
         closest: f64,
         /// Maximum period multiple.
         multiple: usize,
+        /// Tolerance of [`Settle::tolerance`] `[1]`.
+        tolerance: f64,
     },
     /// A coordinate is connected neither to others nor to the ground, and its mean acceleration is not zero:
     /// its velocity changes in every period, and there is no periodic orbit. All other coordinates repeat.

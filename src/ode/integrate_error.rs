@@ -254,6 +254,20 @@ pub enum IntegrateError {
         /// Index of the contact, from 0.
         contact: usize,
     },
+    /// The small differences of a motion, which give its derivative, keep the steps short: a slope of an
+    /// acceleration jumps where the model states no edge, or the differences are lost in rounding. An example
+    /// is a motion that grows by orders of magnitude, under central differences of its accelerations.
+    #[error(
+        "the derivative of the motion is not resolved near t = {t:?}: the slopes of acceleration {acceleration} jump \
+         there, or their rounding exceeds the tolerance (accelerations count from 0); state a kink as a contact, give \
+         the model a Jacobian, or start nearer to a motion that stays bounded"
+    )]
+    DerivativeNotResolved {
+        /// The time reached.
+        t: f64,
+        /// Index of the acceleration, from 0.
+        acceleration: usize,
+    },
     /// The start lies beyond a rigid stop, or a stop jumped past its contact at a drive edge.
     #[error(
         "contact {contact} lies {depth:.3e} beyond its rigid stop at t = {t:?}: give a start with the contact in its gap"

@@ -278,14 +278,16 @@ impl Rejections {
     /// The velocity that rounding of the coordinates changes most in a step `h`, relative to its tolerance:
     /// its index, the change and the tolerance. `None` if the change is far below the tolerance.
     fn rounding<V: Vector>(&mut self, e: &Engine<'_, V>, h: f64) -> Option<(usize, f64, f64)> {
-        let changes = self.changes_by_rounding(e);
+        let n = e.ends.y.slice().len() / 2;
+        let changes = self.changes_by_rounding(e, n);
         let shares = changes.iter().enumerate().map(|(i, change)| (i, h * change / MOVED, tolerance(e, i)));
         let most = shares.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
         (most.1 > OF_TOLERANCE * most.2).then_some(most)
     }
 
-    /// The changes of the accelerations when every coordinate moves by [`MOVED`] roundings.
-    fn changes_by_rounding<V: Vector>(&mut self, e: &Engine<'_, V>) -> &[f64] {
+    /// The changes of the accelerations when each of the first `count` components of the state moves by
+    /// [`MOVED`] roundings.
+    fn changes_by_rounding<V: Vector>(&mut self, e: &Engine<'_, V>, count: usize) -> &[f64] {
         let Rejections { look, a: [here, there, changes], .. } = self;
         let pieces = e.on_fixed_pieces.then_some(&e.ends.pieces[..]);
         let (n, u) = (here.len(), e.ends.nodes.end());
@@ -296,11 +298,11 @@ impl Rejections {
         };
         at(look, here);
         changes.fill(0.0);
-        for j in 0..n {
-            let q = look[j];
-            look[j] = q * (1.0 + MOVED * f64::EPSILON);
+        for j in 0..count {
+            let y = look[j];
+            look[j] = y * (1.0 + MOVED * f64::EPSILON);
             at(look, there);
-            look[j] = q;
+            look[j] = y;
             changes.iter_mut().zip(here.iter().zip(&*there)).for_each(|(c, (a, b))| *c += (a - b).abs());
         }
         changes
@@ -347,10 +349,10 @@ impl Rejections {
                 bisections += 1;
             }
             if bisections == BISECTIONS {
-                // Far from 0 the coordinates are rounded so coarsely that accelerations move in jumps.
-                let jump = (to - from).abs();
+                // Far from 0 the state is rounded so coarsely that accelerations move in jumps.
+                let (jump, all) = ((to - from).abs(), e.ends.y.slice().len());
                 let found = Jump { acceleration: i, place: hi, sides: [from, to] };
-                return (jump > self.changes_by_rounding(e)[i]).then_some(found);
+                return (jump > self.changes_by_rounding(e, all)[i]).then_some(found);
             }
         }
         None

@@ -31,7 +31,7 @@ use crate::roots::root_finder::RootFinder;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use = "a setting returns a new value"]
 pub struct Newton {
-    tolerance: f64,
+    pub(crate) tolerance: f64,
     max_iterations: usize,
 }
 

@@ -154,8 +154,9 @@ impl<'de> Deserialize<'de> for CertifiedContact {
             let StoredCertifiedContact { mean_force, loss_fraction } = stored;
             let [low, high] = [loss_fraction.low(), loss_fraction.high()];
             if low > 1.0 || high < 0.0 {
-                let (name, must) = ("share of the time in the gap".into(), "lie in [0, 1]".into());
-                return Err(ParameterError::Wrong { name, value: if low > 1.0 { low } else { high }, must });
+                let (name, value) =
+                    ("share of the time in the gap".into(), if low > 1.0 { low } else { high });
+                return Err(ParameterError::OutOfRange { name, value, allowed: "[0, 1]" });
             }
             Ok(CertifiedContact { mean_force, loss_fraction })
         })

@@ -69,6 +69,42 @@ impl Absolute {
 
     /// Deviations of the angles from the ideal rotation at the given times, by RK4 with steps of about `h`.
     fn run(&self, ideal: &dyn Fn(f64) -> [f64; 3], start: &[f64], times: &[f64], h: f64) -> Vec<Vec<f64>> {
+        self.run_seen(ideal, start, times, h, &mut |_, _| ())
+    }
+
+    /// Impacts on the lower and on the upper flank of every mesh between two times.
+    fn rattle(
+        &self,
+        ideal: &dyn Fn(f64) -> [f64; 3],
+        start: &[f64],
+        [from, to]: [f64; 2],
+        h: f64,
+    ) -> Vec<[u64; 2]> {
+        let mut found = vec![[0; 2]; self.meshes.len()];
+        let mut sides = vec![0; self.meshes.len()];
+        self.run_seen(ideal, start, &[from, to], h, &mut |t, y| {
+            for (mesh, (count, side)) in self.meshes.iter().zip(found.iter_mut().zip(&mut sides)) {
+                let held = |i: usize| if self.prescribed && i == self.reference { ideal(t)[0] } else { y[i] };
+                let d = mesh.radii[0] * held(mesh.ends[0]) - mesh.radii[1] * held(mesh.ends[1]);
+                let now = i32::from(d > mesh.half) - i32::from(d < -mesh.half);
+                if now != *side && now != 0 && t > from {
+                    count[usize::from(now > 0)] += 1;
+                }
+                *side = now;
+            }
+        });
+        found
+    }
+
+    /// [`run`](Absolute::run); `seen` receives the time and the state after every step.
+    fn run_seen(
+        &self,
+        ideal: &dyn Fn(f64) -> [f64; 3],
+        start: &[f64],
+        times: &[f64],
+        h: f64,
+        seen: &mut dyn FnMut(f64, &[f64]),
+    ) -> Vec<Vec<f64>> {
         let n = self.inertias.len();
         let [_, speed, _] = ideal(0.0);
         let mut y: Vec<f64> = start.to_vec();
@@ -89,6 +125,7 @@ impl Absolute {
                     *y += h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
                 }
                 t += h;
+                seen(t, &y);
             }
             t = to;
             let [angle, ..] = ideal(t);
@@ -220,6 +257,50 @@ fn a_fluctuating_speed_rattles() {
         let low = rest.iter().fold(f64::INFINITY, |low, q| low.min(own * q[0]));
         assert!(low > HALF, "{low}");
     }
+}
+
+/// A gearbox at idle: the input turns at 800 r/min ± 3 % of order 2, a countershaft and a loose gear are dragged. Both
+/// meshes rattle between both flanks, as often as the reference finds.
+#[test]
+fn a_gearbox_at_idle_rattles_on_both_flanks() {
+    let speed = 800.0 * TAU / 60.0;
+    let law = SpeedLaw::fluctuation(speed, 0.03, 2.0 * speed).unwrap();
+    let ideal = swinging(speed, 0.03, 2.0 * speed);
+    // Countershaft and loose gear: inertias and drags.
+    let ([j1, j2], [m1, m2]) = ([1.5e-3, 2e-3], [-0.1, -0.3]);
+    let ratios = [1.0, 25.0 / 35.0, 25.0 / 35.0 * 30.0 / 28.0];
+    let reference = Absolute {
+        inertias: vec![1.0, j1, j2],
+        torques: vec![0.0, m1, m2],
+        ratios: ratios.to_vec(),
+        reference: 0,
+        meshes: vec![
+            absolute_mesh([0, 1], [0.03, 0.042], 25.0, 2e7, 600.0),
+            absolute_mesh([1, 2], [0.036, 0.0336], 30.0, 2e7, 600.0),
+        ],
+        shafts: Vec::new(),
+        prescribed: true,
+    };
+    let mut parts = Parts::new();
+    parts.body("input", Body::new(1.0).prescribed());
+    parts.body("countershaft", Body::new(j1)).body("loose gear", Body::new(j2));
+    parts.mesh("constant mesh", "input", "countershaft", mesh([25, 35], [0.03, 0.042], 2e7, 600.0));
+    parts.mesh("first gear", "countershaft", "loose gear", mesh([30, 28], [0.036, 0.0336], 2e7, 600.0));
+    parts.torque("drag 1", "countershaft", m1).torque("drag 2", "loose gear", m2);
+    let train = parts.build("input", speed).unwrap();
+    let model = VaryingSpeed::new(train, law);
+    let start = State::new(0.0, &[-HALF / 0.042, -2.0 * HALF / 0.0336], &[0.0, 0.0]);
+    let [from, to] = [0.2, 0.7];
+    let mut rattle = Rattle::new(&model);
+    let solver = Dop853::new().rtol(1e-9).atol(1e-14);
+    let settled = solver.end(&model, &start, from).unwrap();
+    solver.run(&model, &settled, to, &mut rattle).unwrap();
+    let ours: Vec<[u64; 2]> = rattle.contacts().iter().map(|contact| contact.impacts).collect();
+    let [fine, coarse] =
+        [2e-6, 4e-6].map(|h| reference.rattle(&ideal, &[0.0, start.q[0], start.q[1]], [from, to], h));
+    println!("{ours:?}, reference {fine:?}, at twice the step {coarse:?}");
+    assert!(ours == fine && fine == coarse);
+    assert!(ours.iter().flatten().all(|impacts| *impacts > 10));
 }
 
 /// The motor of a two-stage train runs from 500 to 12 000 r/min, whatever angle the waves have, in inertial and in

@@ -217,8 +217,15 @@ impl Tangent<'_> {
         rests_on_kink(&self.model, &mut self.slopes.borrow_mut(), contacts, u, q, v)
     }
 
-    /// If the differences are not finite but the motion is, the cause is a slope: the error then names it.
+    /// Names the cause where it lies in the differences and not in the motion: slopes that are not finite,
+    /// that jump, or that are lost in rounding.
     fn explain(&self, error: IntegrateError) -> IntegrateError {
+        if let IntegrateError::Discontinuity { t, acceleration: row }
+        | IntegrateError::BelowRounding { t, velocity: row, .. } = error
+            && row >= self.n
+        {
+            return IntegrateError::DerivativeNotResolved { t, acceleration: row % self.n };
+        }
         // The time, and whether an entry of the differences is not finite.
         let failed = match error {
             IntegrateError::NotFinite { t, component } => {

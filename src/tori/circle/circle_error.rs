@@ -92,12 +92,16 @@ pub enum CircleError {
     },
     /// Newton's method did not converge.
     #[error(
-        "the circle did not converge in {} iterations: the largest residual is {:?} of the range",
+        "the circle did not converge in {} iterations: the last residual is {:?} of the range, and no correction was \
+         within {tolerance:?} of it, the tolerance; start nearer to the circle, or, if the residual is of the order of \
+         flow_tolerance, raise the tolerance of newton: the motion amplifies the errors of its flow",
         last.iterations(), last.residual()
     )]
     NotConverged {
         /// The last iterate; it is not a circle of the model.
         last: Box<InvariantCircle>,
+        /// Tolerance of a correction, as a share of the range `[1]`.
+        tolerance: f64,
     },
     /// The iteration ended in a fixed point of the map.
     #[error(
@@ -138,7 +142,7 @@ impl CircleError {
         match self {
             CircleError::Integrate { last, .. } | CircleError::Exhausted { last, .. } => last.as_deref(),
             CircleError::Singular { last, .. }
-            | CircleError::NotConverged { last }
+            | CircleError::NotConverged { last, .. }
             | CircleError::Collapsed { last, .. }
             | CircleError::Between { last, .. } => Some(last),
             _ => None,

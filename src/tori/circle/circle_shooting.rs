@@ -238,7 +238,7 @@ impl CircleShooting {
                         failed(failure, Some(*last))
                     }
                     (RootFailure::Singular { unknown }, _) => CircleError::Singular { unknown, last },
-                    _ => CircleError::NotConverged { last },
+                    _ => CircleError::NotConverged { last, tolerance: newton.tolerance },
                 });
             }
         };
