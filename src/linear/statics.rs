@@ -79,14 +79,13 @@ const CONFIRMED: usize = 128;
 /// missed. In a period with more than 1000 edges the mean is that up to the 1000th edge.
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
-/// the gap if both flanks pull. If no such pieces carry the mean load, as with a lever that varies over the
-/// period or planets that share a small torque, the state is that at t = 0 and says so
-/// ([`StaticState::instant`]).
+/// the gap if both flanks pull. The load may be shared by contacts for which this search does not end. The
+/// bodies then move from their position on all upper flanks with the velocity q' = a, the acceleration or its
+/// mean over the period at rest in q, until they rest. Implicit Euler steps follow this motion; the steps grow
+/// while they converge. The potential energy falls in the motion if no stiffness is negative.
 ///
-/// The load of an instant may be shared by contacts for which this search does not end. The bodies then move
-/// from their position on all upper flanks with the velocity q' = a(u(t), q, 0) until they rest. Implicit
-/// Euler steps follow this motion; the steps grow while they converge. The potential energy falls in the
-/// motion if no stiffness is negative.
+/// If no pieces carry the mean load for the whole period, as with a lever that varies over the period, the
+/// state is that at t = 0 and says so ([`StaticState::instant`]).
 ///
 /// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static
 /// state is not found.
@@ -109,7 +108,7 @@ pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<S
     let mut panels = PANELS[0].div_ceil(intervals);
     let mut search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
     loop {
-        let found = match search.by_flanks() {
+        let found = match search.find() {
             Err(LinearError::Free { .. } | LinearError::NoContactState { .. }) => {
                 return Search::new(model, 0.0, Instants::at(model, 0.0), &rigid).find();
             }

@@ -132,6 +132,29 @@ fn the_default_start_is_that_of_the_mean_load() {
     assert!(mean.periods < first.periods, "{} and {}", mean.periods, first.periods);
 }
 
+/// Three meshes side by side whose errors have means of 0, 2 and -3 μm: a small torque is carried by the third alone, for
+/// every phase of the waves. Its deflection is b + ⟨K e⟩/⟨K⟩ + T/(r ⟨K⟩), whatever the waves are at t = 0.
+#[test]
+fn meshes_side_by_side_share_the_mean_load() {
+    for phase in [0.0, 1.0, 2.5] {
+        let mut parts = Parts::new();
+        parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(1e-3));
+        for (name, e) in [("first", 0.0), ("second", 2e-6), ("third", -3e-6)] {
+            let mesh = MeshPart::external([20, 40], [0.03, 0.06], fourier(2e8, &[[2e7, 0.0]]));
+            let mesh = mesh.error(fourier(e, &[[1e-6, 0.0]])).half_backlash(2e-5).phase(phase);
+            parts.mesh(name, "pinion", "wheel", mesh);
+        }
+        parts.torque("drive", "pinion", 10.0).load("wheel");
+        let found = static_state(&parts.build("pinion", 100.0).unwrap(), None).unwrap();
+        assert_eq!((found.instant, found.pieces[2]), (None, Piece::Upper));
+        assert_eq!(found.pieces[..2], [Piece::Gap, Piece::Gap]);
+        // The deflection without the error: its mean is ⟨e⟩ below.
+        let expected = 2e-5 + 0.5 * 0.1 * 1e-6 + 10.0 / 0.03 / 2e8;
+        let deflection = found.contacts[2].deflection;
+        assert!((deflection / expected - 1.0).abs() < 1e-9, "{deflection:e} for {expected:e}");
+    }
+}
+
 /// A pulse of 1/750 of the period between the points of the first two sums is seen: the mean load is 1 + 100 w √π/2π.
 #[test]
 fn a_narrow_pulse_is_part_of_the_mean() {
