@@ -96,11 +96,13 @@ pub enum ParameterError {
         /// Length given.
         found: usize,
     },
-    /// A body that a machine does not have, or that does not turn evenly.
-    #[error("no body \"{body}\" turns evenly")]
+    /// A body that a machine does not name, or that does not turn evenly.
+    #[error("the machine names no body \"{body}\" that turns evenly; there are: {known}")]
     NoSuchBody {
         /// The name given.
         body: String,
+        /// The names of all bodies that turn evenly.
+        known: String,
     },
     /// A name is given twice, or stands twice in a list.
     #[error("there is more than one \"{name}\": names must be different")]

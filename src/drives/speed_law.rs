@@ -230,8 +230,13 @@ impl<G: Shape> VaryingSpeed<G> {
     /// [`ParameterError::NoSuchBody`] for a body that the machine does not have, that does not turn, or that
     /// turns unevenly.
     pub fn of_body(model: Machine<G>, body: &str, law: SpeedLaw) -> Result<Self, ParameterError> {
-        let none = || ParameterError::NoSuchBody { body: body.into() };
-        let ratio = model.shape().ratio_to(body).ok_or_else(none)?;
+        let known = model.shape().bodies();
+        let Some(&(_, ratio)) = known.iter().find(|(name, _)| *name == body) else {
+            let names = known.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+            let none = "none, `VaryingSpeed::new` takes the law of the reference body";
+            let known = if names.is_empty() { none.into() } else { names };
+            return Err(ParameterError::NoSuchBody { body: body.into(), known });
+        };
         Ok(Wrapped::by_rule(model, LawOfBody { law, ratio }))
     }
 }

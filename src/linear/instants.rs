@@ -23,6 +23,17 @@ impl Instants {
         Instants { drives: u.len(), u, weights: vec![1.0] }
     }
 
+    /// The middles of `count` equal parts of the period.
+    pub(crate) fn spread(model: &dyn Periodic, count: usize) -> Self {
+        let (drives, period) = (model.drives(), model.period());
+        let mut u = vec![0.0; drives * count];
+        for k in 0..count {
+            let t = period * ((k as f64 + 0.5) / count as f64);
+            model.drive(t, Side::After, &mut u[drives * k..][..drives]);
+        }
+        Instants { drives, u, weights: vec![1.0 / count as f64; count] }
+    }
+
     /// The points of the Gauss rule with 5 points on `panels` equal panels between two `bounds` each.
     pub(crate) fn of(model: &dyn Model, bounds: &[f64], panels: usize) -> Self {
         let (drives, span) = (model.drives(), bounds[bounds.len() - 1] - bounds[0]);

@@ -318,10 +318,10 @@ pub enum TrainError {
         /// The mesh or torque.
         part: String,
     },
-    /// A torque acts on a body whose rotation is prescribed.
+    /// A torque, a drag or a support acts on a body whose rotation is prescribed.
     #[error("\"{part}\" acts on \"{body}\", whose rotation is prescribed: it would have no effect")]
     Prescribed {
-        /// The torque.
+        /// The torque, "drag" or "support".
         part: String,
         /// The body.
         body: String,

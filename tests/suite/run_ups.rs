@@ -287,8 +287,7 @@ fn a_gearbox_at_idle_rattles_on_both_flanks() {
     parts.mesh("constant mesh", "input", "countershaft", mesh([25, 35], [0.03, 0.042], 2e7, 600.0));
     parts.mesh("first gear", "countershaft", "loose gear", mesh([30, 28], [0.036, 0.0336], 2e7, 600.0));
     parts.torque("drag 1", "countershaft", m1).torque("drag 2", "loose gear", m2);
-    let train = parts.build("input", speed).unwrap();
-    let model = VaryingSpeed::new(train, law);
+    let model = VaryingSpeed::new(parts.build("input", speed).unwrap(), law.clone());
     let start = State::new(0.0, &[-HALF / 0.042, -2.0 * HALF / 0.0336], &[0.0, 0.0]);
     let [from, to] = [0.2, 0.7];
     let mut rattle = Rattle::new(&model);
@@ -300,6 +299,15 @@ fn a_gearbox_at_idle_rattles_on_both_flanks() {
         [2e-6, 4e-6].map(|h| reference.rattle(&ideal, &[0.0, start.q[0], start.q[1]], [from, to], h));
     println!("{ours:?}, reference {fine:?}, at twice the step {coarse:?}");
     assert!(ours == fine && fine == coarse);
+    // Whichever body is the reference, the prescribed one drives the others.
+    for (body, ratio) in [("countershaft", ratios[1]), ("loose gear", ratios[2])] {
+        let train = parts.build(body, ratio * speed).unwrap();
+        let model = VaryingSpeed::of_body(train, "input", law.clone()).unwrap();
+        let mut rattle = Rattle::new(&model);
+        solver.run(&model, &solver.end(&model, &start, from).unwrap(), to, &mut rattle).unwrap();
+        let found: Vec<[u64; 2]> = rattle.contacts().iter().map(|contact| contact.impacts).collect();
+        assert_eq!(found, ours, "{body}");
+    }
     assert!(ours.iter().flatten().all(|impacts| *impacts > 10));
 }
 
@@ -339,7 +347,10 @@ fn a_run_up_is_that_of_the_reference_body() {
         assert!(u.iter().zip(&w).all(|(u, w)| (u - w).abs() <= 1e-9 * u.abs()), "{u:?} {w:?}");
     }
     let nobody = VaryingSpeed::of_body(relative.clone(), "axle", law.clone()).unwrap_err();
-    assert_eq!(nobody.to_string(), "no body \"axle\" turns evenly");
+    assert_eq!(
+        nobody.to_string(),
+        "the machine names no body \"axle\" that turns evenly; there are: pinion 1, wheel 1, pinion 2, wheel 2"
+    );
 
     let reference = Absolute {
         inertias: inertias.to_vec(),
@@ -467,9 +478,20 @@ fn noncircular_gears_are_accelerated_along_their_uneven_rotation() {
     }
 }
 
-/// A torque on a prescribed body is refused.
+/// A torque, a drag or a support of a prescribed body is refused; its inertia has no effect. Names of bodies that a law
+/// cannot find are listed.
 #[test]
 fn a_prescribed_body_takes_no_torque() {
+    for (held, part) in [(Body::new(1.0).drag(1.0), "drag"), (Body::new(1.0).restrained(1e3, 0.0), "support")]
+    {
+        let error = spur_pair(held.prescribed()).build("pinion", 100.0).unwrap_err().to_string();
+        assert!(error.contains(part) && error.contains("prescribed"), "{error}");
+    }
+    let massless = spur_pair(Body::new(0.0).prescribed()).build("pinion", 100.0).unwrap();
+    assert_eq!(massless, spur_pair(Body::new(1.0).prescribed()).build("pinion", 100.0).unwrap());
+    let law = SpeedLaw::constant(100.0).unwrap();
+    let error = VaryingSpeed::of_body(massless, "motor", law).unwrap_err().to_string();
+    assert!(error.contains("\"motor\"") && error.ends_with("there are: pinion, wheel"), "{error}");
     let mut parts = spur_pair(Body::new(1.0).prescribed());
     let error = parts.torque("drive", "pinion", 0.5).build("pinion", 100.0).unwrap_err();
     assert!(matches!(&error, TrainError::Prescribed { part, body } if part == "drive" && body == "pinion"));

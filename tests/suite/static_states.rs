@@ -4,7 +4,7 @@ use crate::api::*;
 use crate::common::random::Random;
 use gear_dynamics::excitation::{Fourier, RectangularWave};
 use gear_dynamics::linear::static_state;
-use gear_dynamics::trains::{Body, MeshPart, Parts, ShaftPart};
+use gear_dynamics::trains::{Body, MeshPart, Parts, ShaftPart, two_stage};
 use gear_dynamics::{Dop853, Wave};
 
 /// A motor, a shaft, a pinion and a wheel, under a torque with a ripple.
@@ -49,6 +49,29 @@ fn mean_loads_and_mean_waves_are_the_default() {
         let first = static_state(&train, 0.0).unwrap();
         assert!(first.contacts[0].force > 1200.0, "{:?}", first.contacts[0]);
         assert!(rest.acceleration.iter().all(|a| a.abs() < 1e-6), "{:?}", rest.acceleration);
+    }
+}
+
+/// Two stages with hunting teeth, whose period has 4350 edges or some 4e7, under a torque with a ripple of three times its
+/// mean: both meshes carry the mean torque.
+#[test]
+fn the_mean_is_that_of_the_whole_period() {
+    for ([first, second], tolerance) in [([[23, 67], [21, 75]], 1e-9), ([[101, 307], [103, 311]], 1e-3)] {
+        let wave = || Wave::new(RectangularWave::of_contact_ratio(1.5, 1.6e8, 2.4e8).unwrap());
+        let mesh = |teeth: [u32; 2]| {
+            let radii = teeth.map(|teeth| 1e-3 * f64::from(teeth));
+            MeshPart::external(teeth, radii, wave()).damping(1000.0).half_backlash(2e-5)
+        };
+        let shaft = ShaftPart::new(1e5).damping(1.0);
+        let mut parts = two_stage([1e-3, 2e-2, 1e-3, 6e-2], shaft, [mesh(first), mesh(second)]);
+        parts.torque_of_angle("drive", "pinion 1", 10.0, fourier(1.0, &[[3.0, 0.0]])).load("wheel 2");
+        let rest = static_state(&parts.build("pinion 1", 100.0).unwrap(), None).unwrap();
+        assert_eq!(rest.instant, None);
+        let [z1, z2] = first.map(f64::from);
+        let forces = [10.0 / (1e-3 * z1), 10.0 * z2 / z1 / (1e-3 * f64::from(second[0]))];
+        for (contact, force) in rest.contacts.iter().zip(forces) {
+            assert!((contact.force / force - 1.0).abs() < tolerance, "{} for {force}", contact.force);
+        }
     }
 }
 

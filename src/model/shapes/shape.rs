@@ -269,11 +269,10 @@ pub trait Shape: PartialEq {
     fn reference_ratio(&self) -> f64 {
         1.0
     }
-    /// Angle φ of the waves over the angle of a named body; `None` if the shape does not know the body, or if
-    /// it does not turn evenly. Default: `None`.
-    fn ratio_to(&self, body: &str) -> Option<f64> {
-        let _ = body;
-        None
+    /// The names of the bodies that turn evenly, each with the angle φ of the waves over its angle. Default:
+    /// the shape names no bodies.
+    fn bodies(&self) -> Vec<(&str, f64)> {
+        Vec::new()
     }
     /// Number of times that all waves repeat in 2π: the greatest common divisor of their orders
     /// ([`Wave::common_order`](crate::Wave::common_order)). Default: 1.

@@ -48,8 +48,8 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
     }
 
     /// Accelerations of the coordinates by φ'' = 1. The bodies lag behind their ideal rotation by their
-    /// inertia; a torque on the reference body accelerates them all along it. Bodies that turn unevenly are
-    /// not among them.
+    /// inertia; a torque on the reference body accelerates them all along it, unless a body whose rotation is
+    /// prescribed does. Bodies that turn unevenly are not among them.
     pub(crate) fn inertia(&self) -> Vec<f64> {
         let Layout { plan, angle, masses, .. } = &self.layout;
         let mut rates: Vec<f64> = self.layout.rigid().iter().map(|rate| rate / plan.orders.ratio).collect();
@@ -61,12 +61,20 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
             // The bodies lag along the rigid motion, which is left out.
             Some(_) => vec![0.0; masses.len() - 1],
         };
+        if self.is_driven() {
+            return inertia;
+        }
         let torque =
             plan.orders.ratio * masses.iter().zip(&rates).map(|(m, rate)| m * rate * rate).sum::<f64>();
         for entry in self.pulls(&self.layout.own(plan.topology.reference, torque)) {
             inertia[entry.at] += entry.by;
         }
         inertia
+    }
+
+    /// Whether a body whose rotation is prescribed drives the train.
+    fn is_driven(&self) -> bool {
+        self.layout.plan.topology.bodies.iter().any(|(_, body)| body.is_prescribed())
     }
 
     /// The accelerations of bodies that turn unevenly.
@@ -78,7 +86,7 @@ impl<N: Nonlinearity + Clone> Builder<'_, N> {
                 let wave = self.elements.jet(wave.clone());
                 // The power J θ'' θ' over the speed of the reference body is the torque on it.
                 let torque = self.layout.masses[at] * ratio * ratio * plan.orders.ratio;
-                let driver = self.layout.angle[plan.topology.reference];
+                let driver = self.layout.angle[plan.topology.reference].filter(|_| !self.is_driven());
                 let driver = driver.map(|at| Entry { at, by: torque * self.per_inertia(at) });
                 self.elements.uneven.push(Uneven { at, ratio, wave, driver });
             }

@@ -118,7 +118,8 @@ impl Body {
     }
     /// The same body with a prescribed rotation: it turns exactly along its ideal rotation and has no angle
     /// among the coordinates. For example a shaft that an engine with a flywheel turns, also at a varying
-    /// speed ([`SpeedLaw`](crate::drives::SpeedLaw)). A torque on it has no effect and is refused.
+    /// speed ([`SpeedLaw`](crate::drives::SpeedLaw)). It then drives the train, whichever body is the reference.
+    /// Its inertia has no effect; a torque, a drag or a support has none either and is refused.
     pub fn prescribed(self) -> Self {
         Body { locked: true, grounded: false, ..self }
     }
@@ -140,6 +141,10 @@ impl Body {
     /// motor or load characteristic. c in [N m s/rad].
     pub fn drag(self, drag: f64) -> Self {
         Body { drag, ..self }
+    }
+    /// Whether its rotation is prescribed.
+    pub(crate) fn is_prescribed(&self) -> bool {
+        self.locked && !self.grounded
     }
     /// Moment of inertia J [kg m²].
     pub fn inertia(&self) -> f64 {

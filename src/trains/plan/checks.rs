@@ -20,7 +20,8 @@ impl<N: Nonlinearity> Topology<'_, N> {
     /// Warns of values that gears do not have, of bodies without support and of parts apart.
     ///
     /// # Errors
-    /// A [`Warning`] that is not accepted; a torque on a body that is locked or whose rotation is prescribed.
+    /// A [`Warning`] that is not accepted; a torque on a body that is locked; a torque, a drag or a support of one
+    /// whose rotation is prescribed.
     pub(crate) fn check(&self) -> Result<(), TrainError> {
         self.usual()?;
         let torques = self.torques.iter().map(|(torque, body)| (&torque.name[..], *body));
@@ -30,6 +31,12 @@ impl<N: Nonlinearity> Topology<'_, N> {
                 true => TrainError::AtRest { part: part.into() },
                 false => TrainError::Prescribed { part: part.into(), body: self.name(body) },
             });
+        }
+        for (name, body) in self.bodies.iter().filter(|(_, body)| body.is_prescribed()) {
+            let held = [("drag", body.drag), ("support", body.support[0].max(body.support[1]))];
+            if let Some((part, _)) = held.into_iter().find(|(_, size)| *size > 0.0) {
+                return Err(TrainError::Prescribed { part: part.into(), body: name.clone() });
+            }
         }
         self.supported()?;
         self.connected()

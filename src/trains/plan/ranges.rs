@@ -20,10 +20,12 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
         return Err(ParameterError::Empty { name: "bodies of the train".into(), min: 1 }.into());
     }
     for (name, body) in &parts.bodies {
-        if body.inertia == 0.0 {
-            return Err(TrainError::NoInertia { body: name.clone() });
+        if !body.is_prescribed() {
+            if body.inertia == 0.0 {
+                return Err(TrainError::NoInertia { body: name.clone() });
+            }
+            check::scale(format!("inertia of \"{name}\""), body.inertia)?;
         }
-        check::scale(format!("inertia of \"{name}\""), body.inertia)?;
         check::not_negative(format!("drag of \"{name}\""), body.drag)?;
         check::quantities(&format!("centre of \"{name}\""), &body.centre.unwrap_or_default())?;
         for (what, value) in ["stiffness", "damping"].into_iter().zip(body.support) {

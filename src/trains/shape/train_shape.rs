@@ -202,8 +202,9 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
     fn reference_ratio(&self) -> f64 {
         self.ratio
     }
-    fn ratio_to(&self, body: &str) -> Option<f64> {
-        self.drawing().bodies.iter().find(|known| known.name == body)?.ratio
+    fn bodies(&self) -> Vec<(&str, f64)> {
+        let bodies = self.drawing().bodies.iter();
+        bodies.filter_map(|body| Some((&body.name[..], body.ratio?))).collect()
     }
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
         let (single, rest) = u.split_at_mut(self.elements.single.len());
