@@ -3,7 +3,7 @@
 
 use super::super::report::{Kind, Report};
 use super::super::support::{Outcome, coarse, progress};
-use super::motions::{settled, turns};
+use super::motions::{Cycle, settled, turns};
 use gear_dynamics::analysis::Summary;
 use gear_dynamics::models::nfg::{NfgPair2, NfgReading};
 use gear_dynamics::ode::uniform_times;
@@ -34,8 +34,8 @@ struct Run {
 /// Settles from the static start and measures one period, or so many [`turns`] if the motion does not repeat.
 fn measure(pair: &NfgPair) -> Outcome<Run> {
     let (state, cycle) = settled(pair, &pair.on_drive_flank()?)?;
-    let start = cycle.as_ref().map_or(&state, |cycle| &cycle.states()[0]);
-    let multiple = cycle.as_ref().map_or(0, |cycle| cycle.least_period_multiple());
+    let start = cycle.as_ref().map_or(&state, Cycle::start);
+    let multiple = cycle.as_ref().map_or(0, Cycle::turns);
     let turns = if multiple > 0 { multiple } else { turns()[1] };
     let mut rattle = Rattle::new(pair);
     let mut statistics = Statistics::new(pair, &["q0", "elastic part", "deflection"])?;

@@ -19,6 +19,9 @@ pub fn turns() -> [usize; 2] {
 /// Maximum number of turns of an orbit.
 const TURNS: usize = 8;
 
+/// Returns within this share of the range of motion decide where shooting does not.
+const CLOSE: f64 = 1e-9;
+
 /// The channel of f(q).
 pub const ELASTIC: &str = "elastic part";
 
@@ -105,10 +108,34 @@ pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {
     Ok(Point { state, ppv: orbit.peak_to_peak(0), elastic, stable })
 }
 
-/// The motion of a converged sweep: an orbit, or a state on a motion that does not repeat.
+/// A motion that repeats and is stable.
+pub enum Cycle {
+    /// Found by shooting.
+    Orbit(ShootingOrbit),
+    /// A run that returns after so many turns, again and again, where shooting does not converge: an orbit within 1e-6
+    /// of its range from one that grazes.
+    Returns(State, usize),
+}
+
+impl Cycle {
+    pub fn start(&self) -> &State {
+        match self {
+            Cycle::Orbit(orbit) => &orbit.states()[0],
+            Cycle::Returns(state, _) => state,
+        }
+    }
+    pub fn turns(&self) -> usize {
+        match self {
+            Cycle::Orbit(orbit) => orbit.least_period_multiple(),
+            Cycle::Returns(_, turns) => *turns,
+        }
+    }
+}
+
+/// The motion of a converged sweep: one that repeats, or a state on one that does not.
 pub struct Motion {
     pub start: State,
-    pub cycle: Option<ShootingOrbit>,
+    pub cycle: Option<Cycle>,
     pub speed: f64,
 }
 
@@ -116,10 +143,11 @@ pub fn shooting() -> Shooting {
     Shooting::new().tolerance(1e-9).flow_tolerance(1e-13).max_iterations(16)
 }
 
-/// The state after a run of at most so many [`turns`] from `start`, and the stable orbit of up to `TURNS` turns that
-/// shooting finds from there, if there is one. A run that repeats near an unstable orbit has not settled and goes on. A
-/// run that has come near a return without settling is shot for the numbers of turns of its nearest returns.
-pub fn settled(pair: &NfgPair, start: &State) -> Outcome<(State, Option<ShootingOrbit>)> {
+/// The state after a run of at most so many [`turns`] from `start`, and the stable motion of up to `TURNS` turns near
+/// it, if there is one. A run that repeats near an unstable orbit has not settled and goes on. A run that has come near
+/// a return without settling is shot for the numbers of turns of its nearest returns. Where shooting finds no orbit,
+/// returns within `CLOSE` over some more turns decide.
+pub fn settled(pair: &NfgPair, start: &State) -> Outcome<(State, Option<Cycle>)> {
     let settle = Settle::new().tolerance(1e-5).max_periods(turns()[0]).max_period_multiple(TURNS);
     let stable = |state: &State, turns: usize| {
         let cycle = shooting().period_multiple(turns).solve(pair, state).ok();
@@ -129,7 +157,7 @@ pub fn settled(pair: &NfgPair, start: &State) -> Outcome<(State, Option<Shooting
         Ok(steady) => {
             let state = State { t: 0.0, ..steady.state };
             if let Some(cycle) = stable(&state, steady.period_multiple) {
-                return Ok((state, Some(cycle)));
+                return Ok((state, Some(Cycle::Orbit(cycle))));
             }
             solver().end(pair, &state, turns()[0] as f64 * pair.period())?
         }
@@ -137,7 +165,15 @@ pub fn settled(pair: &NfgPair, start: &State) -> Outcome<(State, Option<Shooting
         Err(failed) => return Err(failed.into()),
     };
     state.t = 0.0;
-    let cycle = nearest_returns(pair, &state)?.into_iter().find_map(|turns| stable(&state, turns));
+    if let Some(cycle) = nearest_returns(pair, &state)?.into_iter().find_map(|turns| stable(&state, turns)) {
+        return Ok((state, Some(Cycle::Orbit(cycle))));
+    }
+    let close = Settle::new().tolerance(CLOSE).max_periods(8 * TURNS).max_period_multiple(TURNS);
+    let cycle = match close.run(&solver(), pair, &state) {
+        Ok(steady) => Some(Cycle::Returns(State { t: 0.0, ..steady.state }, steady.period_multiple)),
+        Err(SettleError::Aperiodic { .. }) => None,
+        Err(failed) => return Err(failed.into()),
+    };
     Ok((state, cycle))
 }
 
@@ -158,7 +194,7 @@ fn nearest_returns(pair: &NfgPair, start: &State) -> Outcome<Vec<usize>> {
 /// The motion to which a run from the previous motion settles, polished if it repeats.
 pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Point)> {
     let speed = pair.speed();
-    let motion = |start: State, cycle: Option<ShootingOrbit>| Motion { start, cycle, speed };
+    let motion = |start: State, cycle: Option<Cycle>| Motion { start, cycle, speed };
     let start = match before {
         // The same phase; velocities are proportional to the speed.
         Some(b) => State::new(0.0, &b.start.q, &[b.start.v[0] * speed / b.speed]),
@@ -167,7 +203,7 @@ pub fn converged(pair: &NfgPair, before: Option<&Motion>) -> Outcome<(Motion, Po
     let (state, cycle) = settled(pair, &start)?;
     if let Some(cycle) = cycle {
         let point = on_cycle(pair, &cycle)?;
-        return Ok((motion(cycle.states()[0].clone(), Some(cycle)), point));
+        return Ok((motion(cycle.start().clone(), Some(cycle)), point));
     }
     let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q0", ELASTIC])?);
     let run =
@@ -180,8 +216,18 @@ fn seen(rattle: &Rattle<'_>, statistics: &Statistics<'_>, stable: &'static str) 
     Ok(Point { state: rattle.contacts()[0].rattle_state(), ppv: ppv("q0")?, elastic: ppv(ELASTIC)?, stable })
 }
 
-pub fn on_cycle(pair: &NfgPair, cycle: &ShootingOrbit) -> Outcome<Point> {
+pub fn on_cycle(pair: &NfgPair, cycle: &Cycle) -> Outcome<Point> {
     let (mut rattle, mut statistics) = (Rattle::new(pair), Statistics::new(pair, &["q0", ELASTIC])?);
-    cycle.observe(pair, &mut (&mut rattle, &mut statistics))?;
-    seen(&rattle, &statistics, word(Some(cycle.stability())))
+    let mut both = (&mut rattle, &mut statistics);
+    let stability = match cycle {
+        Cycle::Orbit(orbit) => {
+            orbit.observe(pair, &mut both)?;
+            orbit.stability()
+        }
+        Cycle::Returns(state, turns) => {
+            solver().run(pair, state, state.t + *turns as f64 * pair.period(), &mut both)?;
+            Stability::Stable
+        }
+    };
+    seen(&rattle, &statistics, word(Some(stability)))
 }

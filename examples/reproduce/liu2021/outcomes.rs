@@ -40,13 +40,7 @@ fn motion(pair: &NfgPair, start: &State) -> Outcome<String> {
     let (_, cycle) = settled(pair, start)?;
     let Some(cycle) = cycle else { return Ok("no period".into()) };
     let point = on_cycle(pair, &cycle)?;
-    Ok(format!(
-        "{} {}, {:.3e} / {:.3e}",
-        point.state,
-        turns(cycle.least_period_multiple()),
-        point.ppv,
-        point.elastic
-    ))
+    Ok(format!("{} {}, {:.3e} / {:.3e}", point.state, turns(cycle.turns()), point.ppv, point.elastic))
 }
 
 fn turns(count: usize) -> String {
@@ -120,8 +114,7 @@ fn large_motion(reading: Reading, draws: &HeldProcess) -> Outcome<Vec<String>> {
         let (_, Some(cycle)) = settled(&at, &start(&at, draws, k))? else { continue };
         let point = on_cycle(&at, &cycle)?;
         if is_large(&at, &point) {
-            first =
-                Some((Motion { start: cycle.states()[0].clone(), cycle: Some(cycle), speed: FROM }, point));
+            first = Some((Motion { start: cycle.start().clone(), cycle: Some(cycle), speed: FROM }, point));
             break;
         }
     }

@@ -4,7 +4,8 @@
 use super::super::report::{Kind, Report};
 use super::super::support::{Outcome, coarse};
 use super::motions::{
-    Point, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, solver, turns,
+    Cycle, Point, at_rest, broyden, converged, on_cycle, pair, paper, paper_orbit, paper_point, run, solver,
+    turns,
 };
 use gear_dynamics::contact::Piece;
 use gear_dynamics::models::nfg::NfgReading;
@@ -52,7 +53,11 @@ fn converged_turn(pair: &NfgPair) -> Outcome<(FourierOrbit, Point, String)> {
     };
     let how =
         format!("balance to {:.0e}, first shooting correction {:.0e}", proof.truncation, proof.shooting);
-    Ok((FourierOrbit::project(&solver(), pair, &cycle.states()[0], &many)?, on_cycle(pair, cycle)?, how))
+    Ok((
+        FourierOrbit::project(&solver(), pair, &cycle.states()[0], &many)?,
+        on_cycle(pair, &Cycle::Orbit(cycle.clone()))?,
+        how,
+    ))
 }
 /// State and peak-to-peak values of q and f(q).
 fn show(point: &Point) -> String {
