@@ -13,7 +13,8 @@ use crate::trains::train_error::TrainError;
 /// from the base radii.
 ///
 /// The last mesh of an odd ring is internal, so that it does not reverse the rotation. Build it with the
-/// speed ω/teeth of `gear 1`. Bodies: `motor`, `gear i`, `load i`; meshes: `mesh i`.
+/// speed ω/teeth of `motor`, on which the torque acts that accelerates the ring at a varying speed; another
+/// reference body takes this torque. Bodies: `motor`, `gear i`, `load i`; meshes: `mesh i`.
 ///
 /// # Errors
 /// Parameters that [`Ring::as_printed`](crate::Ring::as_printed) refuses;
@@ -24,7 +25,7 @@ use crate::trains::train_error::TrainError;
 /// use gear_dynamics::{Model, trains::{Warning, ring_parts}};
 /// let params = RingSet::set_a(4, 1000.0).params()?; // its torques accelerate it
 /// let mut parts = ring_parts(&params, 20)?;
-/// let train = parts.accept(Warning::Unbalanced).build("gear 1", params.omega / 20.0)?;
+/// let train = parts.accept(Warning::Unbalanced).build("motor", params.omega / 20.0)?;
 /// assert_eq!((train.dof(), train.contacts()), (9, 4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
