@@ -118,8 +118,8 @@ impl Body {
     }
     /// The same body with a prescribed rotation: it turns exactly along its ideal rotation and has no angle
     /// among the coordinates. For example a shaft that an engine with a flywheel turns, also at a varying
-    /// speed ([`SpeedLaw`](crate::drives::SpeedLaw)). It then drives the train, whichever body is the reference.
-    /// Its inertia has no effect; a torque, a drag or a support has none either and is refused.
+    /// speed ([`SpeedLaw`](crate::drives::SpeedLaw)). It then drives the train, whichever body is the
+    /// reference. Its inertia has no effect; a torque, a drag or a support has none either and is refused.
     pub fn prescribed(self) -> Self {
         Body { locked: true, grounded: false, ..self }
     }

@@ -20,8 +20,8 @@ impl<N: Nonlinearity> Topology<'_, N> {
     /// Warns of values that gears do not have, of bodies without support and of parts apart.
     ///
     /// # Errors
-    /// A [`Warning`] that is not accepted; a torque on a body that is locked; a torque, a drag or a support of one
-    /// whose rotation is prescribed.
+    /// A [`Warning`] that is not accepted; a torque on a body that is locked; a torque, a drag or a support
+    /// of one whose rotation is prescribed.
     pub(crate) fn check(&self) -> Result<(), TrainError> {
         self.usual()?;
         let torques = self.torques.iter().map(|(torque, body)| (&torque.name[..], *body));
