@@ -115,6 +115,37 @@ fn two_doublings_that_only_the_next_point_shows() -> Result<()> {
     Ok(())
 }
 
+/// A complex pair leaves the unit circle 0.06 rad/s behind a period doubling and comes back 0.03 rad/s before a grazing: the
+/// stretch between these two is searched by its middle.
+#[test]
+fn two_tori_between_a_doubling_and_a_grazing() -> Result<()> {
+    let mesh = |teeth: [u32; 2], mean: f64, share: f64| -> Result<MeshPart> {
+        let wave = Wave::new(Fourier::new(mean, &[[share * mean, 0.0]])?);
+        let part = MeshPart::external(teeth, teeth.map(|z| 1e-3 * f64::from(z)), wave);
+        Ok(part.damping(520.623_466_615_433_1).half_backlash(2.049_021_116_642_111_6e-6))
+    };
+    let inertias = [
+        0.001_648_940_256_610_444_7,
+        0.000_860_793_384_309_358_6,
+        0.002_624_928_513_319_037,
+        0.001_406_092_816_347_859_2,
+    ];
+    let meshes = [
+        mesh([20, 40], 322_736_890.101_293_5, 0.075_915_548_577_712_97)?,
+        mesh([20, 30], 104_824_585.552_739_2, 0.259_068_569_271_097_8)?,
+    ];
+    let mut parts = two_stage(inertias, ShaftPart::new(113_243.816_746_330_86).damping(1.0), meshes);
+    let torque = 18.978_539_119_476_952;
+    parts.torque("drive", "pinion 1", torque).torque("load", "wheel 2", -3.0 * torque);
+    let speed = 510.086_365_406_851_3;
+    let train = parts.coordinates(Coordinates::Relative).build("pinion 1", speed)?;
+    let [long, short] = located_by_both(&train, speed, PointKind::NeimarkSacker)?;
+    let near = |at: f64| long.iter().any(|x| (x / at - 1.0).abs() < 1e-8);
+    assert!([984.991_876_03, 985.173_899_70].into_iter().all(near), "{long:?} {short:?}");
+    assert_eq!(long.len(), short.len(), "{long:?} {short:?}");
+    Ok(())
+}
+
 /// At a crossing the branch turns back within a step. The note tells how far it reaches.
 #[test]
 fn a_note_reaches_as_far_as_the_branch() -> Result<()> {

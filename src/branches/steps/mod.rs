@@ -1,5 +1,6 @@
 //! Steps along a curve, and the search within a step of a branch.
 
+mod beside;
 pub(crate) mod between;
 pub(crate) mod grazings;
 pub(crate) mod node;

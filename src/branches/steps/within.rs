@@ -15,7 +15,7 @@ use crate::periodic::Multipliers;
 /// The search within one step.
 pub(crate) struct Within<'w, 'p, C: OrbitMethod> {
     engine: &'w mut Engine<C>,
-    between: &'w Between<'p, C::Solution>,
+    pub(super) between: &'w Between<'p, C::Solution>,
     /// The bifurcations that are found, at their distances from the start of the step.
     pub(crate) found: Vec<(f64, CurvePoint<C::Solution>, Change)>,
     /// What was not explained or located.
@@ -27,16 +27,19 @@ pub(crate) struct Within<'w, 'p, C: OrbitMethod> {
 const PARTS_BESIDE: usize = 2;
 
 /// How often a part is divided to separate bifurcations.
-const MAX_DIVISIONS: usize = 10;
+pub(super) const MAX_DIVISIONS: usize = 10;
 
 /// Distance from a located point at which the stretch beside it begins, as a share of the step `[1]`. It is
 /// above the accuracy of a crossing of branches, at which the equations are singular.
-const ASIDE: f64 = 1e-3;
+pub(super) const ASIDE: f64 = 1e-3;
 
 /// A fold is the crossing of branches beside it if their parameters differ by less than this share `[1]`.
 /// Rounding leaves the parameter open by some 1e-10 there. The place along the branch is open by the square
 /// root of that.
 const SAME: f64 = 1e-9;
+
+/// Distance of two bifurcations of one kind that are one point, as a share of the step `[1]`.
+const SAME_PLACE: f64 = 1e-6;
 
 /// A multiplier this close to the unit circle at the end of a step may have passed it twice within the step
 /// `[1]`.
@@ -44,6 +47,12 @@ const NEAR_CIRCLE: f64 = 0.2;
 
 /// Largest first correction of the interpolated middle of a step on one branch, as a share of the step `[1]`.
 const STRAIGHT: f64 = 0.05;
+
+/// Whether a multiplier at a place lies near the unit circle.
+pub(super) fn is_near_circle<S>(place: &Place<S>) -> bool {
+    let near = |m: &Multipliers| m.values().iter().any(|m| (m.norm() - 1.0).abs() < NEAR_CIRCLE);
+    place.multipliers.as_ref().is_some_and(near)
+}
 
 /// What the search for a zero of a test found.
 enum Zero {
@@ -60,7 +69,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         Within { engine, between, found: Vec::new(), unexplained: Vec::new() }
     }
 
-    fn at(&mut self, sigma: f64) -> Result<Place<C::Solution>, CurveError> {
+    pub(super) fn at(&mut self, sigma: f64) -> Result<Place<C::Solution>, CurveError> {
         let point = self.engine.point_at(self.between, sigma)?;
         let multipliers = self.engine.curve.multipliers(&point);
         Ok(Place { sigma, point, multipliers, grazes: false })
@@ -150,7 +159,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
 
     /// Locates the bifurcations between two places, each in an interval of its own. The stretches on both
     /// sides of a located point are searched again. `left`: how often a part may still be divided.
-    fn separate(
+    pub(super) fn separate(
         &mut self,
         a: &Place<C::Solution>,
         b: &Place<C::Solution>,
@@ -220,34 +229,6 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         self.separate(&middle, b, left - 1)
     }
 
-    /// Searches the stretches between the points that are located at the distances `at`.
-    fn search_beside(
-        &mut self,
-        mut at: Vec<f64>,
-        a: &Place<C::Solution>,
-        b: &Place<C::Solution>,
-        left: usize,
-    ) -> Result<(), CurveError> {
-        at.sort_by(f64::total_cmp);
-        let aside = ASIDE * self.between.length();
-        let mut from = None;
-        for sigma in at {
-            let start = from.as_ref().unwrap_or(a);
-            if sigma - start.sigma > 2.0 * aside {
-                let before = self.at(sigma - aside)?;
-                self.separate(start, &before, left - 1)?;
-            }
-            if b.sigma - sigma < 2.0 * aside {
-                return Ok(());
-            }
-            from = Some(self.at(sigma + aside)?);
-        }
-        match from {
-            Some(from) => self.separate(&from, b, left - 1),
-            None => Ok(()),
-        }
-    }
-
     /// Locates a point at which several real multipliers pass -1 or 1 together, as those of equal members do.
     /// Returns whether there is one.
     fn locate_together(
@@ -291,7 +272,14 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                     return Ok(Zero::Saddle);
                 }
                 let sigma = self.engine.distance(self.between.start(), &point);
-                self.found.push((sigma, point, change));
+                // Two searches of one part may find one point.
+                let same = |(at, _, other): &(f64, _, Change)| {
+                    *other == change && (at - sigma).abs() < SAME_PLACE * self.between.length()
+                };
+                let twice = matches!(change, Change::NeimarkSacker | Change::PeriodDoubling);
+                if !(twice && self.found.iter().any(same)) {
+                    self.found.push((sigma, point, change));
+                }
                 Ok(Zero::Point(sigma, turns))
             }
             _ => Ok(Zero::Nothing),
@@ -316,8 +304,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         a: &Place<C::Solution>,
         b: &Place<C::Solution>,
     ) -> Result<(), CurveError> {
-        let near = |m: &Multipliers| m.values().iter().any(|m| (m.norm() - 1.0).abs() < NEAR_CIRCLE);
-        if !b.multipliers.as_ref().is_some_and(near) {
+        if !is_near_circle(b) {
             return Ok(());
         }
         let turned = self.turned(a, b, known)?;
@@ -326,7 +313,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
 
     /// Searches for a test that changes its sign twice. `turned`: a guess of its least value, if it has one
     /// inside.
-    fn search_dip(
+    pub(super) fn search_dip(
         &mut self,
         change: Change,
         turned: Option<f64>,

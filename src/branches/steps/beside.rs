@@ -1,0 +1,72 @@
+//! The stretches beside located bifurcations of a step.
+
+use crate::branches::curve::equations::CurveError;
+use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::points::change::Change;
+use crate::branches::steps::place::{Place, value};
+use crate::branches::steps::within::{ASIDE, MAX_DIVISIONS, Within, is_near_circle};
+use crate::numeric::search::parabola::may_dip;
+
+impl<C: OrbitMethod> Within<'_, '_, C> {
+    /// Searches the stretches between the points that are located at the distances `at`.
+    pub(super) fn search_beside(
+        &mut self,
+        mut at: Vec<f64>,
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+        left: usize,
+    ) -> Result<(), CurveError> {
+        at.sort_by(f64::total_cmp);
+        let aside = ASIDE * self.between.length();
+        let mut from = None;
+        for sigma in at {
+            let start = from.as_ref().unwrap_or(a);
+            if sigma - start.sigma > 2.0 * aside {
+                let before = self.at(sigma - aside)?;
+                self.search_stretch(start, &before, left - 1)?;
+            }
+            if b.sigma - sigma < 2.0 * aside {
+                return Ok(());
+            }
+            from = Some(self.at(sigma + aside)?);
+        }
+        match from {
+            Some(from) => self.search_stretch(&from, b, left - 1),
+            None => Ok(()),
+        }
+    }
+
+    /// Searches a stretch by the signs at its ends and, if these show nothing, by its middle: where
+    /// multipliers at both ends lie near the unit circle, two may pass it and come back.
+    fn search_stretch(
+        &mut self,
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+        left: usize,
+    ) -> Result<(), CurveError> {
+        let found = self.found.len();
+        self.separate(a, b, left)?;
+        if self.found.len() > found || !(is_near_circle(a) && is_near_circle(b)) {
+            return Ok(());
+        }
+        let middle = self.at(0.5 * (a.sigma + b.sigma))?;
+        for change in [Change::NeimarkSacker, Change::PeriodDoubling] {
+            let [Some(from), Some(inside), Some(to)] = [a, &middle, b].map(|place| value(change, place))
+            else {
+                continue;
+            };
+            if from * to > 0.0 && from * inside < 0.0 {
+                self.separate(a, &middle, MAX_DIVISIONS)?;
+                return self.separate(&middle, b, MAX_DIVISIONS);
+            }
+            for (values, [start, end]) in
+                [([to, inside, from], [a, &middle]), ([from, inside, to], [&middle, b])]
+            {
+                if may_dip(values, [1.0; 2]) {
+                    self.search_dip(change, None, start, end)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
