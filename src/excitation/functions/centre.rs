@@ -77,18 +77,20 @@ impl InstantCentre {
         self.curve(CurveKind::Rotation)
     }
     /// The Fourier series of [`rotation`](InstantCentre::rotation): 1 + 2 Σ_{n=1}^{order} (-ε)^n cos n x.
-    /// Order 2 gives Liu 2021, Eq. (22).
+    /// Order 2 gives Liu 2021, Eq. (22). Orders with ε^n < 1e-60 are left out: they change no digit, nor do
+    /// their derivatives.
     ///
     /// # Errors
     /// An order above 10 000, because every evaluation sums all orders.
     pub fn rotation_series(self, order: usize) -> Result<CentreCurve, ParameterError> {
-        Ok(self.curve(CurveKind::Series(check::count(
-            "order of the forcing series",
-            &[order],
-            check::ORDERS,
-        )?)))
+        let order = check::count("order of the forcing series", &[order], check::ORDERS)?;
+        let seen = (libm::log(NEGLIGIBLE) / libm::log(self.eccentric.abs())).ceil();
+        Ok(self.curve(CurveKind::Series(order.min(seen as usize))))
     }
 }
+
+/// Size of an order of the forcing series that changes no digit `[1]`.
+const NEGLIGIBLE: f64 = 1e-60;
 
 /// One curve of an [`InstantCentre`].
 ///
