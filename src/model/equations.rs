@@ -210,8 +210,8 @@ pub(crate) fn each_row(drives: usize, times: &[f64], u: &mut [f64], mut write: i
 /// trait.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` has no period",
-    note = "implement `Periodic` for a model whose drives repeat; a model with held processes has no period: \
-            use the model without them, or integrate in time"
+    note = "implement `Periodic` for a model whose drives repeat; a model with held processes or with a speed law \
+            (`VaryingSpeed`) has no period: use the model without them, or integrate in time"
 )]
 pub trait Periodic: Model {
     /// Period of the drives, in the time unit of the model.
