@@ -111,7 +111,7 @@ pub fn paper_point(pair: &NfgPair, orbit: &FourierOrbit) -> Outcome<Point> {
 /// A motion that repeats and is stable.
 pub enum Cycle {
     /// Found by shooting.
-    Orbit(ShootingOrbit),
+    Orbit(Box<ShootingOrbit>),
     /// A run that returns after so many turns, again and again, where shooting does not converge: an orbit within 1e-6
     /// of its range from one that grazes.
     Returns(State, usize),
@@ -157,7 +157,7 @@ pub fn settled(pair: &NfgPair, start: &State) -> Outcome<(State, Option<Cycle>)>
         Ok(steady) => {
             let state = State { t: 0.0, ..steady.state };
             if let Some(cycle) = stable(&state, steady.period_multiple) {
-                return Ok((state, Some(Cycle::Orbit(cycle))));
+                return Ok((state, Some(Cycle::Orbit(Box::new(cycle)))));
             }
             solver().end(pair, &state, turns()[0] as f64 * pair.period())?
         }
@@ -166,7 +166,7 @@ pub fn settled(pair: &NfgPair, start: &State) -> Outcome<(State, Option<Cycle>)>
     };
     state.t = 0.0;
     if let Some(cycle) = nearest_returns(pair, &state)?.into_iter().find_map(|turns| stable(&state, turns)) {
-        return Ok((state, Some(Cycle::Orbit(cycle))));
+        return Ok((state, Some(Cycle::Orbit(Box::new(cycle)))));
     }
     let close = Settle::new().tolerance(CLOSE).max_periods(8 * TURNS).max_period_multiple(TURNS);
     let cycle = match close.run(&solver(), pair, &state) {

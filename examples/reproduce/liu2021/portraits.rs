@@ -55,7 +55,7 @@ fn converged_turn(pair: &NfgPair) -> Outcome<(FourierOrbit, Point, String)> {
         format!("balance to {:.0e}, first shooting correction {:.0e}", proof.truncation, proof.shooting);
     Ok((
         FourierOrbit::project(&solver(), pair, &cycle.states()[0], &many)?,
-        on_cycle(pair, &Cycle::Orbit(cycle.clone()))?,
+        on_cycle(pair, &Cycle::Orbit(Box::new(cycle.clone())))?,
         how,
     ))
 }
