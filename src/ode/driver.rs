@@ -161,7 +161,10 @@ impl<'m, V: Vector> Run<'m, V> {
         if !atol.is_empty() {
             e.ends.atol.slice_mut().copy_from_slice(&atol);
         }
-        let passage = Passage::begin(&mut e.ends, t_end, LOCATE)?;
+        let mut passage = Passage::begin(&mut e.ends, t_end, LOCATE)?;
+        if LOCATE {
+            passage.sliding.prepare(&e.ends);
+        }
         e.on_fixed_pieces = LOCATE && model.offers().pieces;
         e.derivative_at_start();
         if let Some(component) = e.k[0].slice().iter().position(|x| !x.is_finite()) {

@@ -25,7 +25,7 @@ const NEUTRAL: f64 = 1e-6;
 /// Change of the velocities that shows whether a deflection depends on them, as a share of 1 + |v| `[1]`.
 const SHAKE: f64 = 1e-3;
 
-/// The check of crossings. Its lists are empty before the first crossing.
+/// The check of crossings. Its lists are empty until it is prepared.
 #[derive(Default)]
 pub(crate) struct Sliding {
     /// Whether the deflection of each contact depends on velocities; `None`: not known.
@@ -48,7 +48,16 @@ impl Sliding {
         self.by_velocities.extend(by_velocities.iter().map(|by| if *by { None } else { Some(false) }));
     }
 
-    /// Makes the lists as long as a model needs them.
+    /// Makes the lists as long as a model needs them, unless it is known that none is needed. Steps then do
+    /// not allocate.
+    pub(crate) fn prepare<V: Vector>(&mut self, e: &Ends<'_, V>) {
+        let known = |by: &Option<bool>| *by == Some(false);
+        let all = !self.by_velocities.is_empty() && self.by_velocities.iter().all(known);
+        if !all && !e.contacts.is_empty() {
+            self.make_room(e);
+        }
+    }
+
     fn make_room<V: Vector>(&mut self, e: &Ends<'_, V>) {
         let (contacts, n) = (e.contacts.len(), e.model.dof());
         self.by_velocities.resize(contacts, None);

@@ -199,6 +199,7 @@ impl<'r> TaylorRun<'r> {
         let (degree, atol) = settings.check(n)?;
         let mut course = Course::begin(model, start, t_end)?;
         course.passage.sliding.know(&prepared.by_velocities);
+        course.passage.sliding.prepare(&course.e);
         prepared.c.set_pieces(&course.e.pieces);
         let expanded = expanded(model)?;
         expanded.drive_series(start.t, degree + 1, &mut prepared.series);

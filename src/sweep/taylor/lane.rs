@@ -40,7 +40,8 @@ impl<'m> Lane<'m> {
     /// Those of [`Course::begin`].
     pub(super) fn new(motion: &Motion<'m>) -> Result<Self, IntegrateError> {
         let &Motion { model, expanded, speed, ref start, until } = motion;
-        let course = Course::begin(model, start, until)?;
+        let mut course = Course::begin(model, start, until)?;
+        course.passage.sliding.prepare(&course.e);
         Ok(Lane {
             expanded,
             speed,
