@@ -83,9 +83,9 @@ const CONFIRMED: usize = 128;
 ///
 /// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
 /// the gap if both flanks pull. The load may be shared by contacts for which this search does not end. The
-/// bodies then move from their position on all upper flanks with the velocity q' = a, the acceleration or
-/// its mean over the period at rest in q, until they rest. Implicit Euler steps follow this motion; the steps
-/// grow while they converge. The potential energy falls in the motion if no stiffness is negative.
+/// bodies then move from their position on all upper flanks until they rest. Their velocity is q' = a(q), the
+/// mean acceleration of bodies that rest in q. Implicit Euler steps follow this motion. The steps grow while
+/// Newton's method converges. The potential energy falls in the motion if no stiffness is negative.
 ///
 /// If no pieces carry the mean load for the whole period, as with a lever that varies over the period, the
 /// state is that at t = 0 and says so ([`StaticState::instant`]).

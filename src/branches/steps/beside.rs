@@ -36,8 +36,9 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
         }
     }
 
-    /// Searches a stretch by the signs at its ends and, if these show nothing, by its middle: where
-    /// multipliers at both ends lie near the unit circle, two may pass it and come back.
+    /// Searches a stretch. The signs of the tests at its ends are compared first. If they show no bifurcation
+    /// and multipliers at both ends lie near the unit circle, the orbit in the middle is computed: two
+    /// multipliers may have left the circle and come back.
     fn search_stretch(
         &mut self,
         a: &Place<C::Solution>,

@@ -38,7 +38,8 @@ pub(super) const ASIDE: f64 = 1e-3;
 /// root of that.
 const SAME: f64 = 1e-9;
 
-/// Distance of two bifurcations of one kind that are one point, as a share of the step `[1]`.
+/// Two located bifurcations of one kind count as the same point if they are closer than this share of the
+/// step `[1]`.
 const SAME_PLACE: f64 = 1e-6;
 
 /// A multiplier this close to the unit circle at the end of a step may have passed it twice within the step

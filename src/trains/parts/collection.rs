@@ -166,8 +166,8 @@ impl<N> Parts<N> {
     }
     /// States all displacements x and y in the frame that rotates with a carrier at Ω: gyroscopic and
     /// centripetal terms, and those of Ω' at a varying speed. The planets have their centrifugal forces m r
-    /// Ω² and the preloads of their bearings that carry these forces; the preloads of a set whose planets do
-    /// not balance each other act without the displacement of the carrier. Default: all these terms are
+    /// Ω² and the preloads of their bearings that carry these forces. The preloads neglect the displacement
+    /// of the carrier, which matters if the planets do not balance each other. Default: all these terms are
     /// neglected, as in Lin and Parker 1999 at carrier speed 0.
     pub fn rotating_with(&mut self, carrier: &str) -> &mut Self {
         self.rotating = Some(RotatingFrame { carrier: carrier.into(), preloaded: true });
