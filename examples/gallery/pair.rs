@@ -37,7 +37,7 @@ pub fn bench_pair(speed: f64) -> Outcome<Train> {
 
 /// The same with another contact law.
 pub fn with_law<N: Nonlinearity + Clone>(law: N, speed: f64) -> Outcome<Train<N>> {
-    Ok(unloaded()?.drive_torque(300.0).parts_with_law(law)?.build("driver", speed)?)
+    Ok(unloaded()?.drive_torque(300.0).parts_with_law(law)?.build_with_laws("driver", speed)?)
 }
 
 /// The same in inertial coordinates, where a torque can be random.

@@ -318,12 +318,9 @@ pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
         if case.hostile() { case.list(meshes.len(), 500.0) } else { vec![case.number(500.0); meshes.len()] };
     let RingParams { motor, gears, omega, teeth, .. } = params;
     let params = RingParams { motor, gears, meshes, mesh_damping, omega, teeth };
-    let ring = if params.gears.len() % 2 == 1 || case.chance(0.3) {
-        Ring::as_printed(&params)?
-    } else {
-        Ring::new(&params)?
-    };
-    Ok(ring.with_frame(case.pick(&[Frame::Inertial, Frame::Rigid])))
+    let printed = params.gears.len() % 2 == 1 || case.chance(0.3);
+    let frame = case.pick(&[Frame::Inertial, Frame::Rigid]);
+    Ok(if printed { Ring::as_printed_with_laws(&params, frame)? } else { Ring::with_laws(&params, frame)? })
 }
 
 /// A state near another one, or one of the wrong size.

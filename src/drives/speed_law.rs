@@ -4,6 +4,7 @@ use crate::drives::wrapped::{DriveRule, Wrapped};
 use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::excitation::earliest::earlier;
+use crate::model::shapes::compiled::Code;
 use crate::model::{Machine, Shape};
 use crate::numeric::search::bracket::{Bracket, rounding};
 use crate::scalar::Scalar;
@@ -301,11 +302,11 @@ fn aside([angle, turned]: [f64; 2]) -> [f64; 2] {
 }
 
 /// The angle φ of [φ, φ' t], or the angle aside if edges lie on it.
-fn beside_edges<G: Shape>(model: &Machine<G>, place: [f64; 2], side: Side) -> f64 {
+fn beside_edges(model: &dyn Code, place: [f64; 2], side: Side) -> f64 {
     let ([angle, _], [behind, ahead]) = (place, aside(place));
-    let first = model.shape().next_edge(behind);
+    let first = model.edge_after(behind);
     match side {
-        _ if first.is_none() || first == model.shape().next_edge(ahead) => angle,
+        _ if first.is_none() || first == model.edge_after(ahead) => angle,
         Side::Before => behind,
         Side::After => ahead,
     }
@@ -314,8 +315,8 @@ fn beside_edges<G: Shape>(model: &Machine<G>, place: [f64; 2], side: Side) -> f6
 impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
     fn drive(&self, model: &Machine<G>, t: f64, side: Side, u: &mut [f64]) {
         let speed = self.speed(t);
-        let angle = beside_edges(model, [self.angle(t), speed * t], side);
-        model.drive_at(angle, side, speed, self.acceleration(t, side), u);
+        let angle = beside_edges(&**model, [self.angle(t), speed * t], side);
+        model.drives_at(angle, side, [speed, self.acceleration(t, side)], u);
     }
     fn changes(&self, model: &Machine<G>, drive: usize) -> bool {
         let waves = model.size().waves;
@@ -323,9 +324,9 @@ impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
     }
     fn series(&self, model: &Machine<G>, t: f64, coefficients: usize, u: &mut [Series]) {
         let [angle, speed, acceleration] = self.expanded(Series::variable(t, 1.0, coefficients));
-        let moved = beside_edges(model, [angle.at(0.0), speed.at(0.0) * t], Side::After);
-        model.drive_at(angle.moved_to(moved), Side::After, speed, acceleration, u);
+        let moved = beside_edges(&**model, [angle.at(0.0), speed.at(0.0) * t], Side::After);
         let ahead = (moved - angle.at(0.0)) / speed.at(0.0);
+        model.drive_series_at([angle.moved_to(moved), speed, acceleration], u);
         if ahead != 0.0 {
             // Beside an edge the waves are those of a slightly later instant.
             u[..model.size().waves].iter_mut().for_each(|wave| *wave = wave.later(-ahead));
@@ -333,10 +334,10 @@ impl<G: Shape> DriveRule<Machine<G>> for LawOfBody {
     }
     fn next_edge(&self, model: &Machine<G>, t: f64) -> Option<f64> {
         let [_, ahead] = aside([self.angle(t), self.speed(t) * t]);
-        let edge = model.shape().next_edge(ahead).map(|edge| self.time(edge));
+        let edge = model.edge_after(ahead).map(|edge| self.time(edge));
         earlier(edge, self.next_corner(t))
     }
     fn next_knot(&self, model: &Machine<G>, t: f64) -> Option<f64> {
-        Some(self.time(model.shape().next_knot(self.angle(t))?))
+        Some(self.time(model.knot_after(self.angle(t))?))
     }
 }

@@ -163,6 +163,12 @@ pub trait Model {
         }
         a[0]
     }
+    /// The model itself. A pointer to a model passes the call on, so that loops that are given a pointer to a
+    /// pointer call the model at once. Default: `None`.
+    #[doc(hidden)]
+    fn itself(&self) -> Option<&dyn Model> {
+        None
+    }
     /// Writes ∂a/∂q and ∂a/∂v to `out`, which contains zeros or an earlier Jacobian of the model. It is
     /// called if [`Offers::jacobian`] declares it. `pieces`: evaluation by deflection for `None`; otherwise
     /// with every contact on a given piece, for a model that also offers `pieces`. Default: NaN.

@@ -63,6 +63,9 @@ impl<P: Pointer<Target: Model>> Model for P {
     fn accel_of_one(&self, pieces: Option<&[Piece]>, u: &[f64], q: f64, v: f64) -> f64 {
         (**self).accel_of_one(pieces, u, q, v)
     }
+    fn itself(&self) -> Option<&dyn Model> {
+        (**self).itself()
+    }
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
         (**self).jacobian(pieces, u, q, v, out);
     }

@@ -22,7 +22,8 @@ use std::marker::PhantomData;
 /// Models with one and with two degrees of freedom are compiled for their size. Runs that do not locate edges
 /// are compiled without that code. Model and observer are trait objects: these loops are compiled once.
 pub(crate) fn drive<T: Tableau>(task: Task<'_>) -> Result<Finish, IntegrateError> {
-    let (model, locate) = (task.model, task.limits.locate);
+    let model = task.model.itself().unwrap_or(task.model);
+    let (task, locate) = (Task { model, ..task }, task.limits.locate);
     if !locate {
         model.offers().refuse_stops(|contact| IntegrateError::StopNotLocated { contact })?;
     }

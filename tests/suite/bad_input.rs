@@ -445,7 +445,8 @@ fn ring_of_backlash(a: f64) -> Ring<VaryingBacklash> {
     let mesh =
         Mesh::new(Wave::constant(2e8).unwrap(), Wave::constant(0.0).unwrap(), VaryingBacklash::new(width));
     let RingParams { motor, gears, mesh_damping, omega, teeth, .. } = set().params().unwrap();
-    Ring::new(&RingParams { meshes: vec![mesh; 4], motor, gears, mesh_damping, omega, teeth }).unwrap()
+    let params = RingParams { meshes: vec![mesh; 4], motor, gears, mesh_damping, omega, teeth };
+    Ring::with_laws(&params, Frame::Inertial).unwrap()
 }
 
 #[test]

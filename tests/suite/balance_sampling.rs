@@ -324,14 +324,9 @@ fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
     let set = RingSet::set_a(4, 12_000.0).params()?;
     let mesh = Mesh::new(Wave::constant(1e10)?, Wave::new(Fourier::new(0.0, &[[1e-6, 0.0]])?), Hertz);
     let meshes = vec![mesh; 4];
-    let ring = Ring::new(&RingParams {
-        motor: set.motor,
-        gears: set.gears,
-        meshes,
-        mesh_damping: vec![100.0; 4],
-        omega: set.omega,
-        teeth: set.teeth,
-    })?;
+    let (motor, gears, omega, teeth) = (set.motor, set.gears, set.omega, set.teeth);
+    let params = RingParams { motor, gears, meshes, mesh_damping: vec![100.0; 4], omega, teeth };
+    let ring = Ring::with_laws(&params, Frame::Inertial)?;
     let start = State::at_rest(ring.dof());
     Variation::new().run(&ring, &start, 0.1 * ring.period())?;
     let mut jacobian = Jacobian::new(ring.dof());

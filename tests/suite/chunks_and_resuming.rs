@@ -9,14 +9,14 @@ use std::time::{Duration, Instant};
 
 /// q'' = pull cos φ - w² q - 0.1 q', period 2 in most tests, with one drive edge of height zero in each
 /// period. It counts the evaluations and may cancel the sweep.
-struct Swing<'c> {
+struct Swing {
     /// Place of the drive edge as a share of the period.
     edge: f64,
-    count: Option<&'c Count>,
+    count: Option<Arc<Count>>,
 }
 
 /// A shape that counts equals no other shape.
-impl PartialEq for Swing<'_> {
+impl PartialEq for Swing {
     fn eq(&self, other: &Self) -> bool {
         self.edge == other.edge && self.count.is_none() && other.count.is_none()
     }
@@ -31,14 +31,14 @@ struct Count {
     stop: Arc<AtomicBool>,
 }
 
-impl<'c> Swing<'c> {
-    fn made(edge: f64, count: Option<&'c Count>, pull: f64, frequency: f64, period: f64) -> Made<'c> {
+impl Swing {
+    fn made(edge: f64, count: Option<&Arc<Count>>, pull: f64, frequency: f64, period: f64) -> Made {
         Machine::of_constants(
-            Swing { edge, count },
+            Swing { edge, count: count.cloned() },
             &[("speed", TAU / period), ("pull", pull), ("frequency", frequency)],
         )
     }
-    fn with_edge(edge: f64, frequency: f64) -> Made<'c> {
+    fn with_edge(edge: f64, frequency: f64) -> Made {
         Swing::made(edge, None, 1.0, frequency, 2.0)
     }
 }
@@ -60,7 +60,7 @@ impl Count {
     }
 }
 
-impl Shape for Swing<'_> {
+impl Shape for Swing {
     fn size(&self) -> Size {
         Size { dof: 1, waves: 1, constants: 3, ..Size::default() }
     }
@@ -68,14 +68,14 @@ impl Shape for Swing<'_> {
         ["speed", "pull", "frequency"].map(|name| Channel::new(name, "1")).into()
     }
     fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
-        if let Some(count) = self.count {
+        if let Some(count) = &self.count {
             count.one(1);
         }
         let ([wave], [pull, frequency]) = (u.waves(), u.constants());
         a[0] = wave * pull - frequency * frequency * q[0] - v[0] * 0.1;
     }
     fn waves<A: Angle>(&self, angle: A, _: Side, u: &mut [A::Number]) {
-        if let Some(count) = self.count {
+        if let Some(count) = &self.count {
             count.one(0);
         }
         u[0] = angle.number().cos();
@@ -89,9 +89,9 @@ impl Shape for Swing<'_> {
     }
 }
 
-type Made<'c> = Result<Machine<Swing<'c>>, ParameterError>;
+type Made = Result<Machine<Swing>, ParameterError>;
 
-fn swing(p: &Point<'_>) -> Made<'static> {
+fn swing(p: &Point<'_>) -> Made {
     Swing::with_edge(0.5, p["w"])
 }
 fn rest<M>(_: &Point<'_>, _: &M) -> Result<State, ParameterError> {
@@ -146,11 +146,11 @@ fn chunks_check_the_points_that_the_whole_checks() {
 /// begins at its own start; past a point without a model it begins at the last state.
 #[test]
 fn a_line_goes_on_after_a_point_that_fails() {
-    fn run<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(
+    fn run<E: SweepEngine<Machine<Swing>>>(
         points: Points,
         warm_start: WarmStart,
         engine: &E,
-        family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
+        family: impl Fn(&Point<'_>) -> Made + Sync,
     ) -> Rows {
         Sweep::new(points)
             .settle(2)
@@ -163,9 +163,9 @@ fn a_line_goes_on_after_a_point_that_fails() {
             .run()
             .unwrap()
     }
-    fn check<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(
+    fn check<E: SweepEngine<Machine<Swing>>>(
         engine: &E,
-        family: impl Fn(&Point<'_>) -> Made<'static> + Sync,
+        family: impl Fn(&Point<'_>) -> Made + Sync,
         bad: usize,
         warm_start: WarmStart,
         anew: bool,
@@ -275,8 +275,7 @@ fn a_check_counts_only_beside_its_row() {
     // RK4 is stable up to w h = 2.83. At w = 40 a step of 1/8 is too long; a quarter of it is not.
     let points = Points::from(Axis::of_values("w", &[1.0, 1.1, 40.0, 1.2]).unwrap());
     let sweep = Sweep::new(points).settle(60).measure(1).channels(&["q0"]).check_every(2);
-    let kicked =
-        |_: &Point<'_>, _: &Machine<Swing<'_>>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
+    let kicked = |_: &Point<'_>, _: &Machine<Swing>| Ok::<_, ParameterError>(State::new(0.0, &[1.0], &[0.0]));
     let rows = sweep.of(&LaneRk4::new(16).lanes::<4>(), swing).start(kicked).run().unwrap();
     assert!(matches!(rows.get(2), Err(PointError::Diverged { .. })));
     let [first, next, last] = [0, 1, 3].map(|i| rows.get(i).unwrap());
@@ -296,7 +295,7 @@ fn a_check_counts_only_beside_its_row() {
 fn a_check_that_fails_is_told() {
     // The edge lies on a whole step of a table of 16 steps within the tolerance of 1e-6, but not of one of
     // 64.
-    let family = |p: &Point<'_>| -> Made<'static> {
+    let family = |p: &Point<'_>| -> Made {
         Swing::with_edge(0.5 + if p.index() == 2 { 6e-7 / 16.0 } else { 0.0 }, p["w"])
     };
     let sweep = along(5).settle(100).check_every(2);
@@ -389,30 +388,25 @@ fn rows_of_another_sweep_are_refused() {
 /// The progress counts the points of the chunk with their checks, also the points without a model.
 #[test]
 fn progress_ends_at_the_end() {
-    let seen =
-        |sweep: &Sweep,
-         i: usize,
-         n: usize,
-         family: &(dyn Fn(&Point<'_>) -> Result<Machine<Swing<'static>>, &'static str> + Sync)| {
-            let (last, calls) = (AtomicUsize::new(0), AtomicUsize::new(0));
-            let totals = std::sync::Mutex::new(std::collections::BTreeSet::new());
-            let progress = |done: usize, total: usize| {
-                calls.fetch_add(1, Relaxed);
-                last.fetch_max(done, Relaxed);
-                totals.lock().unwrap().insert(total);
-            };
-            sweep
-                .of(&LaneRk4::new(16).lanes::<4>(), family)
-                .start(rest)
-                .watch(Watch::new().progress(progress))
-                .chunk(i, n)
-                .unwrap();
-            (
-                last.into_inner(),
-                calls.into_inner(),
-                totals.into_inner().unwrap().into_iter().collect::<Vec<_>>(),
-            )
+    let seen = |sweep: &Sweep,
+                i: usize,
+                n: usize,
+                family: &(dyn Fn(&Point<'_>) -> Result<Machine<Swing>, &'static str> + Sync)| {
+        let (last, calls) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let totals = std::sync::Mutex::new(std::collections::BTreeSet::new());
+        let progress = |done: usize, total: usize| {
+            calls.fetch_add(1, Relaxed);
+            last.fetch_max(done, Relaxed);
+            totals.lock().unwrap().insert(total);
         };
+        sweep
+            .of(&LaneRk4::new(16).lanes::<4>(), family)
+            .start(rest)
+            .watch(Watch::new().progress(progress))
+            .chunk(i, n)
+            .unwrap();
+        (last.into_inner(), calls.into_inner(), totals.into_inner().unwrap().into_iter().collect::<Vec<_>>())
+    };
     let swing = |p: &Point<'_>| swing(p).map_err(|_| "no swing");
     assert_eq!(seen(&along(100), 0, 4, &swing), (25, 25, vec![25]));
     assert_eq!(seen(&along(100).check_every(1), 1, 4, &swing), (50, 50, vec![50]));
@@ -434,7 +428,7 @@ fn a_family_without_a_model_is_left_when_cancelled() {
     let (asked, stop) = (AtomicUsize::new(0), Arc::new(AtomicBool::new(false)));
     let never = |_: &Point<'_>| {
         stop.store(asked.fetch_add(1, Relaxed) + 1 == 10, Relaxed);
-        Err::<Machine<Swing<'_>>, _>("never")
+        Err::<Machine<Swing>, _>("never")
     };
     let rows = along(1000)
         .of(&LaneRk4::new(16).lanes::<4>(), never)
@@ -482,8 +476,8 @@ fn two_threads_may_show_rows_at_once() {
 /// ns for each of 16 lanes this is 0.1 ms.
 #[test]
 fn a_cancel_is_seen_within_64_steps() {
-    fn asked<E: for<'c> SweepEngine<Machine<Swing<'c>>>>(engine: &E, last: [usize; 2]) -> [usize; 2] {
-        let count = Count::new(last);
+    fn asked<E: SweepEngine<Machine<Swing>>>(engine: &E, last: [usize; 2]) -> [usize; 2] {
+        let count = Arc::new(Count::new(last));
         // Evaluations by the constructor of the model do not count.
         let family = |p: &Point<'_>| {
             let made = Swing::made(0.5, Some(&count), 1.0, p["w"], 2.0);
@@ -497,7 +491,7 @@ fn a_cancel_is_seen_within_64_steps() {
             })
             .unwrap();
         assert_eq!((rows.iter().count(), rows.errors().len()), (0, 0));
-        [count.drives.into_inner(), count.accelerations.into_inner()]
+        [count.drives.load(Relaxed), count.accelerations.load(Relaxed)]
     }
     for last in [[100, 0], [5000, 0]] {
         for [drives, accelerations] in
@@ -534,7 +528,7 @@ fn tables_have_a_size() {
 /// A model with a drive edge at every step, or more often, still has a table.
 #[test]
 fn jumps_without_number() {
-    struct Jumps(Machine<Swing<'static>>, f64);
+    struct Jumps(Machine<Swing>, f64);
     impl Model for Jumps {
         fn dof(&self) -> usize {
             1
@@ -615,6 +609,6 @@ fn a_cancelled_run_is_resumed() {
     }
     // If nothing is missing, nothing runs.
     let whole = along(5).of(&engine, swing).start(rest).run().unwrap();
-    let never = |_: &Point<'_>, _: &Machine<Swing<'_>>| Err::<State, _>("never");
+    let never = |_: &Point<'_>, _: &Machine<Swing>| Err::<State, _>("never");
     assert_eq!(along(5).of(&engine, swing).start(never).resume(whole.clone()).unwrap(), whole);
 }

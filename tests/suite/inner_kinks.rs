@@ -120,7 +120,7 @@ fn train() -> gear_dynamics::trains::Train<MixedLaw> {
     parts.mesh("plain", "wheel", "left", mesh([60, 20], MixedLaw::Backlash(Backlash::new(2e-5).unwrap())));
     parts.mesh("damped", "wheel", "right", mesh([60, 30], MixedLaw::NoPull(no_pull())));
     parts.torque("drive", "wheel", 30.0).torque("one", "left", -5.0).torque("other", "right", -7.5);
-    parts.build("wheel", 90.0).unwrap()
+    parts.build_with_laws("wheel", 90.0).unwrap()
 }
 
 #[test]
@@ -142,9 +142,8 @@ fn a_ring_locates_all_kinks() {
     let mesh = |mesh: &Mesh| Mesh::new(mesh.stiffness().clone(), mesh.error().clone(), no_pull());
     let RingParams { motor, gears, meshes, omega, teeth, .. } = set;
     let meshes = meshes.iter().map(mesh).collect();
-    let ring =
-        Ring::new(&RingParams { motor, gears, meshes, mesh_damping: vec![0.0; 4], omega, teeth }).unwrap();
-    let ring = ring.with_frame(Frame::Rigid);
+    let params = RingParams { motor, gears, meshes, mesh_damping: vec![0.0; 4], omega, teeth };
+    let ring = Ring::with_laws(&params, Frame::Rigid).unwrap();
     assert_eq!((ring.contacts(), ring.offers().kinks), (12, 8));
     let mut start = State::at_rest(ring.dof());
     start.q[1] = 1e-3; // gear 1 presses on both its neighbours
@@ -176,7 +175,7 @@ fn lanes_and_balance_of_a_pair_with_inner_kinks() {
     let part = MeshPart::external([1, 1], [1.0, 1.0], Wave::constant(6.0).unwrap()).law(law);
     parts.mesh("mesh", "driver", "driven", part.error(wave(0.0, 1.5 / 1.21)).damping(0.05));
     parts.torque("drive", "driver", 0.4).torque("load", "driven", -0.4).accept(Warning::UnusualValue);
-    let pair = parts.build("driver", 1.1).unwrap();
+    let pair = parts.build_with_laws("driver", 1.1).unwrap();
     let start = State::new(0.0, &[0.7 + 1.5 / 1.21], &[0.4]);
     let sweep = Sweep::new(Axis::of_values("load", &[0.4, 0.42]).unwrap());
     let sweep = sweep.settle(40).measure(2).channels(&["deflection"]).rattle();

@@ -190,17 +190,8 @@ fn a_stop_on_one_side_alone() {
         let wave = Wave::new(Fourier::new(set.mesh_stiffness, &[[0.3 * set.mesh_stiffness, 0.0]])?);
         let error = Wave::new(Fourier::new(0.0, &[[0.0, 5e-6]])?);
         let mesh = Mesh::new(wave, error, law);
-        Ok::<_, ParameterError>(
-            Ring::new(&RingParams {
-                motor,
-                gears,
-                meshes: vec![mesh; meshes.len()],
-                mesh_damping,
-                omega,
-                teeth,
-            })?
-            .with_frame(Frame::Rigid),
-        )
+        let meshes = vec![mesh; meshes.len()];
+        Ring::with_laws(&RingParams { motor, gears, meshes, mesh_damping, omega, teeth }, Frame::Rigid)
     };
     let (stop, far) = (ring(-infinite).unwrap(), ring(-1e-3).unwrap());
     let mut start = State::at_rest(stop.dof());

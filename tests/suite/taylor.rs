@@ -14,7 +14,7 @@ trait Algebra {
 #[derive(PartialEq)]
 struct Bare<A>(usize, A);
 
-impl<A: Algebra + PartialEq> Shape for Bare<A> {
+impl<A: Algebra + PartialEq + Send + Sync + 'static> Shape for Bare<A> {
     fn size(&self) -> Size {
         Size { dof: self.0, constants: 1, ..Size::default() }
     }
@@ -26,7 +26,7 @@ impl<A: Algebra + PartialEq> Shape for Bare<A> {
     }
 }
 
-fn bare<A: Algebra + PartialEq>(dof: usize, algebra: A) -> Machine<Bare<A>> {
+fn bare<A: Algebra + PartialEq + Send + Sync + 'static>(dof: usize, algebra: A) -> Machine<Bare<A>> {
     Machine::of_constants(Bare(dof, algebra), &[("speed", 1.0)]).unwrap()
 }
 
@@ -112,7 +112,7 @@ algebra!(Constants, |q, v, a| {
 
 #[test]
 fn kinks_are_refused_by_name() {
-    fn refusal<A: Algebra + PartialEq>(algebra: A) -> IntegrateError {
+    fn refusal<A: Algebra + PartialEq + Send + Sync + 'static>(algebra: A) -> IntegrateError {
         let model = bare(1, algebra);
         Taylor::new().end(&model, &State::new(0.0, &[1.0], &[0.0]), 1.0).unwrap_err()
     }

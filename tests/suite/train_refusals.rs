@@ -363,7 +363,10 @@ fn parts_that_cannot_be_placed_are_refused() {
     parts.body("one", Body::new(1e-3)).body("two", Body::new(1e-3));
     let mesh = MeshPart::external([20, 20], [0.02, 0.02], k()).phase(0.25).law(VaryingBacklash::new(varying));
     parts.mesh("mesh", "one", "two", mesh);
-    assert_eq!(parts.build("one", 1.0).unwrap_err(), TrainError::MovingEdges { mesh: "mesh".into() });
+    assert_eq!(
+        parts.build_with_laws("one", 1.0).unwrap_err(),
+        TrainError::MovingEdges { mesh: "mesh".into() }
+    );
 
     let locked = refused(|parts| {
         parts.body("rail", Body::new(1.0).locked()).torque("torque", "rail", 1.0);

@@ -908,9 +908,9 @@ fn a_spur_pair_of_teeth_is_the_train_of_its_parts() {
         let one = pair.parts().unwrap().build("driver", 250.0).unwrap().with("drive torque", torque).unwrap();
         let other = parts.build("driver", 250.0).unwrap().with("drive", torque).unwrap();
         compare(&one, &other);
-        let one = pair.parts_with_law(law).unwrap().build("driver", 250.0).unwrap();
+        let one = pair.parts_with_law(law).unwrap().build_with_laws("driver", 250.0).unwrap();
         let one = one.with("drive torque", torque).unwrap();
-        compare(&one, &with_law.build("driver", 250.0).unwrap().with("drive", torque).unwrap());
+        compare(&one, &with_law.build_with_laws("driver", 250.0).unwrap().with("drive", torque).unwrap());
     }
 
     // In numbers: F/(b k), ζ = c/(2 √(m k)), and back to the damping.

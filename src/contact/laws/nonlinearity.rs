@@ -82,7 +82,7 @@ impl<S: Scalar> Edges<S> {
 ///
 /// A law may have [inner kinks](Nonlinearity::kinks), which depend on the rate. Example:
 /// [`NoPullBacklash`](crate::contact::NoPullBacklash).
-pub trait Nonlinearity: PartialEq {
+pub trait Nonlinearity: PartialEq + Send + Sync + 'static {
     /// Whether the edges are ∓b with a half backlash b that a model may keep among its own constants, and the
     /// law is independent of the unit: f(c d; ∓c b) = c f(d; ∓b) for every c > 0 at every rate. Default:
     /// `false`.

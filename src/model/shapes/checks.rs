@@ -5,7 +5,7 @@ use crate::contact::{ByDeflection, Deflection, FixedPieces, Nonlinearity, Piece,
 use crate::error::ParameterError;
 use crate::excitation::Side;
 use crate::model::equations::Model;
-use crate::model::shapes::machine::Machine;
+use crate::model::shapes::compiled::Compiled;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::numeric::spread::golden;
 use std::cell::RefCell;
@@ -38,7 +38,7 @@ impl PieceChoice<f64> for Witness {
     }
 }
 
-impl<G: Shape> Machine<G> {
+impl<G: Shape> Compiled<G> {
     /// Checks that the shape has degrees of freedom, that all waves are written, are numbers and repeat, and
     /// the contacts ([`check_contacts`](Machine::check_contacts)).
     pub(crate) fn check_shape(&self) -> Result<(), ParameterError> {

@@ -2,41 +2,15 @@
 
 use crate::contact::Piece;
 use crate::dual::Dual;
-use crate::error::{ParameterError, check};
+use crate::error::ParameterError;
 use crate::model::channel::Channel;
 use crate::model::drive_slope::DriveSlope;
 use crate::model::equations::{Constants, Model, Periodic};
+use crate::model::shapes::compiled::Compiled;
 use crate::model::shapes::dual_jacobian::slope_along;
-use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::Shape;
 
-/// Machines are equal if their shapes and their constants are equal.
-impl<G: Shape> PartialEq for Machine<G> {
-    fn eq(&self, other: &Self) -> bool {
-        self.values() == other.values() && self.shares_lanes_with(other)
-    }
-}
-
-impl<G: Shape> Machine<G> {
-    /// The slot of a constant: its index among the drives, at which [`Noisy`](crate::drives::Noisy) and
-    /// [`Driven`](crate::drives::Driven) add to it.
-    ///
-    /// # Errors
-    /// A name that the shape does not have; a constant that [`Shape::prepare`] does not return unchanged;
-    /// the speed of the angle, for which [`VaryingSpeed`](crate::drives::VaryingSpeed) is used.
-    pub fn slot(&self, name: &str) -> Result<usize, ParameterError> {
-        let index = self.index(name)?;
-        let changed = |by: &Dual| by.slope[0] != 0.0;
-        let prepared = self.shape().prepare(&self.along(index));
-        let reached: Vec<usize> = (0..prepared.len()).filter(|&i| changed(&prepared[i])).collect();
-        match reached[..] {
-            // The speed (i = 0) is excluded: adding to its drive would not change the angle of the waves.
-            [i] if i > 0 && prepared[i].slope[0] == 1.0 && prepared[i].value == self.values()[index] => {
-                Ok(self.slot_of(i))
-            }
-            _ => Err(ParameterError::NotADrive { name: name.into() }),
-        }
-    }
+impl<G: Shape> Compiled<G> {
     /// The index of a prepared constant among the drives.
     pub(crate) fn slot_of(&self, prepared: usize) -> usize {
         self.size().waves + if prepared == 0 { 0 } else { prepared + 1 }
@@ -47,29 +21,14 @@ impl<G: Shape> Machine<G> {
         let slope = |i: usize| [if i == index { 1.0 } else { 0.0 }];
         self.values().iter().enumerate().map(|(i, &value)| Dual { value, slope: slope(i) }).collect()
     }
-
-    /// ∂a/∂c for a constant c, at a fixed angle of the waves. It is exact, by dual numbers through
-    /// [`Shape::prepare`].
-    ///
-    /// # Errors
-    /// An unknown name; a wrong number of drives, coordinates or velocities.
-    pub fn slope(&self, name: &str, u: &[f64], q: &[f64], v: &[f64]) -> Result<Vec<f64>, ParameterError> {
-        let (index, dof) = (self.index(name)?, self.size().dof);
-        check::length("drives", u.len(), self.drives())?;
-        check::length("coordinates", q.len(), dof)?;
-        check::length("velocities", v.len(), dof)?;
-        let mut a = vec![0.0; dof];
-        self.accel_along(&self.drive_slope(index).drives, None, u, q, v, &mut a);
-        Ok(a)
-    }
 }
 
-impl<G: Shape> Constants for Machine<G> {
+impl<G: Shape> Constants for Compiled<G> {
     fn names(&self) -> &[Channel] {
-        self.names()
+        &self.fixed.names
     }
     fn values(&self) -> &[f64] {
-        self.values()
+        &self.constants
     }
     fn with_values(&self, values: &[(usize, f64)]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
         Ok(Box::new(self.with_indexed(values)?))

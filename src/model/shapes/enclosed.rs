@@ -4,9 +4,9 @@ use crate::contact::Piece;
 use crate::error::ParameterError;
 use crate::excitation::{EnclosedAngle, Side};
 use crate::interval::number::Interval;
-use crate::model::channel::index_of;
+use crate::model::equations::Constants;
 use crate::model::expansion::expand::{Enclosed, Recorded};
-use crate::model::shapes::machine::Machine;
+use crate::model::shapes::compiled::Compiled;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::series::PowerSeries;
 use std::f64::consts::TAU;
@@ -17,7 +17,7 @@ const EDGE_ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A machine with constants that are intervals.
 pub(crate) struct EnclosedMachine<'m, G: Shape> {
-    machine: &'m Machine<G>,
+    machine: &'m Compiled<G>,
     /// Constants as the algebra reads them; the first one is φ'.
     constants: Vec<Interval>,
 }
@@ -25,10 +25,10 @@ pub(crate) struct EnclosedMachine<'m, G: Shape> {
 impl<'m, G: Shape> EnclosedMachine<'m, G> {
     /// # Errors
     /// A name that the machine does not have.
-    pub(crate) fn new(machine: &'m Machine<G>, given: &[(&str, Interval)]) -> Result<Self, ParameterError> {
+    pub(crate) fn new(machine: &'m Compiled<G>, given: &[(&str, Interval)]) -> Result<Self, ParameterError> {
         let mut constants: Vec<Interval> = machine.values().iter().map(|x| Interval::from(*x)).collect();
         for (name, value) in given {
-            constants[index_of(machine.names(), name)?] = *value;
+            constants[machine.index(name)?] = *value;
         }
         Ok(EnclosedMachine { machine, constants: machine.shape().prepare(&constants) })
     }

@@ -3,12 +3,12 @@
 use crate::contact::{ByDeflection, Deflection, FixedPieces, Nonlinearity, Piece, PieceChoice, Place};
 use crate::dual::Dual;
 use crate::model::laws::Laws;
-use crate::model::shapes::machine::Machine;
+use crate::model::shapes::compiled::Compiled;
 use crate::model::shapes::shape::{Drives, Shape};
 use crate::scalar::Scalar;
 use std::cell::Cell;
 
-impl<G: Shape> Laws for Machine<G> {
+impl<G: Shape> Laws for Compiled<G> {
     fn accel_by_laws(
         &self,
         given: Option<&[f64]>,

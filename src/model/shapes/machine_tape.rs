@@ -4,14 +4,14 @@ use crate::error::ParameterError;
 use crate::excitation::Side;
 use crate::interval::number::Interval;
 use crate::model::expansion::expand::{Enclosed, Expand, Recorded};
+use crate::model::shapes::compiled::{Code, Compiled, own_drives};
 use crate::model::shapes::enclosed::EnclosedMachine;
-use crate::model::shapes::machine::Machine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::series::Series;
 
-impl<G: Shape> Machine<G> {
+impl<G: Shape> Compiled<G> {
     /// Records the algebra. `constant(d)`: the value of drive d, if it is constant.
-    fn record_with(&self, constant: &dyn Fn(usize) -> Option<f64>) -> Recorded {
+    pub(crate) fn record_with(&self, constant: &dyn Fn(usize) -> Option<f64>) -> Recorded {
         let (Size { dof, waves, contacts, .. }, drives) = (self.size(), self.size().drives());
         let (shape, varies) = (self.shape(), constant(waves + 1).is_none());
         Recorded::of(dof, drives, constant, |every, u, q, v, a| {
@@ -23,20 +23,11 @@ impl<G: Shape> Machine<G> {
             (0..contacts).map(|i| shape.contact(every, i, u, q, v)).collect()
         })
     }
-    /// Records the algebra of the shape: waves that vary and all constants are drives, since they differ from
-    /// run to run. φ'' is 0.
-    pub(crate) fn record_shape(&self) -> Recorded {
-        let (waves, series) = (self.size().waves, self.wave_series());
-        self.record_with(&|d| match d {
-            _ if d < waves => series.and_then(|series| series.constant(d)),
-            _ => (d == waves + 1).then_some(0.0),
-        })
-    }
 }
 
-impl<G: Shape> Expand for Machine<G> {
+impl<G: Shape> Expand for Compiled<G> {
     fn record(&self, moving: &dyn Fn(usize) -> bool) -> Recorded {
-        let (waves, constants) = (self.size().waves, self.own_drives());
+        let (waves, constants) = (self.size().waves, own_drives(self));
         self.record_with(&|d| (d >= waves && !moving(d)).then(|| constants[d - waves]))
     }
 
@@ -48,7 +39,7 @@ impl<G: Shape> Expand for Machine<G> {
             return self.write_rest(speed.into(), 0.0.into(), rest);
         }
         let angle = Series::variable(speed * t, speed, coefficients);
-        self.drive_at(angle, Side::After, speed.into(), 0.0.into(), u);
+        self.drive_at(angle, Side::After, [speed.into(), 0.0.into()], u);
     }
     fn redrive_series(&self, t: f64, coefficients: usize, needed: &[bool], u: &mut [Series]) {
         let (speed, waves) = (self.speed(), self.size().waves);

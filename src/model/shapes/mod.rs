@@ -1,6 +1,7 @@
 //! Shapes and machines: a model written once for all number types, with named constants.
 
 pub(crate) mod checks;
+pub(crate) mod compiled;
 pub(crate) mod constants;
 pub(crate) mod dual_jacobian;
 pub(crate) mod enclosed;

@@ -198,7 +198,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 ///     }
 /// }
 /// ```
-pub trait Shape: PartialEq {
+pub trait Shape: PartialEq + Send + Sync + 'static {
     /// Numbers of degrees of freedom, waves, contacts, inner kinks and constants. Mark the implementation
     /// `#[inline(always)]`, because lanes of small models are compiled for their size.
     fn size(&self) -> Size;

@@ -1,12 +1,12 @@
 //! The terms of a machine, by numbers that carry them.
 
 use crate::contact::{ByDeflection, FixedPieces, Piece, PieceChoice};
-use crate::model::shapes::machine::Machine;
+use crate::model::shapes::compiled::Compiled;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::model::terms::{Terms, TermsScratch};
 use crate::rounded::Rounded;
 
-impl<G: Shape> Terms for Machine<G> {
+impl<G: Shape> Terms for Compiled<G> {
     fn terms(
         &self,
         pieces: Option<&[Piece]>,

@@ -109,23 +109,15 @@ pub struct RingShape<N = Backlash> {
     pub(crate) columns: Columns,
 }
 
-impl<N: Nonlinearity> Ring<N> {
+impl Ring {
     /// A ring of external meshes. The number of gears is even.
     ///
     /// # Errors
     /// [`ParameterError::OddRing`] for an odd number of gears, because such a ring locks. Errors of
     /// [`as_printed`](Ring::as_printed).
-    pub fn new(params: &RingParams<N>) -> Result<Self, ParameterError>
-    where
-        N: Clone,
-    {
-        let ring = Ring::as_printed(params)?;
-        if ring.gears() % 2 == 1 {
-            return Err(ParameterError::OddRing { gears: ring.gears() });
-        }
-        Ok(ring)
+    pub fn new(params: &RingParams) -> Result<Self, ParameterError> {
+        even(Ring::as_printed(params)?)
     }
-
     /// A ring of even or odd n by the equations of [`Ring`]. With odd n, for example n = 3 in Yao 2020, they
     /// describe a ring with one mesh that does not reverse the rotation.
     ///
@@ -133,29 +125,55 @@ impl<N: Nonlinearity> Ring<N> {
     /// Fewer than 3 or more than 4095 gears; lists of meshes or dampings of another length than the gears; a
     /// value outside its range, named with its index; more than 10 000 jumps of a mesh stiffness in a mesh
     /// period, or a mean that is not positive.
-    pub fn as_printed(params: &RingParams<N>) -> Result<Self, ParameterError>
-    where
-        N: Clone,
-    {
-        params.check()?;
-        let shape = RingShape::new(params, Frame::Inertial);
-        let names = shape.names();
-        let loads = params.gears.iter().map(|gear| gear.load.torque);
-        let values = [params.omega, params.motor.torque]
-            .into_iter()
-            .chain(params.mesh_damping.iter().copied())
-            .chain(loads);
-        let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
-        Machine::of_constants(shape, &constants)
+    pub fn as_printed(params: &RingParams) -> Result<Self, ParameterError> {
+        ring_of(params, Frame::Inertial)
     }
-
     /// The same ring in another frame.
-    pub fn with_frame(self, frame: Frame) -> Self
-    where
-        N: Clone,
-    {
+    pub fn with_frame(self, frame: Frame) -> Self {
         let shape = RingShape { frame, ..self.shape().clone() };
         self.reshaped(shape)
+    }
+}
+
+fn even<N: Nonlinearity>(ring: Ring<N>) -> Result<Ring<N>, ParameterError> {
+    let gears = ring.gears();
+    if gears % 2 == 1 { Err(ParameterError::OddRing { gears }) } else { Ok(ring) }
+}
+
+fn ring_of<N: Nonlinearity + Clone>(params: &RingParams<N>, frame: Frame) -> Result<Ring<N>, ParameterError> {
+    params.check()?;
+    let shape = RingShape::new(params, frame);
+    let names = shape.names();
+    let loads = params.gears.iter().map(|gear| gear.load.torque);
+    let values = [params.omega, params.motor.torque]
+        .into_iter()
+        .chain(params.mesh_damping.iter().copied())
+        .chain(loads);
+    let constants: Vec<(&str, f64)> = names.iter().map(|channel| &channel.name[..]).zip(values).collect();
+    Machine::of_constants(shape, &constants)
+}
+
+impl<N: Nonlinearity> Ring<N> {
+    /// A ring of external meshes with other laws than [`Backlash`]. The number of gears is even. The code of
+    /// such a ring is compiled in the program that calls it.
+    ///
+    /// # Errors
+    /// As [`new`](Ring::new).
+    pub fn with_laws(params: &RingParams<N>, frame: Frame) -> Result<Self, ParameterError>
+    where
+        N: Clone,
+    {
+        even(ring_of(params, frame)?)
+    }
+    /// [`as_printed`](Ring::as_printed) with other laws than [`Backlash`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn as_printed_with_laws(params: &RingParams<N>, frame: Frame) -> Result<Self, ParameterError>
+    where
+        N: Clone,
+    {
+        ring_of(params, frame)
     }
 
     /// Number of gears n.

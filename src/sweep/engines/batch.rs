@@ -1,5 +1,6 @@
 //! Runs over the same table of drives, in one or several lanes.
 
+use crate::model::shapes::compiled::own_drives;
 use crate::model::{Machine, Model, Periodic, Shape, State};
 use crate::numeric::spread::golden;
 use crate::ode::IntegrateError;
@@ -38,7 +39,7 @@ pub(crate) struct LaneRun {
 
 impl LaneRun {
     pub(crate) fn of<G: Shape>(job: &Job<Machine<G>>) -> Result<Self, PointError> {
-        let (model, constants) = (&job.model, job.model.own_drives());
+        let (model, constants) = (&job.model, own_drives(&*job.model));
         model.offers().refuse_stops(|contact| IntegrateError::StopNotLocated { contact })?;
         if let Some(bad) = constants.iter().position(|x| !x.is_finite()) {
             return Err(TableError::NotFinite {

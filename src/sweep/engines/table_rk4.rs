@@ -86,7 +86,7 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
                         waiting: &mut waiting,
                         source,
                     };
-                    batch.run_plain(&Plain(&model), &run);
+                    batch.run_plain(&Plain(model.itself().unwrap_or(&model)), &run);
                 }
             }
         }

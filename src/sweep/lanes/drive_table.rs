@@ -1,7 +1,8 @@
 //! The drive table: drives over one period, computed once for all runs.
 
 use crate::excitation::Side;
-use crate::model::{Machine, Periodic, Shape};
+use crate::model::Periodic;
+use crate::model::shapes::compiled::Code;
 use std::f64::consts::TAU;
 use thiserror::Error;
 
@@ -106,16 +107,15 @@ impl DriveTable {
     }
 
     /// Table of the waves of a shape, for all runs that share lanes. `None` if `go_on` returns `false`.
-    pub(crate) fn of_waves<G: Shape>(
-        model: &Machine<G>,
+    pub(crate) fn of_waves(
+        model: &dyn Code,
         steps: usize,
         go_on: impl Fn() -> bool,
     ) -> Result<Option<Self>, TableError> {
-        let (shape, waves) = (model.shape(), model.size().waves);
-        let turn = TAU / f64::from(shape.repeats());
-        let next = |share: f64| shape.next_edge(turn * share).map(|edge| edge / turn);
-        DriveTable::new(model, waves, steps, go_on, next, |share, side, out: &mut [f64]| {
-            shape.waves(turn * share, side, out)
+        let turn = TAU / f64::from(model.repeats_in_turn());
+        let next = |share: f64| model.edge_after(turn * share).map(|edge| edge / turn);
+        DriveTable::new(model, model.size().waves, steps, go_on, next, |share, side, out: &mut [f64]| {
+            model.waves_at(turn * share, side, out)
         })
     }
 

@@ -1,6 +1,6 @@
 //! The engine that runs machines side by side with located edges: Taylor series in vector lanes.
 
-use crate::model::expansion::expand::Expand;
+use crate::model::shapes::compiled::Code;
 use crate::model::{Machine, Model, Periodic, Shape};
 use crate::ode::probe::ChannelKind;
 use crate::ode::{IntegrateError, Taylor};
@@ -117,7 +117,7 @@ impl<G: Shape> SweepEngine<Machine<G>> for LaneTaylor {
             let Some(leader) = waiting.pop_front().or_else(|| source.next(None)) else { return };
             let settings = self.taylor.check(2 * leader.model.dof());
             let (Ok(kinds), Ok(settings)) = (kinds(&leader.model, channels), settings) else { return };
-            let program = match program(&leader.model, &kinds) {
+            let program = match program(&*leader.model, &kinds) {
                 Ok(program) => program,
                 Err(error) => {
                     waiting.extend(refuse(source, leader.index, error));
@@ -146,7 +146,7 @@ fn run<'m>(
 }
 
 /// The program of the shape of a model.
-fn program<G: Shape>(model: &Machine<G>, kinds: &[ChannelKind]) -> Result<Program, PointError> {
+fn program(model: &dyn Code, kinds: &[ChannelKind]) -> Result<Program, PointError> {
     if let Some((output, what)) = model.record(&|_| false).0.kink() {
         return Err(IntegrateError::NoSeries { place: output.to_string(), what }.into());
     }
@@ -179,7 +179,7 @@ impl<'m, G: Shape> Shelf<'m, '_, G> {
         let Job { index, model, start } = job;
         let model = cell.get_or_init(|| model);
         let (speed, until) = (model.speed(), model.period());
-        let motion = Motion { model, expanded: model, speed, start, until };
+        let motion = Motion { model: &**model, expanded: &**model, speed, start, until };
         let task = RowTask::new(self.plan, model, &motion, self.atol);
         Some(LaneJob { index, motion, task })
     }

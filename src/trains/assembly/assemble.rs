@@ -9,7 +9,7 @@ use crate::trains::shape::elements::{Entry, Uneven};
 use crate::trains::shape::train_shape::Train;
 use crate::trains::train_error::TrainError;
 
-impl<N: Nonlinearity + Clone> Parts<N> {
+impl Parts {
     /// Checks the parts and makes the model. `body` turns at the mean speed `speed` [rad/s]; the speeds of
     /// all others follow from tooth numbers.
     ///
@@ -18,18 +18,38 @@ impl<N: Nonlinearity + Clone> Parts<N> {
     /// of a body with itself; a loop that cannot turn; a body whose speed does not follow; radii or phases
     /// that contradict tooth numbers; planets that do not assemble; [`Warning`](crate::trains::Warning)s that
     /// have not been accepted.
-    pub fn build(&self, body: &str, speed: f64) -> Result<Train<N>, TrainError> {
-        let plan = Plan::of(self, body)?;
-        let mut builder = Builder::of(&plan);
-        builder.linear();
-        builder.uneven();
-        builder.torques()?;
-        builder.meshes()?;
-        builder.couplings()?;
-        builder.bearings()?;
-        builder.rotating()?;
-        builder.train(speed)
+    pub fn build(&self, body: &str, speed: f64) -> Result<Train, TrainError> {
+        assemble(self, body, speed)
     }
+}
+
+impl<N: Nonlinearity + Clone> Parts<N> {
+    /// [`build`](Parts::build) for parts with another law than [`Backlash`](crate::Backlash)
+    /// ([`MeshPart::law`](crate::trains::MeshPart::law)). The code of such a train is compiled in the program
+    /// that calls it.
+    ///
+    /// # Errors
+    /// As [`build`](Parts::build).
+    pub fn build_with_laws(&self, body: &str, speed: f64) -> Result<Train<N>, TrainError> {
+        assemble(self, body, speed)
+    }
+}
+
+fn assemble<N: Nonlinearity + Clone>(
+    parts: &Parts<N>,
+    body: &str,
+    speed: f64,
+) -> Result<Train<N>, TrainError> {
+    let plan = Plan::of(parts, body)?;
+    let mut builder = Builder::of(&plan);
+    builder.linear();
+    builder.uneven();
+    builder.torques()?;
+    builder.meshes()?;
+    builder.couplings()?;
+    builder.bearings()?;
+    builder.rotating()?;
+    builder.train(speed)
 }
 
 impl<N: Nonlinearity + Clone> Builder<'_, N> {

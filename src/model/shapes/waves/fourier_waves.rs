@@ -6,6 +6,7 @@ use crate::model::shapes::waves::fourier_angle::{Harmonics, fourier_waves};
 use crate::numeric::sine::{rotate, sin_cos_each};
 use pulp::{Arch, Simd, WithSimd};
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 /// Maximum number of orders that are computed by rotation one after the other. Each rotation adds its
 /// rounding errors; the order after them has a sine and a cosine of its own.
@@ -25,7 +26,7 @@ pub(super) const FEW: usize = 16;
 const SOME: usize = 64;
 
 /// Waves u_k = mean_k + Σ_n a_kn cos nφ + b_kn sin nφ.
-pub(crate) struct FourierWaves {
+pub struct FourierWaves {
     /// The mean of each wave.
     pub(super) means: Vec<f64>,
     /// All orders n, increasing.
@@ -41,6 +42,12 @@ pub(crate) struct FourierWaves {
     /// ±n^k/k! of each order; `None` if there are too many terms for an expansion.
     pub(crate) weights: Option<Vec<WaveWeights>>,
     pub(super) arch: Arch,
+}
+
+impl fmt::Debug for FourierWaves {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FourierWaves").field("means", &self.means).finish_non_exhaustive()
+    }
 }
 
 /// Index of an order, a and b.

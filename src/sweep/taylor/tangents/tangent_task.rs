@@ -43,7 +43,7 @@ impl<'m, 't> TangentTask<'m, 't> {
     /// The run of the task with the constants of a machine.
     pub(crate) fn in_lane<G: Shape>(self, index: usize, machine: &'m Machine<G>) -> LaneJob<'m, Self> {
         let (start, speed, until) = (self.state.clone(), machine.speed(), self.target);
-        let motion = Motion { model: self.tangent, expanded: machine, speed, start, until };
+        let motion = Motion { model: self.tangent, expanded: &**machine, speed, start, until };
         LaneJob { index, motion, task: self }
     }
 
