@@ -320,7 +320,7 @@ pub fn ring(case: &mut Case) -> Result<Ring<laws::Any>, Stop> {
     let params = RingParams { motor, gears, meshes, mesh_damping, omega, teeth };
     let printed = params.gears.len() % 2 == 1 || case.chance(0.3);
     let frame = case.pick(&[Frame::Inertial, Frame::Rigid]);
-    Ok(if printed { Ring::as_printed_with_laws(&params, frame)? } else { Ring::with_laws(&params, frame)? })
+    Ok(if printed { Ring::as_printed_of_laws(&params, frame)? } else { Ring::of_laws(&params, frame)? })
 }
 
 /// A state near another one, or one of the wrong size.

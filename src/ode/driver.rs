@@ -88,7 +88,8 @@ fn integrate<T: Tableau, V: Vector, const LOCATE: bool>(task: Task<'_>) -> Resul
             let (attempts, stats) = (attempt + 1, run.passage.stats);
             let evaluations = attempts * T::EVALUATIONS + run.e.evaluations + run.e.ends.evaluations();
             let stats = Stats { steps: attempts - stats.rejected, evaluations, ..stats };
-            return Ok(Finish { state: run.e.ends.finish()?, stopped: flow.is_break(), stats });
+            let state = run.passage.finish(&mut run.e.ends)?;
+            return Ok(Finish { state, stopped: flow.is_break(), stats });
         }
         run.pace.pass::<T>(run.e.ends.t1);
         run.pass_edges::<T, LOCATE>(at_edge)?;
@@ -262,23 +263,25 @@ impl<'m, V: Vector> Run<'m, V> {
                 }
                 passage.cross(&mut e.ends, exit)?;
             }
-            Ok(Found::At(_, exit) | Found::AtOnce(exit)) if passage.locator.crosses_late(exit) => {
-                step_on_edge::<T, V>(e);
-                passage.cross(&mut e.ends, exit)?;
-            }
             Ok(Found::At(_, exit) | Found::AtOnce(exit)) => {
-                match passage.leave(&mut e.ends, exit) {
-                    // A step that is too long for a fast decay may overshoot the edge at which the motion
-                    // ends.
-                    Err(IntegrateError::EdgeStall { .. }) if T::ADAPTIVE && self.stalls.shortens(made) => {
-                        pace.h = STALLED * made;
-                        passage.locator.still.fill(0);
-                        passage.locator.classify(&mut e.ends, true);
+                let Some(after) = passage.locator.crosses_late(&mut e.ends, exit) else {
+                    match passage.leave(&mut e.ends, exit) {
+                        // A step that is too long for a fast decay may overshoot the edge at which the motion
+                        // ends.
+                        Err(IntegrateError::EdgeStall { .. })
+                            if T::ADAPTIVE && self.stalls.shortens(made) =>
+                        {
+                            pace.h = STALLED * made;
+                            passage.locator.still.fill(0);
+                            passage.locator.classify(&mut e.ends, true);
+                        }
+                        left => left.map_err(|stall| passage.cause(&e.ends, exit.contact, stall))?,
                     }
-                    left => left.map_err(|stall| passage.cause(&e.ends, exit.contact, stall))?,
-                }
-                e.derivative_at_start();
-                return Ok(Verdict::Repeat);
+                    e.derivative_at_start();
+                    return Ok(Verdict::Repeat);
+                };
+                step_on_edge::<T, V>(e, after, passage.stop);
+                passage.cross(&mut e.ends, exit)?;
             }
         }
         if T::ADAPTIVE {

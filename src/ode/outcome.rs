@@ -18,7 +18,8 @@ use crate::model::State;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finish {
-    /// The state at the end of the last step.
+    /// The state at the end of the last step; if the step ends with impacts on rigid stops, after them. A
+    /// further run can start from it.
     pub state: State,
     /// Whether the observer stopped the run.
     pub stopped: bool,

@@ -446,7 +446,7 @@ fn ring_of_backlash(a: f64) -> Ring<VaryingBacklash> {
         Mesh::new(Wave::constant(2e8).unwrap(), Wave::constant(0.0).unwrap(), VaryingBacklash::new(width));
     let RingParams { motor, gears, mesh_damping, omega, teeth, .. } = set().params().unwrap();
     let params = RingParams { meshes: vec![mesh; 4], motor, gears, mesh_damping, omega, teeth };
-    Ring::with_laws(&params, Frame::Inertial).unwrap()
+    Ring::of_laws(&params, Frame::Inertial).unwrap()
 }
 
 #[test]

@@ -326,7 +326,7 @@ fn slopes_under_a_root_are_defined() -> Result<(), Box<dyn std::error::Error>> {
     let meshes = vec![mesh; 4];
     let (motor, gears, omega, teeth) = (set.motor, set.gears, set.omega, set.teeth);
     let params = RingParams { motor, gears, meshes, mesh_damping: vec![100.0; 4], omega, teeth };
-    let ring = Ring::with_laws(&params, Frame::Inertial)?;
+    let ring = Ring::of_laws(&params, Frame::Inertial)?;
     let start = State::at_rest(ring.dof());
     Variation::new().run(&ring, &start, 0.1 * ring.period())?;
     let mut jacobian = Jacobian::new(ring.dof());

@@ -80,7 +80,7 @@ fn what_further_drives_leave_out_stands_there_already() {
     };
     same(&Ring::as_printed(&params).unwrap());
     same(&Ring::as_printed(&RingSet::set_a(3, 1000.0).params().unwrap()).unwrap());
-    same(&Ring::as_printed_with_laws(&moving, Frame::Inertial).unwrap());
+    same(&Ring::as_printed_of_laws(&moving, Frame::Inertial).unwrap());
 }
 
 /// Three oscillators that note the latest instant at which their drive is evaluated.

@@ -143,7 +143,7 @@ fn a_ring_locates_all_kinks() {
     let RingParams { motor, gears, meshes, omega, teeth, .. } = set;
     let meshes = meshes.iter().map(mesh).collect();
     let params = RingParams { motor, gears, meshes, mesh_damping: vec![0.0; 4], omega, teeth };
-    let ring = Ring::with_laws(&params, Frame::Rigid).unwrap();
+    let ring = Ring::of_laws(&params, Frame::Rigid).unwrap();
     assert_eq!((ring.contacts(), ring.offers().kinks), (12, 8));
     let mut start = State::at_rest(ring.dof());
     start.q[1] = 1e-3; // gear 1 presses on both its neighbours

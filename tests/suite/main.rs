@@ -41,6 +41,7 @@ mod fourier_waves;
 mod held_processes;
 mod impact_lists;
 mod impacts;
+mod impacts_at_step_ends;
 mod inner_kinks;
 mod input_ranges;
 mod intervals;

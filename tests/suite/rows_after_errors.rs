@@ -191,7 +191,7 @@ fn a_stop_on_one_side_alone() {
         let error = Wave::new(Fourier::new(0.0, &[[0.0, 5e-6]])?);
         let mesh = Mesh::new(wave, error, law);
         let meshes = vec![mesh; meshes.len()];
-        Ring::with_laws(&RingParams { motor, gears, meshes, mesh_damping, omega, teeth }, Frame::Rigid)
+        Ring::of_laws(&RingParams { motor, gears, meshes, mesh_damping, omega, teeth }, Frame::Rigid)
     };
     let (stop, far) = (ring(-infinite).unwrap(), ring(-1e-3).unwrap());
     let mut start = State::at_rest(stop.dof());

@@ -37,7 +37,7 @@ pub trait Code: Periodic + Constants + Expand + Send + Sync {
     /// Writes the drives at an angle that turns with the given speed and acceleration.
     #[doc(hidden)]
     fn drives_at(&self, angle: f64, side: Side, motion: [f64; 2], u: &mut [f64]);
-    /// As [`drives_at`](Code::drives_at), for an angle, a speed and an acceleration that are series over time.
+    /// As [`drives_at`](Code::drives_at), for angle, speed and acceleration that are series over time.
     #[doc(hidden)]
     fn drive_series_at(&self, motion: [Series; 3], u: &mut [Series]);
     /// [`Shape::next_edge`].

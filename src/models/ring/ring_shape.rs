@@ -159,7 +159,7 @@ impl<N: Nonlinearity> Ring<N> {
     ///
     /// # Errors
     /// As [`new`](Ring::new).
-    pub fn with_laws(params: &RingParams<N>, frame: Frame) -> Result<Self, ParameterError>
+    pub fn of_laws(params: &RingParams<N>, frame: Frame) -> Result<Self, ParameterError>
     where
         N: Clone,
     {
@@ -169,7 +169,7 @@ impl<N: Nonlinearity> Ring<N> {
     ///
     /// # Errors
     /// As there.
-    pub fn as_printed_with_laws(params: &RingParams<N>, frame: Frame) -> Result<Self, ParameterError>
+    pub fn as_printed_of_laws(params: &RingParams<N>, frame: Frame) -> Result<Self, ParameterError>
     where
         N: Clone,
     {

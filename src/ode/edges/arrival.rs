@@ -89,10 +89,11 @@ pub(crate) fn step_to_edge<T: Tableau, V: Vector>(
     stall
 }
 
-/// Shortens the step to the shortest one, which ends with a crossing of the edge on which it starts.
+/// Shortens the step to the shortest one that ends with a crossing of the edge on which it starts. `after`:
+/// see [`Locator::crosses_late`]; `stop`: its latest end.
 #[cold]
-pub(crate) fn step_on_edge<T: Tableau, V: Vector>(e: &mut Engine<'_, V>) {
-    e.aim(e.ends.t + shortest(e.ends.t, e.ends.h()));
+pub(crate) fn step_on_edge<T: Tableau, V: Vector>(e: &mut Engine<'_, V>, after: f64, stop: f64) {
+    e.aim(stop.min(e.ends.t + after + shortest(e.ends.t, e.ends.h())));
     attempt_again::<T, V>(e);
     e.evaluations += T::EVALUATIONS;
     e.ends.contacts_at_end();

@@ -13,6 +13,7 @@ use crate::numeric::search::extremes::{larger, smaller};
 use crate::numeric::search::hermite::{Distance, Hermite};
 use crate::numeric::spread::GOLDEN_POINTS;
 use crate::ode::edges::exit::{distances, scale};
+use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::stepping::ends::Ends;
 use crate::ode::stepping::engine::{Engine, Tableau};
 use crate::ode::stepping::vector::Vector;
@@ -46,6 +47,10 @@ const FOURTH: f64 = 256.0;
 /// Maximum number of consecutive repetitions of a step. Then the step is accepted as it is: the cause may be
 /// a jump that the model does not report as a drive edge.
 const RETRIES: u8 = 8;
+
+/// A step of at most this number of resolutions of the time is accepted as it is, and nothing is learned from
+/// it: in it the rounding of the time moves edges off their cubics.
+const ROUNDED: f64 = 64.0;
 
 /// The distance of a contact from the edge of one exit in the current step; rates per unit of θ.
 #[derive(Clone, Copy, Default)]
@@ -130,6 +135,10 @@ impl Gaps {
         let closely = (ratio > 1.0 && T::ADAPTIVE) || self.coarse || h > UNSAMPLED_GROWTH * self.longest;
         if closely {
             ratio = self.look_closely(e, end, noise, ratio);
+        }
+        if h <= ROUNDED * RESOLUTION * e.t.abs() {
+            self.retries = 0;
+            return Resolved::Yes(f64::INFINITY);
         }
         if ratio <= 1.0 || !T::ADAPTIVE || self.retries >= RETRIES {
             self.coarse |= ratio > 1.0 && !T::ADAPTIVE;

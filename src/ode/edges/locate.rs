@@ -69,6 +69,8 @@ pub(crate) struct Locator {
     pub(crate) still: Vec<u8>,
     /// Whether each contact took its piece at the start of the step.
     pub(crate) fresh: Vec<bool>,
+    /// Twice the distance from its edge at which each contact has crossed it at the end of the step.
+    pub(crate) missed: Vec<f64>,
     gaps: Gaps,
     /// Effect of rounding of the coordinates and velocities on each deflection.
     pub(crate) noise: Vec<f64>,
@@ -101,6 +103,7 @@ impl Locator {
             jumps: vec![None; contacts],
             still: vec![0; contacts],
             fresh: vec![true; contacts],
+            missed: vec![0.0; contacts],
             gaps: Gaps::new(contacts),
             noise: vec![0.0; contacts],
             before: vec![0.0; contacts],
@@ -114,15 +117,15 @@ impl Locator {
     }
 
     /// Determines the piece of every contact at the start of a step from its deflection; on an edge, from its
-    /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set. A
-    /// contact does not enter the flank of a rigid stop. A contact at rest in a gap without width is on its
-    /// upper flank.
+    /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set; so does
+    /// one that has just crossed to it, as far from the edge as it crossed. A contact does not enter the flank
+    /// of a rigid stop. A contact at rest in a gap without width is on its upper flank.
     pub(crate) fn classify<V: Vector>(&mut self, e: &mut Ends<'_, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
         for (i, (piece, c)) in e.pieces.iter_mut().zip(&self.start).enumerate() {
             let rates = [c.rate - c.lower_rate, c.rate - c.upper_rate];
-            let slack = self.slack(i, c).max(self.rest(i, rates));
+            let slack = self.slack(i, c).max(self.rest(i, rates)).max(self.missed[i]);
             let inside = match Edge::of(*piece) {
                 Some(edge) => edge.depth(c) >= -slack,
                 None => Edge::BOTH.into_iter().all(|edge| edge.depth(c) <= slack),
@@ -184,11 +187,22 @@ impl Locator {
         self.fresh.fill(false);
     }
 
-    /// Whether a contact that leaves its piece at the start of the step crosses its edge there unreported: it
-    /// was on this piece before, and the last step ended within the slack of the edge.
-    pub(crate) fn crosses_late(&self, exit: Exit) -> bool {
+    /// The time after which a contact that leaves its piece at the start of the step crosses its edge, if it
+    /// does so unreported: it was on this piece before, and the last step ended within the slack of the edge.
+    /// A contact that approaches a rigid stop there has not struck it.
+    #[cold]
+    pub(crate) fn crosses_late<V: Vector>(&self, e: &mut Ends<'_, V>, exit: Exit) -> Option<f64> {
         let i = exit.contact;
-        !self.fresh[i] && self.still[i] == 0 && !exit.edge.is_stop(&self.stops.rigid, i)
+        let stop = exit.edge.is_stop(&self.stops.rigid, i);
+        if !stop && (self.fresh[i] || self.still[i] > 0) {
+            return None;
+        }
+        e.contacts_at_start();
+        let d = exit.distance(if stop { Piece::Gap } else { e.pieces[i] }, &e.contacts[i], 1.0);
+        if stop && d.rate >= 0.0 {
+            return None;
+        }
+        Some(if d.value > 0.0 && d.rate < 0.0 { d.value / -d.rate } else { 0.0 })
     }
 
     /// Measures the effect of rounding on the deflections. It grows with the coordinates.

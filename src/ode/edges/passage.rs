@@ -1,6 +1,6 @@
 //! The passage of a run over edges: those of its contacts, rigid stops, and drive edges.
 
-use crate::model::Model;
+use crate::model::{Model, State};
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
 use crate::ode::edges::sliding::Sliding;
@@ -29,6 +29,8 @@ pub(crate) struct Passage {
     atol: f64,
     /// Whether the motion has exceeded it.
     resolved: bool,
+    /// Whether an edge was crossed before the motion exceeded it.
+    unresolved: bool,
     /// Latest end of the next step: the next drive edge or the end of the run.
     pub(crate) stop: f64,
     pub(crate) stats: Stats,
@@ -53,6 +55,7 @@ impl Passage {
         }
         let locator = Locator::new(if locate { e.contacts.len() } else { 0 }, Stops::new(e.model, locate));
         let edge = edge_after(e.model, e.t)?;
+        e.edges = [e.t, edge];
         let mut passage = Passage {
             crossings: Vec::with_capacity(2 * e.contacts.len() + locator.stops.room()),
             sliding: Sliding::default(),
@@ -61,6 +64,7 @@ impl Passage {
             end,
             atol: halves(&e.atol).0.iter().copied().reduce(f64::min).unwrap_or(0.0),
             resolved: false,
+            unresolved: false,
             stop: edge.min(end),
             stats: Stats::default(),
         };
@@ -105,14 +109,13 @@ impl Passage {
         self.edge == t1
     }
 
-    /// A contact leaves its piece at the start of the step: it changes its piece or, on a rigid stop, its
-    /// velocity. The step must be repeated.
+    /// A contact leaves its piece at the start of the step: it changes its piece. The step must be repeated.
     ///
     /// # Errors
     /// [`IntegrateError::EdgeStall`], [`IntegrateError::RestsOnStop`].
     pub(crate) fn leave<V: Vector>(&mut self, e: &mut Ends<'_, V>, exit: Exit) -> Result<(), IntegrateError> {
         if exit.edge.is_stop(&self.locator.stops.rigid, exit.contact) {
-            return self.locator.strike_at_start(e, exit, &mut self.crossings);
+            return self.locator.presses(e.t, exit.contact);
         }
         let changed = self.locator.change(&mut e.pieces, exit);
         changed.then_some(()).ok_or(IntegrateError::EdgeStall { t: e.t, contact: exit.contact })
@@ -165,7 +168,12 @@ impl Passage {
         e: &mut Ends<'_, V>,
         located: Exit,
     ) -> Result<(), IntegrateError> {
-        self.check_tolerance(e, located.contact)?;
+        // A run may start on an edge, or a mass at rest at 0 be met: one crossing says nothing of the lengths.
+        match self.check_tolerance(e, located.contact) {
+            Err(error) if self.unresolved => return Err(error),
+            Err(_) => self.unresolved = true,
+            Ok(()) => {}
+        }
         let Passage { locator, crossings, sliding, .. } = self;
         let together = locator.together(&e.pieces, &e.contacts, located);
         crossings.extend([located].into_iter().chain(together).map(|exit| {
@@ -175,9 +183,22 @@ impl Passage {
         if let Some(contact) = sliding.find(e, crossings, self.edge, &locator.noise) {
             return Err(IntegrateError::EdgeStall { t: e.t1, contact });
         }
+        for crossing in crossings.iter().filter(|c| !c.rebounds) {
+            let (value, ..) = locator.miss(&e.pieces, &e.contacts, Exit::of(crossing));
+            locator.missed[crossing.contact] = 2.0 * value.abs();
+        }
         locator.strike_at_end(e, crossings)?;
         self.stats.crossings += self.crossings.len() as u64;
         Ok(())
+    }
+
+    /// The state at the end of the run, after the impacts there: a further run can start from it.
+    ///
+    /// # Errors
+    /// [`IntegrateError::Unbounded`] if a component is larger than that of a start may be.
+    pub(crate) fn finish<V: Vector>(&self, e: &mut Ends<'_, V>) -> Result<State, IntegrateError> {
+        self.locator.stops.write(&mut e.y1);
+        e.finish()
     }
 
     /// Prepares the start of the next step: velocities after impacts, pieces, the next drive edge. Returns
@@ -201,13 +222,16 @@ impl Passage {
             }
         }
         if at_drive_edge {
-            e.edge = e.t;
+            self.edge = edge_after(e.model, e.t)?;
+            self.stop = self.edge.min(self.end);
+            e.edges = [e.t, self.edge];
             if LOCATE {
                 self.take_pieces(e, false)?;
             }
             self.stats.drive_edges += 1;
-            self.edge = edge_after(e.model, e.t)?;
-            self.stop = self.edge.min(self.end);
+        }
+        if LOCATE {
+            self.crossings.iter().for_each(|c| self.locator.missed[c.contact] = 0.0);
         }
         Ok(longest)
     }

@@ -3,6 +3,7 @@
 use crate::model::Model;
 use crate::ode::edges::collisions::{Collisions, stops};
 use crate::ode::edges::exit::Exit;
+use crate::ode::stepping::vector::Vector;
 
 /// Allowed distance beyond a stop at the start of a step, as a share of |d| + |d' t| with the distance rate
 /// d' `[1]`.
@@ -91,6 +92,13 @@ impl Stops {
         }
     }
 
+    /// Writes the velocities after the impacts at the end of the step into a state, if there are any.
+    pub(crate) fn write<V: Vector>(&self, y: &mut V) {
+        if self.met {
+            let n = self.v.len();
+            y.slice_mut()[n..].copy_from_slice(&self.v);
+        }
+    }
     /// Maximum number of stops that are struck at one instant.
     pub(crate) fn room(&self) -> usize {
         2 * self.rigid.len()

@@ -50,31 +50,15 @@ impl Locator {
         Ok(())
     }
 
-    /// Treats a contact that is on its rigid stop at the start of a step and would move beyond it: if it
-    /// approaches the stop, it rebounds.
+    /// Treats a contact that is on its rigid stop at the start of a step and would move beyond it although it
+    /// does not approach it.
     ///
     /// # Errors
     /// [`IntegrateError::RestsOnStop`] after more than `STILL` calls for one contact at one instant.
-    pub(crate) fn strike_at_start<V: Vector>(
-        &mut self,
-        e: &mut Ends<'_, V>,
-        exit: Exit,
-        crossings: &mut Vec<Crossing>,
-    ) -> Result<(), IntegrateError> {
-        let t = e.t;
-        self.still[exit.contact] += 1;
-        if self.still[exit.contact] > Self::STILL {
-            return Err(IntegrateError::RestsOnStop { t, contact: exit.contact });
-        }
-        e.contacts_at_start();
-        if exit.distance(Piece::Gap, &e.contacts[exit.contact], 1.0).rate < 0.0 {
-            let (q, v) = halves(&e.y);
-            self.stops.v.copy_from_slice(v);
-            crossings.push(exit.crossing(Piece::Gap, true));
-            self.strike(e.model, &e.u_stage, q, &mut e.contacts, crossings, t)?;
-            crossings.clear();
-            self.stops.met = true;
-            self.rebound(e);
+    pub(crate) fn presses(&mut self, t: f64, contact: usize) -> Result<(), IntegrateError> {
+        self.still[contact] += 1;
+        if self.still[contact] > Self::STILL {
+            return Err(IntegrateError::RestsOnStop { t, contact });
         }
         Ok(())
     }
@@ -84,8 +68,7 @@ impl Locator {
     #[inline]
     pub(crate) fn rebound<V: Vector>(&mut self, e: &mut Ends<'_, V>) -> f64 {
         if self.stops.met {
-            let n = self.stops.v.len();
-            e.y.slice_mut()[n..].copy_from_slice(&self.stops.v);
+            self.stops.write(&mut e.y);
             e.contacts_at_start();
             self.start.copy_from_slice(&e.contacts);
             self.stops.met = false;

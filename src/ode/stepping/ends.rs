@@ -12,10 +12,6 @@ use crate::ode::stepping::vector::Vector;
 /// A component above this size grows without bound where steps shrink to nothing.
 const UNBOUNDED: f64 = 1e12;
 
-/// An instant lies beside the last drive edge up to this distance behind it, as a share of |t| `[1]`. A wave
-/// takes all instants within 32 ε |t| of its edge for the edge, because its phase is rounded.
-const BESIDE: f64 = 128.0 * f64::EPSILON;
-
 /// The current step of a run, seen from its ends. The method that computes the end adds its own arrays.
 pub struct Ends<'m, V: Vector> {
     pub(crate) model: &'m dyn Model,
@@ -31,8 +27,8 @@ pub struct Ends<'m, V: Vector> {
     pub(crate) y: V,
     /// Coordinates, then velocities, at the end.
     pub(crate) y1: V,
-    /// The last drive edge, or the start of the run.
-    pub(crate) edge: f64,
+    /// The last drive edge, or the start of the run; the next drive edge, infinite if there is none.
+    pub(crate) edges: [f64; 2],
     /// Drives at an instant that is no node.
     pub(crate) u_stage: Vec<f64>,
     /// Drives at the nodes of the step; the last node is its end.
@@ -64,7 +60,7 @@ impl<'m, V: Vector> Ends<'m, V> {
             t: start.t,
             t1: start.t,
             h: 0.0,
-            edge: start.t,
+            edges: [start.t, f64::INFINITY],
             atol: V::zeros(y.slice().len()),
             y1: y.clone(),
             nodes: Nodes::new(&u, nodes, steps),
@@ -152,13 +148,13 @@ impl<'m, V: Vector> Ends<'m, V> {
     #[inline(always)]
     pub(crate) fn drive(&mut self, theta: f64) {
         let t = self.t + theta * self.h;
-        let side = side_of(t, self.edge);
+        let side = side_of(t, self.edges);
         self.model.redrive(&[t], side, &mut self.u_stage);
     }
 
     /// Evaluates the drives at the end of the step, before a jump there.
     pub(crate) fn drive_end(&mut self) {
-        let side = side_of(self.t1, self.edge);
+        let side = side_of(self.t1, self.edges);
         self.model.redrive(&[self.t1], side, self.nodes.end_mut());
     }
 
@@ -260,7 +256,7 @@ impl<'m, V: Vector> Ends<'m, V> {
 
     /// Computes the contacts at the start of the step in `self.contacts`, after a jump of the drives there.
     pub(crate) fn contacts_at_start(&mut self) {
-        let side = side_of(self.t, self.edge);
+        let side = side_of(self.t, self.edges);
         self.model.redrive(&[self.t], side, &mut self.u_stage);
         let ((q, v), u) = (halves(&self.y), &self.u_stage);
         self.model.contact(u, q, v, &mut self.contacts);
@@ -314,11 +310,12 @@ fn unbounded<V: Vector>(t: f64, y: &V) -> Option<IntegrateError> {
 /// values could overflow.
 pub(crate) const LARGEST: f64 = 1e100;
 
-/// The side of a jump on which an instant of a step lies: after the last drive edge if it is on this edge, or
-/// so close behind it that the rounding of a late time hides the distance; else before the next edge.
+/// The side of a jump on which an instant between two drive edges lies: after the last one if it is closer to
+/// it, else before the next one. How close to its edge a wave takes an instant for the edge, because its phase
+/// is rounded, need not be known.
 #[inline(always)]
-pub(super) fn side_of(t: f64, edge: f64) -> Side {
-    if t - edge <= BESIDE * t.abs() { Side::After } else { Side::Before }
+pub(super) fn side_of(t: f64, [last, next]: [f64; 2]) -> Side {
+    if t - last <= next - t { Side::After } else { Side::Before }
 }
 
 /// Coordinates and velocities of a state.

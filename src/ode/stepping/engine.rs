@@ -1,6 +1,5 @@
 //! Stages and norms of one explicit Runge-Kutta step, common to all tableaux.
 
-use crate::excitation::Side;
 use crate::model::equations::each_row;
 use crate::model::{Model, State};
 use crate::ode::shifted::Shifted;
@@ -128,7 +127,7 @@ impl<'m, V: Vector> Engine<'m, V> {
     /// Evaluates the drives at all nodes of the step, unless they are known.
     #[inline(always)]
     pub(crate) fn drive_nodes<T: Tableau>(&mut self) {
-        let Ends { model, nodes, t, t1, edge, .. } = &mut self.ends;
+        let Ends { model, nodes, t, t1, edges, .. } = &mut self.ends;
         let (mut times, n) = ([*t1; SLOTS], T::NODES.len());
         nodes_of::<T>(*t, *t1, &mut times);
         let times = &times[..n];
@@ -139,10 +138,7 @@ impl<'m, V: Vector> Engine<'m, V> {
         } else {
             return;
         };
-        match side_of(*t, *edge) {
-            Side::Before => model.redrive(times, Side::Before, rows),
-            Side::After => behind_edge(*model, times, *edge, rows),
-        }
+        redrive_between(*model, [*t, *t1], times, *edges, rows);
     }
 
     /// Evaluates the drives of this step and of the fixed steps after it at once, unless they are known. Step
@@ -150,11 +146,8 @@ impl<'m, V: Vector> Engine<'m, V> {
     /// there or later.
     #[inline(always)]
     pub(crate) fn drive_ahead<T: Tableau>(&mut self, end: impl Fn(usize) -> f64, stop: f64) {
-        let Ends { model, nodes, t, t1, edge, .. } = &mut self.ends;
-        if V::AHEAD == 1 || nodes.has_next() || *t1 != end(0) || side_of(*t, *edge) == Side::After {
-            return;
-        }
-        if end(V::AHEAD - 1) >= stop {
+        let Ends { model, nodes, t, t1, edges, .. } = &mut self.ends;
+        if V::AHEAD == 1 || nodes.has_next() || *t1 != end(0) || end(V::AHEAD - 1) >= stop {
             return;
         }
         let (mut times, n) = ([0.0; 4 * SLOTS], T::NODES.len());
@@ -164,7 +157,7 @@ impl<'m, V: Vector> Engine<'m, V> {
             nodes_of::<T>(start, end(step), times);
             start = end(step);
         }
-        model.redrive(times, Side::Before, nodes.fill(times));
+        redrive_between(*model, [*t, start], times, *edges, nodes.fill(times));
     }
 
     /// k_s = f(y + h Σ a_l k_l), with the drives `u_stage`.
@@ -223,7 +216,7 @@ impl<'m, V: Vector> Engine<'m, V> {
     /// Computes f(t, y) in slot 0, with the drives after a jump at t.
     #[inline(always)]
     pub(crate) fn derivative_at_start(&mut self) {
-        let side = side_of(self.ends.t, self.ends.edge);
+        let side = side_of(self.ends.t, self.ends.edges);
         let Ends { model, pieces, u_stage, y, t, .. } = &mut self.ends;
         model.redrive(&[*t], side, u_stage);
         let pieces = self.on_fixed_pieces.then_some(&pieces[..]);
@@ -284,10 +277,26 @@ impl<'m, V: Vector> Engine<'m, V> {
     }
 }
 
-/// Updates the drives at the nodes of a step that begins on a drive edge.
+/// Updates the drives at instants from `first` to `last`, between two drive edges.
+#[inline(always)]
+fn redrive_between(
+    model: &dyn Model,
+    [first, last]: [f64; 2],
+    times: &[f64],
+    edges: [f64; 2],
+    rows: &mut [f64],
+) {
+    let side = side_of(first, edges);
+    if side == side_of(last, edges) {
+        model.redrive(times, side, rows);
+    } else {
+        redrive_each(model, times, edges, rows);
+    }
+}
+
 #[cold]
-fn behind_edge(model: &dyn Model, times: &[f64], edge: f64, rows: &mut [f64]) {
-    each_row(model.drives(), times, rows, |t, u| model.redrive(&[t], side_of(t, edge), u));
+fn redrive_each(model: &dyn Model, times: &[f64], edges: [f64; 2], rows: &mut [f64]) {
+    each_row(model.drives(), times, rows, |t, u| model.redrive(&[t], side_of(t, edges), u));
 }
 
 /// Writes the instants of the nodes of a step.

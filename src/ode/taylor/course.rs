@@ -127,13 +127,12 @@ impl<'m> Course<'m> {
                 self.e.aim(aim);
                 Ok(Some(h))
             }
-            Found::AtOnce(exit) if self.passage.locator.crosses_late(exit) => {
-                let shortest = shortest(t, h);
-                self.found = Found::At(Elapsed(shortest), exit);
-                self.e.aim(t + shortest);
-                Ok(Some(self.e.h()))
-            }
             Found::AtOnce(exit) => {
+                if let Some(after) = self.passage.locator.crosses_late(&mut self.e, exit) {
+                    self.e.aim(self.passage.stop.min(t + after + shortest(t, h)));
+                    self.found = Found::At(Elapsed(self.e.h()), exit);
+                    return Ok(Some(self.e.h()));
+                }
                 self.passage.leave(&mut self.e, exit)?;
                 self.passage.stats.rejected += 1;
                 Ok(None)

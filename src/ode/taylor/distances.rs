@@ -97,7 +97,8 @@ pub(crate) fn first_exit(
         // deflection of 0.
         let at_start = &e.contacts[contact];
         let on_edge = Contact { deflection: edge.position(at_start), ..*at_start };
-        let slack = locator.slack(contact, at_start).max(locator.slack(contact, &on_edge));
+        let near_edge = locator.slack(contact, &on_edge);
+        let slack = locator.slack(contact, at_start).max(near_edge);
         let root = match fall {
             // The distance falls past the edge without a turn: it has one root, and none before.
             Some(Fall { before: [a, from], after: [b, to], steady: true })
@@ -118,11 +119,11 @@ pub(crate) fn first_exit(
                 found = Found::At(Elapsed(root), exit);
             }
             None if limit == h && matches!(found, Found::Nothing) => {
-                // The contact reaches the edge at the end of the step: the next step would start past the
-                // edge and not report it.
+                // The contact reaches the edge at the end of the step. A run from there must find it on the
+                // edge, whatever its deflection was at the start of this step.
                 let (value, rate) = distance.with_slope(h);
                 let has_risen = start > slack || distance.c[1] * h > PLAIN * slack;
-                if has_risen && value.abs() <= slack && rate * h < -PLAIN * slack {
+                if has_risen && (-slack..=near_edge).contains(&value) && rate * h < -PLAIN * slack {
                     found = Found::At(Elapsed(h), exit);
                 }
             }

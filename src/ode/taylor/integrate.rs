@@ -107,11 +107,11 @@ impl Prepared {
                 Made::Again => {}
                 Made::Step { at_edge, full } => {
                     let stopped = run.report(at_edge, full, observer);
-                    let Course { e, passage, .. } = &run.course;
+                    let Course { e, passage, .. } = &mut run.course;
                     if stopped || e.t1 >= t_end {
                         let mut stats = passage.stats;
                         stats.evaluations += e.evaluations();
-                        return Ok(Finish { state: e.finish()?, stopped, stats });
+                        return Ok(Finish { state: passage.finish(e)?, stopped, stats });
                     }
                     run.pass(at_edge)?;
                 }

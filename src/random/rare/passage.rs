@@ -76,7 +76,7 @@ impl<'w> FirstPassage<'w> {
     ///
     /// # Errors
     /// [`NoiseError`].
-    pub fn run<'s, G: Shape + Send + Sync, const W: usize>(
+    pub fn run<'s, G: Shape, const W: usize>(
         &self,
         solver: &NoisySteps<W>,
         machine: &Machine<G>,

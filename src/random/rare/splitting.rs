@@ -119,7 +119,7 @@ impl<'w> Splitting<'w> {
     /// # Errors
     /// [`NoiseError`]. [`NoiseError::Extinct`] if the pilot does not find the way to the event;
     /// [`NoiseError::Exhausted`] if cancelled before 8 repeats.
-    pub fn run<'s, G: Shape + Send + Sync, const W: usize>(
+    pub fn run<'s, G: Shape, const W: usize>(
         &self,
         solver: &NoisySteps<W>,
         machine: &Machine<G>,

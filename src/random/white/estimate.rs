@@ -39,12 +39,12 @@ impl Estimate {
         Ok(Estimate::ratio(values.iter().map(|x| [*x, 1.0])))
     }
 
-    /// Σx/Σy of pairs [x, y], one for each batch. Its standard error is that of the mean of x - (Σx/Σy) y,
+    /// Σx/Σy of pairs [x, y], one for each batch; NaN for Σy = 0. Its standard error is that of the mean of x - (Σx/Σy) y,
     /// over the mean of y.
     pub(crate) fn ratio(pairs: impl Iterator<Item = [f64; 2]> + Clone) -> Self {
         let (count, above, below) =
             pairs.clone().fold((0, 0.0, 0.0), |(n, a, b), [x, y]| (n + 1, a + x, b + y));
-        let (mean, n) = (above / below, count as f64);
+        let (mean, n) = (if below == 0.0 { f64::NAN } else { above / below + 0.0 }, count as f64);
         let square: f64 = pairs.map(|[x, y]| (x - mean * y) * (x - mean * y)).sum();
         let standard_error = (square * n / (n - 1.0)).sqrt() / below.abs();
         Estimate { mean, standard_error, batches: count }

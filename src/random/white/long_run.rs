@@ -98,7 +98,7 @@ impl<'w> LongRun<'w> {
     ///
     /// # Errors
     /// [`NoiseError`]. [`NoiseError::Exhausted`] if cancelled before 8 spans were complete.
-    pub fn run<'s, G: Shape + Send + Sync, const W: usize>(
+    pub fn run<'s, G: Shape, const W: usize>(
         &self,
         solver: &NoisySteps<W>,
         machine: &Machine<G>,

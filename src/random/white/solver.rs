@@ -80,7 +80,7 @@ impl<const W: usize> NoisySteps<W> {
     ///
     /// # Errors
     /// [`NoiseError`].
-    pub fn ends<'s, G: Shape + Send + Sync>(
+    pub fn ends<'s, G: Shape>(
         &self,
         machine: &Machine<G>,
         start: impl Into<Option<&'s State>>,

@@ -101,7 +101,7 @@ impl Sweep {
     /// assert!((mean - 1.102).abs() < 1e-3 && rows.errors().is_empty());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn over<'a, G: Shape + Send + Sync, E: SweepEngine<Machine<G>>>(
+    pub fn over<'a, G: Shape, E: SweepEngine<Machine<G>>>(
         &'a self,
         engine: &'a E,
         machine: &'a Machine<G>,

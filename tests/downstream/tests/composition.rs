@@ -250,7 +250,7 @@ fn in_the_ring() {
     let (motor, gears, omega) = (preset.motor, preset.gears.clone(), preset.omega);
     let params =
         RingParams { motor, gears, meshes, mesh_damping: vec![1000.0; 4], omega, teeth: preset.teeth };
-    let ring = Ring::with_laws(&params, Frame::Rigid).unwrap();
+    let ring = Ring::of_laws(&params, Frame::Rigid).unwrap();
     assert_eq!(ring.next_edge(0.0), Some(ring.period()));
     let run = |rtol: f64| {
         let solver =
