@@ -264,7 +264,7 @@ impl<'m, V: Vector> Run<'m, V> {
                 passage.cross(&mut e.ends, exit)?;
             }
             Ok(Found::At(_, exit) | Found::AtOnce(exit)) => {
-                let Some(after) = passage.locator.crosses_late(&mut e.ends, exit) else {
+                let Some(late) = passage.locator.crosses_late(&mut e.ends, exit) else {
                     match passage.leave(&mut e.ends, exit) {
                         // A step that is too long for a fast decay may overshoot the edge at which the motion
                         // ends.
@@ -280,7 +280,7 @@ impl<'m, V: Vector> Run<'m, V> {
                     e.derivative_at_start();
                     return Ok(Verdict::Repeat);
                 };
-                step_on_edge::<T, V>(e, after, passage.stop);
+                step_on_edge::<T, V>(e, late, passage.stop);
                 passage.cross(&mut e.ends, exit)?;
             }
         }

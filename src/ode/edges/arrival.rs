@@ -2,7 +2,7 @@
 
 use crate::numeric::search::bracket::Bracket;
 use crate::ode::edges::exit::Exit;
-use crate::ode::edges::locate::Locator;
+use crate::ode::edges::locate::{Late, Locator};
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::step::Crossing;
 use crate::ode::stepping::control::shortest;
@@ -89,12 +89,15 @@ pub(crate) fn step_to_edge<T: Tableau, V: Vector>(
     stall
 }
 
-/// Shortens the step to the shortest one that ends with a crossing of the edge on which it starts. `after`:
-/// see [`Locator::crosses_late`]; `stop`: its latest end.
+/// Shortens the step to the shortest one that ends with a crossing of the edge on which it starts. `stop`:
+/// its latest end.
 #[cold]
-pub(crate) fn step_on_edge<T: Tableau, V: Vector>(e: &mut Engine<'_, V>, after: f64, stop: f64) {
-    e.aim(stop.min(e.ends.t + after + shortest(e.ends.t, e.ends.h())));
+pub(crate) fn step_on_edge<T: Tableau, V: Vector>(e: &mut Engine<'_, V>, late: Late, stop: f64) {
+    e.aim(stop.min(e.ends.t + late.after + shortest(e.ends.t, e.ends.h())));
     attempt_again::<T, V>(e);
+    if late.strikes {
+        e.ends.stand_still();
+    }
     e.evaluations += T::EVALUATIONS;
     e.ends.contacts_at_end();
 }

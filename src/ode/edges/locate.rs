@@ -55,6 +55,16 @@ const REST: f64 = 16.0;
 /// A motion this many times larger than these effects is resolved.
 const FAR: f64 = 1e3;
 
+/// A crossing at the start of a step that no step has reported. The shortest step reports it at its end.
+#[derive(Clone, Copy)]
+pub(crate) struct Late {
+    /// Time from the start of the step to the edge.
+    pub(crate) after: f64,
+    /// Whether it is an impact on a rigid stop. The step then ends in the state in which it starts, so that
+    /// all that touch there touch at its end.
+    pub(crate) strikes: bool,
+}
+
 /// The contacts of one run at the ends of the current step, and the data for the location of their edges.
 pub(crate) struct Locator {
     /// Contacts at the start of the step.
@@ -117,9 +127,9 @@ impl Locator {
     }
 
     /// Determines the piece of every contact at the start of a step from its deflection; on an edge, from its
-    /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set; so does
-    /// one that has just crossed to it, as far from the edge as it crossed. A contact does not enter the flank
-    /// of a rigid stop. A contact at rest in a gap without width is on its upper flank.
+    /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set; so
+    /// does one that has just crossed to it, as far from the edge as it crossed. A contact does not enter the
+    /// flank of a rigid stop. A contact at rest in a gap without width is on its upper flank.
     pub(crate) fn classify<V: Vector>(&mut self, e: &mut Ends<'_, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
@@ -187,22 +197,23 @@ impl Locator {
         self.fresh.fill(false);
     }
 
-    /// The time after which a contact that leaves its piece at the start of the step crosses its edge, if it
-    /// does so unreported: it was on this piece before, and the last step ended within the slack of the edge.
-    /// A contact that approaches a rigid stop there has not struck it.
+    /// Whether and how a contact that leaves its piece at the start of the step crosses its edge there
+    /// unreported: it was on this piece before, and the last step ended within the slack of the edge. A
+    /// contact that approaches a rigid stop there has not struck it.
     #[cold]
-    pub(crate) fn crosses_late<V: Vector>(&self, e: &mut Ends<'_, V>, exit: Exit) -> Option<f64> {
+    pub(crate) fn crosses_late<V: Vector>(&self, e: &mut Ends<'_, V>, exit: Exit) -> Option<Late> {
         let i = exit.contact;
-        let stop = exit.edge.is_stop(&self.stops.rigid, i);
-        if !stop && (self.fresh[i] || self.still[i] > 0) {
+        let strikes = exit.edge.is_stop(&self.stops.rigid, i);
+        if !strikes && (self.fresh[i] || self.still[i] > 0) {
             return None;
         }
         e.contacts_at_start();
-        let d = exit.distance(if stop { Piece::Gap } else { e.pieces[i] }, &e.contacts[i], 1.0);
-        if stop && d.rate >= 0.0 {
+        let d = exit.distance(e.pieces[i], &e.contacts[i], 1.0);
+        if strikes && d.rate >= 0.0 {
             return None;
         }
-        Some(if d.value > 0.0 && d.rate < 0.0 { d.value / -d.rate } else { 0.0 })
+        let after = if !strikes && d.value > 0.0 && d.rate < 0.0 { d.value / -d.rate } else { 0.0 };
+        Some(Late { after, strikes })
     }
 
     /// Measures the effect of rounding on the deflections. It grows with the coordinates.

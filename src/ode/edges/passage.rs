@@ -168,7 +168,8 @@ impl Passage {
         e: &mut Ends<'_, V>,
         located: Exit,
     ) -> Result<(), IntegrateError> {
-        // A run may start on an edge, or a mass at rest at 0 be met: one crossing says nothing of the lengths.
+        // A run may start on an edge, or a mass at rest at 0 be met: one crossing says nothing of the
+        // lengths.
         match self.check_tolerance(e, located.contact) {
             Err(error) if self.unresolved => return Err(error),
             Err(_) => self.unresolved = true,

@@ -94,6 +94,11 @@ impl<'m, V: Vector> Ends<'m, V> {
         V::hand_over(&mut self.y1, &mut self.y);
     }
 
+    /// Ends the step in the state in which it starts.
+    pub(crate) fn stand_still(&mut self) {
+        self.y1.slice_mut().copy_from_slice(self.y.slice());
+    }
+
     /// Whether the end of the step is finite and its size is at most `LARGEST`, so that dense output,
     /// channels and their squares do not overflow.
     #[inline(always)]
@@ -311,8 +316,8 @@ fn unbounded<V: Vector>(t: f64, y: &V) -> Option<IntegrateError> {
 pub(crate) const LARGEST: f64 = 1e100;
 
 /// The side of a jump on which an instant between two drive edges lies: after the last one if it is closer to
-/// it, else before the next one. How close to its edge a wave takes an instant for the edge, because its phase
-/// is rounded, need not be known.
+/// it, else before the next one. How close to its edge a wave takes an instant for the edge, because its
+/// phase is rounded, need not be known.
 #[inline(always)]
 pub(super) fn side_of(t: f64, [last, next]: [f64; 2]) -> Side {
     if t - last <= next - t { Side::After } else { Side::Before }

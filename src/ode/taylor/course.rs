@@ -30,6 +30,8 @@ pub(crate) struct Course<'m> {
     aim: [f64; 2],
     /// The first exit in the step.
     found: Found<Elapsed>,
+    /// Whether the step serves to report an impact at its start.
+    strikes: bool,
 }
 
 /// The time up to which the series of the given drives are valid. `drives`: their indices, with columns.
@@ -67,6 +69,7 @@ impl<'m> Course<'m> {
             limit: f64::INFINITY,
             aim: [0.0; 2],
             found: Found::Nothing,
+            strikes: false,
         })
     }
 
@@ -128,8 +131,9 @@ impl<'m> Course<'m> {
                 Ok(Some(h))
             }
             Found::AtOnce(exit) => {
-                if let Some(after) = self.passage.locator.crosses_late(&mut self.e, exit) {
-                    self.e.aim(self.passage.stop.min(t + after + shortest(t, h)));
+                if let Some(late) = self.passage.locator.crosses_late(&mut self.e, exit) {
+                    self.e.aim(self.passage.stop.min(t + late.after + shortest(t, h)));
+                    self.strikes = late.strikes;
                     self.found = Found::At(Elapsed(self.e.h()), exit);
                     return Ok(Some(self.e.h()));
                 }
@@ -146,7 +150,7 @@ impl<'m> Course<'m> {
 
     /// Ends the step already after the time `h`, before its first exit.
     pub(crate) fn shorten(&mut self, h: f64) {
-        self.found = Found::Nothing;
+        (self.found, self.strikes) = (Found::Nothing, false);
         self.e.aim(self.e.t + h);
         self.passage.stats.rejected += 1;
     }
@@ -157,6 +161,9 @@ impl<'m> Course<'m> {
     /// # Errors
     /// Those of [`Passage::cross`].
     pub(crate) fn cross(&mut self, full: f64) -> Result<bool, IntegrateError> {
+        if std::mem::take(&mut self.strikes) {
+            self.e.stand_still();
+        }
         if let Found::At(_, exit) = self.found {
             self.e.drive_end();
             self.e.contacts_at_end();

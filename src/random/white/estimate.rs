@@ -39,8 +39,8 @@ impl Estimate {
         Ok(Estimate::ratio(values.iter().map(|x| [*x, 1.0])))
     }
 
-    /// Σx/Σy of pairs [x, y], one for each batch; NaN for Σy = 0. Its standard error is that of the mean of x - (Σx/Σy) y,
-    /// over the mean of y.
+    /// Σx/Σy of pairs [x, y], one for each batch; NaN for Σy = 0. Its standard error is that of the mean of
+    /// x - (Σx/Σy) y, over the mean of y.
     pub(crate) fn ratio(pairs: impl Iterator<Item = [f64; 2]> + Clone) -> Self {
         let (count, above, below) =
             pairs.clone().fold((0, 0.0, 0.0), |(n, a, b), [x, y]| (n + 1, a + x, b + y));
