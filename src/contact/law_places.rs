@@ -38,17 +38,17 @@ impl LawPlaces {
         self.kinks.len()
     }
 
-    /// Contact `i` of the model, from its laws and the contacts at which teeth touch.
+    /// The contact at which the teeth of contact `i` of the model touch; for an inner kink, its law and its
+    /// number there.
     #[inline(always)]
-    pub(crate) fn contact<'n, S: Scalar, N: Nonlinearity + 'n>(
-        &self,
-        i: usize,
-        law: impl FnOnce(usize) -> &'n N,
-        touch: impl FnOnce(usize) -> Contact<S>,
-    ) -> Contact<S> {
-        let kink = i.checked_sub(self.touching).map(|kink| self.kinks[kink]);
-        let contact = touch(kink.map_or(i, |[contact, _]| contact));
-        let Some([of, k]) = kink else { return contact };
-        Contact { deflection: law(of).kink(k, contact.deflection, contact.rate), ..contact }
+    pub(crate) fn place(&self, i: usize) -> (usize, Option<[usize; 2]>) {
+        match i.checked_sub(self.touching) {
+            None => (i, None),
+            Some(kink) => (self.kinks[kink][0], Some(self.kinks[kink])),
+        }
+    }
+    /// The contact of an inner kink, from the contact at which its teeth touch.
+    pub(crate) fn kink<S: Scalar>(law: &impl Nonlinearity, k: usize, touch: Contact<S>) -> Contact<S> {
+        Contact { deflection: law.kink(k, touch.deflection, touch.rate), ..touch }
     }
 }

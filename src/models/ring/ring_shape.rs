@@ -322,7 +322,9 @@ impl<N: Nonlinearity> Shape for RingShape<N> {
         q: &[S],
         v: &[S],
     ) -> Contact<S> {
-        self.places.contact(i, |i| self.meshes[i].law(), |i| self.touch(law, i, u, q, v))
+        let (i, kink) = self.places.place(i);
+        let touch = self.touch(law, i, u, q, v);
+        kink.map_or(touch, |[of, k]| LawPlaces::kink(self.meshes[of].law(), k, touch))
     }
 
     fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {

@@ -192,7 +192,9 @@ impl<N: Nonlinearity> Shape for TrainShape<N> {
         v: &[S],
     ) -> Contact<S> {
         let at = self.drives::<false, _>(u);
-        self.places.contact(i, |i| &self.teeth[i].law, |i| self.touch(law, i, &at, q, v))
+        let (i, kink) = self.places.place(i);
+        let touch = self.touch(law, i, &at, q, v);
+        kink.map_or(touch, |[of, k]| LawPlaces::kink(&self.teeth[of].law, k, touch))
     }
 
     #[inline(always)]
