@@ -321,6 +321,7 @@ impl Locator {
     /// the contacts of `e` are those at the end of the step, otherwise those at some instant inside it.
     ///
     /// `Err`: the step does not resolve the gaps and must be repeated with this factor times its length.
+    #[inline(never)]
     pub(crate) fn find<T: Tableau, V: Vector>(&mut self, e: &mut Engine<'_, V>) -> Result<Found<Share>, f64> {
         let mut limit = 1.0;
         let mut first = Found::Nothing;
