@@ -13,8 +13,9 @@ use std::sync::Arc;
 /// A model that consists of a [`Shape`] and the values of its constants. Copies share the shape and are
 /// cheap.
 ///
-/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and [`Periodic`]. The angle of
-/// its waves is φ = φ' t. Two machines run in lanes of one drive table if and only if their shapes are equal.
+/// It implements [`Model`], with fixed pieces, contacts and an exact Jacobian, and
+/// [`Periodic`](crate::Periodic). The angle of its waves is φ = φ' t. Two machines run in lanes of one drive
+/// table if and only if their shapes are equal.
 ///
 /// ```
 /// use gear_dynamics::{NfgPair, NfgParams};

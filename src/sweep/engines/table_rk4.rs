@@ -5,9 +5,9 @@ use crate::ode::IntegrateError;
 use crate::sweep::engines::batch::{Batch, LaneRun, refuse};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
+use crate::sweep::lanes::algebra::Plain;
 use crate::sweep::lanes::drive_table::DriveTable;
 use crate::sweep::lanes::instructions::InstructionSet;
-use crate::sweep::lanes::kernel::Plain;
 use crate::sweep::sweep_error::SweepError;
 use std::collections::VecDeque;
 

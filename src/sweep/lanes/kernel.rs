@@ -1,88 +1,13 @@
 //! The classical Runge-Kutta method over a drive table, for all lanes at once.
 
-use crate::contact::{ByDeflection, Contact};
-use crate::model::{Drives, Model, Shape};
-use crate::scalar::{Scalar, keep_rolled};
+use crate::contact::Contact;
+use crate::scalar::keep_rolled;
+use crate::sweep::lanes::algebra::Algebra;
 use crate::sweep::lanes::drive_table::{DriveTable, WHOLE};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::meter::Meters;
 use crate::sweep::lanes::number::Number;
 use std::ops::Range;
-
-/// The functions of a model that a step needs, on numbers `S`. The drives of the table come first, then the
-/// drives that differ between lanes.
-pub(crate) trait Algebra<S> {
-    fn dof(&self) -> usize;
-    fn drives(&self) -> usize;
-    /// Number of leading drives that the table contains.
-    fn columns(&self) -> usize;
-    fn contacts(&self) -> usize;
-    fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]);
-    /// Evaluates at least the contacts `which`.
-    fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]);
-}
-
-/// The shape of a model, shared by all lanes.
-pub(crate) struct Shared<'m, G>(pub(crate) &'m G);
-
-impl<S: Scalar, G: Shape> Algebra<S> for Shared<'_, G> {
-    #[inline(always)]
-    fn dof(&self) -> usize {
-        self.0.size().dof
-    }
-    #[inline(always)]
-    fn drives(&self) -> usize {
-        self.0.size().drives()
-    }
-    #[inline(always)]
-    fn columns(&self) -> usize {
-        self.0.size().waves
-    }
-    #[inline(always)]
-    fn contacts(&self) -> usize {
-        self.0.size().contacts
-    }
-    // Not inlined without optimisation: it is then compiled once for each shape and width, instead of once
-    // for each call and instruction set.
-    #[cfg_attr(debug_assertions, inline(never))]
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn accel(&self, u: &[S], q: &[S], v: &[S], a: &mut [S]) {
-        self.0.accel(&ByDeflection, Drives::new(self.0.size().waves, u), q, v, a);
-    }
-    #[cfg_attr(debug_assertions, inline(never))]
-    #[cfg_attr(not(debug_assertions), inline(always))]
-    fn contact(&self, which: Range<usize>, u: &[S], q: &[S], v: &[S], out: &mut [Contact<S>]) {
-        let (u, out) = (Drives::new(self.0.size().waves, u), &mut out[..self.0.size().contacts]);
-        for i in which {
-            let i = keep_rolled(i);
-            out[i] = self.0.contact(&ByDeflection, i, u, q, v);
-        }
-    }
-}
-
-/// Any model, run alone.
-pub(crate) struct Plain<'m, M: ?Sized>(pub(crate) &'m M);
-
-impl<M: Model + ?Sized> Algebra<f64> for Plain<'_, M> {
-    fn dof(&self) -> usize {
-        self.0.dof()
-    }
-    fn drives(&self) -> usize {
-        self.0.drives()
-    }
-    fn columns(&self) -> usize {
-        self.0.drives()
-    }
-    fn contacts(&self) -> usize {
-        self.0.contacts()
-    }
-    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
-        self.0.accel(u, q, v, a);
-    }
-    fn contact(&self, _: Range<usize>, u: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
-        self.0.contact(u, q, v, out);
-    }
-}
 
 /// The data of all lanes: states, steps, drives and meters.
 #[derive(Clone, Debug)]
@@ -199,19 +124,15 @@ struct LaneWork<'w, S> {
 impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     /// Makes the steps with an instruction set.
     pub(crate) fn run(self, set: InstructionSet) {
-        set.run(self);
+        S::run(set, self);
     }
 
     #[inline(always)]
     fn dispatch(mut self) {
-        let small = is_small(self.algebra);
-        match (self.algebra.dof(), small, self.bundle.metered) {
-            (1, true, false) => self.small::<1, false>(),
-            (1, true, true) => self.small::<1, true>(),
-            (2, true, false) => self.small::<2, false>(),
-            (2, true, true) => self.small::<2, true>(),
-            (_, _, false) => self.large::<false>(),
-            (_, _, true) => self.large::<true>(),
+        match (self.algebra.dof(), is_small(self.algebra)) {
+            (1, true) => self.small::<1>(),
+            (2, true) => self.small::<2>(),
+            _ => self.large(),
         }
     }
 
@@ -219,7 +140,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     /// through memory once per step: the compiler forms vector instructions well from values in memory, and
     /// badly from values that a loop keeps in registers.
     #[inline(always)]
-    fn small<const N: usize, const METERED: bool>(&mut self) {
+    fn small<const N: usize>(&mut self) {
         let zero = S::from(0.0);
         let mut states = [[zero; N]; 2];
         std::hint::black_box(&mut states);
@@ -243,14 +164,14 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
             u: &mut u[..drives],
             contacts: &mut contacts[..touching],
         };
-        self.advance::<true, METERED>(N, &mut work);
+        self.advance::<true>(N, &mut work);
         self.bundle.q.copy_from_slice(work.q);
         self.bundle.v.copy_from_slice(work.v);
     }
 
     /// Makes the steps on vectors in memory.
     #[inline(always)]
-    fn large<const METERED: bool>(&mut self) {
+    fn large(&mut self) {
         let (n, drives) = (self.algebra.dof(), self.algebra.drives());
         let mut scratch = std::mem::take(&mut self.bundle.scratch);
         let mut contacts = std::mem::take(&mut self.bundle.contacts);
@@ -269,7 +190,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         work.q.copy_from_slice(&self.bundle.q);
         work.v.copy_from_slice(&self.bundle.v);
         work.u.copy_from_slice(&self.bundle.u);
-        self.advance::<false, METERED>(n, &mut work);
+        self.advance::<false>(n, &mut work);
         self.bundle.q.copy_from_slice(work.q);
         self.bundle.v.copy_from_slice(work.v);
         self.bundle.scratch = scratch;
@@ -279,7 +200,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     // Not inlined without optimisation: it is then compiled once, instead of once for each instruction set.
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline(always))]
-    fn advance<const SMALL: bool, const METERED: bool>(&mut self, n: usize, w: &mut LaneWork<'_, S>) {
+    fn advance<const SMALL: bool>(&mut self, n: usize, w: &mut LaneWork<'_, S>) {
         let w = &mut LaneWork {
             q: &mut w.q[..n],
             v: &mut w.v[..n],
@@ -293,14 +214,15 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         };
         let (algebra, table, h) = (self.algebra, self.table, self.bundle.step);
         let (half, sixth, columns) = (h * 0.5, h * (1.0 / 6.0), algebra.columns());
-        let contacts = self.bundle.meters.contacts();
+        let (metered, contacts) = (self.bundle.metered, self.bundle.meters.contacts());
+        let rolled = |i: usize| if SMALL { i } else { keep_rolled(i) };
         // Whether the drives at the start of the step are not in `u` yet.
         let mut fresh = true;
         for step in self.steps.clone() {
             if fresh || SMALL {
                 fill::<S, SMALL>(table, 2 * step, columns, w.u);
             }
-            if METERED {
+            if metered {
                 if fresh && table.jumps_before(step) {
                     self.bundle.meters.halve_next();
                 }
@@ -309,31 +231,51 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 }
                 self.bundle.meters.sample(w.q, w.v, w.contacts);
             }
-            algebra.accel(w.u, w.q, w.v, w.first);
-            for i in 0..n {
-                let i = if SMALL { i } else { keep_rolled(i) };
-                w.qs[i] = w.q[i] + half * w.v[i];
-                w.vs[i] = w.v[i] + half * w.first[i];
-            }
-            fill::<S, SMALL>(table, 2 * step + 1, columns, w.u);
-            algebra.accel(w.u, w.qs, w.vs, w.inner);
-            for i in 0..n {
-                let i = if SMALL { i } else { keep_rolled(i) };
-                w.qs[i] = w.q[i] + half * w.vs[i];
-                w.vs[i] = w.v[i] + half * w.inner[i];
-            }
-            algebra.accel(w.u, w.qs, w.vs, w.a);
-            for i in 0..n {
-                let i = if SMALL { i } else { keep_rolled(i) };
-                w.inner[i] = w.inner[i] + w.a[i];
-                w.qs[i] = w.q[i] + h * w.vs[i];
-                w.vs[i] = w.v[i] + h * w.a[i];
-            }
             let (end, shared) = table.end(step);
-            fill::<S, SMALL>(table, end, columns, w.u);
-            algebra.accel(w.u, w.qs, w.vs, w.a);
             for i in 0..n {
-                let i = if SMALL { i } else { keep_rolled(i) };
+                let i = rolled(i);
+                (w.qs[i], w.vs[i]) = (w.q[i], w.v[i]);
+            }
+            // One loop over the stages has one copy of the algebra, where it is large.
+            for stage in 0..4 {
+                let stage = rolled(stage);
+                match stage {
+                    0 => {}
+                    3 => fill::<S, SMALL>(table, end, columns, w.u),
+                    _ if stage == 1 || SMALL => fill::<S, SMALL>(table, 2 * step + 1, columns, w.u),
+                    _ => {}
+                }
+                algebra.accel(w.u, w.qs, w.vs, w.a);
+                let ahead = if stage == 2 { h } else { half };
+                match stage {
+                    0 => {
+                        for i in 0..n {
+                            let i = rolled(i);
+                            w.first[i] = w.a[i];
+                        }
+                    }
+                    1 => {
+                        for i in 0..n {
+                            let i = rolled(i);
+                            w.inner[i] = w.a[i];
+                        }
+                    }
+                    2 => {
+                        for i in 0..n {
+                            let i = rolled(i);
+                            w.inner[i] = w.inner[i] + w.a[i];
+                        }
+                    }
+                    _ => break,
+                }
+                for i in 0..n {
+                    let i = rolled(i);
+                    w.qs[i] = w.q[i] + ahead * w.vs[i];
+                    w.vs[i] = w.v[i] + ahead * w.a[i];
+                }
+            }
+            for i in 0..n {
+                let i = rolled(i);
                 w.q[i] = w.q[i] + h * (w.v[i] + sixth * (w.first[i] + w.inner[i]));
                 w.v[i] = w.v[i] + sixth * (w.first[i] + w.inner[i] + w.inner[i] + w.a[i]);
             }
@@ -341,7 +283,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 std::hint::black_box(());
             }
             fresh = !shared;
-            if METERED && fresh {
+            if metered && fresh {
                 let Bundle { q, v, u, contacts, meters, .. } = &mut *self.bundle;
                 q.copy_from_slice(w.q);
                 v.copy_from_slice(w.v);
@@ -349,7 +291,7 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 sample_before_jump(algebra, meters, [q, v, u], if SMALL { contacts } else { w.contacts });
             }
         }
-        if METERED {
+        if metered {
             self.bundle.meters.finish();
         }
     }

@@ -1,5 +1,6 @@
 //! Lanes: several runs side by side over one drive table.
 
+pub(crate) mod algebra;
 pub(crate) mod drive_table;
 pub(crate) mod flanks;
 pub(crate) mod instructions;

@@ -5,6 +5,8 @@
 )]
 
 use crate::scalar::Scalar;
+use crate::sweep::lanes::instructions::InstructionSet;
+use pulp::WithSimd;
 use std::ops::Add;
 use std::ops::Div;
 use std::ops::Mul;
@@ -193,6 +195,8 @@ pub(crate) trait Number: Scalar {
     fn set_lane(&mut self, lane: usize, value: f64);
     /// In each lane `yes` if a > b, else `no`.
     fn if_above(a: Self, b: Self, yes: Self, no: Self) -> Self;
+    /// Runs an operation on these numbers that is compiled for an instruction set. Plain numbers have one.
+    fn run<O: WithSimd>(set: InstructionSet, operation: O) -> O::Output;
 }
 
 impl Number for f64 {
@@ -214,6 +218,10 @@ impl Number for f64 {
     #[inline(always)]
     fn if_above(a: Self, b: Self, yes: Self, no: Self) -> Self {
         if a > b { yes } else { no }
+    }
+    #[inline(always)]
+    fn run<O: WithSimd>(_: InstructionSet, operation: O) -> O::Output {
+        operation.with_simd(pulp::Scalar::new())
     }
 }
 
@@ -246,5 +254,9 @@ impl<const W: usize> Number for Lanes<W> {
             out[i] = if a.0[i] > b.0[i] { yes.0[i] } else { no.0[i] };
         }
         Lanes(out)
+    }
+    #[inline(always)]
+    fn run<O: WithSimd>(set: InstructionSet, operation: O) -> O::Output {
+        set.run(operation)
     }
 }
