@@ -38,8 +38,8 @@ impl LawPlaces {
         self.kinks.len()
     }
 
-    /// The contact at which the teeth of contact `i` of the model touch; for an inner kink, its law and its
-    /// number there.
+    /// Contact `i` of the model is a pair of teeth or an inner kink. Returns the number of the pair of teeth
+    /// and, for an inner kink, the number of its law and the number of the kink in this law.
     #[inline(always)]
     pub(crate) fn place(&self, i: usize) -> (usize, Option<[usize; 2]>) {
         match i.checked_sub(self.touching) {

@@ -324,7 +324,7 @@ impl<'m> Offers<'m> {
     }
 }
 
-/// A model with named constants that act through its drives. A [`Machine`](crate::Machine) is one.
+/// A model with named constants that act through its drives. A [`Machine`](crate::Machine) offers it.
 ///
 /// ```
 /// use gear_dynamics::{Model, NfgPair, NfgParams};

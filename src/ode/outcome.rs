@@ -18,8 +18,8 @@ use crate::model::State;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finish {
-    /// The state at the end of the last step; if the step ends with impacts on rigid stops, after them. A
-    /// further run can start from it.
+    /// The state at the end of the last step. If this step ends with impacts on rigid stops, the velocities
+    /// are those after the impacts. A further run can start from this state.
     pub state: State,
     /// Whether the observer stopped the run.
     pub stopped: bool,

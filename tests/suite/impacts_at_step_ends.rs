@@ -120,7 +120,7 @@ fn impacts_at_whole_steps_are_counted() {
 }
 
 /// An edge of the drives that is announced within a few last bits of the impact changes neither the count nor the
-/// motion nor the multipliers, ±i e to the power of its angle: their product is e².
+/// motion nor the multipliers, whose product is e².
 #[test]
 fn impacts_beside_announced_edges_are_counted() {
     let (bare, at, top) = Table::of_one_impact();

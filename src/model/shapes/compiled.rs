@@ -52,9 +52,6 @@ pub trait Code: Periodic + Constants + Expand + Send + Sync {
     /// [`Shape::waves`].
     #[doc(hidden)]
     fn waves_at(&self, angle: f64, side: Side, waves: &mut [f64]);
-    /// [`Shape::cycles_in_a_period`].
-    #[doc(hidden)]
-    fn cycles_in_a_period(&self) -> u32;
 }
 
 /// A shape with the values of its constants.
@@ -268,9 +265,6 @@ impl<G: Shape> Code for Compiled<G> {
     }
     fn waves_at(&self, angle: f64, side: Side, waves: &mut [f64]) {
         self.shape().waves(angle, side, waves);
-    }
-    fn cycles_in_a_period(&self) -> u32 {
-        self.shape().cycles_in_a_period()
     }
 }
 

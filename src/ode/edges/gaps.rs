@@ -48,8 +48,8 @@ const FOURTH: f64 = 256.0;
 /// a jump that the model does not report as a drive edge.
 const RETRIES: u8 = 8;
 
-/// A step of at most this number of resolutions of the time is accepted as it is, and nothing is learned from
-/// it: in it the rounding of the time moves edges off their cubics.
+/// A step of at most this number of resolutions of the time is accepted without a check. In such a step the
+/// rounding of the time makes moving edges deviate from their cubics.
 const ROUNDED: f64 = 64.0;
 
 /// The distance of a contact from the edge of one exit in the current step; rates per unit of θ.

@@ -127,9 +127,10 @@ impl Locator {
     }
 
     /// Determines the piece of every contact at the start of a step from its deflection; on an edge, from its
-    /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set; so
-    /// does one that has just crossed to it, as far from the edge as it crossed. A contact does not enter the
-    /// flank of a rigid stop. A contact at rest in a gap without width is on its upper flank.
+    /// rate. A contact within the slack of its present piece keeps this piece, unless `afresh` is set. A
+    /// contact that has just crossed to its piece keeps it up to [`missed`](Locator::missed) beyond the edge.
+    /// A contact does not enter the flank of a rigid stop. A contact at rest in a gap without width is on its
+    /// upper flank.
     pub(crate) fn classify<V: Vector>(&mut self, e: &mut Ends<'_, V>, afresh: bool) {
         e.contacts_at_start();
         self.start.copy_from_slice(&e.contacts);
@@ -197,9 +198,9 @@ impl Locator {
         self.fresh.fill(false);
     }
 
-    /// Whether and how a contact that leaves its piece at the start of the step crosses its edge there
-    /// unreported: it was on this piece before, and the last step ended within the slack of the edge. A
-    /// contact that approaches a rigid stop there has not struck it.
+    /// The crossing of a contact that leaves its piece at the start of the step, if no step has reported it:
+    /// the contact was on this piece before, and the last step ended within the slack of the edge. A contact
+    /// that approaches a rigid stop at the start of the step has not struck it yet.
     #[cold]
     pub(crate) fn crosses_late<V: Vector>(&self, e: &mut Ends<'_, V>, exit: Exit) -> Option<Late> {
         let i = exit.contact;

@@ -168,8 +168,8 @@ impl Passage {
         e: &mut Ends<'_, V>,
         located: Exit,
     ) -> Result<(), IntegrateError> {
-        // A run may start on an edge, or a mass at rest at 0 be met: one crossing says nothing of the
-        // lengths.
+        // The first crossing does not show how large the motion is: a run may start on an edge, and a moving
+        // edge may meet a mass that rests at 0.
         match self.check_tolerance(e, located.contact) {
             Err(error) if self.unresolved => return Err(error),
             Err(_) => self.unresolved = true,

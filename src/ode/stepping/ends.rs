@@ -27,7 +27,8 @@ pub struct Ends<'m, V: Vector> {
     pub(crate) y: V,
     /// Coordinates, then velocities, at the end.
     pub(crate) y1: V,
-    /// The last drive edge, or the start of the run; the next drive edge, infinite if there is none.
+    /// Two instants. The first one is the last drive edge, or the start of the run if there was none. The
+    /// second one is the next drive edge, infinite if there is none.
     pub(crate) edges: [f64; 2],
     /// Drives at an instant that is no node.
     pub(crate) u_stage: Vec<f64>,
