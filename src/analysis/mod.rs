@@ -7,6 +7,7 @@
 //! [guide page](crate::guide::results) shows each.
 
 pub(crate) mod alone;
+mod changes;
 pub(crate) mod contacts;
 pub(crate) mod motion_size;
 pub(crate) mod returns;

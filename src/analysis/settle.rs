@@ -1,6 +1,7 @@
 //! Settling: integration until the state repeats.
 
 use crate::analysis::alone::Alone;
+use crate::analysis::changes::{contraction, distance, envelope, shrinks};
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
 use crate::error::{ParameterError, check};
@@ -177,7 +178,8 @@ impl Settle {
                     let history: Vec<f64> = (0..k / p).map(change).collect();
                     let (change, contraction) = (history[0], contraction(&history));
                     if change <= self.tolerance || !shrinks(&history) || k == self.max_periods {
-                        let distance = Some(distance(change, contraction)).filter(|d| d.is_finite());
+                        let distance = Some(distance(envelope(&history, contraction), contraction))
+                            .filter(|d| d.is_finite());
                         let distance = distance.unwrap_or(change).max(self.tolerance);
                         if let Some((coordinate, gain)) =
                             alone.accelerates(&section[k], &section[k - p], distance)
@@ -190,6 +192,7 @@ impl Settle {
                             periods: k,
                             change,
                             contraction,
+                            envelope: envelope(&history, contraction),
                         });
                     }
                 }
@@ -215,51 +218,6 @@ impl Settle {
         check::at_least("max_period_multiple", self.max_period_multiple, 1)?;
         check::count("max_period_multiple", &[self.max_period_multiple], LONGEST)?;
         check::scale("period of the model", period).map(drop)
-    }
-}
-
-/// Number of changes whose largest one is compared with the largest one of as many before.
-const RECENT: usize = 4;
-
-/// Largest ratio of these two for a change that shrinks: 0.9 a period. Changes that are made of rounding
-/// errors reach it by chance now and then, and the run takes a further period.
-const SHRINKS: f64 = 0.65;
-
-/// Number of changes in each of the two windows that show a slow decay. As many changes lie between them.
-/// With [`SHRINKS`] they show a decay of up to 0.97 a period.
-const SLOW: usize = 8;
-
-/// Whether the change from period to period shrinks. The first entry of `changes` is that of the last period.
-///
-/// Near a resonance the change oscillates while it decays. The short windows then miss the decay, and the
-/// long ones show it.
-fn shrinks(changes: &[f64]) -> bool {
-    let largest = |changes: &[f64]| changes.iter().copied().fold(0.0, f64::max);
-    let recent = &changes[..changes.len().min(2 * RECENT)];
-    let (late, early) = recent.split_at(recent.len() / 2);
-    let slowly = changes
-        .get(2 * SLOW..3 * SLOW)
-        .is_some_and(|early| largest(&changes[..SLOW]) < SHRINKS * largest(early));
-    slowly || largest(late) < SHRINKS * largest(early)
-}
-
-/// The mean factor from one change to the next one over the last four changes, or over the last four of
-/// which it is below 1: where changes are made of rounding errors, they shrink and grow.
-fn contraction(changes: &[f64]) -> f64 {
-    // Over several periods the rounding of one change weighs less.
-    let most = RECENT.min(changes.len() - 1);
-    let mut factors =
-        (0..changes.len() - most).map(|j| (changes[j] / changes[j + most]).powf(1.0 / most as f64));
-    let last = factors.next().unwrap_or(f64::NAN);
-    if last < 1.0 { last } else { factors.find(|factor| *factor < 1.0).unwrap_or(last) }
-}
-
-/// Estimate of the distance from the orbit from the last change and the factor from one change to the next.
-fn distance(change: f64, contraction: f64) -> f64 {
-    match (change, contraction) {
-        (0.0, _) => 0.0,
-        (change, mu) if mu < 1.0 => change * mu / (1.0 - mu),
-        _ => f64::INFINITY,
     }
 }
 
@@ -290,18 +248,25 @@ pub struct Steady {
     /// Difference of the last repetition, as a share of the ranges. It exceeds the tolerance where rounding
     /// errors replace the tolerance.
     pub change: f64,
-    /// The factor μ by which the difference shrank from one period of the orbit to the next `[1]`, as a mean
-    /// over the last four of them, or the last four in which it shrank: differences that are made of rounding
-    /// errors shrink and grow. NaN where the state did not change at all.
+    /// The factor μ by which the difference shrank from one period of the orbit to the next `[1]`: from the
+    /// largest of the last four to the largest of the four before, as a mean over four periods, or over the
+    /// last eight between which it shrank. Differences that are made of rounding errors shrink and grow. NaN
+    /// where the state did not change at all.
     pub contraction: f64,
+    /// The largest of the last four differences, each times its decay since.
+    envelope: f64,
 }
 
 impl Steady {
-    /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. It is
-    /// infinite if the differences did not shrink over any four periods: the motion does not settle.
-    /// The errors of the solver are not in it.
+    /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. The change is
+    /// the largest of the last four, the jth before the last one times μ^j: of a transient that beats, the
+    /// last one is small by chance. Where a transient turns from period to period (a complex multiplier λ),
+    /// the distance is smaller by |1 - λ|/(1 - |λ|).
+    ///
+    /// The estimate is infinite if the differences did not shrink over any four periods: the motion does not
+    /// settle. The errors of the solver are not in it.
     pub fn error(&self) -> f64 {
-        distance(self.change, self.contraction)
+        distance(self.envelope, self.contraction)
     }
 }
 

@@ -354,6 +354,13 @@ fn circles_know_their_growth_and_their_period_multiple() {
             }
         }
     }
+    // Without damping nothing grows and nothing decays, whatever the rounding errors are.
+    for (strobe, multiple) in [(0, 1), (1, 1), (0, 2), (1, 3)] {
+        let shooting = CircleShooting::new().strobed_frequency(strobe).period_multiple(multiple);
+        let circle = shooting.solve(&TwoTones(0.0), &guess).unwrap();
+        assert!(circle.growth().abs() <= circle.growth_error() && !circle.is_stable(), "{}", circle.growth());
+        assert!(circle.growth_error() < 1e-4, "{}", circle.growth_error());
+    }
     // A limit cycle: -ε across it in a time unit, to first order; along it nothing grows.
     let (model, guess) = (van_der_pol(0.1, 0.0, std::f64::consts::PI), round(25, 2.0));
     let circle = CircleShooting::new().solve_free(&model, &guess, 2.0).unwrap();

@@ -52,9 +52,14 @@ const ALIGNED: usize = 256;
 /// Least and largest number of map periods over which the growth is measured.
 const MEASURED_GROWTH: [usize; 2] = [1 << 10, 1 << 18];
 
-/// Number of turns round the circle over which the growth is measured. The error of the mean is then 4e-6
-/// times the variation of the growth along the circle.
+/// Number of turns round the circle over which the growth is measured.
 const ROUNDS: f64 = 16.0;
+
+/// Error of the mean over these turns, as a share of the variation of the growth along the circle.
+const SHARE: f64 = 4e-6;
+
+/// Error of the mean growth that comes from the errors of the transitions.
+const ROUNDING: f64 = 1e-9;
 
 /// Largest denominator q of the ratios p/q that the rotation, as a share of a turn, is compared with. Near
 /// such a ratio every q-th point of the map moves slowly along the circle.
@@ -207,11 +212,13 @@ impl<'m> CircleEquations<'m> {
     /// Mean logarithm of the growth of the perturbation of the circle that grows most, over one period of the
     /// map: that of the transitions between the nodes, interpolated at θ = k ρ. The weights are those of
     /// [`rotation_number`](crate::tori::rotation_number). NaN if the points of the map move too slowly
-    /// along the circle, or if the budget is spent.
-    pub(crate) fn growth(&mut self, curve: &ClosedCurve, rotation: f64) -> f64 {
+    /// along the circle, or if the budget is spent. The second number estimates the error of the mean.
+    pub(crate) fn growth(&mut self, curve: &ClosedCurve, rotation: f64) -> (f64, f64) {
         let (m, width) = (self.nodes, self.units.len());
         let x = self.unknowns(curve, rotation);
-        let Some(periods) = rounds(rotation).filter(|_| self.evaluate(&x)) else { return f64::NAN };
+        let Some(periods) = rounds(rotation).filter(|_| self.evaluate(&x)) else {
+            return (f64::NAN, f64::NAN);
+        };
         let in_units = |state: State| -> Vec<f64> {
             state.q.iter().chain(&state.v).zip(&self.units).map(|(y, unit)| y / unit).collect()
         };
@@ -220,9 +227,10 @@ impl<'m> CircleEquations<'m> {
         let mut y: Vec<f64> = (0..width).map(|i| golden((i + 1) as f64) - 0.5).collect();
         let (mut next, mut theta, mut sum, mut total) = (vec![0.0; width], 0.0, 0.0, 0.0);
         let (mut at, mut along) = (weights(m, theta), vec![0.0; width]);
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
         for k in 0..ALIGNED + periods {
             if k % 1024 == 0 && self.meter.exhausted().is_some() {
-                return f64::NAN;
+                return (f64::NAN, f64::NAN);
             }
             next.fill(0.0);
             for (weight, transition) in at.iter().zip(&self.transitions) {
@@ -242,17 +250,19 @@ impl<'m> CircleEquations<'m> {
             }
             let length = dot(&next, &next).sqrt();
             if length == 0.0 {
-                return f64::NEG_INFINITY;
+                return (f64::NEG_INFINITY, 0.0);
             }
             y.iter_mut().zip(&next).for_each(|(y, next)| *y = next / length);
             if k >= ALIGNED {
                 let s = (k - ALIGNED + 1) as f64 / (periods + 1) as f64;
                 let weight = (-1.0 / (s * (1.0 - s))).exp();
-                sum += weight * length.ln();
+                let growth = length.ln();
+                (least, most) = (growth.min(least), growth.max(most));
+                sum += weight * growth;
                 total += weight;
             }
         }
-        sum / total
+        (sum / total, SHARE * (most - least) + ROUNDING)
     }
 
     /// Mean of g'·g' over the nodes, in units.

@@ -219,6 +219,7 @@ impl CircleShooting {
                 residual: root.residual,
                 between: f64::NAN,
                 growth: f64::NAN,
+                growth_error: f64::NAN,
                 residuals: root.residuals.clone(),
                 crossings: equations.crossings,
                 method: equations.method(),
@@ -254,7 +255,9 @@ impl CircleShooting {
             Err(failure) => return Err(failed(failure, Some(found))),
         };
         if found.between <= self.between {
-            found.growth = equations.growth(&found.curve, found.rotation);
+            (found.growth, found.growth_error) = equations.growth(&found.curve, found.rotation);
+            // The errors of the flow are those of the transitions, too.
+            found.growth_error += self.flow_tolerance;
             Ok(found)
         } else {
             Err(CircleError::Between { tolerance: self.between, last: Box::new(found) })

@@ -32,6 +32,7 @@ pub struct InvariantCircle {
     pub(crate) residual: f64,
     pub(crate) between: f64,
     pub(crate) growth: f64,
+    pub(crate) growth_error: f64,
     pub(crate) residuals: Vec<f64>,
     pub(crate) crossings: u64,
     pub(crate) method: FlowMethod,
@@ -82,9 +83,15 @@ impl InvariantCircle {
     pub fn growth(&self) -> f64 {
         self.growth
     }
-    /// Whether perturbations decay: [`growth`](InvariantCircle::growth) is below 0. `false` if it is NaN.
+    /// Estimate of the error of [`growth`](InvariantCircle::growth) `[1]`: 4e-6 of the variation of the
+    /// growth along the circle, the flow tolerance and 1e-9. NaN where the growth is NaN.
+    pub fn growth_error(&self) -> f64 {
+        self.growth_error
+    }
+    /// Whether perturbations decay: [`growth`](InvariantCircle::growth) is below 0 by more than its error.
+    /// `false` if it is NaN, and for a neutral circle, on which nothing grows and nothing decays.
     pub fn is_stable(&self) -> bool {
-        self.growth < 0.0
+        self.growth < -self.growth_error
     }
     /// The largest residual of every iterate, the guess first. NaN where an integration failed.
     pub fn residuals(&self) -> &[f64] {
