@@ -15,6 +15,7 @@ pub(crate) mod section;
 pub(crate) mod settle;
 pub(crate) mod spectra;
 pub(crate) mod statistics;
+pub(crate) mod summary;
 
 pub use crate::analysis::contacts::impact::{Impact, ImpactSummary};
 pub use crate::analysis::contacts::impacts::Impacts;
@@ -26,4 +27,5 @@ pub use crate::analysis::spectra::spectrum::Spectrum;
 pub use crate::analysis::spectra::waterfall::{Waterfall, WaterfallLine};
 pub use crate::analysis::spectra::welch::Welch;
 pub use crate::analysis::spectra::window::Window;
-pub use crate::analysis::statistics::{Statistics, Summary};
+pub use crate::analysis::statistics::Statistics;
+pub use crate::analysis::summary::Summary;

@@ -258,8 +258,8 @@ pub struct Steady {
 }
 
 impl Steady {
-    /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. The change is
-    /// the largest of the last four, the jth before the last one times μ^j: of a transient that beats, the
+    /// Estimate of the distance from the orbit, change μ/(1 - μ), as a share of the ranges `[1]`. The change
+    /// is the largest of the last four, the jth before the last one times μ^j: of a transient that beats, the
     /// last one is small by chance. Where a transient turns from period to period (a complex multiplier λ),
     /// the distance is smaller by |1 - λ|/(1 - |λ|).
     ///

@@ -1,5 +1,6 @@
-//! Mean, RMS and extremes of channels over a run.
+//! Statistics of channels over a run.
 
+use crate::analysis::summary::Summary;
 use crate::error::{ParameterError, check};
 use crate::model::Model;
 use crate::numeric::gauss::FIVE;
@@ -10,132 +11,11 @@ use crate::ode::{Observer, Step};
 use std::fmt;
 use std::ops::ControlFlow;
 
-/// Mean, RMS, extremes and deviation of a channel over a time T, in the unit of the channel.
-///
-/// ```
-/// let summary = gear_dynamics::analysis::Summary::of_samples(&[1.0, 3.0])?;
-/// assert_eq!((summary.mean, summary.peak_to_peak()), (2.0, 2.0));
-/// # Ok::<(), gear_dynamics::ParameterError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-#[non_exhaustive]
-pub struct Summary {
-    /// Mean (1/T) ∫ f dt.
-    pub mean: f64,
-    /// Root mean square √((1/T) ∫ f² dt).
-    pub rms: f64,
-    /// Minimum.
-    pub min: f64,
-    /// Maximum.
-    pub max: f64,
-    /// Standard deviation √((1/T) ∫ (f - mean)² dt). [`Statistics`] computes it from moments about the first
-    /// value of the channel, which avoids cancellation if the mean is large.
-    pub deviation: f64,
-}
-
-/// The stored form of a [`Summary`] before its figures are checked.
-#[cfg(feature = "serde")]
-#[derive(serde::Deserialize)]
-#[serde(rename = "Summary", deny_unknown_fields)]
-pub(crate) struct RawSummary {
-    mean: f64,
-    rms: f64,
-    min: f64,
-    max: f64,
-    deviation: f64,
-}
-
-#[cfg(feature = "serde")]
-impl From<RawSummary> for Summary {
-    fn from(RawSummary { mean, rms, min, max, deviation }: RawSummary) -> Self {
-        Summary { mean, rms, min, max, deviation }
-    }
-}
-
-/// Reads summaries that are checked later, with the names of their channels.
-#[cfg(feature = "serde")]
-pub(crate) fn read_unchecked<'de, D: serde::Deserializer<'de>>(d: D) -> Result<Vec<Summary>, D::Error> {
-    let raw = <Vec<RawSummary> as serde::Deserialize>::deserialize(d)?;
-    Ok(raw.into_iter().map(Summary::from).collect())
-}
-
-impl Summary {
-    /// The figures of equally spaced samples.
-    ///
-    /// # Errors
-    /// [`ParameterError::Empty`] without samples; [`ParameterError::NotFinite`] for a sample that is NaN or
-    /// infinite; [`ParameterError::Overflow`] if the sum or the mean square overflows.
-    pub fn of_samples(samples: &[f64]) -> Result<Self, ParameterError> {
-        if samples.is_empty() {
-            return Err(ParameterError::Empty { name: "samples".into(), min: 1 });
-        }
-        check::all_finite("samples", samples)?;
-        let summary = Summary::of_values(samples);
-        check::representable("mean", summary.mean, samples)?;
-        check::representable("mean square", summary.rms, samples)?;
-        Ok(summary)
-    }
-
-    /// The figures of equally spaced samples, which may overflow.
-    pub(crate) fn of_values(samples: &[f64]) -> Self {
-        let n = samples.len() as f64;
-        let mean = samples.iter().sum::<f64>() / n;
-        Summary {
-            mean,
-            rms: (samples.iter().map(|x| x * x).sum::<f64>() / n).sqrt(),
-            deviation: (samples.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt(),
-            min: samples.iter().copied().fold(f64::INFINITY, f64::min),
-            max: samples.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        }
-    }
-
-    pub(crate) fn of_moments(moments: &Moments, [min, max]: [f64; 2]) -> Self {
-        let (mean, deviation) = (moments.mean(), moments.deviation());
-        Summary { mean, rms: moments.mean_square().sqrt(), min, max, deviation }
-    }
-
-    /// Checks that the figures can be those of one channel.
-    ///
-    /// # Errors
-    /// The figure that contradicts the others.
-    pub(crate) fn check(&self, of: &str) -> Result<(), ParameterError> {
-        let Summary { mean, rms, min, max, deviation } = *self;
-        check::all_finite(&format!("figures of {of}"), &[mean, rms, min, max, deviation])?;
-        // Means are sums of rounded products.
-        let slack = 1e-6 * min.abs().max(max.abs());
-        let wrong = |name: &str, value: f64, must: String| {
-            Err(ParameterError::Wrong { name: format!("{name} of {of}"), value, must })
-        };
-        if min > max {
-            return wrong("min", min, format!("be at most {max:?}, the max"));
-        }
-        if !(min - slack..=max + slack).contains(&mean) {
-            return wrong("mean", mean, format!("be within {min:?} and {max:?}, the extremes"));
-        }
-        for (name, value) in [("rms", rms), ("deviation", deviation)] {
-            if value < 0.0 {
-                return Err(ParameterError::Negative { name: format!("{name} of {of}"), value });
-            }
-        }
-        let square = mean.hypot(deviation);
-        // Squares below 1e-308 are 0.
-        if (rms - square).abs() > slack.max(1e-150) {
-            return wrong("rms", rms, format!("be {square:?}, by its mean and its deviation"));
-        }
-        Ok(())
-    }
-
-    /// Peak-to-peak value max - min, the ppv of Liu 2021.
-    pub fn peak_to_peak(&self) -> f64 {
-        self.max - self.min
-    }
-}
-
 /// Observer that computes the [`Summary`] of chosen channels from the dense output.
 ///
-/// Integrals use Gauss quadrature with five points in every step, and extremes are located inside the steps.
-/// No samples are stored.
+/// Integrals use Gauss quadrature with five points in every step, or in parts of a step in which a channel
+/// swings so far that the mean square would be off by 1e-8 of its range. Extremes are located inside the
+/// steps. No samples are stored.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, State, Statistics, model::from_fn};
@@ -186,8 +66,56 @@ impl Running {
         Running { min: f64::INFINITY, max: f64::NEG_INFINITY, origin: f64::NAN, off: 0.0, off_square: 0.0 };
 }
 
+impl Running {
+    /// Whether five Gauss points are too few for the mean square over a step with these values at its points.
+    fn swings(&self, points: &[f64; POINTS]) -> bool {
+        let origin = if self.origin.is_nan() { points[0] } else { self.origin };
+        let off = |value: f64| (value - origin).abs();
+        let before = if self.min <= self.max { off(self.min).max(off(self.max)) } else { 0.0 };
+        let largest = points.iter().fold(before, |m, f| m.max(off(*f)));
+        let sixth: f64 = points.iter().zip(SIXTH).map(|(f, weight)| weight * off(*f) * off(*f)).sum();
+        largest > NOISE * origin.abs() && sixth.abs() > SWING * largest * largest
+    }
+}
+
 /// Number of points in a step: start, five Gauss points, end.
 const POINTS: usize = 7;
+
+/// Largest number of halvings of a step.
+const HALVINGS: usize = 6;
+
+/// Largest sixth divided difference of squares over a step, as a share of the largest square. For a sine the
+/// mean square is then off by 6e-9 of the square; the step is a fifth of its period.
+const SWING: f64 = 5e-3;
+
+/// Rounding error of a value of a channel, as a share of the value.
+const NOISE: f64 = 1e-14;
+
+/// Weights of the divided difference of order six over the points of a step, of length 2.
+const SIXTH: [f64; POINTS] = {
+    let (nodes, mut weights, mut i) = (NODES, [1.0; POINTS], 0);
+    while i < POINTS {
+        let mut j = 0;
+        while j < POINTS {
+            if j != i {
+                weights[i] /= nodes[i] - nodes[j];
+            }
+            j += 1;
+        }
+        i += 1;
+    }
+    weights
+};
+
+/// The points of a step from -1 to 1.
+const NODES: [f64; POINTS] = {
+    let (mut nodes, mut p) = ([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 0);
+    while p < 5 {
+        nodes[p + 1] = FIVE[p][0];
+        p += 1;
+    }
+    nodes
+};
 
 /// Number of cells of the grid in a step.
 const CELLS: usize = 16;
@@ -199,13 +127,7 @@ const OFF: f64 = 0.03;
 /// The interpolating polynomial has a value at each point of the grid. It is a weighted sum of the values at
 /// the seven points of the step. Row k contains the weights for grid point k.
 const GRID: [[f64; POINTS]; CELLS + 1] = {
-    let mut nodes = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-    let mut p = 0;
-    while p < 5 {
-        nodes[p + 1] = FIVE[p][0];
-        p += 1;
-    }
-    let (mut grid, mut k) = ([[1.0; POINTS]; CELLS + 1], 0);
+    let (nodes, mut grid, mut k) = (NODES, [[1.0; POINTS]; CELLS + 1], 0);
     while k <= CELLS {
         let (x, mut i) = (2.0 * k as f64 / CELLS as f64 - 1.0, 0);
         while i < POINTS {
@@ -287,20 +209,33 @@ impl<'m> Statistics<'m> {
     /// Adds part `k` of a step. Its start is the end of the part before.
     fn part(&mut self, step: &mut Step<'_>, k: usize) {
         let (t0, t1) = step.part(k);
-        let (middle, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
-        let mut times = [t0; POINTS];
-        times[POINTS - 1] = t1;
-        for (time, [x, _]) in times[1..].iter_mut().zip(FIVE) {
-            *time = middle + half * x;
+        if k == 0 {
+            self.read_point(step, t0, POINTS - 1);
         }
-        let known = k.min(1);
+        self.stretch(step, t0, t1, HALVINGS);
+        self.duration += t1 - t0;
+    }
+
+    /// Reads the chosen channels at `t`, point `p` of the points.
+    fn read_point(&mut self, step: &mut Step<'_>, t: f64, p: usize) {
+        self.read(step, t);
+        let values = self.probe.values();
+        for (points, &index) in self.points.iter_mut().zip(&self.chosen) {
+            points[p] = values[index];
+        }
+    }
+
+    /// Adds a part of a step, in halves if a channel swings too far in it. The last points are those at `t0`.
+    fn stretch(&mut self, step: &mut Step<'_>, t0: f64, t1: f64, halvings: usize) {
+        let (middle, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
         self.points.iter_mut().for_each(|points| points[0] = points[POINTS - 1]);
-        for (p, &t) in times.iter().enumerate().skip(known) {
-            self.read(step, t);
-            let values = self.probe.values();
-            for (c, &index) in self.chosen.iter().enumerate() {
-                self.points[c][p] = values[index];
-            }
+        for (p, x) in NODES.into_iter().enumerate().skip(1) {
+            self.read_point(step, if p < POINTS - 1 { middle + half * x } else { t1 }, p);
+        }
+        if halvings > 0 && self.points.iter().zip(&self.running).any(|(points, r)| r.swings(points)) {
+            self.points.iter_mut().for_each(|points| points[POINTS - 1] = points[0]);
+            self.stretch(step, t0, middle, halvings - 1);
+            return self.stretch(step, middle, t1, halvings - 1);
         }
         for c in 0..self.chosen.len() {
             let (points, running) = (self.points[c], &mut self.running[c]);
@@ -314,7 +249,6 @@ impl<'m> Statistics<'m> {
             }
             self.extremes(step, (t0, t1), c);
         }
-        self.duration += t1 - t0;
     }
 
     /// Updates the extremes of channel `c` from the points of a part. The polynomial through them shows, on a

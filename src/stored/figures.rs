@@ -1,6 +1,6 @@
 //! The stored forms of states and of figures: each is checked when it is read.
 
-use crate::analysis::statistics::RawSummary;
+use crate::analysis::summary::RawSummary;
 use crate::analysis::{ContactStatistics, Summary};
 use crate::certify::{CertifiedContact, CertifiedFigures, Disc, Interval};
 use crate::error::{ParameterError, check};

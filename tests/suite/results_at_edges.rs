@@ -293,3 +293,42 @@ fn an_edge_on_which_a_run_ends_is_counted_once() {
         }
     }
 }
+
+/// A free mass, whose steps nothing limits, with a channel that swings: 0.3 q + cos 2t.
+struct Swinging;
+
+impl Model for Swinging {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+        a[0] = 0.0;
+    }
+    fn drive(&self, t: f64, _: Side, u: &mut [f64]) {
+        u[0] = (2.0 * t).cos();
+    }
+    fn channels(&self) -> Vec<Channel> {
+        vec![Channel::new("swing", "1")]
+    }
+    fn write_channels(&self, u: &[f64], q: &[f64], _: &[f64], _: &[Contact], out: &mut [f64]) {
+        out[0] = 0.3 * q[0] + u[0];
+    }
+}
+
+/// Statistics divide steps in which a channel swings: the solver does not see the channel.
+#[test]
+fn statistics_of_a_channel_that_swings_within_steps() {
+    for (until, first) in [(20.0, 0.1), (20.0, 1.0), (33.0, 5.0)] {
+        let mut statistics = Statistics::new(&Swinging, &["swing"]).unwrap();
+        let start = State::new(0.0, &[1.0], &[0.0]);
+        let solver = Dop853::new().first_step(first);
+        solver.run(&Swinging, &start, until, &mut statistics).unwrap();
+        let summary = statistics.summary("swing").unwrap();
+        let mean = 0.3 + 0.5 * (2.0 * until).sin() / until;
+        // (0.3 + cos 2t)² = 0.09 + 0.6 cos 2t + (1 + cos 4t)/2
+        let square = 0.59 + 0.3 * (2.0 * until).sin() / until + 0.125 * (4.0 * until).sin() / until;
+        assert!((summary.mean - mean).abs() < 3e-8, "{} {mean}", summary.mean);
+        assert!((summary.rms - square.sqrt()).abs() < 3e-8, "{} {}", summary.rms, square.sqrt());
+        assert!((summary.max - 1.3).abs() < 1e-9 && (summary.min + 0.7).abs() < 1e-9, "{summary:?}");
+    }
+}

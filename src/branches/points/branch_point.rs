@@ -24,7 +24,7 @@ pub struct BranchPoint<O = ShootingOrbit> {
     /// Distance along the branch from its start `[1]`.
     pub arclength: f64,
     /// Mean, RMS and extremes of the measured channels over one period of the orbit.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::analysis::statistics::read_unchecked"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::analysis::summary::read_unchecked"))]
     pub summaries: Vec<Summary>,
     /// Rattle state of each contact.
     pub rattle: Vec<RattleState>,
