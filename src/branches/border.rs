@@ -218,21 +218,27 @@ pub(crate) fn border(
         without_gaps(&*model, multiple, Some(large), budget)?;
     }
     let test = |p: f64| Some(fold(&without_gaps(&*family.at([p]).ok()?, multiple, None, budget)?));
-    let at = test(p)?;
+    let (at, accuracy) = (test(p)?, BORDER_ACCURACY * p.abs().max(unit));
+    let between = |place: [f64; 2]| {
+        let mut brent = Brent::new([p, at], place, accuracy);
+        while let Some(p) = brent.next() {
+            brent.take(p, test(p)?);
+        }
+        Some(brent.best())
+    };
     for distance in DISTANCES {
         let h = distance * unit / motion;
         for end in [p + h, p - h] {
             let Some(value) = test(end) else { continue };
             if (value > 0.0) != (at > 0.0) {
-                let mut brent = Brent::new([p, at], [end, value], BORDER_ACCURACY * p.abs().max(unit));
-                while let Some(p) = brent.next() {
-                    brent.take(p, test(p)?);
-                }
-                return Some(brent.best());
+                return between([end, value]);
             }
         }
     }
-    tip(p, DISTANCES.map(|distance| distance * unit / motion), test)
+    match tip([p, at], DISTANCES.map(|distance| distance * unit / motion), test)? {
+        Tip::Touches(p) => Some(p),
+        Tip::Passes(place) => between(place),
+    }
 }
 
 /// Most parabolas to a tip.
@@ -241,15 +247,26 @@ const PARABOLAS: usize = 20;
 /// At a tip the test is below this share of its value at the farthest of the distances `[1]`.
 const TOUCHES: f64 = 1e-3;
 
-/// The tip of an instability tongue near `p`: there the test comes to 0 and does not change its sign. A line
+/// What a test does at the tip of an instability tongue.
+enum Tip {
+    /// It comes to 0 at this place.
+    Touches(f64),
+    /// It changes its sign twice within a short way: a place between, and the value there.
+    Passes([f64; 2]),
+}
+
+/// The tip of an instability tongue near `p`, at which the test is `first`: there the test comes to 0. A line
 /// of folds may come to it from outside of the tongue. `None` if the test does not come close to 0.
-fn tip(mut p: f64, distances: [f64; 7], test: impl Fn(f64) -> Option<f64>) -> Option<f64> {
+fn tip([mut p, first]: [f64; 2], distances: [f64; 7], test: impl Fn(f64) -> Option<f64>) -> Option<Tip> {
     let (h, far) = (distances[1], distances[6]);
     let large = test(p - far)?.abs().min(test(p + far)?.abs());
     for _ in 0..PARABOLAS {
         let places = [p - h, p, p + h];
         let values = [test(places[0])?, test(p)?, test(places[2])?];
         let [before, at, after] = values;
+        if (at > 0.0) != (first > 0.0) {
+            return Some(Tip::Passes([p, at]));
+        }
         let shift = vertex(places, values) - p;
         // The test falls towards 0 from both sides.
         if (before + after - 2.0 * at) * at <= 0.0 || !shift.is_finite() {
@@ -257,7 +274,7 @@ fn tip(mut p: f64, distances: [f64; 7], test: impl Fn(f64) -> Option<f64>) -> Op
         }
         p += shift.clamp(-far, far);
         if shift.abs() < 1e-2 * h {
-            return (at.abs() < TOUCHES * large).then_some(p);
+            return (at.abs() < TOUCHES * large).then_some(Tip::Touches(p));
         }
     }
     None
