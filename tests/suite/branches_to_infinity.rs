@@ -230,3 +230,34 @@ fn a_line_of_folds_ends_at_the_tip_of_a_tongue() -> Result<()> {
     assert!(ends > 0, "{branch}");
     Ok(())
 }
+
+/// The last point of the line lies 5e-5 beside two borders that are 2e-5 apart, close to the tip of a tongue.
+#[test]
+fn a_line_of_folds_ends_at_the_two_borders_beside_a_tip() -> Result<()> {
+    let hill = Hill {
+        zeta: 0.042_979_313_671_473_784,
+        waves: [-0.079_246_127_784_807_23, 0.147_415_645_002_456_96],
+    };
+    let error = [-0.148_355_296_593_821_85, -0.090_526_831_762_659_08];
+    let pair = SpurPair::of_numbers(hill.zeta, 0.567_008_318_158_591_7, &hill.waves, &error)?;
+    let train = pair.parts()?.build("driver", 0.6)?;
+    let family = Family::over(&train, ["speed"])?;
+    let branch = Continuation::new(0.6, 1.4).run(&family, &[settled(&train)?])?;
+    let plane = Family::over(&train, ["speed", "mesh damping"])?;
+    let mut ends = 0;
+    for fold in branch.of_kind(PointKind::Fold) {
+        let line = Continuation::new(2.0 * hill.zeta, 0.4 * hill.zeta).max_points(300).run(&plane, fold);
+        let Ok(line) = line else { continue };
+        if let BranchEnd::Unbounded { border, motion } = *line.end() {
+            let border = border.ok_or_else(|| format!("no border at {motion}"))?;
+            let [speed, damping] = line.points().last().ok_or("a point")?.parameters;
+            let damped = Hill { zeta: 0.5 * damping, ..hill };
+            // Secants may find the other border.
+            assert!(damped.determinant(border - 1e-7) * damped.determinant(border + 1e-7) < 0.0, "{border}");
+            assert!((border - speed).abs() < 1e-4, "{border} {speed}");
+            ends += 1;
+        }
+    }
+    assert!(ends > 0, "{branch}");
+    Ok(())
+}
