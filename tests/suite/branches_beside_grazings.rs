@@ -124,3 +124,21 @@ fn a_line_that_passes_beside_its_first_point_is_not_closed() -> Result<()> {
     }
     Ok(())
 }
+
+/// The multiplier of doubled orbits passes -1 in 2.4e-6 of the speed before they meet their parent, in the step across
+/// this crossing, and once more on the way back.
+#[test]
+fn doublings_beside_the_crossing_at_which_a_branch_turns_back() -> Result<()> {
+    let waves: [&[f64]; 2] = [
+        &[0.027_076_490_738_295_544, 0.088_984_873_751_102_87],
+        &[0.177_900_029_113_077_5, -0.115_342_378_655_698_35],
+    ];
+    let (zeta, load) = (0.089_758_071_421_813_48, 0.035_485_684_133_547_406);
+    let branch = branch(zeta, load, waves, Continuation::new(0.5, 2.4))?;
+    let turns: Vec<f64> = located(&branch, PointKind::Branch, 2.4);
+    assert!(turns.len() == 1 && (turns[0] - 0.533_982_487_17).abs() < 1e-9, "{branch}");
+    let doublings = located(&branch, PointKind::PeriodDoubling, 2.4);
+    let beside: Vec<f64> = doublings.into_iter().filter(|p| (p - 0.533_980_128_129).abs() < 1e-9).collect();
+    assert_eq!(beside.len(), 2, "{branch}");
+    Ok(())
+}

@@ -38,6 +38,10 @@ pub(super) const ASIDE: f64 = 1e-3;
 /// root of that.
 const SAME: f64 = 1e-9;
 
+fn is_same((a, b): (f64, f64)) -> bool {
+    (a - b).abs() < SAME * b.abs()
+}
+
 /// Two located bifurcations of one kind count as the same point if they are closer than this share of the
 /// step `[1]`.
 const SAME_PLACE: f64 = 1e-6;
@@ -196,13 +200,11 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             match self.locate(change, ends)? {
                 Zero::Point(sigma, turned) => {
                     let p = self.found.last().map(|(_, point, _)| point.p);
-                    let near =
-                        crossing.zip(p).is_some_and(|(a, b): (f64, f64)| (a - b).abs() < SAME * b.abs());
                     turns |= turned;
                     match change {
-                        Change::Branch => crossing = p,
+                        Change::Branch | Change::Branches(_) => crossing = p,
                         // The branch turns back at the crossing.
-                        Change::Fold if near => {
+                        Change::Fold if crossing.zip(p).is_some_and(is_same) => {
                             self.found.pop();
                             turns = true;
                             continue;
@@ -215,8 +217,18 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 Zero::Saddle | Zero::Nothing => self.unexplained.push(change.unlocated()),
             }
         }
-        // Beyond a crossing at which it turns back the branch repeats itself.
-        if left > 0 && !turns { self.search_beside(at, a, b, left) } else { Ok(()) }
+        let before = self.found.len();
+        if left > 0 {
+            self.search_beside(at, a, b, left)?;
+        }
+        // Beyond a crossing at which it turns back the branch repeats itself, with the points of both sides.
+        if let Some(p) = crossing.filter(|_| turns) {
+            let mut beside = self.found.split_off(before);
+            let is_other = |change| !matches!(change, Change::Fold | Change::Branch);
+            beside.retain(|(_, point, change)| is_other(*change) || !is_same((p, point.p)));
+            self.found.append(&mut beside);
+        }
+        Ok(())
     }
 
     fn halve(
