@@ -4,7 +4,7 @@ use crate::branches::curve::equations::CurveError;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
 use crate::branches::steps::place::{Place, value};
-use crate::branches::steps::within::{ASIDE, MAX_DIVISIONS, Within, is_near_circle};
+use crate::branches::steps::within::{ASIDE, MAX_DIVISIONS, Within, Zero, is_near_circle};
 use crate::numeric::search::parabola::may_dip;
 
 impl<C: OrbitMethod> Within<'_, '_, C> {
@@ -34,6 +34,43 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
             Some(from) => self.search_stretch(&from, b, left - 1),
             None => Ok(()),
         }
+    }
+
+    /// Searches on both sides of a crossing at which the branch turns back for multipliers that pass -1, or
+    /// the unit circle as a pair. `at`: the distances of the points that are located. Tests of folds and of
+    /// crossings are rounding errors there.
+    pub(super) fn search_beside_turn(
+        &mut self,
+        at: &[f64],
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+    ) -> Result<(), CurveError> {
+        let aside = ASIDE * self.between.length();
+        let first = at.iter().copied().fold(b.sigma, f64::min) - aside;
+        let last = at.iter().copied().fold(a.sigma, f64::max) + aside;
+        if first - a.sigma > aside {
+            let before = self.at(first)?;
+            self.search_passed(a, &before)?;
+        }
+        if b.sigma - last > aside {
+            let after = self.at(last)?;
+            self.search_passed(&after, b)?;
+        }
+        Ok(())
+    }
+
+    /// Locates a doubling and a Neimark-Sacker point where their tests change sign between two places.
+    fn search_passed(&mut self, a: &Place<C::Solution>, b: &Place<C::Solution>) -> Result<(), CurveError> {
+        for change in [Change::NeimarkSacker, Change::PeriodDoubling] {
+            let ends = [a, b].map(|place| value(change, place).map(|value| [place.sigma, value]));
+            if let [Some([_, from]), Some([_, to])] = ends
+                && from * to < 0.0
+                && let Zero::Nothing = self.locate(change, ends)?
+            {
+                self.unexplained.push(change.unlocated());
+            }
+        }
+        Ok(())
     }
 
     /// Searches a stretch. The signs of the tests at its ends are compared first. If they show no bifurcation

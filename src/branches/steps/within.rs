@@ -38,10 +38,6 @@ pub(super) const ASIDE: f64 = 1e-3;
 /// root of that.
 const SAME: f64 = 1e-9;
 
-fn is_same((a, b): (f64, f64)) -> bool {
-    (a - b).abs() < SAME * b.abs()
-}
-
 /// Two located bifurcations of one kind count as the same point if they are closer than this share of the
 /// step `[1]`.
 const SAME_PLACE: f64 = 1e-6;
@@ -60,7 +56,7 @@ pub(super) fn is_near_circle<S>(place: &Place<S>) -> bool {
 }
 
 /// What the search for a zero of a test found.
-enum Zero {
+pub(super) enum Zero {
     /// The distance of a point that is kept, and whether the branch turns back there though it is no fold.
     Point(f64, bool),
     /// A zero of the test of tori without a complex pair on the unit circle.
@@ -200,11 +196,13 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             match self.locate(change, ends)? {
                 Zero::Point(sigma, turned) => {
                     let p = self.found.last().map(|(_, point, _)| point.p);
+                    let near =
+                        crossing.zip(p).is_some_and(|(a, b): (f64, f64)| (a - b).abs() < SAME * b.abs());
                     turns |= turned;
                     match change {
-                        Change::Branch | Change::Branches(_) => crossing = p,
+                        Change::Branch => crossing = p,
                         // The branch turns back at the crossing.
-                        Change::Fold if crossing.zip(p).is_some_and(is_same) => {
+                        Change::Fold if near => {
                             self.found.pop();
                             turns = true;
                             continue;
@@ -217,18 +215,12 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 Zero::Saddle | Zero::Nothing => self.unexplained.push(change.unlocated()),
             }
         }
-        let before = self.found.len();
-        if left > 0 {
-            self.search_beside(at, a, b, left)?;
+        match left {
+            0 => Ok(()),
+            // Beyond a crossing at which it turns back the branch repeats itself.
+            _ if turns => self.search_beside_turn(&at, a, b),
+            _ => self.search_beside(at, a, b, left),
         }
-        // Beyond a crossing at which it turns back the branch repeats itself, with the points of both sides.
-        if let Some(p) = crossing.filter(|_| turns) {
-            let mut beside = self.found.split_off(before);
-            let is_other = |change| !matches!(change, Change::Fold | Change::Branch);
-            beside.retain(|(_, point, change)| is_other(*change) || !is_same((p, point.p)));
-            self.found.append(&mut beside);
-        }
-        Ok(())
     }
 
     fn halve(
@@ -265,7 +257,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
     }
 
     /// Locates a bifurcation between two distances with values of its test, and keeps it.
-    fn locate(&mut self, change: Change, ends: [Option<[f64; 2]>; 2]) -> Result<Zero, CurveError> {
+    pub(super) fn locate(&mut self, change: Change, ends: [Option<[f64; 2]>; 2]) -> Result<Zero, CurveError> {
         let [Some(from), Some(to)] = ends else { return Ok(Zero::Nothing) };
         let test: &mut Test<'_, C> = &mut test_of(change);
         let located = if matches!(change, Change::Branch | Change::Branches(_)) {
