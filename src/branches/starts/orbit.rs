@@ -24,8 +24,7 @@ impl<'g, G: IntoIterator<Item = &'g State>> Start for G {
         settings: &'f Continuation,
         family: &'f Family<'f>,
     ) -> Result<Following<'f>, BranchError> {
-        let orbit = settings.shooting_of_branch()?.solve(&*family.at([settings.from])?, self)?;
-        settings.track(family, settings.from, &orbit, settings.heading()).map(Following::new)
+        settings.begin_near(family, &self.into_iter().collect::<Vec<_>>())
     }
 }
 
@@ -57,6 +56,16 @@ impl Resume for BranchPoint {
 }
 
 impl Continuation {
+    /// A branch from the orbit near these states.
+    fn begin_near<'f>(
+        &'f self,
+        family: &'f Family<'f>,
+        guess: &[&State],
+    ) -> Result<Following<'f>, BranchError> {
+        let orbit = self.shooting_of_branch()?.solve(&*family.at([self.from])?, guess.iter().copied())?;
+        self.track(family, self.from, &orbit, self.heading()).map(Following::new)
+    }
+
     /// A branch from an orbit. `heading`: sign of the first change of the parameter.
     pub(crate) fn track<'f>(
         &'f self,

@@ -1,0 +1,3 @@
+//! A program of the pages.
+
+include!(concat!(env!("OUT_DIR"), "/own_model.rs"));

@@ -1,0 +1,3 @@
+//! A program of the pages.
+
+include!(concat!(env!("OUT_DIR"), "/readme.rs"));
