@@ -21,6 +21,21 @@ use crate::model::{Channel, Periodic};
 /// Shortest step, as a share of the maximum step, to separate changes that are not explained `[1]`.
 pub(crate) const SEPARATE: f64 = 1e-3;
 
+/// Distance of a multiplier from 1 below which the direction of the curve is open: from such a point no step
+/// goes on `[1]`.
+const BESIDE_CROSSING: f64 = 1e-5;
+
+/// Whether a step ends so close to a point at which a multiplier is 1, from farther away. A step of another
+/// length ends elsewhere.
+fn comes_to_a_crossing<S>(last: &Node<S>, reached: &Node<S>) -> bool {
+    let nearest = |node: &Node<S>| {
+        let all = node.multipliers.as_ref()?.values().iter().map(|m| (m - 1.0).norm());
+        all.reduce(f64::min)
+    };
+    let [Some(from), Some(to)] = [nearest(last), nearest(reached)] else { return false };
+    to < BESIDE_CROSSING && 10.0 * to < from
+}
+
 /// Located points with their distance from the last point and what they are.
 pub(crate) type LocatedPoints<C> = Vec<(f64, CurvePoint<<C as Curve>::Solution>, SpecialPoint)>;
 
@@ -102,6 +117,10 @@ impl<C: OrbitMethod> Followed for C {
         reached: &Node<C::Solution>,
         step: f64,
     ) -> Result<Over<Self::Point>, CurveError> {
+        let is_long = step > SEPARATE * stepper.settings.max_step;
+        if is_long && comes_to_a_crossing(&stepper.last, reached) {
+            return Err(CurveError::Unexplained { what: "the point lies beside a crossing or a fold" });
+        }
         match stepper.impacts(reached, step) {
             Impacts::Same => {}
             Impacts::Unresolved => {
@@ -110,7 +129,7 @@ impl<C: OrbitMethod> Followed for C {
             Impacts::End(contact) => return Ok(Over::Ends(BranchEnd::Stop { contact })),
         }
         let (found, unexplained) = stepper.between(reached, step)?;
-        if let Some(what) = unexplained.first().filter(|_| step > SEPARATE * stepper.settings.max_step) {
+        if let Some(what) = unexplained.first().filter(|_| is_long) {
             return Err(CurveError::Unexplained { what });
         }
         let [low, high] = stepper.settings.low_and_high();
