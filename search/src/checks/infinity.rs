@@ -80,6 +80,13 @@ fn outside_the_tongue(family: &Family<'_>, border: f64, multiple: usize) -> Opti
     Some(at(-1e-4)? * at(1e-4)? > 0.0 && at(-1e-6)? * at(1e-6)? > 0.0)
 }
 
+/// Whether the determinant changes its sign within the accuracy of a border: secants may find another one, 1e-5
+/// beside it.
+fn changes_sign(family: &Family<'_>, border: f64, multiple: usize) -> Option<bool> {
+    let at = |by: f64| determinant(family, border * (1.0 + by), multiple);
+    Some(at(-CLOSE_AT_TIP)? * at(CLOSE_AT_TIP)? < 0.0)
+}
+
 /// The place near a border where the determinant is least, if it touches 0 there.
 fn tip(family: &Family<'_>, border: f64, multiple: usize) -> Option<f64> {
     let h = 3e-5 * border;
@@ -194,7 +201,9 @@ fn run_lines(draw: &mut Draw, pair: &Pair) -> Result<Outcome, String> {
             Err(_) => case.train.with("speed", f64::NAN),
         };
         let family = Family::of([("speed", "1")], |[p]| at(p));
-        let expected = if outside_the_tongue(&family, border, multiple).ok_or("no determinant")? {
+        let expected = if changes_sign(&family, border, multiple).ok_or("no determinant")? {
+            border
+        } else if outside_the_tongue(&family, border, multiple).ok_or("no determinant")? {
             tip(&family, border, multiple).ok_or("no tip")?
         } else {
             independent(&family, border, multiple).ok_or("no determinant")?
