@@ -215,6 +215,7 @@ impl Settle {
 
     fn check(&self, period: f64) -> Result<(), ParameterError> {
         check::share("tolerance", self.tolerance)?;
+        check::at_least("max_periods", self.max_periods, 1)?;
         check::at_least("max_period_multiple", self.max_period_multiple, 1)?;
         check::count("max_period_multiple", &[self.max_period_multiple], LONGEST)?;
         check::scale("period of the model", period).map(drop)

@@ -39,7 +39,7 @@ pub struct StaticState {
     pub state: State,
     /// Contacts with their deflections, edges and forces: means over the period, or those at the instant.
     /// Forces are by deflection: their mean exceeds the mean load where the teeth part in some instants of
-    /// the period.
+    /// the period. Their sum is then refined until two sums agree to 1e-6, up to some 80 000 points.
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
     pub pieces: Vec<Piece>,
@@ -64,6 +64,12 @@ const SPREAD: usize = 65_537;
 
 /// Number of Gauss panels in a period, first and at most.
 const PANELS: [usize; 2] = [8, 1024];
+
+/// Maximum number of Gauss panels in a period for the mean of a force with kinks.
+const FORCE_PANELS: usize = 16_384;
+
+/// Largest change of a mean contact force between two sums that agree, as a share of the largest force `[1]`.
+const SAME_FORCE: f64 = 1e-6;
 
 /// Number of Gauss panels in the sum that confirms a state. This sum sees smooth pulses down to a width of
 /// 1/750 of the period.
@@ -130,14 +136,37 @@ pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<S
         search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
         if search.confirms(&found) {
             if panels * intervals >= CONFIRMED {
-                return Ok(found);
+                return Ok(with_contacts(found, model, &bounds, panels));
             }
             // Two coarse sums agree also if both miss a narrow pulse.
             panels = CONFIRMED.div_ceil(intervals);
             search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
             if search.confirms(&found) {
-                return Ok(found);
+                return Ok(with_contacts(found, model, &bounds, panels));
             }
+        }
+    }
+}
+
+/// The state with the mean contacts of sums that agree. A force by deflection has a kink where the teeth part,
+/// which the balance on fixed pieces does not see.
+fn with_contacts(
+    mut found: StaticState,
+    model: &dyn Periodic,
+    bounds: &[f64],
+    mut panels: usize,
+) -> StaticState {
+    loop {
+        let contacts = Mean::new(model, Instants::of(model, bounds, panels)).contacts(&found.state.q);
+        let largest = contacts.iter().fold(0.0, |most: f64, c| most.max(c.force.abs()));
+        let pairs = found.contacts.iter().zip(&contacts);
+        if pairs.fold(0.0, |most: f64, (a, b)| most.max((a.force - b.force).abs())) <= SAME_FORCE * largest {
+            return found;
+        }
+        found.contacts = contacts;
+        panels *= 2;
+        if panels * (bounds.len() - 1) > FORCE_PANELS {
+            return found;
         }
     }
 }

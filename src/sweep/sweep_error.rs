@@ -151,7 +151,7 @@ pub enum PointError {
     /// [`Rows::exponent_errors`](crate::sweep::Rows::exponent_errors), too.
     #[error("multipliers: {0}")]
     Multipliers(#[from] ShootingError),
-    /// A coordinate, a velocity or a sum of a measured channel becomes infinite or NaN.
+    /// A coordinate or a velocity exceeds 1e100 or is NaN, or a sum of a measured channel is infinite or NaN.
     #[error("the motion becomes infinite or NaN in period {period}")]
     Diverged {
         /// Number of the period, counted from 1.

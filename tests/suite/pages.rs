@@ -327,7 +327,7 @@ const FOREIGN: [&str; 37] = [
     "multiprocessing",
     "ode15s",
     "ode45",
-    "ode89",
+    "ode78",
     "ode_solvers",
     "odeset",
     "of_",

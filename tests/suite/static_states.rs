@@ -233,3 +233,38 @@ fn a_soft_spring_beside_a_light_body_carries_its_load() {
     assert!((found.state.q[1] - 3.0).abs() < 1e-8, "{found:?}");
     assert!(found.acceleration.iter().all(|a| a.abs() < 1e-3), "{found:?}");
 }
+
+/// The teeth part in some instants: the mean of the force by deflection is that of a sum of a million instants, also
+/// where the period has 20 to 123 mesh cycles, of which a few points each would be one and the same phase.
+#[test]
+fn the_mean_force_of_parting_teeth_is_that_of_the_whole_period() {
+    let (k0, k1, error, half) = (3e8, 6e7, 4e-6, 4e-5);
+    for teeth in [[20, 40], [20, 41], [24, 36]] {
+        for ripple in [None, Some(1), Some(2)] {
+            let radii = [0.03, 0.03 * f64::from(teeth[1]) / f64::from(teeth[0])];
+            let stiffness = Wave::new(Fourier::new(k0, &[[k1, 0.0]]).unwrap());
+            let mesh = MeshPart::external(teeth, radii, stiffness)
+                .error(Wave::new(Fourier::new(0.0, &[[0.0, error]]).unwrap()))
+                .half_backlash(half);
+            let mut parts = Parts::new();
+            parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(4e-3));
+            parts.mesh("mesh", "pinion", "wheel", mesh).torque("drive", "pinion", 30.0).load("wheel");
+            if let Some(order) = ripple {
+                let once = Wave::new(Fourier::new(0.0, &[[1.0, 0.0]]).unwrap()).per_turn(order).unwrap();
+                parts.torque_of_angle("ripple", "wheel", 10.0, once);
+            }
+            let rest = static_state(&parts.build("pinion", 100.0).unwrap(), None).unwrap();
+            // On its flank for the whole period the mean force is 1000 N: k0 (x - b) = 1000 N, since the mean of
+            // cos φ sin φ is 0.
+            let past = 1000.0 / k0;
+            let count = 1_000_000;
+            let force = |i: u32| {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(count)).sin_cos();
+                (k0 + k1 * cos) * (past - error * sin).max(0.0)
+            };
+            let mean = (0..count).map(force).sum::<f64>() / f64::from(count);
+            let off = (rest.contacts[0].force - mean).abs();
+            assert!(off < 2e-4 * mean, "{teeth:?} {ripple:?}: {} {mean}", rest.contacts[0].force);
+        }
+    }
+}

@@ -374,3 +374,23 @@ fn parts_that_cannot_be_placed_are_refused() {
     });
     assert_eq!(locked, TrainError::AtRest { part: "torque".into() });
 }
+
+/// A stiffness that is negative somewhere in its mesh cycle pushes the teeth into one another, also where its mean and
+/// its value at φ = 0 are positive.
+#[test]
+fn a_stiffness_that_is_negative_over_part_of_the_cycle_is_refused() {
+    let pair = |stiffness: Wave| {
+        let mut parts = Parts::new();
+        parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(4e-3));
+        parts.mesh("mesh", "pinion", "wheel", MeshPart::external([20, 40], [0.03, 0.06], stiffness));
+        parts.torque("drive", "pinion", 30.0).load("wheel");
+        parts.build("pinion", 100.0)
+    };
+    let wave = |mean: f64, swing: f64| Wave::new(Fourier::new(mean, &[[swing, 0.0]]).unwrap());
+    assert!(pair(wave(6e7, 6e7)).is_ok());
+    for (mean, swing) in [(1e7, 6e7), (5.9e7, 6e7), (1e8, -1.1e8)] {
+        let error = pair(wave(mean, swing)).unwrap_err().to_string();
+        assert!(error.contains("stiffness of \"mesh\" at φ = "), "{error}");
+        assert!(error.contains("it must not be negative"), "{error}");
+    }
+}

@@ -94,8 +94,8 @@ pub enum ShootingError {
     /// The corrections do not become small.
     #[error(
         "shooting did not converge: after {} corrections the last one still changes component {component} of \
-         (coordinates, velocities) by {correction:e}, with a range of {range:e}; if the orbit closes only \
-         after several periods, set Shooting::period_multiple",
+         (coordinates, velocities) by {correction:e}, with a range of {range:e}; start from a settled state \
+         (Settle), and if the orbit closes only after several periods, set Shooting::period_multiple",
         last.corrections.len()
     )]
     NotConverged {

@@ -8,6 +8,7 @@ use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Periodic, State};
 use crate::numeric::moments::Moments;
 use crate::ode::probe::Probe;
+use crate::ode::stepping::ends::LARGEST;
 use crate::sweep::lanes::flanks::ContactMeter;
 use crate::sweep::lanes::meter::ChannelMeter;
 use crate::sweep::rows::layout::Layout;
@@ -90,7 +91,7 @@ pub(crate) enum Next {
     Measure,
     /// None: the run is complete.
     Done,
-    /// None: the state or a sum of the row is infinite or NaN.
+    /// None: the state exceeds 1e100, or it or a sum of the row is infinite or NaN.
     Diverged,
 }
 
@@ -214,7 +215,8 @@ impl Track {
             self.section.drain(..self.section.len() - kept);
         }
         let state = &self.section[self.section.len() - m..];
-        if !state.iter().chain(&self.row).all(|x| x.is_finite()) {
+        let is_small = |x: &f64| x.abs() <= LARGEST; // NaN is not
+        if !(state.iter().all(is_small) && self.row.iter().all(|x| x.is_finite())) {
             return Next::Diverged;
         }
         if self.measuring {

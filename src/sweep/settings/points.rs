@@ -26,7 +26,7 @@ impl Axis {
     pub fn linear(name: &str, from: f64, to: f64, count: usize) -> Result<Self, ParameterError> {
         check::quantity(format!("start of axis {name}"), from)?;
         check::quantity(format!("end of axis {name}"), to)?;
-        check::positive(format!("length of axis {name}, its end less its start"), to - from)?;
+        check::positive(format!("length of axis {name} from {from:?} to {to:?}"), to - from)?;
         check::at_least(format!("values on axis {name}"), count, 2)?;
         check::count(format!("values on axis {name}"), &[count], check::NUMBERS)?;
         let last = (count - 1) as f64;

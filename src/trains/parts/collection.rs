@@ -108,6 +108,10 @@ impl<N> Parts<N> {
         self.add_torque(name, body, value, Course::Constant)
     }
     /// Adds a torque [N m] times a factor over the turn of the body, for example of a piston engine.
+    ///
+    /// 2π is one turn, or an nth of it with `per_turn(n)`. A ripple at twice the speed is the first order
+    /// of `per_turn(2)`. As the second order of a turn it has the same values, but a whole turn as its
+    /// period, and orbits repeat in it.
     pub fn torque_of_angle(&mut self, name: &str, body: &str, value: f64, factor: Wave) -> &mut Self {
         self.add_torque(name, body, value, Course::OfAngle(factor))
     }

@@ -14,6 +14,9 @@ use std::f64::consts::TAU;
 /// Number of angles at which the radius of a noncircular gear is checked.
 const RADII: u32 = 1024;
 
+/// Number of angles at which the stiffness of a mesh is checked.
+const STIFFNESSES: u32 = 128;
+
 /// Every number in its range.
 pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError> {
     if parts.bodies.is_empty() {
@@ -88,6 +91,7 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
             check::finite(&name, angle)?;
             return Err(ParameterError::OutOfRange { name, value: angle, allowed: "[0, 1.4] rad" }.into());
         }
+        stiffness(name, &mesh.stiffness)?;
         check::not_negative(format!("{name} damping"), mesh.damping)?;
         check::not_negative(format!("{name} half backlash"), mesh.half_backlash)?;
         if let Phase::Ahead(cycles) = mesh.phase {
@@ -104,6 +108,27 @@ pub(crate) fn check<N: Nonlinearity>(parts: &Parts<N>) -> Result<(), TrainError>
         }
         if mesh.is_round() && (radii / teeth - 1.0).abs() > SAME {
             return Err(TrainError::RadiiContradictTeeth { mesh: name.clone(), radii, teeth });
+        }
+    }
+    Ok(())
+}
+
+/// The stiffness of a mesh is nowhere negative.
+fn stiffness(mesh: &str, wave: &Wave) -> Result<(), TrainError> {
+    let turn = TAU / f64::from(wave.order());
+    let mut edges = Vec::new();
+    let mut angle = -1e-9;
+    while let Some(edge) = wave.next_edge(angle).filter(|edge| *edge < turn && edges.len() < RADII as usize) {
+        edges.push(edge);
+        angle = edge;
+    }
+    let spread = (0..STIFFNESSES).map(|i| turn * f64::from(i) / f64::from(STIFFNESSES));
+    for angle in spread.chain(edges) {
+        for value in [Side::Before, Side::After].map(|side| wave.value(angle, side)) {
+            let what = || format!("stiffness of \"{mesh}\" at φ = {angle:.4} rad of its mesh cycle [N/m]");
+            if value < 0.0 {
+                check::not_negative(what(), value)?;
+            }
         }
     }
     Ok(())
