@@ -13,6 +13,7 @@ pub(crate) mod motion_size;
 pub(crate) mod returns;
 pub(crate) mod section;
 pub(crate) mod settle;
+mod seven_points;
 pub(crate) mod spectra;
 pub(crate) mod statistics;
 pub(crate) mod summary;

@@ -1,8 +1,9 @@
 //! Poincaré sections: states at which a channel crosses a level.
 
+use crate::analysis::seven_points::{CELLS, NODES, OFF, POINTS, on_grid, sixth};
 use crate::error::{ParameterError, check};
 use crate::model::{Model, State};
-use crate::numeric::gauss::FIVE;
+use crate::numeric::spread::GOLDEN;
 use crate::ode::probe::Probe;
 use crate::ode::{Observer, Step};
 use std::fmt;
@@ -34,8 +35,25 @@ pub enum Direction {
     Both,
 }
 
+/// How often a part of a step is halved until the polynomial through seven points resolves the channel.
+const HALVINGS: usize = 8;
+
+/// Largest sixth divided difference over a stretch, as a share of the range of the channel in it: a sine
+/// turns by at most some 3 rad in a stretch.
+const SWING: f64 = 0.02;
+
+/// Points of the grid, far from the seven points, at which the polynomial is compared with the channel.
+const CONTROLS: [usize; 2] = [6, 11];
+
+/// Rounding error of a value of a channel, as a share of the level.
+const NOISE: f64 = 1e-14;
+
+/// Number of golden sections towards the level where the channel turns back near it.
+const SECTIONS: usize = 40;
+
 /// Observer that keeps the states at which a channel crosses a level. Crossings are located on the dense
-/// output.
+/// output, also two of them between which the channel comes to the level and turns back. A stretch in which
+/// the channel swings is divided, down to 1/256 of what resolves the motion.
 ///
 /// A channel may jump over the level at the end of a step, where a drive jumps or a contact reaches an edge.
 /// The state at this instant is kept as well. The same holds between two runs if the second starts at the end
@@ -121,6 +139,89 @@ impl<'m> Section<'m> {
         let (q, v) = self.y.split_at(self.y.len() / 2);
         self.states.push(State::new(t, q, v));
     }
+
+    /// Keeps the crossings of a stretch from the last point to `end`. Returns the point at its end. The
+    /// stretch is halved while the polynomial through seven of its points does not resolve the channel.
+    fn scan(&mut self, step: &mut Step<'_>, from: (f64, f64), end: f64, halvings: usize) -> (f64, f64) {
+        let (middle, half) = (0.5 * (from.0 + end), 0.5 * (end - from.0));
+        let mut points = [from; POINTS];
+        for (point, x) in points.iter_mut().zip(NODES).skip(1) {
+            point.0 = if x < 1.0 { middle + half * x } else { end };
+            point.1 = self.height(step, point.0);
+        }
+        let values = points.map(|(_, height)| height);
+        let [low, high] = [f64::min, f64::max].map(|of: fn(f64, f64) -> f64| values.into_iter().reduce(of));
+        let range = high.unwrap_or_default() - low.unwrap_or_default();
+        let is_noise = range <= NOISE * self.level.abs();
+        let grid = on_grid(&values);
+        let time =
+            |k: usize| if k == CELLS { end } else { from.0 + (end - from.0) * (k as f64 / CELLS as f64) };
+        if halvings > 0 && !is_noise {
+            // Of a channel that swings many times the difference may be small by chance.
+            let mut is_off = |k: usize| (self.height(step, time(k)) - grid[k]).abs() > OFF * range;
+            if sixth(values).abs() > SWING * range || CONTROLS.into_iter().any(&mut is_off) {
+                let middle = self.scan(step, from, middle, halvings - 1);
+                return self.scan(step, middle, end, halvings - 1);
+            }
+        }
+        // Between two points the channel may come to the level and turn back.
+        let mut all = points.to_vec();
+        for k in 0..=CELLS {
+            let (before, after) = (grid[k.saturating_sub(1)], grid[(k + 1).min(CELLS)]);
+            let sign = grid[k].signum();
+            if grid[k] * before < 0.0 || grid[k] * after < 0.0 {
+                let place = time(k);
+                all.push((place, self.height(step, place)));
+            }
+            let turns = sign * grid[k] <= sign * before && sign * grid[k] <= sign * after;
+            if turns && grid[k].abs() < OFF * range {
+                let bracket = [time(k.saturating_sub(1)), time((k + 1).min(CELLS))];
+                all.extend(self.beyond(step, sign, bracket));
+            }
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for two in all.windows(2) {
+            self.cross(step, two[0], two[1]);
+        }
+        points[POINTS - 1]
+    }
+
+    /// A point in the bracket at which the height does not have the sign `sign`, by golden sections.
+    fn beyond(&mut self, step: &mut Step<'_>, sign: f64, mut bracket: [f64; 2]) -> Option<(f64, f64)> {
+        let place = |[a, b]: [f64; 2], share: f64| a + share * (b - a);
+        let mut at = |t: f64| (t, self.height(step, t));
+        let (mut left, mut right) = (at(place(bracket, 1.0 - GOLDEN)), at(place(bracket, GOLDEN)));
+        for _ in 0..SECTIONS {
+            if let Some(found) = [left, right].into_iter().find(|(_, height)| sign * height <= 0.0) {
+                return Some(found);
+            }
+            if sign * left.1 <= sign * right.1 {
+                (bracket[1], right) = (right.0, left);
+                left = at(place(bracket, 1.0 - GOLDEN));
+            } else {
+                (bracket[0], left) = (left.0, right);
+                right = at(place(bracket, GOLDEN));
+            }
+        }
+        None
+    }
+
+    /// Locates the crossing between two points, if there is a wanted one.
+    fn cross(&mut self, step: &mut Step<'_>, (from, a): (f64, f64), (to, b): (f64, f64)) {
+        if !self.wanted(a, b) {
+            return;
+        }
+        let (mut low, mut high) = (from, to);
+        loop {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if (self.height(step, middle) < 0.0) == (a < 0.0) { low = middle } else { high = middle }
+        }
+        self.height(step, high);
+        self.keep(high);
+    }
 }
 
 impl Observer for Section<'_> {
@@ -134,25 +235,8 @@ impl Observer for Section<'_> {
             self.keep(t0);
         }
         for part in 0..step.parts() {
-            // Each part is sampled at seven points, so that two crossings inside it are found.
-            let (t0, t1) = step.part(part);
-            let inside = FIVE.map(|[x, _]| 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * x);
-            for to in inside.into_iter().chain([t1]) {
-                let b = self.height(step, to);
-                if self.wanted(a, b) {
-                    let (mut lo, mut hi) = (from, to);
-                    loop {
-                        let middle = 0.5 * (lo + hi);
-                        if middle <= lo || middle >= hi {
-                            break;
-                        }
-                        if (self.height(step, middle) < 0.0) == (a < 0.0) { lo = middle } else { hi = middle }
-                    }
-                    self.height(step, hi);
-                    self.keep(hi);
-                }
-                (from, a) = (to, b);
-            }
+            let (_, end) = step.part(part);
+            (from, a) = self.scan(step, (from, a), end, HALVINGS);
         }
         self.last = Some((from, a));
         ControlFlow::Continue(())

@@ -292,11 +292,7 @@ pub enum SettleError {
     NoStaticState(#[from] LinearError),
     /// No period multiple was found within the maximum number of periods. A multiple p counts only if the
     /// state repeats after p periods at more than p periods in a row.
-    #[error(
-        "no orbit of up to {multiple} periods repeats within {periods} periods: the closest return is \
-         {closest:.1e} of the range of motion; it must be at most {tolerance:?}, the tolerance: raise max_periods for a slow \
-         decay, max_period_multiple for a longer period, or the tolerance if it lies below the error of the solver"
-    )]
+    #[error("{}", aperiodic(*.multiple, *.periods, *.closest, *.tolerance))]
     Aperiodic {
         /// The last state. Statistics of the motion can start from it.
         last: State,
@@ -342,6 +338,22 @@ pub enum SettleError {
         /// Number of complete periods.
         periods: usize,
     },
+}
+
+fn aperiodic(multiple: usize, periods: usize, closest: f64, tolerance: f64) -> String {
+    let what = format!("no orbit of up to {multiple} periods repeats within {periods} periods");
+    if closest <= tolerance {
+        return format!(
+            "{what}: the last return is within {closest:.1e} of the range of motion, below {tolerance:?}, the \
+             tolerance, but too few returns in a row are, or they still approach an orbit of fewer periods: \
+             raise max_periods"
+        );
+    }
+    format!(
+        "{what}: the closest return is {closest:.1e} of the range of motion; it must be at most {tolerance:?}, the \
+         tolerance: raise max_periods for a slow decay, max_period_multiple for a longer period, or the \
+         tolerance if it lies below the error of the solver"
+    )
 }
 
 impl SettleError {

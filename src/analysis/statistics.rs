@@ -1,5 +1,6 @@
 //! Statistics of channels over a run.
 
+use crate::analysis::seven_points::{CELLS, NODES, OFF, POINTS, on_grid, sixth};
 use crate::analysis::summary::Summary;
 use crate::error::{ParameterError, check};
 use crate::model::Model;
@@ -14,8 +15,8 @@ use std::ops::ControlFlow;
 /// Observer that computes the [`Summary`] of chosen channels from the dense output.
 ///
 /// Integrals use Gauss quadrature with five points in every step, or in parts of a step in which a channel
-/// swings so far that the mean square would be off by 1e-8 of its range. Extremes are located inside the
-/// steps. No samples are stored.
+/// swings so far that the mean square would be off by 1e-8 of its range, down to 1/256 of what resolves the
+/// motion. Extremes are located inside the steps. No samples are stored.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, State, Statistics, model::from_fn};
@@ -73,77 +74,22 @@ impl Running {
         let off = |value: f64| (value - origin).abs();
         let before = if self.min <= self.max { off(self.min).max(off(self.max)) } else { 0.0 };
         let largest = points.iter().fold(before, |m, f| m.max(off(*f)));
-        let sixth: f64 = points.iter().zip(SIXTH).map(|(f, weight)| weight * off(*f) * off(*f)).sum();
-        largest > NOISE * origin.abs() && sixth.abs() > SWING * largest * largest
+        let squares = sixth(points.iter().map(|f| off(*f) * off(*f))) / (largest * largest);
+        let values = sixth(points.iter().map(|f| f - origin)) / largest;
+        largest > NOISE * origin.abs() && (squares.abs() > SWING[0] || values.abs() > SWING[1])
     }
 }
 
-/// Number of points in a step: start, five Gauss points, end.
-const POINTS: usize = 7;
+/// Largest number of halvings of a part of a step.
+const HALVINGS: usize = 8;
 
-/// Largest number of halvings of a step.
-const HALVINGS: usize = 6;
-
-/// Largest sixth divided difference of squares over a step, as a share of the largest square. For a sine the
-/// mean square is then off by 6e-9 of the square; the step is a fifth of its period.
-const SWING: f64 = 5e-3;
+/// Largest sixth divided differences over a stretch, of the squares as a share of the largest one and of the
+/// values as a share of the largest one. For a sine the mean square is then off by 6e-9 of the square, over a
+/// quarter of its period. Of a channel that swings many times one of them may be small by chance.
+const SWING: [f64; 2] = [2e-3, 5e-4];
 
 /// Rounding error of a value of a channel, as a share of the value.
 const NOISE: f64 = 1e-14;
-
-/// Weights of the divided difference of order six over the points of a step, of length 2.
-const SIXTH: [f64; POINTS] = {
-    let (nodes, mut weights, mut i) = (NODES, [1.0; POINTS], 0);
-    while i < POINTS {
-        let mut j = 0;
-        while j < POINTS {
-            if j != i {
-                weights[i] /= nodes[i] - nodes[j];
-            }
-            j += 1;
-        }
-        i += 1;
-    }
-    weights
-};
-
-/// The points of a step from -1 to 1.
-const NODES: [f64; POINTS] = {
-    let (mut nodes, mut p) = ([-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 0);
-    while p < 5 {
-        nodes[p + 1] = FIVE[p][0];
-        p += 1;
-    }
-    nodes
-};
-
-/// Number of cells of the grid in a step.
-const CELLS: usize = 16;
-
-/// Allowance for the error of the polynomial through the points, as a share of the range of their values. For
-/// a sine the error is 1 % over one period and 5 % over 1.25.
-const OFF: f64 = 0.03;
-
-/// The interpolating polynomial has a value at each point of the grid. It is a weighted sum of the values at
-/// the seven points of the step. Row k contains the weights for grid point k.
-const GRID: [[f64; POINTS]; CELLS + 1] = {
-    let (nodes, mut grid, mut k) = (NODES, [[1.0; POINTS]; CELLS + 1], 0);
-    while k <= CELLS {
-        let (x, mut i) = (2.0 * k as f64 / CELLS as f64 - 1.0, 0);
-        while i < POINTS {
-            let mut j = 0;
-            while j < POINTS {
-                if j != i {
-                    grid[k][i] *= (x - nodes[j]) / (nodes[i] - nodes[j]);
-                }
-                j += 1;
-            }
-            i += 1;
-        }
-        k += 1;
-    }
-    grid
-};
 
 impl<'m> Statistics<'m> {
     /// Statistics of the channels of these names (see [`Probe`]).
@@ -261,7 +207,7 @@ impl<'m> Statistics<'m> {
         if highest + range <= max && lowest - range >= min {
             return;
         }
-        let grid = GRID.map(|weights| weights.iter().zip(&f).map(|(w, f)| w * f).sum::<f64>());
+        let grid = on_grid(&f);
         let time = |k: usize| if k == CELLS { t1 } else { t0 + (t1 - t0) * (k as f64 / CELLS as f64) };
         for sign in [1.0, -1.0] {
             let mut at = |t: f64| sign * self.read(step, t)[index];

@@ -52,6 +52,42 @@ pub struct Campbell {
     resonances: Vec<Resonance>,
 }
 
+/// How often the interval in which a mode stops to oscillate is halved.
+const HALVINGS: usize = 20;
+
+/// Adds the resonances between two speeds with their frequencies. Modes are matched by rank. This fails where
+/// one of them stops to oscillate: the interval is halved, so that little of it is left out.
+fn between(
+    at: &dyn Fn(f64) -> Result<Vec<f64>, LinearError>,
+    first: (f64, Vec<f64>),
+    last: (f64, Vec<f64>),
+    orders: &[f64],
+    halvings: usize,
+    out: &mut Vec<Resonance>,
+) -> Result<(), LinearError> {
+    if first.1.len() != last.1.len() {
+        if halvings == 0 {
+            return Ok(());
+        }
+        let speed = 0.5 * (first.0 + last.0);
+        let middle = (speed, at(speed)?);
+        between(at, first, middle.clone(), orders, halvings - 1, out)?;
+        return between(at, middle, last, orders, halvings - 1, out);
+    }
+    for (mode, (from, to)) in first.1.iter().zip(&last.1).enumerate() {
+        for &order in orders {
+            let [a, b] = [from - order * first.0, to - order * last.0];
+            if a >= 0.0 && b < 0.0 || a <= 0.0 && b > 0.0 {
+                // The frequency is linear between two speeds.
+                let share = a / (a - b);
+                let speed = first.0 + share * (last.0 - first.0);
+                out.push(Resonance { speed, frequency: from + share * (to - from), order, mode });
+            }
+        }
+    }
+    Ok(())
+}
+
 impl Campbell {
     /// The diagram of a model whose first [constant](crate::model::Offers::constants) is its speed, for
     /// increasing speeds, and excitation orders as multiples of that speed.
@@ -62,33 +98,22 @@ impl Campbell {
     pub fn of(model: &dyn Model, speeds: &[f64], orders: &[f64]) -> Result<Self, LinearError> {
         let constants = model.offers().named()?;
         crate::error::check::quantities("orders", orders)?;
+        let at = |speed: f64| -> Result<Vec<f64>, LinearError> {
+            let modes = Modes::mean_in_contact(&*constants.with_values(&[(0, speed)])?)?;
+            Ok(modes.eigenvalues().iter().map(|value| value.norm()).collect())
+        };
         let mut frequencies: Vec<Vec<f64>> = Vec::new();
         for (i, &speed) in speeds.iter().enumerate() {
             if i > 0 && speed <= speeds[i - 1] {
                 let must = format!("be above {:?}, the speed before it", speeds[i - 1]);
                 return Err(ParameterError::Wrong { name: format!("speeds[{i}]"), value: speed, must }.into());
             }
-            let modes = Modes::mean_in_contact(&*constants.with_values(&[(0, speed)])?)?;
-            frequencies.push(modes.eigenvalues().iter().map(|value| value.norm()).collect());
+            frequencies.push(at(speed)?);
         }
         let mut resonances = Vec::new();
         for (speed, found) in speeds.windows(2).zip(frequencies.windows(2)) {
-            // Modes are matched by rank, which fails if one of them stops to oscillate.
-            if found[0].len() != found[1].len() {
-                continue;
-            }
-            for (mode, (first, last)) in found[0].iter().zip(&found[1]).enumerate() {
-                for &order in orders {
-                    let [a, b] = [first - order * speed[0], last - order * speed[1]];
-                    if a >= 0.0 && b < 0.0 || a <= 0.0 && b > 0.0 {
-                        // The frequency is linear between two speeds.
-                        let share = a / (a - b);
-                        let at = speed[0] + share * (speed[1] - speed[0]);
-                        let frequency = first + share * (last - first);
-                        resonances.push(Resonance { speed: at, frequency, order, mode });
-                    }
-                }
-            }
+            let [first, last] = [0, 1].map(|end| (speed[end], found[end].clone()));
+            between(&at, first, last, orders, HALVINGS, &mut resonances)?;
         }
         Ok(Campbell { speeds: speeds.to_vec(), frequencies, resonances })
     }

@@ -148,8 +148,8 @@ pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<S
     }
 }
 
-/// The state with the mean contacts of sums that agree. A force by deflection has a kink where the teeth part,
-/// which the balance on fixed pieces does not see.
+/// The state with the mean contacts of sums that agree. A force by deflection has a kink where the teeth
+/// part, which the balance on fixed pieces does not see.
 fn with_contacts(
     mut found: StaticState,
     model: &dyn Periodic,

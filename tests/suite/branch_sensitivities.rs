@@ -5,11 +5,15 @@ use gear_dynamics::branches::{
     BranchError, BranchPoint, Continuation, CurveError, DesignError, Family, Figure, Fit, Least, PointKind,
     Sensitivity,
 };
-use gear_dynamics::model::{Periodic, State};
+use gear_dynamics::contact::{Contact, ContactDamping, Piece, PieceChoice, Restitution};
+use gear_dynamics::excitation::{Angle, Fourier, Side, Wave};
+use gear_dynamics::model::{Channel, Drives, Machine, Periodic, Scalar, Shape, Size, State};
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::ode::Exhausted;
 use gear_dynamics::periodic::ShootingOrbit;
-use gear_dynamics::{Budget, NfgPair, NfgParams, ParameterError, Shooting, Statistics};
+use gear_dynamics::trains::{Body, MeshPart, Parts};
+use gear_dynamics::{Budget, Dop853, NfgPair, NfgParams, ParameterError, Settle, Shooting, Statistics};
+use std::f64::consts::PI;
 
 /// Central difference of fourth order.
 fn difference(f: &dyn Fn(f64) -> f64, at: f64, h: f64) -> f64 {
@@ -339,4 +343,116 @@ fn derivatives_by_constants_without_a_size() {
     let orbit = Shooting::new().solve(&model, &guess).unwrap();
     let other = Sensitivity::of(&model.with("speed", 0.75).unwrap(), &orbit, &["deflection"]);
     assert!(matches!(other, Err(BranchError::Curve(CurveError::NoSolution { .. }))), "{other:?}");
+}
+
+/// A loose gear that strikes a swinging flank once a turn. Between impacts it flies with the drag g: v falls from g T/2 to
+/// -g T/2, so that its mean is 0, and the lowest place A sin φ is that of the impact, with
+/// cos φ = g T (1 - e)/(1 + e)/(2 A). The velocity jumps, and q has a corner.
+#[derive(PartialEq)]
+struct LooseGear {
+    flank: Wave,
+    restitution: Restitution,
+}
+
+impl Shape for LooseGear {
+    fn size(&self) -> Size {
+        Size { dof: 1, waves: 2, contacts: 1, constants: 2, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        vec![Channel::new("speed", "rad/s"), Channel::new("drag", "m/s²")]
+    }
+    fn waves<A: Angle>(&self, angle: A, side: Side, u: &mut [A::Number]) {
+        let flank = self.flank.jet(angle, side);
+        (u[0], u[1]) = (flank.value, flank.rate);
+    }
+    fn contact<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        _: &L,
+        _: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
+        let [lower, slope] = u.waves();
+        Contact { deflection: q[0], rate: v[0], lower, lower_rate: slope * u.speed(), ..Contact::default() }
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, _: &L, u: Drives<'_, S>, _: &[S], _: &[S], a: &mut [S]) {
+        let [drag] = u.constants();
+        a[0] = -drag;
+    }
+    fn stops(&self) -> &[[bool; 2]] {
+        &[[true, false]]
+    }
+    fn impact<S: Scalar>(&self, _: usize, _: Piece, u: Drives<'_, S>, _: &[S], v: &mut [S]) {
+        let [_, slope] = u.waves();
+        v[0] = self.restitution.rebound(v[0], slope * u.speed());
+    }
+}
+
+#[test]
+fn figures_that_jump_or_turn_at_an_impact() {
+    let (amplitude, e) = (1.2, 0.5);
+    let flank = Wave::new(Fourier::new(0.0, &[[0.0, amplitude]]).unwrap());
+    let gear = LooseGear { flank, restitution: Restitution::new(e).unwrap() };
+    let gear = Machine::of_constants(gear, &[("speed", 1.0), ("drag", 1.0)]).unwrap();
+    let cos = PI * (1.0 - e) / (1.0 + e) / amplitude;
+    for impact in [cos.acos(), -cos.acos()] {
+        let height = amplitude * impact.sin() + PI * PI / 2.0;
+        let orbit = Shooting::new().solve(&gear, &State::new(impact + PI, &[height], &[0.0])).unwrap();
+        let slopes = Sensitivity::of(&gear, &orbit, &["v0", "q0"]).unwrap();
+        let drag = slopes.index("drag").unwrap();
+        let lowest = -amplitude * cos * cos / impact.sin();
+        let expected = [
+            (Figure::Mean, "v0", 0.0),
+            (Figure::Rms, "v0", PI / 3f64.sqrt()),
+            (Figure::Max, "v0", PI),
+            (Figure::Min, "v0", -PI),
+            (Figure::Min, "q0", lowest),
+            (Figure::Max, "q0", lowest + PI * PI / 2.0),
+            (Figure::Mean, "q0", lowest + PI * PI / 3.0),
+        ];
+        for (figure, channel, expected) in expected {
+            let found = slopes.slopes(figure, channel).unwrap()[drag];
+            assert!((found - expected).abs() < 1e-6, "{impact}: {figure:?} of {channel}: {found} {expected}");
+        }
+    }
+}
+
+/// The mean mesh force is the torque over the radius, whatever the speed, the damping and the backlash are: with damping
+/// in contact only the force jumps where the teeth meet and part.
+#[test]
+fn the_mean_of_a_force_that_jumps_at_its_edge() {
+    let mut orbits = 0;
+    for (error, speed) in [(3e-6, 700.0), (3e-6, 1300.0), (2e-6, 1800.0), (2.5e-6, 2200.0)] {
+        let stiffness = Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).unwrap());
+        let mesh = MeshPart::external([20, 40], [0.03, 0.06], stiffness)
+            .error(Wave::new(Fourier::new(0.0, &[[error, 0.5 * error]]).unwrap()))
+            .damping(1000.0)
+            .half_backlash(5e-5)
+            .contact_damping(ContactDamping::InContact);
+        let mut parts = Parts::new();
+        parts.body("pinion", Body::new(1e-3)).body("wheel", Body::new(4e-3));
+        parts.mesh("mesh", "pinion", "wheel", mesh).torque("drive", "pinion", 8.0).load("wheel");
+        let train = parts.build("pinion", speed).unwrap();
+        let solver = Dop853::new().rtol(1e-10).atol(1e-15);
+        let Ok(steady) = Settle::new().run(&solver, &train, None) else { continue };
+        let shooting = Shooting::new().period_multiple(steady.period_multiple);
+        let orbit = shooting.solve(&train, &steady.state).unwrap();
+        if orbit.crossing_count() == 0 {
+            continue;
+        }
+        orbits += 1;
+        let slopes = Sensitivity::of(&train, &orbit, &["mesh force"]).unwrap();
+        let by = |name: &str| slopes.slopes(Figure::Mean, "mesh force").unwrap()[slopes.index(name).unwrap()];
+        assert!((by("drive") - 1.0 / 0.03).abs() < 1e-4, "{speed}: {}", by("drive"));
+        // In newtons for the whole value of the constant.
+        let force = 8.0 / 0.03;
+        for (name, value) in [("speed", speed), ("mesh damping", 1000.0), ("mesh half backlash", 5e-5)] {
+            assert!((by(name) * value).abs() < 1e-5 * force, "{speed}: {name} {:e}", by(name) * value);
+        }
+        // The least force is 0, that of the gap.
+        let least = slopes.slopes(Figure::Min, "mesh force").unwrap();
+        assert!(least.iter().all(|slope| slope.is_finite()));
+    }
+    assert!(orbits >= 2, "{orbits}");
 }

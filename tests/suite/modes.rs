@@ -4,7 +4,7 @@
 use crate::api::*;
 use crate::common::random::Random;
 use gear_dynamics::Wave;
-use gear_dynamics::linear::Modes;
+use gear_dynamics::linear::{Campbell, Modes};
 use gear_dynamics::model::{Jacobian, Offers};
 use gear_dynamics::trains::{Body, MeshPart, Parts, ShaftPart, Warning};
 
@@ -340,5 +340,37 @@ fn random_trees_of_springs_over_twelve_orders() {
             let off = (mode.square() / low - 1.0).abs();
             assert!(off <= mode.rounding() + 1e-13, "{off} {mode:?}; {text}");
         }
+    }
+}
+
+/// q0'' = -q0 - speed q0' stops to oscillate at the speed 2. The other mode of q1'' = -6.25 q1 meets the order 1 at 2.5.
+#[test]
+fn a_campbell_diagram_across_the_speed_at_which_a_mode_stops_to_oscillate() {
+    #[derive(PartialEq)]
+    struct Damped;
+    impl Shape for Damped {
+        fn size(&self) -> Size {
+            Size { dof: 2, constants: 1, ..Size::default() }
+        }
+        fn names(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "rad/s")]
+        }
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            u: Drives<'_, S>,
+            q: &[S],
+            v: &[S],
+            a: &mut [S],
+        ) {
+            a[0] = -q[0] - u.speed() * v[0];
+            a[1] = q[1] * -6.25;
+        }
+    }
+    let model = Machine::of_constants(Damped, &[("speed", 1.0)]).unwrap();
+    for speeds in [&[1.0, 1.9, 2.6, 3.0][..], &[1.0, 3.0], &[1.0, 2.2, 2.4, 2.7, 3.0]] {
+        let diagram = Campbell::of(&model, speeds, &[1.0]).unwrap();
+        let at: Vec<f64> = diagram.resonances().iter().map(|resonance| resonance.speed).collect();
+        assert!(at.iter().any(|speed| (speed - 2.5).abs() < 1e-9), "{speeds:?}: {at:?}");
     }
 }

@@ -332,3 +332,84 @@ fn statistics_of_a_channel_that_swings_within_steps() {
         assert!((summary.max - 1.3).abs() < 1e-9 && (summary.min + 0.7).abs() < 1e-9, "{summary:?}");
     }
 }
+
+/// q = cos t, with the channel cos nq, which swings up to n times in a radian.
+struct Wound {
+    swing: models::Oscillator,
+    n: f64,
+}
+
+impl Wound {
+    fn new(n: f64) -> Self {
+        Wound { swing: models::Oscillator::new(&[("speed", 1.0), ("linear stiffness", 1.0)]).unwrap(), n }
+    }
+}
+
+impl Model for Wound {
+    fn dof(&self) -> usize {
+        1
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        self.swing.accel(u, q, v, a);
+    }
+    fn offers(&self) -> Offers<'_> {
+        self.swing.offers()
+    }
+    fn base(&self) -> Option<&dyn Model> {
+        Some(&*self.swing)
+    }
+    fn channels(&self) -> Vec<Channel> {
+        vec![Channel::new("wound", "1")]
+    }
+    fn write_channels(&self, _: &[f64], q: &[f64], _: &[f64], _: &[Contact], out: &mut [f64]) {
+        out[0] = (self.n * q[0]).cos();
+    }
+}
+
+/// The reference is a sum of many samples of the closed form.
+#[test]
+fn statistics_and_sections_of_a_channel_that_swings_many_times_in_a_step() {
+    let until = 30.0;
+    for n in [5.3, 12.0, 20.0, 33.6, 44.0, 60.0] {
+        let model = Wound::new(n);
+        let wound = |k: u32| (n * (until * (f64::from(k) + 0.5) / 3e5).cos()).cos();
+        let mean = (0..300_000).map(wound).sum::<f64>() / 3e5;
+        let square = (0..300_000).map(|k| wound(k).powi(2)).sum::<f64>() / 3e5;
+        let signs: Vec<bool> = (0..300_000).map(|k| wound(k) < 0.0).collect();
+        let crossings = signs.windows(2).filter(|two| two[0] != two[1]).count();
+        let solvers: [&dyn Integrator; 3] =
+            [&Taylor::new(), &Taylor::new().rtol(1e-12), &Dop853::new().rtol(1e-12).atol(1e-12)];
+        for solver in solvers {
+            let mut statistics = Statistics::new(&model, &["wound"]).unwrap();
+            let mut section = Section::new(&model, "wound", 0.0, Direction::Both).unwrap();
+            let mut both = (&mut statistics, &mut section);
+            solver.run(&model, &State::new(0.0, &[1.0], &[0.0]), until, &mut both).unwrap();
+            let found = statistics.summary("wound").unwrap();
+            assert!((found.mean - mean).abs() < 2e-7, "{n}: {} {mean}", found.mean);
+            assert!((found.rms - square.sqrt()).abs() < 2e-7, "{n}: {} {}", found.rms, square.sqrt());
+            assert!(found.max > 1.0 - 1e-8 && found.min < 1e-8 - 1.0, "{n}: {found:?}");
+            assert_eq!(section.states().len(), crossings, "{n}");
+        }
+    }
+}
+
+/// cos t comes to a level just below 1 and turns back: two crossings that lie close together, once a turn.
+#[test]
+fn sections_see_crossings_close_together() {
+    let spring = models::Oscillator::new(&[("speed", 1.0), ("linear stiffness", 1.0)]).unwrap();
+    for level in [0.5, 0.99, 0.995, 0.999, 0.9999, -0.999] {
+        let solvers: [&dyn Integrator; 5] = [
+            &Taylor::new(),
+            &Taylor::new().rtol(1e-12),
+            &Dop853::new().rtol(1e-9).atol(1e-9),
+            &Dop853::new().rtol(1e-7).atol(1e-7),
+            &Rk4::new(std::f64::consts::TAU / 64.0),
+        ];
+        for (i, solver) in solvers.into_iter().enumerate() {
+            let mut section = Section::new(&spring, "q0", level, Direction::Both).unwrap();
+            let start = State::new(0.0, &[(0.5f64).cos()], &[-(0.5f64).sin()]);
+            solver.run(&spring, &start, 20.0 * std::f64::consts::TAU, &mut section).unwrap();
+            assert_eq!(section.states().len(), 40, "{level}, solver {i}");
+        }
+    }
+}

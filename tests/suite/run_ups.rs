@@ -1,6 +1,7 @@
 //! Trains at varying speed against an independent integration of their absolute angles.
 
 use crate::api::*;
+use gear_dynamics::models::Oscillator;
 use gear_dynamics::trains::*;
 use gear_dynamics::{Ring, Wave};
 use std::f64::consts::TAU;
@@ -583,4 +584,21 @@ fn random_trains_accelerate_as_their_absolute_angles() {
     println!("largest difference {worst:.1e}");
     // Rounding of absolute angles of some 10 rad against deflections of 1e-4 m.
     assert!(worst < 1e-9, "{worst:e}");
+}
+
+/// A run over a whole number of turns has all its lines, also where the angle at its end is rounded down.
+#[test]
+fn a_waterfall_over_whole_turns_has_its_last_line() {
+    let swing =
+        Oscillator::new(&[("speed", 1.0), ("damping", 0.1), ("linear stiffness", 1.0), ("force", 1.0)]);
+    let swing = swing.unwrap();
+    for k in 0..60 {
+        let speed = 0.3 + 0.028_311 * f64::from(k);
+        let turns = 1 + k as usize % 3;
+        let run = VaryingSpeed::new(swing.clone(), SpeedLaw::constant(speed).unwrap());
+        let end = turns as f64 * TAU / speed;
+        let waterfall = Waterfall::new(1, 16).unwrap();
+        let lines = waterfall.run(&Dop853::new(), &run, &State::at_rest(1), end, "q0").unwrap();
+        assert_eq!(lines.len(), turns, "{speed}");
+    }
 }

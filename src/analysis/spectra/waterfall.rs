@@ -106,7 +106,8 @@ impl Waterfall {
         check::positive("end of the run", end)?;
         let law = model.rule().law();
         let step = TAU / self.samples as f64;
-        let count = (law.angle(end) / step).floor() as usize;
+        // A whole number of turns may be rounded down.
+        let count = (law.angle(end) / step + 1e-9).floor() as usize;
         self.lines(solver, model, law, (start, count), channel)
     }
 

@@ -1,10 +1,10 @@
 //! Derivatives of what is measured along an orbit.
 
 use crate::branches::curve::equations::CurveError;
+use crate::branches::sensitivity::observed::{Derivatives, Gather, STEP_ALONG_ORBIT, STEPS};
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::totals::Totals;
 use crate::error::ParameterError;
-use crate::excitation::Side;
 use crate::model::equations::Constants;
 use crate::model::{Model, Periodic};
 use crate::numeric::differences::{CENTRAL, ONE_SIDED};
@@ -17,11 +17,8 @@ use crate::periodic::flow::tangent::Tangent;
 use nalgebra::DMatrix;
 use std::ops::ControlFlow;
 
-/// Step of the differences of a quantity along the derivative of the orbit, in units of the constants.
-const STEP_ALONG_ORBIT: f64 = 2e-4;
-
-/// The models with each constant moved to the places of a difference.
-pub(crate) struct Neighbours<'m>(Vec<Vec<Neighbour<'m>>>);
+/// The models with each constant moved to the places of a difference, for each of [`STEPS`].
+pub(crate) struct Neighbours<'m>([Vec<Vec<Neighbour<'m>>>; STEPS.len()]);
 
 /// A model with one constant moved.
 struct Neighbour<'m> {
@@ -34,13 +31,26 @@ struct Neighbour<'m> {
 
 impl<'m> Neighbours<'m> {
     pub(crate) fn new(constants: &'m dyn Constants, units: &[f64], period: f64) -> Result<Self, CurveError> {
+        let mut sets = [const { Vec::new() }; STEPS.len()];
+        for (all, share) in sets.iter_mut().zip(STEPS) {
+            *all = Neighbours::with_step(constants, units, period, share * STEP_ALONG_ORBIT)?;
+        }
+        Ok(Neighbours(sets))
+    }
+
+    fn with_step(
+        constants: &'m dyn Constants,
+        units: &[f64],
+        period: f64,
+        step: f64,
+    ) -> Result<Vec<Vec<Neighbour<'m>>>, CurveError> {
         let mut all = Vec::with_capacity(units.len());
         for (i, unit) in units.iter().enumerate() {
             let value = constants.values()[i];
             let moved = |places: &[(f64, f64)], way: f64| -> Result<Vec<Neighbour<'m>>, ParameterError> {
                 let one = |(place, weight): &(f64, f64)| {
                     let (place, weight) = (way * place, way * weight);
-                    let model = constants.with_values(&[(i, value + place * STEP_ALONG_ORBIT * unit)])?;
+                    let model = constants.with_values(&[(i, value + place * step * unit)])?;
                     Ok(Neighbour { place, weight, ratio: model.period() / period, model })
                 };
                 places.iter().map(one).collect()
@@ -50,44 +60,8 @@ impl<'m> Neighbours<'m> {
             let found = found.or_else(|_| moved(&ONE_SIDED, -1.0));
             all.push(found.map_err(|error| CurveError::Model { parameter: value, error })?);
         }
-        Ok(Neighbours(all))
+        Ok(all)
     }
-}
-
-/// Values of a quantity over a period and their derivatives with respect to the constants, in the units of
-/// the constants.
-#[derive(Clone, Debug)]
-pub(crate) struct Derivatives {
-    pub(crate) mean: f64,
-    pub(crate) square: f64,
-    pub(crate) by_mean: Vec<f64>,
-    pub(crate) by_square: Vec<f64>,
-    /// Maximum and minimum, each with its time, and their derivatives.
-    pub(crate) extremes: [(f64, f64, Vec<f64>); 2],
-    /// Derivatives at the wanted instant.
-    pub(crate) at: Vec<f64>,
-}
-
-/// Place, weight and ratio of the periods of a neighbour, and its probe.
-type Placed<'g> = ([f64; 3], Probe<'g>);
-
-/// Observer of the tangent flow.
-struct Gather<'g> {
-    quantities: &'g [Quantity],
-    base: Probe<'g>,
-    /// For each constant the places, weights and ratios of the periods of its neighbours, with their probes.
-    probes: Vec<Vec<Placed<'g>>>,
-    /// -T'/T for each constant.
-    speeds: Vec<f64>,
-    n: usize,
-    period: f64,
-    y: Vec<f64>,
-    moved: Vec<f64>,
-    out: Vec<Derivatives>,
-    /// Scratch: derivatives at one instant.
-    slopes: Vec<f64>,
-    /// An instant at which the derivatives are wanted.
-    instant: Option<f64>,
 }
 
 /// Number of samples in a part of a step among which an extremum is looked for.
@@ -103,37 +77,6 @@ const POLISHES: usize = 3;
 const TIME_STEP: f64 = 5e-3;
 
 impl Gather<'_> {
-    /// Derivatives of quantity j at the state in `y`, at the time `t`.
-    fn along(&mut self, j: usize, t: f64, side: Side, out: &mut [f64]) {
-        let (n, quantity) = (self.n, self.quantities[j]);
-        let half = self.y.len() / 2;
-        for (k, out) in out.iter_mut().enumerate() {
-            *out = 0.0;
-            for ([place, weight, ratio], probe) in &mut self.probes[k] {
-                let step = *place * STEP_ALONG_ORBIT;
-                for i in 0..n {
-                    let (q, v) = (self.y[i], self.y[half + i]);
-                    let (dq, dv) = (self.y[n * (1 + k) + i], self.y[half + n * (1 + k) + i]);
-                    self.moved[i] = q + step * dq;
-                    self.moved[n + i] = v + step * (dv + self.speeds[k] * v);
-                }
-                let (q, v) = self.moved.split_at(n);
-                *out += *weight * quantity.read(probe, t * *ratio, side, q, v) / STEP_ALONG_ORBIT;
-            }
-        }
-    }
-
-    fn value(&mut self, j: usize, t: f64, side: Side) -> f64 {
-        let half = self.y.len() / 2;
-        let (q, v) = (&self.y[..self.n], &self.y[half..half + self.n]);
-        self.quantities[j].read(&mut self.base, t, side, q, v)
-    }
-
-    fn look(&mut self, step: &mut Step<'_>, t: f64) -> Side {
-        step.at(t, &mut self.y);
-        if t == step.t1() { Side::Before } else { Side::After }
-    }
-
     /// The largest value of ± quantity j near a sample: golden sections, then Newton's method on differences
     /// of fourth order in time. Values alone show the time of a maximum to half of their digits only.
     fn refine(&mut self, step: &mut Step<'_>, j: usize, sign: f64, mut bracket: [f64; 2]) -> (f64, f64) {
@@ -173,7 +116,8 @@ impl Gather<'_> {
         best
     }
 
-    fn extremes(&mut self, step: &mut Step<'_>, (t0, t1): (f64, f64)) {
+    /// Updates the extremes with a part of a step, without the ends at crossings.
+    fn extremes(&mut self, step: &mut Step<'_>, (t0, t1): (f64, f64), at_crossings: &[f64]) {
         let time = |i: usize| t0 + (t1 - t0) * (i as f64 / (EXTREMUM_SAMPLES - 1) as f64);
         for j in 0..self.quantities.len() {
             let mut values = [0.0; EXTREMUM_SAMPLES];
@@ -195,6 +139,9 @@ impl Gather<'_> {
                 let bracket = [time(top.saturating_sub(1)), time((top + 1).min(EXTREMUM_SAMPLES - 1))];
                 let (mut t, mut best) = self.refine(step, j, sign, bracket);
                 for end in [t0, t1] {
+                    if at_crossings.contains(&end) {
+                        continue;
+                    }
                     let side = self.look(step, end);
                     let value = sign * self.value(j, end, side);
                     if value > best {
@@ -215,6 +162,12 @@ impl Gather<'_> {
 impl Observer for Gather<'_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         let mut slopes = std::mem::take(&mut self.slopes);
+        self.pieces.clear();
+        self.pieces.extend_from_slice(step.pieces().unwrap_or_default());
+        let after = self.passed.take();
+        let starts = after.is_some().then_some(step.t0());
+        let ends = (!step.crossings().is_empty()).then_some(step.t1());
+        let at_crossings: Vec<f64> = starts.into_iter().chain(ends).collect();
         if let Some(t) = self.instant.filter(|t| (step.t0()..=step.t1()).contains(t)) {
             let side = self.look(step, t);
             for j in 0..self.quantities.len() {
@@ -241,8 +194,9 @@ impl Observer for Gather<'_> {
                     }
                 }
             }
-            self.extremes(step, (t0, t1));
+            self.extremes(step, (t0, t1), &at_crossings);
         }
+        self.pass(step, after);
         self.slopes = slopes;
         ControlFlow::Continue(())
     }
@@ -265,17 +219,22 @@ pub(crate) fn gather(
     let flow = Tangent::new(plain, count, &totals.forced, scale, tolerance, &expansion);
     let n = plain.dof();
     let empty = |sign: f64| (sign * f64::INFINITY, f64::NAN, vec![0.0; count]);
-    let mut probes = Vec::with_capacity(count);
-    for all in &neighbours.0 {
-        let mut of_one = Vec::with_capacity(all.len());
-        for neighbour in all {
-            let plain: &dyn Model = &*neighbour.model;
-            of_one.push(([neighbour.place, neighbour.weight, neighbour.ratio], Probe::new(plain)));
+    let probe = |one: &'_ Neighbour<'_>| [one.place, one.weight, one.ratio];
+    let mut probes = Vec::with_capacity(STEPS.len());
+    for set in &neighbours.0 {
+        let mut of_set = Vec::with_capacity(count);
+        for all in set {
+            let mut of_one = Vec::with_capacity(all.len());
+            for neighbour in all {
+                let plain: &dyn Model = &*neighbour.model;
+                of_one.push((probe(neighbour), Probe::new(plain)));
+            }
+            of_set.push(of_one);
         }
-        probes.push(of_one);
+        probes.push(of_set);
     }
     let mut gather = Gather {
-        quantities,
+        quantities: quantities.to_vec(),
         base: Probe::new(plain),
         probes,
         speeds: totals.forced.iter().map(|by| by.speed).collect(),
@@ -296,6 +255,8 @@ pub(crate) fn gather(
             .collect(),
         slopes: vec![0.0; count],
         instant,
+        pieces: Vec::new(),
+        passed: None,
     };
     for i in 0..passage.states.len() {
         let until = passage.states.get(i + 1).map_or(passage.end, |next| next.t);

@@ -2,8 +2,9 @@
 
 use crate::branches::branch_error::BranchError;
 use crate::branches::sensitivity::along::along_direction;
-use crate::branches::sensitivity::derivatives::{Derivatives, Neighbours, gather};
+use crate::branches::sensitivity::derivatives::{Neighbours, gather};
 use crate::branches::sensitivity::figure::Figure;
+use crate::branches::sensitivity::observed::Derivatives;
 use crate::branches::sensitivity::quantity::Quantity;
 use crate::branches::sensitivity::totals::Totals;
 use crate::error::{ParameterError, check};
