@@ -62,14 +62,20 @@ pub(super) struct Passed {
 }
 
 impl Gather<'_> {
-    /// Derivatives of quantity j at the state in `y`, at the time `t`: by neighbours on the pieces of the
-    /// step.
+    /// Derivatives of quantity j at the state in `y`, at the time `t`, by neighbours on the pieces of the step.
+    /// At a grazing there are none, and the usual neighbours decide. A distance is the same on all pieces.
     pub(super) fn along(&mut self, j: usize, t: f64, side: Side, out: &mut [f64]) {
-        for k in 0..out.len() {
-            for which in 0..STEPS.len() {
+        let is_one = matches!(self.quantities[j], Quantity::Distance { .. });
+        for (k, out) in out.iter_mut().enumerate() {
+            let (usual, is_on_pieces) = self.along_one(j, k, t, side, 0);
+            *out = usual;
+            if is_one || is_on_pieces {
+                continue;
+            }
+            for which in 1..STEPS.len() {
                 let (slope, is_on_pieces) = self.along_one(j, k, t, side, which);
-                out[k] = slope;
                 if is_on_pieces {
+                    *out = slope;
                     break;
                 }
             }
