@@ -25,6 +25,10 @@ pub(crate) const SEPARATE: f64 = 1e-3;
 /// goes on `[1]`.
 const BESIDE_CROSSING: f64 = 1e-5;
 
+/// Largest share of the distance of the multiplier at its start. Where a branch turns back at a crossing, the
+/// distance falls with the square of the way, over several steps `[1]`.
+const SUDDEN: f64 = 1e-3;
+
 /// Whether a step ends so close to a point at which a multiplier is 1, from farther away. A step of another
 /// length ends elsewhere.
 fn comes_to_a_crossing<S>(last: &Node<S>, reached: &Node<S>) -> bool {
@@ -33,7 +37,7 @@ fn comes_to_a_crossing<S>(last: &Node<S>, reached: &Node<S>) -> bool {
         all.reduce(f64::min)
     };
     let [Some(from), Some(to)] = [nearest(last), nearest(reached)] else { return false };
-    to < BESIDE_CROSSING && 10.0 * to < from
+    to < BESIDE_CROSSING && to < SUDDEN * from
 }
 
 /// Located points with their distance from the last point and what they are.
