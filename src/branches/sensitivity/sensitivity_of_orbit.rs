@@ -18,11 +18,12 @@ use std::rc::Rc;
 /// dJ/dc = ∂J/∂c - ∂J/∂x (∂G/∂x)⁻¹ ∂G/∂c: derivatives of the figures J of an orbit with respect to all
 /// named constants c of its model at once. G are the equations of multiple shooting.
 ///
-/// The derivatives of the flow are exact, with the jumps at tooth edges. The change of a channel along the
-/// change of the orbit is a central difference of fourth order, exact to rounding for channels that are
-/// linear in coordinates and constants. At the grazing of an elastic contact the derivatives of both sides
-/// are equal. An orbit that grazes a rigid stop has bounded derivatives on the side without the impact only:
-/// rounding decides which side is computed.   Source: Leine & Nijmeijer, Sect. 7.4.
+/// The derivatives of the flow are exact, with the jumps at tooth edges. A mean (1/T) ∫ f dt over a crossing
+/// or an impact at τ changes also by (f⁻ - f⁺) dτ/dc/T, and an extreme there by f' dτ/dc. The change of a
+/// channel along the change of the orbit is a central difference of fourth order, exact to rounding for
+/// channels that are linear in coordinates and constants. At the grazing of an elastic contact the
+/// derivatives of both sides are equal. An orbit that grazes a rigid stop has bounded derivatives on the side
+/// without the impact only: rounding decides which side is computed.   Source: Leine & Nijmeijer, Sect. 7.4.
 ///
 /// ```
 /// use gear_dynamics::{Shooting, State, branches::{Figure, Sensitivity}, trains::SpurPair};
