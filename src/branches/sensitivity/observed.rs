@@ -63,7 +63,9 @@ pub(super) struct Passed {
 
 impl Gather<'_> {
     /// Derivatives of quantity j at the state in `y`, at the time `t`, by neighbours on the pieces of the
-    /// step. At a grazing there are none, and the usual neighbours decide. A distance is the same on all pieces.
+    /// step.
+    ///
+    /// At a grazing there are none, and the usual neighbours decide. A distance is the same on all pieces.
     pub(super) fn along(&mut self, j: usize, t: f64, side: Side, out: &mut [f64]) {
         let is_one = matches!(self.quantities[j], Quantity::Distance { .. });
         for (k, out) in out.iter_mut().enumerate() {
