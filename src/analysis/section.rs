@@ -45,9 +45,6 @@ const SWING: f64 = 0.02;
 /// Points of the grid, far from the seven points, at which the polynomial is compared with the channel.
 const CONTROLS: [usize; 2] = [6, 11];
 
-/// Rounding error of a value of a channel, as a share of the level.
-const NOISE: f64 = 1e-14;
-
 /// Number of golden sections towards the level where the channel turns back near it.
 const SECTIONS: usize = 40;
 
@@ -152,14 +149,14 @@ impl<'m> Section<'m> {
         let values = points.map(|(_, height)| height);
         let [low, high] = [f64::min, f64::max].map(|of: fn(f64, f64) -> f64| values.into_iter().reduce(of));
         let range = high.unwrap_or_default() - low.unwrap_or_default();
-        let is_noise = range <= NOISE * self.level.abs();
         let grid = on_grid(&values);
         let time =
             |k: usize| if k == CELLS { end } else { from.0 + (end - from.0) * (k as f64 / CELLS as f64) };
-        if halvings > 0 && !is_noise {
+        if halvings > 0 {
             // Of a channel that swings many times the difference may be small by chance.
             let mut is_off = |k: usize| (self.height(step, time(k)) - grid[k]).abs() > OFF * range;
-            if sixth(values).abs() > SWING * range || CONTROLS.into_iter().any(&mut is_off) {
+            let swings = sixth(values).abs() > SWING * range || CONTROLS.into_iter().any(&mut is_off);
+            if swings && self.probe.resolves(step, middle, (self.channel, range), &mut self.y) {
                 let middle = self.scan(step, from, middle, halvings - 1);
                 return self.scan(step, middle, end, halvings - 1);
             }

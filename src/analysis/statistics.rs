@@ -65,18 +65,17 @@ struct Running {
 impl Running {
     const NONE: Running =
         Running { min: f64::INFINITY, max: f64::NEG_INFINITY, origin: f64::NAN, off: 0.0, off_square: 0.0 };
-}
 
-impl Running {
-    /// Whether five Gauss points are too few for the mean square over a step with these values at its points.
-    fn swings(&self, points: &[f64; POINTS]) -> bool {
+    /// The largest distance from the first value, if five Gauss points are too few for the mean square over a
+    /// stretch with these values at its points.
+    fn swings(&self, points: &[f64; POINTS]) -> Option<f64> {
         let origin = if self.origin.is_nan() { points[0] } else { self.origin };
         let off = |value: f64| (value - origin).abs();
         let before = if self.min <= self.max { off(self.min).max(off(self.max)) } else { 0.0 };
         let largest = points.iter().fold(before, |m, f| m.max(off(*f)));
         let squares = sixth(points.iter().map(|f| off(*f) * off(*f))) / (largest * largest);
         let values = sixth(points.iter().map(|f| f - origin)) / largest;
-        largest > NOISE * origin.abs() && (squares.abs() > SWING[0] || values.abs() > SWING[1])
+        (squares.abs() > SWING[0] || values.abs() > SWING[1]).then_some(largest)
     }
 }
 
@@ -87,9 +86,6 @@ const HALVINGS: usize = 8;
 /// values as a share of the largest one. For a sine the mean square is then off by 6e-9 of the square, over a
 /// quarter of its period. Of a channel that swings many times one of them may be small by chance.
 const SWING: [f64; 2] = [2e-3, 5e-4];
-
-/// Rounding error of a value of a channel, as a share of the value.
-const NOISE: f64 = 1e-14;
 
 impl<'m> Statistics<'m> {
     /// Statistics of the channels of these names (see [`Probe`]).
@@ -171,6 +167,15 @@ impl<'m> Statistics<'m> {
         }
     }
 
+    /// Whether a channel swings too far in a stretch around `middle`, by more than rounding errors.
+    fn swings(&mut self, step: &mut Step<'_>, middle: f64) -> bool {
+        let Statistics { probe, chosen, running, y, points, .. } = self;
+        chosen.iter().zip(running).zip(points).any(|((&index, running), points)| {
+            let swing = running.swings(points);
+            swing.is_some_and(|range| probe.resolves(step, middle, (index, range), y))
+        })
+    }
+
     /// Adds a part of a step, in halves if a channel swings too far in it. The last points are those at `t0`.
     fn stretch(&mut self, step: &mut Step<'_>, t0: f64, t1: f64, halvings: usize) {
         let (middle, half) = (0.5 * (t0 + t1), 0.5 * (t1 - t0));
@@ -178,7 +183,7 @@ impl<'m> Statistics<'m> {
         for (p, x) in NODES.into_iter().enumerate().skip(1) {
             self.read_point(step, if p < POINTS - 1 { middle + half * x } else { t1 }, p);
         }
-        if halvings > 0 && self.points.iter().zip(&self.running).any(|(points, r)| r.swings(points)) {
+        if halvings > 0 && self.swings(step, middle) {
             self.points.iter_mut().for_each(|points| points[POINTS - 1] = points[0]);
             self.stretch(step, t0, middle, halvings - 1);
             return self.stretch(step, middle, t1, halvings - 1);

@@ -62,6 +62,12 @@ impl fmt::Debug for Probe<'_> {
     }
 }
 
+/// Some rounding errors of a coordinate, as a share of it `[1]`.
+const ROUNDINGS: f64 = 1e-14;
+
+/// Their largest effect on a channel whose changes are resolved, as a share of these `[1]`.
+const RESOLVED: f64 = 0.03;
+
 impl<'m> Probe<'m> {
     /// A probe for all channels of a model.
     pub fn new(model: &'m dyn Model) -> Self {
@@ -209,6 +215,24 @@ impl<'m> Probe<'m> {
         }
         self.read_at(step, t, side, y);
         &self.values
+    }
+
+    /// Whether changes by `range` of channel `index` near the time `t` of a step are above the rounding errors of
+    /// coordinates and velocities. `y`: scratch.
+    pub(crate) fn resolves(
+        &mut self,
+        step: &mut Step<'_>,
+        t: f64,
+        (index, range): (usize, f64),
+        y: &mut [f64],
+    ) -> bool {
+        let exact = self.read_step(step, t, y)[index];
+        for (i, y) in y.iter_mut().enumerate() {
+            *y *= 1.0 + if i % 2 == 0 { ROUNDINGS } else { -ROUNDINGS };
+        }
+        let (q, v) = y.split_at(y.len() / 2);
+        let change = (self.read(t, Side::After, q, v)[index] - exact).abs();
+        change.max(ROUNDINGS * exact.abs()) < RESOLVED * range
     }
 
     fn read_at(&mut self, step: &mut Step<'_>, t: f64, side: Side, y: &mut [f64]) {
