@@ -36,7 +36,7 @@ pub enum Direction {
 }
 
 /// How often a part of a step is halved until the polynomial through seven points resolves the channel.
-const HALVINGS: usize = 8;
+const HALVINGS: usize = 6;
 
 /// Largest sixth divided difference over a stretch, as a share of the range of the channel in it: a sine
 /// turns by at most some 3 rad in a stretch.
@@ -50,7 +50,7 @@ const SECTIONS: usize = 40;
 
 /// Observer that keeps the states at which a channel crosses a level. Crossings are located on the dense
 /// output, also two of them between which the channel comes to the level and turns back. A stretch in which
-/// the channel swings is divided, down to 1/256 of what resolves the motion.
+/// the channel swings is divided, down to 1/64 of what resolves the motion.
 ///
 /// A channel may jump over the level at the end of a step, where a drive jumps or a contact reaches an edge.
 /// The state at this instant is kept as well. The same holds between two runs if the second starts at the end

@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 /// Observer that computes the [`Summary`] of chosen channels from the dense output.
 ///
 /// Integrals use Gauss quadrature with five points in every step, or in parts of a step in which a channel
-/// swings so far that the mean square would be off by 1e-8 of its range, down to 1/256 of what resolves the
+/// swings so far that the mean square would be off by 1e-8 of its range, down to 1/64 of what resolves the
 /// motion. Extremes are located inside the steps. No samples are stored.
 ///
 /// ```
@@ -80,7 +80,7 @@ impl Running {
 }
 
 /// Largest number of halvings of a part of a step.
-const HALVINGS: usize = 8;
+const HALVINGS: usize = 6;
 
 /// Largest sixth divided differences over a stretch, of the squares as a share of the largest one and of the
 /// values as a share of the largest one. For a sine the mean square is then off by 6e-9 of the square, over a

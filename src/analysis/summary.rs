@@ -22,8 +22,8 @@ pub struct Summary {
     pub min: f64,
     /// Maximum.
     pub max: f64,
-    /// Standard deviation √((1/T) ∫ (f - mean)² dt). [`Statistics`](crate::Statistics) computes it from moments
-    /// about the first value of the channel, which avoids cancellation if the mean is large.
+    /// Standard deviation √((1/T) ∫ (f - mean)² dt). [`Statistics`](crate::Statistics) computes it from
+    /// moments about the first value of the channel, which avoids cancellation if the mean is large.
     pub deviation: f64,
 }
 
