@@ -217,8 +217,8 @@ impl<'m> Probe<'m> {
         &self.values
     }
 
-    /// Whether changes by `range` of channel `index` near the time `t` of a step are above the rounding errors
-    /// of coordinates and velocities. `y`: scratch.
+    /// Whether changes by `range` of channel `index` near the time `t` of a step are above the rounding
+    /// errors of coordinates and velocities. `y`: scratch.
     pub(crate) fn resolves(
         &mut self,
         step: &mut Step<'_>,
