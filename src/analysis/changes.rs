@@ -1,6 +1,7 @@
 //! Changes of the state from period to period: whether they shrink, how fast, and what is left of them.
 
-/// Number of changes whose largest one is compared with the largest one of as many before.
+/// Number of changes in a window. The largest change of the last window is compared with that of the window
+/// before.
 const RECENT: usize = 4;
 
 /// Largest ratio of these two for a change that shrinks: 0.9 a period. Changes that are made of rounding

@@ -74,6 +74,8 @@ pub struct Section<'m> {
     y: Vec<f64>,
     /// End time of the last step, and channel less level there.
     last: Option<(f64, f64)>,
+    /// Scratch: the points of a stretch between which crossings are looked for.
+    places: Vec<(f64, f64)>,
 }
 
 impl fmt::Debug for Section<'_> {
@@ -108,6 +110,7 @@ impl<'m> Section<'m> {
             states: Vec::new(),
             y: vec![0.0; 2 * model.dof()],
             last: None,
+            places: Vec::new(),
         })
     }
 
@@ -162,7 +165,9 @@ impl<'m> Section<'m> {
             }
         }
         // Between two points the channel may come to the level and turn back.
-        let mut all = points.to_vec();
+        let mut all = std::mem::take(&mut self.places);
+        all.clear();
+        all.extend(points);
         for k in 0..=CELLS {
             let (before, after) = (grid[k.saturating_sub(1)], grid[(k + 1).min(CELLS)]);
             let sign = grid[k].signum();
@@ -180,6 +185,7 @@ impl<'m> Section<'m> {
         for two in all.windows(2) {
             self.cross(step, two[0], two[1]);
         }
+        self.places = all;
         points[POINTS - 1]
     }
 

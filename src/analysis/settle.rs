@@ -177,9 +177,9 @@ impl Settle {
                     let change = |j: usize| motion.change(&section[k - j * p], &section[k - (j + 1) * p]);
                     let history: Vec<f64> = (0..k / p).map(change).collect();
                     let (change, contraction) = (history[0], contraction(&history));
+                    let envelope = envelope(&history, contraction);
                     if change <= self.tolerance || !shrinks(&history) || k == self.max_periods {
-                        let distance = Some(distance(envelope(&history, contraction), contraction))
-                            .filter(|d| d.is_finite());
+                        let distance = Some(distance(envelope, contraction)).filter(|d| d.is_finite());
                         let distance = distance.unwrap_or(change).max(self.tolerance);
                         if let Some((coordinate, gain)) =
                             alone.accelerates(&section[k], &section[k - p], distance)
@@ -192,7 +192,7 @@ impl Settle {
                             periods: k,
                             change,
                             contraction,
-                            envelope: envelope(&history, contraction),
+                            envelope,
                         });
                     }
                 }

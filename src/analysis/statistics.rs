@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 /// Observer that computes the [`Summary`] of chosen channels from the dense output.
 ///
 /// Integrals use Gauss quadrature with five points in every step, or in parts of a step in which a channel
-/// swings so far that the mean square would be off by 1e-8 of its range, down to 1/64 of what resolves the
+/// swings so far that the mean square would be off by 1e-7 of its range, down to 1/64 of what resolves the
 /// motion. Extremes are located inside the steps. No samples are stored.
 ///
 /// ```
@@ -66,8 +66,8 @@ impl Running {
     const NONE: Running =
         Running { min: f64::INFINITY, max: f64::NEG_INFINITY, origin: f64::NAN, off: 0.0, off_square: 0.0 };
 
-    /// The largest distance from the first value, if five Gauss points are too few for the mean square over a
-    /// stretch with these values at its points.
+    /// Returns the largest distance from the first value if five Gauss points are too few for the mean square
+    /// over a stretch with these values at its points, `None` if they suffice.
     fn swings(&self, points: &[f64; POINTS]) -> Option<f64> {
         let origin = if self.origin.is_nan() { points[0] } else { self.origin };
         let off = |value: f64| (value - origin).abs();
@@ -83,8 +83,8 @@ impl Running {
 const HALVINGS: usize = 6;
 
 /// Largest sixth divided differences over a stretch, of the squares as a share of the largest one and of the
-/// values as a share of the largest one. For a sine the mean square is then off by 6e-9 of the square, over a
-/// quarter of its period. Of a channel that swings many times one of them may be small by chance.
+/// values as a share of the largest one. For a sine the mean square is then off by 1e-9 of the square, over a
+/// fifth of its period. Of a channel that swings many times one of them may be small by chance.
 const SWING: [f64; 2] = [2e-3, 5e-4];
 
 impl<'m> Statistics<'m> {

@@ -62,7 +62,7 @@ impl Gather<'_> {
     }
 
     /// The crossing at which a step ends: the derivative of its time is -δg/g', with the distance g from the
-    /// edge and its rate g' before the crossing.
+    /// edge and its rate g' before the crossing. Of several at one instant the first one decides.
     fn passes(&mut self, step: &mut Step<'_>) -> Option<Passed> {
         let crossing = *step.crossings().first()?;
         let edge = Edge::between(crossing.from, crossing.to);
@@ -74,10 +74,8 @@ impl Gather<'_> {
         let rate = edge.rate(&contact);
         let distance = Quantity::Distance { contact: crossing.contact, edge };
         let count = self.speeds.len();
-        let quantities = std::mem::replace(&mut self.quantities, vec![distance]);
         // The distance has no corner at its edge.
-        let times = (0..count).map(|k| -self.along_one(0, k, t, side, 0).0 / rate).collect();
-        self.quantities = quantities;
+        let times = (0..count).map(|k| -self.along_one(distance, k, t, side, 0).0 / rate).collect();
         let mut passed = Passed { times, before: Vec::with_capacity(self.quantities.len()) };
         for j in 0..self.quantities.len() {
             let last = self.end(step, j, true);

@@ -234,7 +234,7 @@ pub(crate) fn gather(
         probes.push(of_set);
     }
     let mut gather = Gather {
-        quantities: quantities.to_vec(),
+        quantities,
         base: Probe::new(plain),
         probes,
         speeds: totals.forced.iter().map(|by| by.speed).collect(),

@@ -31,7 +31,7 @@ pub(super) type Placed<'g> = ([f64; 3], Probe<'g>);
 
 /// Observer of the tangent flow.
 pub(super) struct Gather<'g> {
-    pub(super) quantities: Vec<Quantity>,
+    pub(super) quantities: &'g [Quantity],
     pub(super) base: Probe<'g>,
     /// For each of [`STEPS`] and each constant the places, weights and ratios of the periods of its
     /// neighbours, with their probes.
@@ -67,15 +67,16 @@ impl Gather<'_> {
     ///
     /// At a grazing there are none, and the usual neighbours decide. A distance is the same on all pieces.
     pub(super) fn along(&mut self, j: usize, t: f64, side: Side, out: &mut [f64]) {
-        let is_one = matches!(self.quantities[j], Quantity::Distance { .. });
+        let quantity = self.quantities[j];
+        let is_one = matches!(quantity, Quantity::Distance { .. });
         for (k, out) in out.iter_mut().enumerate() {
-            let (usual, is_on_pieces) = self.along_one(j, k, t, side, 0);
+            let (usual, is_on_pieces) = self.along_one(quantity, k, t, side, 0);
             *out = usual;
             if is_one || is_on_pieces {
                 continue;
             }
             for which in 1..STEPS.len() {
-                let (slope, is_on_pieces) = self.along_one(j, k, t, side, which);
+                let (slope, is_on_pieces) = self.along_one(quantity, k, t, side, which);
                 if is_on_pieces {
                     *out = slope;
                     break;
@@ -84,10 +85,17 @@ impl Gather<'_> {
         }
     }
 
-    /// The derivative by constant k with one of [`STEPS`], and whether all neighbours lie on the pieces of
-    /// the step of the run.
-    pub(super) fn along_one(&mut self, j: usize, k: usize, t: f64, side: Side, which: usize) -> (f64, bool) {
-        let (n, quantity) = (self.n, self.quantities[j]);
+    /// The derivative of a quantity by constant k with one of [`STEPS`], and whether all neighbours lie on
+    /// the pieces of the step of the run.
+    pub(super) fn along_one(
+        &mut self,
+        quantity: Quantity,
+        k: usize,
+        t: f64,
+        side: Side,
+        which: usize,
+    ) -> (f64, bool) {
+        let n = self.n;
         let (half, unit) = (self.y.len() / 2, STEPS[which] * STEP_ALONG_ORBIT);
         let (mut slope, mut is_on_pieces) = (0.0, true);
         for ([place, weight, ratio], probe) in &mut self.probes[which][k] {
