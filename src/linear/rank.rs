@@ -1,4 +1,4 @@
-//! The rank of a Jacobian that is proven by the errors of its entries.
+//! Units in which a Jacobian is balanced, and its rank that is proven by the errors of its entries.
 
 use nalgebra::DMatrix;
 
@@ -55,4 +55,31 @@ pub(crate) fn units(a: &DMatrix<f64>) -> (Vec<f64>, Vec<f64>) {
     let column = |j: usize| (0..n).fold(0.0f64, |most, i| most.max((a[(i, j)] * rows[i]).abs()));
     let columns = (0..n).map(|j| unit(column(j))).collect();
     (rows, columns)
+}
+
+/// Units d of the coordinates, powers of 2, in which row i and column i of D⁻¹ A D, D = diag(d), have sums of
+/// the same size for every i, the diagonal left out.   Source: Parlett and Reinsch, Numerische Mathematik 13
+/// (1969).
+pub(crate) fn balancing(a: &DMatrix<f64>) -> Vec<f64> {
+    /// Most rounds: each one brings the sums closer, a few are enough.
+    const ROUNDS: usize = 100;
+    let n = a.nrows();
+    let mut d = vec![1.0; n];
+    for _ in 0..ROUNDS {
+        let mut changed = false;
+        for i in 0..n {
+            let others = || (0..n).filter(|&j| j != i);
+            let row: f64 = others().map(|j| a[(i, j)].abs() * (d[j] / d[i])).sum();
+            let column: f64 = others().map(|j| a[(j, i)].abs() * (d[i] / d[j])).sum();
+            // The sums become equal with the unit sqrt(row/column) d.
+            let factor = (0.5 * (row / column).log2()).round().exp2();
+            if factor.is_finite() && factor > 0.0 && factor != 1.0 {
+                (d[i], changed) = (d[i] * factor, true);
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    d
 }

@@ -2,7 +2,7 @@
 
 use crate::contact::Piece;
 use crate::linear::damped::{self, Damped};
-use crate::linear::rank::proven_rank;
+use crate::linear::rank::{balancing, proven_rank};
 use crate::linear::spectrum::{self, Found};
 use crate::linear::symmetric::inertias;
 use crate::model::structure::slopes::{Slopes, offered};
@@ -32,11 +32,33 @@ pub(crate) struct Spectrum {
 
 /// The spectrum of ∂a/∂q and ∂a/∂v. `error`: bound of the error of each entry of ∂a/∂q. `None` if eigenvalues
 /// do not converge.
+///
+/// A symmetric stiffness has units of its own, its inertias. Any other one is taken in balanced units: a
+/// model of lengths and angles has the same modes in metres and in micrometres.
 pub(crate) fn spectrum([q, v]: [&DMatrix<f64>; 2], error: &DMatrix<f64>) -> Option<Spectrum> {
+    let inertias = inertias(&-q);
+    if inertias.is_some() {
+        return in_units([q, v], error, inertias);
+    }
+    let units = balancing(q);
+    let scaled =
+        |b: &DMatrix<f64>| DMatrix::from_fn(b.nrows(), b.ncols(), |i, j| b[(i, j)] * (units[j] / units[i]));
+    let mut spectrum = in_units([&scaled(q), &scaled(v)], &scaled(error), None)?;
+    for mode in &mut spectrum.modes {
+        mode.shape.iter_mut().zip(&units).for_each(|(x, unit)| *x *= unit);
+    }
+    Some(spectrum)
+}
+
+/// The spectrum in the units of the coordinates as they are.
+fn in_units(
+    [q, v]: [&DMatrix<f64>; 2],
+    error: &DMatrix<f64>,
+    inertias: Option<Vec<f64>>,
+) -> Option<Spectrum> {
     let n = q.nrows();
     let share = |i: usize| error.row(i).amax() / q.row(i).amax();
     let rounding = (0..n).map(share).filter(|share| share.is_finite()).fold(f64::EPSILON, f64::max);
-    let inertias = inertias(&-q);
     let mut modes = spectrum::of(q, inertias.as_deref(), rounding)?;
     let soft = modes.iter().filter(|mode| mode.rigid).count();
     let rigid = if soft > 0 { n - proven_rank(q, error) } else { 0 };

@@ -1,9 +1,9 @@
 //! Undamped modes: eigenvalues and eigenvectors of ∂a/∂q, with their rounding errors.
 
 use crate::linear::rank::units;
+use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
 use nalgebra::DMatrix;
-use num_complex::Complex64;
 
 /// One eigenvalue ω² with its mode.
 pub(crate) struct Found {
@@ -26,7 +26,7 @@ pub(crate) fn of(q: &DMatrix<f64>, inertias: Option<&[f64]>, rounding: f64) -> O
     let (a, rigid) = (-q, unresisted(q, rounding)?);
     let found = match inertias {
         Some(m) => symmetric(&a, m, &rigid, rounding)?,
-        None => general(&a, rigid.len(), rounding)?,
+        None => general(&a, &rigid, rounding)?,
     };
     Some(rigid.into_iter().map(Found::rigid).chain(found).collect())
 }
@@ -166,22 +166,51 @@ fn soft_modes(stiffness: &DMatrix<f64>, m: &[f64], rigid: &[Vec<f64>]) -> Option
 }
 
 /// Elastic modes of any matrix with real eigenvalues.
-fn general(a: &DMatrix<f64>, rigid: usize, rounding: f64) -> Option<Vec<Found>> {
-    let n = a.nrows();
-    let found = Mat::from_fn(n, n, |i, j| a[(i, j)]).eigen().ok()?;
-    let (values, vectors) = (found.S().column_vector(), found.U());
-    let most = (0..n).map(|k| values[k].norm()).fold(0.0, f64::max);
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&i, &j| values[i].norm().total_cmp(&values[j].norm()));
-    let real = |k: &usize| values[*k].im.abs() <= 1e-9 * most;
-    let modes = order.into_iter().skip(rigid).filter(real).map(|k| {
+///
+/// In a basis whose last vectors are the rigid motions, these columns of A are zeros, and the eigenvalues of
+/// the leading block are the others. Errors of the entries, E, change an eigenvalue with A x = μ x and
+/// yᵀ A = μ yᵀ by |y|ᵀ E |x|/|yᵀ x| at most, to first order. A pair of complex eigenvalues is left out,
+/// unless its imaginary part is within this error.
+fn general(a: &DMatrix<f64>, rigid: &[Vec<f64>], rounding: f64) -> Option<Vec<Found>> {
+    let (n, k) = (a.nrows(), a.nrows() - rigid.len());
+    if k == 0 {
+        return Some(Vec::new());
+    }
+    let basis = completed(rigid, n);
+    let along = basis.transpose() * a * &basis;
+    let sizes = basis.transpose().abs() * a.abs() * basis.abs() * rounding;
+    let found = Mat::from_fn(k, k, |i, j| along[(i, j)]).eigen().ok()?;
+    let (values, right) = (found.S().column_vector(), found.U());
+    let left = right.partial_piv_lu().inverse();
+    let most = (0..k).map(|c| values[c].norm()).fold(0.0, f64::max);
+    let error = |c: usize| -> f64 {
+        let row = |i: usize| -> f64 {
+            (0..k).map(|j| (sizes[(i, j)] + f64::EPSILON * most) * right[(j, c)].norm()).sum()
+        };
+        let sum: f64 = (0..k).map(|i| left[(c, i)].norm() * row(i)).sum();
+        // Two equal eigenvalues may have one vector.
+        if sum.is_nan() { f64::INFINITY } else { sum }
+    };
+    let mode = |c: usize| {
+        let (value, error) = (values[c], error(c));
+        // Imaginary parts up to this share of a real eigenvalue mean nothing.
+        const REAL: f64 = 1e-9;
+        if value.im.abs() > error.max(REAL * value.norm()) {
+            return None;
+        }
         // A real eigenvector may carry a complex factor.
-        let largest = (0..n).map(|i| vectors[(i, k)]).fold(Complex64::new(0.0, 0.0), |most, x| {
-            if x.norm() > most.norm() { Complex64::new(x.re, x.im) } else { most }
-        });
-        let entry = |x: &faer::c64| (Complex64::new(x.re, x.im) / largest).re;
-        let shape = (0..n).map(|i| entry(&vectors[(i, k)])).collect();
-        Found { square: values[k].re, shape, error: rounding * n as f64 * most, rigid: false }
-    });
-    Some(modes.collect())
+        let largest = (0..k)
+            .map(|i| right[(i, c)])
+            .max_by(|x, y| x.norm().total_cmp(&y.norm()))
+            .filter(|x| x.norm() > 0.0)?;
+        let mut parts: Vec<f64> = (0..k).map(|i| (right[(i, c)] / largest).re).collect();
+        for r in k..n {
+            let driven: f64 = (0..k).map(|j| along[(r, j)] * parts[j]).sum();
+            let part = driven / value.re;
+            parts.push(if part.is_finite() { part } else { 0.0 });
+        }
+        let shape = (0..n).map(|i| (0..n).map(|j| basis[(i, j)] * parts[j]).sum()).collect();
+        Some(Found { square: value.re, shape, error, rigid: false })
+    };
+    Some((0..k).filter_map(mode).collect())
 }

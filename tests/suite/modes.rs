@@ -374,3 +374,54 @@ fn a_campbell_diagram_across_the_speed_at_which_a_mode_stops_to_oscillate() {
         assert!(at.iter().any(|speed| (speed - 2.5).abs() < 1e-9), "{speeds:?}: {at:?}");
     }
 }
+
+/// Coordinates x = T y of a chain, with lengths and angles in any units: y'' = T⁻¹ A T y has the modes of the
+/// chain, and the stated error holds the difference.
+#[test]
+fn modes_of_relative_coordinates_do_not_depend_on_units() {
+    let mut random = Random(417);
+    for case in 0..60 {
+        let n = 3 + case % 6;
+        let mut draw = |low: f64, high: f64| (0..n).map(|_| low * (high / low).powf(random.next())).collect();
+        let (masses, springs, mut grounds): (Vec<f64>, Vec<f64>, Vec<f64>) =
+            (draw(1e-3, 1e2), draw(1e2, 1e7), draw(1e2, 1e5));
+        if case % 3 == 0 {
+            grounds.fill(0.0);
+        }
+        let exact = modes(&masses, &springs[..n - 1], &grounds, 0.0);
+        let chain = Chain { masses: &masses, springs: &springs[..n - 1], grounds: &grounds, drag: 0.0 };
+        let mut absolute = Jacobian::new(n);
+        chain.jacobian(None, &[], &[0.0; 8][..n], &[0.0; 8][..n], &mut absolute);
+        // y0 = x0 and y_i = x_i - x_(i-1), each in its unit, a power of 2.
+        for exponent in [0, -20, 20, -40] {
+            let unit: Vec<f64> = (0..n).map(|i| if i % 2 == 1 { 2f64.powi(exponent) } else { 1.0 }).collect();
+            // Row i of A over the columns from j on: springs between these bodies cancel.
+            let sum = |i: usize, j: usize| match j {
+                0 => -grounds[i] / masses[i],
+                _ => (j..n).map(|k| absolute.q[(i, k)]).sum(),
+            };
+            let relative = |i: usize, j: usize| {
+                (sum(i, j) - if i > 0 { sum(i - 1, j) } else { 0.0 }) * (unit[j] / unit[i])
+            };
+            let own = from_fn(n, |_, q, _, a| {
+                for i in 0..n {
+                    a[i] = (0..n).map(|j| relative(i, j) * q[j]).sum();
+                }
+            })
+            .unwrap();
+            let found = Modes::about(&own, &State::at_rest(n), None).unwrap();
+            assert_eq!(found.rigid_count(), exact.rigid_count(), "{case} 2^{exponent}");
+            assert_eq!(found.all().len(), n, "{case} 2^{exponent}");
+            for (found, exact) in found.all().iter().zip(exact.all()) {
+                let off = (found.square() - exact.square()).abs();
+                assert!(
+                    off <= (found.rounding() + exact.rounding()) * exact.square(),
+                    "{case} 2^{exponent}: {} for {}, stated {:e}",
+                    found.frequency(),
+                    exact.frequency(),
+                    found.rounding()
+                );
+            }
+        }
+    }
+}
