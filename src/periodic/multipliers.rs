@@ -223,6 +223,24 @@ impl Multipliers {
         self.values.iter().map(|m| m.norm().ln() / period).collect()
     }
 
+    /// Whether those of a point, `other`, are these of its orbit.
+    pub(crate) fn check_same(&self, other: &Multipliers) -> Result<(), ParameterError> {
+        /// Rounding by a file of decimal numbers, as a share of the largest multiplier `[1]`.
+        const SLACK: f64 = 1e-9;
+        check::length("multipliers of a point", other.values.len(), self.values.len())?;
+        let (value, most) = (self.distance(other), SLACK * self.largest());
+        if value > most {
+            let name = "distance of a multiplier of a point from that of its orbit".into();
+            return Err(ParameterError::Wrong { name, value, must: format!("be at most {most:?}") });
+        }
+        // Errors that were not computed are infinite.
+        if self.error != other.error && !((self.error - other.error).abs() <= SLACK * self.error) {
+            let (name, found) = ("error of the multipliers of a point".into(), other.error);
+            return Err(ParameterError::Inconsistent { name, found, expected: self.error });
+        }
+        Ok(())
+    }
+
     /// Largest distance of a multiplier from its partner in another set. Each multiplier is paired with the
     /// nearest one that is left. Infinite if the other set is smaller.
     pub(crate) fn distance(&self, other: &Self) -> f64 {

@@ -78,6 +78,12 @@ fn branches_that_contradict_themselves_are_refused() {
             "contact 7 does not exist",
         ),
         ("/points/1/multipliers/values", json!([]), "multipliers is empty"),
+        (
+            "/points/1/multipliers/values",
+            json!([[0.5, 0.0], [0.25, 0.0]]),
+            "distance of a multiplier of a point from that of its orbit",
+        ),
+        ("/points/1/multipliers/error", json!(0.25), "error of the multipliers of a point is 0.25"),
         ("/points/1/orbit/multiple", json!(9_007_199_254_740_993u64), "at most 1000000 are allowed"),
     ];
     for (path, to, text) in cases {
@@ -87,6 +93,8 @@ fn branches_that_contradict_themselves_are_refused() {
     let error = refusal::<BoundaryLine>(changed(&boundary, "/points/1/arclength", json!(-1.0)));
     assert!(error.contains("arclength of point 1"), "{error}");
     assert!(refusal::<BoundaryLine>(changed(&boundary, "/points", json!([]))).contains("is empty"));
+    let forged = changed(&boundary, "/points/1/multipliers/values", json!([[0.5, 0.0], [0.25, 0.0]]));
+    assert!(refusal::<BoundaryLine>(forged).contains("from that of its orbit"));
     assert!(
         refusal::<BoundaryLine>(changed(&boundary, "/head/across", json!([1.0, 0.0]))).contains("bounds")
     );

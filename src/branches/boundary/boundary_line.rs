@@ -99,7 +99,8 @@ impl LinePoint for BoundaryPoint {
     }
     fn check(&self, _: &BoundaryHead, first: &Self) -> Result<(), ParameterError> {
         let [own, of_first] = [self, first].map(|point| point.multipliers.values().len());
-        check::length("multipliers of a point", own, of_first)
+        check::length("multipliers of a point", own, of_first)?;
+        self.orbit.multipliers().check_same(&self.multipliers)
     }
     fn summarise(line: &BoundaryLine, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{} points of a {}", line.points.len(), line.head.what)?;

@@ -17,14 +17,13 @@ use crate::periodic::{Multipliers, ShootingOrbit, Stability};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct BranchPoint<O = ShootingOrbit> {
     /// Value of the parameter.
     pub parameter: f64,
     /// Distance along the branch from its start `[1]`.
     pub arclength: f64,
     /// Mean, RMS and extremes of the measured channels over one period of the orbit.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::analysis::summary::read_unchecked"))]
     pub summaries: Vec<Summary>,
     /// Rattle state of each contact.
     pub rattle: Vec<RattleState>,
