@@ -10,9 +10,9 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::outcome::{Finish, Stats};
 use crate::ode::rejections::Rejections;
 use crate::ode::step::{Step, StepView};
-use crate::ode::stepping::control::{Knots, RESOLUTION, StepEnds, StepRule, Task};
+use crate::ode::stepping::control::{Knots, RESOLUTION, StepEnds, StepRule, Task, starting_step};
 use crate::ode::stepping::engine::{Engine, Tableau};
-use crate::ode::stepping::first_step::starting_step;
+use crate::ode::stepping::one_step::OwnStep;
 use crate::ode::stepping::vector::Vector;
 use crate::ode::stepping::vector_blocks::Blocks;
 use std::marker::PhantomData;
@@ -42,9 +42,10 @@ pub(crate) fn drive<T: Tableau>(task: Task<'_>) -> Result<Finish, IntegrateError
 const RETREATS: u32 = 15;
 
 fn integrate<T: Tableau, V: Vector, const LOCATE: bool>(task: Task<'_>) -> Result<Finish, IntegrateError> {
-    let Task { rule, limits, model, start, t_end, observer } = task;
+    let Task { rule, limits, model, start, t_end, observer, own } = task;
     start.check(model.dof())?;
-    let mut run = Run::<V>::new::<T, LOCATE>(rule, model, start, t_end)?;
+    let own = own.map(|method| OwnStep::new(method, 2 * model.dof()));
+    let mut run = Run::<V>::new::<T, LOCATE>((rule, own), model, start, t_end)?;
     run.passage.fits(model, start.t, limits.max_steps)?;
     for attempt in 0..limits.max_steps as u64 {
         let (t, stop) = (run.e.ends.t, run.passage.stop);
@@ -153,13 +154,15 @@ impl Stalls {
 
 impl<'m, V: Vector> Run<'m, V> {
     fn new<T: Tableau, const LOCATE: bool>(
-        rule: StepRule<'_>,
+        (rule, own): (StepRule<'_>, Option<OwnStep<'m>>),
         model: &'m dyn Model,
         start: &State,
         t_end: f64,
     ) -> Result<Self, IntegrateError> {
         let atol = rule.check(2 * model.dof())?;
         let mut e = Engine::<V>::new::<T>(model, start);
+        let exponent = own.as_ref().map_or(T::EXPONENT, OwnStep::exponent);
+        e.own = own;
         if !atol.is_empty() {
             e.ends.atol.slice_mut().copy_from_slice(&atol);
         }
@@ -180,11 +183,11 @@ impl<'m, V: Vector> Run<'m, V> {
             StepRule::Fixed(h) if h <= RESOLUTION * start.t.abs().max(t_end.abs()) => {
                 return Err(e.ends.underflow(h));
             }
-            StepRule::Fixed(h) => StepEnds::new::<T>(start.t, h, None),
+            StepRule::Fixed(h) => StepEnds::new::<T>(start.t, h, None, exponent),
             StepRule::Adaptive(tolerances) => {
                 e.rtol = tolerances.rtol;
-                let h = tolerances.first.unwrap_or_else(|| starting_step::<T, V>(&mut e, t_end - start.t));
-                StepEnds::new::<T>(start.t, h, Some(tolerances))
+                let h = tolerances.first.unwrap_or_else(|| starting_step(&mut e, t_end - start.t, exponent));
+                StepEnds::new::<T>(start.t, h, Some(tolerances), exponent)
             }
         };
         let rejections = Rejections::new(&e.ends.u_stage, 2 * model.dof(), pace.h, [start.t, t_end]);

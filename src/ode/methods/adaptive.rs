@@ -114,6 +114,6 @@ impl<T: Method> Integrator for Adaptive<T> {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         let (rule, limits) = (StepRule::Adaptive(&self.tolerances), self.limits);
-        T::run(Task { rule, limits, model, start, t_end, observer })
+        T::run(Task { rule, limits, model, start, t_end, observer, own: None })
     }
 }

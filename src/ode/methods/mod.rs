@@ -5,3 +5,4 @@ pub(crate) mod dop853;
 pub(crate) mod rk4;
 pub(crate) mod rk45;
 pub(crate) mod rodas;
+pub(crate) mod stepped;

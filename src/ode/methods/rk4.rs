@@ -61,7 +61,7 @@ impl Integrator for Rk4 {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         let (rule, limits) = (StepRule::Fixed(self.step), self.limits);
-        drive::<Classical>(Task { rule, limits, model, start, t_end, observer })
+        drive::<Classical>(Task { rule, limits, model, start, t_end, observer, own: None })
     }
 }
 

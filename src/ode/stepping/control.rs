@@ -1,9 +1,11 @@
-//! Step sizes: settings of the solvers, PI controller.
+//! Step sizes: settings of the solvers, the first step, PI controller.
 
 use crate::error::{ParameterError, check};
 use crate::model::{Model, State};
 use crate::ode::step::Observer;
-use crate::ode::stepping::engine::Tableau;
+use crate::ode::stepping::engine::{Engine, Tableau};
+use crate::ode::stepping::one_step::OneStep;
+use crate::ode::stepping::vector::Vector;
 use std::fmt;
 
 /// A run: from where to where, by which steps.
@@ -14,6 +16,8 @@ pub struct Task<'a> {
     pub(crate) start: &'a State,
     pub(crate) t_end: f64,
     pub(crate) observer: &'a mut dyn Observer,
+    /// The steps, if they are those of a method of one's own.
+    pub(crate) own: Option<&'a dyn OneStep>,
 }
 
 impl fmt::Debug for Task<'_> {
@@ -44,7 +48,7 @@ pub(crate) struct Tolerances {
     pub(crate) rtol: f64,
     /// Absolute tolerances: one, or one per component.
     pub(crate) atol: Vec<f64>,
-    /// First step; `None`: estimated by [`starting_step`](crate::ode::stepping::first_step::starting_step).
+    /// First step; `None`: estimated by [`starting_step`].
     pub(crate) first: Option<f64>,
     /// Maximum step.
     pub(crate) max: f64,
@@ -115,10 +119,16 @@ pub(crate) struct StepEnds {
 }
 
 impl StepEnds {
-    pub(crate) fn new<T: Tableau>(start: f64, h: f64, tolerances: Option<&Tolerances>) -> Self {
+    /// `exponent`: of the step size control.
+    pub(crate) fn new<T: Tableau>(
+        start: f64,
+        h: f64,
+        tolerances: Option<&Tolerances>,
+        exponent: f64,
+    ) -> Self {
         let next = if T::ADAPTIVE { h } else { start + h };
         let (max, beta) = tolerances.map_or((h, 0.0), |tolerances| (tolerances.max, tolerances.beta));
-        StepEnds { h, next, start, count: 1.0, max, controller: Controller::new::<T>(beta) }
+        StepEnds { h, next, start, count: 1.0, max, controller: Controller::new::<T>(exponent, beta) }
     }
 
     /// Length of the next step if nothing lies in its way.
@@ -242,9 +252,9 @@ pub(crate) struct Controller {
 impl Controller {
     const SAFETY: f64 = 0.9;
 
-    pub(crate) fn new<T: Tableau>(beta: f64) -> Self {
+    pub(crate) fn new<T: Tableau>(exponent: f64, beta: f64) -> Self {
         Controller {
-            exponent: T::EXPONENT - 0.75 * beta,
+            exponent: exponent - 0.75 * beta,
             beta,
             factors: T::FACTORS,
             old: f64::ln(1e-4),
@@ -284,6 +294,40 @@ impl Controller {
 #[inline]
 fn seldom() {}
 
+/// The least guess, in units of the resolution of the time.
+const LEAST: f64 = 64.0;
+
+/// First step from the norms d0, d1, d2 of the solution and its first and second derivative, in units of the
+/// tolerances.   Source: Hairer, Nørsett & Wanner I, Sect. II.4, p. 169.
+///
+/// h0 = 0.01 d0/d1,   h1 = (0.01/max(d1, d2))^(1/k),   h = min(100 h0, h1, longest)
+///
+/// It is a guess: at late times it is no shorter than [`LEAST`] times the resolution of the time, and the
+/// errors of the steps decide.
+///
+/// `exponent`: 1/k.
+pub(crate) fn starting_step<V: Vector>(e: &mut Engine<'_, V>, longest: f64, exponent: f64) -> f64 {
+    let rms = |v: &mut dyn Iterator<Item = f64>| {
+        let (count, sum) = v.fold((0.0, 0.0), |(c, s), x| (c + 1.0, s + x * x));
+        f64::sqrt(sum / f64::max(count, 1.0))
+    };
+    let size: Vec<f64> =
+        e.ends.y.slice().iter().zip(e.ends.atol.slice()).map(|(y, atol)| atol + e.rtol * y.abs()).collect();
+    let slope: Vec<f64> = e.k[0].slice().to_vec();
+    let d0 = rms(&mut e.ends.y.slice().iter().zip(&size).map(|(y, s)| y / s));
+    let d1 = rms(&mut slope.iter().zip(&size).map(|(f, s)| f / s));
+    let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
+    let least = LEAST * RESOLUTION * e.ends.t.abs();
+    let h0 = h0.max(least).min(longest);
+    e.aim(e.ends.t + h0);
+    e.euler();
+    let d2 = rms(&mut e.k[1].slice().iter().zip(&slope).zip(&size).map(|((f1, f0), s)| (f1 - f0) / s)) / h0;
+    let d = d1.max(d2);
+    let h1 = if d <= 1e-15 { (h0 * 1e-3).max(1e-6) } else { (0.01 / d).powf(exponent) };
+    let h = (100.0 * h0).min(h1).max(least).min(longest);
+    if h.is_finite() && h > 0.0 { h } else { h0 }
+}
+
 #[cfg(test)]
 mod tests {
     use crate::ode::methods::dop853::DormandPrince8;
@@ -293,7 +337,7 @@ mod tests {
     #[test]
     fn steps_after_an_error_of_zero() {
         for (beta, next) in [(0.0, 6.0), (1.0 / 6.0, 0.333)] {
-            let mut controller = Controller::new::<DormandPrince8>(beta);
+            let mut controller = Controller::new::<DormandPrince8>(0.125, beta);
             let (h, accepted) = controller.next(1.0, 0.0);
             assert!(accepted && (h - next).abs() < 1e-12, "{beta} {h}");
         }

@@ -4,6 +4,7 @@ use crate::model::equations::each_row;
 use crate::model::{Model, State};
 use crate::ode::shifted::Shifted;
 use crate::ode::stepping::ends::{Ends, side_of};
+use crate::ode::stepping::one_step::OwnStep;
 use crate::ode::stepping::tableau_row::{SLOTS, TableauRow};
 use crate::ode::stepping::vector::{Algebra, Vector};
 use std::fmt;
@@ -70,6 +71,8 @@ pub struct Engine<'m, V: Vector> {
     pub(crate) evaluations: u64,
     /// The linear equations of a Rosenbrock method.
     pub(crate) shifted: Option<Shifted<'m>>,
+    /// The steps of a method of one's own.
+    pub(crate) own: Option<OwnStep<'m>>,
 }
 
 impl<V: Vector> fmt::Debug for Engine<'_, V> {
@@ -114,6 +117,7 @@ impl<'m, V: Vector> Engine<'m, V> {
             ready: Ready { end: false, dense: false },
             evaluations: 0,
             shifted: T::IMPLICIT.map(|gamma| Shifted::new(model, gamma, T::NODES)),
+            own: None,
         }
     }
 

@@ -1,9 +1,11 @@
 //! A crate that uses public names only: a spur pair, a contact law, an excitation, a number type, an
-//! integrator and a root finder of its own.
+//! integrator, steps and a root finder of its own.
 
 mod marquardt;
+mod rosenbrock;
 
 pub use marquardt::Marquardt;
+pub use rosenbrock::{HeunStep, Ros2};
 
 use gear_dynamics::contact::{Contact, Deflection, Edges, Nonlinearity, Piece, PieceChoice};
 use gear_dynamics::excitation::{Angle, Excitation, Jet, Side};

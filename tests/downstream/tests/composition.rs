@@ -1,18 +1,19 @@
 //! The types of this crate in all parts of the library.
 
-use downstream::{Four, Heun, Kick, Knock, Marquardt, MeshedPair, SoftStop};
+use downstream::{Four, Heun, HeunStep, Kick, Knock, Marquardt, MeshedPair, Ros2, SoftStop};
 use gear_dynamics::analysis::Summary;
 use gear_dynamics::branches::{BranchEnd, Continuation, Family};
 use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
-    AsymmetricBacklash, ByDeflection, Damped, MixedLaw, Nonlinearity, PowerLaw, VaryingBacklash,
+    AsymmetricBacklash, ByDeflection, Contact, Damped, MixedLaw, Nonlinearity, Piece, PowerLaw,
+    VaryingBacklash,
 };
 use gear_dynamics::drives::{Driven, Noisy, SpeedLaw, VaryingSpeed};
 use gear_dynamics::excitation::{Fourier, RectangularWave, Scaled, Side};
-use gear_dynamics::model::Drives;
+use gear_dynamics::model::{Drives, Offers, from_fn};
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
-use gear_dynamics::ode::Probe;
+use gear_dynamics::ode::{Adaptive, IntegrateError, OneStep, Probe, Rodas, Slope, Stepped};
 use gear_dynamics::periodic::{BalanceError, FlowMethod, FourierOrbit, Stability};
 use gear_dynamics::processes::HeldProcess;
 use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Located, Point, Points, TableRk4};
@@ -20,6 +21,7 @@ use gear_dynamics::{
     Backlash, Balance, Budget, Dop853, Harmonics, Integrator, Lyapunov, Machine, Mesh, Model, ParameterError,
     Periodic, Rattle, RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
 };
+use std::fmt::Debug;
 
 fn knock(stiffness: f64) -> Machine<Knock> {
     let shape = Knock { stop: SoftStop { touch: 0.4, loss: 0.3 }, kick: Wave::new(Kick) };
@@ -285,9 +287,20 @@ fn a_balance_takes_any_root_finder() {
     assert!(matches!(spent.solve(&pair, None), Err(BalanceError::Exhausted { .. })));
 }
 
-/// Orbits, branches and exponents by an integrator of this crate: its error falls with its order 2.
+/// Orbits, branches and exponents by an integrator and by steps of this crate: the error falls with the order 2.
 #[test]
 fn an_integrator_makes_orbits_branches_and_exponents() {
+    orbits_branches_and_exponents(Heun);
+}
+
+#[test]
+fn a_rosenbrock_step_of_ones_own_makes_orbits_branches_and_exponents() {
+    orbits_branches_and_exponents(|h| Stepped::new(Ros2, h));
+}
+
+fn orbits_branches_and_exponents<I: Integrator + Clone + Debug + Send + Sync + 'static>(
+    solver: impl Fn(f64) -> I,
+) {
     let given = [
         ("speed", 0.7),
         ("damping", 0.2),
@@ -304,7 +317,7 @@ fn an_integrator_makes_orbits_branches_and_exponents() {
     let exact = shooting.solve(&pair, &steady).unwrap();
     assert!(exact.crossing_count() > 0);
     let by = |h: f64| {
-        let orbit = shooting.clone().integrator(Heun(h)).solve(&pair, &steady).unwrap();
+        let orbit = shooting.clone().integrator(solver(h)).solve(&pair, &steady).unwrap();
         assert_eq!(orbit.flow_method(), FlowMethod::Own);
         let [a, b] = [&orbit, &exact].map(|orbit| orbit.states()[0].clone());
         let state = (a.q[0] - b.q[0]).hypot(a.v[0] - b.v[0]);
@@ -327,12 +340,114 @@ fn an_integrator_makes_orbits_branches_and_exponents() {
         assert_eq!(branch.end(), &BranchEnd::Bound);
         branch.points().last().unwrap().peak_to_peak()
     };
-    let [a, b] = [shooting.clone(), shooting.integrator(Heun(0.002))].map(along);
+    let [a, b] = [shooting.clone(), shooting.integrator(solver(0.002))].map(along);
     approx::assert_relative_eq!(a, b, max_relative = 1e-4);
 
     let exponents = Lyapunov::new().count(1).measure(40);
     let a = exponents.run(&pair, &steady).unwrap();
-    let b = exponents.integrator(Heun(0.002)).run(&pair, &steady).unwrap();
+    let b = exponents.integrator(solver(0.002)).run(&pair, &steady).unwrap();
     assert_eq!(b.flow_method(), FlowMethod::Own);
     approx::assert_relative_eq!(a.values()[0], b.values()[0], max_relative = 1e-2);
+}
+
+/// The largest error of a solver over the knocking pair of this crate, and the number of its crossings.
+fn error_and_crossings(solver: &dyn Integrator) -> (f64, u64) {
+    let (model, times) = (knock(1.0), [5.0, 10.0, 15.0, 20.0]);
+    let exact = Dop853::new().rtol(1e-11).atol(1e-13).sample(&model, &start(), &times).unwrap();
+    let found = solver.sample(&model, &start(), &times).unwrap();
+    let worst = (0..times.len()).map(|k| (found.q(k)[0] - exact.q(k)[0]).abs()).fold(0.0, f64::max);
+    (worst, found.stats().crossings)
+}
+
+/// The crate locates the edges for a step of one's own: its error has order 2, and no crossing is lost.
+#[test]
+fn steps_of_ones_own_have_located_edges() {
+    let (_, crossings) = error_and_crossings(&Dop853::new());
+    assert!(crossings > 0);
+    let heun = [0.016, 0.004].map(|h| error_and_crossings(&Stepped::new(HeunStep, h)));
+    let ros2 = [0.016, 0.004].map(|h| error_and_crossings(&Stepped::new(Ros2, h)));
+    for [(coarse, of_coarse), (fine, of_fine)] in [heun, ros2] {
+        assert!((8.0..32.0).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
+        assert_eq!((of_coarse, of_fine), (crossings, crossings));
+    }
+    // By the estimate: the error follows the tolerance.
+    let [loose, tight] = [1e-4, 1e-7]
+        .map(|rtol| error_and_crossings(&Adaptive::of_steps(Ros2).rtol(rtol).atol(rtol * 1e-2)).0);
+    assert!(tight < 1e-2 * loose && loose < 1e-2, "{loose:e} {tight:e}");
+    let error = Adaptive::of_steps(HeunStep).end(&knock(1.0), &start(), 1.0).unwrap_err();
+    assert_eq!(error.to_string(), "estimate_order is 0: at least 1 are needed");
+}
+
+/// q'' = -g above a rigid floor, e = 0.7: the closed form, by steps of Heun's method, which is exact for it.
+#[test]
+fn steps_of_ones_own_strike_rigid_stops() {
+    struct Floor;
+    impl Model for Floor {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = -9.81;
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            out[0] = Contact {
+                deflection: q[0],
+                rate: v[0],
+                lower: 0.0,
+                upper: f64::INFINITY,
+                ..Contact::default()
+            };
+        }
+        fn impact(&self, _: usize, _: Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
+            v[0] *= -0.7;
+        }
+        fn offers(&self) -> Offers<'_> {
+            Offers { stops: &[[true, false]], ..Offers::default() }
+        }
+    }
+    let run = Stepped::new(HeunStep, 0.01).trajectory(&Floor, &State::new(0.0, &[1.0], &[0.0]), 1.0).unwrap();
+    let fall = (2.0f64 / 9.81).sqrt();
+    let (speed, since) = (0.7 * 9.81 * fall, 1.0 - fall);
+    let exact = speed * since - 0.5 * 9.81 * since * since;
+    assert_eq!(run.stats().crossings, 1);
+    assert!((run.q(run.len() - 1)[0] - exact).abs() < 1e-9, "{}", run.q(run.len() - 1)[0] - exact);
+    assert!(matches!(
+        Stepped::new(HeunStep, 0.01).plain().end(&Floor, &State::new(0.0, &[1.0], &[0.0]), 1.0),
+        Err(IntegrateError::StopNotLocated { contact: 0 })
+    ));
+}
+
+/// A stiff model: 300 steps, where an explicit step of this length diverges and DOP853 takes 11 757.
+#[test]
+fn a_rosenbrock_step_of_ones_own_takes_a_stiff_model() {
+    let model = from_fn(1, |t, q, v, a| a[0] = -1e8 * (q[0] - t.cos()) - 2e4 * v[0]).unwrap();
+    let from = State::new(0.0, &[1.0], &[0.0]);
+    let exact = Rodas::new().rtol(1e-10).atol(1e-12).end(&model, &from, 3.0).unwrap();
+    let run = Stepped::new(Ros2, 0.01).trajectory(&model, &from, 3.0).unwrap();
+    let off = (run.q(run.len() - 1)[0] - exact.q[0]).abs();
+    assert_eq!(run.stats().steps, 300);
+    assert!(off < 1e-4, "{off:e}"); // h²
+    assert!(matches!(
+        Stepped::new(HeunStep, 0.01).end(&model, &from, 3.0),
+        Err(IntegrateError::NotFinite { .. })
+    ));
+}
+
+/// A step that writes NaN, and one that asks f outside of its step, end with a typed error.
+#[test]
+fn faulty_steps_end_with_an_error() {
+    struct Faulty(f64);
+    impl OneStep for Faulty {
+        fn step(&self, f: &mut Slope<'_>, end: &mut [f64], _: &mut [f64], _: &mut [f64]) {
+            let from = f.start().to_vec();
+            f.at(self.0, &from, end);
+        }
+    }
+    for c in [-0.1, 1.1, f64::NAN] {
+        let error = Stepped::new(Faulty(c), 0.1).end(&knock(1.0), &start(), 1.0).unwrap_err();
+        assert!(matches!(error, IntegrateError::NotFinite { component: 0, .. }), "{error}");
+    }
 }
