@@ -70,6 +70,23 @@ impl Summary {
         Ok(summary)
     }
 
+    /// The figures of a channel with this mean, standard deviation, minimum and maximum, in the unit of the
+    /// channel.
+    ///
+    /// # Errors
+    /// A figure that is not finite or contradicts the others.
+    ///
+    /// ```
+    /// let sine = gear_dynamics::analysis::Summary::of_figures(0.0, 0.5f64.sqrt(), [-1.0, 1.0])?;
+    /// assert_eq!((sine.rms, sine.peak_to_peak()), (0.5f64.sqrt(), 2.0));
+    /// # Ok::<(), gear_dynamics::ParameterError>(())
+    /// ```
+    pub fn of_figures(mean: f64, deviation: f64, [min, max]: [f64; 2]) -> Result<Self, ParameterError> {
+        let summary = Summary { mean, rms: mean.hypot(deviation), min, max, deviation };
+        summary.check("the channel")?;
+        Ok(summary)
+    }
+
     /// The figures of equally spaced samples, which may overflow.
     pub(crate) fn of_values(samples: &[f64]) -> Self {
         let n = samples.len() as f64;

@@ -61,7 +61,8 @@ impl<'m> CheckPoint<'m> {
     }
 
     pub(crate) fn accel(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
-        let mut a = vec![0.0; self.model.dof()];
+        // An entry that the model does not write is found.
+        let mut a = vec![f64::NAN; self.model.dof()];
         self.model.accel(&self.u, q, v, &mut a);
         a
     }
@@ -69,7 +70,7 @@ impl<'m> CheckPoint<'m> {
     /// The acceleration on given pieces; `None` if the model does not offer it.
     pub(crate) fn accel_on_pieces(&self, pieces: &[Piece], q: &[f64], v: &[f64]) -> Option<Vec<f64>> {
         self.model.offers().pieces.then(|| {
-            let mut a = vec![0.0; self.model.dof()];
+            let mut a = vec![f64::NAN; self.model.dof()];
             self.model.accel_on_pieces(pieces, &self.u, q, v, &mut a);
             a
         })

@@ -2,7 +2,8 @@
 //!
 //! A [`Sweep`] runs one model at each of its [`Points`] and reduces each run to a [`Row`]. Its engine is
 //! [`LaneRk4`] for a first map, [`LaneTaylor`] for an accurate one, [`TableRk4`] for any periodic model
-//! with fixed steps, [`Located`] for any solver. [`Bifurcation`] draws a diagram, [`Attractors`] sorts the
+//! with fixed steps, [`Located`] for any solver,
+//! [`ByPeriods`] for an engine of one's own. [`Bifurcation`] draws a diagram, [`Attractors`] sorts the
 //! rows of many starts. An [`Ensemble`] runs random models, [`RandomParameters`] gives tolerances and Sobol
 //! indices. The [guide page](crate::guide::sweeps) shows each.
 
@@ -19,6 +20,7 @@ pub(crate) mod watch;
 
 pub use crate::sweep::engines::lane_rk4::LaneRk4;
 pub use crate::sweep::engines::located::Located;
+pub use crate::sweep::engines::periods::{ByPeriods, EnginePeriod, PeriodEngine};
 pub use crate::sweep::engines::table_rk4::TableRk4;
 pub use crate::sweep::ensembles::bands::{Bands, FailedMember, MeanAfter};
 pub use crate::sweep::ensembles::confidence::Proportion;

@@ -167,6 +167,9 @@ pub enum PointError {
         /// Number of the period, counted from 1.
         period: usize,
     },
+    /// An engine of one's own failed: its error.
+    #[error("the engine: {0}")]
+    Engine(FamilyError),
     /// A model whose number of degrees of freedom or contacts differs from that of the first model.
     #[error("the model has {found:?} degrees of freedom and contacts: the first model has {expected:?}")]
     Shape {
@@ -184,4 +187,12 @@ pub enum PointError {
     /// The text of an error in rows that were stored and read.
     #[error("{0}")]
     Text(String),
+}
+
+impl PointError {
+    /// The error of an engine of one's own ([`PeriodEngine`](crate::sweep::PeriodEngine)): an error of any
+    /// type, or a text.
+    pub fn of_engine(error: impl Into<Box<dyn AnyError + Send + Sync>>) -> Self {
+        PointError::Engine(FamilyError::new(error))
+    }
 }

@@ -159,6 +159,22 @@ pub enum TrainError {
         /// The number given.
         teeth: u32,
     },
+    /// A planetary set whose sun and ring meshes cannot have one centre distance.
+    #[error(
+        "a ring of {ring} teeth has no centre distance in common with a sun of {sun} and planets of {planet}: \
+         (z_sun + z_planet)/cos α_sun = (z_ring - z_planet)/cos α_ring has no angle α_ring; some {near} teeth are \
+         usual, z_sun + 2 z_planet"
+    )]
+    RingTeeth {
+        /// Teeth of the sun.
+        sun: u32,
+        /// Teeth of each planet.
+        planet: u32,
+        /// Teeth of the ring.
+        ring: u32,
+        /// z_sun + 2 z_planet.
+        near: u64,
+    },
     /// Base radii do not have the ratio of the tooth numbers.
     #[error(
         "the base radii of \"{mesh}\" have the ratio {radii:?}, its tooth numbers {teeth:?}: compute the radii from \

@@ -37,6 +37,34 @@ fn a_train_that_has_turned_far_is_right() {
     }
 }
 
+/// An acceleration that a closure never writes is no rest.
+#[test]
+fn an_acceleration_that_is_not_written_is_found() {
+    let half = from_fn(2, |_, q, _, a| a[0] = -q[0]).unwrap();
+    let state = State::new(0.0, &[0.1, 0.2], &[0.3, 0.4]);
+    let found = check_model(&half, &state);
+    assert_eq!(found, [Inconsistency::NotFinite { what: "acceleration", index: 1, t: 0.0 }]);
+}
+
+/// A model that offers more kinks than it has contacts would lose all of them in its results.
+#[test]
+fn more_kinks_than_contacts_are_refused() {
+    struct Kinked;
+    impl Model for Kinked {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = -q[0];
+        }
+        fn offers(&self) -> Offers<'_> {
+            Offers { kinks: 2, ..Offers::default() }
+        }
+    }
+    let error = Dop853::new().end(&Kinked, &State::new(0.0, &[1.0], &[0.0]), 1.0).unwrap_err();
+    assert_eq!(error.to_string(), "kinks that the model offers is 2: at most 0 are allowed");
+}
+
 /// The mistakes, one at a time, in a pair with damping in contact, a moving gap and a stiffness that jumps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Slip {

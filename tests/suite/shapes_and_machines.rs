@@ -355,6 +355,10 @@ fn shapes_that_disagree_with_their_drives_are_refused() {
         of(|s| s.size.dof = 0),
         Err(P::TooFew { name, .. }) if name == "degrees of freedom of the shape"
     ));
+    assert!(matches!(
+        of(|s| s.size.kinks = 5),
+        Err(P::TooMany { name, value: 5, max: 0 }) if name == "kinks of the shape"
+    ));
     assert!(matches!(of(|s| s.size.constants = 3), Err(P::Length { expected: 3, found: 2, .. })));
     assert!(matches!(of(|s| s.prepared = 1), Err(P::Length { expected: 2, found: 1, .. })));
     assert!(

@@ -23,6 +23,29 @@ fn warned(change: impl FnOnce(&mut Parts), expected: Warning) {
     assert!(parts.build("pinion", 100.0).is_ok(), "{expected:?} accepted");
 }
 
+/// Tooth numbers of a planetary set without a common centre distance are named, not an angle that nobody entered.
+#[test]
+fn rings_that_do_not_fit_sun_and_planets_are_refused() {
+    let built = |teeth: [u32; 3], angle: f64| {
+        let members = ring_locked(teeth, [1e-3; 4]);
+        let set = Planetary::new(3, 0.03, members, [k(), k()]).unwrap().pressure_angle(angle);
+        set.parts().build("sun", 100.0)
+    };
+    let angle = 20f64.to_radians();
+    assert!(built([30, 30, 90], angle).is_ok());
+    for teeth in [[30, 30, 96], [30, 30, 99], [90, 30, 30], [30, 60, 30]] {
+        let [sun, planet, ring] = teeth;
+        let near = u64::from(sun + 2 * planet);
+        assert_eq!(built(teeth, angle).unwrap_err(), TrainError::RingTeeth { sun, planet, ring, near });
+    }
+    let text = built([30, 30, 96], angle).unwrap_err().to_string();
+    assert!(text.starts_with("a ring of 96 teeth") && text.contains("some 90 teeth are usual"), "{text}");
+    for angle in [f64::NAN, -0.1, 1.5] {
+        let error = built([30, 30, 90], angle).unwrap_err();
+        assert!(error.to_string().starts_with("pressure angle of \"sun 1\" is"), "{error}");
+    }
+}
+
 #[test]
 fn wrong_names_are_refused() {
     let error = refused(|parts| drop(parts.body("wheel", Body::new(1.0)).clone()));
@@ -197,7 +220,7 @@ fn trains_that_cannot_turn_or_be_assembled_are_refused() {
     let error = parts.build("sun", 1.0).unwrap_err();
     assert!(matches!(error, TrainError::CentreDistance { .. }), "{error}");
     // The ring of 200 teeth is too large for the centre distance.
-    assert!(matches!(locked(set([30, 20, 200], 1)).build("sun", 1.0), Err(TrainError::Parameter(_))));
+    assert!(matches!(locked(set([30, 20, 200], 1)).build("sun", 1.0), Err(TrainError::RingTeeth { .. })));
     let error = locked(set([30, 20, 70], 3)).build("sun", 1.0).unwrap_err();
     let TrainError::DoesNotAssemble { planet, nearest, .. } = error else { panic!("{error}") };
     // 100 places on the carrier: planet 2 fits at 33/100 of a turn.

@@ -2,7 +2,7 @@
 
 use crate::contact::edge::Edge;
 use crate::contact::{ByDeflection, Deflection, FixedPieces, Nonlinearity, Piece, PieceChoice, Place};
-use crate::error::ParameterError;
+use crate::error::{ParameterError, check};
 use crate::excitation::Side;
 use crate::model::equations::Model;
 use crate::model::shapes::compiled::Compiled;
@@ -50,6 +50,8 @@ impl<G: Shape> Compiled<G> {
                 min: 1,
             });
         }
+        let Size { contacts, kinks, .. } = self.size();
+        check::count("kinks of the shape", &[kinks], contacts)?;
         let turn = TAU / f64::from(self.repeats()?);
         // Three angles that no order favours, each one also a period of the waves later.
         let angles = [0.377, 0.377 + turn, 2.090, 2.090 + turn, 3.803, 3.803 + turn];

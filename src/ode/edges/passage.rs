@@ -1,5 +1,6 @@
 //! The passage of a run over edges: those of its contacts, rigid stops, and drive edges.
 
+use crate::error::check;
 use crate::model::{Model, State};
 use crate::ode::edges::exit::Exit;
 use crate::ode::edges::locate::Locator;
@@ -53,6 +54,7 @@ impl Passage {
         if !(end.abs() <= LAST_TIME && end > e.t) {
             return Err(IntegrateError::TimeSpan { start: e.t, end });
         }
+        check::count("kinks that the model offers", &[e.model.offers().kinks], e.model.contacts())?;
         let locator = Locator::new(if locate { e.contacts.len() } else { 0 }, Stops::new(e.model, locate));
         let edge = edge_after(e.model, e.t)?;
         e.edges = [e.t, edge];

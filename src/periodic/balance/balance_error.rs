@@ -53,7 +53,8 @@ pub enum BalanceError {
     /// The model does not evaluate its contact laws on fixed pieces
     /// ([`accel_on_pieces`](crate::Model::accel_on_pieces)).
     #[error(
-        "the model does not evaluate its contact laws on fixed pieces: implement Model::accel_on_pieces, or \
+        "the model does not evaluate its contact laws on fixed pieces: implement Model::accel_on_pieces and \
+         declare it in Model::offers (Offers::pieces), or \
          start from a series of a settled run"
     )]
     NoPieces,

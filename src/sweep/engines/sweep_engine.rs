@@ -10,9 +10,10 @@ use crate::periodic::shooting::multiple::Shooting;
 use crate::sweep::engines::track::Plan;
 use crate::sweep::sweep_error::{PointError, SweepError};
 
-/// An engine: makes the runs of a sweep. There are four: [`LaneRk4`](crate::sweep::LaneRk4),
-/// [`LaneTaylor`](crate::sweep::LaneTaylor), [`TableRk4`](crate::sweep::TableRk4) and
-/// [`Located`](crate::sweep::Located). Other crates cannot implement this trait.
+/// An engine: makes the runs of a sweep. There are five: [`LaneRk4`](crate::sweep::LaneRk4),
+/// [`LaneTaylor`](crate::sweep::LaneTaylor), [`TableRk4`](crate::sweep::TableRk4),
+/// [`Located`](crate::sweep::Located), and [`ByPeriods`](crate::sweep::ByPeriods) for an engine of one's own.
+/// Other crates cannot implement this trait.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, NfgPair, NfgParams, Sweep};

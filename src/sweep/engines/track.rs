@@ -125,6 +125,11 @@ impl Track {
         }
     }
 
+    /// Number of measured channels.
+    pub(crate) fn channels(&self) -> usize {
+        self.plan.layout.channels
+    }
+
     /// Whether the current period is measured.
     pub(crate) fn measuring(&self) -> bool {
         self.measuring

@@ -8,7 +8,7 @@ use crate::trains::parts::coordinates::Coordinates;
 use crate::trains::parts::mesh_part::MeshPart;
 use crate::trains::parts::shaft_part::ShaftPart;
 use crate::trains::parts::torque_part::{Course, TorquePart};
-use crate::trains::train_error::Warning;
+use crate::trains::train_error::{TrainError, Warning};
 
 /// A shaft with its name and the bodies that it joins.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +61,8 @@ pub struct Parts<N = Backlash> {
     pub(crate) rotating: Option<RotatingFrame>,
     pub(crate) accepted: Vec<Warning>,
     pub(crate) without_units: bool,
+    /// What is wrong with a ready train, before its parts are checked: an error of `build`.
+    pub(crate) fault: Option<TrainError>,
 }
 
 impl<N> Default for Parts<N> {
@@ -75,6 +77,7 @@ impl<N> Default for Parts<N> {
             rotating: None,
             accepted: Vec::new(),
             without_units: false,
+            fault: None,
         }
     }
 }
@@ -209,6 +212,7 @@ impl<N> Parts<N> {
             rotating,
             accepted,
             without_units,
+            fault,
         } = other;
         let renamed = |own: String| format!("{name} {own}");
         self.bodies.extend(bodies.into_iter().map(|(own, mut body)| {
@@ -232,6 +236,7 @@ impl<N> Parts<N> {
         }));
         self.accepted.extend(accepted);
         self.without_units |= without_units;
+        self.fault = self.fault.take().or(fault);
         if self.loads.is_empty() {
             self.loads = loads.into_iter().map(renamed).collect();
         }

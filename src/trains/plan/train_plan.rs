@@ -28,6 +28,7 @@ pub(crate) struct Plan<'p, N> {
 impl<'p, N: Nonlinearity> Plan<'p, N> {
     /// The plan of a train whose body `reference` has a given speed.
     pub(crate) fn of(parts: &'p Parts<N>, reference: &str) -> Result<Self, TrainError> {
+        parts.fault.clone().map_or(Ok(()), Err)?;
         ranges::check(parts)?;
         let topology = Topology::of(parts, reference)?;
         topology.check()?;

@@ -5,6 +5,7 @@ use crate::excitation::Wave;
 use crate::trains::parts::body::Body;
 use crate::trains::parts::collection::Parts;
 use crate::trains::parts::mesh_part::{MeshPart, Phase};
+use crate::trains::train_error::TrainError;
 use std::f64::consts::TAU;
 
 /// The gears of a planetary set, each with its number of teeth, and the carrier, which has the masses of
@@ -132,6 +133,13 @@ impl Planetary {
         } else {
             libm::acos((zr - zp) / (zs + zp) * libm::cos(self.pressure_angle))
         };
+        // Other values of the angle and of the tooth numbers are refused as such.
+        let is_angle = (0.0..=1.4).contains(&self.pressure_angle);
+        if is_angle && [sun.0, planet.0, ring.0].iter().all(|z| *z > 0) && !(outer_angle <= 1.4) {
+            let [sun, planet, ring] = [sun.0, planet.0, ring.0];
+            let near = u64::from(sun) + 2 * u64::from(planet);
+            parts.fault = Some(TrainError::RingTeeth { sun, planet, ring, near });
+        }
         parts.body("sun", sun.1.clone()).body("ring", ring.1.clone()).body("carrier", carrier.clone());
         for (p, angle) in (1..).zip(&self.angles) {
             let name = format!("planet {p}");

@@ -1,9 +1,11 @@
 //! A crate that uses public names only: a spur pair, a contact law, an excitation, a number type, an
-//! integrator, steps and a root finder of its own.
+//! integrator, steps, a root finder and a sweep engine of its own.
 
+mod engine;
 mod marquardt;
 mod rosenbrock;
 
+pub use engine::Straightforward;
 pub use marquardt::Marquardt;
 pub use rosenbrock::{HeunStep, Ros2};
 

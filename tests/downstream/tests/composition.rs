@@ -1,7 +1,7 @@
 //! The types of this crate in all parts of the library.
 
-use downstream::{Four, Heun, HeunStep, Kick, Knock, Marquardt, MeshedPair, Ros2, SoftStop};
-use gear_dynamics::analysis::Summary;
+use downstream::{Four, Heun, HeunStep, Kick, Knock, Marquardt, MeshedPair, Ros2, SoftStop, Straightforward};
+use gear_dynamics::analysis::{ContactStatistics, Summary};
 use gear_dynamics::branches::{BranchEnd, Continuation, Family};
 use gear_dynamics::check::check_periodic;
 use gear_dynamics::contact::{
@@ -16,7 +16,10 @@ use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
 use gear_dynamics::ode::{Adaptive, IntegrateError, OneStep, Probe, Rodas, Slope, Stepped};
 use gear_dynamics::periodic::{BalanceError, FlowMethod, FourierOrbit, Stability};
 use gear_dynamics::processes::HeldProcess;
-use gear_dynamics::sweep::{Axis, Ensemble, LaneRk4, Located, Point, Points, TableRk4};
+use gear_dynamics::sweep::{
+    Axis, ByPeriods, EnginePeriod, Ensemble, LaneRk4, Located, PeriodEngine, Point, PointError, Points,
+    TableRk4,
+};
 use gear_dynamics::{
     Backlash, Balance, Budget, Dop853, Harmonics, Integrator, Lyapunov, Machine, Mesh, Model, ParameterError,
     Periodic, Rattle, RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
@@ -449,5 +452,76 @@ fn faulty_steps_end_with_an_error() {
     for c in [-0.1, 1.1, f64::NAN] {
         let error = Stepped::new(Faulty(c), 0.1).end(&knock(1.0), &start(), 1.0).unwrap_err();
         assert!(matches!(error, IntegrateError::NotFinite { component: 0, .. }), "{error}");
+    }
+}
+
+/// A sweep engine of this crate gives the rows of the library's, to the bit, with warm starts, early ends and threads.
+#[test]
+fn an_engine_of_ones_own_sweeps() {
+    let speeds = || Axis::linear("stiffness", 0.8, 1.4, 6).unwrap();
+    let sweep = || {
+        Sweep::new(speeds())
+            .settle(40)
+            .measure(3)
+            .repeat_tolerance(1e-6)
+            .rattle()
+            .channels(&["q0", "mesh force"])
+    };
+    let model = |p: &Point<'_>| Ok::<_, ParameterError>(knock(p["stiffness"]));
+    let [ours, theirs] = [
+        sweep().of(&ByPeriods(Straightforward(Dop853::new())), model).run().unwrap(),
+        sweep().of(&Located(Dop853::new()), model).run().unwrap(),
+    ];
+    assert_eq!((ours.errors().len(), theirs.errors().len()), (0, 0), "{:?}", ours.errors());
+    for i in 0..6 {
+        let [a, b] = [&ours, &theirs].map(|rows| rows.get(i).unwrap());
+        assert_eq!(a.channel("mesh force").unwrap(), b.channel("mesh force").unwrap(), "{i}");
+        assert_eq!(a.period_multiple(), b.period_multiple());
+        assert_eq!(a.contacts(), b.contacts());
+    }
+    assert_eq!(ours.fingerprint(), theirs.fingerprint());
+}
+
+/// An engine that reports too little, too much, another time or no number gives an error of the point.
+#[test]
+fn faulty_engines_are_refused() {
+    struct Faulty(usize);
+    impl PeriodEngine<Machine<Knock>> for Faulty {
+        fn period(
+            &self,
+            _: &Machine<Knock>,
+            state: &mut State,
+            period: &mut EnginePeriod<'_>,
+        ) -> Result<(), PointError> {
+            state.t = period.end();
+            let summary = Summary::of_figures(0.0, 0.0, [0.0, 0.0]).unwrap();
+            match self.0 {
+                0 => {}
+                1 => period.channel(1, &summary),
+                2 => state.t += 1.0,
+                3 => {
+                    period.channel(0, &summary);
+                    period.contact(0, &ContactStatistics::default());
+                    state.q[1] = f64::NAN;
+                }
+                _ => return Err(PointError::of_engine("the card is not there")),
+            }
+            Ok(())
+        }
+    }
+    let texts = [
+        "channels that the engine reports has 0 entries: 1 are needed",
+        "channel that the engine reports is 1.0: it must be 0",
+        "time at which the engine ends a period is",
+        "the motion becomes infinite or NaN in period 1",
+        "the engine: the card is not there",
+    ];
+    for (fault, text) in texts.into_iter().enumerate() {
+        let axis = Axis::of_values("stiffness", &[1.0]).unwrap();
+        let model = |p: &Point<'_>| Ok::<_, ParameterError>(knock(p["stiffness"]));
+        let sweep = Sweep::new(axis).settle(0).measure(1).channels(&["q0"]);
+        let rows = sweep.of(&ByPeriods(Faulty(fault)), model).run().unwrap();
+        let error = rows.errors()[&0].to_string();
+        assert!(error.contains(text), "{error}");
     }
 }
