@@ -152,8 +152,8 @@ fn compare_derivatives(
         figures(&moved, &orbit)
     };
     let (middle, crossings) = figures(train, &orbit)?;
-    let mut by_step = [[0.0; 3]; 2];
-    for (difference, h) in by_step.iter_mut().zip(STEPS) {
+    let (mut by_step, mut one_sided) = ([[0.0; 3]; 2], [[0.0; 2]; 2]);
+    for ((difference, sides), h) in by_step.iter_mut().zip(&mut one_sided).zip(STEPS) {
         let mut values = [[0.0; 3]; 4];
         for (value, times) in values.iter_mut().zip([-2.0, -1.0, 1.0, 2.0]) {
             let Ok((found, count)) = at(times * h) else { return Ok(Outcome::Skipped("no orbit beside it")) };
@@ -166,6 +166,9 @@ fn compare_derivatives(
         for k in 0..3 {
             difference[k] = (a[k] - 8.0 * b[k] + 8.0 * c[k] - d[k]) / (12.0 * h * value);
         }
+        let m = middle[2];
+        *sides =
+            [a[2] - 4.0 * b[2] + 3.0 * m, -3.0 * m + 4.0 * c[2] - d[2]].map(|sum| sum / (2.0 * h * value));
     }
     for (k, what) in ["mean", "rms", "peak-to-peak"].into_iter().enumerate() {
         let slope = slopes[k].as_ref().map_err(told)?[place];
@@ -173,7 +176,12 @@ fn compare_derivatives(
         // What the differences leave open: their change with the step, and rounding.
         let open = (coarse - fine).abs() + 1e-8 * middle[k].abs() / (STEPS[1] * value.abs());
         draw.note(|| format!("{what} {slope:e}, differences {coarse:e} {fine:e}"));
-        if (slope - fine).abs() > 3.0 * open + 1e-7 * slope.abs() {
+        // The largest of several maxima may be another one beside the constant: the slope is that of one side.
+        let of_a_side = (0..2).any(|side| {
+            let [coarse, fine] = [one_sided[0][side], one_sided[1][side]];
+            (slope - fine).abs() <= 3.0 * (coarse - fine).abs() + 1e-7 * slope.abs()
+        });
+        if (slope - fine).abs() > 3.0 * open + 1e-7 * slope.abs() && !(k == 2 && of_a_side) {
             return Err(format!("d {what}/d {name} is {slope:e}, by differences {coarse:e} and {fine:e}"));
         }
     }
