@@ -55,6 +55,7 @@ impl Backlash {
 
 impl Nonlinearity for Backlash {
     const HALF_BACKLASH: bool = true;
+    const LANES_IN_LIBRARY: bool = true;
 
     #[inline(always)]
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {

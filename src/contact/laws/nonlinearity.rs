@@ -87,6 +87,9 @@ pub trait Nonlinearity: PartialEq + Send + Sync + 'static {
     /// law is independent of the unit: f(c d; ∓c b) = c f(d; ∓b) for every c > 0 at every rate. Default:
     /// `false`.
     const HALF_BACKLASH: bool = false;
+    /// Whether the library contains the steps in lanes of trains with this law.
+    #[doc(hidden)]
+    const LANES_IN_LIBRARY: bool = false;
 
     /// Returns f(d, d') between edges that may move. Mark the implementation `#[inline(always)]`, because it
     /// runs in lanes.

@@ -295,7 +295,6 @@ impl<G: Shape> Model for Compiled<G> {
         fast.write(speed * t, waves);
         self.write_rest(speed, 0.0, rest);
     }
-    #[inline]
     fn redrive(&self, times: &[f64], side: Side, u: &mut [f64]) {
         match self.fast_waves() {
             Some(fast) => fast.write_again(self.speed(), times, u, self.drives()),

@@ -7,10 +7,10 @@ use crate::ode::IntegrateError;
 use crate::ode::probe::ChannelKind;
 use crate::sweep::engines::sweep_engine::{Job, Source};
 use crate::sweep::engines::track::{Next, Plan, Track};
-use crate::sweep::lanes::algebra::Algebra;
+use crate::sweep::lanes::compiled::Advance;
 use crate::sweep::lanes::drive_table::{DriveTable, TableError};
 use crate::sweep::lanes::instructions::InstructionSet;
-use crate::sweep::lanes::kernel::{Bundle, Kernel};
+use crate::sweep::lanes::kernel::Bundle;
 use crate::sweep::lanes::meter::{MeterReading, Meters};
 use crate::sweep::lanes::number::Number;
 use crate::sweep::sweep_error::PointError;
@@ -81,17 +81,17 @@ pub(crate) struct Batch<'a, M> {
 }
 
 impl<M: Periodic> Batch<'_, M> {
-    fn bundle<S: Number, A: Algebra<S>>(&self, algebra: &A) -> Bundle<S> {
-        Bundle::new(algebra, self.table, Meters::new(self.kinds, self.plan.layout.contacts))
+    fn bundle<S: Number>(&self, code: &dyn Advance<S>) -> Bundle<S> {
+        Bundle::new(code.sizes(), self.table, Meters::new(self.kinds, self.plan.layout.contacts))
     }
 
     /// One run of a model that need not be a [`Machine`].
-    pub(crate) fn run_plain<A: Algebra<f64>>(&mut self, algebra: &A, run: &LaneRun) {
-        let mut bundle = self.bundle::<f64, _>(algebra);
+    pub(crate) fn run_plain(&mut self, code: &dyn Advance<f64>, run: &LaneRun) {
+        let mut bundle = self.bundle(code);
         let mut slots = [Some(self.load(&mut bundle, 0, run))];
         while let [Some(slot)] = &slots {
             bundle.metered = slot.track.watching();
-            if !self.period(algebra, &mut bundle, &mut slots) {
+            if !self.period(code, &mut bundle, &mut slots) {
                 return;
             }
             if let Some((index, state)) = self.account(&mut bundle, &mut slots[0], 0)
@@ -116,9 +116,9 @@ impl<M: Periodic> Batch<'_, M> {
     }
 
     /// Advances all lanes by one period. Returns `false` if cancelled.
-    fn period<S: Number, A: Algebra<S>>(
+    fn period<S: Number>(
         &mut self,
-        algebra: &A,
+        code: &dyn Advance<S>,
         bundle: &mut Bundle<S>,
         slots: &mut [Option<Slot>],
     ) -> bool {
@@ -128,7 +128,7 @@ impl<M: Periodic> Batch<'_, M> {
         while from < steps {
             let stretch = if ranging { irregular(steps, samples) } else { STEPS_UNCHECKED };
             let to = (from + stretch).min(steps);
-            Kernel { algebra, table: self.table, steps: from..to, bundle }.run(self.set);
+            code.advance(self.table, from..to, bundle, self.set);
             if self.source.is_cancelled() {
                 return false;
             }
@@ -209,15 +209,15 @@ impl<M: Periodic> Batch<'_, M> {
 
 impl<G: Shape> Batch<'_, Machine<G>> {
     /// Runs of machines. A lane whose run is over takes the next job that shares lanes; other jobs wait.
-    pub(crate) fn run<S: Number, A: Algebra<S>>(&mut self, algebra: &A, runs: &[LaneRun]) {
-        let mut bundle = self.bundle::<S, _>(algebra);
+    pub(crate) fn run<S: Number>(&mut self, code: &dyn Advance<S>, runs: &[LaneRun]) {
+        let mut bundle = self.bundle(code);
         let mut slots: Vec<Option<Slot>> = (0..S::WIDTH).map(|_| None).collect();
         for ((lane, slot), run) in slots.iter_mut().enumerate().zip(runs) {
             *slot = Some(self.load_one(&mut bundle, lane, run));
         }
         while slots.iter().any(Option::is_some) {
             bundle.metered = slots.iter().flatten().any(|slot| slot.track.watching());
-            if !self.period(algebra, &mut bundle, &mut slots) {
+            if !self.period(code, &mut bundle, &mut slots) {
                 return;
             }
             for (lane, slot) in slots.iter_mut().enumerate() {

@@ -6,7 +6,7 @@ use crate::model::{Machine, Periodic, Shape};
 use crate::sweep::engines::batch::{Batch, LaneRun, refuse};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
-use crate::sweep::lanes::algebra::Shared;
+use crate::sweep::lanes::compiled::Compiled;
 use crate::sweep::lanes::drive_table::DriveTable;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
@@ -171,9 +171,9 @@ impl<const W: usize, G: Shape> SweepEngine<Machine<G>> for LaneRk4<W> {
                 source,
             };
             if runs.len() == 1 {
-                batch.run::<f64, _>(&Shared(leader.model.shape()), &runs);
+                batch.run(&Compiled::<G, f64>::of(leader.model.shape()), &runs);
             } else {
-                batch.run::<Lanes<W>, _>(&Shared(leader.model.shape()), &runs);
+                batch.run(&Compiled::<G, Lanes<W>>::of(leader.model.shape()), &runs);
             }
         }
     }

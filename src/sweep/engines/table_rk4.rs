@@ -6,6 +6,7 @@ use crate::sweep::engines::batch::{Batch, LaneRun, refuse};
 use crate::sweep::engines::sweep_engine::{Job, Source, SweepEngine, kinds};
 use crate::sweep::engines::track::Plan;
 use crate::sweep::lanes::algebra::Plain;
+use crate::sweep::lanes::compiled::Here;
 use crate::sweep::lanes::drive_table::DriveTable;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::sweep_error::SweepError;
@@ -86,7 +87,7 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
                         waiting: &mut waiting,
                         source,
                     };
-                    batch.run_plain(&Plain(model.itself().unwrap_or(&model)), &run);
+                    batch.run_plain(&Here(Plain(model.itself().unwrap_or(&model))), &run);
                 }
             }
         }

@@ -27,14 +27,14 @@ pub(crate) struct Bundle<S: Number> {
 
 impl<S: Number> Bundle<S> {
     /// States and steps of zero; the drives at the start of the period.
-    pub(crate) fn new<A: Algebra<S>>(algebra: &A, table: &DriveTable, meters: Meters<S>) -> Self {
+    pub(crate) fn new(sizes: Sizes, table: &DriveTable, meters: Meters<S>) -> Self {
         let zero = S::from(0.0);
-        let (n, drives) = (algebra.dof(), algebra.drives());
+        let (n, drives) = (sizes.dof, sizes.drives);
         let mut u = vec![zero; drives];
         for (u, &x) in u.iter_mut().zip(table.start()) {
             *u = x.into();
         }
-        let room = if is_small(algebra) { 0 } else { STATES * spread::<S>(n) + spread::<S>(drives) };
+        let room = if sizes.is_small() { 0 } else { STATES * spread::<S>(n) + spread::<S>(drives) };
         Bundle {
             q: vec![zero; n],
             v: vec![zero; n],
@@ -43,7 +43,7 @@ impl<S: Number> Bundle<S> {
             metered: false,
             meters,
             scratch: vec![zero; room],
-            contacts: vec![Contact::default(); algebra.contacts()],
+            contacts: vec![Contact::default(); sizes.contacts],
         }
     }
 }
@@ -80,10 +80,24 @@ const CONTACTS: usize = 2;
 /// Number of vectors in [`LaneWork`] with one element for each degree of freedom.
 const STATES: usize = 7;
 
-/// Whether the stages of a step stay in registers.
-#[inline(always)]
-fn is_small<S, A: Algebra<S>>(algebra: &A) -> bool {
-    (1..=2).contains(&algebra.dof()) && algebra.drives() <= DRIVES && algebra.contacts() <= CONTACTS
+/// Numbers of coordinates, drives and contacts of a model.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sizes {
+    dof: usize,
+    drives: usize,
+    contacts: usize,
+}
+
+impl Sizes {
+    #[inline(always)]
+    pub(crate) fn of<S, A: Algebra<S>>(algebra: &A) -> Self {
+        Sizes { dof: algebra.dof(), drives: algebra.drives(), contacts: algebra.contacts() }
+    }
+    /// Whether the stages of a step stay in registers.
+    #[inline(always)]
+    fn is_small(self) -> bool {
+        (1..=2).contains(&self.dof) && self.drives <= DRIVES && self.contacts <= CONTACTS
+    }
 }
 
 /// Distance from the start of a working vector of `len` numbers to the start of the next one, in numbers. It
@@ -122,14 +136,15 @@ struct LaneWork<'w, S> {
 }
 
 impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
-    /// Makes the steps with an instruction set.
+    /// Makes the steps with an instruction set. It is not inlined: each instruction set is compiled once.
+    #[inline(never)]
     pub(crate) fn run(self, set: InstructionSet) {
         S::run(set, self);
     }
 
     #[inline(always)]
     fn dispatch(mut self) {
-        match (self.algebra.dof(), is_small(self.algebra)) {
+        match (self.algebra.dof(), Sizes::of(self.algebra).is_small()) {
             (1, true) => self.small::<1>(),
             (2, true) => self.small::<2>(),
             _ => self.large(),

@@ -1,6 +1,7 @@
 //! Lanes: several runs side by side over one drive table.
 
 pub(crate) mod algebra;
+pub(crate) mod compiled;
 pub(crate) mod drive_table;
 pub(crate) mod flanks;
 pub(crate) mod instructions;

@@ -134,6 +134,7 @@ impl<N: Nonlinearity> TrainShape<N> {
 }
 
 impl<N: Nonlinearity> Shape for TrainShape<N> {
+    const LANES_IN_LIBRARY: bool = N::LANES_IN_LIBRARY;
     #[inline(always)]
     fn size(&self) -> Size {
         let contacts = self.teeth.len() + self.elements.journals.len();
