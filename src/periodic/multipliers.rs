@@ -233,8 +233,10 @@ impl Multipliers {
             let name = "distance of a multiplier of a point from that of its orbit".into();
             return Err(ParameterError::Wrong { name, value, must: format!("be at most {most:?}") });
         }
-        // Errors that were not computed are infinite.
-        if self.error != other.error && !((self.error - other.error).abs() <= SLACK * self.error) {
+        // Errors that were not computed are infinite, and their difference is NaN.
+        let is_same =
+            self.error == other.error || (self.error - other.error).abs() <= SLACK * self.error.min(f64::MAX);
+        if !is_same {
             let (name, found) = ("error of the multipliers of a point".into(), other.error);
             return Err(ParameterError::Inconsistent { name, found, expected: self.error });
         }

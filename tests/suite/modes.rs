@@ -404,8 +404,8 @@ fn modes_of_relative_coordinates_do_not_depend_on_units() {
                 (sum(i, j) - if i > 0 { sum(i - 1, j) } else { 0.0 }) * (unit[j] / unit[i])
             };
             let own = from_fn(n, |_, q, _, a| {
-                for i in 0..n {
-                    a[i] = (0..n).map(|j| relative(i, j) * q[j]).sum();
+                for (i, a) in a.iter_mut().enumerate() {
+                    *a = (0..n).map(|j| relative(i, j) * q[j]).sum();
                 }
             })
             .unwrap();

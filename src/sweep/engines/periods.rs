@@ -232,7 +232,9 @@ impl EnginePeriod<'_> {
         if self.is_cancelled() {
             return Ok(());
         }
-        if !((state.t - self.end).abs() <= 1e-9 * self.length) {
+        // A time of NaN is another one, too.
+        let is_there = (state.t - self.end).abs() <= 1e-9 * self.length;
+        if !is_there {
             let (name, value) = ("time at which the engine ends a period".into(), state.t);
             let must = format!("be {:?}", self.end);
             return Err(PointError::Value(ParameterError::Wrong { name, value, must }));
