@@ -84,6 +84,13 @@ impl Summary {
     pub fn of_figures(mean: f64, deviation: f64, [min, max]: [f64; 2]) -> Result<Self, ParameterError> {
         let summary = Summary { mean, rms: mean.hypot(deviation), min, max, deviation };
         summary.check("the channel")?;
+        // Values between two extremes deviate most if they are the extremes.
+        let most = ((max - mean).max(0.0) * (mean - min).max(0.0)).sqrt();
+        if deviation > most + 1e-9 * min.abs().max(max.abs()) {
+            let (name, must) =
+                ("deviation of the channel".into(), format!("be at most {most:?}, by the extremes"));
+            return Err(ParameterError::Wrong { name, value: deviation, must });
+        }
         Ok(summary)
     }
 

@@ -1,8 +1,7 @@
 //! Eigenvalues of the damped model, with their rounding errors.
 
-use crate::linear::spectrum::{Found, completed};
+use crate::linear::spectrum::{Found, completed, left_vectors};
 use faer::Mat;
-use faer::linalg::solvers::DenseSolveCore;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
@@ -112,9 +111,9 @@ impl Equations {
         };
         let found = matrix.eigen().ok()?;
         let (values, right) = (found.S().column_vector(), found.U());
-        let left = right.partial_piv_lu().inverse();
+        let left = left_vectors(right)?;
         let most = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
-        let of_algorithm = f64::EPSILON * most;
+        let of_algorithm = f64::EPSILON * matrix.norm_l2();
         let share = |c: usize| -> f64 {
             let row = |i: usize| -> f64 {
                 (0..size).map(|j| (error(i, j) + of_algorithm) * right[(j, c)].norm()).sum()

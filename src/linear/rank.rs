@@ -58,8 +58,8 @@ pub(crate) fn units(a: &DMatrix<f64>) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// Units d of the coordinates, powers of 2, in which row i and column i of D⁻¹ A D, D = diag(d), have sums of
-/// the same size for every i, the diagonal left out.   Source: Parlett and Reinsch, Numerische Mathematik 13
-/// (1969).
+/// the same size for every i.   Source: Parlett and Reinsch, Numerische Mathematik 13 (1969). They leave the
+/// diagonal out. With it, a coordinate that drives others and that none drives keeps its size.
 pub(crate) fn balancing(a: &DMatrix<f64>) -> Vec<f64> {
     /// Most rounds: each one brings the sums closer, a few are enough.
     const ROUNDS: usize = 100;
@@ -68,9 +68,8 @@ pub(crate) fn balancing(a: &DMatrix<f64>) -> Vec<f64> {
     for _ in 0..ROUNDS {
         let mut changed = false;
         for i in 0..n {
-            let others = || (0..n).filter(|&j| j != i);
-            let row: f64 = others().map(|j| a[(i, j)].abs() * (d[j] / d[i])).sum();
-            let column: f64 = others().map(|j| a[(j, i)].abs() * (d[i] / d[j])).sum();
+            let row: f64 = (0..n).map(|j| a[(i, j)].abs() * (d[j] / d[i])).sum();
+            let column: f64 = (0..n).map(|j| a[(j, i)].abs() * (d[i] / d[j])).sum();
             // The sums become equal with the unit sqrt(row/column) d.
             let factor = (0.5 * (row / column).log2()).round().exp2();
             if factor.is_finite() && factor > 0.0 && factor != 1.0 {

@@ -1,8 +1,7 @@
 //! Undamped modes: eigenvalues and eigenvectors of ∂a/∂q, with their rounding errors.
 
 use crate::linear::rank::units;
-use faer::linalg::solvers::DenseSolveCore;
-use faer::{Mat, Side};
+use faer::{Mat, MatRef, Side, c64};
 use nalgebra::DMatrix;
 
 /// One eigenvalue ω² with its mode.
@@ -181,21 +180,23 @@ fn general(a: &DMatrix<f64>, rigid: &[Vec<f64>], rounding: f64) -> Option<Vec<Fo
     let sizes = basis.transpose().abs() * a.abs() * basis.abs() * rounding;
     let found = Mat::from_fn(k, k, |i, j| along[(i, j)]).eigen().ok()?;
     let (values, right) = (found.S().column_vector(), found.U());
-    let left = right.partial_piv_lu().inverse();
-    let most = (0..k).map(|c| values[c].norm()).fold(0.0, f64::max);
+    let right = with_all_vectors(&along, k, |c| values[c], right)?;
+    let left = left_vectors(right.as_ref())?;
+    // Of the QR algorithm and of the basis.
+    let of_algorithm = f64::EPSILON * a.norm();
     let error = |c: usize| -> f64 {
-        let row = |i: usize| -> f64 {
-            (0..k).map(|j| (sizes[(i, j)] + f64::EPSILON * most) * right[(j, c)].norm()).sum()
-        };
+        let row =
+            |i: usize| -> f64 { (0..k).map(|j| (sizes[(i, j)] + of_algorithm) * right[(j, c)].norm()).sum() };
         let sum: f64 = (0..k).map(|i| left[(c, i)].norm() * row(i)).sum();
         // Two equal eigenvalues may have one vector.
         if sum.is_nan() { f64::INFINITY } else { sum }
     };
     let mode = |c: usize| {
-        let (value, error) = (values[c], error(c));
+        let (value, own) = (values[c], error(c));
+        let error = own.max(value.im.abs());
         // Imaginary parts up to this share of a real eigenvalue mean nothing.
         const REAL: f64 = 1e-9;
-        if value.im.abs() > error.max(REAL * value.norm()) {
+        if value.im.abs() > own.max(REAL * value.norm()) {
             return None;
         }
         // A real eigenvector may carry a complex factor.
@@ -213,4 +214,44 @@ fn general(a: &DMatrix<f64>, rigid: &[Vec<f64>], rounding: f64) -> Option<Vec<Fo
         Some(Found { square: value.re, shape, error, rigid: false })
     };
     Some((0..k).filter_map(mode).collect())
+}
+
+/// The eigenvectors of the leading k rows of a matrix, with those that an algorithm did not find: equal
+/// eigenvalues may leave NaN. They are the singular vectors of A - μ with the smallest singular values.
+fn with_all_vectors(
+    a: &DMatrix<f64>,
+    k: usize,
+    value: impl Fn(usize) -> c64,
+    found: MatRef<'_, c64>,
+) -> Option<Mat<c64>> {
+    let mut all = found.to_owned();
+    let is_missing = |c: usize| (0..k).any(|i| !found[(i, c)].norm().is_finite());
+    for c in (0..k).filter(|&c| is_missing(c)) {
+        let mu = value(c);
+        let apart = Mat::from_fn(k, k, |i, j| {
+            c64::new(a[(i, j)], 0.0) - if i == j { mu } else { c64::new(0.0, 0.0) }
+        });
+        let svd = apart.svd().ok()?;
+        let close = |other: usize| (value(other) - mu).norm() <= SAME * mu.norm();
+        // The first of equal eigenvalues takes the smallest singular value, the next one the next.
+        let place = (0..c).filter(|&other| is_missing(other) && close(other)).count();
+        for i in 0..k {
+            all[(i, c)] = svd.V()[(i, k - 1 - place)];
+        }
+    }
+    Some(all)
+}
+
+/// Distance of eigenvalues that count as equal, as a share of them `[1]`.
+const SAME: f64 = 1e-6;
+
+/// The rows y with y A = μ y that belong to the columns x, yᵀ x = 1. Vectors that nearly coincide give large
+/// rows.
+pub(crate) fn left_vectors(right: MatRef<'_, c64>) -> Option<Mat<c64>> {
+    let n = right.nrows();
+    let svd = right.svd().ok()?;
+    let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
+    let least = f64::EPSILON * s[0].norm();
+    let scaled = Mat::from_fn(n, n, |i, j| v[(i, j)] / s[j].norm().max(least));
+    Some(scaled * u.adjoint())
 }

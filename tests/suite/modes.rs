@@ -425,3 +425,74 @@ fn modes_of_relative_coordinates_do_not_depend_on_units() {
         }
     }
 }
+
+/// q'' = -A q with the Jacobian -A.
+struct Stiffness<'a>(usize, &'a [f64]);
+
+impl Model for Stiffness<'_> {
+    fn dof(&self) -> usize {
+        self.0
+    }
+    fn accel(&self, _: &[f64], q: &[f64], _: &[f64], a: &mut [f64]) {
+        for (row, a) in self.1.chunks(self.0).zip(a) {
+            *a = -row.iter().zip(q).map(|(k, q)| k * q).sum::<f64>();
+        }
+    }
+    fn offers(&self) -> Offers<'_> {
+        Offers { jacobian: true, ..Offers::default() }
+    }
+    fn jacobian(&self, _: Option<&[Piece]>, _: &[f64], _: &[f64], _: &[f64], out: &mut Jacobian) {
+        out.q = -nalgebra::DMatrix::from_row_slice(self.0, self.0, self.1);
+        out.v.fill(0.0);
+    }
+}
+
+/// Coordinates that drive others and are not driven, rigid motions in mixed units and equal modes: each mode is there, and
+/// its error is stated.
+#[test]
+fn stiffnesses_that_couple_one_way() {
+    let cases: [(usize, Vec<f64>, Vec<f64>); 5] = [
+        (2, vec![1.0, 0.0, 2f64.powi(24), 2.0], vec![1.0, 2.0]),
+        (2, vec![1.0, 0.0, 2f64.powi(30), 2.0], vec![1.0, 2.0]),
+        (3, vec![1.0, 0.0, 0.0, 2f64.powi(24), 2.0, 0.0, 0.0, 2f64.powi(24), 3.0], vec![1.0, 2.0, 3.0]),
+        (
+            3,
+            in_units(
+                &[0.0, 0.0, 0.0, -489_472.0, 256.0, 163_328.0, -245_760.0, 0.0, 81_920.0],
+                &[2f64.powi(-30), 1024.0, 2f64.powi(-12)],
+            ),
+            vec![0.0, 256.0, 81_920.0],
+        ),
+        (
+            4,
+            in_units(
+                &[30.0, 0.0, -10.0, 0.0, 0.0, 0.0, 0.0, 0.0, 60.0, 0.0, -20.0, 0.0, 0.0, -10.0, 0.0, 10.0],
+                &[16.0, 0.5, 0.25, 4.0],
+            ),
+            vec![0.0, 0.0, 10.0, 10.0],
+        ),
+    ];
+    for (n, rows, exact) in cases {
+        let found = Modes::about(&Stiffness(n, &rows), &State::at_rest(n), None).unwrap();
+        let squares: Vec<f64> = found.all().iter().map(|mode| mode.square()).collect();
+        assert_eq!(squares.len(), n, "{squares:?} for {exact:?}");
+        for (mode, exact) in found.all().iter().zip(&exact) {
+            let (off, stated) = ((mode.square() - exact).abs(), mode.rounding() * mode.square().abs());
+            assert!(off <= stated, "{squares:?} for {exact:?}: {off:e}, stated {stated:e}");
+            assert!(mode.rounding() < 1e-3, "{squares:?} for {exact:?}: stated {:e}", mode.rounding());
+        }
+        let elastic: Vec<f64> = exact.iter().copied().filter(|square| *square > 0.0).collect();
+        let damped = found.damped();
+        assert_eq!(damped.len(), elastic.len());
+        for (mode, exact) in damped.iter().zip(elastic) {
+            let off = (std::f64::consts::TAU * mode.hertz / exact.sqrt() - 1.0).abs();
+            assert!(off <= mode.rounding + 4e-16 && mode.rounding < 1e-3, "{off:e} {:e}", mode.rounding);
+        }
+    }
+}
+
+/// Rows times u_i/u_j.
+fn in_units(rows: &[f64], u: &[f64]) -> Vec<f64> {
+    let n = u.len();
+    rows.iter().enumerate().map(|(at, x)| x * (u[at / n] / u[at % n])).collect()
+}

@@ -131,7 +131,9 @@ impl<S: OneStep> Integrator for Adaptive<OwnSteps<S>> {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         let (rule, limits, own) = (StepRule::Adaptive(&self.tolerances), self.limits, &self.method.0);
-        check::at_least("estimate_order", own.estimate_order() as usize, 1)?;
+        let order = own.estimate_order() as usize;
+        check::at_least("estimate_order", order, 1)?;
+        check::count("estimate_order", &[order], 100)?;
         drive::<AdaptiveSteps>(Task { rule, limits, model, start, t_end, observer, own: Some(own) })
     }
 }
@@ -207,6 +209,9 @@ impl<V: Vector> Engine<'_, V> {
             u_end: ends.nodes.end(),
             evaluations: 0,
         };
+        // What the method does not write ends the run.
+        ends.y1.slice_mut().fill(f64::NAN);
+        error.fill(f64::NAN);
         method.step(&mut slope, ends.y1.slice_mut(), error, work);
         self.evaluations += slope.evaluations;
     }

@@ -48,7 +48,8 @@ pub trait OneStep {
         0
     }
     /// Makes a step. `end`: receives y(t + h). `error`: receives the error of each component of `end`; a
-    /// method without an estimate leaves it. `work`: scratch, whose values are those of the step before.
+    /// method without an estimate leaves it. Both hold NaN before. `work`: scratch, whose values are those of
+    /// the step before.
     fn step(&self, f: &mut Slope<'_>, end: &mut [f64], error: &mut [f64], work: &mut [f64]);
 }
 

@@ -72,7 +72,7 @@ fn one(
             for i in 0..channels.len() {
                 let summary =
                     statistics.summary_of(i).map_err(|_| PointError::Diverged { period: period.number() })?;
-                period.channel(i, &summary);
+                period.add_channel(i, &summary);
             }
             for (i, counted) in counted.iter_mut().enumerate().take(plan.layout.contacts) {
                 period.contact_since(i, rattle.contacts()[i], counted);

@@ -144,6 +144,7 @@ pub struct EnginePeriod<'p> {
     length: f64,
     channels: &'p [Channel],
     cancelled: &'p dyn Fn() -> bool,
+    dof: usize,
     /// Number of contacts of the row.
     contacts: usize,
     /// Numbers of channels and contacts that were reported.
@@ -178,7 +179,13 @@ impl EnginePeriod<'_> {
     /// Shows a state within the period: coordinates, then velocities, 2 dof values. The range of the motion,
     /// against which its repetition is judged, comes from them. Some tens in every period are enough.
     pub fn see(&mut self, state: &[f64]) {
-        if self.wants_states() {
+        if state.len() != 2 * self.dof {
+            let (name, expected, found) = ("state that the engine shows".into(), 2 * self.dof, state.len());
+            self.wrong.get_or_insert(ParameterError::Length { name, expected, found });
+        } else if let Some(value) = state.iter().copied().find(|x| !x.is_finite()) {
+            let name = "state that the engine shows".into();
+            self.wrong.get_or_insert(ParameterError::NotFinite { name, value });
+        } else if self.wants_states() {
             self.track.see_state(state.iter().copied());
         }
     }
@@ -189,10 +196,17 @@ impl EnginePeriod<'_> {
     /// Reports channel `i` over the period.
     pub fn channel(&mut self, i: usize, summary: &Summary) {
         match i < self.track.channels() && i == self.reported[0] {
-            true => self.track.add_channel(i, &ChannelMeter::of(summary, self.length), self.length),
+            true => match summary.check(&format!("channel {i}")) {
+                Ok(()) => self.add_channel(i, summary),
+                Err(wrong) => drop(self.wrong.get_or_insert(wrong)),
+            },
             false => self.out_of_turn("channel", i, self.reported[0]),
         }
         self.reported[0] += 1;
+    }
+    /// Adds a summary of the period.
+    pub(crate) fn add_channel(&mut self, i: usize, summary: &Summary) {
+        self.track.add_channel(i, &ChannelMeter::of(summary, self.length), self.length);
     }
     /// Number of the period, counted from 1.
     pub fn number(&self) -> usize {
@@ -204,8 +218,16 @@ impl EnginePeriod<'_> {
         if self.contacts == 0 {
             return;
         }
+        let whole: f64 = counted.time.iter().sum();
+        let is_whole =
+            counted.time.iter().all(|time| *time >= 0.0) && (whole / self.length - 1.0).abs() < 1e-6;
         match i < self.contacts && i == self.reported[1] {
-            true => self.contact_since(i, *counted, &mut ContactStatistics::default()),
+            true if is_whole => self.contact_since(i, *counted, &mut ContactStatistics::default()),
+            true => {
+                let name = format!("sum of the times of contact {i} that the engine reports");
+                let must = format!("be {:?}, the period, of times that are not negative", self.length);
+                self.wrong.get_or_insert(ParameterError::Wrong { name, value: whole, must });
+            }
             false => self.out_of_turn("contact", i, self.reported[1]),
         }
         self.reported[1] += 1;
@@ -232,6 +254,11 @@ impl EnginePeriod<'_> {
         if self.is_cancelled() {
             return Ok(());
         }
+        check::length("coordinates of the state that the engine returns", state.q.len(), self.dof)
+            .and_then(|()| {
+                check::length("velocities of the state that the engine returns", state.v.len(), self.dof)
+            })
+            .map_err(PointError::Value)?;
         // A time of NaN is another one, too.
         let is_there = (state.t - self.end).abs() <= 1e-9 * self.length;
         if !is_there {
@@ -270,6 +297,7 @@ pub(crate) fn run(
             length,
             channels,
             cancelled,
+            dof: model.dof(),
             contacts,
             reported,
             steps,

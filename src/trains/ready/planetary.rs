@@ -134,9 +134,9 @@ impl Planetary {
             libm::acos((zr - zp) / (zs + zp) * libm::cos(self.pressure_angle))
         };
         // Other values of the angle and of the tooth numbers are refused as such.
-        let [is_angle, has_outer] =
-            [self.pressure_angle, outer_angle].map(|angle| (0.0..=1.4).contains(&angle));
-        if is_angle && [sun.0, planet.0, ring.0].iter().all(|z| *z > 0) && !has_outer {
+        let is_angle = (0.0..=1.4).contains(&self.pressure_angle);
+        let has_none = zr <= zp || outer_angle.is_nan();
+        if is_angle && [sun.0, planet.0, ring.0].iter().all(|z| *z > 0) && has_none {
             let [sun, planet, ring] = [sun.0, planet.0, ring.0];
             let near = u64::from(sun) + 2 * u64::from(planet);
             parts.fault = Some(TrainError::RingTeeth { sun, planet, ring, near });

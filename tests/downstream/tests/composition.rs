@@ -449,6 +449,25 @@ fn faulty_steps_end_with_an_error() {
             f.at(self.0, &from, end);
         }
     }
+    /// Writes a part of its results.
+    struct Partly(bool);
+    impl OneStep for Partly {
+        fn estimate_order(&self) -> u32 {
+            1
+        }
+        fn step(&self, f: &mut Slope<'_>, end: &mut [f64], error: &mut [f64], _: &mut [f64]) {
+            let written = if self.0 { end.len() } else { end.len() - 1 };
+            end[..written].copy_from_slice(&f.start()[..written]);
+            error[..end.len() - 1].fill(0.0);
+        }
+    }
+    for solver in [
+        Box::new(Stepped::new(Partly(false), 0.1)) as Box<dyn Integrator>,
+        Box::new(Adaptive::of_steps(Partly(true))),
+    ] {
+        let error = solver.end(&knock(1.0), &start(), 1.0).unwrap_err();
+        assert!(matches!(error, IntegrateError::NotFinite { .. }), "{error}");
+    }
     for c in [-0.1, 1.1, f64::NAN] {
         let error = Stepped::new(Faulty(c), 0.1).end(&knock(1.0), &start(), 1.0).unwrap_err();
         assert!(matches!(error, IntegrateError::NotFinite { component: 0, .. }), "{error}");
@@ -504,7 +523,16 @@ fn faulty_engines_are_refused() {
                     period.contact(0, &ContactStatistics::default());
                     state.q[1] = f64::NAN;
                 }
-                _ => return Err(PointError::of_engine("the card is not there")),
+                4 => return Err(PointError::of_engine("the card is not there")),
+                5 => period.channel(0, &Summary { max: f64::NAN, ..summary }),
+                6 => period.channel(0, &Summary { mean: 100.0, ..summary }),
+                7 => period.see(&[0.0; 3]),
+                8 => period.see(&[f64::NAN; 4]),
+                9 => state.q.push(0.0),
+                _ => {
+                    period.channel(0, &summary);
+                    period.contact(0, &ContactStatistics::default());
+                }
             }
             Ok(())
         }
@@ -515,11 +543,18 @@ fn faulty_engines_are_refused() {
         "time at which the engine ends a period is",
         "the motion becomes infinite or NaN in period 1",
         "the engine: the card is not there",
+        "figures of channel 0",
+        "mean of channel 0 is 100.0",
+        "state that the engine shows has 3 entries: 4 are needed",
+        "state that the engine shows is NaN",
+        "coordinates of the state that the engine returns has 3 entries: 2 are needed",
+        "sum of the times of contact 0 that the engine reports is 0.0",
     ];
     for (fault, text) in texts.into_iter().enumerate() {
         let axis = Axis::of_values("stiffness", &[1.0]).unwrap();
         let model = |p: &Point<'_>| Ok::<_, ParameterError>(knock(p["stiffness"]));
         let sweep = Sweep::new(axis).settle(0).measure(1).channels(&["q0"]);
+        let sweep = if fault > 9 { sweep.rattle() } else { sweep };
         let rows = sweep.of(&ByPeriods(Faulty(fault)), model).run().unwrap();
         let error = rows.errors()[&0].to_string();
         assert!(error.contains(text), "{error}");
