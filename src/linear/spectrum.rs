@@ -185,8 +185,14 @@ fn general(a: &DMatrix<f64>, rigid: &[Vec<f64>], rounding: f64) -> Option<Vec<Fo
     // Of the QR algorithm and of the basis.
     let of_algorithm = f64::EPSILON * a.norm();
     let error = |c: usize| -> f64 {
-        let row =
-            |i: usize| -> f64 { (0..k).map(|j| (sizes[(i, j)] + of_algorithm) * right[(j, c)].norm()).sum() };
+        // The columns of the rigid motions are zeros up to their own error, and the mode has a share in them.
+        let driven = |r: usize| (0..k).map(|j| right[(j, c)] * along[(r, j)]).sum::<c64>() / values[c];
+        let share = |j: usize| if j < k { right[(j, c)].norm() } else { driven(j).norm() };
+        let shares: Vec<f64> = (0..n).map(share).collect();
+        let left_out = |i: usize, j: usize| if j < k { 0.0 } else { along[(i, j)].abs() };
+        let row = |i: usize| -> f64 {
+            (0..n).map(|j| (sizes[(i, j)] + of_algorithm + left_out(i, j)) * shares[j]).sum()
+        };
         let sum: f64 = (0..k).map(|i| left[(c, i)].norm() * row(i)).sum();
         // Two equal eigenvalues may have one vector.
         if sum.is_nan() { f64::INFINITY } else { sum }
