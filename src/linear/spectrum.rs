@@ -223,7 +223,7 @@ fn general(a: &DMatrix<f64>, rigid: &[Vec<f64>], rounding: f64) -> Option<Vec<Fo
 }
 
 /// The eigenvectors of the leading k rows of a matrix, with those that an algorithm did not find: equal
-/// eigenvalues may leave NaN. They are the singular vectors of A - μ with the smallest singular values.
+/// eigenvalues may leave NaN or 0. They are the singular vectors of A - μ with the smallest singular values.
 fn with_all_vectors(
     a: &DMatrix<f64>,
     k: usize,
@@ -231,7 +231,8 @@ fn with_all_vectors(
     found: MatRef<'_, c64>,
 ) -> Option<Mat<c64>> {
     let mut all = found.to_owned();
-    let is_missing = |c: usize| (0..k).any(|i| !found[(i, c)].norm().is_finite());
+    let size = |c: usize| (0..k).map(|i| found[(i, c)].norm()).sum::<f64>();
+    let is_missing = |c: usize| !(f64::MIN_POSITIVE..f64::INFINITY).contains(&size(c));
     for c in (0..k).filter(|&c| is_missing(c)) {
         let mu = value(c);
         let apart = Mat::from_fn(k, k, |i, j| {

@@ -513,7 +513,7 @@ fn faulty_engines_are_refused() {
             period: &mut EnginePeriod<'_>,
         ) -> Result<(), PointError> {
             state.t = period.end();
-            let summary = Summary::of_figures(0.0, 0.0, [0.0, 0.0]).unwrap();
+            let mut summary = Summary::of_figures(0.0, 0.0, [0.0, 0.0]).unwrap();
             match self.0 {
                 0 => {}
                 1 => period.channel(1, &summary),
@@ -524,8 +524,14 @@ fn faulty_engines_are_refused() {
                     state.q[1] = f64::NAN;
                 }
                 4 => return Err(PointError::of_engine("the card is not there")),
-                5 => period.channel(0, &Summary { max: f64::NAN, ..summary }),
-                6 => period.channel(0, &Summary { mean: 100.0, ..summary }),
+                5 => {
+                    summary.max = f64::NAN;
+                    period.channel(0, &summary);
+                }
+                6 => {
+                    summary.mean = 100.0;
+                    period.channel(0, &summary);
+                }
                 7 => period.see(&[0.0; 3]),
                 8 => period.see(&[f64::NAN; 4]),
                 9 => state.q.push(0.0),
