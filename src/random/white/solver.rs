@@ -118,7 +118,7 @@ impl<const W: usize> NoisySteps<W> {
             None => static_state(machine, None)?.state,
         };
         start.check_at_zero(machine.size().dof)?;
-        let table = DriveTable::of_waves(&**machine, self.steps, || true)?;
+        let table = DriveTable::of_waves(&**machine, self.steps, &|| true)?;
         let table = table.ok_or(TableError::Size { steps: self.steps, drives: machine.size().waves })?;
         let h = machine.period() / self.steps as f64;
         for (noise, _) in &noise {

@@ -186,6 +186,6 @@ fn lead<G: Shape>(
     source: &dyn Source<Machine<G>>,
 ) -> Result<Option<(DriveTable, LaneRun)>, PointError> {
     let run = LaneRun::of(job)?;
-    let table = DriveTable::of_waves(&*job.model, steps, || !source.is_cancelled())?;
+    let table = DriveTable::of_waves(&*job.model, steps, &|| !source.is_cancelled())?;
     Ok(table.map(|table| (table, run)))
 }

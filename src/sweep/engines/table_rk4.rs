@@ -71,7 +71,7 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
                 waiting.extend(refuse(source, index, error.into()));
                 continue;
             }
-            match DriveTable::of_drives(&model, self.steps, || !source.is_cancelled()) {
+            match DriveTable::of_drives(&model, self.steps, &|| !source.is_cancelled()) {
                 Err(error) => waiting.extend(refuse(source, index, error.into())),
                 Ok(None) => return,
                 Ok(Some(table)) => {

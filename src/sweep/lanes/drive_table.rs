@@ -110,7 +110,7 @@ impl DriveTable {
     pub(crate) fn of_waves(
         model: &dyn Code,
         steps: usize,
-        go_on: impl Fn() -> bool,
+        go_on: &dyn Fn() -> bool,
     ) -> Result<Option<Self>, TableError> {
         let turn = TAU / f64::from(model.repeats_in_turn());
         let next = |share: f64| model.edge_after(turn * share).map(|edge| edge / turn);
@@ -120,10 +120,10 @@ impl DriveTable {
     }
 
     /// Table of all drives of one model. `None` if `go_on` returns `false`.
-    pub(crate) fn of_drives<M: Periodic + ?Sized>(
-        model: &M,
+    pub(crate) fn of_drives(
+        model: &dyn Periodic,
         steps: usize,
-        go_on: impl Fn() -> bool,
+        go_on: &dyn Fn() -> bool,
     ) -> Result<Option<Self>, TableError> {
         let period = model.period();
         let next = |share: f64| model.next_edge(share * period).map(|edge| edge / period);
