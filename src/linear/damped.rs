@@ -111,10 +111,12 @@ impl Equations {
         };
         let found = matrix.eigen().ok()?;
         let (values, right) = (found.S().column_vector(), found.U());
-        let left = left_vectors(right)?;
+        // None if an eigenvector was not found: the errors are then not known.
+        let left = left_vectors(right);
         let most = values.iter().map(|value| value.norm()).fold(0.0, f64::max);
         let of_algorithm = f64::EPSILON * matrix.norm_l2();
         let share = |c: usize| -> f64 {
+            let Some(left) = &left else { return f64::INFINITY };
             let row = |i: usize| -> f64 {
                 (0..size).map(|j| (error(i, j) + of_algorithm) * right[(j, c)].norm()).sum()
             };
