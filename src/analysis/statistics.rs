@@ -14,9 +14,9 @@ use std::ops::ControlFlow;
 
 /// Observer that computes the [`Summary`] of chosen channels from the dense output.
 ///
-/// Integrals use Gauss quadrature with five points in every step, or in parts of a step in which a channel
-/// swings so far that the mean square would be off by 1e-7 of its range, down to 1/64 of what resolves the
-/// motion. Extremes are located inside the steps. No samples are stored.
+/// Integrals use Gauss quadrature with five points in every step. A step in which a channel swings is
+/// divided, down to 1/64 of what resolves the motion: the mean square is then off by some 1e-7 of the range
+/// of the channel. Extremes are located inside the steps. No samples are stored.
 ///
 /// ```
 /// use gear_dynamics::{Dop853, Integrator, State, Statistics, model::from_fn};

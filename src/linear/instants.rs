@@ -122,22 +122,108 @@ impl<'m> Mean<'m> {
         let mut sums = vec![[0.0; 7]; here.len()];
         for (weight, u) in self.instants.iter() {
             self.model.contact(u, q, &self.rest, &mut here);
-            for (sums, c) in sums.iter_mut().zip(&here) {
-                let Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force } = *c;
-                let values = [deflection, rate, lower, upper, lower_rate, upper_rate, force];
-                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
-            }
+            add(&mut sums, weight, &here);
         }
-        let mean = |[deflection, rate, lower, upper, lower_rate, upper_rate, force]: [f64; 7]| Contact {
-            deflection,
-            rate,
-            lower,
-            upper,
-            lower_rate,
-            upper_rate,
-            force,
-        };
-        sums.into_iter().map(mean).collect()
+        sums.into_iter().map(contact_of).collect()
+    }
+}
+
+/// Adds contacts with a weight.
+fn add(sums: &mut [[f64; 7]], weight: f64, here: &[Contact]) {
+    for (sums, c) in sums.iter_mut().zip(here) {
+        let Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force } = *c;
+        let values = [deflection, rate, lower, upper, lower_rate, upper_rate, force];
+        sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+    }
+}
+
+fn contact_of([deflection, rate, lower, upper, lower_rate, upper_rate, force]: [f64; 7]) -> Contact {
+    Contact { deflection, rate, lower, upper, lower_rate, upper_rate, force }
+}
+
+/// Number of times that a panel is halved at most.
+const HALVINGS: usize = 7;
+
+/// The mean contacts of a model in a position over a period, by Gauss sums on `panels` panels between two
+/// `bounds` each. A force by deflection has a kink where the teeth part. A panel is halved until no mean
+/// force changes by more than `agree`, so that points gather at the kinks.
+pub(crate) fn mean_contacts(
+    model: &dyn Periodic,
+    q: &[f64],
+    (bounds, panels): (&[f64], usize),
+    agree: f64,
+) -> Vec<Contact> {
+    let n = model.contacts();
+    let mut u = vec![0.0; model.drives()];
+    model.drive(bounds[0], Side::After, &mut u);
+    let mut sums = PanelSums {
+        model,
+        q,
+        rest: vec![0.0; q.len()],
+        u: u.repeat(FIVE.len()),
+        here: vec![Contact::default(); n],
+        span: bounds[bounds.len() - 1] - bounds[0],
+        agree,
+        all: vec![[0.0; 7]; n],
+    };
+    for bound in bounds.windows(2) {
+        let h = (bound[1] - bound[0]) / panels as f64;
+        for panel in 0..panels {
+            let ends = [panel, panel + 1].map(|k| bound[0] + h * k as f64);
+            let whole = sums.panel(ends);
+            sums.refine(ends, whole, HALVINGS);
+        }
+    }
+    sums.all.into_iter().map(contact_of).collect()
+}
+
+/// Sums of contacts over panels.
+struct PanelSums<'m> {
+    model: &'m dyn Periodic,
+    q: &'m [f64],
+    /// Velocities of 0.
+    rest: Vec<f64>,
+    /// The drives at the points of a panel.
+    u: Vec<f64>,
+    here: Vec<Contact>,
+    span: f64,
+    agree: f64,
+    all: Vec<[f64; 7]>,
+}
+
+impl PanelSums<'_> {
+    /// The share of a panel in the means.
+    fn panel(&mut self, [from, to]: [f64; 2]) -> Vec<[f64; 7]> {
+        let (h, drives) = (to - from, self.model.drives());
+        let times = FIVE.map(|[x, _]| from + h * (0.5 + 0.5 * x));
+        self.model.redrive(&times, Side::After, &mut self.u);
+        let mut sums = vec![[0.0; 7]; self.here.len()];
+        for (i, [_, weight]) in FIVE.into_iter().enumerate() {
+            self.model.contact(&self.u[drives * i..][..drives], self.q, &self.rest, &mut self.here);
+            add(&mut sums, 0.5 * weight * h / self.span, &self.here);
+        }
+        sums
+    }
+
+    /// Adds a panel, whose share is `whole` by its five points.
+    fn refine(&mut self, [from, to]: [f64; 2], whole: Vec<[f64; 7]>, halvings: usize) {
+        let middle = 0.5 * (from + to);
+        let halves = [[from, middle], [middle, to]];
+        let [left, right] = halves.map(|ends| self.panel(ends));
+        let force = |i: usize| left[i][6] + right[i][6];
+        let is_same = (0..whole.len()).all(|i| (force(i) - whole[i][6]).abs() <= self.agree);
+        if is_same || halvings == 0 {
+            for half in [&left, &right] {
+                self.all
+                    .iter_mut()
+                    .zip(half)
+                    .for_each(|(all, x)| all.iter_mut().zip(x).for_each(|(all, x)| *all += x));
+            }
+            return;
+        }
+        for (ends, half) in halves.into_iter().zip([left, right]) {
+            self.refine(ends, half, halvings - 1);
+        }
     }
 }
 

@@ -184,40 +184,32 @@ fn general(a: &DMatrix<f64>, rigid: &[Vec<f64>], rounding: f64) -> Option<Vec<Fo
     let left = left_vectors(right.as_ref())?;
     // Of the QR algorithm and of the basis.
     let of_algorithm = f64::EPSILON * a.norm();
-    let error = |c: usize| -> f64 {
-        // The columns of the rigid motions are zeros up to their own error, and the mode has a share in them.
-        let driven = |r: usize| (0..k).map(|j| right[(j, c)] * along[(r, j)]).sum::<c64>() / values[c];
-        let share = |j: usize| if j < k { right[(j, c)].norm() } else { driven(j).norm() };
-        let shares: Vec<f64> = (0..n).map(share).collect();
-        let left_out = |i: usize, j: usize| if j < k { 0.0 } else { along[(i, j)].abs() };
-        let row = |i: usize| -> f64 {
-            (0..n).map(|j| (sizes[(i, j)] + of_algorithm + left_out(i, j)) * shares[j]).sum()
-        };
-        let sum: f64 = (0..k).map(|i| left[(c, i)].norm() * row(i)).sum();
-        // Two equal eigenvalues may have one vector.
-        if sum.is_nan() { f64::INFINITY } else { sum }
-    };
     let mode = |c: usize| {
-        let (value, own) = (values[c], error(c));
-        let error = own.max(value.im.abs());
+        let value = values[c];
+        // The whole vector: a mode has a share in the rigid motions.
+        let mut parts: Vec<c64> = (0..k).map(|i| right[(i, c)]).collect();
+        for r in k..n {
+            parts.push((0..k).map(|j| parts[j] * along[(r, j)]).sum::<c64>() / value);
+        }
+        // The columns of the rigid motions are zeros up to their own error.
+        let of_column = |i: usize, j: usize| if j < k { 0.0 } else { along[(i, j)].abs() };
+        let row = |i: usize| -> f64 {
+            (0..n).map(|j| (sizes[(i, j)] + of_algorithm + of_column(i, j)) * parts[j].norm()).sum()
+        };
+        let error: f64 = (0..k).map(|i| left[(c, i)].norm() * row(i)).sum();
+        // Two equal eigenvalues may have one vector.
+        let error = if error.is_nan() { f64::INFINITY } else { error };
         // Imaginary parts up to this share of a real eigenvalue mean nothing.
         const REAL: f64 = 1e-9;
-        if value.im.abs() > own.max(REAL * value.norm()) {
+        if value.im.abs() > error.max(REAL * value.norm()) {
             return None;
         }
         // A real eigenvector may carry a complex factor.
-        let largest = (0..k)
-            .map(|i| right[(i, c)])
-            .max_by(|x, y| x.norm().total_cmp(&y.norm()))
-            .filter(|x| x.norm() > 0.0)?;
-        let mut parts: Vec<f64> = (0..k).map(|i| (right[(i, c)] / largest).re).collect();
-        for r in k..n {
-            let driven: f64 = (0..k).map(|j| along[(r, j)] * parts[j]).sum();
-            let part = driven / value.re;
-            parts.push(if part.is_finite() { part } else { 0.0 });
-        }
-        let shape = (0..n).map(|i| (0..n).map(|j| basis[(i, j)] * parts[j]).sum()).collect();
-        Some(Found { square: value.re, shape, error, rigid: false })
+        let largest = parts[..k].iter().max_by(|x, y| x.norm().total_cmp(&y.norm()))?;
+        let real: Vec<f64> =
+            parts.iter().map(|x| (x / largest).re).map(|x| if x.is_finite() { x } else { 0.0 }).collect();
+        let shape = (0..n).map(|i| (0..n).map(|j| basis[(i, j)] * real[j]).sum()).collect();
+        Some(Found { square: value.re, shape, error: error.max(value.im.abs()), rigid: false })
     };
     Some((0..k).filter_map(mode).collect())
 }

@@ -2,7 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::error::check;
-use crate::linear::instants::{Instants, Mean, smooth_intervals};
+use crate::linear::instants::{Instants, Mean, mean_contacts, smooth_intervals};
 use crate::linear::least::least_solution;
 use crate::linear::modes::LinearError;
 use crate::model::structure::rigid::rigid_modes;
@@ -65,12 +65,9 @@ const SPREAD: usize = 65_537;
 /// Number of Gauss panels in a period, first and at most.
 const PANELS: [usize; 2] = [8, 1024];
 
-/// Maximum number of Gauss panels in a period for the mean of forces with kinks. A model of n contacts, n
-/// above 8, has some (8/n)² of them: it takes no longer, and its means of teeth that part have fewer digits.
-const FORCE_PANELS: usize = 16_384;
-
-/// Largest change of a mean contact force between two sums that agree, as a share of the largest force `[1]`.
-const SAME_FORCE: f64 = 1e-6;
+/// Largest change of a mean contact force by the halves of a panel that agrees with them, as a share of the
+/// largest mean force `[1]`. A few panels have kinks.
+const SAME_FORCE: f64 = 1e-7;
 
 /// Number of Gauss panels in the sum that confirms a state. This sum sees smooth pulses down to a width of
 /// 1/750 of the period.
@@ -149,28 +146,12 @@ pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<S
     }
 }
 
-/// The state with the mean contacts of sums that agree. A force by deflection has a kink where the teeth
-/// part, which the balance on fixed pieces does not see.
-fn with_contacts(
-    mut found: StaticState,
-    model: &dyn Periodic,
-    bounds: &[f64],
-    mut panels: usize,
-) -> StaticState {
-    loop {
-        let contacts = Mean::new(model, Instants::of(model, bounds, panels)).contacts(&found.state.q);
-        let largest = contacts.iter().fold(0.0, |most: f64, c| most.max(c.force.abs()));
-        let pairs = found.contacts.iter().zip(&contacts);
-        if pairs.fold(0.0, |most: f64, (a, b)| most.max((a.force - b.force).abs())) <= SAME_FORCE * largest {
-            return found;
-        }
-        found.contacts = contacts;
-        panels *= 2;
-        let shares = found.contacts.len().div_ceil(8).max(1);
-        if panels * (bounds.len() - 1) > FORCE_PANELS / (shares * shares) {
-            return found;
-        }
-    }
+/// The state with mean contacts that hold the kinks where teeth part, which the balance on fixed pieces does
+/// not see.
+fn with_contacts(found: StaticState, model: &dyn Periodic, bounds: &[f64], panels: usize) -> StaticState {
+    let largest = found.contacts.iter().fold(0.0, |most: f64, c| most.max(c.force.abs()));
+    let contacts = mean_contacts(model, &found.state.q, (bounds, panels), SAME_FORCE * largest);
+    StaticState { contacts, ..found }
 }
 
 /// The search for a static state.

@@ -225,7 +225,8 @@ impl Multipliers {
 
     /// Whether those of a point, `other`, are these of its orbit.
     pub(crate) fn check_same(&self, other: &Multipliers) -> Result<(), ParameterError> {
-        /// Rounding by a file of decimal numbers, as a share of the largest multiplier `[1]`.
+        /// Largest difference of two multipliers that count as equal, as a share of the largest one `[1]`: a
+        /// file of decimal numbers may round them.
         const SLACK: f64 = 1e-9;
         check::length("multipliers of a point", other.values.len(), self.values.len())?;
         let (value, most) = (self.distance(other), SLACK * self.largest());

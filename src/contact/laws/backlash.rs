@@ -1,7 +1,7 @@
 //! Dead zones: contact laws of a backlash.
 
 use crate::contact::deflection::Deflection;
-use crate::contact::laws::nonlinearity::{Edges, Nonlinearity};
+use crate::contact::laws::nonlinearity::{Edges, LanesOf, Nonlinearity};
 use crate::contact::piece::Piece;
 use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side, Wave};
@@ -55,7 +55,7 @@ impl Backlash {
 
 impl Nonlinearity for Backlash {
     const HALF_BACKLASH: bool = true;
-    const LANES_IN_LIBRARY: bool = true;
+    const LANES: LanesOf = LanesOf::LIBRARY;
 
     #[inline(always)]
     fn force<S: Scalar>(&self, at: Deflection<S>) -> S {

@@ -50,6 +50,18 @@ impl<S: Scalar> Edges<S> {
     }
 }
 
+/// Where steps in lanes are compiled. Only this crate can name the type, so that no other one claims that its
+/// code is here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LanesOf {
+    pub(crate) is_library: bool,
+}
+
+impl LanesOf {
+    pub(crate) const USER: LanesOf = LanesOf { is_library: false };
+    pub(crate) const LIBRARY: LanesOf = LanesOf { is_library: true };
+}
+
 /// A contact law: the force per unit stiffness as a function of the deflection, with the edges of its pieces.
 ///
 /// Only [`force`](Nonlinearity::force) is required. A law with kinks also implements
@@ -89,7 +101,7 @@ pub trait Nonlinearity: PartialEq + Send + Sync + 'static {
     const HALF_BACKLASH: bool = false;
     /// Whether the library contains the steps in lanes of trains with this law.
     #[doc(hidden)]
-    const LANES_IN_LIBRARY: bool = false;
+    const LANES: LanesOf = LanesOf::USER;
 
     /// Returns f(d, d') between edges that may move. Mark the implementation `#[inline(always)]`, because it
     /// runs in lanes.

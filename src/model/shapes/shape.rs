@@ -1,5 +1,6 @@
 //! Shapes: models whose algebra is written once for every number type.
 
+use crate::contact::laws::nonlinearity::LanesOf;
 use crate::contact::{Contact, Piece, PieceChoice};
 use crate::error::ParameterError;
 use crate::excitation::{Angle, Side};
@@ -201,7 +202,7 @@ fn leading<S: Scalar, const N: usize>(numbers: &[S]) -> [S; N] {
 pub trait Shape: PartialEq + Send + Sync + 'static {
     /// Whether the library contains the steps of the shape in lanes, so that a program does not compile them.
     #[doc(hidden)]
-    const LANES_IN_LIBRARY: bool = false;
+    const LANES: LanesOf = LanesOf::USER;
     /// Numbers of degrees of freedom, waves, contacts, inner kinks and constants. Mark the implementation
     /// `#[inline(always)]`, because lanes of small models are compiled for their size.
     fn size(&self) -> Size;

@@ -72,7 +72,15 @@ impl<S: OneStep> Integrator for Stepped<S> {
         observer: &mut dyn Observer,
     ) -> Result<Finish, IntegrateError> {
         let (rule, limits) = (StepRule::Fixed(self.step), self.limits);
-        drive::<FixedSteps>(Task { rule, limits, model, start, t_end, observer, own: Some(&self.method) })
+        drive::<OwnTableau<false>>(Task {
+            rule,
+            limits,
+            model,
+            start,
+            t_end,
+            observer,
+            own: Some(&self.method),
+        })
     }
 }
 
@@ -134,48 +142,22 @@ impl<S: OneStep> Integrator for Adaptive<OwnSteps<S>> {
         let order = own.estimate_order() as usize;
         check::at_least("estimate_order", order, 1)?;
         check::count("estimate_order", &[order], 100)?;
-        drive::<AdaptiveSteps>(Task { rule, limits, model, start, t_end, observer, own: Some(own) })
+        drive::<OwnTableau<true>>(Task { rule, limits, model, start, t_end, observer, own: Some(own) })
     }
 }
 
-/// Steps of one's own of a fixed length.
+/// The steps of a method of one's own, by their error estimate or of a fixed length.
 #[derive(Default)]
-struct FixedSteps;
+struct OwnTableau<const ADAPTIVE: bool>;
 
-/// Steps of one's own by their error estimate.
-#[derive(Default)]
-struct AdaptiveSteps;
-
-impl Tableau for FixedSteps {
-    const ADAPTIVE: bool = false;
+impl<const ADAPTIVE: bool> Tableau for OwnTableau<ADAPTIVE> {
+    const ADAPTIVE: bool = ADAPTIVE;
     const SLOTS: usize = 3;
     const EVALUATIONS: u64 = 0;
     const END: usize = 2;
     const DENSE: usize = 3;
     const DENSE_EVALUATIONS: u64 = 0;
-    const EXPONENT: f64 = 1.0;
-    const FACTORS: [f64; 2] = [1.0, 1.0];
-    const BETA: f64 = 0.0;
-    const NODES: &'static [f64] = &[0.5, 1.0];
-    const PROBE: usize = 0;
-
-    fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
-        e.drive_nodes::<FixedSteps>();
-        e.own_step::<FIXED>();
-    }
-    fn error<V: Vector>(_: &mut Engine<'_, V>) -> f64 {
-        0.0
-    }
-    fn dense<V: Vector, const FIXED: bool>(_: &mut Engine<'_, V>) {}
-}
-
-impl Tableau for AdaptiveSteps {
-    const ADAPTIVE: bool = true;
-    const SLOTS: usize = 3;
-    const EVALUATIONS: u64 = 0;
-    const END: usize = 2;
-    const DENSE: usize = 3;
-    const DENSE_EVALUATIONS: u64 = 0;
+    /// The method states its own ([`OwnStep::exponent`]).
     const EXPONENT: f64 = 1.0;
     const FACTORS: [f64; 2] = [0.2, 5.0];
     const BETA: f64 = 0.0;
@@ -183,7 +165,7 @@ impl Tableau for AdaptiveSteps {
     const PROBE: usize = 0;
 
     fn attempt<V: Vector, const FIXED: bool>(e: &mut Engine<'_, V>) {
-        e.drive_nodes::<AdaptiveSteps>();
+        e.drive_nodes::<Self>();
         e.own_step::<FIXED>();
     }
     fn error<V: Vector>(e: &mut Engine<'_, V>) -> f64 {
@@ -197,16 +179,16 @@ impl<V: Vector> Engine<'_, V> {
     fn own_step<const FIXED: bool>(&mut self) {
         let Some(OwnStep { method, error, work }) = &mut self.own else { return };
         let ends = &mut self.ends;
-        let times = [ends.t, ends.t1, ends.h()];
         let mut slope = Slope {
             model: ends.model,
-            times,
+            t: ends.t,
+            h: ends.h(),
             edges: ends.edges,
             start: ends.y.slice(),
             first: self.k[0].slice(),
             pieces: FIXED.then_some(&ends.pieces[..]),
             u: &mut ends.u_stage,
-            u_end: ends.nodes.end(),
+            nodes: &ends.nodes,
             evaluations: 0,
         };
         // What the method does not write ends the run.

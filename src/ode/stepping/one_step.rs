@@ -3,6 +3,7 @@
 use crate::contact::Piece;
 use crate::model::Model;
 use crate::ode::stepping::ends::side_of;
+use crate::ode::stepping::nodes::Nodes;
 use std::fmt;
 
 /// One step of a method of one's own. [`Stepped`](crate::ode::Stepped) makes a solver with fixed steps of it,
@@ -59,23 +60,24 @@ pub trait OneStep {
 /// [`OneStep`] has an example.
 pub struct Slope<'a> {
     pub(crate) model: &'a dyn Model,
-    /// Start of the step, its end, its length.
-    pub(crate) times: [f64; 3],
+    pub(crate) t: f64,
+    pub(crate) h: f64,
     pub(crate) edges: [f64; 2],
     pub(crate) start: &'a [f64],
     pub(crate) first: &'a [f64],
     /// `None`: by deflection.
     pub(crate) pieces: Option<&'a [Piece]>,
     pub(crate) u: &'a mut [f64],
-    /// Drives at the end of the step.
-    pub(crate) u_end: &'a [f64],
+    /// Drives at the middle and at the end of the step.
+    pub(crate) nodes: &'a Nodes,
     pub(crate) evaluations: u64,
 }
 
 impl fmt::Debug for Slope<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Slope")
-            .field("times", &self.times)
+            .field("t", &self.t)
+            .field("h", &self.h)
             .field("start", &self.start)
             .finish_non_exhaustive()
     }
@@ -84,11 +86,11 @@ impl fmt::Debug for Slope<'_> {
 impl Slope<'_> {
     /// Time t at the start of the step.
     pub fn t(&self) -> f64 {
-        self.times[0]
+        self.t
     }
     /// Length h of the step, in the time unit of the model.
     pub fn h(&self) -> f64 {
-        self.times[2]
+        self.h
     }
     /// The state y(t), 2 dof values.
     pub fn start(&self) -> &[f64] {
@@ -106,10 +108,12 @@ impl Slope<'_> {
             out.fill(f64::NAN);
             return;
         }
-        let u: &[f64] = if c == 1.0 {
-            self.u_end
+        let u: &[f64] = if c == 0.5 {
+            self.nodes.at(0)
+        } else if c == 1.0 {
+            self.nodes.end()
         } else {
-            let t = self.times[0] + c * self.times[2];
+            let t = self.t + c * self.h;
             self.model.redrive(&[t], side_of(t, self.edges), self.u);
             self.u
         };

@@ -13,8 +13,8 @@ use std::collections::VecDeque;
 use std::fmt;
 
 /// An engine of one's own: advances a run of a sweep by one period and reports what it measured there.
-/// [`ByPeriods`] makes a [`SweepEngine`] of it. The sweep does the rest: starts, the end of settling, period
-/// multiples, rows, threads, warm starts, progress, exponents and multipliers.
+/// [`ByPeriods`] makes a [`SweepEngine`] of it. The sweep itself chooses the starts, ends settling, finds
+/// period multiples, writes the rows, and computes exponents and multipliers.
 ///
 /// For another solver no engine is needed: [`Located`](crate::sweep::Located) takes every
 /// [`Integrator`](crate::Integrator).
@@ -82,7 +82,8 @@ pub trait PeriodEngine<M: Periodic>: Sync {
     }
 }
 
-/// The engine of a sweep that a [`PeriodEngine`] makes; its page has an example.
+/// The engine of a sweep whose runs a [`PeriodEngine`] makes, period by period. The page of `PeriodEngine`
+/// has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ByPeriods<E>(pub E);
 

@@ -34,7 +34,7 @@ impl<S: Number, A: Algebra<S>> Advance<S> for Here<A> {
 type Steps<S> = fn(&dyn Any, &DriveTable, Range<usize>, &mut Bundle<S>, InstructionSet);
 
 /// Numbers for which the library may contain the steps of a shape
-/// ([`Shape::LANES_IN_LIBRARY`]).
+/// (`Shape::LANES`).
 pub(crate) trait LaneNumber: Number {
     /// Whether it contains them.
     const IN_LIBRARY: bool;
@@ -92,8 +92,8 @@ impl<'m, G: Shape, S: LaneNumber> Compiled<'m, G, S> {
     /// the user. The condition is a constant, so that nothing is compiled twice.
     pub(crate) fn of(shape: &'m G) -> Self {
         let in_library =
-            if const { G::LANES_IN_LIBRARY && S::IN_LIBRARY } { S::steps_of_trains() } else { None };
-        let here = if const { G::LANES_IN_LIBRARY && S::IN_LIBRARY } { stay } else { steps::<G, S> };
+            if const { G::LANES.is_library && S::IN_LIBRARY } { S::steps_of_trains() } else { None };
+        let here = if const { G::LANES.is_library && S::IN_LIBRARY } { stay } else { steps::<G, S> };
         Compiled { shape, steps: in_library.unwrap_or(here) }
     }
 }

@@ -1,6 +1,7 @@
 //! Gear trains as a shape.
 
 use crate::contact::law_places::LawPlaces;
+use crate::contact::laws::nonlinearity::LanesOf;
 use crate::contact::{Backlash, Contact, Nonlinearity, PieceChoice};
 use crate::error::{ParameterError, check};
 use crate::excitation::{Angle, Side, Wave, earliest};
@@ -134,7 +135,7 @@ impl<N: Nonlinearity> TrainShape<N> {
 }
 
 impl<N: Nonlinearity> Shape for TrainShape<N> {
-    const LANES_IN_LIBRARY: bool = N::LANES_IN_LIBRARY;
+    const LANES: LanesOf = N::LANES;
     #[inline(always)]
     fn size(&self) -> Size {
         let contacts = self.teeth.len() + self.elements.journals.len();
