@@ -11,6 +11,9 @@ const PIVOTS_FROM: usize = 128;
 /// Smallest entry on the diagonal of R, as a share of the largest one, of equations that are independent.
 const INDEPENDENT: f64 = 1e-10;
 
+/// Largest singular value that counts as 0, of equations with rows and columns of size 1.
+const ZERO: f64 = 1e-13;
+
 /// The least x with A x = b, for at least as many unknowns as equations, or with the least residual if the
 /// equations depend on each other. `None`: the singular value decomposition does not converge.
 pub(crate) fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
@@ -28,8 +31,16 @@ pub(crate) fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Opti
             let x = factors.compute_thin_Q() * z;
             return Some(DVector::from_fn(matrix.ncols(), |i, _| x[(i, 0)]));
         }
+        let svd = Mat::from_fn(n, matrix.ncols(), |i, j| matrix[(i, j)]).thin_svd().ok()?;
+        let (u, s, v) = (svd.U(), svd.S(), svd.V());
+        let mut x = DVector::zeros(matrix.ncols());
+        for k in (0..n).filter(|&k| s[k] > ZERO) {
+            let along = (0..n).map(|i| u[(i, k)] * right[i]).sum::<f64>() / s[k];
+            x.iter_mut().enumerate().for_each(|(j, x)| *x += along * v[(j, k)]);
+        }
+        return Some(x);
     }
-    decomposition(matrix, true)?.solve(right, 1e-13).ok()
+    decomposition(matrix, true)?.solve(right, ZERO).ok()
 }
 
 #[cfg(test)]
