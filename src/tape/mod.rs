@@ -5,6 +5,7 @@
 //! results. The tape is evaluated order by order to Taylor series ([`Taylor`](crate::Taylor)), for any set of
 //! pieces.
 
+pub(crate) mod columns;
 pub(crate) mod form;
 pub(crate) mod node;
 pub(crate) mod operations;

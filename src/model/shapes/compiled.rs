@@ -7,11 +7,12 @@ use crate::model::channel::{Channel, index_of};
 use crate::model::equations::{Constants, Model, Offers, Periodic, each_row};
 use crate::model::expansion::expand::{Expand, Recorded};
 use crate::model::jacobian::Jacobian;
-use crate::model::shapes::dual_jacobian::dual_jacobian;
+use crate::model::shapes::dual_jacobian::{GROUPED_FROM, dual_jacobian};
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::model::shapes::waves::fourier_waves::FourierWaves;
 use crate::scalar::Scalar;
 use crate::series::Series;
+use crate::tape::columns::Columns;
 use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
 
@@ -71,6 +72,8 @@ pub(crate) struct Fixed<G> {
     waves: Option<FourierWaves>,
     /// The waves as Fourier series from samples, made when they are first needed.
     sampled: OnceLock<Option<FourierWaves>>,
+    /// Columns of the Jacobian that are made together, found when they are first needed.
+    columns: OnceLock<Option<Columns>>,
 }
 
 /// Maximum number of edges that are searched past an edge at t whose angle or time is rounded.
@@ -129,6 +132,12 @@ impl<G: Shape> Compiled<G> {
     #[inline]
     fn fast_waves(&self) -> Option<&FourierWaves> {
         self.fixed.waves.as_ref().filter(|waves| waves.is_fast)
+    }
+    /// Columns of the Jacobian that are made together. `None`: all are made one by one.
+    fn columns(&self) -> Option<&Columns> {
+        let grouped = 2 * self.size().dof >= GROUPED_FROM;
+        let found = || grouped.then(|| Columns::of(&self.record_with(&|_| None).0)).flatten();
+        self.fixed.columns.get_or_init(found).as_ref()
     }
     /// The shape.
     #[inline(always)]
@@ -223,7 +232,7 @@ pub(crate) fn own_drives(code: &dyn Code) -> Vec<f64> {
 impl<G: Shape> Fixed<G> {
     fn new(shape: G) -> Arc<Self> {
         let (names, waves) = (shape.names(), FourierWaves::of(&shape));
-        Arc::new(Fixed { shape, names, waves, sampled: OnceLock::new() })
+        Arc::new(Fixed { shape, names, waves, sampled: OnceLock::new(), columns: OnceLock::new() })
     }
 }
 
@@ -350,7 +359,7 @@ impl<G: Shape> Model for Compiled<G> {
         self.add_inertia(u, a);
     }
     fn jacobian(&self, pieces: Option<&[Piece]>, u: &[f64], q: &[f64], v: &[f64], out: &mut Jacobian) {
-        dual_jacobian(self.shape(), pieces, u, q, v, out);
+        dual_jacobian(self.shape(), self.columns(), pieces, u, q, v, out);
     }
     fn impact(&self, contact: usize, on: Piece, u: &[f64], q: &[f64], v: &mut [f64]) {
         self.shape().impact(contact, on, Drives::new(self.size().waves, u), q, v);

@@ -4,10 +4,13 @@ use crate::contact::{ByDeflection, FixedPieces, Piece, PieceChoice};
 use crate::dual::Dual;
 use crate::model::jacobian::Jacobian;
 use crate::model::shapes::shape::{Drives, Shape, Size};
+use crate::tape::columns::Columns;
 
 /// Writes the Jacobian of a shape by dual numbers, exact to rounding: by deflection or on given pieces.
+/// `columns`: those that one dual number holds together; `None`: each is alone.
 pub(crate) fn dual_jacobian<G: Shape>(
     shape: &G,
+    columns: Option<&Columns>,
     pieces: Option<&[Piece]>,
     u: &[f64],
     q: &[f64],
@@ -15,8 +18,8 @@ pub(crate) fn dual_jacobian<G: Shape>(
     out: &mut Jacobian,
 ) {
     match pieces {
-        None => slopes(shape, &ByDeflection, u, q, v, out),
-        Some(pieces) => slopes(shape, &FixedPieces(pieces), u, q, v, out),
+        None => slopes(shape, columns, &ByDeflection, u, q, v, out),
+        Some(pieces) => slopes(shape, columns, &FixedPieces(pieces), u, q, v, out),
     }
 }
 
@@ -73,39 +76,49 @@ fn with_numbers<const N: usize>(needed: usize, mut write: impl FnMut(&mut [Dual<
     }
 }
 
-/// Number of columns of the Jacobian from one evaluation of the algebra.
-const COLUMNS: usize = 4;
+/// Number of slopes of a dual number, each for a group of columns.
+const SLOPES: usize = 4;
 
-fn slopes<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(
+/// Number of columns that are worth a search for groups.
+pub(crate) const GROUPED_FROM: usize = 2 * SLOPES + 1;
+
+#[allow(clippy::too_many_arguments, reason = "the arguments of a Jacobian and how it is made")]
+fn slopes<G: Shape, L: PieceChoice<Dual<SLOPES>>>(
     shape: &G,
+    columns: Option<&Columns>,
     law: &L,
     u: &[f64],
     q: &[f64],
     v: &[f64],
     out: &mut Jacobian,
 ) {
-    with_numbers(u.len() + 3 * shape.size().dof, |numbers| slopes_in(numbers, shape, law, u, q, v, out));
+    let waves = shape.size().waves;
+    with_numbers(u.len() + 3 * q.len(), |numbers| {
+        for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
+            *number = x.into();
+        }
+        let (u, rest) = numbers.split_at_mut(u.len());
+        let (y, a) = rest.split_at_mut(2 * q.len());
+        let mut accel = |y: &[Dual<SLOPES>], a: &mut [Dual<SLOPES>]| {
+            shape.accel(law, Drives::new(waves, u), &y[..q.len()], &y[q.len()..], a);
+        };
+        match columns {
+            Some(columns) => in_groups(columns, &mut accel, y, a, out),
+            None => one_by_one(&mut accel, y, a, out),
+        }
+    });
 }
 
-fn slopes_in<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(
-    numbers: &mut [Dual<COLUMNS>],
-    shape: &G,
-    law: &L,
-    u: &[f64],
-    q: &[f64],
-    v: &[f64],
-    out: &mut Jacobian,
-) {
-    let (n, waves) = (shape.size().dof, shape.size().waves);
-    for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
-        *number = x.into();
-    }
-    let (u, rest) = numbers.split_at_mut(u.len());
-    let (y, a) = rest.split_at_mut(2 * n);
-    for first in (0..2 * n).step_by(COLUMNS) {
-        let columns = first..(first + COLUMNS).min(2 * n);
+/// Writes the accelerations of coordinates and velocities.
+type Accel<'a> = &'a mut dyn FnMut(&[Dual<SLOPES>], &mut [Dual<SLOPES>]);
+
+/// The columns one by one, four at a time.
+fn one_by_one(accel: Accel<'_>, y: &mut [Dual<SLOPES>], a: &mut [Dual<SLOPES>], out: &mut Jacobian) {
+    let n = a.len();
+    for first in (0..2 * n).step_by(SLOPES) {
+        let columns = first..(first + SLOPES).min(2 * n);
         columns.clone().for_each(|j| y[j] = Dual::along(y[j].value, j - first));
-        shape.accel(law, Drives::new(waves, u), &y[..n], &y[n..], a);
+        accel(y, a);
         for j in columns {
             y[j] = y[j].value.into();
             let (half, column) = if j < n { (&mut out.q, j) } else { (&mut out.v, j - n) };
@@ -113,5 +126,68 @@ fn slopes_in<G: Shape, L: PieceChoice<Dual<COLUMNS>>>(
                 half[(i, column)] = a.slope[j - first];
             }
         }
+    }
+}
+
+/// The columns in groups, four groups at a time.
+fn in_groups(
+    columns: &Columns,
+    accel: Accel<'_>,
+    y: &mut [Dual<SLOPES>],
+    a: &mut [Dual<SLOPES>],
+    out: &mut Jacobian,
+) {
+    let n = a.len();
+    out.q.fill(0.0);
+    out.v.fill(0.0);
+    for groups in columns.groups.chunks(SLOPES) {
+        let columns = || groups.iter().enumerate().flat_map(|(k, group)| group.iter().map(move |c| (k, c)));
+        columns().for_each(|(k, c)| y[c.index] = Dual::along(y[c.index].value, k));
+        accel(y, a);
+        for (k, c) in columns() {
+            y[c.index] = y[c.index].value.into();
+            let (half, j) = if c.index < n { (&mut out.q, c.index) } else { (&mut out.v, c.index - n) };
+            c.rows.iter().for_each(|&i| half[(i as usize, j)] = a[i as usize].slope[k]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::contact::Piece;
+    use crate::error::ParameterError;
+    use crate::excitation::Side;
+    use crate::model::Model;
+    use crate::model::jacobian::Jacobian;
+    use crate::model::shapes::dual_jacobian::dual_jacobian;
+    use crate::models::ring::{Frame, Ring, RingSet};
+    use crate::numeric::spread::golden;
+    use crate::tape::columns::Columns;
+
+    /// A gear of a ring is read by itself, its two neighbours and its shafts: the number of groups does not
+    /// grow with the ring. Grouped columns have the bits of columns made one by one.
+    #[test]
+    fn columns_in_groups() -> Result<(), ParameterError> {
+        for (gears, frame, most) in
+            [(5, Frame::Inertial, 12), (40, Frame::Inertial, 12), (7, Frame::Rigid, 20)]
+        {
+            let ring = Ring::as_printed(&RingSet::set_a(gears, 900.0).params()?)?.with_frame(frame);
+            let (n, columns) = (ring.dof(), Columns::of(&ring.record_shape().0).expect("all is recorded"));
+            assert!(columns.groups.len() <= most, "{gears} gears: {} groups", columns.groups.len());
+            let mut u = vec![0.0; ring.drives()];
+            ring.drive(0.3 * 0.01, Side::After, &mut u);
+            let state = |k: usize| (0..n).map(|i| 1e-4 * (golden((k + i) as f64) - 0.5)).collect::<Vec<_>>();
+            let (q, v, upper) = (state(0), state(n), vec![Piece::Upper; ring.contacts()]);
+            for pieces in [None, Some(&upper[..])] {
+                let (mut grouped, mut alone) = (Jacobian::new(n), Jacobian::new(n));
+                grouped.q.fill(7.0);
+                dual_jacobian(ring.shape(), Some(&columns), pieces, &u, &q, &v, &mut grouped);
+                dual_jacobian(ring.shape(), None, pieces, &u, &q, &v, &mut alone);
+                let filled = alone.q.iter().filter(|x| **x != 0.0).count();
+                assert!(pieces.is_none() || filled >= 3 * (n - 2), "{filled} of {n}");
+                assert_eq!(grouped, alone);
+            }
+        }
+        Ok(())
     }
 }
