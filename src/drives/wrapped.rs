@@ -143,6 +143,16 @@ impl<M: Model, R: DriveRule<M>> Expand for Wrapped<M, R> {
             None => Recorded(Recording::new(self.dof(), self.drives()).finish(Vec::new(), Vec::new())),
         }
     }
+    fn entries(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        entry: &mut dyn FnMut(usize, usize, f64),
+    ) -> bool {
+        self.model.offers().expansion.is_some_and(|expanded| expanded.entries(pieces, u, q, v, entry))
+    }
     fn drive_series(&self, t: f64, coefficients: usize, u: &mut [Series]) {
         self.rule.series(&self.model, t, coefficients, u);
     }

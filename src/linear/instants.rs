@@ -2,8 +2,9 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
-use crate::model::structure::slopes::{Slopes, accelerate};
+use crate::model::structure::slopes::{Slopes, accelerate, offered};
 use crate::model::{Model, Periodic};
+use crate::numeric::equations::entries::Entries;
 use crate::numeric::gauss::FIVE;
 use nalgebra::DMatrix;
 
@@ -112,6 +113,31 @@ impl<'m> Mean<'m> {
         for (weight, u) in self.instants.iter() {
             slopes.at(pieces, u, q, &self.rest);
             mean.zip_apply(&slopes.jacobian.q, |mean, here| *mean += weight * here);
+        }
+        mean
+    }
+
+    /// The mean of -∂a/∂q as sparse entries.
+    pub(crate) fn stiffness(&self, slopes: &mut Slopes<'m>, pieces: Option<&[Piece]>, q: &[f64]) -> Entries {
+        let (n, mut mean) = (q.len(), Entries::default());
+        mean.n = n;
+        let (expansion, pieces) = (self.model.offers().expansion, offered(self.model, pieces));
+        for (k, (weight, u)) in self.instants.iter().enumerate() {
+            let mut next = 0;
+            let mut add = |i: usize, j: usize, slope: f64| {
+                if j < n && k == 0 {
+                    mean.list.push((i, j, -weight * slope));
+                } else if j < n {
+                    mean.list[next].2 -= weight * slope;
+                    next += 1;
+                }
+            };
+            if !expansion.is_some_and(|model| model.entries(pieces, u, q, &self.rest, &mut add)) {
+                let full = self.jacobian(slopes, pieces, q);
+                let places = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
+                let filled = places.filter(|&at| full[at] != 0.0);
+                return Entries { n, list: filled.map(|(i, j)| (i, j, -full[(i, j)])).collect() };
+            }
         }
         mean
     }

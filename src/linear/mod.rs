@@ -4,10 +4,10 @@
 //! gives natural frequencies, shapes and damping; [`Campbell`] the speeds at which an order of excitation
 //! meets a natural frequency ([`Resonance`]).
 
+pub(crate) mod balanced;
 pub(crate) mod campbell;
 pub(crate) mod damped;
 pub(crate) mod instants;
-pub(crate) mod least;
 pub(crate) mod modes;
 pub(crate) mod rank;
 pub(crate) mod resolution;

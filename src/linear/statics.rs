@@ -2,15 +2,13 @@
 
 use crate::contact::{Contact, Piece};
 use crate::error::check;
+use crate::linear::balanced::{AtRest, BALANCED};
 use crate::linear::instants::{Instants, Mean, mean_contacts, smooth_intervals};
-use crate::linear::least::least_solution;
 use crate::linear::modes::LinearError;
 use crate::model::structure::rigid::rigid_modes;
-use crate::model::structure::slopes::Slopes;
 use crate::model::{Periodic, State};
-use faer::Mat;
-use faer::linalg::solvers::Solve;
-use nalgebra::{DMatrix, DVector};
+use crate::numeric::norms::largest;
+use nalgebra::DMatrix;
 
 /// A static state: deflections under the mean load, or under that at one instant, without motion.
 ///
@@ -47,14 +45,12 @@ pub struct StaticState {
     pub acceleration: Vec<f64>,
 }
 
-/// Accelerations that are left in balance, as a share of the load.
-const BALANCED: f64 = 1e-9;
-
-/// Maximum number of contact states that are tried, and of Newton steps in each.
+/// Maximum number of contact states that are tried, and of steps of implicit Euler.
 const TRIES: usize = 64;
 
-/// Maximum number of Newton steps for one step of implicit Euler.
-const NEWTON_STEPS: usize = 30;
+/// Number of steps of implicit Euler, each eight times longer than the one before, after which bodies that
+/// have not moved rest.
+const RESTS: usize = 12;
 
 /// Maximum number of intervals between two edges of the drives in the mean over a period.
 const INTERVALS: usize = 16_384;
@@ -85,11 +81,13 @@ const CONFIRMED: usize = 128;
 /// load, up to some 5000, and confirmed with 640: a smooth pulse narrower than 1/750 of the period may be
 /// missed. In a period with more than 16 384 edges the mean is that of 65 537 evenly spaced instants.
 ///
-/// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to
-/// the gap if both flanks pull. The load may be shared by contacts for which this search does not end. The
-/// bodies then move from their position on all upper flanks until they rest. Their velocity is q' = a(q), the
-/// mean acceleration of bodies that rest in q. Implicit Euler steps follow this motion. The steps grow while
-/// Newton's method converges. The potential energy falls in the motion if no stiffness is negative.
+/// Every contact is on its upper flank at first; it changes to the lower flank if it pulls there, and to the
+/// gap if both flanks pull. The load may be shared by contacts for which this search does not end. The bodies
+/// then move from their position on all upper flanks until they rest. Their velocity is q' = a(q), the mean
+/// acceleration of bodies that rest in q. Implicit Euler steps follow this motion. The steps grow while
+/// Newton's method converges. The potential energy falls in the motion if no stiffness is negative. A contact
+/// acts by its deflection at each instant, and if no state follows, by its mean deflection: the teeth of a
+/// ring under a light load touch in some instants only.
 ///
 /// If no pieces carry the mean load for the whole period, as with a lever that varies over the period, the
 /// state is that at t = 0 and says so ([`StaticState::instant`]).
@@ -156,21 +154,23 @@ fn with_contacts(found: StaticState, model: &dyn Periodic, bounds: &[f64], panel
 
 /// The search for a static state.
 struct Search<'m> {
-    t: f64,
-    mean: Mean<'m>,
-    /// Directions of rigid motions, one in each column.
-    rigid: &'m DMatrix<f64>,
+    at_rest: AtRest<'m>,
 }
 
 impl<'m> Search<'m> {
     fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
-        Search { t, mean: Mean::new(model, instants), rigid }
+        Search { at_rest: AtRest { t, mean: Mean::new(model, instants), rigid } }
     }
 
     fn find(&self) -> Result<StaticState, LinearError> {
         match self.by_flanks() {
             Err(error @ (LinearError::Free { .. } | LinearError::NoContactState { .. })) => {
-                self.by_descent()?.ok_or(error)
+                for is_mean in [false, true] {
+                    if let Some(found) = self.by_descent(is_mean)? {
+                        return Ok(found);
+                    }
+                }
+                Err(error)
             }
             found => found,
         }
@@ -179,18 +179,20 @@ impl<'m> Search<'m> {
     /// Whether a state that was found with fewer instants balances.
     fn confirms(&self, found: &StaticState) -> bool {
         let pieces = &found.pieces[..];
-        let (a, load) = (self.mean.acceleration(Some(pieces), &found.state.q), self.mean.load(pieces));
+        let mean = &self.at_rest.mean;
+        let (a, load) = (mean.acceleration(Some(pieces), &found.state.q), mean.load(pieces));
         a.iter().zip(&found.acceleration).all(|(a, before)| (a - before).abs() <= BALANCED * load)
     }
 
     /// Upper flanks first; a contact that pulls changes its piece.
     fn by_flanks(&self) -> Result<StaticState, LinearError> {
-        let mut pieces = vec![Piece::Upper; self.mean.model.contacts()];
+        let mean = &self.at_rest.mean;
+        let mut pieces = vec![Piece::Upper; mean.model.contacts()];
         // Flanks that a contact has left because it pulled.
         let mut left = vec![[false; 2]; pieces.len()];
         for _ in 0..TRIES {
-            let (q, acceleration) = self.balanced(&pieces, &self.mean.rest)?;
-            let contacts = self.mean.contacts(&q);
+            let (q, acceleration) = self.at_rest.balanced(&pieces, &mean.rest)?;
+            let contacts = mean.contacts(&q);
             let found: Vec<Piece> =
                 (0..pieces.len()).map(|i| next_piece(pieces[i], &contacts[i], &mut left[i])).collect();
             if found == pieces {
@@ -201,30 +203,37 @@ impl<'m> Search<'m> {
         Err(LinearError::NoContactState { tried: TRIES })
     }
 
-    /// The end of the motion q' = a(u, q, 0), without its rigid part. `None`: it does not come to rest.
-    fn by_descent(&self) -> Result<Option<StaticState>, LinearError> {
-        let (n, upper) = (self.mean.rest.len(), vec![Piece::Upper; self.mean.model.contacts()]);
-        let mut q = self.balanced(&upper, &self.mean.rest).map_or(self.mean.rest.clone(), |(q, _)| q);
-        let mut slopes = Slopes::new(self.mean.model, vec![1.0; 2 * n], 0.0);
+    /// The end of the motion q' = a(q), without its rigid part. `None`: no contact state of this motion
+    /// balances. `is_mean`: each contact acts by its mean deflection, and by that at each instant otherwise.
+    fn by_descent(&self, is_mean: bool) -> Result<Option<StaticState>, LinearError> {
+        let mean = &self.at_rest.mean;
+        let upper = vec![Piece::Upper; mean.model.contacts()];
+        let balanced = self.at_rest.balanced(&upper, &mean.rest);
+        let mut q = balanced.map_or(mean.rest.clone(), |(q, _)| q);
+        let mut slopes = self.at_rest.slopes();
+        let at = |q: &[f64]| mean.contacts(q).iter().map(piece_at).collect::<Vec<_>>();
+        let on = |q: &[f64]| is_mean.then(|| at(q));
         // The inverse of the first step is the largest stiffness.
-        let mut inverse = self.mean.jacobian(&mut slopes, Some(&upper), &q).amax();
-        let mut refused = None;
+        let mut inverse = mean.stiffness(&mut slopes, Some(&upper), &q).largest();
+        let (mut refused, mut rests) = (None, 0);
         for _ in 0..TRIES {
-            if !(inverse.is_finite() && inverse > 0.0) {
+            if !(inverse.is_finite() && inverse > 0.0 && rests < RESTS) {
                 return Ok(None);
             }
-            let Some(next) = self.step(&mut slopes, &q, inverse) else {
+            let Some(next) = self.at_rest.euler(&mut slopes, &on, &q, inverse) else {
                 inverse *= 16.0;
                 continue;
             };
+            let moved = q.iter().zip(&next).fold(0.0f64, |most, (x, y)| most.max((x - y).abs()));
+            rests = if moved <= 1e-12 * largest(&next) { rests + 1 } else { 0 };
             q = next;
             inverse /= 8.0;
-            let pieces: Vec<Piece> = self.mean.contacts(&q).iter().map(piece_at).collect();
+            let pieces = at(&q);
             if refused.as_ref() == Some(&pieces) {
                 continue;
             }
-            if let Ok((q, acceleration)) = self.balanced(&pieces, &q) {
-                let contacts = self.mean.contacts(&q);
+            if let Ok((q, acceleration)) = self.at_rest.balanced(&pieces, &q) {
+                let contacts = mean.contacts(&q);
                 let mut left = vec![[true; 2]; pieces.len()];
                 let rests = |i: usize| next_piece(pieces[i], &contacts[i], &mut left[i]) == pieces[i];
                 if (0..pieces.len()).all(rests) {
@@ -243,107 +252,14 @@ impl<'m> Search<'m> {
         pieces: Vec<Piece>,
         acceleration: Vec<f64>,
     ) -> StaticState {
+        let AtRest { t, mean, .. } = &self.at_rest;
         StaticState {
-            instant: self.mean.is_of_one_instant().then_some(self.t),
-            state: State { t: self.t, q, v: self.mean.rest.clone() },
+            instant: mean.is_of_one_instant().then_some(*t),
+            state: State { t: *t, q, v: mean.rest.clone() },
             contacts,
             pieces,
             acceleration,
         }
-    }
-
-    /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method with
-    /// the least change of coordinates from `from`.
-    fn balanced(&self, pieces: &[Piece], from: &[f64]) -> Result<(Vec<f64>, Vec<f64>), LinearError> {
-        let Search { t, mean: Mean { model, rest, .. }, rigid } = self;
-        let (t, n, load) = (*t, rest.len(), self.mean.load(pieces));
-        let (mut q, mut a) = (from.to_vec(), self.mean.acceleration(Some(pieces), from));
-        let mut slopes = Slopes::new(*model, vec![1.0; 2 * n], 0.0);
-        let mut left = f64::INFINITY;
-        for _ in 0..TRIES {
-            let jacobian = self.mean.jacobian(&mut slopes, Some(pieces), &q);
-            if jacobian.iter().chain(&a).any(|x| !x.is_finite()) {
-                return Err(LinearError::NotFinite { t });
-            }
-            // J dq - r α = -a: α are the accelerations along the rigid motions. Rows and columns are scaled
-            // to 1.
-            let unit = |largest: f64| if largest > 0.0 { 1.0 / largest } else { 1.0 };
-            let scale: Vec<f64> = (0..n).map(|i| unit(jacobian.row(i).amax())).collect();
-            let mut matrix = DMatrix::from_fn(n, n + rigid.ncols(), |i, j| {
-                scale[i] * if j < n { jacobian[(i, j)] } else { -rigid[(i, j - n)] }
-            });
-            let columns: Vec<f64> = matrix.column_iter().map(|column| unit(column.amax())).collect();
-            for (mut column, scale) in matrix.column_iter_mut().zip(&columns) {
-                column *= *scale;
-            }
-            let right = DVector::from_fn(n, |i, _| -a[i] * scale[i]);
-            if matrix.iter().chain(right.iter()).any(|x| !x.is_finite()) {
-                return Err(LinearError::NotFinite { t });
-            }
-            let mut step = least_solution(matrix, &right).ok_or(LinearError::NotConverged { rows: n })?;
-            step.iter_mut().zip(&columns).for_each(|(step, scale)| *step *= scale);
-            let stepped = q.iter().zip(step.iter()).map(|(q, step)| q + step).collect();
-            let change = (0..n).fold(0.0f64, |most, i| most.max(step[i].abs()));
-            q = stepped;
-            a = self.mean.acceleration(Some(pieces), &q);
-            let alpha = DVector::from_fn(rigid.ncols(), |j, _| step[n + j]);
-            let drift = *rigid * &alpha;
-            left = a.iter().zip(drift.iter()).fold(0.0f64, |most, (a, d)| most.max((a - d).abs()));
-            if q.iter().any(|q| !q.is_finite()) || !left.is_finite() {
-                return Err(LinearError::NotFinite { t });
-            }
-            let most = q.iter().fold(0.0f64, |most, q| most.max(q.abs()));
-            if left <= BALANCED * load && change <= 1e-12 * most.max(f64::MIN_POSITIVE) || left == 0.0 {
-                break;
-            }
-        }
-        if left.is_nan() || load.is_nan() || q.iter().any(|q| !q.is_finite()) {
-            return Err(LinearError::NotFinite { t });
-        }
-        if left > 1e-6 * load {
-            return Err(LinearError::Free { residual: left / load });
-        }
-        Ok((q, a))
-    }
-
-    /// A step of implicit Euler from q, (x - q)/h = a(x) - r α with x - q orthogonal to the rigid motions
-    /// r, by Newton's method. `None`: Newton's method does not converge.
-    fn step(&self, slopes: &mut Slopes<'m>, q: &[f64], inverse: f64) -> Option<Vec<f64>> {
-        let (n, k) = (q.len(), self.rigid.ncols());
-        let mut x = q.to_vec();
-        for _ in 0..NEWTON_STEPS {
-            let (a, j) = (self.mean.acceleration(None, &x), self.mean.jacobian(slopes, None, &x));
-            let matrix = Mat::from_fn(n + k, n + k, |row, column| match (row < n, column < n) {
-                (true, true) => {
-                    if row == column {
-                        inverse - j[(row, row)]
-                    } else {
-                        -j[(row, column)]
-                    }
-                }
-                (true, false) => self.rigid[(row, column - n)],
-                (false, true) => self.rigid[(column, row - n)],
-                (false, false) => 0.0,
-            });
-            let right =
-                Mat::from_fn(
-                    n + k,
-                    1,
-                    |row, _| if row < n { a[row] - (x[row] - q[row]) * inverse } else { 0.0 },
-                );
-            let step = matrix.partial_piv_lu().solve(&right);
-            let largest =
-                |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |most: f64, x| most.max(x.abs()));
-            (0..n).for_each(|i| x[i] += step[(i, 0)]);
-            if !x.iter().all(|x| x.is_finite()) {
-                return None;
-            }
-            let change = largest(&mut (0..n).map(|i| step[(i, 0)]));
-            if change <= 1e-12 * largest(&mut x.iter().copied()) {
-                return Some(x);
-            }
-        }
-        None
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod chi_square;
 pub(crate) mod differences;
+pub(crate) mod equations;
 pub(crate) mod gauss;
 pub(crate) mod lagrange;
 pub(crate) mod moments;

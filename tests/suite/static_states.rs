@@ -2,10 +2,12 @@
 
 use crate::api::*;
 use crate::common::random::Random;
+use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::{Fourier, RectangularWave};
 use gear_dynamics::linear::static_state;
+use gear_dynamics::models::ring::{RingSet, Shaft};
 use gear_dynamics::trains::{Body, MeshPart, Parts, ShaftPart, two_stage};
-use gear_dynamics::{Dop853, Wave};
+use gear_dynamics::{Dop853, Ring, Wave};
 
 /// A motor, a shaft, a pinion and a wheel, under a torque with a ripple.
 fn ripple(factor: Wave, stiffness: Wave) -> Parts {
@@ -265,6 +267,41 @@ fn the_mean_force_of_parting_teeth_is_that_of_the_whole_period() {
             let mean = (0..count).map(force).sum::<f64>() / f64::from(count);
             let off = (rest.contacts[0].force - mean).abs();
             assert!(off < 2e-4 * mean, "{teeth:?} {ripple:?}: {} {mean}", rest.contacts[0].force);
+        }
+    }
+}
+
+/// Gear 1 of a ring drives all others in both directions, each with the same torque T: along each half the force of the
+/// meshes falls by T/R from gear to gear. One half is on upper flanks, the other one on lower flanks. All flanks of one
+/// kind pull, since the gaps do not add up around the ring. 12 gears have full equations, 80 sparse ones.
+#[test]
+fn a_ring_carries_its_load_on_both_flanks() {
+    for gears in [12, 80] {
+        let (torque, radius) = (20.0, 0.0564);
+        let stiff = Shaft { stiffness: 3e5, damping: 1.0 };
+        let set = RingSet {
+            gear_inertia: 1.5e-3,
+            load_inertia: 1.5e-3,
+            base_radius: radius,
+            motor_shaft: stiff,
+            output_shaft: stiff,
+            mesh_stiffness: 1e8,
+            stiffness_harmonics: vec![0.2],
+            error: 1e-7,
+            motor_torque: torque * gears as f64,
+            load_torque: torque,
+            ..RingSet::set_a(gears, 1000.0)
+        };
+        let ring = Ring::as_printed(&set.params().unwrap()).unwrap();
+        let rest = static_state(&ring, None).unwrap();
+        assert_eq!(rest.instant, None, "{gears} gears");
+        let count = |piece| rest.pieces.iter().filter(|p| **p == piece).count();
+        let carried = [count(Piece::Upper), count(Piece::Lower)];
+        assert!(carried.iter().all(|&n| n.abs_diff(gears / 2) <= 1), "{gears} gears: {carried:?}");
+        let forces: Vec<f64> = rest.contacts.iter().map(|c| c.force).collect();
+        let drop = torque / radius;
+        for pair in forces.windows(2) {
+            assert!(((pair[0] - pair[1]).abs() - drop).abs() < 1e-6 * drop, "{gears}: {pair:?} {drop}");
         }
     }
 }

@@ -38,6 +38,20 @@ pub trait Expand {
         let _ = needed;
         self.drive_series(t, coefficients, u);
     }
+    /// Calls `entry` with row, column and value of every entry of ∂a/∂(q, v) that is not always 0; columns of
+    /// the velocities follow those of the coordinates. `false`: the entries are not known.
+    #[doc(hidden)]
+    fn entries(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        entry: &mut dyn FnMut(usize, usize, f64),
+    ) -> bool {
+        let _ = (pieces, u, q, v, entry);
+        false
+    }
     /// The model with enclosed drives, for a [certificate](crate::certify). `given`: constants by name that
     /// are intervals; all others are the numbers of the model. Default: `None`, a model that cannot be
     /// enclosed.

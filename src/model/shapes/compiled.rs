@@ -134,7 +134,7 @@ impl<G: Shape> Compiled<G> {
         self.fixed.waves.as_ref().filter(|waves| waves.is_fast)
     }
     /// Columns of the Jacobian that are made together. `None`: all are made one by one.
-    fn columns(&self) -> Option<&Columns> {
+    pub(crate) fn columns(&self) -> Option<&Columns> {
         let grouped = 2 * self.size().dof >= GROUPED_FROM;
         let found = || grouped.then(|| Columns::of(&self.record_with(&|_| None).0)).flatten();
         self.fixed.columns.get_or_init(found).as_ref()

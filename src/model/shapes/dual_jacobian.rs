@@ -17,10 +17,26 @@ pub(crate) fn dual_jacobian<G: Shape>(
     v: &[f64],
     out: &mut Jacobian,
 ) {
-    match pieces {
-        None => slopes(shape, columns, &ByDeflection, u, q, v, out),
-        Some(pieces) => slopes(shape, columns, &FixedPieces(pieces), u, q, v, out),
-    }
+    let Some(columns) = columns else {
+        return slopes(shape, pieces, u, q, v, Way::Alone(out));
+    };
+    let n = q.len();
+    out.q.fill(0.0);
+    out.v.fill(0.0);
+    let mut write = |i: usize, j: usize, slope: f64| match j.checked_sub(n) {
+        None => out.q[(i, j)] = slope,
+        Some(j) => out.v[(i, j)] = slope,
+    };
+    slopes(shape, pieces, u, q, v, Way::Grouped(columns, &mut write));
+}
+
+/// How the columns of a Jacobian are made, and where they go.
+pub(crate) enum Way<'a> {
+    /// One by one.
+    Alone(&'a mut Jacobian),
+    /// In groups: row, column and value of each entry that is not always 0. The columns of the velocities
+    /// follow those of the coordinates.
+    Grouped(&'a Columns, &'a mut dyn FnMut(usize, usize, f64)),
 }
 
 /// Writes Σ_k ∂a/∂u_k w_k by dual numbers, exact to rounding: by deflection or on given pieces.
@@ -82,29 +98,42 @@ const SLOPES: usize = 4;
 /// Number of columns that are worth a search for groups.
 pub(crate) const GROUPED_FROM: usize = 2 * SLOPES + 1;
 
-#[allow(clippy::too_many_arguments, reason = "the arguments of a Jacobian and how it is made")]
-fn slopes<G: Shape, L: PieceChoice<Dual<SLOPES>>>(
+/// The entries of the Jacobian: by deflection or on given pieces.
+pub(crate) fn slopes<G: Shape>(
     shape: &G,
-    columns: Option<&Columns>,
+    pieces: Option<&[Piece]>,
+    u: &[f64],
+    q: &[f64],
+    v: &[f64],
+    way: Way<'_>,
+) {
+    match pieces {
+        None => slopes_by(shape, &ByDeflection, u, q, v, way),
+        Some(pieces) => slopes_by(shape, &FixedPieces(pieces), u, q, v, way),
+    }
+}
+
+fn slopes_by<G: Shape, L: PieceChoice<Dual<SLOPES>>>(
+    shape: &G,
     law: &L,
     u: &[f64],
     q: &[f64],
     v: &[f64],
-    out: &mut Jacobian,
+    mut way: Way<'_>,
 ) {
-    let waves = shape.size().waves;
-    with_numbers(u.len() + 3 * q.len(), |numbers| {
+    let (n, waves) = (shape.size().dof, shape.size().waves);
+    with_numbers(u.len() + 3 * n, |numbers| {
         for (number, &x) in numbers.iter_mut().zip(u.iter().chain(q).chain(v)) {
             *number = x.into();
         }
         let (u, rest) = numbers.split_at_mut(u.len());
-        let (y, a) = rest.split_at_mut(2 * q.len());
+        let (y, a) = rest.split_at_mut(2 * n);
         let mut accel = |y: &[Dual<SLOPES>], a: &mut [Dual<SLOPES>]| {
-            shape.accel(law, Drives::new(waves, u), &y[..q.len()], &y[q.len()..], a);
+            shape.accel(law, Drives::new(waves, u), &y[..n], &y[n..], a);
         };
-        match columns {
-            Some(columns) => in_groups(columns, &mut accel, y, a, out),
-            None => one_by_one(&mut accel, y, a, out),
+        match &mut way {
+            Way::Grouped(columns, entry) => in_groups(columns, &mut accel, y, a, entry),
+            Way::Alone(out) => one_by_one(&mut accel, y, a, out),
         }
     });
 }
@@ -135,19 +164,15 @@ fn in_groups(
     accel: Accel<'_>,
     y: &mut [Dual<SLOPES>],
     a: &mut [Dual<SLOPES>],
-    out: &mut Jacobian,
+    entry: &mut dyn FnMut(usize, usize, f64),
 ) {
-    let n = a.len();
-    out.q.fill(0.0);
-    out.v.fill(0.0);
     for groups in columns.groups.chunks(SLOPES) {
         let columns = || groups.iter().enumerate().flat_map(|(k, group)| group.iter().map(move |c| (k, c)));
         columns().for_each(|(k, c)| y[c.index] = Dual::along(y[c.index].value, k));
         accel(y, a);
         for (k, c) in columns() {
             y[c.index] = y[c.index].value.into();
-            let (half, j) = if c.index < n { (&mut out.q, c.index) } else { (&mut out.v, c.index - n) };
-            c.rows.iter().for_each(|&i| half[(i as usize, j)] = a[i as usize].slope[k]);
+            c.rows.iter().for_each(|&i| entry(i as usize, c.index, a[i as usize].slope[k]));
         }
     }
 }

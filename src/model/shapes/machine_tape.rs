@@ -1,10 +1,12 @@
 //! Machines as tapes.
 
+use crate::contact::Piece;
 use crate::error::ParameterError;
 use crate::excitation::Side;
 use crate::interval::number::Interval;
 use crate::model::expansion::expand::{Enclosed, Expand, Recorded};
 use crate::model::shapes::compiled::{Code, Compiled, own_drives};
+use crate::model::shapes::dual_jacobian::{Way, slopes};
 use crate::model::shapes::enclosed::EnclosedMachine;
 use crate::model::shapes::shape::{Drives, Shape, Size};
 use crate::series::Series;
@@ -48,6 +50,20 @@ impl<G: Shape> Expand for Compiled<G> {
         }
         let angle = Series::variable(speed * t, speed, coefficients);
         self.shape().waves_again(angle, Side::After, &mut u[..waves]);
+    }
+    fn entries(
+        &self,
+        pieces: Option<&[Piece]>,
+        u: &[f64],
+        q: &[f64],
+        v: &[f64],
+        entry: &mut dyn FnMut(usize, usize, f64),
+    ) -> bool {
+        let columns = self.columns();
+        if let Some(columns) = columns {
+            slopes(self.shape(), pieces, u, q, v, Way::Grouped(columns, entry));
+        }
+        columns.is_some()
     }
     fn enclosed(&self, given: &[(&str, Interval)]) -> Result<Option<Box<dyn Enclosed + '_>>, ParameterError> {
         Ok(Some(Box::new(EnclosedMachine::new(self, given)?)))

@@ -95,11 +95,13 @@ fn coordinates(n: usize) -> Vec<Vec<f64>> {
 /// Divides each row by its largest entry: small inertias make rows large, and a soft spring of a large
 /// inertia resists as a stiff one.
 fn level(rows: &mut DMatrix<f64>) {
-    for mut row in rows.row_iter_mut() {
-        let largest = row.amax();
-        if largest > 0.0 {
-            row /= largest;
-        }
+    let mut largest = vec![0.0f64; rows.nrows()];
+    for column in rows.column_iter() {
+        largest.iter_mut().zip(column).for_each(|(largest, x)| *largest = largest.max(x.abs()));
+    }
+    for mut column in rows.column_iter_mut() {
+        let filled = column.iter_mut().zip(&largest).filter(|(x, _)| **x != 0.0);
+        filled.for_each(|(x, largest)| *x /= largest);
     }
 }
 
@@ -127,7 +129,8 @@ impl Free {
         let n = self.size.len();
         let mut sum = DMatrix::<f64>::zeros(n, n);
         for (i, rows) in jacobians.iter().filter(|rows| rows.nrows() == n).enumerate() {
-            sum += rows * (0.5 + golden((i + 1) as f64));
+            let weight = 0.5 + golden((i + 1) as f64);
+            sum.zip_apply(rows, |sum, x| *sum += x * weight);
         }
         let norms = sum.column_iter().map(|column| column.norm());
         let size: Vec<f64> = norms.map(|size| if size > 0.0 { size } else { 1.0 }).collect();
@@ -212,15 +215,15 @@ impl Free {
         let (mut squares, mut along) = (0.0, 0.0);
         let sizes: Vec<f64> = self.size.iter().map(|&size| if size > 0.0 { size } else { 1.0 }).collect();
         for rows in jacobians {
-            for i in 0..rows.nrows() {
-                let mut sum = 0.0;
-                for (j, (x, size)) in self.basis[0].iter().zip(&sizes).enumerate() {
-                    let scaled = rows[(i, j)] / size;
+            let mut sums = vec![0.0; rows.nrows()];
+            for (column, (x, size)) in rows.column_iter().zip(self.basis[0].iter().zip(&sizes)) {
+                for (entry, sum) in column.iter().zip(&mut sums).filter(|(entry, _)| **entry != 0.0) {
+                    let scaled = entry / size;
                     squares += scaled * scaled;
-                    sum += scaled * x;
+                    *sum += scaled * x;
                 }
-                along += sum * sum;
             }
+            along += norms::dot(&sums, &sums);
         }
         if squares == 0.0 {
             return;

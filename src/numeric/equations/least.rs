@@ -4,48 +4,37 @@ use crate::numeric::norms::decomposition;
 use faer::Mat;
 use nalgebra::{DMatrix, DVector};
 
-/// Number of equations from which a factorisation with pivots is tried before a singular value
-/// decomposition, which takes longer.
+/// Number of equations from which a factorisation with pivots replaces a singular value decomposition, which
+/// takes longer.
 const PIVOTS_FROM: usize = 128;
 
-/// Smallest entry on the diagonal of R, as a share of the largest one, of equations that are independent.
-const INDEPENDENT: f64 = 1e-10;
-
-/// Largest singular value that counts as 0, of equations with rows and columns of size 1.
+/// Largest singular value that counts as 0, of equations with rows and columns of size 1; with pivots the
+/// largest entry on the diagonal of R, as a share of the first one.
 const ZERO: f64 = 1e-13;
 
-/// The least x with A x = b, for at least as many unknowns as equations, or with the least residual if the
-/// equations depend on each other. `None`: the singular value decomposition does not converge.
+/// The least x with A x = b, for at least as many unknowns as equations. If the equations depend on each
+/// other: the least x with the least residual; from 128 equations on, the least x that solves those equations
+/// that the pivots choose. `None`: the singular value decomposition does not converge.
 pub(crate) fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let n = matrix.nrows();
-    if n >= PIVOTS_FROM {
-        // Aᵀ = Q R with the columns in another order: Rᵀ z = b and x = Q z.
-        let factors = Mat::from_fn(matrix.ncols(), n, |i, j| matrix[(j, i)]).col_piv_qr();
-        let (r, order) = (factors.thin_R(), factors.P().arrays().0);
-        if r[(n - 1, n - 1)].abs() > INDEPENDENT * r[(0, 0)].abs() {
-            let mut z = Mat::<f64>::zeros(n, 1);
-            for j in 0..n {
-                let known: f64 = (0..j).map(|i| r[(i, j)] * z[(i, 0)]).sum();
-                z[(j, 0)] = (right[order[j]] - known) / r[(j, j)];
-            }
-            let x = factors.compute_thin_Q() * z;
-            return Some(DVector::from_fn(matrix.ncols(), |i, _| x[(i, 0)]));
-        }
-        let svd = Mat::from_fn(n, matrix.ncols(), |i, j| matrix[(i, j)]).thin_svd().ok()?;
-        let (u, s, v) = (svd.U(), svd.S(), svd.V());
-        let mut x = DVector::zeros(matrix.ncols());
-        for k in (0..n).filter(|&k| s[k] > ZERO) {
-            let along = (0..n).map(|i| u[(i, k)] * right[i]).sum::<f64>() / s[k];
-            x.iter_mut().enumerate().for_each(|(j, x)| *x += along * v[(j, k)]);
-        }
-        return Some(x);
+    if n < PIVOTS_FROM {
+        return decomposition(matrix, true)?.solve(right, ZERO).ok();
     }
-    decomposition(matrix, true)?.solve(right, ZERO).ok()
+    // Aᵀ = Q R with the columns in another order: Rᵀ z = b and x = Q z.
+    let factors = Mat::from_fn(matrix.ncols(), n, |i, j| matrix[(j, i)]).col_piv_qr();
+    let (r, order) = (factors.thin_R(), factors.P().arrays().0);
+    let mut z = Mat::<f64>::zeros(n, 1);
+    for j in (0..n).take_while(|&j| r[(j, j)].abs() > ZERO * r[(0, 0)].abs()) {
+        let known: f64 = (0..j).map(|i| r[(i, j)] * z[(i, 0)]).sum();
+        z[(j, 0)] = (right[order[j]] - known) / r[(j, j)];
+    }
+    let x = factors.compute_thin_Q() * z;
+    Some(DVector::from_fn(matrix.ncols(), |i, _| x[(i, 0)]))
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::linear::least::{PIVOTS_FROM, least_solution};
+    use crate::numeric::equations::least::{PIVOTS_FROM, least_solution};
     use nalgebra::{DMatrix, DVector};
 
     /// Both ways: equations of a chain that is held at one end, with one unknown too many; the same with an

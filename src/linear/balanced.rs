@@ -1,0 +1,214 @@
+//! Positions in which the mean accelerations of a model vanish, except along its rigid motions.
+
+use crate::contact::Piece;
+use crate::linear::instants::Mean;
+use crate::linear::modes::LinearError;
+use crate::model::structure::slopes::Slopes;
+use crate::numeric::equations::bordered::Bordered;
+use crate::numeric::equations::least::least_solution;
+use crate::numeric::norms::largest;
+use nalgebra::{DMatrix, DVector};
+
+/// Accelerations that are left in balance, as a share of the load.
+pub(super) const BALANCED: f64 = 1e-9;
+
+/// Largest share of the load that is left where Newton's method ends.
+const ACCEPTED: f64 = 1e-6;
+
+/// Maximum number of Newton steps on fixed pieces.
+const TRIES: usize = 64;
+
+/// Maximum number of Newton steps for one step of implicit Euler.
+const NEWTON_STEPS: usize = 30;
+
+/// Number of coordinates from which equations are sparse.
+const SPARSE_FROM: usize = 128;
+
+/// Stiffness that holds directions without stiffness in sparse equations, as a share of each coordinate's
+/// own: with it they have a solution. Further steps with the same factors remove its effect.
+const HELD: f64 = 1e-11;
+
+/// A step with the same factors, after which more than this share of the accelerations is left, is the last.
+const SLOW: f64 = 0.5;
+
+/// Where a model balances.
+pub(super) struct AtRest<'m> {
+    pub(super) t: f64,
+    pub(super) mean: Mean<'m>,
+    /// Directions of rigid motions, one in each column.
+    pub(super) rigid: &'m DMatrix<f64>,
+}
+
+/// A position and the accelerations that are left in it.
+pub(super) type Balanced = (Vec<f64>, Vec<f64>);
+
+/// A change of the coordinates, and the accelerations α along the rigid motions.
+type Change = (Vec<f64>, DVector<f64>);
+
+impl<'m> AtRest<'m> {
+    /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method.
+    pub(super) fn balanced(&self, pieces: &[Piece], from: &[f64]) -> Result<Balanced, LinearError> {
+        if from.len() >= SPARSE_FROM
+            && let Some(found) = self.by_sparse_equations(pieces, from)
+        {
+            return found;
+        }
+        self.by_full_equations(pieces, from)
+    }
+
+    /// Each Newton step is the least change of the scaled coordinates. Its equations may be singular.
+    fn by_full_equations(&self, pieces: &[Piece], from: &[f64]) -> Result<Balanced, LinearError> {
+        let (mut slopes, mut before) = (self.slopes(), DMatrix::zeros(0, 0));
+        let mut newton = NewtonOnPieces::new(self, pieces, from);
+        for _ in 0..TRIES {
+            let jacobian = self.mean.jacobian(&mut slopes, Some(pieces), &newton.q);
+            if jacobian.iter().any(|x| !x.is_finite()) {
+                return Err(LinearError::NotFinite { t: self.t });
+            }
+            let change = self.least_change(&jacobian, &newton.a)?;
+            let slow = newton.step(change)?;
+            if newton.balances || slow && jacobian == before {
+                break;
+            }
+            before = jacobian;
+        }
+        newton.end()
+    }
+
+    /// The least solution of J dq - R α = -a with rows and columns scaled to 1.
+    fn least_change(&self, jacobian: &DMatrix<f64>, a: &[f64]) -> Result<Change, LinearError> {
+        let (n, rigid) = (a.len(), self.rigid);
+        let unit = |largest: f64| if largest > 0.0 { 1.0 / largest } else { 1.0 };
+        let scale: Vec<f64> = (0..n).map(|i| unit(jacobian.row(i).amax())).collect();
+        let mut matrix = DMatrix::from_fn(n, n + rigid.ncols(), |i, j| {
+            scale[i] * if j < n { jacobian[(i, j)] } else { -rigid[(i, j - n)] }
+        });
+        let columns: Vec<f64> = matrix.column_iter().map(|column| unit(column.amax())).collect();
+        for (mut column, scale) in matrix.column_iter_mut().zip(&columns) {
+            column *= *scale;
+        }
+        let right = DVector::from_fn(n, |i, _| -a[i] * scale[i]);
+        if matrix.iter().chain(right.iter()).any(|x| !x.is_finite()) {
+            return Err(LinearError::NotFinite { t: self.t });
+        }
+        let mut step = least_solution(matrix, &right).ok_or(LinearError::NotConverged { rows: n })?;
+        step.iter_mut().zip(&columns).for_each(|(step, scale)| *step *= scale);
+        Ok((step.rows(0, n).iter().copied().collect(), step.rows(n, rigid.ncols()).clone_owned()))
+    }
+
+    /// The same by sparse factors, with changes orthogonal to the rigid motions. `None`: the equations are
+    /// too close to singular ones, or it does not end in balance and the stiffness is not symmetric.
+    fn by_sparse_equations(&self, pieces: &[Piece], from: &[f64]) -> Option<Result<Balanced, LinearError>> {
+        let mut slopes = self.slopes();
+        let mut newton = NewtonOnPieces::new(self, pieces, from);
+        let mut stiffness = self.mean.stiffness(&mut slopes, Some(pieces), from);
+        for _ in 0..TRIES {
+            let stiffest = stiffness.largest();
+            if !(stiffest.is_finite() && stiffest > 0.0) {
+                return None;
+            }
+            let held = |k: f64| HELD * if k == 0.0 { stiffest } else { k.abs() };
+            let shift: Vec<f64> = stiffness.diagonal().into_iter().map(held).collect();
+            let equations = Bordered::of(&stiffness, &shift, self.rigid)?;
+            for _ in 0..TRIES {
+                let slow = newton.step(equations.solve(newton.a.clone())?).ok()?;
+                if newton.balances {
+                    return Some(newton.end());
+                }
+                if slow {
+                    break;
+                }
+            }
+            let here = self.mean.stiffness(&mut slopes, Some(pieces), &newton.q);
+            if here == stiffness {
+                break;
+            }
+            stiffness = here;
+        }
+        (newton.is_accepted() || stiffness.is_sign_symmetric()).then(|| newton.end())
+    }
+
+    /// A step of implicit Euler from q, (x - q)/h = a(x) - r α with x - q orthogonal to the rigid motions
+    /// r, by Newton's method. `pieces`: those on which the accelerations in a position are taken. `None`:
+    /// Newton's method does not converge.
+    pub(super) fn euler(
+        &self,
+        slopes: &mut Slopes<'m>,
+        pieces: &dyn Fn(&[f64]) -> Option<Vec<Piece>>,
+        q: &[f64],
+        inverse: f64,
+    ) -> Option<Vec<f64>> {
+        let (mut x, shift) = (q.to_vec(), vec![inverse; q.len()]);
+        for _ in 0..NEWTON_STEPS {
+            let on = pieces(&x);
+            let mut right = self.mean.acceleration(on.as_deref(), &x);
+            let equations =
+                Bordered::of(&self.mean.stiffness(slopes, on.as_deref(), &x), &shift, self.rigid)?;
+            right.iter_mut().zip(x.iter().zip(q)).for_each(|(a, (x, q))| *a -= (x - q) * inverse);
+            let (step, _) = equations.solve(right)?;
+            x.iter_mut().zip(&step).for_each(|(x, step)| *x += step);
+            if largest(&step) <= 1e-12 * largest(&x) {
+                return Some(x);
+            }
+        }
+        None
+    }
+
+    pub(super) fn slopes(&self) -> Slopes<'m> {
+        Slopes::new(self.mean.model, vec![1.0; 2 * self.mean.rest.len()], 0.0)
+    }
+}
+
+/// Newton's method on fixed pieces.
+struct NewtonOnPieces<'e> {
+    at_rest: &'e AtRest<'e>,
+    pieces: &'e [Piece],
+    load: f64,
+    q: Vec<f64>,
+    a: Vec<f64>,
+    /// The largest acceleration that is not along a rigid motion.
+    left: f64,
+    balances: bool,
+}
+
+impl<'e> NewtonOnPieces<'e> {
+    fn new(at_rest: &'e AtRest<'_>, pieces: &'e [Piece], from: &[f64]) -> Self {
+        let AtRest { mean, .. } = at_rest;
+        let (load, a) = (mean.load(pieces), mean.acceleration(Some(pieces), from));
+        NewtonOnPieces { at_rest, pieces, load, q: from.to_vec(), a, left: f64::INFINITY, balances: false }
+    }
+
+    /// Makes a step. Returns whether much of the accelerations is left.
+    fn step(&mut self, (change, alpha): Change) -> Result<bool, LinearError> {
+        let AtRest { t, mean, rigid } = self.at_rest;
+        self.q.iter_mut().zip(&change).for_each(|(q, step)| *q += step);
+        self.a = mean.acceleration(Some(self.pieces), &self.q);
+        let drift = *rigid * alpha;
+        let left = self.a.iter().zip(drift.iter()).fold(0.0f64, |most, (a, d)| most.max((a - d).abs()));
+        let most = largest(&self.q);
+        if !(most.is_finite() && left.is_finite()) {
+            return Err(LinearError::NotFinite { t: *t });
+        }
+        let moved = largest(&change);
+        self.balances =
+            left <= BALANCED * self.load && moved <= 1e-12 * most.max(f64::MIN_POSITIVE) || left == 0.0;
+        let slow = left > SLOW * self.left;
+        self.left = left;
+        Ok(slow)
+    }
+
+    /// Whether little of the accelerations is left.
+    fn is_accepted(&self) -> bool {
+        self.left <= ACCEPTED * self.load
+    }
+
+    fn end(self) -> Result<Balanced, LinearError> {
+        if self.left.is_nan() || self.load.is_nan() || self.q.iter().any(|q| !q.is_finite()) {
+            return Err(LinearError::NotFinite { t: self.at_rest.t });
+        }
+        if !self.is_accepted() {
+            return Err(LinearError::Free { residual: self.left / self.load });
+        }
+        Ok((self.q, self.a))
+    }
+}
