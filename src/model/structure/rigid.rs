@@ -3,6 +3,7 @@
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::equations::Model;
+use crate::model::structure::level_rows::{Sparse, level, sparse, sparse_rows};
 use crate::model::structure::singular::{LARGE, orthonormal, singular};
 use crate::model::structure::slopes::{Slopes, accelerate, offered};
 use crate::numeric::norms;
@@ -41,10 +42,22 @@ pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
     let mut jacobians = Vec::new();
     let mut free = Free::whole(n);
     for (instant, size) in SIZES.iter().enumerate() {
+        if exact && free.values.is_empty() {
+            break;
+        }
         model.drive(span * golden((instant + 1) as f64), Side::After, &mut u);
         let part = |i: usize| size * (golden((7 * instant + 3 * i + 2) as f64) - 0.5);
         let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (part(i), part(n + i))).unzip();
         jacobians.push(directions_of_stops(model, &u, &q));
+        // A large model with one direction left: only the entries that are not 0 are made.
+        if n >= LARGE && exact && free.values.len() == 1 {
+            let rows = flanks.iter().map(|flank| sparse_rows(model, flank, &u, &q, &v));
+            if let Some(rows) = rows.collect::<Option<Vec<_>>>() {
+                let stops = sparse(&jacobians.pop().unwrap_or_default());
+                free.one_resisted(&[vec![stops], rows.concat()].concat(), EXACT[1]);
+                continue;
+            }
+        }
         slopes.scale.fill(*size);
         for flank in &flanks {
             if exact {
@@ -77,9 +90,6 @@ pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
                 free.narrow(&jacobians);
             }
             free.resisted(&std::mem::take(&mut jacobians), EXACT);
-            if free.values.is_empty() {
-                break;
-            }
         }
     }
     let limits = if exact { EXACT } else { DIFFERENCES };
@@ -90,19 +100,6 @@ pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
 /// The directions of n coordinates.
 fn coordinates(n: usize) -> Vec<Vec<f64>> {
     (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect()
-}
-
-/// Divides each row by its largest entry: small inertias make rows large, and a soft spring of a large
-/// inertia resists as a stiff one.
-fn level(rows: &mut DMatrix<f64>) {
-    let mut largest = vec![0.0f64; rows.nrows()];
-    for column in rows.column_iter() {
-        largest.iter_mut().zip(column).for_each(|(largest, x)| *largest = largest.max(x.abs()));
-    }
-    for mut column in rows.column_iter_mut() {
-        let filled = column.iter_mut().zip(&largest).filter(|(x, _)| **x != 0.0);
-        filled.for_each(|(x, largest)| *x /= largest);
-    }
 }
 
 /// The directions that no Jacobian so far resists.
@@ -171,7 +168,8 @@ impl Free {
             }
         }
         if k == 1 && n > 1 {
-            return self.one_resisted(jacobians, clear);
+            let jacobians: Vec<Sparse> = jacobians.iter().map(sparse).collect();
+            return self.one_resisted(&jacobians, clear);
         }
         if k < n {
             orthonormal(&mut self.basis);
@@ -208,20 +206,17 @@ impl Free {
     }
 
     /// The same for the one direction that is left, whose singular value is a norm.
-    fn one_resisted(&mut self, jacobians: &[DMatrix<f64>], clear: f64) {
+    fn one_resisted(&mut self, jacobians: &[Sparse], clear: f64) {
         let direction = &mut self.basis[0];
         let length = norms::dot(direction, direction).sqrt();
         direction.iter_mut().for_each(|x| *x /= length);
         let (mut squares, mut along) = (0.0, 0.0);
-        let sizes: Vec<f64> = self.size.iter().map(|&size| if size > 0.0 { size } else { 1.0 }).collect();
         for rows in jacobians {
-            let mut sums = vec![0.0; rows.nrows()];
-            for (column, (x, size)) in rows.column_iter().zip(self.basis[0].iter().zip(&sizes)) {
-                for (entry, sum) in column.iter().zip(&mut sums).filter(|(entry, _)| **entry != 0.0) {
-                    let scaled = entry / size;
-                    squares += scaled * scaled;
-                    *sum += scaled * x;
-                }
+            let mut sums = vec![0.0; rows.iter().map(|(i, ..)| i + 1).max().unwrap_or(0)];
+            for &(i, j, x) in rows {
+                let scaled = if self.size[j] > 0.0 { x / self.size[j] } else { x };
+                squares += scaled * scaled;
+                sums[i] += scaled * self.basis[0][j];
             }
             along += norms::dot(&sums, &sums);
         }
