@@ -5,7 +5,8 @@ use crate::analysis::changes::{contraction, distance, envelope, shrinks};
 use crate::analysis::motion_size::MotionSize;
 use crate::analysis::returns::is_own_multiple;
 use crate::error::{ParameterError, check};
-use crate::linear::{LinearError, static_state};
+use crate::linear::LinearError;
+use crate::linear::statics::default_start;
 use crate::model::equations::early;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::structure::unconnected::accelerates;
@@ -84,8 +85,8 @@ impl Settle {
         Settle { budget, ..self }
     }
 
-    /// Integrates from `start` until the state repeats; from the [static state](static_state) if
-    /// `start` is `None`.
+    /// Integrates from `start` until the state repeats; from the [static state](crate::linear::static_state)
+    /// if `start` is `None`.
     ///
     /// # Errors
     /// [`SettleError::NoStaticState`] if no start is given and the model has no static state.
@@ -111,7 +112,7 @@ impl Settle {
     ) -> Result<Steady, SettleError> {
         let mut start = match start {
             Some(start) => start.clone(),
-            None => static_state(model, None)?.state,
+            None => default_start(model)?,
         };
         let period = model.period();
         self.check(period)?;

@@ -5,6 +5,7 @@ use crate::linear::instants::Mean;
 use crate::linear::modes::LinearError;
 use crate::model::structure::slopes::Slopes;
 use crate::numeric::equations::bordered::Bordered;
+use crate::numeric::equations::entries::Entries;
 use crate::numeric::equations::least::least_solution;
 use crate::numeric::norms::largest;
 use nalgebra::{DMatrix, DVector};
@@ -20,6 +21,9 @@ const TRIES: usize = 64;
 
 /// Maximum number of Newton steps for one step of implicit Euler.
 const NEWTON_STEPS: usize = 30;
+
+/// Steps with the same stiffness go on while each one is at most this share of the one before.
+const FAST: f64 = 0.1;
 
 /// Number of coordinates from which equations are sparse.
 const SPARSE_FROM: usize = 128;
@@ -58,19 +62,27 @@ impl<'m> AtRest<'m> {
 
     /// Each Newton step is the least change of the scaled coordinates. Its equations may be singular.
     fn by_full_equations(&self, pieces: &[Piece], from: &[f64]) -> Result<Balanced, LinearError> {
-        let (mut slopes, mut before) = (self.slopes(), DMatrix::zeros(0, 0));
+        let mut slopes = self.slopes();
         let mut newton = NewtonOnPieces::new(self, pieces, from);
+        let mut jacobian = self.mean.jacobian(&mut slopes, Some(pieces), from);
         for _ in 0..TRIES {
-            let jacobian = self.mean.jacobian(&mut slopes, Some(pieces), &newton.q);
             if jacobian.iter().any(|x| !x.is_finite()) {
                 return Err(LinearError::NotFinite { t: self.t });
             }
             let change = self.least_change(&jacobian, &newton.a)?;
             let slow = newton.step(change)?;
-            if newton.balances || slow && jacobian == before {
+            if newton.balances {
                 break;
             }
-            before = jacobian;
+            // The load balances: the next step is the last one, to rounding.
+            if newton.left <= BALANCED * newton.load && !slow {
+                continue;
+            }
+            let here = self.mean.jacobian(&mut slopes, Some(pieces), &newton.q);
+            if slow && here == jacobian {
+                break;
+            }
+            jacobian = here;
         }
         newton.end()
     }
@@ -128,28 +140,39 @@ impl<'m> AtRest<'m> {
         (newton.is_accepted() || stiffness.is_sign_symmetric()).then(|| newton.end())
     }
 
-    /// A step of implicit Euler from q, (x - q)/h = a(x) - r α with x - q orthogonal to the rigid motions
-    /// r, by Newton's method. `pieces`: those on which the accelerations in a position are taken. `None`:
-    /// Newton's method does not converge.
+    /// A step of implicit Euler from q, (x - q)/h = a(x) - r α with x - q orthogonal to the rigid motions r,
+    /// by Newton's method. `pieces`: those on which the accelerations in a position are taken. `stiffness`:
+    /// that of the step before, which is made anew where Newton's method becomes slow. `None`: it does not
+    /// converge.
     pub(super) fn euler(
         &self,
         slopes: &mut Slopes<'m>,
         pieces: &dyn Fn(&[f64]) -> Option<Vec<Piece>>,
+        stiffness: &mut Option<Entries>,
         q: &[f64],
         inverse: f64,
     ) -> Option<Vec<f64>> {
         let (mut x, shift) = (q.to_vec(), vec![inverse; q.len()]);
+        let (mut known, mut before) = (None, f64::INFINITY);
         for _ in 0..NEWTON_STEPS {
             let on = pieces(&x);
             let mut right = self.mean.acceleration(on.as_deref(), &x);
-            let equations =
-                Bordered::of(&self.mean.stiffness(slopes, on.as_deref(), &x), &shift, self.rigid)?;
             right.iter_mut().zip(x.iter().zip(q)).for_each(|(a, (x, q))| *a -= (x - q) * inverse);
-            let (step, _) = equations.solve(right)?;
+            if known.is_none() {
+                let stiffness =
+                    stiffness.get_or_insert_with(|| self.mean.stiffness(slopes, on.as_deref(), &x));
+                known = Bordered::of(stiffness, &shift, self.rigid);
+            }
+            let (step, _) = known.as_ref()?.solve(right)?;
             x.iter_mut().zip(&step).for_each(|(x, step)| *x += step);
-            if largest(&step) <= 1e-12 * largest(&x) {
+            let change = largest(&step);
+            if change <= 1e-12 * largest(&x) {
                 return Some(x);
             }
+            if change > FAST * before {
+                (known, *stiffness) = (None, None);
+            }
+            before = change;
         }
         None
     }

@@ -58,6 +58,9 @@ const INTERVALS: usize = 16_384;
 /// Number of evenly spaced instants in a period with more edges: a prime number, which no order divides.
 const SPREAD: usize = 65_537;
 
+/// Accelerations of bodies that rest, as a share of the load.
+const AT_REST: f64 = 1e-13;
+
 /// Number of Gauss panels in a period, first and at most.
 const PANELS: [usize; 2] = [8, 1024];
 
@@ -99,46 +102,63 @@ const CONFIRMED: usize = 128;
 /// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap;
 /// a period out of its range, if `t` is `None`.
 pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<StaticState, LinearError> {
-    let rigid = || {
-        let rigid = rigid_modes(model, model.period());
-        DMatrix::from_fn(model.dof(), rigid.len(), |i, j| rigid[j][i])
-    };
     if let Some(t) = t.into() {
         check::finite("time", t)?;
-        return Search::new(model, t, Instants::at(model, t), &rigid()).find();
+        return Search::new(model, t, Instants::at(model, t), &rigid_columns(model)).find();
     }
+    let (found, points) = mean_state(model)?;
+    let Some((bounds, panels)) = points else { return Ok(found) };
+    Ok(with_contacts(found, model, &bounds, panels))
+}
+
+/// The state at rest under the mean loads, the default start of a run: [`static_state`] without its contacts.
+pub(crate) fn default_start(model: &dyn Periodic) -> Result<State, LinearError> {
+    Ok(mean_state(model)?.0.state)
+}
+
+/// The directions of rigid motions, one in each column.
+fn rigid_columns(model: &dyn Periodic) -> DMatrix<f64> {
+    let rigid = rigid_modes(model, model.period());
+    DMatrix::from_fn(model.dof(), rigid.len(), |i, j| rigid[j][i])
+}
+
+/// The bounds of smooth intervals, and the number of panels in each, of a sum that confirms a state.
+type Points = (Vec<f64>, usize);
+
+/// The static state under the mean loads. `None`: no finer sum confirms it.
+fn mean_state(model: &dyn Periodic) -> Result<(StaticState, Option<Points>), LinearError> {
     check::scale("period of the model", model.period())?;
-    let (rigid, bounds) = (rigid(), smooth_intervals(model, INTERVALS + 1));
+    let (rigid, bounds) = (rigid_columns(model), smooth_intervals(model, INTERVALS + 1));
     let intervals = bounds.len() - 1;
     let at_first = || Search::new(model, 0.0, Instants::at(model, 0.0), &rigid).find();
+    let is_lost =
+        |error: &LinearError| matches!(error, LinearError::Free { .. } | LinearError::NoContactState { .. });
     if intervals > INTERVALS {
-        let search = Search::new(model, 0.0, Instants::spread(model, SPREAD), &rigid);
-        return search.find().or_else(|error| match error {
-            LinearError::Free { .. } | LinearError::NoContactState { .. } => at_first(),
-            error => Err(error),
-        });
+        let found = Search::new(model, 0.0, Instants::spread(model, SPREAD), &rigid).find();
+        let found = found.or_else(|error| if is_lost(&error) { at_first() } else { Err(error) });
+        return Ok((found?, None));
     }
     let mut panels = PANELS[0].div_ceil(intervals);
     let mut search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
     loop {
         let found = match search.find() {
-            Err(LinearError::Free { .. } | LinearError::NoContactState { .. }) => return at_first(),
+            Err(error) if is_lost(&error) => return Ok((at_first()?, None)),
             found => found?,
         };
         panels *= 2;
         if panels * intervals > PANELS[1] {
-            return Ok(found);
+            return Ok((found, None));
         }
         search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
         if search.confirms(&found) {
             if panels * intervals >= CONFIRMED {
-                return Ok(with_contacts(found, model, &bounds, panels));
+                return Ok((found, Some((bounds, panels))));
             }
             // Two coarse sums agree also if both miss a narrow pulse.
             panels = CONFIRMED.div_ceil(intervals);
             search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
             if search.confirms(&found) {
-                return Ok(with_contacts(found, model, &bounds, panels));
+                return Ok((found, Some((bounds, panels))));
             }
         }
     }
@@ -215,17 +235,25 @@ impl<'m> Search<'m> {
         let on = |q: &[f64]| is_mean.then(|| at(q));
         // The inverse of the first step is the largest stiffness.
         let mut inverse = mean.stiffness(&mut slopes, Some(&upper), &q).largest();
+        let (load, mut stiffness) = (mean.load(&upper), None);
         let (mut refused, mut rests) = (None, 0);
         for _ in 0..TRIES {
             if !(inverse.is_finite() && inverse > 0.0 && rests < RESTS) {
                 return Ok(None);
             }
-            let Some(next) = self.at_rest.euler(&mut slopes, &on, &q, inverse) else {
-                inverse *= 16.0;
+            let Some(next) = self.at_rest.euler(&mut slopes, &on, &mut stiffness, &q, inverse) else {
+                (inverse, stiffness) = (16.0 * inverse, None);
                 continue;
             };
             let moved = q.iter().zip(&next).fold(0.0f64, |most, (x, y)| most.max((x - y).abs()));
-            rests = if moved <= 1e-12 * largest(&next) { rests + 1 } else { 0 };
+            // The accelerations that are left are those of the step.
+            rests = if moved * inverse <= AT_REST * load {
+                RESTS
+            } else if moved <= 1e-12 * largest(&next) {
+                rests + 1
+            } else {
+                0
+            };
             q = next;
             inverse /= 8.0;
             let pieces = at(&q);

@@ -2,7 +2,7 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::{ParameterError, check};
-use crate::linear::static_state;
+use crate::linear::statics::default_start;
 use crate::model::equations::early;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Model, Periodic, State};
@@ -145,7 +145,7 @@ impl Lyapunov {
     ) -> Result<Exponents, LyapunovError> {
         let mut start = match start.into() {
             Some(start) => start.clone(),
-            None => static_state(model, None)?.state,
+            None => default_start(model)?,
         };
         let period = model.period();
         start.t = early(start.t, period);

@@ -2,7 +2,7 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::error::check;
-use crate::linear::static_state;
+use crate::linear::statics::default_start;
 use crate::model::equations::early;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Model, Periodic, State};
@@ -49,7 +49,7 @@ impl Guess {
         let period = plan.multiple as f64 * check::scale("period of the model", model.period())?;
         let mut states = guess.to_vec();
         if states.is_empty() {
-            states.push(static_state(model, None).map_err(ShootingError::NoStaticState)?.state);
+            states.push(default_start(model).map_err(ShootingError::NoStaticState)?);
         }
         let moved = states[0].t - early(states[0].t, model.period());
         if moved != 0.0 {

@@ -1,7 +1,7 @@
 //! The solver of equations with white noise: its steps, its sources of noise, its random numbers.
 
 use crate::error::{ParameterError, check};
-use crate::linear::static_state;
+use crate::linear::statics::default_start;
 use crate::model::{Machine, Model, Periodic, Shape, State};
 use crate::random::white::error::NoiseError;
 use crate::random::white::noise::WhiteNoise;
@@ -115,7 +115,7 @@ impl<const W: usize> NoisySteps<W> {
         let noise = noise.collect::<Result<Vec<_>, ParameterError>>()?;
         let start = match start {
             Some(start) => start.clone(),
-            None => static_state(machine, None)?.state,
+            None => default_start(machine)?,
         };
         start.check_at_zero(machine.size().dof)?;
         let table = DriveTable::of_waves(&**machine, self.steps, &|| true)?;

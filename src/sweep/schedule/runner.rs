@@ -1,7 +1,7 @@
 //! The runner of a sweep: whole, in chunks, or resumed.
 
 use crate::error::{ParameterError, check};
-use crate::linear::static_state;
+use crate::linear::statics::default_start;
 use crate::model::channel::index_of;
 use crate::model::{Machine, Periodic, Shape};
 use crate::ode::probe::Probe;
@@ -23,7 +23,8 @@ use std::sync::{Arc, Mutex};
 
 /// A sweep with its engine and its family of models: runs the points, all or in chunks.
 ///
-/// Each run starts in the [static state](static_state) of its model, or where [`start`](Runner::start) says.
+/// Each run starts in the [static state](crate::linear::static_state) of its model, or where
+/// [`start`](Runner::start) says.
 ///
 /// ```
 /// use gear_dynamics::sweep::{Axis, LaneRk4, Rows, Watch};
@@ -77,7 +78,7 @@ impl Sweep {
             sweep: self,
             engine,
             family: Box::new(move |point| family(point).map_err(|e| PointError::Model(FamilyError::new(e)))),
-            start: Box::new(|_, model| Ok(static_state(model, None)?.state)),
+            start: Box::new(|_, model| Ok(default_start(model)?)),
             watch: Watch::new(),
             rows: None,
         }
@@ -117,7 +118,7 @@ impl Sweep {
 
 impl<'a, M: Periodic, E: SweepEngine<M>> Runner<'a, M, E> {
     /// The start states: a function of a point and its model, at time 0. It returns a state, or a result with
-    /// an error. Default: the [static state](static_state) of each model.
+    /// an error. Default: the [static state](crate::linear::static_state) of each model.
     pub fn start<S: IntoStart>(self, start: impl Fn(&Point<'_>, &M) -> S + Sync + 'a) -> Self {
         let start = move |point: &Point<'_>, of: &M| start(point, of).into_start().map_err(PointError::Model);
         Runner { start: Box::new(start), ..self }
