@@ -9,7 +9,7 @@ use gear_dynamics::contact::Mesh;
 use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::models::nfg::NfgPair2;
 use gear_dynamics::sweep::{Axis, InstructionSet, LaneRk4, Point, Points, TableRk4, bounds::SweepEngine};
-use gear_dynamics::trains::{Body, Members, Planetary, Train, Warning, nfg_parts, ring_parts};
+use gear_dynamics::trains::{Bearing, Body, Members, Planetary, Train, Warning, nfg_parts, ring_parts};
 use gear_dynamics::{
     Dop853, Integrator, Model, NfgParams, ParameterError, Periodic, Ring, Rk4, State, Statistics, Sweep, Wave,
 };
@@ -76,6 +76,25 @@ fn planetary() -> Train {
     parts.build("sun", 100.0).expect("it assembles")
 }
 
+/// The same set with every member on a bearing: 18 coordinates.
+fn planetary_on_bearings() -> Train {
+    let wave = || Wave::new(Fourier::new(2e8, &[[4e7, 0.0]]).expect("it is in range"));
+    let on = |inertia: f64, mass: f64, stiffness: f64| {
+        Body::new(inertia).bearing(Bearing::new(mass, stiffness).damping(500.0))
+    };
+    let ring = (90, on(5e-2, 6.0, 1e9).grounded(1e7, 1e3));
+    let members = Members {
+        sun: (30, on(1e-3, 0.5, 1e8)),
+        planet: (30, on(1e-3, 0.6, 1e8)),
+        ring,
+        carrier: on(3e-2, 5.0, 1e9),
+    };
+    let set = Planetary::new(3, 0.03, members, [wave(), wave()]).expect("it is in range");
+    let mut parts = set.damping(2000.0).half_backlash(3e-5).parts();
+    parts.torque("drive", "sun", 30.0).load("carrier");
+    parts.build("sun", 100.0).expect("it assembles")
+}
+
 /// Points of a map over speed and load, with 20 periods settled and 10 measured.
 fn map(train: &Train, side: usize, engine: &impl SweepEngine<Train>) {
     let axis = |name, low, high| Axis::linear(name, low, high, side).expect("the range is in order");
@@ -134,6 +153,14 @@ fn main() {
         println!("ratio planetary map one by one lanes {median:.2} ({least:.2} .. {most:.2}), one thread");
         let [median, least, most] = ratio(7, || map(&train, 16, &TableRk4::new(64)), lanes);
         println!("ratio planetary map tables lanes {median:.2} ({least:.2} .. {most:.2}), one thread");
+    });
+    let set = planetary_on_bearings();
+    alone.install(|| {
+        let on = |instructions| map(&set, 8, &LaneRk4::new(256).instructions(instructions));
+        let [median, least, most] = ratio(7, || on(InstructionSet::Best), || on(InstructionSet::Baseline));
+        println!(
+            "ratio planetary set on bearings best baseline instructions {median:.2} ({least:.2} .. {most:.2})"
+        );
     });
     let all = || map(&train, 16, &LaneRk4::new(64));
     let [median, least, most] = ratio(7, || one_by_one(&train, 16), all);
