@@ -10,14 +10,14 @@ use crate::numeric::equations::least::least_solution;
 use crate::numeric::norms::largest;
 use nalgebra::{DMatrix, DVector};
 
-/// Accelerations that are left in balance, as a share of the load.
-pub(super) const BALANCED: f64 = 1e-9;
+/// Accelerations that are left in balance, as a share of the load of the coordinate.
+const BALANCED: f64 = 1e-9;
 
-/// Largest share of the load that is left where Newton's method ends.
-const ACCEPTED: f64 = 1e-6;
+/// Rounding of an acceleration, as a share of the terms whose sum it is.
+const ROUNDED: f64 = 1e-13;
 
 /// Maximum number of Newton steps on fixed pieces.
-const TRIES: usize = 64;
+const TRIES: usize = 200;
 
 /// Maximum number of Newton steps for one step of implicit Euler.
 const NEWTON_STEPS: usize = 30;
@@ -66,16 +66,16 @@ impl<'m> AtRest<'m> {
         let mut newton = NewtonOnPieces::new(self, pieces, from);
         let mut jacobian = self.mean.jacobian(&mut slopes, Some(pieces), from);
         for _ in 0..TRIES {
-            if jacobian.iter().any(|x| !x.is_finite()) {
+            if jacobian.iter().chain(&newton.a).any(|x| !x.is_finite()) {
                 return Err(LinearError::NotFinite { t: self.t });
             }
             let change = self.least_change(&jacobian, &newton.a)?;
-            let slow = newton.step(change)?;
-            if newton.balances {
+            let slow = newton.step(change);
+            if newton.balances || newton.is_lost() {
                 break;
             }
             // The load balances: the next step is the last one, to rounding.
-            if newton.left <= BALANCED * newton.load && !slow {
+            if newton.left <= 1.0 && !slow {
                 continue;
             }
             let here = self.mean.jacobian(&mut slopes, Some(pieces), &newton.q);
@@ -114,6 +114,7 @@ impl<'m> AtRest<'m> {
         let mut slopes = self.slopes();
         let mut newton = NewtonOnPieces::new(self, pieces, from);
         let mut stiffness = self.mean.stiffness(&mut slopes, Some(pieces), from);
+        let mut alpha = DVector::zeros(self.rigid.ncols());
         for _ in 0..TRIES {
             let stiffest = stiffness.largest();
             if !(stiffest.is_finite() && stiffest > 0.0) {
@@ -123,7 +124,11 @@ impl<'m> AtRest<'m> {
             let shift: Vec<f64> = stiffness.diagonal().into_iter().map(held).collect();
             let equations = Bordered::of(&stiffness, &shift, self.rigid)?;
             for _ in 0..TRIES {
-                let slow = newton.step(equations.solve(newton.a.clone())?).ok()?;
+                let drift = self.rigid * &alpha;
+                let rest = newton.a.iter().zip(drift.iter()).map(|(a, d)| a - d).collect();
+                let (change, more) = equations.solve(rest)?;
+                alpha += more;
+                let slow = newton.step((change, alpha.clone()));
                 if newton.balances {
                     return Some(newton.end());
                 }
@@ -132,12 +137,12 @@ impl<'m> AtRest<'m> {
                 }
             }
             let here = self.mean.stiffness(&mut slopes, Some(pieces), &newton.q);
-            if here == stiffness {
+            if newton.is_lost() || here == stiffness {
                 break;
             }
             stiffness = here;
         }
-        (newton.is_accepted() || stiffness.is_sign_symmetric()).then(|| newton.end())
+        (newton.left <= 1.0 || stiffness.is_sign_symmetric()).then(|| newton.end())
     }
 
     /// A step of implicit Euler from q, (x - q)/h = a(x) - r α with x - q orthogonal to the rigid motions r,
@@ -182,55 +187,94 @@ impl<'m> AtRest<'m> {
     }
 }
 
+/// Accelerations that are left in balance: a share of the load of each coordinate, and the rounding of the
+/// terms whose sum they are.
+pub(super) struct Tolerance<'e> {
+    mean: &'e Mean<'e>,
+    pieces: &'e [Piece],
+    /// Sizes of the accelerations at q = 0, in the gap and on the pieces.
+    loads: Vec<f64>,
+    sizes: Vec<f64>,
+}
+
+impl<'e> Tolerance<'e> {
+    pub(super) fn new(mean: &'e Mean<'_>, pieces: &'e [Piece]) -> Self {
+        let loads = mean.sizes(&vec![Piece::Gap; pieces.len()]);
+        Tolerance { mean, pieces, loads, sizes: mean.sizes(pieces) }
+    }
+    /// The largest load.
+    pub(super) fn load(&self) -> f64 {
+        largest(&self.loads)
+    }
+    /// The largest share of its tolerance that a rest in a position has. `drift`: the accelerations of a
+    /// rigid motion, from which the rests are counted. A drift that the loads do not show is rounding, and a
+    /// body that lies free does not follow it.
+    pub(super) fn share(&self, rests: &[f64], q: &[f64], drift: &[f64]) -> f64 {
+        let terms = self.mean.terms(self.pieces, q).unwrap_or_else(|| self.sizes.clone());
+        let allowed = |i: usize| BALANCED * self.loads[i] + ROUNDED * terms[i];
+        let is_rounding = (0..drift.len()).all(|i| self.loads[i] == 0.0 || drift[i].abs() <= allowed(i));
+        let free = |i: usize| if is_rounding { 2.0 * drift[i].abs() } else { 0.0 };
+        (0..rests.len()).fold(0.0, |most: f64, i| {
+            let share = rests[i].abs() / (allowed(i) + free(i)).max(f64::MIN_POSITIVE);
+            if share.is_nan() { f64::INFINITY } else { most.max(share) }
+        })
+    }
+}
+
 /// Newton's method on fixed pieces.
 struct NewtonOnPieces<'e> {
     at_rest: &'e AtRest<'e>,
     pieces: &'e [Piece],
-    load: f64,
+    tolerance: Tolerance<'e>,
     q: Vec<f64>,
     a: Vec<f64>,
-    /// The largest acceleration that is not along a rigid motion.
+    /// The largest share of its tolerance of an acceleration that is not along a rigid motion.
     left: f64,
+    /// The largest of these accelerations.
+    largest: f64,
     balances: bool,
 }
 
 impl<'e> NewtonOnPieces<'e> {
     fn new(at_rest: &'e AtRest<'_>, pieces: &'e [Piece], from: &[f64]) -> Self {
-        let AtRest { mean, .. } = at_rest;
-        let (load, a) = (mean.load(pieces), mean.acceleration(Some(pieces), from));
-        NewtonOnPieces { at_rest, pieces, load, q: from.to_vec(), a, left: f64::INFINITY, balances: false }
+        let (mean, left) = (&at_rest.mean, f64::INFINITY);
+        let (tolerance, a) = (Tolerance::new(mean, pieces), mean.acceleration(Some(pieces), from));
+        NewtonOnPieces {
+            at_rest,
+            pieces,
+            tolerance,
+            q: from.to_vec(),
+            a,
+            left,
+            largest: left,
+            balances: false,
+        }
     }
 
     /// Makes a step. Returns whether much of the accelerations is left.
-    fn step(&mut self, (change, alpha): Change) -> Result<bool, LinearError> {
-        let AtRest { t, mean, rigid } = self.at_rest;
+    fn step(&mut self, (change, alpha): Change) -> bool {
+        let AtRest { mean, rigid, .. } = self.at_rest;
         self.q.iter_mut().zip(&change).for_each(|(q, step)| *q += step);
         self.a = mean.acceleration(Some(self.pieces), &self.q);
         let drift = *rigid * alpha;
-        let left = self.a.iter().zip(drift.iter()).fold(0.0f64, |most, (a, d)| most.max((a - d).abs()));
-        let most = largest(&self.q);
-        if !(most.is_finite() && left.is_finite()) {
-            return Err(LinearError::NotFinite { t: *t });
-        }
-        let moved = largest(&change);
-        self.balances =
-            left <= BALANCED * self.load && moved <= 1e-12 * most.max(f64::MIN_POSITIVE) || left == 0.0;
+        let rest: Vec<f64> = self.a.iter().zip(drift.iter()).map(|(a, d)| a - d).collect();
+        let left = self.tolerance.share(&rest, &self.q, drift.as_slice());
+        let moved = largest(&change) <= 1e-12 * largest(&self.q).max(f64::MIN_POSITIVE);
+        self.balances = left <= 1.0 && moved || left == 0.0;
         let slow = left > SLOW * self.left;
-        self.left = left;
-        Ok(slow)
+        (self.left, self.largest) = (left, largest(&rest));
+        slow
     }
 
-    /// Whether little of the accelerations is left.
-    fn is_accepted(&self) -> bool {
-        self.left <= ACCEPTED * self.load
+    /// Whether the position is without bound.
+    fn is_lost(&self) -> bool {
+        self.q.iter().chain(&self.a).any(|x| !x.is_finite())
     }
 
+    /// The position. An error if it is none of balance: the load moves the model without bound.
     fn end(self) -> Result<Balanced, LinearError> {
-        if self.left.is_nan() || self.load.is_nan() || self.q.iter().any(|q| !q.is_finite()) {
-            return Err(LinearError::NotFinite { t: self.at_rest.t });
-        }
-        if !self.is_accepted() {
-            return Err(LinearError::Free { residual: self.left / self.load });
+        if self.left > 1.0 || self.is_lost() {
+            return Err(LinearError::Free { residual: self.largest / self.tolerance.load() });
         }
         Ok((self.q, self.a))
     }

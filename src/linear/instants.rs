@@ -3,6 +3,7 @@
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
 use crate::model::structure::slopes::{Slopes, accelerate, offered};
+use crate::model::terms::TermsScratch;
 use crate::model::{Model, Periodic};
 use crate::numeric::equations::entries::Entries;
 use crate::numeric::gauss::FIVE;
@@ -92,14 +93,24 @@ impl<'m> Mean<'m> {
         mean
     }
 
-    /// The largest mean size of an acceleration at q = 0.
-    pub(crate) fn load(&self, pieces: &[Piece]) -> f64 {
+    /// The mean size of each acceleration at q = 0.
+    pub(crate) fn sizes(&self, pieces: &[Piece]) -> Vec<f64> {
         let (mut mean, mut a) = (self.rest.clone(), self.rest.clone());
         for (weight, u) in self.instants.iter() {
             accelerate(self.model, Some(pieces), u, &self.rest, &self.rest, &mut a);
             mean.iter_mut().zip(&a).for_each(|(mean, a)| *mean += weight * a.abs());
         }
-        mean.into_iter().fold(0.0, f64::max)
+        mean
+    }
+
+    /// The sums of the sizes of the terms of each acceleration at rest in a position, at the first instant;
+    /// `None`: the model does not know them.
+    pub(crate) fn terms(&self, pieces: &[Piece], q: &[f64]) -> Option<Vec<f64>> {
+        let (known, mut sums) = (self.model.offers().terms?, self.rest.clone());
+        let sizes: Vec<f64> = q.iter().chain(&self.rest).map(|x| x.abs()).collect();
+        let (scratch, (_, u)) = (&mut TermsScratch::default(), self.instants.iter().next()?);
+        known.terms(offered(self.model, Some(pieces)), u, q, &self.rest, &sizes, scratch, &mut sums);
+        Some(sums)
     }
 
     /// The mean of ∂a/∂q at rest in a position.

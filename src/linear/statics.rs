@@ -2,7 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::error::check;
-use crate::linear::balanced::{AtRest, BALANCED};
+use crate::linear::balanced::{AtRest, Tolerance};
 use crate::linear::instants::{Instants, Mean, mean_contacts, smooth_intervals};
 use crate::linear::modes::LinearError;
 use crate::model::structure::rigid::rigid_modes;
@@ -57,6 +57,9 @@ const INTERVALS: usize = 16_384;
 
 /// Number of evenly spaced instants in a period with more edges: a prime number, which no order divides.
 const SPREAD: usize = 65_537;
+
+/// Distance of a deflection from an edge on which it rests, as a share of the largest deflection.
+const NEAR: f64 = 1e-12;
 
 /// Accelerations of bodies that rest, as a share of the load.
 const AT_REST: f64 = 1e-13;
@@ -198,10 +201,11 @@ impl<'m> Search<'m> {
 
     /// Whether a state that was found with fewer instants balances.
     fn confirms(&self, found: &StaticState) -> bool {
-        let pieces = &found.pieces[..];
-        let mean = &self.at_rest.mean;
-        let (a, load) = (mean.acceleration(Some(pieces), &found.state.q), mean.load(pieces));
-        a.iter().zip(&found.acceleration).all(|(a, before)| (a - before).abs() <= BALANCED * load)
+        let (pieces, mean) = (&found.pieces[..], &self.at_rest.mean);
+        let a = mean.acceleration(Some(pieces), &found.state.q);
+        let changes: Vec<f64> = a.iter().zip(&found.acceleration).map(|(a, before)| a - before).collect();
+        let tolerance = Tolerance::new(mean, pieces);
+        tolerance.share(&changes, &found.state.q, &mean.rest) <= 1.0
     }
 
     /// Upper flanks first; a contact that pulls changes its piece.
@@ -213,8 +217,9 @@ impl<'m> Search<'m> {
         for _ in 0..TRIES {
             let (q, acceleration) = self.at_rest.balanced(&pieces, &mean.rest)?;
             let contacts = mean.contacts(&q);
-            let found: Vec<Piece> =
-                (0..pieces.len()).map(|i| next_piece(pieces[i], &contacts[i], &mut left[i])).collect();
+            let near = rounding(&contacts);
+            let next = |i: usize| next_piece(pieces[i], &contacts[i], near, &mut left[i]);
+            let found: Vec<Piece> = (0..pieces.len()).map(next).collect();
             if found == pieces {
                 return Ok(self.state(q, contacts, pieces, acceleration));
             }
@@ -235,7 +240,7 @@ impl<'m> Search<'m> {
         let on = |q: &[f64]| is_mean.then(|| at(q));
         // The inverse of the first step is the largest stiffness.
         let mut inverse = mean.stiffness(&mut slopes, Some(&upper), &q).largest();
-        let (load, mut stiffness) = (mean.load(&upper), None);
+        let (load, mut stiffness) = (Tolerance::new(mean, &upper).load(), None);
         let (mut refused, mut rests) = (None, 0);
         for _ in 0..TRIES {
             if !(inverse.is_finite() && inverse > 0.0 && rests < RESTS) {
@@ -257,13 +262,15 @@ impl<'m> Search<'m> {
             q = next;
             inverse /= 8.0;
             let pieces = at(&q);
-            if refused.as_ref() == Some(&pieces) {
+            // Where the bodies rest, parts without load may lie in another place than before.
+            if refused.as_ref() == Some(&pieces) && rests < RESTS {
                 continue;
             }
             if let Ok((q, acceleration)) = self.at_rest.balanced(&pieces, &q) {
                 let contacts = mean.contacts(&q);
                 let mut left = vec![[true; 2]; pieces.len()];
-                let rests = |i: usize| next_piece(pieces[i], &contacts[i], &mut left[i]) == pieces[i];
+                let near = rounding(&contacts);
+                let rests = |i: usize| next_piece(pieces[i], &contacts[i], near, &mut left[i]) == pieces[i];
                 if (0..pieces.len()).all(rests) {
                     return Ok(Some(self.state(q, contacts, pieces, acceleration)));
                 }
@@ -300,10 +307,14 @@ fn piece_at(contact: &Contact) -> Piece {
     }
 }
 
-/// The piece to try after `piece`: the same if the deflection lies on it, within rounding. A flank that pulls
+/// Distance of a deflection from an edge on which it rests, by rounding.
+fn rounding(contacts: &[Contact]) -> f64 {
+    NEAR * contacts.iter().fold(0.0, |most: f64, c| most.max(c.deflection.abs()))
+}
+
+/// The piece to try after `piece`: the same if the deflection lies on it, within `near`. A flank that pulls
 /// gives way to the other flank, and to the gap if that has pulled before.
-fn next_piece(piece: Piece, contact: &Contact, left: &mut [bool; 2]) -> Piece {
-    let near = 16.0 * f64::EPSILON * contact.deflection.abs();
+fn next_piece(piece: Piece, contact: &Contact, near: f64, left: &mut [bool; 2]) -> Piece {
     let upper = contact.deflection >= contact.upper - near;
     let lower = contact.deflection <= contact.lower + near;
     match piece {

@@ -84,6 +84,7 @@ mod simultaneous_impacts;
 mod solvers;
 mod speed_laws;
 mod static_states;
+mod static_trees;
 mod steep_forces;
 mod stiff_models;
 mod stored_mutations;
