@@ -37,7 +37,8 @@ pub struct StaticState {
     pub state: State,
     /// Contacts with their deflections, edges and forces: means over the period, or those at the instant.
     /// Forces are by deflection: their mean exceeds the mean load where the teeth part in some instants of
-    /// the period. Their sum is then refined until two sums agree to 1e-6, up to some 80 000 points.
+    /// the period. Panels of the sum are then halved until no mean force changes by more than 1e-7 of the
+    /// largest.
     pub contacts: Vec<Contact>,
     /// The piece of each contact.
     pub pieces: Vec<Piece>,
@@ -98,8 +99,9 @@ const CONFIRMED: usize = 128;
 /// If no pieces carry the mean load for the whole period, as with a lever that varies over the period, the
 /// state is that at t = 0 and says so ([`StaticState::instant`]).
 ///
-/// The first search starts at q = 0: a bearing with radial clearance has no direction there, and its static
-/// state is not found.
+/// A position balances if the acceleration that is left in each coordinate is at most 1e-9 of the load of
+/// this coordinate, its acceleration in the gap, besides the rounding of the terms whose sum it is. Rigid
+/// stops bear no load here ([`Model::impact`](crate::Model::impact)).
 ///
 /// # Errors
 /// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap;
