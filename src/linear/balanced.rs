@@ -20,10 +20,13 @@ const ROUNDED: f64 = 1e-13;
 const TRIES: usize = 200;
 
 /// Maximum number of Newton steps for one step of implicit Euler.
-const NEWTON_STEPS: usize = 30;
+const NEWTON_STEPS: usize = 60;
 
-/// Steps with the same stiffness go on while each one is at most this share of the one before.
+/// Steps with the same stiffness go on while each one leaves at most this share of the accelerations.
 const FAST: f64 = 0.1;
+
+/// Shortest share of a step that is tried where the accelerations grow.
+const SHORTEST: f64 = 0.02;
 
 /// Number of coordinates from which equations are sparse.
 const SPARSE_FROM: usize = 128;
@@ -158,26 +161,43 @@ impl<'m> AtRest<'m> {
         inverse: f64,
     ) -> Option<Vec<f64>> {
         let (mut x, shift) = (q.to_vec(), vec![inverse; q.len()]);
-        let (mut known, mut before) = (None, f64::INFINITY);
+        let left = |x: &[f64]| {
+            let on = pieces(x);
+            let mut left = self.mean.acceleration(on.as_deref(), x);
+            left.iter_mut().zip(x.iter().zip(q)).for_each(|(a, (x, q))| *a -= (x - q) * inverse);
+            (left, on)
+        };
+        let (mut known, (mut right, mut on)) = (None, left(&x));
         for _ in 0..NEWTON_STEPS {
-            let on = pieces(&x);
-            let mut right = self.mean.acceleration(on.as_deref(), &x);
-            right.iter_mut().zip(x.iter().zip(q)).for_each(|(a, (x, q))| *a -= (x - q) * inverse);
-            if known.is_none() {
-                let stiffness =
-                    stiffness.get_or_insert_with(|| self.mean.stiffness(slopes, on.as_deref(), &x));
-                known = Bordered::of(stiffness, &shift, self.rigid);
-            }
-            let (step, _) = known.as_ref()?.solve(right)?;
-            x.iter_mut().zip(&step).for_each(|(x, step)| *x += step);
-            let change = largest(&step);
-            if change <= 1e-12 * largest(&x) {
+            let (equations, scale) = match &known {
+                Some(known) => known,
+                None => {
+                    let stiffness =
+                        stiffness.get_or_insert_with(|| self.mean.stiffness(slopes, on.as_deref(), &x));
+                    let scale: Vec<f64> =
+                        stiffness.diagonal().iter().map(|k| 1.0 / (inverse + k.abs())).collect();
+                    known.insert((Bordered::of(stiffness, &shift, self.rigid)?, scale))
+                }
+            };
+            let (step, _) = equations.solve(right.clone())?;
+            let size = |left: &[f64]| left.iter().zip(scale).map(|(a, s)| (a * s).powi(2)).sum::<f64>();
+            let (before, mut share) = (size(&right), 1.0);
+            let after = loop {
+                let trial: Vec<f64> = x.iter().zip(&step).map(|(x, step)| x + share * step).collect();
+                let (left, pieces) = left(&trial);
+                let after = size(&left);
+                if after <= before || share < SHORTEST {
+                    (x, right, on) = (trial, left, pieces);
+                    break after;
+                }
+                share *= 0.5;
+            };
+            if largest(&step) <= 1e-12 * largest(&x) {
                 return Some(x);
             }
-            if change > FAST * before {
+            if after > FAST * FAST * before {
                 (known, *stiffness) = (None, None);
             }
-            before = change;
         }
         None
     }
@@ -210,7 +230,9 @@ impl<'e> Tolerance<'e> {
     /// rigid motion, from which the rests are counted. A drift that the loads do not show is rounding, and a
     /// body that lies free does not follow it.
     pub(super) fn share(&self, rests: &[f64], q: &[f64], drift: &[f64]) -> f64 {
-        let terms = self.mean.terms(self.pieces, q).unwrap_or_else(|| self.sizes.clone());
+        // A model that does not know its terms may hold the largest of them in any coordinate.
+        let unknown = || vec![largest(&self.sizes); q.len()];
+        let terms = self.mean.terms(self.pieces, q).unwrap_or_else(unknown);
         let allowed = |i: usize| BALANCED * self.loads[i] + ROUNDED * terms[i];
         let is_rounding = (0..drift.len()).all(|i| self.loads[i] == 0.0 || drift[i].abs() <= allowed(i));
         let free = |i: usize| if is_rounding { 2.0 * drift[i].abs() } else { 0.0 };

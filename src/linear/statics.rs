@@ -46,8 +46,11 @@ pub struct StaticState {
     pub acceleration: Vec<f64>,
 }
 
-/// Maximum number of contact states that are tried, and of steps of implicit Euler.
+/// Maximum number of contact states that are tried.
 const TRIES: usize = 64;
+
+/// Maximum number of steps of implicit Euler.
+const STEPS: usize = 400;
 
 /// Number of steps of implicit Euler, each eight times longer than the one before, after which bodies that
 /// have not moved rest.
@@ -244,7 +247,7 @@ impl<'m> Search<'m> {
         let mut inverse = mean.stiffness(&mut slopes, Some(&upper), &q).largest();
         let (load, mut stiffness) = (Tolerance::new(mean, &upper).load(), None);
         let (mut refused, mut rests) = (None, 0);
-        for _ in 0..TRIES {
+        for _ in 0..STEPS {
             if !(inverse.is_finite() && inverse > 0.0 && rests < RESTS) {
                 return Ok(None);
             }
