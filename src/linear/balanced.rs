@@ -179,8 +179,17 @@ impl<'m> AtRest<'m> {
                     known.insert((Bordered::of(stiffness, &shift, self.rigid)?, scale))
                 }
             };
-            let (step, _) = equations.solve(right.clone())?;
-            let size = |left: &[f64]| left.iter().zip(scale).map(|(a, s)| (a * s).powi(2)).sum::<f64>();
+            let (step, alpha) = equations.solve(right.clone())?;
+            if largest(&step) <= 1e-12 * largest(&x) {
+                x.iter_mut().zip(&step).for_each(|(x, step)| *x += step);
+                return Some(x);
+            }
+            // The accelerations of the rigid motion stay.
+            let drift = self.rigid * alpha;
+            let size = |left: &[f64]| -> f64 {
+                let rest = left.iter().zip(drift.iter()).zip(scale);
+                rest.map(|((a, drift), scale)| ((a - drift) * scale).powi(2)).sum()
+            };
             let (before, mut share) = (size(&right), 1.0);
             let after = loop {
                 let trial: Vec<f64> = x.iter().zip(&step).map(|(x, step)| x + share * step).collect();
@@ -192,9 +201,6 @@ impl<'m> AtRest<'m> {
                 }
                 share *= 0.5;
             };
-            if largest(&step) <= 1e-12 * largest(&x) {
-                return Some(x);
-            }
             if after > FAST * FAST * before {
                 (known, *stiffness) = (None, None);
             }
