@@ -1,8 +1,9 @@
 //! Positions in which the mean accelerations of a model vanish, except along its rigid motions.
 
 use crate::contact::Piece;
-use crate::linear::instants::Mean;
+use crate::linear::instants::{Instants, Mean};
 use crate::linear::modes::LinearError;
+use crate::model::Periodic;
 use crate::model::structure::slopes::Slopes;
 use crate::numeric::equations::bordered::Bordered;
 use crate::numeric::equations::entries::Entries;
@@ -44,6 +45,9 @@ pub(super) struct AtRest<'m> {
     pub(super) mean: Mean<'m>,
     /// Directions of rigid motions, one in each column.
     pub(super) rigid: &'m DMatrix<f64>,
+    /// The load of each coordinate: the mean size of its acceleration at q = 0 with all contacts in their
+    /// gaps.
+    loads: Vec<f64>,
 }
 
 /// A position and the accelerations that are left in it.
@@ -53,6 +57,37 @@ pub(super) type Balanced = (Vec<f64>, Vec<f64>);
 type Change = (Vec<f64>, DVector<f64>);
 
 impl<'m> AtRest<'m> {
+    pub(super) fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
+        let mean = Mean::new(model, instants);
+        let loads = mean.sizes(&vec![Piece::Gap; model.contacts()]);
+        AtRest { t, mean, rigid, loads }
+    }
+
+    /// The largest load.
+    pub(super) fn load(&self) -> f64 {
+        largest(&self.loads)
+    }
+
+    /// How far the accelerations `rests` in a position exceed what may be left in balance: the largest of
+    /// them over its tolerance. A coordinate may keep a share of its load, and the rounding of the terms
+    /// whose sum its acceleration is.
+    ///
+    /// `drift`: the accelerations of a rigid motion, which are not part of `rests`. If the drift of every
+    /// loaded coordinate is within its tolerance, the drift is rounding. A body that lies in its gap need not
+    /// follow it.
+    pub(super) fn excess(&self, pieces: &[Piece], rests: &[f64], q: &[f64], drift: &[f64]) -> f64 {
+        // A model that does not know its terms may hold the largest of them in any coordinate.
+        let unknown = || vec![largest(&self.mean.sizes(pieces)); q.len()];
+        let terms = self.mean.terms(pieces, q).unwrap_or_else(unknown);
+        let tolerance = |i: usize| BALANCED * self.loads[i] + ROUNDED * terms[i];
+        let is_rounding = (0..q.len()).all(|i| self.loads[i] == 0.0 || drift[i].abs() <= tolerance(i));
+        let free = |i: usize| if is_rounding { 2.0 * drift[i].abs() } else { 0.0 };
+        (0..q.len()).fold(0.0, |most: f64, i| {
+            let share = rests[i].abs() / (tolerance(i) + free(i)).max(f64::MIN_POSITIVE);
+            if share.is_nan() { f64::INFINITY } else { most.max(share) }
+        })
+    }
+
     /// Coordinates whose accelerations on fixed pieces are those of a rigid motion, by Newton's method.
     pub(super) fn balanced(&self, pieces: &[Piece], from: &[f64]) -> Result<Balanced, LinearError> {
         if from.len() >= SPARSE_FROM
@@ -213,70 +248,23 @@ impl<'m> AtRest<'m> {
     }
 }
 
-/// Accelerations that are left in balance: a share of the load of each coordinate, and the rounding of the
-/// terms whose sum they are.
-pub(super) struct Tolerance<'e> {
-    mean: &'e Mean<'e>,
-    pieces: &'e [Piece],
-    /// Sizes of the accelerations at q = 0, in the gap and on the pieces.
-    loads: Vec<f64>,
-    sizes: Vec<f64>,
-}
-
-impl<'e> Tolerance<'e> {
-    pub(super) fn new(mean: &'e Mean<'_>, pieces: &'e [Piece]) -> Self {
-        let loads = mean.sizes(&vec![Piece::Gap; pieces.len()]);
-        Tolerance { mean, pieces, loads, sizes: mean.sizes(pieces) }
-    }
-    /// The largest load.
-    pub(super) fn load(&self) -> f64 {
-        largest(&self.loads)
-    }
-    /// The largest share of its tolerance that a rest in a position has. `drift`: the accelerations of a
-    /// rigid motion, from which the rests are counted. A drift that the loads do not show is rounding, and a
-    /// body that lies free does not follow it.
-    pub(super) fn share(&self, rests: &[f64], q: &[f64], drift: &[f64]) -> f64 {
-        // A model that does not know its terms may hold the largest of them in any coordinate.
-        let unknown = || vec![largest(&self.sizes); q.len()];
-        let terms = self.mean.terms(self.pieces, q).unwrap_or_else(unknown);
-        let allowed = |i: usize| BALANCED * self.loads[i] + ROUNDED * terms[i];
-        let is_rounding = (0..drift.len()).all(|i| self.loads[i] == 0.0 || drift[i].abs() <= allowed(i));
-        let free = |i: usize| if is_rounding { 2.0 * drift[i].abs() } else { 0.0 };
-        (0..rests.len()).fold(0.0, |most: f64, i| {
-            let share = rests[i].abs() / (allowed(i) + free(i)).max(f64::MIN_POSITIVE);
-            if share.is_nan() { f64::INFINITY } else { most.max(share) }
-        })
-    }
-}
-
 /// Newton's method on fixed pieces.
 struct NewtonOnPieces<'e> {
     at_rest: &'e AtRest<'e>,
     pieces: &'e [Piece],
-    tolerance: Tolerance<'e>,
     q: Vec<f64>,
     a: Vec<f64>,
-    /// The largest share of its tolerance of an acceleration that is not along a rigid motion.
+    /// The accelerations without those along rigid motions: the largest one over its tolerance, and the
+    /// largest one itself.
     left: f64,
-    /// The largest of these accelerations.
     largest: f64,
     balances: bool,
 }
 
 impl<'e> NewtonOnPieces<'e> {
     fn new(at_rest: &'e AtRest<'_>, pieces: &'e [Piece], from: &[f64]) -> Self {
-        let (mean, left) = (&at_rest.mean, f64::INFINITY);
-        let (tolerance, a) = (Tolerance::new(mean, pieces), mean.acceleration(Some(pieces), from));
-        NewtonOnPieces {
-            at_rest,
-            pieces,
-            tolerance,
-            q: from.to_vec(),
-            a,
-            left,
-            largest: left,
-            balances: false,
-        }
+        let (a, left) = (at_rest.mean.acceleration(Some(pieces), from), f64::INFINITY);
+        NewtonOnPieces { at_rest, pieces, q: from.to_vec(), a, left, largest: left, balances: false }
     }
 
     /// Makes a step. Returns whether much of the accelerations is left.
@@ -286,7 +274,7 @@ impl<'e> NewtonOnPieces<'e> {
         self.a = mean.acceleration(Some(self.pieces), &self.q);
         let drift = *rigid * alpha;
         let rest: Vec<f64> = self.a.iter().zip(drift.iter()).map(|(a, d)| a - d).collect();
-        let left = self.tolerance.share(&rest, &self.q, drift.as_slice());
+        let left = self.at_rest.excess(self.pieces, &rest, &self.q, drift.as_slice());
         let moved = largest(&change) <= 1e-12 * largest(&self.q).max(f64::MIN_POSITIVE);
         self.balances = left <= 1.0 && moved || left == 0.0;
         let slow = left > SLOW * self.left;
@@ -302,7 +290,7 @@ impl<'e> NewtonOnPieces<'e> {
     /// The position. An error if it is none of balance: the load moves the model without bound.
     fn end(self) -> Result<Balanced, LinearError> {
         if self.left > 1.0 || self.is_lost() {
-            return Err(LinearError::Free { residual: self.largest / self.tolerance.load() });
+            return Err(LinearError::Free { residual: self.largest / self.at_rest.load() });
         }
         Ok((self.q, self.a))
     }

@@ -244,8 +244,9 @@ fn with_all_vectors(
 /// Distance of eigenvalues that count as equal, as a share of them `[1]`.
 const SAME: f64 = 1e-6;
 
-/// The rows y with y A = μ y that belong to the columns x, yᵀ x = 1. Vectors that nearly coincide give large
-/// rows.
+/// The left eigenvectors of a matrix, one in each row, from its right eigenvectors, one in each column. The
+/// product of a left and a right eigenvector of the same eigenvalue is 1. Right eigenvectors that nearly
+/// coincide have large left ones.
 pub(crate) fn left_vectors(right: MatRef<'_, c64>) -> Option<Mat<c64>> {
     let n = right.nrows();
     let svd = right.svd().ok()?;

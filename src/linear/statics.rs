@@ -2,8 +2,8 @@
 
 use crate::contact::{Contact, Piece};
 use crate::error::check;
-use crate::linear::balanced::{AtRest, Tolerance};
-use crate::linear::instants::{Instants, Mean, mean_contacts, smooth_intervals};
+use crate::linear::balanced::AtRest;
+use crate::linear::instants::{Instants, mean_contacts, smooth_intervals};
 use crate::linear::modes::LinearError;
 use crate::model::structure::rigid::rigid_modes;
 use crate::model::{Periodic, State};
@@ -112,7 +112,7 @@ const CONFIRMED: usize = 128;
 pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<StaticState, LinearError> {
     if let Some(t) = t.into() {
         check::finite("time", t)?;
-        return Search::new(model, t, Instants::at(model, t), &rigid_columns(model)).find();
+        return AtRest::new(model, t, Instants::at(model, t), &rigid_columns(model)).find();
     }
     let (found, points) = mean_state(model)?;
     let Some((bounds, panels)) = points else { return Ok(found) };
@@ -138,16 +138,16 @@ fn mean_state(model: &dyn Periodic) -> Result<(StaticState, Option<Points>), Lin
     check::scale("period of the model", model.period())?;
     let (rigid, bounds) = (rigid_columns(model), smooth_intervals(model, INTERVALS + 1));
     let intervals = bounds.len() - 1;
-    let at_first = || Search::new(model, 0.0, Instants::at(model, 0.0), &rigid).find();
+    let at_first = || AtRest::new(model, 0.0, Instants::at(model, 0.0), &rigid).find();
     let is_lost =
         |error: &LinearError| matches!(error, LinearError::Free { .. } | LinearError::NoContactState { .. });
     if intervals > INTERVALS {
-        let found = Search::new(model, 0.0, Instants::spread(model, SPREAD), &rigid).find();
+        let found = AtRest::new(model, 0.0, Instants::spread(model, SPREAD), &rigid).find();
         let found = found.or_else(|error| if is_lost(&error) { at_first() } else { Err(error) });
         return Ok((found?, None));
     }
     let mut panels = PANELS[0].div_ceil(intervals);
-    let mut search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
+    let mut search = AtRest::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
     loop {
         let found = match search.find() {
             Err(error) if is_lost(&error) => return Ok((at_first()?, None)),
@@ -157,14 +157,14 @@ fn mean_state(model: &dyn Periodic) -> Result<(StaticState, Option<Points>), Lin
         if panels * intervals > PANELS[1] {
             return Ok((found, None));
         }
-        search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
+        search = AtRest::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
         if search.confirms(&found) {
             if panels * intervals >= CONFIRMED {
                 return Ok((found, Some((bounds, panels))));
             }
             // Two coarse sums agree also if both miss a narrow pulse.
             panels = CONFIRMED.div_ceil(intervals);
-            search = Search::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
+            search = AtRest::new(model, 0.0, Instants::of(model, &bounds, panels), &rigid);
             if search.confirms(&found) {
                 return Ok((found, Some((bounds, panels))));
             }
@@ -181,24 +181,15 @@ fn with_contacts(found: StaticState, model: &dyn Periodic, bounds: &[f64], panel
 }
 
 /// The search for a static state.
-struct Search<'m> {
-    at_rest: AtRest<'m>,
-}
-
-impl<'m> Search<'m> {
-    fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
-        Search { at_rest: AtRest { t, mean: Mean::new(model, instants), rigid } }
-    }
-
+impl AtRest<'_> {
     fn find(&self) -> Result<StaticState, LinearError> {
         match self.by_flanks() {
             Err(error @ (LinearError::Free { .. } | LinearError::NoContactState { .. })) => {
-                for is_mean in [false, true] {
-                    if let Some(found) = self.by_descent(is_mean)? {
-                        return Ok(found);
-                    }
-                }
-                Err(error)
+                let upper = vec![Piece::Upper; self.mean.model.contacts()];
+                let start = self.balanced(&upper, &self.mean.rest);
+                let start = start.map_or(self.mean.rest.clone(), |(q, _)| q);
+                let found = self.by_descent(&start, false).or_else(|| self.by_descent(&start, true));
+                found.ok_or(error)
             }
             found => found,
         }
@@ -206,21 +197,20 @@ impl<'m> Search<'m> {
 
     /// Whether a state that was found with fewer instants balances.
     fn confirms(&self, found: &StaticState) -> bool {
-        let (pieces, mean) = (&found.pieces[..], &self.at_rest.mean);
+        let (pieces, mean) = (&found.pieces[..], &self.mean);
         let a = mean.acceleration(Some(pieces), &found.state.q);
         let changes: Vec<f64> = a.iter().zip(&found.acceleration).map(|(a, before)| a - before).collect();
-        let tolerance = Tolerance::new(mean, pieces);
-        tolerance.share(&changes, &found.state.q, &mean.rest) <= 1.0
+        self.excess(pieces, &changes, &found.state.q, &mean.rest) <= 1.0
     }
 
     /// Upper flanks first; a contact that pulls changes its piece.
     fn by_flanks(&self) -> Result<StaticState, LinearError> {
-        let mean = &self.at_rest.mean;
+        let mean = &self.mean;
         let mut pieces = vec![Piece::Upper; mean.model.contacts()];
         // Flanks that a contact has left because it pulled.
         let mut left = vec![[false; 2]; pieces.len()];
         for _ in 0..TRIES {
-            let (q, acceleration) = self.at_rest.balanced(&pieces, &mean.rest)?;
+            let (q, acceleration) = self.balanced(&pieces, &mean.rest)?;
             let contacts = mean.contacts(&q);
             let near = rounding(&contacts);
             let next = |i: usize| next_piece(pieces[i], &contacts[i], near, &mut left[i]);
@@ -233,25 +223,23 @@ impl<'m> Search<'m> {
         Err(LinearError::NoContactState { tried: TRIES })
     }
 
-    /// The end of the motion q' = a(q), without its rigid part. `None`: no contact state of this motion
-    /// balances. `is_mean`: each contact acts by its mean deflection, and by that at each instant otherwise.
-    fn by_descent(&self, is_mean: bool) -> Result<Option<StaticState>, LinearError> {
-        let mean = &self.at_rest.mean;
-        let upper = vec![Piece::Upper; mean.model.contacts()];
-        let balanced = self.at_rest.balanced(&upper, &mean.rest);
-        let mut q = balanced.map_or(mean.rest.clone(), |(q, _)| q);
-        let mut slopes = self.at_rest.slopes();
+    /// The end of the motion q' = a(q) from `start`, without its rigid part. `None`: no contact state of this
+    /// motion balances. `is_mean`: each contact acts by its mean deflection, and by that at each instant
+    /// otherwise.
+    fn by_descent(&self, start: &[f64], is_mean: bool) -> Option<StaticState> {
+        let (mean, mut q, mut slopes) = (&self.mean, start.to_vec(), self.slopes());
         let at = |q: &[f64]| mean.contacts(q).iter().map(piece_at).collect::<Vec<_>>();
         let on = |q: &[f64]| is_mean.then(|| at(q));
         // The inverse of the first step is the largest stiffness.
+        let upper = vec![Piece::Upper; mean.model.contacts()];
         let mut inverse = mean.stiffness(&mut slopes, Some(&upper), &q).largest();
-        let (load, mut stiffness) = (Tolerance::new(mean, &upper).load(), None);
+        let (load, mut stiffness) = (self.load(), None);
         let (mut refused, mut rests) = (None, 0);
         for _ in 0..STEPS {
             if !(inverse.is_finite() && inverse > 0.0 && rests < RESTS) {
-                return Ok(None);
+                return None;
             }
-            let Some(next) = self.at_rest.euler(&mut slopes, &on, &mut stiffness, &q, inverse) else {
+            let Some(next) = self.euler(&mut slopes, &on, &mut stiffness, &q, inverse) else {
                 (inverse, stiffness) = (16.0 * inverse, None);
                 continue;
             };
@@ -271,18 +259,18 @@ impl<'m> Search<'m> {
             if refused.as_ref() == Some(&pieces) && rests < RESTS {
                 continue;
             }
-            if let Ok((q, acceleration)) = self.at_rest.balanced(&pieces, &q) {
+            if let Ok((q, acceleration)) = self.balanced(&pieces, &q) {
                 let contacts = mean.contacts(&q);
                 let mut left = vec![[true; 2]; pieces.len()];
                 let near = rounding(&contacts);
                 let rests = |i: usize| next_piece(pieces[i], &contacts[i], near, &mut left[i]) == pieces[i];
                 if (0..pieces.len()).all(rests) {
-                    return Ok(Some(self.state(q, contacts, pieces, acceleration)));
+                    return Some(self.state(q, contacts, pieces, acceleration));
                 }
             }
             refused = Some(pieces);
         }
-        Ok(None)
+        None
     }
 
     fn state(
@@ -292,7 +280,7 @@ impl<'m> Search<'m> {
         pieces: Vec<Piece>,
         acceleration: Vec<f64>,
     ) -> StaticState {
-        let AtRest { t, mean, .. } = &self.at_rest;
+        let AtRest { t, mean, .. } = self;
         StaticState {
             instant: mean.is_of_one_instant().then_some(*t),
             state: State { t: *t, q, v: mean.rest.clone() },

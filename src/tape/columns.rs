@@ -14,7 +14,8 @@ pub(crate) struct Columns {
 /// A column of ∂a/∂(q, v).
 #[derive(Debug)]
 pub(crate) struct Column {
-    /// Index of the coordinate; that of a velocity plus the number of degrees of freedom.
+    /// Index of a coordinate. The index of a velocity is that of its coordinate plus the number of degrees of
+    /// freedom.
     pub(crate) index: usize,
     /// The accelerations that read it.
     pub(crate) rows: Vec<u32>,

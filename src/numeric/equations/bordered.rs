@@ -16,7 +16,8 @@ pub(crate) struct Bordered {
 }
 
 impl Bordered {
-    /// The equations for (A + diag(shift)). `None`: they are singular.
+    /// The equations with A + diag(shift) in place of A. `None`: a pivot is 0, or the columns of R depend on
+    /// each other.
     pub(crate) fn of(a: &Entries, shift: &[f64], r: &DMatrix<f64>) -> Option<Self> {
         let factors = Factors::of(a, shift)?;
         let column = |j: usize| {

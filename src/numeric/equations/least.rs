@@ -12,9 +12,10 @@ const PIVOTS_FROM: usize = 128;
 /// largest entry on the diagonal of R, as a share of the first one.
 const ZERO: f64 = 1e-13;
 
-/// The least x with A x = b, for at least as many unknowns as equations. If the equations depend on each
-/// other: the least x with the least residual; from 128 equations on, the least x that solves those equations
-/// that the pivots choose. `None`: the singular value decomposition does not converge.
+/// The shortest x with A x = b, for at least as many unknowns as equations. Equations that depend on each
+/// other may contradict each other. Below 128 equations x then has the least residual |A x - b|. From 128
+/// equations on, the pivots choose as many independent equations as there are, and x solves these. `None`:
+/// the singular value decomposition does not converge.
 pub(crate) fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let n = matrix.nrows();
     if n < PIVOTS_FROM {

@@ -199,7 +199,9 @@ impl EnginePeriod<'_> {
         match i < self.track.channels() && i == self.reported[0] {
             true => match summary.check(&format!("channel {i}")) {
                 Ok(()) => self.add_channel(i, summary),
-                Err(wrong) => drop(self.wrong.get_or_insert(wrong)),
+                Err(wrong) => {
+                    self.wrong.get_or_insert(wrong);
+                }
             },
             false => self.out_of_turn("channel", i, self.reported[0]),
         }
