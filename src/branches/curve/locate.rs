@@ -20,6 +20,15 @@ const PLACES_BESIDE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 /// Length of these steps, as a share of the step between the points `[1]`.
 const BESIDE_STEP: f64 = 0.02;
 
+/// Accuracy of the parameter at a crossing at which a branch turns back, as a share of it `[1]`. Rounding leaves it open by
+/// some 1e-10, and the place along the branch by the square root of that.
+const CROSSING_PARAMETER: f64 = 1e-9;
+
+/// Whether the parameter of a fold is that of a crossing of branches: a fold there is the crossing.
+pub(crate) fn same_parameter(fold: f64, crossing: f64) -> bool {
+    (fold - crossing).abs() < CROSSING_PARAMETER * crossing.abs()
+}
+
 /// Largest residual of an interpolated solution `[1]`.
 const INTERPOLATED: f64 = 1e-9;
 
@@ -220,7 +229,10 @@ impl<C: Curve> Engine<C> {
         }
         let weights = weights(brent.best());
         let [before, after] = [&beside[1].2, &beside[2].2].map(CurvePoint::slope);
-        let turns = before * after < 0.0;
+        // A slope that is 0 elsewhere is that of a fold beside the crossing.
+        let slope: f64 = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.slope()).sum();
+        let to_fold = slope * slope / (after - before) * BESIDE_STEP * width * rough.units[rough.x.len()];
+        let turns = before * after < 0.0 && same_parameter(rough.p + to_fold, rough.p);
         let p = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.p).sum();
         let x =
             weights.iter().zip(&beside).fold(rough.x.clone() * 0.0, |x, (w, (.., point))| x + &point.x * *w);

@@ -5,6 +5,7 @@ use crate::contact::edge::Edge;
 use crate::excitation::Side;
 use crate::model::Model;
 use crate::numeric::search::brent::Brent;
+use crate::numeric::search::parabola::{beyond_zero, may_dip};
 use crate::ode::probe::Probe;
 use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
@@ -100,6 +101,8 @@ pub(crate) struct Tracer<'m> {
     y: Vec<f64>,
     /// Rates relative to the edges at the end of the last step; NaN before the first step.
     last: Vec<[f64; 2]>,
+    /// Times of a step, and the rates there.
+    samples: Vec<(f64, [f64; 2])>,
     pub(crate) trace: ContactTrace,
 }
 
@@ -118,6 +121,7 @@ impl<'m> Tracer<'m> {
             period,
             y: vec![0.0; 2 * model.dof()],
             last: vec![[f64::NAN; 2]; contacts],
+            samples: Vec::new(),
             trace: ContactTrace::new(contacts),
         }
     }
@@ -147,41 +151,70 @@ impl<'m> Tracer<'m> {
         let c = self.at(step, contact, brent.best());
         self.keep(contact, edge, from[1] > 0.0, brent.best(), edge.distance(&c));
     }
+
+    /// Samples the rates of a contact over a step. A rate that jumps between two steps, at a kink of an edge, is
+    /// an extremum.
+    fn sample(&mut self, step: &mut Step<'_>, contact: usize) {
+        let parts = step.parts() * SAMPLES_PER_PART;
+        self.samples.clear();
+        for k in 0..=parts {
+            let t = if k == parts {
+                step.t1()
+            } else {
+                step.t0() + (step.t1() - step.t0()) * (k as f64 / parts as f64)
+            };
+            let c = self.at(step, contact, t);
+            let rates = Edge::BOTH.map(|edge| edge.rate(&c));
+            self.samples.push((t, rates));
+            if k > 0 {
+                let fastest = &mut self.trace.fastest[contact];
+                *fastest = fastest.max(c.rate.abs());
+                continue;
+            }
+            for edge in Edge::BOTH {
+                let last = self.last[contact][edge as usize];
+                if last * rates[edge as usize] < 0.0 {
+                    self.keep(contact, edge, last > 0.0, t, edge.distance(&c));
+                }
+            }
+        }
+        self.last[contact] = self.samples[parts].1;
+    }
+
+    /// Locates the extremes between the samples of a step: one where the rate changes its sign, two where it
+    /// passes 0 and comes back.
+    fn turns(&mut self, step: &mut Step<'_>, contact: usize, edge: Edge) {
+        let parts = self.samples.len() - 1;
+        let sample = |samples: &[(f64, [f64; 2])], k: usize| [samples[k].0, samples[k].1[edge as usize]];
+        for k in 0..parts {
+            let [from, to] = [k, k + 1].map(|k| sample(&self.samples, k));
+            if from[1] * to[1] < 0.0 {
+                self.refine(step, contact, edge, from, to);
+                continue;
+            }
+            let beside = [k.checked_sub(1), (k + 2 <= parts).then_some(k + 2)];
+            let [before, after] = beside.map(|k| k.map(|k| sample(&self.samples, k)[1]));
+            let dips = before.is_some_and(|before| may_dip([before, from[1], to[1]], [1.0; 2]))
+                || after.is_some_and(|after| may_dip([after, to[1], from[1]], [1.0; 2]));
+            if !dips {
+                continue;
+            }
+            let rate = |t: f64| edge.rate(&self.at(step, contact, t));
+            if let Some(inside) = beyond_zero(from, to, rate) {
+                self.refine(step, contact, edge, from, inside);
+                self.refine(step, contact, edge, inside, to);
+            }
+        }
+    }
 }
 
 impl Observer for Tracer<'_> {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
-        let parts = step.parts() * SAMPLES_PER_PART;
         for contact in 0..self.last.len() {
-            let mut before = step.t0();
-            let c = self.at(step, contact, before);
-            let mut rates = Edge::BOTH.map(|edge| edge.rate(&c));
-            for (edge, rate) in Edge::BOTH.into_iter().zip(&rates) {
-                // A rate that jumps, at a kink of an edge.
-                let last = self.last[contact][edge as usize];
-                if last * rate < 0.0 {
-                    self.keep(contact, edge, last > 0.0, before, edge.distance(&c));
-                }
+            self.sample(step, contact);
+            for edge in Edge::BOTH {
+                self.turns(step, contact, edge);
             }
-            for k in 1..=parts {
-                let t = if k == parts {
-                    step.t1()
-                } else {
-                    step.t0() + (step.t1() - step.t0()) * (k as f64 / parts as f64)
-                };
-                let c = self.at(step, contact, t);
-                let fastest = &mut self.trace.fastest[contact];
-                *fastest = fastest.max(c.rate.abs());
-                for (edge, last) in Edge::BOTH.into_iter().zip(&mut rates) {
-                    let rate = edge.rate(&c);
-                    if *last * rate < 0.0 {
-                        self.refine(step, contact, edge, [before, *last], [t, rate]);
-                    }
-                    *last = rate;
-                }
-                before = t;
-            }
-            self.last[contact] = rates;
         }
         let touching = self.last.len();
         for crossing in step.crossings().iter().filter(|crossing| crossing.contact < touching) {

@@ -2,7 +2,7 @@
 
 use crate::analysis::RattleState;
 use crate::branches::curve::equations::CurveError;
-use crate::branches::curve::locate::Between;
+use crate::branches::curve::locate::{Between, same_parameter};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
@@ -100,13 +100,19 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         Ok(self.bifurcations(found))
     }
 
-    /// What the located bifurcations are.
-    fn bifurcations(&self, found: Vec<(f64, CurvePoint<C::Solution>, Change)>) -> LocatedPoints<C> {
+    /// What the located bifurcations are. A fold at the parameter of a crossing that was located in this step or an
+    /// earlier one is that crossing, at which the branch turns back.
+    fn bifurcations(&mut self, mut found: Vec<(f64, CurvePoint<C::Solution>, Change)>) -> LocatedPoints<C> {
+        let is_crossing = |change: Change| matches!(change, Change::Branch | Change::Branches(_));
+        if let Some((_, point, _)) = found.iter().rev().find(|(.., change)| is_crossing(*change)) {
+            self.crossing = Some(point.p);
+        }
+        if let Some(p) = self.crossing {
+            found.retain(|(_, point, change)| *change != Change::Fold || !same_parameter(p, point.p));
+        }
         let kind = |point: &CurvePoint<C::Solution>, change| match change {
             Change::Fold => PointKind::Fold,
-            Change::Branch | Change::Branches(_) if self.engine.curve.is_symmetric(point) => {
-                PointKind::SymmetryBreaking
-            }
+            _ if is_crossing(change) && self.engine.curve.is_symmetric(point) => PointKind::SymmetryBreaking,
             Change::Branch | Change::Branches(_) => PointKind::Branch,
             Change::PeriodDoubling | Change::PeriodDoublings(_) => PointKind::PeriodDoubling,
             Change::NeimarkSacker => PointKind::NeimarkSacker,

@@ -101,6 +101,8 @@ pub(crate) struct Stepper<'f, C: Followed> {
     pub(crate) before: Option<(f64, Values)>,
     /// The start of the last step, if nothing was located in it.
     pub(crate) back: Option<Place<C::Solution>>,
+    /// Parameter of the last crossing of branches that was located.
+    pub(crate) crossing: Option<f64>,
     /// The first point, to notice a closed line.
     first: Option<CurvePoint<C::Solution>>,
     pub(crate) step: f64,
@@ -166,6 +168,7 @@ impl<'f, C: Followed> Stepper<'f, C> {
             past: None,
             before: None,
             back: None,
+            crossing: None,
             last: Node::new(point, measured, multipliers),
             engine,
         })

@@ -3,7 +3,7 @@
 use crate::analysis::RattleState;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
-use crate::branches::curve::locate::{Between, Test};
+use crate::branches::curve::locate::{Between, Test, same_parameter};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::{Change, VERTICAL};
@@ -32,11 +32,6 @@ pub(super) const MAX_DIVISIONS: usize = 10;
 /// Distance from a located point at which the stretch beside it begins, as a share of the step `[1]`. It is
 /// above the accuracy of a crossing of branches, at which the equations are singular.
 pub(super) const ASIDE: f64 = 1e-3;
-
-/// A fold is the crossing of branches beside it if their parameters differ by less than this share `[1]`.
-/// Rounding leaves the parameter open by some 1e-10 there. The place along the branch is open by the square
-/// root of that.
-const SAME: f64 = 1e-9;
 
 /// Two located bifurcations of one kind count as the same point if they are closer than this share of the
 /// step `[1]`.
@@ -196,8 +191,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
             match self.locate(change, ends)? {
                 Zero::Point(sigma, turned) => {
                     let p = self.found.last().map(|(_, point, _)| point.p);
-                    let near =
-                        crossing.zip(p).is_some_and(|(a, b): (f64, f64)| (a - b).abs() < SAME * b.abs());
+                    let near = crossing.zip(p).is_some_and(|(crossing, p)| same_parameter(p, crossing));
                     turns |= turned;
                     match change {
                         Change::Branch => crossing = p,

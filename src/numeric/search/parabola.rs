@@ -76,9 +76,30 @@ pub(crate) fn may_dip([y0, y1, y2]: [f64; 3], [h0, h1]: [f64; 2]) -> bool {
         && y1.abs().min(y2.abs()) < 0.25 * CURVED * c.abs() * h1 * h1
 }
 
+/// A place between two others with values of one sign at which a function has the opposite one, and its value
+/// there; `None` if the parabolas of [`maximum`] find none.
+pub(crate) fn beyond_zero(
+    [x0, f0]: [f64; 2],
+    [x2, f2]: [f64; 2],
+    mut at: impl FnMut(f64) -> f64,
+) -> Option<[f64; 2]> {
+    let mut found = None;
+    let mut raised = |x: f64| {
+        let value = at(x);
+        if value * f0 < 0.0 {
+            found = Some([x, value]);
+        }
+        -f0.signum() * value
+    };
+    let x1 = 0.5 * (x0 + x2);
+    let f1 = raised(x1);
+    maximum([x0, x1, x2], [-f0.abs(), f1, -f2.abs()], &mut raised);
+    found
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{maximum, may_dip, peak, vertex};
+    use super::{beyond_zero, maximum, may_dip, peak, vertex};
 
     #[test]
     fn parabolas_are_exact_and_maxima_are_found() {
@@ -88,6 +109,17 @@ mod tests {
         assert_eq!(peak(x, f.map(|f| -f)), f64::NEG_INFINITY);
         let x = [1.0, 1.3, 2.0];
         assert!((maximum(x, x.map(f64::sin), f64::sin) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_place_beyond_zero_is_found() {
+        let at = |lowest: f64| {
+            let y = |x: f64| (x - 0.4).powi(2) + lowest;
+            beyond_zero([-1.0, y(-1.0)], [1.0, y(1.0)], y)
+        };
+        assert!(
+            at(-1e-9).is_some_and(|[x, value]| (x - 0.4).abs() < 1e-4 && value < 0.0) && at(1e-9).is_none()
+        );
     }
 
     #[test]
