@@ -9,32 +9,14 @@ use crate::numeric::search::parabola::CURVED;
 use nalgebra::DVector;
 
 /// Interval of the arclength within which a point is located, as a share of the step `[1]`.
-const LOCATED_WITHIN: f64 = 1e-11;
+pub(super) const LOCATED_WITHIN: f64 = 1e-11;
 
 /// Maximum number of points computed to locate one.
 const MAX_POINTS: usize = 80;
 
-/// Places beside a crossing of branches, in steps.
-const PLACES_BESIDE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
-
-/// Length of these steps, as a share of the step between the points `[1]`.
-const BESIDE_STEP: f64 = 0.02;
-
-/// Accuracy of the parameter at a crossing at which a branch turns back, as a share of it `[1]`. Rounding leaves it open by
-/// some 1e-10, and the place along the branch by the square root of that.
-const CROSSING_PARAMETER: f64 = 1e-9;
-
-/// Whether the parameter of a fold is that of a crossing of branches: a fold there is the crossing.
-pub(crate) fn same_parameter(fold: f64, crossing: f64) -> bool {
-    (fold - crossing).abs() < CROSSING_PARAMETER * crossing.abs()
-}
-
-/// Largest residual of an interpolated solution `[1]`.
-const INTERPOLATED: f64 = 1e-9;
-
 /// Largest value of a test at a located point, as a share of the values at the ends `[1]`. A larger one is a
 /// jump.
-const JUMP: f64 = 1e-3;
+pub(super) const JUMP: f64 = 1e-3;
 
 /// Maximum number of parabolas in the search of an extremum.
 const PARABOLAS: usize = 8;
@@ -49,11 +31,11 @@ const BEYOND: f64 = 0.1;
 /// Cubic Hermite interpolation of a curve between two of its points, over the distance σ along the tangent of
 /// the first.
 pub(crate) struct Between<'p, S> {
-    a: &'p CurvePoint<S>,
+    pub(super) a: &'p CurvePoint<S>,
     /// Place of the second point from the first, and dx/dσ there, in the units of the first.
     end: DVector<f64>,
     slope: DVector<f64>,
-    ds: f64,
+    pub(super) ds: f64,
 }
 
 impl<'p, S> Between<'p, S> {
@@ -150,29 +132,51 @@ impl<C: Curve> Engine<C> {
     fn bracketed(
         &mut self,
         between: &Between<'_, C::Solution>,
-        [from, to]: [[f64; 2]; 2],
+        ends: [[f64; 2]; 2],
         test: &mut Test<'_, C>,
         jump: f64,
     ) -> Result<Option<CurvePoint<C::Solution>>, CurveError> {
-        if from[1].is_nan() || to[1].is_nan() || (from[1] > 0.0) == (to[1] > 0.0) {
+        let Some(Narrowed { at, nearest, failed }) = self.narrowed(between, ends, jump, test) else {
             return Ok(None);
+        };
+        match (failed, nearest) {
+            (Some(failed), _) => Err(failed),
+            (None, Some(point)) => Ok(Some(point)),
+            (None, None) => self.point_at(between, at).map(Some),
+        }
+    }
+
+    /// Narrows down the place between two distances σ at which `test` changes its sign; `None` if the test
+    /// has no value at some point, or the same sign at both ends, or jumps over 0.
+    pub(super) fn narrowed(
+        &mut self,
+        between: &Between<'_, C::Solution>,
+        [from, to]: [[f64; 2]; 2],
+        jump: f64,
+        test: &mut Test<'_, C>,
+    ) -> Option<Narrowed<C::Solution>> {
+        if from[1].is_nan() || to[1].is_nan() || (from[1] > 0.0) == (to[1] > 0.0) {
+            return None;
         }
         let mut brent = Brent::new(from, to, LOCATED_WITHIN * between.ds);
         let mut nearest: Option<(f64, CurvePoint<C::Solution>)> = None;
         for _ in 0..MAX_POINTS {
             let Some(sigma) = brent.next() else { break };
-            let point = self.point_at(between, sigma)?;
-            let Some(value) = test(self, &point) else { return Ok(None) };
+            let point = match self.point_at(between, sigma) {
+                Err(failed) => return Some(Narrowed { at: sigma, nearest: None, failed: Some(failed) }),
+                Ok(point) => point,
+            };
+            let value = test(self, &point)?;
             brent.take(sigma, value);
             if nearest.as_ref().is_none_or(|(least, _)| value.abs() <= *least) {
                 nearest = Some((value.abs(), point));
             }
         }
-        match nearest {
-            Some((least, _)) if least > jump * from[1].abs().max(to[1].abs()) => Ok(None),
-            Some((_, point)) => Ok(Some(point)),
-            None => self.point_at(between, brent.best()).map(Some),
+        let is_jump = |(least, _): &(f64, _)| *least > jump * from[1].abs().max(to[1].abs());
+        if nearest.as_ref().is_some_and(is_jump) {
+            return None;
         }
+        Some(Narrowed { at: brent.best(), nearest: nearest.map(|(_, point)| point), failed: None })
     }
 
     /// The point at the distance σ.
@@ -183,63 +187,6 @@ impl<C: Curve> Engine<C> {
     ) -> Result<CurvePoint<C::Solution>, CurveError> {
         let (x, p) = between.at(sigma);
         self.correct(between.a, &between.a.tangent, sigma, x, p)
-    }
-
-    /// The crossing of branches between two distances σ, at which `test` changes its sign.
-    ///
-    /// At the crossing itself the equations are singular. The place is that of the root of the cubic through
-    /// four values of the test beside the crossing, and the solution is interpolated in the same way. Also
-    /// returns whether the branch turns back at the crossing: dp/ds changes its sign between the places next
-    /// to it.
-    pub(crate) fn locate_crossing(
-        &mut self,
-        between: &Between<'_, C::Solution>,
-        ends: [[f64; 2]; 2],
-        test: &mut Test<'_, C>,
-    ) -> Result<Option<Turning<C::Solution>>, CurveError> {
-        self.at_crossing = true;
-        let rough = self.locate_between(between, ends, test);
-        self.at_crossing = false;
-        let Some(rough) = rough? else { return Ok(None) };
-        let (width, middle) = (ends[1][0] - ends[0][0], self.distance(between.a, &rough));
-        let mut beside = Vec::with_capacity(PLACES_BESIDE.len());
-        for place in PLACES_BESIDE {
-            let sigma = middle + place * BESIDE_STEP * width;
-            let point = self.point_at(between, sigma)?;
-            let Some(value) = test(self, &point) else { return Ok(None) };
-            beside.push((place, value, point));
-        }
-        let weights = |z: f64| -> Vec<f64> {
-            let weight = |i: usize| {
-                let others = (0..PLACES_BESIDE.len()).filter(|&j| j != i);
-                others.map(|j| (z - PLACES_BESIDE[j]) / (PLACES_BESIDE[i] - PLACES_BESIDE[j])).product()
-            };
-            (0..PLACES_BESIDE.len()).map(weight).collect()
-        };
-        let value =
-            |z: f64| -> f64 { weights(z).iter().zip(&beside).map(|(w, (_, value, _))| w * value).sum() };
-        let ends = [PLACES_BESIDE[0], PLACES_BESIDE[PLACES_BESIDE.len() - 1]];
-        let [low, high] = ends.map(|z| [z, value(z)]);
-        if (low[1] > 0.0) == (high[1] > 0.0) {
-            return Ok(Some((rough, false)));
-        }
-        let mut brent = Brent::new(low, high, LOCATED_WITHIN);
-        while let Some(z) = brent.next() {
-            brent.take(z, value(z));
-        }
-        let weights = weights(brent.best());
-        let [before, after] = [&beside[1].2, &beside[2].2].map(CurvePoint::slope);
-        // A slope that is 0 elsewhere is that of a fold beside the crossing.
-        let slope: f64 = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.slope()).sum();
-        let to_fold = slope * slope / (after - before) * BESIDE_STEP * width * rough.units[rough.x.len()];
-        let turns = before * after < 0.0 && same_parameter(rough.p + to_fold, rough.p);
-        let p = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.p).sum();
-        let x =
-            weights.iter().zip(&beside).fold(rough.x.clone() * 0.0, |x, (w, (.., point))| x + &point.x * *w);
-        let linear = self.curve.linearise(&x, p)?;
-        let solved = linear.residual.amax() <= INTERPOLATED;
-        let point = if solved { CurvePoint { x, p, solution: linear.solution, ..rough } } else { rough };
-        Ok(Some((point, turns)))
     }
 
     /// A distance between two others at which `test` has the opposite sign, and its value; `None` if none
@@ -298,8 +245,15 @@ fn narrow(ends: &mut [[f64; 2]; 2], one: [f64; 2], other: [f64; 2]) -> [f64; 2] 
     low
 }
 
-/// A located point, and whether the branch turns back at it though it is no fold.
-pub(crate) type Turning<S> = (CurvePoint<S>, bool);
+/// Where the search of a change of sign ended.
+pub(super) struct Narrowed<S> {
+    /// The distance σ that was asked last.
+    pub(super) at: f64,
+    /// The point with the least value of the test; `None` if none was computed, or the last one was not.
+    pub(super) nearest: Option<CurvePoint<S>>,
+    /// Why the last point was not computed.
+    pub(super) failed: Option<CurveError>,
+}
 
 /// A function of a point of the curve whose sign changes at the points looked for.
 pub(crate) type Test<'t, C> =

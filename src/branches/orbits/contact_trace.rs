@@ -152,8 +152,8 @@ impl<'m> Tracer<'m> {
         self.keep(contact, edge, from[1] > 0.0, brent.best(), edge.distance(&c));
     }
 
-    /// Samples the rates of a contact over a step. A rate that jumps between two steps, at a kink of an edge, is
-    /// an extremum.
+    /// Samples the rates of a contact over a step. A rate that jumps between two steps, at a kink of an edge,
+    /// is an extremum.
     fn sample(&mut self, step: &mut Step<'_>, contact: usize) {
         let parts = step.parts() * SAMPLES_PER_PART;
         self.samples.clear();

@@ -1,8 +1,9 @@
 //! What lies between two neighbouring points of a branch.
 
 use crate::analysis::RattleState;
+use crate::branches::curve::crossing::same_parameter;
 use crate::branches::curve::equations::CurveError;
-use crate::branches::curve::locate::{Between, same_parameter};
+use crate::branches::curve::locate::Between;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
@@ -100,8 +101,8 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         Ok(self.bifurcations(found))
     }
 
-    /// What the located bifurcations are. A fold at the parameter of a crossing that was located in this step or an
-    /// earlier one is that crossing, at which the branch turns back.
+    /// What the located bifurcations are. A fold at the parameter of a crossing that was located in this step
+    /// or an earlier one is that crossing, at which the branch turns back.
     fn bifurcations(&mut self, mut found: Vec<(f64, CurvePoint<C::Solution>, Change)>) -> LocatedPoints<C> {
         let is_crossing = |change: Change| matches!(change, Change::Branch | Change::Branches(_));
         if let Some((_, point, _)) = found.iter().rev().find(|(.., change)| is_crossing(*change)) {

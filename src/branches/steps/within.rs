@@ -1,9 +1,10 @@
 //! Bifurcations within a part of a step that has one contact sequence.
 
 use crate::analysis::RattleState;
+use crate::branches::curve::crossing::same_parameter;
 use crate::branches::curve::engine::Engine;
 use crate::branches::curve::equations::CurveError;
-use crate::branches::curve::locate::{Between, Test, same_parameter};
+use crate::branches::curve::locate::{Between, Test};
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::{Change, VERTICAL};
