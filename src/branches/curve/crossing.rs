@@ -10,11 +10,22 @@ use nalgebra::DVector;
 /// A located point, and whether the branch turns back at it though it is no fold.
 pub(crate) type Turning<S> = (CurvePoint<S>, bool);
 
+/// A crossing at a distance σ; whether the branch turns back there: dp/ds changes its sign at it.
+struct Crossing<S> {
+    sigma: f64,
+    point: CurvePoint<S>,
+    turns: bool,
+}
+
 /// Places beside a crossing of branches, in steps.
 const PLACES_BESIDE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 
 /// Length of these steps, as a share of the step between the points `[1]`.
 const BESIDE_STEP: f64 = 0.02;
+
+/// How often a crossing at which the equations are not solved is approached, and the ratio of the steps.
+const APPROACHES: i32 = 2;
+const APPROACH: f64 = 0.125;
 
 /// Accuracy of the parameter at a crossing at which a branch turns back, as a share of it `[1]`. Rounding
 /// leaves it open by some 1e-10, and the place along the branch by the square root of that.
@@ -29,12 +40,11 @@ pub(crate) fn same_parameter(fold: f64, crossing: f64) -> bool {
 const INTERPOLATED: f64 = 1e-9;
 
 impl<C: Curve> Engine<C> {
-    /// The crossing of branches between two distances σ, at which `test` changes its sign.
+    /// The crossing of branches between two distances σ, at which `test` changes its sign, and whether the
+    /// branch turns back there.
     ///
-    /// At the crossing itself the equations are singular. The place is that of the root of the cubic through
-    /// four values of the test beside the crossing, and the solution is interpolated in the same way. Also
-    /// returns whether the branch turns back at the crossing: dp/ds changes its sign between the places next
-    /// to it.
+    /// At the crossing itself the equations are singular, and next to it they may not be solved. The place is
+    /// then approached from places beside it.
     pub(crate) fn locate_crossing(
         &mut self,
         between: &Between<'_, C::Solution>,
@@ -44,21 +54,45 @@ impl<C: Curve> Engine<C> {
         self.at_crossing = true;
         let narrowed = self.narrowed(between, ends, JUMP, test);
         self.at_crossing = false;
-        // Next to the crossing the equations may not be solved: then it is near the place that was asked
-        // last.
-        let (middle, rough) = match narrowed {
+        let step = BESIDE_STEP * (ends[1][0] - ends[0][0]);
+        let at = match narrowed {
             None => return Ok(None),
             Some(Narrowed { failed: Some(exhausted @ CurveError::Exhausted(_)), .. }) => {
                 return Err(exhausted);
             }
-            Some(Narrowed { nearest: Some(point), .. }) => (self.distance(between.a, &point), Some(point)),
-            Some(Narrowed { at, .. }) => (at, None),
+            Some(Narrowed { nearest: Some(point), .. }) => {
+                let middle = self.distance(between.a, &point);
+                let crossing = self.crossing(between, middle, step, Some(&point), test)?;
+                return Ok(crossing.map(|crossing| (crossing.point, crossing.turns)));
+            }
+            Some(Narrowed { at, .. }) => at,
         };
-        let width = ends[1][0] - ends[0][0];
+        let Some(mut crossing) = self.crossing(between, at, step, None, test)? else { return Ok(None) };
+        for k in 1..=APPROACHES {
+            match self.crossing(between, crossing.sigma, step * APPROACH.powi(k), None, test) {
+                // The slopes next to the crossing are rounding.
+                Ok(Some(nearer)) => crossing = Crossing { turns: crossing.turns, ..nearer },
+                Err(exhausted @ CurveError::Exhausted(_)) => return Err(exhausted),
+                Ok(None) | Err(_) => break,
+            }
+        }
+        Ok(Some((crossing.point, crossing.turns)))
+    }
+
+    /// The crossing by the cubic through four values of the test beside the distance `middle`, in steps of
+    /// `step`. The solution is interpolated in the same way; where it does not solve the equations, it is
+    /// `rough`. `None` if these values show no crossing.
+    fn crossing(
+        &mut self,
+        between: &Between<'_, C::Solution>,
+        middle: f64,
+        step: f64,
+        rough: Option<&CurvePoint<C::Solution>>,
+        test: &mut Test<'_, C>,
+    ) -> Result<Option<Crossing<C::Solution>>, CurveError> {
         let mut beside = Vec::with_capacity(PLACES_BESIDE.len());
         for place in PLACES_BESIDE {
-            let sigma = middle + place * BESIDE_STEP * width;
-            let point = self.point_at(between, sigma)?;
+            let point = self.point_at(between, middle + place * step)?;
             let Some(value) = test(self, &point) else { return Ok(None) };
             beside.push((place, value, point));
         }
@@ -73,29 +107,32 @@ impl<C: Curve> Engine<C> {
             |z: f64| -> f64 { weights(z).iter().zip(&beside).map(|(w, (_, value, _))| w * value).sum() };
         let ends = [PLACES_BESIDE[0], PLACES_BESIDE[PLACES_BESIDE.len() - 1]];
         let [low, high] = ends.map(|z| [z, value(z)]);
-        if (low[1] > 0.0) == (high[1] > 0.0) {
-            return Ok(rough.map(|rough| (rough, false)));
+        let given = |point: &CurvePoint<_>| Crossing { sigma: middle, point: point.clone(), turns: false };
+        // Where the test does not rise or fall over all of them, its sign at a place between them is
+        // rounding.
+        let is_monotonic = beside.is_sorted_by(|a, b| a.1 < b.1) || beside.is_sorted_by(|a, b| a.1 > b.1);
+        if (low[1] > 0.0) == (high[1] > 0.0) || (rough.is_none() && !is_monotonic) {
+            return Ok(rough.map(given));
         }
         let mut brent = Brent::new(low, high, LOCATED_WITHIN);
         while let Some(z) = brent.next() {
             brent.take(z, value(z));
         }
-        let weights = weights(brent.best());
-        let near = rough.clone().unwrap_or_else(|| beside[1].2.clone());
+        let (sigma, weights) = (middle + brent.best() * step, weights(brent.best()));
+        let near = rough.unwrap_or(&beside[1].2);
         let n = near.x.len();
         let [before, after] = [&beside[1].2, &beside[2].2].map(CurvePoint::slope);
         // A slope that is 0 elsewhere is that of a fold beside the crossing.
         let slope: f64 = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.slope()).sum();
-        let to_fold = slope * slope / (after - before) * BESIDE_STEP * width * near.units[n];
+        let to_fold = slope * slope / (after - before) * step * near.units[n];
         let turns = before * after < 0.0 && same_parameter(near.p + to_fold, near.p);
         let p = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.p).sum();
         let x = weights.iter().zip(&beside).fold(DVector::zeros(n), |x, (w, (.., point))| x + &point.x * *w);
         let linear = self.curve.linearise(&x, p)?;
-        let point = if linear.residual.amax() <= INTERPOLATED {
-            Some(CurvePoint { x, p, solution: linear.solution, ..near })
-        } else {
-            rough
-        };
-        Ok(point.map(|point| (point, turns)))
+        if linear.residual.amax() > INTERPOLATED {
+            return Ok(rough.map(|rough| Crossing { turns, ..given(rough) }));
+        }
+        let point = CurvePoint { x, p, solution: linear.solution, ..near.clone() };
+        Ok(Some(Crossing { sigma, point, turns }))
     }
 }

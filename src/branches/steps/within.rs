@@ -321,12 +321,15 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         b: &Place<C::Solution>,
     ) -> Result<(), CurveError> {
         let [Some(from), Some(to)] = [a, b].map(|place| value(change, place)) else { return Ok(()) };
-        if from * to <= 0.0 {
+        let inside = self.found.iter().filter(|(sigma, ..)| (a.sigma..b.sigma).contains(sigma));
+        let inside: Vec<Change> = inside.map(|(.., change)| *change).collect();
+        // Two located points are the two changes of the sign.
+        if from * to <= 0.0 || inside.iter().filter(|other| **other == change).count() > 1 {
             return Ok(());
         }
+        let is_new = inside.is_empty();
         let [from, to] = [[a.sigma, from], [b.sigma, to]];
         let (between, sign) = (self.between, from[1].signum());
-        let is_new = !self.found.iter().any(|(sigma, ..)| (a.sigma..b.sigma).contains(sigma));
         let before = a.multipliers.as_ref().filter(|_| is_new).map(outside);
         // Two multipliers that pass the circle together leave the sign of the test as it is.
         let (mut passed, mut of_change) = (None, test_of(change));
