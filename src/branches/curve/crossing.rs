@@ -7,14 +7,14 @@ use crate::branches::curve::point::CurvePoint;
 use crate::numeric::search::brent::Brent;
 use nalgebra::DVector;
 
-/// A located point, and whether the branch turns back at it though it is no fold.
-pub(crate) type Turning<S> = (CurvePoint<S>, bool);
+/// A located point and, if the branch turns back at it though it is not a fold, the slope dp/ds before it.
+pub(crate) type Turning<S> = (CurvePoint<S>, Option<f64>);
 
-/// A crossing at a distance σ; whether the branch turns back there: dp/ds changes its sign at it.
+/// A crossing at a distance σ. If the branch turns back there, dp/ds changes its sign: the slope before it.
 struct Crossing<S> {
     sigma: f64,
     point: CurvePoint<S>,
-    turns: bool,
+    turns: Option<f64>,
 }
 
 /// Places beside a crossing of branches, in steps.
@@ -24,8 +24,11 @@ const PLACES_BESIDE: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 const BESIDE_STEP: f64 = 0.02;
 
 /// How often a crossing at which the equations are not solved is approached, and the ratio of the steps.
-const APPROACHES: i32 = 2;
+const APPROACHES: i32 = 3;
 const APPROACH: f64 = 0.125;
+
+/// Change of the parameter below which such a crossing is located, as a share of it `[1]`.
+const APPROACHED: f64 = 1e-8;
 
 /// Accuracy of the parameter at a crossing at which a branch turns back, as a share of it `[1]`. Rounding
 /// leaves it open by some 1e-10, and the place along the branch by the square root of that.
@@ -69,14 +72,19 @@ impl<C: Curve> Engine<C> {
         };
         let Some(mut crossing) = self.crossing(between, at, step, None, test)? else { return Ok(None) };
         for k in 1..=APPROACHES {
-            match self.crossing(between, crossing.sigma, step * APPROACH.powi(k), None, test) {
-                // The slopes next to the crossing are rounding.
-                Ok(Some(nearer)) => crossing = Crossing { turns: crossing.turns, ..nearer },
+            let nearer = match self.crossing(between, crossing.sigma, step * APPROACH.powi(k), None, test) {
+                Ok(Some(nearer)) => nearer,
                 Err(exhausted @ CurveError::Exhausted(_)) => return Err(exhausted),
                 Ok(None) | Err(_) => break,
+            };
+            let change = (nearer.point.p - crossing.point.p).abs();
+            // The slopes next to the crossing are rounding: those of the longest steps count.
+            crossing = Crossing { turns: crossing.turns, ..nearer };
+            if change < APPROACHED * crossing.point.p.abs() {
+                return Ok(Some((crossing.point, crossing.turns)));
             }
         }
-        Ok(Some((crossing.point, crossing.turns)))
+        Ok(None)
     }
 
     /// The crossing by the cubic through four values of the test beside the distance `middle`, in steps of
@@ -107,7 +115,7 @@ impl<C: Curve> Engine<C> {
             |z: f64| -> f64 { weights(z).iter().zip(&beside).map(|(w, (_, value, _))| w * value).sum() };
         let ends = [PLACES_BESIDE[0], PLACES_BESIDE[PLACES_BESIDE.len() - 1]];
         let [low, high] = ends.map(|z| [z, value(z)]);
-        let given = |point: &CurvePoint<_>| Crossing { sigma: middle, point: point.clone(), turns: false };
+        let given = |point: &CurvePoint<_>| Crossing { sigma: middle, point: point.clone(), turns: None };
         // Where the test does not rise or fall over all of them, its sign at a place between them is
         // rounding.
         let is_monotonic = beside.is_sorted_by(|a, b| a.1 < b.1) || beside.is_sorted_by(|a, b| a.1 > b.1);
@@ -126,6 +134,7 @@ impl<C: Curve> Engine<C> {
         let slope: f64 = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.slope()).sum();
         let to_fold = slope * slope / (after - before) * step * near.units[n];
         let turns = before * after < 0.0 && same_parameter(near.p + to_fold, near.p);
+        let turns = turns.then_some(before);
         let p = weights.iter().zip(&beside).map(|(w, (.., point))| w * point.p).sum();
         let x = weights.iter().zip(&beside).fold(DVector::zeros(n), |x, (w, (.., point))| x + &point.x * *w);
         let linear = self.curve.linearise(&x, p)?;

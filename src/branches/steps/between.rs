@@ -17,7 +17,7 @@ use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::Within;
 
 /// Distance of two grazings that happen at the same time, as a share of the step `[1]`.
-const SAME_TIME: f64 = 1e-9;
+pub(super) const SAME_TIME: f64 = 1e-9;
 
 impl<C: OrbitMethod> Stepper<'_, C> {
     /// The located points between the last point and `reached`, in order, and what was not explained or

@@ -9,6 +9,7 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::orbits::sorted_extremes::SortedExtremes;
 use crate::branches::points::detect::{SEQUENCE, explain_the_sequence, passed};
 use crate::branches::points::test_functions::grazing_dips;
+use crate::branches::steps::between::SAME_TIME;
 
 /// A place within a step with the extremes of its orbit.
 #[derive(Clone)]
@@ -78,6 +79,17 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
                 self.unexplained.push(SEQUENCE);
             }
         }
+        // A grazing bends what the other extremes do: its orbit divides a part.
+        let grazed: Vec<(f64, Extremum)> = self.found.iter().map(|(sigma, _, e)| (*sigma, *e)).collect();
+        for (sigma, point, _) in &self.found {
+            places.push(Traced { sigma: *sigma, trace: self.engine.curve.measure(point, &[])?.trace });
+        }
+        places.sort_by(|a, b| a.sigma.total_cmp(&b.sigma));
+        places.dedup_by(|a, b| a.sigma - b.sigma <= SAME_TIME * step);
+        let grazes = |place: &Traced, extremum: &Extremum| {
+            let here = grazed.iter().filter(|(sigma, _)| (sigma - place.sigma).abs() <= SAME_TIME * step);
+            here.into_iter().any(|(_, e)| e.is_like(extremum) && e.apart(extremum.phase) < NEAR)
+        };
         // Extremes that pass their edge twice within a part.
         let first = before.map(|(length, extremes)| (-length, extremes));
         let after = places.iter().map(|place| (place.sigma, place.trace.extremes.as_slice()));
@@ -95,6 +107,7 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
                     }
                 }
             }
+            near.retain(|extremum| two.iter().all(|place| !grazes(place, extremum)));
             for extremum in near {
                 self.search_dip(extremum, &two[0], &two[1])?;
             }

@@ -53,8 +53,9 @@ pub(super) fn is_near_circle<S>(place: &Place<S>) -> bool {
 
 /// What the search for a zero of a test found.
 pub(super) enum Zero {
-    /// The distance of a point that is kept, and whether the branch turns back there though it is no fold.
-    Point(f64, bool),
+    /// The distance of a point that is kept and, if the branch turns back there though it is not a fold, the
+    /// slope dp/ds before it.
+    Point(f64, Option<f64>),
     /// A zero of the test of tori without a complex pair on the unit circle.
     Saddle,
     /// No point.
@@ -181,7 +182,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         }
         // A zero of the test of tori that is none is known before other points are kept.
         all.sort_by_key(|change| *change != Change::NeimarkSacker);
-        let mut at = Vec::with_capacity(all.len());
+        let (kept, mut at) = (self.found.len(), Vec::with_capacity(all.len()));
         let (mut turns, mut crossing) = (false, None);
         for &change in &all {
             // A crossing at which the branch turns back is no fold.
@@ -193,7 +194,12 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 Zero::Point(sigma, turned) => {
                     let p = self.found.last().map(|(_, point, _)| point.p);
                     let near = crossing.zip(p).is_some_and(|(crossing, p)| same_parameter(p, crossing));
-                    turns |= turned;
+                    // Another slope at the start is that of a branch with a fold before the crossing.
+                    if turned.is_some_and(|slope| slope * a.point.slope() < 0.0) && left > 0 {
+                        self.found.truncate(kept);
+                        return self.halve(a, b, left);
+                    }
+                    turns |= turned.is_some();
                     match change {
                         Change::Branch => crossing = p,
                         // The branch turns back at the crossing.
@@ -262,7 +268,7 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                 Change::Fold => self.engine.locate_fold(self.between, [from, to], test),
                 _ => self.engine.locate_between(self.between, [from, to], test),
             };
-            point.map(|point| point.map(|point| (point, false)))
+            point.map(|point| point.map(|point| (point, None)))
         };
         match located {
             Err(CurveError::Exhausted(exhausted)) => Err(exhausted.into()),
