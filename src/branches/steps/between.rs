@@ -9,15 +9,12 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::Change;
 use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::branches::points::test_functions::{dips, misses_a_fold};
-use crate::branches::steps::grazings::Grazings;
+use crate::branches::steps::grazings::{Grazings, SAME_TIME};
 use crate::branches::steps::node::Node;
 use crate::branches::steps::of_orbits::{LocatedPoints, SEPARATE};
 use crate::branches::steps::place::Place;
 use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::Within;
-
-/// Distance of two grazings that happen at the same time, as a share of the step `[1]`.
-pub(super) const SAME_TIME: f64 = 1e-9;
 
 impl<C: OrbitMethod> Stepper<'_, C> {
     /// The located points between the last point and `reached`, in order, and what was not explained or

@@ -9,7 +9,6 @@ use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::orbits::sorted_extremes::SortedExtremes;
 use crate::branches::points::detect::{SEQUENCE, explain_the_sequence, passed};
 use crate::branches::points::test_functions::grazing_dips;
-use crate::branches::steps::between::SAME_TIME;
 
 /// A place within a step with the extremes of its orbit.
 #[derive(Clone)]
@@ -40,6 +39,9 @@ const REACH: f64 = 4.0;
 
 /// Accuracy of the place at which extremes vanish, as a share of the step `[1]`.
 const VANISHED: f64 = 1e-3;
+
+/// Distance of two grazings that happen at the same time, as a share of the step `[1]`.
+pub(super) const SAME_TIME: f64 = 1e-9;
 
 impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
     pub(crate) fn new(engine: &'w mut Engine<C>, between: &'w Between<'p, C::Solution>) -> Self {
