@@ -29,6 +29,11 @@ const FAST: f64 = 0.1;
 /// Shortest share of a step that is tried where the accelerations grow.
 const SHORTEST: f64 = 0.02;
 
+/// Share of the largest load, or of the largest force of the teeth at half their backlash, that counts as
+/// none: what is left of rounding in parts without a load falls with their motion, and with the terms that it
+/// is compared with.
+const NOTHING: f64 = 1e-20;
+
 /// Number of coordinates from which equations are sparse.
 const SPARSE_FROM: usize = 128;
 
@@ -48,6 +53,8 @@ pub(super) struct AtRest<'m> {
     /// The load of each coordinate: the mean size of its acceleration at q = 0 with all contacts in their
     /// gaps.
     loads: Vec<f64>,
+    /// What may be left in a coordinate that carries nothing.
+    least: f64,
 }
 
 /// A position and the accelerations that are left in it.
@@ -60,7 +67,9 @@ impl<'m> AtRest<'m> {
     pub(super) fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
         let mean = Mean::new(model, instants);
         let loads = mean.sizes(&vec![Piece::Gap; model.contacts()]);
-        AtRest { t, mean, rigid, loads }
+        let on_flanks = mean.sizes(&vec![Piece::Upper; model.contacts()]);
+        let least = NOTHING * largest(&loads).max(largest(&on_flanks));
+        AtRest { t, mean, rigid, loads, least }
     }
 
     /// The largest load.
@@ -70,7 +79,7 @@ impl<'m> AtRest<'m> {
 
     /// How far the accelerations `rests` in a position exceed what may be left in balance: the largest of
     /// them over its tolerance. A coordinate may keep a share of its load, and the rounding of the terms
-    /// whose sum its acceleration is.
+    /// whose sum its acceleration is; where both fall to nothing, as in a part without a load, a floor holds.
     ///
     /// `drift`: the accelerations of a rigid motion, which are not part of `rests`. If the drift of every
     /// loaded coordinate is within its tolerance, the drift is rounding. A body that lies in its gap need not
@@ -79,7 +88,7 @@ impl<'m> AtRest<'m> {
         // A model that does not know its terms may hold the largest of them in any coordinate.
         let unknown = || vec![largest(&self.mean.sizes(pieces)); q.len()];
         let terms = self.mean.terms(pieces, q).unwrap_or_else(unknown);
-        let tolerance = |i: usize| BALANCED * self.loads[i] + ROUNDED * terms[i];
+        let tolerance = |i: usize| BALANCED * self.loads[i] + ROUNDED * terms[i] + self.least;
         let is_rounding = (0..q.len()).all(|i| self.loads[i] == 0.0 || drift[i].abs() <= tolerance(i));
         let free = |i: usize| if is_rounding { 2.0 * drift[i].abs() } else { 0.0 };
         (0..q.len()).fold(0.0, |most: f64, i| {

@@ -505,3 +505,25 @@ fn an_unconnected_body_that_accelerates_has_no_orbit() {
     let orbit = Shooting::new().solve(&pair, &State::at_rest(3)).unwrap();
     assert!((orbit.mean_acceleration()[1] - 0.25).abs() < 1e-9);
 }
+
+/// The motion of a far guess is far larger than that of the orbit: corrections below its rounding were taken for an orbit.
+#[test]
+fn orbits_from_far_guesses_close() -> std::result::Result<(), Box<dyn std::error::Error>> {
+    let pair = gear_dynamics::trains::SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05])?
+        .parts()?
+        .build("driver", 0.5)?;
+    let mut found = 0;
+    for q in [0.8, 0.9, 1.0, 1.1, 1.2, 3e8, 1e9, 1e10, 1e12, 1e15, 1e30] {
+        let Ok(orbit) = Shooting::new().solve(&pair, &State::new(0.0, &[q], &[0.0])) else { continue };
+        let start = &orbit.states()[0];
+        let end = Taylor::new().end(&pair, start, start.t + pair.period())?;
+        assert!(
+            (end.q[0] - start.q[0]).abs() < 1e-8 && (end.v[0] - start.v[0]).abs() < 1e-8,
+            "{q:e}: {start:?} {end:?}"
+        );
+        assert!(orbit.accuracy() < 1e-9 && orbit.range()[0] < 100.0, "{q:e}: {:?}", orbit.range());
+        found += 1;
+    }
+    assert!(found > 0, "no guess leads to an orbit");
+    Ok(())
+}

@@ -59,6 +59,9 @@ pub(crate) type Rigid = Vec<[bool; 2]>;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ContactTrace {
     pub(crate) extremes: Vec<Extremum>,
+    /// Where a contact nearly turns: its rate comes close to 0 and does not change its sign. In a
+    /// neighbouring orbit two extremes may stand there.
+    pub(crate) flats: Vec<Extremum>,
     /// For each contact the number of crossings of its lower and its upper edge.
     pub(crate) crossings: Vec<[u32; 2]>,
     /// For each contact the largest rate of its deflection; 0 where it is not measured.
@@ -73,7 +76,12 @@ impl ContactTrace {
     }
 
     pub(crate) fn new(contacts: usize) -> Self {
-        ContactTrace { extremes: Vec::new(), crossings: vec![[0; 2]; contacts], fastest: vec![0.0; contacts] }
+        ContactTrace {
+            extremes: Vec::new(),
+            flats: Vec::new(),
+            crossings: vec![[0; 2]; contacts],
+            fastest: vec![0.0; contacts],
+        }
     }
     /// The extremes at rigid stops that are impacts (`past`), or those that do not reach their stop.
     pub(crate) fn at_stops<'t>(&'t self, rigid: &'t Rigid, past: bool) -> impl Iterator<Item = &'t Extremum> {
@@ -203,6 +211,11 @@ impl<'m> Tracer<'m> {
             if let Some(inside) = beyond_zero(from, to, rate) {
                 self.refine(step, contact, edge, from, inside);
                 self.refine(step, contact, edge, inside, to);
+            } else {
+                let distance = edge.distance(&self.at(step, contact, to[0]));
+                let phase = (to[0] - self.start) / self.period;
+                let maximum = from[1] > 0.0;
+                self.trace.flats.push(Extremum { contact, edge, maximum, phase, distance });
             }
         }
     }

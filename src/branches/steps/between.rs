@@ -2,7 +2,7 @@
 
 use crate::analysis::RattleState;
 use crate::branches::curve::crossing::same_parameter;
-use crate::branches::curve::equations::CurveError;
+use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::locate::Between;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
@@ -15,6 +15,13 @@ use crate::branches::steps::of_orbits::{LocatedPoints, SEPARATE};
 use crate::branches::steps::place::Place;
 use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::Within;
+
+/// Distance from a crossing up to which a fold with its parameter is the crossing, as a share of the maximum
+/// step `[1]`.
+const AT_CROSSING: f64 = 0.02;
+
+/// A located bifurcation with its distance.
+type Bifurcation<C> = (f64, CurvePoint<<C as Curve>::Solution>, Change);
 
 impl<C: OrbitMethod> Stepper<'_, C> {
     /// The located points between the last point and `reached`, in order, and what was not explained or
@@ -68,7 +75,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         let Within { found, unexplained: left, .. } = within;
         unexplained.extend(left);
         rattles.push(reached.measured.rattle.clone());
-        let mut all = self.bifurcations(found);
+        let mut all = self.bifurcations(self.arclength, found);
         for (sigma, point, extremum) in grazed {
             let contact = extremum.contact;
             let passed =
@@ -95,18 +102,23 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         within.search_dips(&dips, start, &self.last.place(*length))?;
         let Within { mut found, .. } = within;
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(self.bifurcations(found))
+        let from = self.arclength - *length;
+        Ok(self.bifurcations(from, found))
     }
 
-    /// What the located bifurcations are. A fold at the parameter of a crossing that was located in this step
-    /// or an earlier one is that crossing, at which the branch turns back.
-    fn bifurcations(&mut self, mut found: Vec<(f64, CurvePoint<C::Solution>, Change)>) -> LocatedPoints<C> {
+    /// What the bifurcations are that lie at distances from the arclength `from`. A fold beside a crossing
+    /// that was located before, with its parameter, is that crossing, at which the branch turns back.
+    fn bifurcations(&mut self, from: f64, mut found: Vec<Bifurcation<C>>) -> LocatedPoints<C> {
         let is_crossing = |change: Change| matches!(change, Change::Branch | Change::Branches(_));
-        if let Some((_, point, _)) = found.iter().rev().find(|(.., change)| is_crossing(*change)) {
-            self.crossing = Some(point.p);
+        if let Some((sigma, point, _)) = found.iter().rev().find(|(.., change)| is_crossing(*change)) {
+            self.crossing = Some([from + sigma, point.p]);
         }
-        if let Some(p) = self.crossing {
-            found.retain(|(_, point, change)| *change != Change::Fold || !same_parameter(p, point.p));
+        if let Some([at, p]) = self.crossing {
+            let near = AT_CROSSING * self.settings.max_step;
+            found.retain(|(sigma, point, change)| {
+                let is_crossing = (from + sigma - at).abs() < near && same_parameter(point.p, p);
+                *change != Change::Fold || !is_crossing
+            });
         }
         let kind = |point: &CurvePoint<C::Solution>, change| match change {
             Change::Fold => PointKind::Fold,

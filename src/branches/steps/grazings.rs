@@ -40,6 +40,9 @@ const REACH: f64 = 4.0;
 /// Accuracy of the place at which extremes vanish, as a share of the step `[1]`.
 const VANISHED: f64 = 1e-3;
 
+/// Longest part beside an orbit that nearly turns at an edge, as a share of the step `[1]`.
+const FLAT: f64 = 0.2;
+
 /// Distance of two grazings that happen at the same time, as a share of the step `[1]`.
 pub(super) const SAME_TIME: f64 = 1e-9;
 
@@ -63,12 +66,9 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
         step: f64,
     ) -> Result<(), CurveError> {
         let mut places = vec![Traced { sigma: 0.0, trace: a.clone() }];
-        self.divide(
-            &Traced { sigma: 0.0, trace: a.clone() },
-            Traced { sigma: step, trace: b.clone() },
-            VANISHED * step,
-            &mut places,
-        )?;
+        let ends = [(0.0, a), (step, b)].map(|(sigma, trace)| Traced { sigma, trace: trace.clone() });
+        let [a, b] = ends;
+        self.divide(&a, b, [VANISHED, FLAT].map(|share| share * step), &mut places)?;
         for two in places.windows(2) {
             let found = self.found.len();
             self.search_part(&two[0], &two[1], MAX_HALVINGS)?;
@@ -119,16 +119,18 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
     }
 
     /// Appends places up to `b` between which no extremum near an edge vanishes or appears, except over
-    /// distances below `least`.
+    /// distances below the first of `least`. Where an orbit nearly turns beside an edge, extremes may appear
+    /// and vanish again: there the distances are below the second one.
     fn divide(
         &mut self,
         a: &Traced,
         b: Traced,
-        least: f64,
+        least: [f64; 2],
         places: &mut Vec<Traced>,
     ) -> Result<(), CurveError> {
         let part = b.sigma - a.sigma;
-        if part > least && one_vanishes([&a.trace, &b.trace], part) {
+        let traces = [&a.trace, &b.trace];
+        if (part > least[0] && one_vanishes(traces, part)) || (part > least[1] && one_is_flat(traces, part)) {
             let middle = self.at(0.5 * (a.sigma + b.sigma))?;
             self.divide(a, middle.clone(), least, places)?;
             return self.divide(&middle, b, least, places);
@@ -196,10 +198,20 @@ impl<'w, 'p, C: OrbitMethod> Grazings<'w, 'p, C> {
 fn one_vanishes(orbits: [&ContactTrace; 2], part: f64) -> bool {
     let [a, b] = orbits.map(|orbit| SortedExtremes::of(&orbit.extremes));
     [(&a, &b), (&b, &a)].into_iter().zip(orbits).any(|((own, other), orbit)| {
-        let farthest: Vec<f64> = (0..orbit.crossings.len()).map(|contact| orbit.farthest(contact)).collect();
-        let is_near = |e: &Extremum| e.distance.abs() < REACH * part * farthest[e.contact];
+        let is_near = near_an_edge(orbit, part);
         orbit.extremes.iter().any(|e| is_near(e) && other.same(e, own).is_none())
     })
+}
+
+/// Whether one of two orbits nearly turns beside an edge.
+fn one_is_flat(orbits: [&ContactTrace; 2], part: f64) -> bool {
+    orbits.into_iter().any(|orbit| orbit.flats.iter().any(near_an_edge(orbit, part)))
+}
+
+/// Whether an extremum of an orbit may reach its edge within the distance `part`.
+fn near_an_edge(orbit: &ContactTrace, part: f64) -> impl Fn(&Extremum) -> bool {
+    let farthest: Vec<f64> = (0..orbit.crossings.len()).map(|contact| orbit.farthest(contact)).collect();
+    move |e| e.distance.abs() < REACH * part * farthest[e.contact]
 }
 
 /// The distance of an extremum from its edge.

@@ -101,8 +101,8 @@ pub(crate) struct Stepper<'f, C: Followed> {
     pub(crate) before: Option<(f64, Values)>,
     /// The start of the last step, if nothing was located in it.
     pub(crate) back: Option<Place<C::Solution>>,
-    /// Parameter of the last crossing of branches that was located.
-    pub(crate) crossing: Option<f64>,
+    /// Arclength and parameter of the last crossing of branches that was located.
+    pub(crate) crossing: Option<[f64; 2]>,
     /// The first point, to notice a closed line.
     first: Option<CurvePoint<C::Solution>>,
     pub(crate) step: f64,

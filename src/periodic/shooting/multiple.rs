@@ -1,20 +1,15 @@
 //! Multiple shooting: periodic orbits to the accuracy of the integration.
 
 use crate::error::{ParameterError, check};
-use crate::model::{Model, Periodic, State};
+use crate::model::{Periodic, State};
 use crate::ode::budget::Meter;
-use crate::ode::{Budget, IntegrateError, Integrator};
+use crate::ode::{Budget, Integrator};
 use crate::periodic::flow::flow_method::{Chosen, Expansion, FlowMethod, OwnIntegrator};
-use crate::periodic::flow::variation::unscaled;
-use crate::periodic::flow::walk::SegmentError;
-use crate::periodic::multipliers::Multipliers;
-use crate::periodic::shooting::cyclic::Cyclic;
-use crate::periodic::shooting::failure::{Iterate, ShootingError};
+use crate::periodic::shooting::failure::ShootingError;
 use crate::periodic::shooting::guess::{Guess, NodePlan};
 use crate::periodic::shooting::neighbour::Neighbour;
-use crate::periodic::shooting::segments::{Purpose, Round, Segments, drift};
-use crate::periodic::shooting::shooting_orbit::{OrbitParts, ShootingOrbit};
-use crate::roots::newton::is_monotone;
+use crate::periodic::shooting::segments::Segments;
+use crate::periodic::shooting::shooting_orbit::ShootingOrbit;
 
 /// Periodic orbits by multiple shooting.
 ///
@@ -47,11 +42,11 @@ use crate::roots::newton::is_monotone;
 #[must_use = "a setting returns a new value"]
 pub struct Shooting {
     pub(crate) period_multiple: usize,
-    segments: Option<usize>,
+    pub(super) segments: Option<usize>,
     pub(crate) tolerance: f64,
     pub(crate) flow_tolerance: f64,
     pub(crate) max_iterations: usize,
-    method: Chosen,
+    pub(super) method: Chosen,
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) budget: Budget,
 }
@@ -64,13 +59,6 @@ impl Default for Shooting {
 
 /// Maximum number of periods and of segments of an orbit.
 pub(crate) const MAX_COUNT: usize = 1_000_000;
-
-/// Minimum damping factor; the iteration fails below it.
-const MIN_DAMPING: f64 = 1.0 / 1024.0;
-
-/// A correction below this that no longer decreases is noise of the flow: rounding and the error of located
-/// edges.
-const NOISE: f64 = 1e-9;
 
 /// Default of the steps of one call. A start far from every orbit can use all of them.
 const STEPS: u64 = 10_000_000;
@@ -194,17 +182,6 @@ impl Shooting {
         Shooting { period_multiple, ..self.clone() }.find(model, &guess, meter)
     }
 
-    /// [`solve`](Shooting::solve) with the rest of a budget.
-    pub(crate) fn find(
-        &self,
-        model: &dyn Periodic,
-        guess: &[State],
-        meter: &Meter<'_>,
-    ) -> Result<ShootingOrbit, ShootingError> {
-        self.check(model.dof())?;
-        self.newton(model, Guess::of(model, &self.plan(), guess, meter)?, meter)
-    }
-
     /// The plan of an orbit in one segment from a nearly closed motion.
     ///
     /// # Errors
@@ -220,7 +197,7 @@ impl Shooting {
         let guess = Guess::of(model, &plan, std::slice::from_ref(start), meter)?;
         Ok(Segments::new(model, guess.scales, &guess.rigid, guess.end, Vec::new(), Expansion::none()))
     }
-    fn plan(&self) -> NodePlan {
+    pub(super) fn plan(&self) -> NodePlan {
         NodePlan {
             multiple: self.period_multiple,
             segments: self.segments,
@@ -231,13 +208,6 @@ impl Shooting {
     /// The work of one call, which is cancelled once `go_on` returns `false`.
     pub(crate) fn meter<'b>(&'b self, go_on: &'b dyn Fn() -> bool) -> Meter<'b> {
         self.budget.begin_while(go_on)
-    }
-    /// Whether a correction is within the tolerance, or noise of the flow: below [`NOISE`], and no longer
-    /// half of the one `before`. `of_range`: the correction as a share of the ranges of motion. Where the
-    /// motion is far smaller than its distance from the origin, one more correction is made.
-    pub(crate) fn accepts(&self, [before, size]: [f64; 2], of_range: f64) -> bool {
-        let is_fine = of_range <= NOISE.max(self.tolerance) || before <= self.tolerance;
-        (size <= self.tolerance && is_fine) || (size > 0.5 * before && size <= NOISE)
     }
     pub(crate) fn method(&self) -> &Chosen {
         &self.method
@@ -254,7 +224,7 @@ impl Shooting {
         self.check(1)
     }
 
-    fn check(&self, dof: usize) -> Result<(), ParameterError> {
+    pub(super) fn check(&self, dof: usize) -> Result<(), ParameterError> {
         let segments = self.segments.unwrap_or(1);
         let counts = [
             ("period_multiple", self.period_multiple),
@@ -269,130 +239,5 @@ impl Shooting {
         check::count("segments", &[segments], MAX_COUNT)?;
         check::positive("tolerance", self.tolerance)?;
         check::tolerance("flow_tolerance", self.flow_tolerance).map(drop)
-    }
-
-    /// Newton's method for the cyclic system. [`Newton`](crate::roots::Newton) does not replace it: one run
-    /// gives residuals and transitions together, so that no factors are kept, a run that fails halves the
-    /// step, and the iteration ends where the noise of the flow begins.
-    fn newton(
-        &self,
-        model: &dyn Model,
-        guess: Guess,
-        meter: &Meter<'_>,
-    ) -> Result<ShootingOrbit, ShootingError> {
-        let expansion = Expansion::new(model, 2 * model.dof(), &[], &self.method).map_err(|error| {
-            let last = Iterate { states: guess.states.clone(), corrections: Vec::new() };
-            ShootingError::of_segment(0, error, last)
-        })?;
-        let segments = Segments::new(model, guess.scales, &guess.rigid, guess.end, Vec::new(), expansion);
-        let mut corrections: Vec<f64> = Vec::new();
-        let (mut first, mut before, mut largest) = (0.0, f64::INFINITY, (0, f64::NAN));
-        let fail = |states: &[State], corrections: &[f64]| Iterate {
-            states: states.to_vec(),
-            corrections: corrections.to_vec(),
-        };
-        let mut here = segments
-            .round(Purpose::Orbit, &guess.states, None, self.flow_tolerance, meter)
-            .map_err(|SegmentError { segment, error }| {
-                ShootingError::of_segment(segment, error, fail(&guess.states, &corrections))
-            })?;
-        for _ in 0..self.max_iterations {
-            let last = |corrections: &[f64]| fail(&here.states, corrections);
-            let system = match Cyclic::factor(&here.transitions, segments.rigid()) {
-                Ok(system) => system,
-                Err(component) => {
-                    return Err(ShootingError::Singular { component, last: last(&corrections) });
-                }
-            };
-            let (step, slack) = system.solve(&here.defects);
-            let size = segments.norm(&step);
-            if corrections.is_empty() {
-                first = segments.largest_change(&step, true).1;
-            }
-            largest = segments.largest_change(&step, false);
-            let accepted = self.accepts([before, size], largest.1);
-            before = size;
-            corrections.push(largest.1);
-            if accepted {
-                return self.finish(model, &segments, here, first, corrections, meter);
-            }
-            let mut damping = 1.0;
-            let next = loop {
-                let (states, slack) = segments.moved(&here, &step, &slack, damping);
-                match segments.round(Purpose::Orbit, &states, Some(&slack), self.flow_tolerance, meter) {
-                    Ok(trial) => {
-                        let simplified = segments.norm(&system.solve(&trial.defects).0);
-                        if is_monotone(simplified / size, damping) || simplified <= self.tolerance {
-                            break Some(trial);
-                        }
-                    }
-                    Err(SegmentError { segment, error: error @ IntegrateError::Exhausted { .. } }) => {
-                        return Err(ShootingError::of_segment(segment, error, last(&corrections)));
-                    }
-                    Err(_) => {}
-                }
-                damping *= 0.5;
-                if damping < MIN_DAMPING || size <= NOISE {
-                    break None;
-                }
-            };
-            here = match next {
-                Some(round) => round,
-                None if size <= NOISE => {
-                    return self.finish(model, &segments, here, first, corrections, meter);
-                }
-                None => return Err(segments.failure(&here, largest, last(&corrections))),
-            };
-        }
-        Err(segments.failure(&here, largest, fail(&here.states, &corrections)))
-    }
-
-    /// The orbit of a converged round.
-    fn finish(
-        &self,
-        model: &dyn Model,
-        segments: &Segments<'_>,
-        round: Round,
-        first: f64,
-        corrections: Vec<f64>,
-        meter: &Meter<'_>,
-    ) -> Result<ShootingOrbit, ShootingError> {
-        let drift = drift(segments.rigid(), &round.slack, segments.scale());
-        if let Some((coordinate, gain)) = segments.accelerates(&drift[1]) {
-            let last = Iterate { states: round.states, corrections };
-            return Err(ShootingError::Accelerates { coordinate, gain, last });
-        }
-        let looser = segments
-            .round(Purpose::Comparison, &round.states, Some(&round.slack), self.flow_tolerance, meter)
-            .ok();
-        let monodromy = round.monodromy();
-        let multipliers = match Multipliers::without(&monodromy, segments.rigid(), f64::INFINITY) {
-            Ok(multipliers) => multipliers,
-            Err(error) => {
-                let last = Iterate { states: round.states, corrections };
-                return Err(ShootingError::Multipliers { error, last });
-            }
-        };
-        let other =
-            looser.and_then(|looser| Multipliers::without(&looser.monodromy(), segments.rigid(), 0.0).ok());
-        let parts = OrbitParts {
-            end: segments.end(),
-            multiple: self.period_multiple,
-            least: self.period_multiple,
-            scale: segments.scale().to_vec(),
-            range: segments.range().to_vec(),
-            drift,
-            monodromy: unscaled(&monodromy, segments.scale()),
-            multipliers: multipliers.compared_with(other),
-            first,
-            crossings: round.crossings,
-            flow: self.flow_tolerance,
-            states: round.states,
-            corrections,
-            method: segments.method(),
-        };
-        let mut orbit = ShootingOrbit { parts, budget: self.budget.clone() };
-        orbit.parts.least = orbit.found_multiple(model, segments, meter)?;
-        Ok(orbit)
     }
 }

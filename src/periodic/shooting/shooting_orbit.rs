@@ -100,7 +100,8 @@ impl ShootingOrbit {
         self.parts.crossings
     }
     /// Units of the corrections: the range of motion of each coordinate, then of each velocity, in the guess,
-    /// without rigid motion.
+    /// without rigid motion. If a guess moves ten times as far as the orbit, the last corrections have the
+    /// units of the orbit.
     pub fn range(&self) -> &[f64] {
         &self.parts.range
     }
