@@ -29,9 +29,9 @@ const FAST: f64 = 0.1;
 /// Shortest share of a step that is tried where the accelerations grow.
 const SHORTEST: f64 = 0.02;
 
-/// Share of the largest load, or of the largest force of the teeth at half their backlash, that counts as
-/// none: what is left of rounding in parts without a load falls with their motion, and with the terms that it
-/// is compared with.
+/// An acceleration below this share of the largest load counts as none. Without any load it is a share of the
+/// largest acceleration by the preload k b of a fixed flank. A part that carries nothing has only rounding
+/// left, and the terms of its accelerations are no larger than that rounding.
 const NOTHING: f64 = 1e-20;
 
 /// Number of coordinates from which equations are sparse.
@@ -67,8 +67,10 @@ impl<'m> AtRest<'m> {
     pub(super) fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
         let mean = Mean::new(model, instants);
         let loads = mean.sizes(&vec![Piece::Gap; model.contacts()]);
-        let on_flanks = mean.sizes(&vec![Piece::Upper; model.contacts()]);
-        let least = NOTHING * largest(&loads).max(largest(&on_flanks));
+        // A wide gap must not hide a light load: the flanks count only where nothing is loaded.
+        let flanks = || largest(&mean.sizes(&vec![Piece::Upper; model.contacts()]));
+        let size = Some(largest(&loads)).filter(|load| *load > 0.0).unwrap_or_else(flanks);
+        let least = if size.is_finite() { NOTHING * size } else { 0.0 };
         AtRest { t, mean, rigid, loads, least }
     }
 
@@ -79,11 +81,12 @@ impl<'m> AtRest<'m> {
 
     /// How far the accelerations `rests` in a position exceed what may be left in balance: the largest of
     /// them over its tolerance. A coordinate may keep a share of its load, and the rounding of the terms
-    /// whose sum its acceleration is; where both fall to nothing, as in a part without a load, a floor holds.
+    /// whose sum its acceleration is. A part without a load has neither: for it a smallest acceleration
+    /// counts.
     ///
     /// `drift`: the accelerations of a rigid motion, which are not part of `rests`. If the drift of every
-    /// loaded coordinate is within its tolerance, the drift is rounding. A body that lies in its gap need not
-    /// follow it.
+    /// loaded coordinate is within its tolerance, the drift is rounding. A body in its gap carries nothing
+    /// and does not follow the drift.
     pub(super) fn excess(&self, pieces: &[Piece], rests: &[f64], q: &[f64], drift: &[f64]) -> f64 {
         // A model that does not know its terms may hold the largest of them in any coordinate.
         let unknown = || vec![largest(&self.mean.sizes(pieces)); q.len()];

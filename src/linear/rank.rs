@@ -57,10 +57,10 @@ pub(crate) fn units(a: &DMatrix<f64>) -> (Vec<f64>, Vec<f64>) {
     (rows, columns)
 }
 
-/// Units d of the coordinates, powers of 2. In D⁻¹ A D, D = diag(d), the entries of row i and those of column
-/// i have sums of about the same size, for each i.   Source: Parlett and Reinsch, Numerische Mathematik 13
-/// (1969). Their sums leave the diagonal out. These include it: a coordinate that drives others, and that
-/// none drives, keeps its unit.
+/// Units d of the coordinates, powers of 2, that balance the matrix A. With D = diag(d), row i and column i
+/// of D⁻¹ A D have sums of absolute values of about the same size.   Source: Parlett and Reinsch, Numerische
+/// Mathematik 13 (1969). They leave out the diagonal. Here the diagonal is part of both sums, so that a
+/// coordinate keeps its unit if it drives others and no other drives it.
 pub(crate) fn balancing(a: &DMatrix<f64>) -> Vec<f64> {
     /// Most rounds: each one brings the sums closer, a few are enough.
     const ROUNDS: usize = 100;

@@ -5,7 +5,7 @@ use crate::common::random::Random;
 use gear_dynamics::excitation::Fourier;
 use gear_dynamics::linear::{LinearError, static_state};
 use gear_dynamics::model::from_fn;
-use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, Train, Warning};
+use gear_dynamics::trains::{Body, Coordinates, MeshPart, Parts, ShaftPart, Train, Warning};
 use gear_dynamics::{Model, Wave};
 
 const RADIUS: f64 = 0.03;
@@ -153,4 +153,24 @@ fn a_free_mass_beside_a_light_one_is_told() {
         assert_eq!(model.dof(), 2);
         assert!(matches!(static_state(&model, None), Err(LinearError::Free { .. })), "{light:e}");
     }
+}
+
+/// A loaded wheel on its own support stays inside the gap, and its neighbours carry nothing: closed form.
+#[test]
+fn parts_without_a_load_rest() -> std::result::Result<(), Box<dyn std::error::Error>> {
+    let (support, torque) = (17_207.792, -29.075_986);
+    for inertia in [1e-2, 1e-4, 1e-1] {
+        let mut parts = Parts::new();
+        parts.body("b0", Body::new(1e-2)).body("b1", Body::new(inertia).restrained(support, 1.0));
+        parts.body("b2", Body::new(1e-2).restrained(7762.122, 1.0));
+        let stiffness = Wave::new(Fourier::new(2.54e8, &[])?);
+        let mesh =
+            MeshPart::external([73, 44], [0.073, 0.044], stiffness).damping(500.0).half_backlash(8.84e-5);
+        parts.mesh("m", "b0", "b1", mesh).shaft("s", "b0", "b2", ShaftPart::new(21_507.6).damping(1.0));
+        parts.torque("t", "b1", torque);
+        let state = static_state(&parts.build("b0", 100.0)?, None)?;
+        assert!((state.state.q[1] / (torque / support) - 1.0).abs() < 1e-12, "{:?}", state.state.q);
+        assert!(state.state.q[0].abs() < 1e-15 && state.contacts[0].force == 0.0, "{:?}", state.state.q);
+    }
+    Ok(())
 }

@@ -34,7 +34,7 @@ const APPROACHED: f64 = 1e-8;
 /// leaves it open by some 1e-10, and the place along the branch by the square root of that.
 const CROSSING_PARAMETER: f64 = 1e-9;
 
-/// Whether the parameter of a fold is that of a crossing of branches: a fold there is the crossing.
+/// Whether a fold and a crossing of branches have the same parameter up to rounding.
 pub(crate) fn same_parameter(fold: f64, crossing: f64) -> bool {
     (fold - crossing).abs() < CROSSING_PARAMETER * crossing.abs()
 }

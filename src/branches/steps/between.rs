@@ -106,8 +106,9 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         Ok(self.bifurcations(from, found))
     }
 
-    /// What the bifurcations are that lie at distances from the arclength `from`. A fold beside a crossing
-    /// that was located before, with its parameter, is that crossing, at which the branch turns back.
+    /// The kinds of located bifurcations. Their distances count from the arclength `from`. A crossing at
+    /// which the branch turns back may be located a second time as a fold. A fold is left out if it lies next
+    /// to a located crossing and has the same parameter.
     fn bifurcations(&mut self, from: f64, mut found: Vec<Bifurcation<C>>) -> LocatedPoints<C> {
         let is_crossing = |change: Change| matches!(change, Change::Branch | Change::Branches(_));
         if let Some((sigma, point, _)) = found.iter().rev().find(|(.., change)| is_crossing(*change)) {
@@ -116,8 +117,8 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         if let Some([at, p]) = self.crossing {
             let near = AT_CROSSING * self.settings.max_step;
             found.retain(|(sigma, point, change)| {
-                let is_crossing = (from + sigma - at).abs() < near && same_parameter(point.p, p);
-                *change != Change::Fold || !is_crossing
+                let at_crossing = (from + sigma - at).abs() < near && same_parameter(point.p, p);
+                *change != Change::Fold || !at_crossing
             });
         }
         let kind = |point: &CurvePoint<C::Solution>, change| match change {

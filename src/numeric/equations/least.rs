@@ -14,7 +14,7 @@ const ZERO: f64 = 1e-13;
 
 /// The shortest x with A x = b, for at least as many unknowns as equations. Equations that depend on each
 /// other may contradict each other. Below 128 equations x then has the least residual |A x - b|. From 128
-/// equations on, the pivots choose as many independent equations as there are, and x solves these. `None`:
+/// equations on, a QR factorisation with pivots selects the independent equations. x solves these. `None`:
 /// the singular value decomposition does not converge.
 pub(crate) fn least_solution(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let n = matrix.nrows();
