@@ -74,8 +74,8 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
     }
 
     /// Searches a stretch. The signs of the tests at its ends are compared first. If they show no bifurcation
-    /// and multipliers at both ends lie near the unit circle, the orbit in the middle is computed: two
-    /// multipliers may have left the circle and come back.
+    /// and multipliers at both ends lie near the unit circle, the middle is searched: two multipliers may
+    /// have left the circle and come back.
     fn search_stretch(
         &mut self,
         a: &Place<C::Solution>,
@@ -84,9 +84,16 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
     ) -> Result<(), CurveError> {
         let found = self.found.len();
         self.separate(a, b, left)?;
-        if self.found.len() > found || !(is_near_circle(a) && is_near_circle(b)) {
-            return Ok(());
-        }
+        let is_near = is_near_circle(a) && is_near_circle(b);
+        if is_near && self.found.len() == found { self.search_middle(a, b) } else { Ok(()) }
+    }
+
+    /// Compares the tests in the middle of a stretch with those at its ends, which have equal signs.
+    pub(crate) fn search_middle(
+        &mut self,
+        a: &Place<C::Solution>,
+        b: &Place<C::Solution>,
+    ) -> Result<(), CurveError> {
         let middle = self.at(0.5 * (a.sigma + b.sigma))?;
         for change in [Change::NeimarkSacker, Change::PeriodDoubling] {
             let [Some(from), Some(inside), Some(to)] = [a, &middle, b].map(|place| value(change, place))

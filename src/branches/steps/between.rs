@@ -20,6 +20,13 @@ use crate::branches::steps::within::Within;
 /// step `[1]`.
 const AT_CROSSING: f64 = 0.02;
 
+/// Distance of a point from the polynomial through the two points before it from which on a step may have
+/// jumped, as a share of the step `[1]`.
+const BESIDE: f64 = 1e-3;
+
+/// The same, as a multiple of what the distance over the last step makes expected `[1]`.
+const SUDDEN: f64 = 8.0;
+
 /// A located bifurcation with its distance.
 type Bifurcation<C> = (f64, CurvePoint<<C as Curve>::Solution>, Change);
 
@@ -55,6 +62,9 @@ impl<C: OrbitMethod> Stepper<'_, C> {
             }
         }
         places.push(reached.place(step));
+        if grazed.is_empty() && self.may_have_jumped(reached, step) {
+            self.engine.is_continuous(&self.last.point, &reached.point, step)?;
+        }
         let mut within = Within::new(&mut self.engine, &between);
         let mut rattles = vec![self.last.measured.rattle.clone()];
         for two in places.windows(2) {
@@ -63,14 +73,16 @@ impl<C: OrbitMethod> Stepper<'_, C> {
                 rattles.push(within.rattle_between(&two[0], &two[1])?);
             }
         }
-        if let (true, Some((length, before))) = (grazed.is_empty(), &self.before) {
-            let (values, steps) = ([before, &self.last.values, &reached.values], [*length, step]);
-            if misses_a_fold(values, steps) {
-                within.is_continuous()?;
+        match &self.before {
+            Some((length, before)) if grazed.is_empty() => {
+                let dips = dips([before, &self.last.values, &reached.values], [*length, step]);
+                within.search_dips(&dips, &places[0], &places[1])?;
+                within.search_turned(&dips, &places[0], &places[1])?;
             }
-            let dips = dips(values, steps);
-            within.search_dips(&dips, &places[0], &places[1])?;
-            within.search_turned(&dips, &places[0], &places[1])?;
+            None if grazed.is_empty() && within.found.is_empty() => {
+                within.search_middle(&places[0], &places[1])?;
+            }
+            _ => {}
         }
         let Within { found, unexplained: left, .. } = within;
         unexplained.extend(left);
@@ -85,6 +97,19 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         }
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok((all, unexplained))
+    }
+
+    /// Whether the step may have jumped to another branch: a multiplier would have passed 1, or the point
+    /// lies beside the polynomial through the two points before it.
+    fn may_have_jumped(&self, reached: &Node<C::Solution>, step: f64) -> bool {
+        let Some((length, before)) = &self.before else { return false };
+        if misses_a_fold([before, &self.last.values, &reached.values], [*length, step]) {
+            return true;
+        }
+        let Some(off) = self.beside(&reached.point, step) else { return false };
+        // The distance grows with the fourth power of the step.
+        let usual = self.usual.map_or(0.0, |[off, length]| off * (step / length).powi(4));
+        self.back.is_some() && off > BESIDE * step && off > SUDDEN * usual
     }
 
     /// What the point after the last one tells of the step before it, in which nothing was located: a test

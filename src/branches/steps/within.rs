@@ -42,9 +42,6 @@ const SAME_PLACE: f64 = 1e-6;
 /// `[1]`.
 const NEAR_CIRCLE: f64 = 0.2;
 
-/// Largest first correction of the interpolated middle of a step on one branch, as a share of the step `[1]`.
-const STRAIGHT: f64 = 0.05;
-
 /// Whether a multiplier at a place lies near the unit circle.
 pub(super) fn is_near_circle<S>(place: &Place<S>) -> bool {
     let near = |m: &Multipliers| m.values().iter().any(|m| (m.norm() - 1.0).abs() < NEAR_CIRCLE);
@@ -363,18 +360,6 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
         let middle = self.at(sigma)?;
         self.separate(a, &middle, MAX_DIVISIONS)?;
         self.separate(&middle, b, MAX_DIVISIONS)
-    }
-
-    /// Computes the point in the middle of the step. If the step has jumped to another branch, no point lies
-    /// near the interpolation between its ends.
-    ///
-    /// # Errors
-    /// The error of the corrections; [`CurveError::Turned`] if the first one is large.
-    pub(crate) fn is_continuous(&mut self) -> Result<(), CurveError> {
-        let length = self.between.length();
-        let middle = self.engine.point_at(self.between, 0.5 * length)?;
-        let off = middle.corrections.first().map_or(0.0, |first| first / length);
-        if off < STRAIGHT { Ok(()) } else { Err(CurveError::Turned { angle: off, step: length }) }
     }
 
     /// The rattle states between two grazings.
