@@ -268,6 +268,19 @@ pub enum IntegrateError {
         /// Index of the acceleration, from 0.
         acceleration: usize,
     },
+    /// An acceleration jumps where the model states no edge, as that of dry friction written with the sign of
+    /// a velocity. A run passes such a jump; the derivative of the flow jumps there, too, and needs its edge.
+    #[error(
+        "acceleration {acceleration} jumps at t = {t:?} where the model states no edge: the derivative of the motion \
+         is not known there (accelerations count from 0); make the force continuous, as with tanh, or state the jump \
+         as a contact"
+    )]
+    JumpWithoutEdge {
+        /// The time reached.
+        t: f64,
+        /// Index of the acceleration, from 0.
+        acceleration: usize,
+    },
     /// The start lies beyond a rigid stop, or a stop jumped past its contact at a drive edge.
     #[error(
         "contact {contact} lies {depth:.3e} beyond its rigid stop at t = {t:?}: give a start with the contact in its gap"

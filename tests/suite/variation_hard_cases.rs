@@ -335,3 +335,40 @@ fn absurd_counts_are_refused_or_cost_nothing() {
     assert_eq!(orbit.at(0.0).q, [0.75]);
     assert!(orbit.at(0.3).q[0].is_finite());
 }
+
+/// q'' = 0.5 cos t - 0.3 q - f(q, v), by a formula without a Jacobian.
+fn driven_by(f: fn(f64, f64) -> f64) -> impl Periodic {
+    let motion = move |t: f64, q: &[f64], v: &[f64], a: &mut [f64]| {
+        a[0] = 0.5 * t.cos() - 0.3 * q[0] - f(q[0], v[0]);
+    };
+    from_fn(1, motion).and_then(|model| model.with_period(TAU)).unwrap()
+}
+
+#[test]
+fn jumps_without_an_edge_have_no_derivative() {
+    let start = State::new(0.0, &[1.0], &[0.3]);
+    let jumps = |error: &IntegrateError, at: f64| matches!(error, IntegrateError::JumpWithoutEdge { t, acceleration: 0 } if (t - at).abs() < 1e-6);
+    // The velocity reverses at t = 1.41.. (0.2 of friction, a little damping): bisection of an RK4 run.
+    let slides = driven_by(|_, v| 0.2 * v.signum() + 0.02 * v);
+    let reversal = 1.419_194_66;
+    let error = Variation::new().run(&slides, &start, 3.0).unwrap_err();
+    assert!(jumps(&error, reversal), "{error}");
+    let error = Shooting::new().solve(&slides, &start).unwrap_err();
+    assert!(error.to_string().contains("where the model states no edge"), "{error}");
+    let error = Lyapunov::new().run(&slides, &start).unwrap_err();
+    assert!(error.to_string().contains("where the model states no edge"), "{error}");
+    assert!(Dop853::new().end(&slides, &start, 3.0).is_ok());
+
+    // A kink and a steep continuous force have a derivative: that of differences.
+    for model in [driven_by(|q, v| 0.4 * q.abs() + 0.02 * v), driven_by(|_, v| 0.2 * (v / 0.01).tanh())] {
+        let matrix = Variation::new().run(&model, &start, 3.0).unwrap().matrix;
+        let h = 1e-5;
+        let solver = Dop853::new().rtol(1e-13).atol(1e-15);
+        let end = |q: f64, v: f64| solver.end(&model, &State::new(0.0, &[q], &[v]), 3.0).unwrap();
+        for (j, [dq, dv]) in [[h, 0.0], [0.0, h]].into_iter().enumerate() {
+            let [one, other] = [end(1.0 + dq, 0.3 + dv), end(1.0 - dq, 0.3 - dv)];
+            let by = [one.q[0] - other.q[0], one.v[0] - other.v[0]].map(|d| d / (2.0 * h));
+            assert!((0..2).all(|i| (matrix[(i, j)] - by[i]).abs() < 1e-6), "{matrix} {by:?}");
+        }
+    }
+}

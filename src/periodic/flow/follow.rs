@@ -5,7 +5,8 @@ use crate::model::structure::resting::rests_on_kink;
 use crate::model::{Model, State};
 use crate::ode::budget::Meter;
 use crate::ode::{IntegrateError, Observer, Step};
-use crate::periodic::flow::flow_method::Accuracy;
+use crate::periodic::flow::flow_method::{Accuracy, Expansion};
+use crate::periodic::flow::jumps::Jumps;
 use crate::periodic::flow::saltation::Saltation;
 use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::walk::{NONE, finest};
@@ -30,6 +31,8 @@ const RESTARTS: usize = 1_000_000;
 pub(crate) enum Stop {
     /// The differences jump.
     Jump,
+    /// An acceleration jumps where the model states no edge.
+    WithoutEdge(usize),
     /// A difference exceeds the size for which its tolerance is valid.
     Growth,
     /// The budget is spent.
@@ -42,6 +45,8 @@ pub(crate) struct Interrupter<'t, 'w, 'm> {
     pub(crate) watch: Option<&'w mut dyn Observer>,
     pub(crate) meter: &'t Meter<'t>,
     pub(crate) saltation: Saltation<'t>,
+    /// `None` for Taylor series: algebra that jumps has none.
+    pub(crate) jumps: Option<Jumps<'t>>,
     /// Sizes of the differences up to which the tolerances are valid; empty: all sizes.
     pub(crate) serves: Vec<f64>,
     pub(crate) stop: Stop,
@@ -56,6 +61,10 @@ impl Observer for Interrupter<'_, '_, '_> {
         }
         if self.meter.spend().is_err() {
             self.stop = Stop::Budget;
+            return ControlFlow::Break(());
+        }
+        if let Some(acceleration) = self.jumps.as_mut().and_then(|jumps| jumps.over(step)) {
+            self.stop = Stop::WithoutEdge(acceleration);
             return ControlFlow::Break(());
         }
         if self.saltation.changes(step) {
@@ -144,6 +153,10 @@ impl Tangent<'_> {
             meter,
             watch,
             saltation: Saltation::new(self),
+            jumps: match self.expansion {
+                Expansion::Series(_) => None,
+                Expansion::Dop853 | Expansion::Own(_) => Some(Jumps::new(&self.model)),
+            },
             serves: Vec::new(),
             stop: Stop::Jump,
             step,
@@ -168,6 +181,9 @@ impl Tangent<'_> {
                     state.v.copy_from_slice(interrupter.saltation.velocities());
                 }
                 Stop::Budget => return Ok((state, crossings)),
+                Stop::WithoutEdge(acceleration) => {
+                    return Err(IntegrateError::JumpWithoutEdge { t: state.t, acceleration });
+                }
                 _ => {}
             }
             if let Some(refused) = interrupter.saltation.refused {

@@ -3,7 +3,7 @@
 pub(crate) mod continued;
 pub(crate) mod flow_method;
 pub(crate) mod follow;
-pub(crate) mod impact;
+pub(crate) mod jumps;
 pub(crate) mod rebound;
 pub(crate) mod saltation;
 pub(crate) mod tangent;

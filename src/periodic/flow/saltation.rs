@@ -11,7 +11,7 @@ use crate::ode::edges::collisions::Collisions;
 use crate::ode::edges::exit::Exit;
 use crate::ode::{IntegrateError, Step};
 use crate::periodic::flow::continued::gradient;
-use crate::periodic::flow::impact::ImpactScratch;
+use crate::periodic::flow::rebound::ImpactScratch;
 use crate::periodic::flow::tangent::Tangent;
 
 /// δ⁺ = δ + (f⁺ - f⁻) (∇h·δ)/h': the jump of the differences at an edge at which the acceleration jumps.
