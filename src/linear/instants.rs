@@ -2,6 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
+use crate::model::structure::gaps::first_negative;
 use crate::model::structure::slopes::{Slopes, accelerate, offered};
 use crate::model::terms::TermsScratch;
 use crate::model::{Model, Periodic};
@@ -151,6 +152,15 @@ impl<'m> Mean<'m> {
             }
         }
         mean
+    }
+
+    /// The first gap that is negative at q = 0, in the order of the instants, with its edges.
+    pub(crate) fn negative_gap(&self) -> Option<(usize, [f64; 2])> {
+        let mut here = vec![Contact::default(); self.model.contacts()];
+        self.instants.iter().find_map(|(_, u)| {
+            self.model.contact(u, &self.rest, &self.rest, &mut here);
+            first_negative(&here)
+        })
     }
 
     /// The mean contacts in a position.

@@ -107,8 +107,8 @@ const CONFIRMED: usize = 128;
 /// stops bear no load here ([`Model::impact`](crate::Model::impact)).
 ///
 /// # Errors
-/// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap;
-/// a period out of its range, if `t` is `None`.
+/// A Jacobian that is not finite; a negative gap; no consistent contact state; a load that moves bodies
+/// freely, as in a gap; a period out of its range, if `t` is `None`.
 pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<StaticState, LinearError> {
     if let Some(t) = t.into() {
         check::finite("time", t)?;
@@ -183,6 +183,9 @@ fn with_contacts(found: StaticState, model: &dyn Periodic, bounds: &[f64], panel
 /// The search for a static state.
 impl AtRest<'_> {
     fn find(&self) -> Result<StaticState, LinearError> {
+        if let Some((contact, [lower, upper])) = self.mean.negative_gap() {
+            return Err(LinearError::NegativeGap { contact, lower, upper });
+        }
         match self.by_flanks() {
             Err(error @ (LinearError::Free { .. } | LinearError::NoContactState { .. })) => {
                 let upper = vec![Piece::Upper; self.mean.model.contacts()];
