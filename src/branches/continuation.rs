@@ -69,6 +69,9 @@ pub struct Continuation {
 /// Name of the parameter in errors.
 const PARAMETER: &str = "parameter of the continuation";
 
+/// Minimum length of a step if none is set.
+const MIN_STEP: f64 = 1e-9;
+
 impl Continuation {
     /// A continuation from the parameter `from` towards `to`.
     ///
@@ -84,7 +87,7 @@ impl Continuation {
             both_ways: false,
             first_step: 0.01,
             max_step: 0.05,
-            min_step: 1e-9,
+            min_step: MIN_STEP,
             max_points: 2000,
             max_motion: 5000.0,
             channels: None,
@@ -292,6 +295,11 @@ impl Continuation {
         check::positive("max_step", self.max_step)?;
         check::positive("min_step", self.min_step)?;
         check::positive("max_motion", self.max_motion)?;
+        if self.max_step < MIN_STEP && self.min_step == MIN_STEP {
+            let (name, value) = ("max_step".into(), self.max_step);
+            let must = format!("be at least {MIN_STEP:?}, the default min_step");
+            return Err(ParameterError::Wrong { name, value, must }.into());
+        }
         if self.min_step > self.max_step {
             let (name, value) = ("min_step".into(), self.min_step);
             let must = format!("be at most {:?}, the max_step", self.max_step);

@@ -47,6 +47,8 @@ const SLOW: f64 = 0.5;
 /// Where a model balances.
 pub(super) struct AtRest<'m> {
     pub(super) t: f64,
+    /// Whether the drives are those of one instant, and not their means over a period.
+    pub(super) of_instant: bool,
     pub(super) mean: Mean<'m>,
     /// Directions of rigid motions, one in each column.
     pub(super) rigid: &'m DMatrix<f64>,
@@ -65,13 +67,14 @@ type Change = (Vec<f64>, DVector<f64>);
 
 impl<'m> AtRest<'m> {
     pub(super) fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
-        let mean = Mean::new(model, instants);
+        let of_instant = instants.is_one();
+        let mean = Mean::new(model, instants.joined());
         let loads = mean.sizes(&vec![Piece::Gap; model.contacts()]);
         // A wide gap must not hide a light load: the flanks count only where nothing is loaded.
         let flanks = || largest(&mean.sizes(&vec![Piece::Upper; model.contacts()]));
         let size = Some(largest(&loads)).filter(|load| *load > 0.0).unwrap_or_else(flanks);
         let least = if size.is_finite() { NOTHING * size } else { 0.0 };
-        AtRest { t, mean, rigid, loads, least }
+        AtRest { t, of_instant, mean, rigid, loads, least }
     }
 
     /// The largest load.

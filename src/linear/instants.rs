@@ -2,6 +2,7 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
+use crate::model::structure::gaps::first_negative;
 use crate::model::structure::slopes::{Slopes, accelerate, offered};
 use crate::model::terms::TermsScratch;
 use crate::model::{Model, Periodic};
@@ -56,6 +57,21 @@ impl Instants {
         instants
     }
 
+    /// One instant in place of all if the drives are the same at all of them.
+    pub(crate) fn joined(mut self) -> Self {
+        let n = self.drives;
+        if (1..self.weights.len()).all(|i| self.u[n * i..][..n] == self.u[..n]) {
+            self.u.truncate(n);
+            self.weights = vec![1.0];
+        }
+        self
+    }
+
+    /// Whether this is one instant.
+    pub(crate) fn is_one(&self) -> bool {
+        self.weights.len() == 1
+    }
+
     /// The weight and the drives of each instant.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (f64, &[f64])> {
         self.weights
@@ -76,11 +92,6 @@ pub(crate) struct Mean<'m> {
 impl<'m> Mean<'m> {
     pub(crate) fn new(model: &'m dyn Periodic, instants: Instants) -> Self {
         Mean { model, instants, rest: vec![0.0; model.dof()] }
-    }
-
-    /// Whether the mean is the value at one instant.
-    pub(crate) fn is_of_one_instant(&self) -> bool {
-        self.instants.weights.len() == 1
     }
 
     /// The mean acceleration at rest in a position.
@@ -151,6 +162,33 @@ impl<'m> Mean<'m> {
             }
         }
         mean
+    }
+
+    /// The first gap that is negative at q = 0, in the order of the instants, with its edges.
+    pub(crate) fn negative_gap(&self) -> Option<(usize, [f64; 2])> {
+        let mut here = vec![Contact::default(); self.model.contacts()];
+        self.instants.iter().find_map(|(_, u)| {
+            self.model.contact(u, &self.rest, &self.rest, &mut here);
+            first_negative(&here)
+        })
+    }
+
+    /// Whether each contact is off its flank at some instant in a position, or touches one from its gap,
+    /// within `near`.
+    pub(crate) fn leaves(&self, pieces: &[Piece], q: &[f64], near: f64) -> Vec<bool> {
+        let mut here = vec![Contact::default(); self.model.contacts()];
+        let mut leaves = vec![false; here.len()];
+        for (_, u) in self.instants.iter() {
+            self.model.contact(u, q, &self.rest, &mut here);
+            for (leaves, (c, piece)) in leaves.iter_mut().zip(here.iter().zip(pieces)) {
+                *leaves |= match piece {
+                    Piece::Upper => c.deflection <= c.upper + near,
+                    Piece::Lower => c.deflection >= c.lower - near,
+                    Piece::Gap => c.penetration() >= -near,
+                };
+            }
+        }
+        leaves
     }
 
     /// The mean contacts in a position.

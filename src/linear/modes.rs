@@ -47,6 +47,16 @@ pub enum LinearError {
         /// Number of states tried.
         tried: usize,
     },
+    /// The lower edge of a gap lies above its upper edge: the backlash is negative.
+    #[error("the gap of contact {contact} is negative: lower edge {lower:?} is above upper edge {upper:?}")]
+    NegativeGap {
+        /// Index of the contact, from 0.
+        contact: usize,
+        /// Lower edge of the gap.
+        lower: f64,
+        /// Upper edge of the gap.
+        upper: f64,
+    },
     /// A body that the contacts leave free stands under load.
     #[error(
         "the load moves the model freely: no force of a support or contact balances {residual:.1e} of the largest \

@@ -99,6 +99,8 @@ const CONFIRMED: usize = 128;
 /// acts by its deflection at each instant, and if no state follows, by its mean deflection: the teeth of a
 /// ring under a light load touch in some instants only.
 ///
+/// A contact that carries nothing stands in the middle of its gap, if the others allow it.
+///
 /// If no pieces carry the mean load for the whole period, as with a lever that varies over the period, the
 /// state is that at t = 0 and says so ([`StaticState::instant`]).
 ///
@@ -107,8 +109,8 @@ const CONFIRMED: usize = 128;
 /// stops bear no load here ([`Model::impact`](crate::Model::impact)).
 ///
 /// # Errors
-/// A Jacobian that is not finite; no consistent contact state; a load that moves bodies freely, as in a gap;
-/// a period out of its range, if `t` is `None`.
+/// A Jacobian that is not finite; a negative gap; no consistent contact state; a load that moves bodies
+/// freely, as in a gap; a period out of its range, if `t` is `None`.
 pub fn static_state(model: &dyn Periodic, t: impl Into<Option<f64>>) -> Result<StaticState, LinearError> {
     if let Some(t) = t.into() {
         check::finite("time", t)?;
@@ -183,7 +185,10 @@ fn with_contacts(found: StaticState, model: &dyn Periodic, bounds: &[f64], panel
 /// The search for a static state.
 impl AtRest<'_> {
     fn find(&self) -> Result<StaticState, LinearError> {
-        match self.by_flanks() {
+        if let Some((contact, [lower, upper])) = self.mean.negative_gap() {
+            return Err(LinearError::NegativeGap { contact, lower, upper });
+        }
+        let found = match self.by_flanks() {
             Err(error @ (LinearError::Free { .. } | LinearError::NoContactState { .. })) => {
                 let upper = vec![Piece::Upper; self.mean.model.contacts()];
                 let start = self.balanced(&upper, &self.mean.rest);
@@ -192,15 +197,67 @@ impl AtRest<'_> {
                 found.ok_or(error)
             }
             found => found,
+        };
+        found.map(|found| self.without_idle_flanks(found))
+    }
+
+    /// The state with the contacts that carry nothing in the middle of their gaps, where waves move a flank
+    /// against them last. Those stay that have no middle between two flanks, or one that others do not allow.
+    fn without_idle_flanks(&self, mut found: StaticState) -> StaticState {
+        let with = |found: &StaticState, of: &[usize], piece: Piece| {
+            let mut pieces = found.pieces.clone();
+            of.iter().for_each(|&i| pieces[i] = piece);
+            pieces
+        };
+        // A contact that never leaves its flank carries.
+        let leaves = self.mean.leaves(&found.pieces, &found.state.q, rounding(&found.contacts));
+        let is_idle = |&i: &usize| leaves[i] && self.balances(&with(&found, &[i], Piece::Gap), &found);
+        let idle: Vec<usize> = (0..leaves.len()).filter(is_idle).collect();
+        if idle.is_empty() {
+            return found;
         }
+        let middle = |found: &StaticState, of: &[usize]| {
+            let on = |piece| Some(self.balanced(&with(found, of, piece), &found.state.q).ok()?.0);
+            let ends = on(Piece::Lower)?.into_iter().zip(on(Piece::Upper)?);
+            let between: Vec<f64> = ends.map(|(x, y)| 0.5 * (x + y)).collect();
+            let state = self.resting(with(found, of, Piece::Gap), &between)?;
+            let is_inside = |&i: &usize| state.contacts[i].penetration() < -rounding(&state.contacts);
+            of.iter().all(is_inside).then_some(state)
+        };
+        if let Some(all) = middle(&found, &idle) {
+            return all;
+        }
+        for i in idle {
+            found = middle(&found, &[i]).unwrap_or(found);
+        }
+        found
+    }
+
+    /// The state that balances on `pieces`, if every contact lies on its piece, an edge included.
+    fn resting(&self, pieces: Vec<Piece>, from: &[f64]) -> Option<StaticState> {
+        let (q, acceleration) = self.balanced(&pieces, from).ok()?;
+        let contacts = self.mean.contacts(&q);
+        let near = rounding(&contacts);
+        let lies = |(piece, c): (&Piece, &Contact)| match piece {
+            Piece::Upper => c.deflection >= c.upper - near,
+            Piece::Lower => c.deflection <= c.lower + near,
+            Piece::Gap => c.penetration() <= near,
+        };
+        let all = pieces.iter().zip(&contacts).all(lies);
+        all.then(|| self.state(q, contacts, pieces, acceleration))
     }
 
     /// Whether a state that was found with fewer instants balances.
     fn confirms(&self, found: &StaticState) -> bool {
-        let (pieces, mean) = (&found.pieces[..], &self.mean);
+        self.balances(&found.pieces, found)
+    }
+
+    /// Whether the position of a state balances on `pieces` as on its own, within the rounding of these.
+    fn balances(&self, pieces: &[Piece], found: &StaticState) -> bool {
+        let mean = &self.mean;
         let a = mean.acceleration(Some(pieces), &found.state.q);
         let changes: Vec<f64> = a.iter().zip(&found.acceleration).map(|(a, before)| a - before).collect();
-        self.excess(pieces, &changes, &found.state.q, &mean.rest) <= 1.0
+        self.excess(&found.pieces, &changes, &found.state.q, &mean.rest) <= 1.0
     }
 
     /// Upper flanks first; a contact that pulls changes its piece.
@@ -259,14 +316,8 @@ impl AtRest<'_> {
             if refused.as_ref() == Some(&pieces) && rests < RESTS {
                 continue;
             }
-            if let Ok((q, acceleration)) = self.balanced(&pieces, &q) {
-                let contacts = mean.contacts(&q);
-                let mut left = vec![[true; 2]; pieces.len()];
-                let near = rounding(&contacts);
-                let rests = |i: usize| next_piece(pieces[i], &contacts[i], near, &mut left[i]) == pieces[i];
-                if (0..pieces.len()).all(rests) {
-                    return Some(self.state(q, contacts, pieces, acceleration));
-                }
+            if let Some(found) = self.resting(pieces.clone(), &q) {
+                return Some(found);
             }
             refused = Some(pieces);
         }
@@ -280,9 +331,9 @@ impl AtRest<'_> {
         pieces: Vec<Piece>,
         acceleration: Vec<f64>,
     ) -> StaticState {
-        let AtRest { t, mean, .. } = self;
+        let AtRest { t, of_instant, mean, .. } = self;
         StaticState {
-            instant: mean.is_of_one_instant().then_some(*t),
+            instant: of_instant.then_some(*t),
             state: State { t: *t, q, v: mean.rest.clone() },
             contacts,
             pieces,

@@ -26,6 +26,8 @@ pub(crate) fn drive<T: Tableau>(task: Task<'_>) -> Result<Finish, IntegrateError
     let (task, locate) = (Task { model, ..task }, task.limits.locate);
     if !locate {
         model.offers().refuse_stops(|contact| IntegrateError::StopNotLocated { contact })?;
+        task.start.check(model.dof())?;
+        IntegrateError::refuse_negative_gap(model, task.start)?;
     }
     match (model.dof(), locate && model.contacts() > 0) {
         (1, false) => integrate::<T, [f64; 2], false>(task),

@@ -1,6 +1,8 @@
 //! Errors of time integration.
 
 use crate::error::ParameterError;
+use crate::model::structure::gaps::negative_gap;
+use crate::model::{Model, State};
 use thiserror::Error;
 
 /// The reason why a time integration failed.
@@ -357,4 +359,16 @@ pub enum IntegrateError {
         /// Index of the contact, from 0.
         contact: usize,
     },
+}
+
+impl IntegrateError {
+    /// Refuses a start with a negative gap, on behalf of steps that do not locate edges.
+    ///
+    /// # Errors
+    /// [`IntegrateError::NegativeGap`].
+    pub(crate) fn refuse_negative_gap(model: &dyn Model, start: &State) -> Result<(), Self> {
+        negative_gap(model, start).map_or(Ok(()), |(contact, [lower, upper])| {
+            Err(IntegrateError::NegativeGap { t: start.t, contact, lower, upper })
+        })
+    }
 }

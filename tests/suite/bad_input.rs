@@ -2,6 +2,9 @@
 
 use crate::api::*;
 use gear_dynamics::ParameterError as P;
+use gear_dynamics::contact::{Contact, Deflection, PieceChoice};
+use gear_dynamics::linear::{LinearError, static_state};
+use gear_dynamics::random::{NoiseError, NoisySteps, WhiteNoise};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -489,6 +492,80 @@ fn a_backlash_that_becomes_negative_in_sweeps() {
         }
         assert!((0.0..=1.0).contains(shares[2].as_ref().unwrap()), "{:?}", shares[2]);
     }
+}
+
+/// A tooth in a gap whose edges are constants: q'' = load - q' - 100 f(q).
+#[derive(Clone, PartialEq)]
+struct FreeEdges;
+
+impl Shape for FreeEdges {
+    fn size(&self) -> Size {
+        Size { dof: 1, contacts: 1, constants: 4, ..Size::default() }
+    }
+    fn names(&self) -> Vec<Channel> {
+        ["speed", "load", "lower edge", "upper edge"].map(|name| Channel::new(name, "1")).into()
+    }
+    fn contact<S: Scalar, L: PieceChoice<S>>(
+        &self,
+        law: &L,
+        i: usize,
+        u: Drives<'_, S>,
+        q: &[S],
+        v: &[S],
+    ) -> Contact<S> {
+        let [_, lower, upper] = u.constants();
+        let at = Deflection { d: q[0], rate: v[0], lower, upper };
+        let force = law.force(i, &Backlash::new(0.0).unwrap(), at) * 100.0;
+        Contact { deflection: q[0], rate: v[0], lower, upper, force, ..Contact::default() }
+    }
+    fn accel<S: Scalar, L: PieceChoice<S>>(&self, law: &L, u: Drives<'_, S>, q: &[S], v: &[S], a: &mut [S]) {
+        let [load] = u.constants();
+        a[0] = load - v[0] - self.contact(law, 0, u, q, v).force;
+    }
+}
+
+/// Constants that put the lower edge above the upper one are refused at the start of a run, also where no contact is
+/// measured and no edge is located. A gap of the width 0 is allowed.
+#[test]
+fn a_gap_that_is_negative_from_the_start() {
+    let tooth = |[lower, upper]: [f64; 2]| {
+        let constants = [("speed", 6.0), ("load", 1.0), ("lower edge", lower), ("upper edge", upper)];
+        Machine::of_constants(FreeEdges, &constants).unwrap()
+    };
+    let (right, wrong) = (tooth([0.25, 0.25]), tooth([0.25, -0.5]));
+    let linear = LinearError::NegativeGap { contact: 0, lower: 0.25, upper: -0.5 };
+    for t in [None, Some(0.0)] {
+        assert_eq!(static_state(&wrong, t).unwrap_err(), linear);
+        assert!((static_state(&right, t).unwrap().state.q[0] - 0.26).abs() < 1e-12);
+    }
+    let start = State::at_rest(1);
+    let integrate = IntegrateError::NegativeGap { t: 0.0, contact: 0, lower: 0.25, upper: -0.5 };
+    for solver in
+        [&Dop853::new() as &dyn Integrator, &Dop853::new().plain(), &Rk4::new(0.01).plain(), &Taylor::new()]
+    {
+        assert_eq!(solver.end(&wrong, &start, 1.0).unwrap_err(), integrate);
+        assert!(solver.end(&right, &start, 1.0).is_ok());
+    }
+    fn each(
+        engine: &impl SweepEngine<Machine<FreeEdges>>,
+        models: [&Machine<FreeEdges>; 2],
+    ) -> Vec<Option<PointError>> {
+        let sweep =
+            Sweep::new(Axis::of_values("model", &[0.0, 1.0]).unwrap()).settle(1).measure(1).channels(&["q0"]);
+        let family = |p: &Point<'_>| Ok::<_, ParameterError>(models[p["model"] as usize].clone());
+        let rows = sweep.of(engine, family).start(|_, _| State::at_rest(1)).run().unwrap();
+        (0..2).map(|point| rows.get(point).err()).collect()
+    }
+    let refused = [None, Some(PointError::Integrate(integrate))];
+    let models = [&right, &wrong];
+    assert_eq!(each(&LaneRk4::new(200), models), refused);
+    assert_eq!(each(&TableRk4::new(200), models), refused);
+    assert_eq!(each(&LaneTaylor::new(Taylor::new()), models), refused);
+    assert_eq!(each(&Located(Dop853::new()), models), refused);
+    let noisy = NoisySteps::new(200, &[WhiteNoise::bath(0, 0.5, 0.3).unwrap()]);
+    let noise = NoiseError::NegativeGap { contact: 0, lower: 0.25, upper: -0.5 };
+    assert_eq!(noisy.ends(&wrong, &start, 1.0, 4).unwrap_err(), noise);
+    assert!(noisy.ends(&right, &start, 1.0, 4).is_ok());
 }
 
 #[test]

@@ -62,11 +62,9 @@ fn conditions_are_sentences() {
         LinearError::Parameter(error) => error,
         other => panic!("{other}"),
     };
-    let branch = Continuation::new(0.6, 0.65)
-        .min_step(0.2)
-        .max_step(0.1)
-        .run(&Family::over(&pair, ["speed"]).unwrap(), &state(0.0, 1.1))
-        .unwrap_err();
+    let branch = |range: Continuation| {
+        range.run(&Family::over(&pair, ["speed"]).unwrap(), &state(0.0, 1.1)).unwrap_err().to_string()
+    };
     let errors = [
         (
             linear(Campbell::of(&pair, &[60.0, 50.0], &[1.0]).unwrap_err()),
@@ -110,7 +108,16 @@ fn conditions_are_sentences() {
         assert!(matches!(error, ParameterError::Wrong { .. }), "{error:?}");
         assert_eq!(error.to_string(), text);
     }
-    assert!(branch.to_string().contains("min_step is 0.2: it must be at most 0.1, the max_step"), "{branch}");
+    let range = Continuation::new(0.6, 0.65);
+    for (range, text) in [
+        (range.clone().min_step(0.2).max_step(0.1), "min_step is 0.2: it must be at most 0.1, the max_step"),
+        // The user has not set the other one.
+        (range.clone().min_step(0.2), "min_step is 0.2: it must be at most 0.05, the max_step"),
+        (range.max_step(1e-12), "max_step is 1e-12: it must be at least 1e-9, the default min_step"),
+    ] {
+        let branch = branch(range);
+        assert!(branch.contains(text), "{branch}");
+    }
 }
 
 /// What an engineer needs of an error: the number, and what to do.

@@ -369,13 +369,16 @@ fn guesses_and_instants() {
 fn bad_guesses() {
     let model = DeadZone { omega: 0.75, zeta: 0.05, mean: 0.0, amplitude: 0.0, stiffness: 0.0 };
     let (shooting, rest) = (Shooting::new(), State::at_rest(1));
-    // Without a guess it starts at the static state, on the edge of a gap in which nothing restores it.
-    let without = shooting.solve(&model, None).map(drop);
+    // On the edge of a gap in which nothing restores it.
+    let at_edge = shooting.solve(&model, &State::new(0.0, &[1.0], &[0.0])).map(drop);
     let on_edge = IntegrateError::RestsOnEdge { t: 0.0, contact: 0 };
     assert!(
-        matches!(&without, Err(ShootingError::Integrate { error, .. }) if *error == on_edge),
-        "{without:?}"
+        matches!(&at_edge, Err(ShootingError::Integrate { error, .. }) if *error == on_edge),
+        "{at_edge:?}"
     );
+    // Without a guess it starts at the static state, in the middle of the gap.
+    let without = shooting.solve(&model, None).map(drop);
+    assert!(matches!(without, Err(ShootingError::Singular { component: 0, .. })), "{without:?}");
     assert!(matches!(
         shooting.solve(&model, &State::at_rest(2)),
         Err(ShootingError::Parameter(ParameterError::Length { .. }))

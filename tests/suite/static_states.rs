@@ -6,7 +6,7 @@ use gear_dynamics::contact::Piece;
 use gear_dynamics::excitation::{Fourier, RectangularWave};
 use gear_dynamics::linear::static_state;
 use gear_dynamics::models::ring::{RingSet, Shaft};
-use gear_dynamics::trains::{Body, MeshPart, Parts, ShaftPart, two_stage};
+use gear_dynamics::trains::{Bearing, Body, Coordinates, MeshPart, Parts, ShaftPart, two_stage};
 use gear_dynamics::{Dop853, Ring, Wave};
 
 /// A motor, a shaft, a pinion and a wheel, under a torque with a ripple.
@@ -302,6 +302,93 @@ fn a_ring_carries_its_load_on_both_flanks() {
         let drop = torque / radius;
         for pair in forces.windows(2) {
             assert!(((pair[0] - pair[1]).abs() - drop).abs() < 1e-6 * drop, "{gears}: {pair:?} {drop}");
+        }
+    }
+}
+
+/// A pair without a load rests in the middle of its gap, clear of both flanks, whatever its transmission error is: the
+/// teeth carry nothing at any instant. So does an idle pair beside a loaded one.
+#[test]
+fn an_idle_pair_rests_in_the_middle_of_its_gap() {
+    let half = 1e-5;
+    for (mean, swing) in [(0.0, 0.0), (0.0, 9e-6), (3e-5, 9e-6), (-3e-5, 0.0)] {
+        let mesh = |teeth: [u32; 2]| {
+            let radii = teeth.map(|teeth| 1e-3 * f64::from(teeth));
+            let mesh = MeshPart::external(teeth, radii, fourier(2e8, &[[2e7, 0.0]])).damping(500.0);
+            mesh.error(fourier(mean, &[[0.0, swing]])).half_backlash(half).phase(0.0)
+        };
+        for (coordinates, loaded) in
+            [Coordinates::Inertial, Coordinates::Relative].into_iter().zip([false, true])
+        {
+            let mut parts = Parts::new();
+            parts
+                .body("driver", Body::new(1e-2))
+                .body("idle", Body::new(1e-3))
+                .body("driven", Body::new(1e-3));
+            parts.mesh("first", "driver", "idle", mesh([20, 40])).mesh(
+                "second",
+                "driver",
+                "driven",
+                mesh([20, 30]),
+            );
+            parts.torque("drive", "driver", if loaded { 20.0 } else { 0.0 }).load("driven");
+            let train = parts.coordinates(coordinates).build("driver", 100.0).unwrap();
+            let found = static_state(&train, None).unwrap();
+            let [idle, driven] = [found.contacts[0], found.contacts[1]];
+            assert_eq!((found.instant, found.pieces[0]), (None, Piece::Gap), "{mean} {swing}");
+            // The mean force of the damping is 0 to rounding.
+            assert!(idle.force.abs() < 1e-12 && idle.deflection.abs() < 1e-12, "{mean} {swing}: {idle:?}");
+            // With a swing the loaded teeth part in some instants.
+            let carried = if loaded { 1000.0 } else { 0.0 };
+            let parts = loaded && swing > 0.0;
+            assert!(parts || (driven.force - carried).abs() < 1e-6, "{mean} {swing}: {driven:?}");
+        }
+    }
+}
+
+/// A bearing with clearance that carries nothing, or as much as a mesh beside a shaft pushes it with: the forces of the
+/// meshes follow from the torques. Constant waves have no instant.
+#[test]
+fn bearings_with_clearance_under_small_loads_rest() {
+    let mut random = Random(2);
+    let mut between = |low: f64, high: f64| low + (high - low) * random.next();
+    let cos = 20f64.to_radians().cos();
+    for case in 0..300 {
+        let (bodies, torque) = (2 + case % 2, if case % 3 == 0 { 0.0 } else { between(5.0, 60.0) });
+        let teeth = [20, 40, 30];
+        let radius = |i: usize| 1e-3 * f64::from(teeth[i]);
+        let (mut parts, mut centre) = (Parts::new(), [0.0; 2]);
+        let [held, on] = [0.0; 2].map(|_| between(0.0, bodies as f64) as usize);
+        let name = |i: usize| format!("body {i}");
+        for i in 0..bodies {
+            if i > 0 {
+                let (far, turn) = ((radius(i) + radius(i - 1)) / cos, between(0.0, std::f64::consts::TAU));
+                centre = [centre[0] + far * turn.cos(), centre[1] + far * turn.sin()];
+            }
+            let body = Body::new(1e-3).centre(centre);
+            let bearing = Bearing::new(1.0, 10f64.powf(between(7.0, 9.0))).damping(1e3);
+            let bearing = bearing.half_clearance(10f64.powf(between(-6.0, -4.0)));
+            parts.body(&name(i), if i == held { body.bearing(bearing) } else { body });
+        }
+        for i in 1..bodies {
+            let stiffness = Wave::constant(10f64.powf(between(7.5, 9.0))).unwrap();
+            let mesh = MeshPart::external([teeth[i - 1], teeth[i]], [radius(i - 1), radius(i)], stiffness);
+            let mesh = mesh.pressure_angle(20f64.to_radians()).half_backlash(10f64.powf(between(-6.0, -4.0)));
+            parts.mesh(&format!("mesh {i}"), &name(i - 1), &name(i), mesh);
+        }
+        let load = (on + 1) % bodies;
+        parts.torque("drive", &name(on), torque).load(&name(load));
+        let found = static_state(&parts.build(&name(0), 100.0).unwrap(), None);
+        let found = found.unwrap_or_else(|error| panic!("case {case}: {error}"));
+        assert_eq!(found.instant, None, "case {case}");
+        for i in 1..bodies {
+            let carries = on.min(load) < i && i <= on.max(load);
+            let force = if carries { torque / radius(on) } else { 0.0 };
+            let off = (found.contacts[i - 1].force.abs() - force).abs();
+            assert!(
+                off <= 1e-6 * torque / radius(on) + 1e-9,
+                "case {case}: mesh {i} carries {off:e} more than {force}"
+            );
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What is found out about any model: derivatives, couplings, rigid motions, sizes of its coordinates.
 
 pub(crate) mod couplings;
+pub(crate) mod gaps;
 mod level_rows;
 pub(crate) mod no_model;
 pub(crate) mod resting;

@@ -36,6 +36,16 @@ pub enum NoiseError {
         /// Index of the contact.
         contact: usize,
     },
+    /// The lower edge of a gap lies above its upper edge: the backlash is negative.
+    #[error("the gap of contact {contact} is negative: lower edge {lower:?} is above upper edge {upper:?}")]
+    NegativeGap {
+        /// Index of the contact, from 0.
+        contact: usize,
+        /// Lower edge of the gap.
+        lower: f64,
+        /// Upper edge of the gap.
+        upper: f64,
+    },
     /// A coordinate or a velocity becomes infinite or NaN, or so large that its mean square has no finite
     /// error: the step is too long, or the motion has no stationary state.
     #[error("the motion of member {member} becomes infinite or NaN before t = {t:?}")]

@@ -2,6 +2,7 @@
 
 use crate::error::{ParameterError, check};
 use crate::linear::statics::default_start;
+use crate::model::structure::gaps::negative_gap;
 use crate::model::{Machine, Model, Periodic, Shape, State};
 use crate::random::white::error::NoiseError;
 use crate::random::white::noise::WhiteNoise;
@@ -118,6 +119,9 @@ impl<const W: usize> NoisySteps<W> {
             None => default_start(machine)?,
         };
         start.check_at_zero(machine.size().dof)?;
+        if let Some((contact, [lower, upper])) = negative_gap(machine, &start) {
+            return Err(NoiseError::NegativeGap { contact, lower, upper });
+        }
         let table = DriveTable::of_waves(&**machine, self.steps, &|| true)?;
         let table = table.ok_or(TableError::Size { steps: self.steps, drives: machine.size().waves })?;
         let h = machine.period() / self.steps as f64;

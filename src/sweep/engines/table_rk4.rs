@@ -67,7 +67,8 @@ impl<M: Periodic> SweepEngine<M> for TableRk4 {
             };
             let Ok(kinds) = kinds(&model, channels) else { return };
             let not_located = |contact| IntegrateError::StopNotLocated { contact };
-            if let Err(error) = model.offers().refuse_stops(not_located) {
+            let admitted = model.offers().refuse_stops(not_located);
+            if let Err(error) = admitted.and_then(|()| IntegrateError::refuse_negative_gap(&model, &start)) {
                 waiting.extend(refuse(source, index, error.into()));
                 continue;
             }
