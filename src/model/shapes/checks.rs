@@ -17,9 +17,6 @@ const APART: f64 = 1e-6;
 /// Number of angles at which a wave that seems not to repeat is compared once more.
 const SPREAD: u32 = 256;
 
-/// Largest number of constants that an algebra is supposed to read beyond those of its shape.
-const FURTHER: usize = 16;
-
 /// Evaluation by deflection that records the contacts of the laws that the algebra evaluates, and their
 /// edges.
 #[derive(Default)]
@@ -120,27 +117,6 @@ impl<G: Shape> Compiled<G> {
         Ok(())
     }
 
-    /// Explains accelerations `a` at rest that are NaN, if they are numbers with further constants: the
-    /// algebra then reads constants that the shape does not have ([`Drives::constants`]).
-    fn check_reads(&self, a: &[f64]) -> Result<(), ParameterError> {
-        let Size { dof, waves, constants, .. } = self.size();
-        let is_number = |a: &[f64]| !a.iter().any(|a| a.is_nan());
-        if is_number(a) {
-            return Ok(());
-        }
-        let (mut u, rest, mut a) = (vec![0.0; self.drives()], vec![0.0; dof], vec![f64::NAN; dof]);
-        self.drive(0.0, Side::After, &mut u);
-        for expected in constants + 1..=constants + FURTHER {
-            u.push(1.0);
-            self.shape().accel(&ByDeflection, Drives::new(waves, &u), &rest, &rest, &mut a);
-            if is_number(&a) {
-                let name = "list of constants that the algebra reads, of length size().constants,".into();
-                return Err(ParameterError::Length { name, expected, found: constants });
-            }
-        }
-        Ok(())
-    }
-
     /// Checks that the accelerations at rest are finite: by deflection, with every contact on its lower
     /// flank and with every contact on its upper flank, in the gap if it does not have that flank.
     pub(crate) fn check_at_rest(&self) -> Result<(), ParameterError> {
@@ -156,7 +132,6 @@ impl<G: Shape> Compiled<G> {
             None => Ok(()),
         };
         self.shape().accel(&ByDeflection, u, &rest, &rest, &mut a);
-        self.check_reads(&a)?;
         number(&a, "")?;
         for (edge, how) in [
             (Edge::Lower, ", contacts on their lower flanks"),
