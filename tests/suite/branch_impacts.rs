@@ -92,6 +92,33 @@ fn impacting(speed: f64, v: f64) -> Branch {
     Continuation::new(1.0, 0.1).bounds(0.05, 1.1).run(&family, &[start]).unwrap()
 }
 
+/// The amplitude 0.3 with stops at 0.9 above and 1.1 below: without impacts the orbit reaches 0.9 where
+/// (1 - ω²)² + (c ω)² = 1/9. The orbit that strikes the upper stop ends where it touches the lower one.
+#[test]
+fn an_orbit_ends_at_the_stop_that_it_reaches_next() {
+    let two = [("amplitude", 0.3), ("stop", 0.9), ("lower stop", 1.1)];
+    let model = |speed: f64| oscillator(&[two[0], two[1], two[2], ("speed", speed)]);
+    let family = model(1.0);
+    let family = Family::over(&family, ["speed"]).unwrap();
+    let half = 1.0 - 0.5 * DAMPING * DAMPING;
+    let root = (half * half - 1.0 + 1.0 / 9.0).sqrt();
+    let [low, high] = [(half - root).sqrt(), (half + root).sqrt()];
+    for (from, to, exact) in [(0.3, 2.0, low), (2.0, 0.3, high), (1.2, 0.3, high)] {
+        let branch = Continuation::new(from, to).run(&family, None).unwrap();
+        let at = branch.of_kind(PointKind::Grazing)[0].parameter;
+        assert!((at - exact).abs() < 1e-13 * exact, "{from}: {at:?} {exact:?}");
+    }
+    for from in [0.95, 1.1] {
+        let started = State::new(0.0, &[0.0], &[-1.5]);
+        let settled = Settle::new().max_periods(2000).run(&Dop853::new(), &model(from), &started).unwrap();
+        let branch = Continuation::new(from, 2.0).run(&family, &settled.state).unwrap();
+        assert_eq!(branch.end(), &BranchEnd::Stop { contact: 0 });
+        let last = branch.points().last().unwrap();
+        assert_eq!(last.crossings, [[0, 1]]);
+        assert!((last.peak_to_peak() - 2.0).abs() < 1e-9, "{:?}", last.peak_to_peak());
+    }
+}
+
 /// Both branches end at the grazing, from the side with impacts as well: on a smooth side of the stop, and where the
 /// orbits with impacts turn back. On the way the impact passes the phase of the first node.
 #[test]

@@ -66,6 +66,9 @@ pub(crate) struct ContactTrace {
     pub(crate) crossings: Vec<[u32; 2]>,
     /// For each contact the largest rate of its deflection; 0 where it is not measured.
     pub(crate) fastest: Vec<f64>,
+    /// For each contact the largest distances from its lower and its upper edge; 0 where they are not
+    /// measured.
+    pub(crate) reach: Vec<[f64; 2]>,
 }
 
 impl ContactTrace {
@@ -81,6 +84,7 @@ impl ContactTrace {
             flats: Vec::new(),
             crossings: vec![[0; 2]; contacts],
             fastest: vec![0.0; contacts],
+            reach: vec![[0.0; 2]; contacts],
         }
     }
     /// The extremes at rigid stops that are impacts (`past`), or those that do not reach their stop.
@@ -177,6 +181,10 @@ impl<'m> Tracer<'m> {
             if k > 0 {
                 let fastest = &mut self.trace.fastest[contact];
                 *fastest = fastest.max(c.rate.abs());
+                for edge in Edge::BOTH {
+                    let reach = &mut self.trace.reach[contact][edge as usize];
+                    *reach = reach.max(edge.distance(&c).abs());
+                }
                 continue;
             }
             for edge in Edge::BOTH {

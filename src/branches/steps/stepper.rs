@@ -229,8 +229,8 @@ impl<'f, C: Followed> Stepper<'f, C> {
         Ok(Some(Next { point, step, angle, is_on_bound }))
     }
 
-    /// Distance of a point at the end of a step from the cubic polynomial through the two points before it, in
-    /// the units of the line. `None` after the first point.
+    /// Distance of a point at the end of a step from the cubic polynomial through the two points before it,
+    /// in the units of the line; `None` after the first point.
     pub(crate) fn beside(&self, point: &CurvePoint<C::Solution>, step: f64) -> Option<f64> {
         let (x, p) = self.past.as_ref()?.extrapolate(&self.last.point, step);
         Some((self.last.point.scaled_difference(point) - self.last.point.scaled(&x, p)).norm())

@@ -32,6 +32,9 @@ const SHORT: f64 = 1e-3;
 /// Distance of the phases of the same impact in neighbouring orbits `[1]`.
 const SAME_IMPACT: f64 = 0.1;
 
+/// Largest last correction of a point whose corrections do not pass a stop `[1]`.
+const SOLVED: f64 = 1e-12;
+
 /// First step from orbits without the impact towards the stop, as a share of the step that passed the
 /// grazing.
 const TRIAL: f64 = 1e-3;
@@ -144,24 +147,29 @@ impl<C: OrbitMethod> Stepper<'_, C> {
     ) -> Option<(Option<Reached<C>>, Reached<C>)> {
         let (mut at, mut distance, mut left) = (0.0, extremum.distance, first / STEP_TO_STOP);
         let (mut reached, mut beside, mut size) = (None, None, 0.0);
+        let mut nearest: Option<CurvePoint<C::Solution>> = None;
         for _ in 0..STEPS {
-            let next = at + STEP_TO_STOP * left;
-            let (x, p) = base.along(&base.tangent, next);
-            let Ok(point) = self.engine.correct(base, &base.tangent, next, x, p) else { break };
+            let step = STEP_TO_STOP * left;
+            let far = self.engine.advance(None, base, at + step);
+            let is_solved =
+                |point: &CurvePoint<C::Solution>| point.corrections.last().is_none_or(|last| *last <= SOLVED);
+            // A correction that passes the stop spoils the next ones. From the nearest point the prediction
+            // errs by less than the distance that is left.
+            let point = match (far, &nearest) {
+                (Ok(point), _) if is_solved(&point) => Ok(point),
+                (_, Some(nearest)) => self.engine.advance(None, nearest, step),
+                (far, None) => far,
+            };
+            let Ok(point) = point else { break };
             let Ok(measured) = self.measure(&point) else { break };
             let Some(now) = measured.trace.nearest(extremum).map(|e| e.distance) else { break };
             if now * extremum.distance <= 0.0 {
                 break;
             }
-            // The largest distance from the same edge, on the free side of it.
-            let same = measured
-                .trace
-                .extremes
-                .iter()
-                .filter(|e| e.is_at(extremum.contact, extremum.edge) && e.distance * now > 0.0);
-            size = same.map(|e| e.distance.abs()).fold(0.0, f64::max);
-            let rate = (now - distance) / (next - at);
-            (at, distance, left) = (next, now, -now / rate);
+            size = measured.trace.reach[extremum.contact][extremum.edge as usize];
+            let rate = (now - distance) / step;
+            (at, distance, left) = (at + step, now, -now / rate);
+            nearest = Some(point.clone());
             if distance.abs() > BESIDE * size {
                 beside = Some((at, point.clone(), measured.clone()));
             }

@@ -2,14 +2,13 @@
 
 use crate::contact::{Contact, Piece};
 use crate::excitation::Side;
-use crate::model::{Model, State};
+use crate::model::State;
 use crate::numeric::differences::CENTRAL;
 use crate::numeric::norms::{dot, largest_share};
 use crate::ode::IntegrateError;
 use crate::ode::edges::collisions::{Next, speed};
 use crate::ode::edges::exit::Exit;
-use crate::ode::edges::stops::Flight;
-use crate::periodic::flow::saltation::{Saltation, share_of_drives};
+use crate::periodic::flow::saltation::{ImpactScratch, Saltation, share_of_drives};
 
 /// Step of the differences of the velocities after an impact, as a share of the size of the motion `[1]`.
 const PROBE_STEP: f64 = 3e-4;
@@ -22,40 +21,6 @@ const SAME: f64 = 1e-7;
 
 /// Maximum number of divisions of the step by 4, until no drive edge lies between its instants.
 const QUARTERINGS: usize = 8;
-
-/// Scratch arrays for the derivative of an impact. V are the velocities after the impact.
-pub(crate) struct ImpactScratch {
-    /// Drives, coordinates and velocities of a neighbouring motion at its impact.
-    pub(crate) u: Vec<f64>,
-    pub(crate) q: Vec<f64>,
-    /// Velocities of the motion after the impact.
-    pub(crate) after: Vec<f64>,
-    pub(crate) v: Vec<f64>,
-    /// Derivative of V along the direction (-σ, δq, δv); σ is the time by which a neighbour arrives earlier.
-    pub(crate) slope: Vec<f64>,
-    /// δq and δv of the direction.
-    pub(crate) direction: [Vec<f64>; 2],
-    /// The last impact of each contact.
-    pub(crate) flights: Vec<Flight>,
-}
-
-impl ImpactScratch {
-    /// Without `stops` the arrays are empty: there are no impacts.
-    pub(crate) fn new(model: &dyn Model, stops: bool) -> Self {
-        let [dof, drives, contacts] =
-            [model.dof(), model.drives(), model.contacts()].map(|count| if stops { count } else { 0 });
-        let zeros = || vec![0.0; dof];
-        ImpactScratch {
-            flights: vec![Flight::NONE; contacts],
-            u: vec![0.0; drives],
-            q: zeros(),
-            after: zeros(),
-            v: zeros(),
-            slope: zeros(),
-            direction: [zeros(), zeros()],
-        }
-    }
-}
 
 impl Saltation<'_> {
     /// Applies impacts at once to a start on rigid stops that moves into them.
