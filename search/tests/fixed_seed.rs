@@ -89,6 +89,7 @@ fn cases_that_failed_agree() {
         (20261127, "steep-forces", 45),
         (20262001, "short-steps-of-pairs", 61),
         (20262004, "short-steps-of-sets", 16),
+        (20262102, "short-steps-of-pairs", 569),
         (7771, "short-steps-of-pairs", 159),
         (7771, "short-steps-of-pairs", 1737),
         (7771, "short-steps-of-pairs", 4681),

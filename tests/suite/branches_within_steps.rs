@@ -2,10 +2,12 @@
 
 use gear_dynamics::branches::{Continuation, Family, PointKind};
 use gear_dynamics::excitation::Fourier;
+use gear_dynamics::model::from_fn;
 use gear_dynamics::trains::{
     Body, Coordinates, Members, MeshPart, Planetary, ShaftPart, SpurPair, Train, two_stage,
 };
 use gear_dynamics::{Dop853, Model, Settle, Shooting, State, Wave};
+use std::f64::consts::TAU;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -271,5 +273,33 @@ fn a_crossing_at_which_a_branch_turns_back_has_no_folds_beside_it() -> Result<()
     let branch = short.shooting(Shooting::new().period_multiple(multiple)).run(&family, &state)?;
     assert_eq!(branch.of_kind(PointKind::Branch).len(), 1, "{branch}");
     assert_eq!(branch.of_kind(PointKind::Fold).len(), 2, "{branch}");
+    Ok(())
+}
+
+/// q = B(t) + x with x'' = (p - 3) x - x³ - 0.5 x': x = √(p - 3) turns back at the crossing with x = 0 at p = 3, beside a
+/// motion that is twenty times as large.
+#[test]
+fn a_small_motion_that_branches_beside_a_large_one() -> Result<()> {
+    for large in [5.0, 20.0] {
+        let family = Family::of([("p", "1")], move |[p]: [f64; 1]| {
+            let motion = move |t: f64, q: &[f64], v: &[f64], a: &mut [f64]| {
+                let (one, two) = (t.sin_cos(), (2.0 * t).sin_cos());
+                let x = q[0] - large * (one.1 + 0.3 * two.1);
+                let dx = v[0] + large * (one.0 + 0.6 * two.0);
+                a[0] = -large * (one.1 + 1.2 * two.1) + (p - 3.0) * x - x * x * x - 0.5 * dx;
+            };
+            from_fn(1, motion)?.with_period(TAU)
+        });
+        let start = State::new(0.0, &[1.0 + 1.3 * large], &[0.0]);
+        let branch = Continuation::new(4.0, 2.0).bounds(2.0, 4.0).run(&family, &start)?;
+        let at = branch.of_kind(PointKind::Branch);
+        assert!(at.len() == 1 && (at[0].parameter - 3.0).abs() < 1e-8, "{branch}");
+        assert!(
+            branch.notes().is_empty() && branch.points().iter().all(|point| point.parameter > 3.0 - 1e-8)
+        );
+        // The other half: x = -√(p - 3).
+        let end = &branch.points().last().unwrap().orbit.states()[0];
+        assert!((end.q[0] - 1.3 * large + 1.0).abs() < 1e-6, "{end:?}");
+    }
     Ok(())
 }
