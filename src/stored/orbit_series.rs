@@ -1,6 +1,6 @@
 //! The stored form of the orbit of a balance.
 
-use crate::error::check;
+use crate::error::{ParameterError, check};
 use crate::periodic::{BalanceNote, FourierOrbit, Harmonics};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
@@ -67,6 +67,11 @@ impl<'de> Deserialize<'de> for FourierOrbit {
         check::length("mean accelerations", mean_acceleration.len(), orbit.dof())
             .map_err(D::Error::custom)?;
         check::quantities("mean acceleration", &mean_acceleration).map_err(D::Error::custom)?;
+        // The residual of a series that no balance solved is NaN.
+        if stored.residual < 0.0 {
+            let (name, value) = ("residual".into(), stored.residual);
+            return Err(D::Error::custom(ParameterError::Negative { name, value }));
+        }
         Ok(FourierOrbit {
             mean_acceleration,
             notes: stored.notes,

@@ -3,6 +3,7 @@
 use crate::api::*;
 use crate::balance::{pair, projected};
 use crate::common::oscillators::CubicChain;
+use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 #[test]
@@ -62,6 +63,34 @@ fn floating_coordinate_is_named() {
         FourierOrbit::new(&Harmonics::up_to(1), TAU, &[vec![0.1, 0.0, 1.0], vec![0.1, 1.0, 0.0]]).unwrap();
     let error = Balance::new(Harmonics::up_to(3)).solve(&Loose, &guess).unwrap_err();
     assert!(matches!(error, BalanceError::Singular { coordinate: 1, .. }), "{error}");
+}
+
+/// A motor, q_0' its speed and q_1' its current i: 0.01 q_0'' = 0.5 i - 0.1 q_0', 0.05 i' = U + cos t - i - 0.5 q_0'.
+#[test]
+fn a_current_is_found_by_a_run() {
+    for mean in [12.0, 0.0] {
+        let motor = from_fn(2, move |t, _, v, a| {
+            a[0] = (0.5 * v[1] - 0.1 * v[0]) / 0.01;
+            a[1] = (mean + t.cos() - v[1] - 0.5 * v[0]) / 0.05;
+        });
+        let motor = motor.unwrap().with_period(TAU).unwrap();
+        let balance = Balance::new(Harmonics::up_to(3));
+        let error = balance.linearised(&motor, Piece::Upper).and_then(|guess| balance.solve(&motor, &guess));
+        let text = error.unwrap_err().to_string();
+        assert!(
+            text.contains("use a run; Settle finds the motion only if the mean of that velocity is 0"),
+            "{text}"
+        );
+        // (1 + 0.05 s) i + 0.5 w = U and (0.1 + 0.01 s) w = 0.5 i: i and w at the order s = i of the drive.
+        let s = Complex64::i();
+        let slip = 0.5 / (0.1 + 0.01 * s);
+        let current = 1.0 / (1.0 + 0.05 * s + 0.5 * slip);
+        let exact = [(slip * current).re + mean * 5.0 / 3.5, current.re + mean / 3.5];
+        let state = Dop853::new().rtol(1e-10).atol(1e-12).end(&motor, &State::at_rest(2), 5.0 * TAU).unwrap();
+        assert!((state.v[0] - exact[0]).abs() < 1e-6 && (state.v[1] - exact[1]).abs() < 1e-6, "{state:?}");
+        let settled = Settle::new().tolerance(1e-6).run(&Dop853::new(), &motor, &State::at_rest(2));
+        assert_eq!(settled.is_ok(), mean == 0.0);
+    }
 }
 
 #[test]

@@ -367,6 +367,78 @@ fn circles_know_their_growth_and_their_period_multiple() {
     assert!((circle.growth() / circle.period() + 0.1).abs() < 2e-3, "{}", circle.growth());
 }
 
+/// q_i'' + c_i q_i' + k_i q_i = 0.1 cos 2t + cos 0.2 √2 t: the perturbation that grows most grows by
+/// e^(-c T/2) in a period T of the map, c the least damping.
+struct Oscillators(Vec<[f64; 2]>);
+
+impl Model for Oscillators {
+    fn dof(&self) -> usize {
+        self.0.len()
+    }
+    fn accel(&self, u: &[f64], q: &[f64], v: &[f64], a: &mut [f64]) {
+        for (i, [damping, stiffness]) in self.0.iter().enumerate() {
+            a[i] = u[0] - damping * v[i] - stiffness * q[i];
+        }
+    }
+    fn drive(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.drive_at(&[2.0 * t, 0.2 * 2f64.sqrt() * t], side, u);
+    }
+}
+
+impl QuasiPeriodic for Oscillators {
+    fn frequencies(&self) -> Vec<f64> {
+        vec![2.0, 0.2 * 2f64.sqrt()]
+    }
+    fn drive_at(&self, angles: &[f64], _: Side, u: &mut [f64]) {
+        u[0] = 0.1 * angles[0].cos() + angles[1].cos();
+    }
+}
+
+/// The period of the map is π: with √k near 1 a perturbation takes up to 5000 periods for one turn, in which its growth
+/// rises and falls. The growth of an area does not.
+#[test]
+fn growth_does_not_depend_on_the_turn_of_a_perturbation() {
+    let mut cases: Vec<Vec<[f64; 2]>> = Vec::new();
+    for damping in [1e-4, -1e-4, 1e-5, -1e-5] {
+        for root in [1.001f64, 0.999, 1.0003, 0.9997, 0.9999] {
+            cases.push(vec![[damping, root * root]]);
+            // Another one beside it that decays faster, or as fast.
+            cases.push(vec![[damping.max(0.0) + 0.03, 2.3], [damping, root * root]]);
+            cases.push(vec![[damping, 1.7], [damping, root * root]]);
+        }
+    }
+    for oscillators in cases {
+        let damping = oscillators.iter().fold(f64::INFINITY, |m, x| m.min(x[0]));
+        let model = Oscillators(oscillators);
+        let balance = TorusBalance::new(WaveVectors::within(&[1, 1]).unwrap());
+        let start = balance.linearised(&model, Piece::Upper).unwrap();
+        let guess = balance.solve(&model, &start).unwrap().section(0, 5).unwrap();
+        let circle = CircleShooting::new().nodes(5).solve(&model, &guess).unwrap();
+        let (growth, exact) = (circle.growth(), -0.5 * damping * circle.period());
+        let off = (growth - exact).abs();
+        assert!(off <= circle.growth_error(), "{:?}: {growth} {exact}", model.0);
+        assert!(circle.growth_error() < 1e-7, "{:?}: {}", model.0, circle.growth_error());
+        assert_eq!(circle.is_stable(), damping > 0.0, "{:?}", model.0);
+    }
+}
+
+/// What grows beside a limit cycle in a time unit does not depend on the period of the map.
+#[test]
+fn growth_does_not_depend_on_the_strobe() {
+    let of = |period: f64| {
+        let (model, guess) = (van_der_pol(0.5, 0.0, TAU / period), round(61, 2.0));
+        let circle = CircleShooting::new().solve_free(&model, &guess, 0.985 * period).unwrap();
+        [circle.growth() / period, circle.growth_error() / period]
+    };
+    let [growth, error] = of(2.0);
+    for period in [0.7, 3.1] {
+        let [other, also] = of(period);
+        assert!((growth - other).abs() <= error + also, "{growth} ± {error}, {other} ± {also}");
+    }
+    // 4e-6 of the variation of the growth along the circle, which is about 1.
+    assert!(error < 1e-5, "{error}");
+}
+
 /// Points of two circles that the map exchanges lie far from one curve, and every second one on a curve.
 #[test]
 fn points_of_two_circles_are_not_fitted_by_one() {

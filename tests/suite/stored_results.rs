@@ -4,6 +4,7 @@
 
 use crate::api::*;
 use crate::common::stored;
+use gear_dynamics::branches::{BranchPoint, Continuation, Family};
 use serde_json::{Value, json};
 
 /// Rattle map of the pair: three speeds by two loads, with checks, strobed states and exponents.
@@ -330,4 +331,34 @@ fn stored_figures_that_do_not_fit_together_are_refused() {
         value["multipliers"]["values"] = forged;
         refused::<ShootingOrbit>(value, "an eigenvalue of the monodromy matrix");
     }
+    // An entry beside the diagonal changes the eigenvalues and not their sum.
+    for i in [1, 2] {
+        for factor in [1e3, 1e6, 1e10, 1e20, 1e100, 1e200] {
+            let mut value = stored.clone();
+            let entry = value["monodromy"][i].as_f64().unwrap();
+            value["monodromy"][i] = json!(entry * factor);
+            refused::<ShootingOrbit>(value, "an eigenvalue of the monodromy matrix");
+        }
+    }
+    // A double multiplier has a double conjugate.
+    let double = [[0.5, 0.1], [0.5, 0.1], [0.5, -0.1], [0.5, -0.1]];
+    let multipliers = |values: [[f64; 2]; 4]| json!({"values": values, "error": 1e-10});
+    assert!(serde_json::from_value::<Multipliers>(multipliers(double)).is_ok());
+    for forged in [[0.5, 0.0], [0.5, 0.1], [0.4, -0.1]] {
+        let [a, b, c, _] = double;
+        refused::<Multipliers>(multipliers([a, b, c, forged]), "belong to a pair of conjugates");
+    }
+
+    let balance = Balance::new(Harmonics::up_to(5));
+    let series = balance.solve(&pair, &balance.linearised(&pair, Piece::Upper).unwrap()).unwrap();
+    let mut value = serde_json::to_value(&series).unwrap();
+    value["residual"] = json!(-1e-9);
+    refused::<FourierOrbit>(value, "residual is -1e-9: it must not be negative");
+
+    let family = Family::over(&pair, ["speed"]).unwrap();
+    let branch = Continuation::new(0.7, 0.71).run(&family, &orbit).unwrap();
+    let mut value = serde_json::to_value(&branch.points()[0]).unwrap();
+    assert!(serde_json::from_value::<BranchPoint>(value.clone()).is_ok());
+    value["crossings"] = json!([[1_000_000, 0]]);
+    refused::<BranchPoint>(value, "crossings of a point is 1000000.0: it must be at most");
 }

@@ -281,11 +281,11 @@ fn tori(draw: &mut Draw) -> Result<Outcome, String> {
             check("CircleShooting", angles, &circle.at(theta))?;
         }
         let growth = -0.5 * model.damping * circle.period();
-        // Its mean over 1024 periods of a perturbation that turns.
-        let off = (circle.growth() - growth).abs();
-        draw.note(|| format!("growth {} exact {growth}", circle.growth()));
-        if off.is_nan() || off > 0.02 * growth.abs() + 2e-3 {
-            return Err(format!("growth {} of the circle, exact {growth}; {text}", circle.growth()));
+        let (found, allowed) = (circle.growth(), circle.growth_error());
+        let off = (found - growth).abs();
+        draw.note(|| format!("growth {found} ± {allowed:e} exact {growth}"));
+        if off.is_nan() || off > allowed {
+            return Err(format!("growth {found} ± {allowed:e} of the circle, exact {growth}; {text}"));
         }
     }
     Ok(Outcome::Agrees)

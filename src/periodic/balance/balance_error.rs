@@ -116,8 +116,8 @@ pub enum BalanceError {
         "the balance does not determine order {order} of coordinate {coordinate} after {} iterations: {}",
         last.iterations(),
         if *order == 0 {
-            "no stiffness acts on its mean; if it is a velocity without stiffness, as a current is, use Settle \
-             with a tolerance or a run"
+            "no stiffness acts on its mean; if its velocity stands for a quantity, as a current, use a run; Settle \
+             finds the motion only if the mean of that velocity is 0"
         } else {
             "a resonance without damping lies at this order, or the orbit is at a fold"
         }

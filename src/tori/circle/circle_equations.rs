@@ -2,8 +2,6 @@
 
 use crate::analysis::motion_size::MotionSize;
 use crate::model::{Model, State};
-use crate::numeric::norms::{dot, remove};
-use crate::numeric::spread::golden;
 use crate::ode::IntegrateError;
 use crate::ode::budget::Meter;
 use crate::periodic::FlowMethod;
@@ -12,7 +10,8 @@ use crate::periodic::flow::tangent::Tangent;
 use crate::periodic::flow::variation::{metered, transition};
 use crate::periodic::flow::walk::SegmentError;
 use crate::roots::{Matrix, Residual};
-use crate::tori::circle::closed_curve::{ClosedCurve, weight_rates, weights, write_weights};
+use crate::tori::circle::closed_curve::{ClosedCurve, weight_rates, weights};
+use crate::tori::circle::growth::Perturbations;
 use crate::tori::circle::strobed::Strobed;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
@@ -44,37 +43,6 @@ pub(crate) struct CircleEquations<'m> {
     pub(crate) crossings: u64,
     /// The last integration that failed; the segment of a node has its index.
     pub(crate) failure: Option<SegmentError>,
-}
-
-/// Number of map periods before the measurement. In them a perturbation turns into the one that grows most.
-const ALIGNED: usize = 256;
-
-/// Least and largest number of map periods over which the growth is measured.
-const MEASURED_GROWTH: [usize; 2] = [1 << 10, 1 << 18];
-
-/// Number of turns round the circle over which the growth is measured.
-const ROUNDS: f64 = 16.0;
-
-/// Error of the mean over these turns, as a share of the variation of the growth along the circle.
-const SHARE: f64 = 4e-6;
-
-/// Error of the mean growth that comes from the errors of the transitions.
-const ROUNDING: f64 = 1e-9;
-
-/// Largest denominator q of the ratios p/q that the rotation, as a share of a turn, is compared with. Near
-/// such a ratio every q-th point of the map moves slowly along the circle.
-const DENOMINATORS: usize = 8;
-
-/// Number of map periods that make [`ROUNDS`] turns round the circle, or `None` if it is too large.
-fn rounds(rotation: f64) -> Option<usize> {
-    let slow = |q: usize| {
-        let turns = q as f64 * rotation / TAU;
-        (turns - turns.round()).abs()
-    };
-    let slowest = (1..=DENOMINATORS).map(slow).fold(f64::INFINITY, f64::min);
-    let [least, most] = MEASURED_GROWTH;
-    let periods = (ROUNDS / slowest).ceil();
-    (periods <= most as f64).then_some((periods as usize).max(least))
 }
 
 /// Number of nodes from which the ranges of motion are measured.
@@ -210,59 +178,29 @@ impl<'m> CircleEquations<'m> {
     }
 
     /// Mean logarithm of the growth of the perturbation of the circle that grows most, over one period of the
-    /// map: that of the transitions between the nodes, interpolated at θ = k ρ. The weights are those of
-    /// [`rotation_number`](crate::tori::rotation_number). NaN if the points of the map move too slowly
-    /// along the circle, or if the budget is spent. The second number estimates the error of the mean.
-    pub(crate) fn growth(&mut self, curve: &ClosedCurve, rotation: f64) -> (f64, f64) {
-        let (m, width) = (self.nodes, self.units.len());
+    /// map, and an estimate of its error ([`Perturbations::growth`]). `middle` has the transitions midway
+    /// between the nodes: their distance from the interpolated ones is part of the error.
+    pub(crate) fn growth(&mut self, curve: &ClosedCurve, rotation: f64, middle: &[DMatrix<f64>]) -> [f64; 2] {
+        let m = self.nodes;
         let x = self.unknowns(curve, rotation);
-        let Some(periods) = rounds(rotation).filter(|_| self.evaluate(&x)) else {
-            return (f64::NAN, f64::NAN);
-        };
+        if !self.evaluate(&x) {
+            return [f64::NAN; 2];
+        }
         let in_units = |state: State| -> Vec<f64> {
             state.q.iter().chain(&state.v).zip(&self.units).map(|(y, unit)| y / unit).collect()
         };
-        let rates: Vec<Vec<f64>> =
-            (0..m).map(|j| in_units(curve.derivative(TAU * j as f64 / m as f64))).collect();
-        let mut y: Vec<f64> = (0..width).map(|i| golden((i + 1) as f64) - 0.5).collect();
-        let (mut next, mut theta, mut sum, mut total) = (vec![0.0; width], 0.0, 0.0, 0.0);
-        let (mut at, mut along) = (weights(m, theta), vec![0.0; width]);
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        for k in 0..ALIGNED + periods {
-            if k % 1024 == 0 && self.meter.exhausted().is_some() {
-                return (f64::NAN, f64::NAN);
-            }
-            next.fill(0.0);
-            for (weight, transition) in at.iter().zip(&self.transitions) {
-                for (j, y) in y.iter().enumerate() {
-                    next.iter_mut().enumerate().for_each(|(i, out)| *out += weight * transition[(i, j)] * y);
-                }
-            }
-            theta = (theta + rotation).rem_euclid(TAU);
-            write_weights(theta, &mut at);
-            if self.rotation.is_none() {
-                // A perturbation along the circle stays along it.
-                let rate_of = |i: usize| at.iter().zip(&rates).map(|(w, rate)| w * rate[i]).sum::<f64>();
-                along.iter_mut().enumerate().for_each(|(i, out)| *out = rate_of(i));
-                let length = dot(&along, &along).sqrt();
-                along.iter_mut().for_each(|x| *x /= length);
-                remove(&along, &mut next);
-            }
-            let length = dot(&next, &next).sqrt();
-            if length == 0.0 {
-                return (f64::NEG_INFINITY, 0.0);
-            }
-            y.iter_mut().zip(&next).for_each(|(y, next)| *y = next / length);
-            if k >= ALIGNED {
-                let s = (k - ALIGNED + 1) as f64 / (periods + 1) as f64;
-                let weight = (-1.0 / (s * (1.0 - s))).exp();
-                let growth = length.ln();
-                (least, most) = (growth.min(least), growth.max(most));
-                sum += weight * growth;
-                total += weight;
-            }
-        }
-        (sum / total, SHARE * (most - least) + ROUNDING)
+        let along = if self.rotation.is_none() { m } else { 0 };
+        let rates = (0..along).map(|j| in_units(curve.derivative(TAU * j as f64 / m as f64))).collect();
+        let transitions = &self.transitions;
+        let [growth, error] = Perturbations { transitions, rates, rotation, meter: self.meter }.growth();
+        let off = |(j, exact): (usize, &DMatrix<f64>)| {
+            let at = weights(m, TAU * (j as f64 + 0.5) / m as f64);
+            let add = |sum: DMatrix<f64>, (w, a): (&f64, &DMatrix<f64>)| sum - a * *w;
+            at.iter().zip(transitions).fold(exact.clone(), add).norm()
+        };
+        let off = middle.iter().enumerate().map(off).sum::<f64>() / middle.len() as f64;
+        // No growth is known to less than the share of these differences in it.
+        [growth, if growth.is_finite() { error + off * (-growth).exp() } else { error }]
     }
 
     /// Mean of g'·g' over the nodes, in units.

@@ -15,6 +15,7 @@ use crate::tori::circle::closed_curve::{ClosedCurve, checked_nodes};
 use crate::tori::circle::invariant_circle::InvariantCircle;
 use crate::tori::circle::strobed::Strobed;
 use crate::tori::quasi_periodic::{QuasiPeriodic, checked_frequencies};
+use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// P(x(θ)) = x(θ + ρ): invariant circles of the stroboscopic map P by shooting from nodes on the circle.
@@ -250,12 +251,13 @@ impl CircleShooting {
         if strobed.rotation().is_none() && share < COLLAPSED {
             return Err(CircleError::Collapsed { share, last: Box::new(found) });
         }
-        found.between = match between(&equations, &found) {
+        let middle;
+        (found.between, middle) = match between(&equations, &found) {
             Ok(between) => between,
             Err(failure) => return Err(failed(failure, Some(found))),
         };
         if found.between <= self.between {
-            (found.growth, found.growth_error) = equations.growth(&found.curve, found.rotation);
+            [found.growth, found.growth_error] = equations.growth(&found.curve, found.rotation, &middle);
             // The errors of the flow are those of the transitions, too.
             found.growth_error += self.flow_tolerance;
             Ok(found)
@@ -283,19 +285,24 @@ impl CircleShooting {
     }
 }
 
-/// Largest |P(x(θ)) - x(θ + ρ)| midway between the nodes, as a share of the range.
-fn between(equations: &CircleEquations<'_>, circle: &InvariantCircle) -> Result<f64, SegmentError> {
+/// Largest |P(x(θ)) - x(θ + ρ)| midway between the nodes, as a share of the range, and the derivatives of P
+/// there.
+fn between(
+    equations: &CircleEquations<'_>,
+    circle: &InvariantCircle,
+) -> Result<(f64, Vec<DMatrix<f64>>), SegmentError> {
     let nodes = circle.curve.nodes();
     let all = |s: State| s.q.into_iter().chain(s.v).collect::<Vec<f64>>();
-    let mut largest = 0.0f64;
+    let (mut largest, mut transitions) = (0.0f64, Vec::with_capacity(nodes));
     for j in 0..nodes {
         let theta = TAU * (j as f64 + 0.5) / nodes as f64;
-        let (end, ..) =
+        let (end, transition, _) =
             equations.map(theta, &circle.at(theta)).map_err(|error| SegmentError { segment: j, error })?;
         let (end, on_curve) = (all(end), all(circle.at(theta + circle.rotation)));
         for ((a, b), range) in end.iter().zip(&on_curve).zip(&circle.ranges) {
             largest = largest.max((a - b).abs() / range);
         }
+        transitions.push(transition);
     }
-    Ok(largest)
+    Ok((largest, transitions))
 }

@@ -74,17 +74,22 @@ impl InvariantCircle {
     /// most `[1]`: the largest Lyapunov exponent across the circle, times the period. Above 0 the circle
     /// repels: no run settles on it. NaN for an iterate that did not converge.
     ///
-    /// It is a weighted mean of the derivative of the map, interpolated between the nodes, over 1024 periods
-    /// or, where that is more, over those in which the points of the map go round the circle 16 times. NaN if
-    /// that takes more than 2^18 periods: the rotation is too near a whole number of turns, or a ratio p/q of
-    /// one with q up to 8. NaN also if the budget is spent before.
+    /// It is a weighted mean of the growth of the subspace of all directions that grow alike, by the
+    /// derivative of the map, interpolated between the nodes. The growth of a subspace does not depend on
+    /// how slowly a perturbation turns in it. The mean is that over 4096 periods or, where that is more,
+    /// over those in which the points of the map go round the circle 16 times. NaN if that takes more than
+    /// 2^18 periods: the rotation is too near a whole number of turns, or a ratio p/q of one with q up to
+    /// 8. NaN also if the budget is spent before.
     /// A perturbation along the circle of [`solve_free`](crate::tori::CircleShooting::solve_free), which
     /// neither grows nor decays, is left out.
     pub fn growth(&self) -> f64 {
         self.growth
     }
-    /// Estimate of the error of [`growth`](InvariantCircle::growth) `[1]`: 4e-6 of the variation of the
-    /// growth along the circle, the flow tolerance and 1e-9. NaN where the growth is NaN.
+    /// Estimate of the error of [`growth`](InvariantCircle::growth) `[1]`: the distance from a second
+    /// estimate, by the eigenvalues of the product over as many periods or up to twice as many; what the
+    /// largest of these eigenvalues has above the mean of those beside it; the error of the interpolation
+    /// midway between the nodes; 4e-6 of the variation of the growth along the circle, the flow tolerance and
+    /// 1e-9. NaN where the growth is NaN.
     pub fn growth_error(&self) -> f64 {
         self.growth_error
     }
