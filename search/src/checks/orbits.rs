@@ -199,7 +199,7 @@ fn balance(draw: &mut Draw) -> Outcome {
     let compare = || {
         let train = pair.at(speed).map_err(told)?;
         // The largest distance from the orbit by shooting, or why there is none.
-        let off = |orders: u32| -> Result<Result<f64, &'static str>, String> {
+        let off = |orders: usize| -> Result<Result<f64, &'static str>, String> {
             let method = Balance::new(Harmonics::up_to(orders)).integrals(Integrals::Exact);
             let start = method.linearised(&train, Piece::Upper).map_err(told)?;
             let Ok(found) = method.solve(&train, &start) else {
