@@ -42,7 +42,10 @@ pub enum LinearError {
         rows: usize,
     },
     /// No contact state is consistent with the load.
-    #[error("no contact state carries the load: {tried} were tried")]
+    #[error(
+        "no contact state carries the load: {tried} were tried; check that a support or contact holds each body \
+         against its torque, or give a start of your own, as the end of a run with damping"
+    )]
     NoContactState {
         /// Number of states tried.
         tried: usize,

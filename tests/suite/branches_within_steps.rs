@@ -303,3 +303,23 @@ fn a_small_motion_that_branches_beside_a_large_one() -> Result<()> {
     }
     Ok(())
 }
+
+/// q = cos t + x with x'' = (p - 3) x - x² - 0.5 x': at the transcritical crossing x = 0 the orbit has the symmetry
+/// x(t + π) = -x(t), and the model does not. With x³ in place of x² both have it.
+#[test]
+fn a_symmetric_orbit_of_another_model_breaks_no_symmetry() -> Result<()> {
+    for (power, kind) in [(2, PointKind::Branch), (3, PointKind::SymmetryBreaking)] {
+        let family = Family::of([("p", "1")], move |[p]: [f64; 1]| {
+            let motion = move |t: f64, q: &[f64], v: &[f64], a: &mut [f64]| {
+                let (x, dx) = (q[0] - t.cos(), v[0] + t.sin());
+                a[0] = -t.cos() + (p - 3.0) * x - x.powi(power) - 0.5 * dx;
+            };
+            from_fn(1, motion)?.with_period(TAU)
+        });
+        let start = State::new(0.0, &[2.0], &[0.0]);
+        let branch = Continuation::new(4.0, 2.0).bounds(2.0, 4.0).run(&family, &start)?;
+        let at = branch.of_kind(kind);
+        assert!(at.len() == 1 && (at[0].parameter - 3.0).abs() < 1e-8, "{branch}");
+    }
+    Ok(())
+}

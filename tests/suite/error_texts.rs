@@ -131,6 +131,10 @@ fn messages_name_number_and_remedy() {
         (Unproved::NoEnclosure { what: what() }.to_string(), ["none for a contact force", "`Machine`"]),
         (Unproved::NotContracting { t: 0.5, needed: 1.5 }.to_string(), ["t = 0.5 to 1.5", "flow_tolerance"]),
         (LinearError::Free { residual: 0.25 }.to_string(), ["2.5e-1", "hold a body"]),
+        (
+            LinearError::NoContactState { tried: 64 }.to_string(),
+            ["64 were tried", "give a start of your own"],
+        ),
         (LinearError::MeanSquareGrows.to_string(), ["damping takes out", "lower its intensity"]),
         (
             CurveError::Unexplained { what: "a contact grazed an edge" }.to_string(),

@@ -1,5 +1,7 @@
 //! Symmetries in time of an orbit.
 
+use crate::excitation::Side;
+use crate::model::{Model, State};
 use crate::ode::{Observer, Step};
 use std::ops::ControlFlow;
 
@@ -16,6 +18,31 @@ pub(crate) struct Symmetries {
 
 /// Share of the unit of a velocity below which an orbit has a symmetry `[1]`.
 const SYMMETRIC: f64 = 1e-6;
+
+/// Distances of the states that show whether a model has the symmetry of its orbit, as shares of the ranges of
+/// motion `[1]`.
+const ASIDE: [f64; 3] = [0.37, -0.71, 1.3];
+
+/// Whether a(t + T/2, -q, -v) = -a(t, q, v) at a state and beside it: then an orbit x(t + T/2) = -x(t) has it
+/// from its model and not by chance. `half`: T/2; `ranges`: of coordinates and velocities.
+pub(crate) fn reverses(model: &dyn Model, state: &State, half: f64, ranges: &[f64]) -> bool {
+    let n = model.dof();
+    let accelerations = |t: f64, y: &[f64]| {
+        let (mut u, mut a) = (vec![0.0; model.drives()], vec![0.0; n]);
+        model.drive(t, Side::After, &mut u);
+        model.accel(&u, &y[..n], &y[n..], &mut a);
+        a
+    };
+    ASIDE.iter().all(|share| {
+        let values = state.q.iter().chain(&state.v).zip(ranges).enumerate();
+        // Unequal distances of all components.
+        let y: Vec<f64> = values.map(|(i, (y, range))| y + share * range / (1.0 + 0.3 * i as f64)).collect();
+        let reversed: Vec<f64> = y.iter().map(|y| -y).collect();
+        let (here, later) = (accelerations(state.t, &y), accelerations(state.t + half, &reversed));
+        let size = here.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+        here.iter().zip(&later).all(|(a, b)| (a + b).abs() <= SYMMETRIC * size)
+    })
+}
 
 impl Symmetries {
     /// For orbits from `start` over `period`, which is `multiple` periods of the model.

@@ -6,6 +6,7 @@ use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::locate::Between;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
+use crate::branches::orbits::symmetries::reverses;
 use crate::branches::points::change::Change;
 use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::branches::points::test_functions::{dips, misses_a_fold};
@@ -15,6 +16,7 @@ use crate::branches::steps::of_orbits::{LocatedPoints, SEPARATE};
 use crate::branches::steps::place::Place;
 use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::Within;
+use crate::model::State;
 
 /// Distance from a crossing up to which a fold with its parameter is the crossing, as a share of the maximum
 /// step `[1]`.
@@ -148,7 +150,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         }
         let kind = |point: &CurvePoint<C::Solution>, change| match change {
             Change::Fold => PointKind::Fold,
-            _ if is_crossing(change) && self.engine.curve.is_symmetric(point) => PointKind::SymmetryBreaking,
+            _ if is_crossing(change) && self.is_symmetric(point) => PointKind::SymmetryBreaking,
             Change::Branch | Change::Branches(_) => PointKind::Branch,
             Change::PeriodDoubling | Change::PeriodDoublings(_) => PointKind::PeriodDoubling,
             Change::NeimarkSacker => PointKind::NeimarkSacker,
@@ -158,6 +160,19 @@ impl<C: OrbitMethod> Stepper<'_, C> {
             (sigma, point, SpecialPoint::Bifurcation(kind))
         };
         found.into_iter().map(special).collect()
+    }
+}
+
+impl<C: OrbitMethod> Stepper<'_, C> {
+    /// Whether the orbit of a point has the symmetry x(t + T/2) = -x(t), and its model as well.
+    fn is_symmetric(&self, point: &CurvePoint<C::Solution>) -> bool {
+        let curve = &self.engine.curve;
+        let has = |(multiple, state): (usize, State)| {
+            let model = curve.family().at([point.p]).ok()?;
+            let half = 0.5 * multiple as f64 * model.period();
+            Some(reverses(&*model, &state, half, &self.last.measured.ranges))
+        };
+        curve.is_symmetric(point) && curve.first_state(point).and_then(has).unwrap_or(false)
     }
 }
 
