@@ -346,6 +346,17 @@ pub enum IntegrateError {
         /// The largest of the width of the gap and the coordinates.
         motion: f64,
     },
+    /// Both rigid stops of a contact lie at one place.
+    #[error(
+        "both rigid stops of contact {contact} lie at one place at t = {t:?}: no room for motion is left between \
+         them; give the gap a width, or join the bodies"
+    )]
+    NoRoomBetweenStops {
+        /// Time at which the contact meets a stop.
+        t: f64,
+        /// Index of the contact, from 0.
+        contact: usize,
+    },
     /// A contact crosses its edges repeatedly while the time does not advance, or the location of an edge
     /// does not converge. The usual cause is a motion that slides along the edge or sticks to it: the
     /// accelerations on both sides push it back.

@@ -52,8 +52,11 @@ const BISECTIONS: usize = 60;
 /// change.
 const KEPT: f64 = 0.25;
 
-/// Smallest jump, as a share of the largest acceleration `[1]`.
+/// Smallest jump, as a share of the acceleration that jumps `[1]`.
 const LEAST: f64 = 1e-6;
+
+/// Least effect of a jump on its velocity over the distance that is searched, as a share of the tolerance `[1]`.
+const EFFECT: f64 = 1e-3;
 
 /// A time is too late if its rounding changes a velocity by more than the tolerance in a step of this many
 /// times the shortest length.
@@ -193,8 +196,8 @@ impl Rejections {
     /// The current step was rejected because of its error.
     ///
     /// # Errors
-    /// [`IntegrateError::Discontinuity`] if many short steps in a row met a jump of an acceleration: the
-    /// error names the last one; [`IntegrateError::BelowRounding`] if rounding rejected most of the steps.
+    /// [`IntegrateError::Discontinuity`] if many short steps in a row met a jump of an acceleration beyond
+    /// which the motion turns back; [`IntegrateError::BelowRounding`] if rounding rejected most of the steps.
     #[cold]
     pub(crate) fn rejected<V: Vector>(&mut self, e: &Engine<'_, V>) -> Result<(), IntegrateError> {
         let (t, h) = (e.ends.t, e.ends.h());
@@ -210,7 +213,9 @@ impl Rejections {
         if self.count <= WINDOW / 2 {
             return Ok(());
         }
-        if let Some(jump) = self.jump(e) {
+        if let Some(jump) = self.jump(e)
+            && self.turns_back(e, &jump)
+        {
             self.jumps += 1;
             self.acceleration = jump.acceleration;
         }
@@ -308,58 +313,65 @@ impl Rejections {
         changes
     }
 
-    /// An acceleration that jumps ahead of the start of the step: bisection keeps the larger part of its
-    /// change, and [`KEPT`] of it remains between states that rounding hardly separates. The search
-    /// takes the accelerations that change most as a share of their own values.
+    /// An acceleration that jumps ahead of the start of the step. The search takes the accelerations that
+    /// change most as a share of their own values.
     fn jump<V: Vector>(&mut self, e: &Engine<'_, V>) -> Option<Jump> {
-        let Rejections { look, a: [low, high, middle], .. } = self;
-        let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
-        let ((q, v), u) = (halves(&e.ends.y), e.ends.nodes.end());
-        accelerate(e.ends.model, pieces, u, q, v, low);
-        let mut at = |share: f64, low: &[f64], a: &mut [f64]| {
-            let rates = v.iter().chain(low);
-            for (look, (y, rate)) in look.iter_mut().zip(y.iter().zip(rates)) {
-                *look = y + share * AHEAD * e.ends.h() * rate;
-            }
-            let (q, v) = look.split_at(look.len() / 2);
-            accelerate(e.ends.model, pieces, u, q, v, a);
-        };
-        at(1.0, low, high);
-        let size = low.iter().chain(high.iter()).fold(0.0, |m: f64, a| m.max(a.abs()));
-        if !size.is_finite() {
-            return None;
-        }
         let mut most = f64::INFINITY;
         for _ in 0..SEARCHED {
-            let change = |i: usize| (high[i] - low[i]).abs();
-            let share = |i: usize| change(i) / low[i].abs().max(high[i].abs());
-            let candidates = (0..low.len()).filter(|&i| change(i) > LEAST * size && share(i) < most);
-            let i = candidates.max_by(|&i, &j| share(i).total_cmp(&share(j)))?;
-            most = share(i);
-            let (mut lo, mut hi, mut from, mut to) = (0.0, 1.0, low[i], high[i]);
-            let mut bisections = 0;
-            while bisections < BISECTIONS && (to - from).abs() > KEPT * change(i) {
-                let m = 0.5 * (lo + hi);
-                at(m, low, middle);
-                if (middle[i] - from).abs() > (to - middle[i]).abs() {
-                    (hi, to) = (m, middle[i]);
-                } else {
-                    (lo, from) = (m, middle[i]);
-                }
-                bisections += 1;
-            }
-            if bisections == BISECTIONS {
-                // Far from 0 the state is rounded so coarsely that accelerations move in jumps.
-                let (jump, all) = ((to - from).abs(), e.ends.y.slice().len());
-                let found = Jump { acceleration: i, place: hi, sides: [from, to] };
-                return (jump > self.changes_by_rounding(e, all)[i]).then_some(found);
+            let (found, share) = self.jump_below(e, most)?;
+            most = share;
+            // Far from 0 the state is rounded so coarsely that accelerations move in jumps.
+            let changes = self.changes_by_rounding(e, e.ends.y.slice().len());
+            let above = |j: &Jump| (j.sides[1] - j.sides[0]).abs() > changes[j.acceleration];
+            if let Some(jump) = found.filter(above) {
+                return Some(jump);
             }
         }
         None
     }
 
-    /// Follows the motion past a jump. Returns `true` if the motion comes back to the side from which it
-    /// came: such a motion sticks or slides. A motion that crosses the jump stays beyond it.
+    /// Of the accelerations that change by less than the share `most`, the one that changes most: its jump and
+    /// its share. Bisection keeps the larger part of its change. [`KEPT`] of it remains at a jump.
+    fn jump_below<V: Vector>(&mut self, e: &Engine<'_, V>, most: f64) -> Option<(Option<Jump>, f64)> {
+        let Rejections { look, a: [low, high, middle], .. } = self;
+        let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
+        let ((q, v), u, ahead) = (halves(&e.ends.y), e.ends.nodes.end(), AHEAD * e.ends.h());
+        accelerate(e.ends.model, pieces, u, q, v, low);
+        let mut at = |share: f64, low: &[f64], a: &mut [f64]| {
+            let rates = v.iter().chain(low);
+            for (look, (y, rate)) in look.iter_mut().zip(y.iter().zip(rates)) {
+                *look = y + share * ahead * rate;
+            }
+            let (q, v) = look.split_at(look.len() / 2);
+            accelerate(e.ends.model, pieces, u, q, v, a);
+        };
+        at(1.0, low, high);
+        if !low.iter().chain(high.iter()).all(|a| a.is_finite()) {
+            return None;
+        }
+        let change = |i: usize| (high[i] - low[i]).abs();
+        let share = |i: usize| change(i) / low[i].abs().max(high[i].abs());
+        let shortens = |i: usize| ahead * change(i) > EFFECT * tolerance(e, i);
+        let candidates = (0..low.len()).filter(|&i| share(i) > LEAST && share(i) < most && shortens(i));
+        let i = candidates.max_by(|&i, &j| share(i).total_cmp(&share(j)))?;
+        let (mut lo, mut hi, mut from, mut to) = (0.0, 1.0, low[i], high[i]);
+        let mut bisections = 0;
+        while bisections < BISECTIONS && (to - from).abs() > KEPT * change(i) {
+            let m = 0.5 * (lo + hi);
+            at(m, low, middle);
+            if (middle[i] - from).abs() > (to - middle[i]).abs() {
+                (hi, to) = (m, middle[i]);
+            } else {
+                (lo, from) = (m, middle[i]);
+            }
+            bisections += 1;
+        }
+        let found = bisections == BISECTIONS;
+        Some((found.then_some(Jump { acceleration: i, place: hi, sides: [from, to] }), share(i)))
+    }
+
+    /// Follows the motion past a jump, over the distance that is searched. Returns `true` if it comes back to
+    /// the side from which it came: it sticks or slides. A motion that crosses the jump stays beyond it.
     fn turns_back<V: Vector>(&mut self, e: &Engine<'_, V>, jump: &Jump) -> bool {
         let Rejections { look, a: [a, ..], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
@@ -369,7 +381,8 @@ impl Rejections {
             let (q, v) = look.split_at_mut(n);
             accelerate(e.ends.model, pieces, u, q, v, a);
             let time = share * AHEAD * e.ends.h();
-            q.iter_mut().zip(&*v).for_each(|(q, v)| *q += time * v);
+            let rows = q.iter_mut().zip(v.iter().zip(&*a));
+            rows.for_each(|(q, (v, a))| *q += time * (v + 0.5 * time * a));
             v.iter_mut().zip(&*a).for_each(|(v, a)| *v += time * a);
         }
         let (q, v) = look.split_at(n);

@@ -259,6 +259,89 @@ fn a_motion_that_crosses_undeclared_jumps_is_not_named() -> Result<(), Box<dyn s
     Ok(())
 }
 
+/// Motions that cross a jump ever more often while they decay are not said to stick: a ball on floors with damping in
+/// contact only, as formulas, up to a share of the time sqrt(2/g) (1 + e)/(1 - e) at which rigid impacts would end; and a
+/// relay with damping, q'' = -sign(q) - c q', whose energy decays as exp(-2 c t/3).
+#[test]
+fn a_decaying_motion_that_crosses_a_jump_is_not_named() -> Result<(), Box<dyn std::error::Error>> {
+    use gear_dynamics::{model::from_fn, ode::Rodas};
+    let run = |model: &dyn Model, q: f64, end: f64, rtol: f64| -> Result<(), IntegrateError> {
+        let (atol, start) = (1e-3 * rtol, State::new(0.0, &[q], &[0.0]));
+        Dop853::new().rtol(rtol).atol(atol).end(model, &start, end)?;
+        if rtol > 1e-10 {
+            Rk45::new().rtol(rtol).atol(atol).end(model, &start, end)?;
+            Rodas::new().rtol(rtol).atol(atol).end(model, &start, end)?;
+        }
+        Ok(())
+    };
+    let floor = |k: f64, c: f64| {
+        from_fn(1, move |_, q, v, a| a[0] = -9.81 - if q[0] < 0.0 { k * q[0] + c * v[0] } else { 0.0 })
+    };
+    let mut random = Random(5);
+    for rtol in [1e-3, 1e-5, 1e-7, 1e-9, 1e-11] {
+        run(&floor(1e5, 30.0)?, 1.0, 6.0, rtol)?;
+        run(&from_fn(1, |_, q, v, a| a[0] = -q[0].signum() - 0.3 * v[0])?, 1.0, 50.0, rtol)?;
+        for _ in 0..8 {
+            let (k, ratio) = (10f64.powf(3.0 + 4.0 * random.next()), 0.01 + 0.15 * random.next());
+            let e = (-std::f64::consts::PI * ratio / (1.0 - ratio * ratio).sqrt()).exp();
+            let end = (2.0 / 9.81f64).sqrt() * (1.0 + e) / (1.0 - e) * (0.5 + 0.4 * random.next());
+            run(&floor(k, 2.0 * ratio * k.sqrt())?, 1.0, end, rtol)?;
+        }
+    }
+    Ok(())
+}
+
+/// A block on an incline and a body that slides on q + λ v = 0 are named within few steps, with accelerations on the
+/// two sides of the jump that differ by up to 10⁵.
+#[test]
+fn a_motion_with_unequal_sides_of_a_jump_is_named() -> Result<(), Box<dyn std::error::Error>> {
+    use gear_dynamics::{model::from_fn, ode::Rodas};
+    for case in 0..12 {
+        let weak = 10f64.powf(-5.0 * f64::from(case) / 11.0);
+        let incline = from_fn(1, move |_, _, v, a| a[0] = if v[0] > 0.0 { -1.0 } else { weak })?;
+        let surface = from_fn(1, move |_, q, v, a| a[0] = -(q[0] + (0.3 + weak) * v[0]).signum())?;
+        for rtol in [1e-6, 1e-8, 1e-10] {
+            let solvers: [&dyn Integrator; 3] = [
+                &Dop853::new().rtol(rtol).atol(rtol / 100.0).max_steps(10_000),
+                &Rk45::new().rtol(rtol).atol(rtol / 100.0).max_steps(10_000),
+                &Rodas::new().rtol(rtol).atol(rtol / 100.0).max_steps(10_000),
+            ];
+            for solver in solvers {
+                for (model, start) in [
+                    (&incline as &dyn Model, State::new(0.0, &[0.0], &[0.7])),
+                    (&surface, State::new(0.0, &[0.03], &[0.0])),
+                ] {
+                    let end = solver.end(model, &start, 10.0);
+                    let named = matches!(end, Err(IntegrateError::Discontinuity { acceleration: 0, .. }));
+                    assert!(named, "{weak:e} {rtol:e} {end:?}");
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Sticking beside a body whose acceleration is larger by 8 orders is named within few steps.
+#[test]
+fn a_sign_that_sticks_beside_a_fast_body_is_named() -> Result<(), Box<dyn std::error::Error>> {
+    let model = gear_dynamics::model::from_fn(2, |t, q, v, a| {
+        a[0] = 0.5 * t.cos() - v[0].signum();
+        a[1] = -1e8 * q[1];
+    })?;
+    let start = State::new(0.0, &[0.0, 1.0], &[0.2, 0.0]);
+    for rtol in [1e-7, 1e-9, 1e-11] {
+        let high = Dop853::new().rtol(rtol).atol(rtol / 100.0).max_steps(100_000);
+        match high.end(&model, &start, 0.5) {
+            // 0.5 sin t - t = -0.2 at t = 0.39018.
+            Err(IntegrateError::Discontinuity { t, acceleration: 0 }) => {
+                assert!((t - 0.3902).abs() < 1e-3, "{t}");
+            }
+            other => panic!("{rtol}: {other:?}"),
+        }
+    }
+    Ok(())
+}
+
 /// Two bodies that stick in turns are named, too.
 #[test]
 fn two_bodies_that_stick_are_named() {

@@ -319,3 +319,34 @@ fn walls_that_move_together_on_a_body_are_refused_in_their_own_words() {
     assert!(matches!(refused, IntegrateError::TooManyImpacts { limit: 20_000, .. }), "{refused}");
     assert!(refused.to_string().starts_with("too many impacts at one instant"), "{refused}");
 }
+
+/// Both rigid stops of a contact at one place are refused by name, whatever the absolute tolerance.
+#[test]
+fn stops_at_one_place_are_refused_by_name() {
+    struct Held;
+    impl Model for Held {
+        fn dof(&self) -> usize {
+            1
+        }
+        fn accel(&self, _: &[f64], _: &[f64], _: &[f64], a: &mut [f64]) {
+            a[0] = 0.0;
+        }
+        fn contacts(&self) -> usize {
+            1
+        }
+        fn contact(&self, _: &[f64], q: &[f64], v: &[f64], out: &mut [Contact]) {
+            out[0] = Contact { deflection: q[0], rate: v[0], lower: 0.0, upper: 0.0, ..Contact::default() };
+        }
+        fn impact(&self, _: usize, _: gear_dynamics::contact::Piece, _: &[f64], _: &[f64], v: &mut [f64]) {
+            v[0] *= -0.5;
+        }
+        fn offers(&self) -> gear_dynamics::model::Offers<'_> {
+            gear_dynamics::model::Offers { stops: &[[true, true]], ..Default::default() }
+        }
+    }
+    for atol in [1e-3, 1e-12, 1e-40, 1e-90] {
+        let refused = Dop853::new().atol(atol).end(&Held, &State::new(0.0, &[0.0], &[1.0]), 1.0);
+        let refused = refused.unwrap_err();
+        assert!(matches!(refused, IntegrateError::NoRoomBetweenStops { contact: 0, .. }), "{refused}");
+    }
+}

@@ -127,7 +127,7 @@ impl Passage {
     /// tolerance.
     ///
     /// # Errors
-    /// [`IntegrateError::BelowTolerance`].
+    /// [`IntegrateError::BelowTolerance`], [`IntegrateError::NoRoomBetweenStops`].
     #[inline]
     pub(crate) fn check_tolerance<V: Vector>(
         &mut self,
@@ -143,6 +143,9 @@ impl Passage {
         self.resolved = motion >= self.atol;
         if self.resolved {
             return Ok(());
+        }
+        if gap == 0.0 && self.locator.stops.rigid[contact] == [true; 2] {
+            return Err(IntegrateError::NoRoomBetweenStops { t: e.t1, contact });
         }
         Err(IntegrateError::BelowTolerance { t: e.t1, contact, atol: self.atol, motion })
     }
