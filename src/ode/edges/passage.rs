@@ -144,7 +144,7 @@ impl Passage {
         if self.resolved {
             return Ok(());
         }
-        if gap == 0.0 && self.locator.stops.rigid[contact] == [true; 2] {
+        if gap == 0.0 && self.locator.stops.rigid.get(contact) == Some(&[true; 2]) {
             return Err(IntegrateError::NoRoomBetweenStops { t: e.t1, contact });
         }
         Err(IntegrateError::BelowTolerance { t: e.t1, contact, atol: self.atol, motion })
