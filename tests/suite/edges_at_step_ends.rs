@@ -872,6 +872,9 @@ fn lengths_below_the_tolerance_are_refused_or_resolved() -> Result<(), Integrate
             .expect("constants in range");
     let end = Dop853::new().end(&spring, &State::new(0.0, &[1.0], &[0.0]), 300.0)?;
     assert!(end.q[0].abs() < 1e-10);
+    // Without backlash, too.
+    let tiny = Dop853::new().end(&spring, &State::new(0.0, &[1e-14], &[0.0]), 40.0);
+    assert!(matches!(tiny, Err(IntegrateError::BelowTolerance { contact: 0, .. })), "{tiny:?}");
     Ok(())
 }
 
