@@ -296,7 +296,7 @@ pub enum IntegrateError {
         depth: f64,
     },
     /// Impacts follow one another at one instant without end: stops that move towards one another, or very
-    /// unequal bodies that touch.
+    /// unequal elastic bodies that touch.
     #[error(
         "too many impacts at one instant, t = {t:?}: more than {limit}, the last on the rigid stop of contact \
          {contact}"

@@ -55,7 +55,7 @@ const KEPT: f64 = 0.25;
 /// Smallest jump, as a share of the acceleration that jumps `[1]`.
 const LEAST: f64 = 1e-6;
 
-/// Least effect of a jump on its velocity over the distance that is searched, as a share of the tolerance `[1]`.
+/// Least effect of a jump on its velocity over the distance searched, as a share of the tolerance `[1]`.
 const EFFECT: f64 = 1e-3;
 
 /// A time is too late if its rounding changes a velocity by more than the tolerance in a step of this many
@@ -370,8 +370,8 @@ impl Rejections {
         Some((found.then_some(Jump { acceleration: i, place: hi, sides: [from, to] }), share(i)))
     }
 
-    /// Follows the motion past a jump, over the distance that is searched. Returns `true` if it comes back to
-    /// the side from which it came: it sticks or slides. A motion that crosses the jump stays beyond it.
+    /// Follows the motion past a jump, over the distance searched. Returns `true` if it comes back to the side
+    /// from which it came: it sticks or slides. A motion that crosses the jump stays beyond it.
     fn turns_back<V: Vector>(&mut self, e: &Engine<'_, V>, jump: &Jump) -> bool {
         let Rejections { look, a: [a, ..], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));

@@ -320,6 +320,31 @@ fn walls_that_move_together_on_a_body_are_refused_in_their_own_words() {
     assert!(refused.to_string().starts_with("too many impacts at one instant"), "{refused}");
 }
 
+/// A light ball between two heavy ones: all three go on together with the speed of their centre, 1/2.03. The last impacts
+/// are slower than the rounding of the velocities.
+#[test]
+fn impacts_slower_than_the_rounding_of_the_velocities_end() {
+    for e in [0.4, 0.5, 0.6, 0.65] {
+        for tenths in 1..=10 {
+            let gap = 0.1 * f64::from(tenths);
+            for v in [0.0, -0.2, -0.4] {
+                let row = Bodies::row(&[1.0, 0.03, 1.0], e).machine();
+                let start = State::new(0.0, &[-1.0, 0.0, gap], &[1.0, 0.0, v]);
+                let end = Dop853::new().end(&row, &start, 30.0).unwrap();
+                let momentum = end.v[0] + 0.03 * end.v[1] + end.v[2];
+                assert!((momentum - 1.0 - v).abs() < 1e-12, "{e} {gap} {v} {end:?}");
+                assert!(
+                    end.v[0] <= end.v[1] + 1e-12 && end.v[1] <= end.v[2] + 1e-12,
+                    "{e} {gap} {v} {end:?}"
+                );
+                if (e, tenths, v) == (0.6, 1, 0.0) {
+                    assert!(end.v.iter().all(|v| (v - 1.0 / 2.03).abs() < 1e-8), "{end:?}");
+                }
+            }
+        }
+    }
+}
+
 /// Both rigid stops of a contact at one place are refused by name, whatever the absolute tolerance.
 #[test]
 fn stops_at_one_place_are_refused_by_name() {

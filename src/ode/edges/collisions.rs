@@ -11,6 +11,8 @@
 //! - Impacts with e < 1 in rows that touch may follow one another without end, ever more slowly. Below
 //!   [`RESOLUTION`] times the fastest approach of the instant, the contacts that still press come to rest
 //!   relative to their stops, all together.
+//! - After [`LONG`] impacts per stop, an approach below [`APART`] times the rounding of its speed counts as
+//!   rest, too: the last impacts of rows with e < 1 may be slower than the velocities resolve.
 //! - What is then left of the approach is rounding. Contacts that leave their stops no faster than rounding
 //!   are moved apart by [`APART`] times the rounding of their speed, so that no later step finds them beyond
 //!   their stops.
@@ -37,6 +39,10 @@ const TIED: f64 = 1e-6;
 /// Maximum number of impacts at one instant, per rigid stop of the model. Five balls that touch need 200 for
 /// e = 0.
 const MOST: usize = 10_000;
+
+/// Number of impacts at one instant, per rigid stop of the model, after which the rounding of the speeds of
+/// approach is measured.
+const LONG: usize = 2;
 
 /// Least speed at which contacts leave their stops after impacts, in units of the rounding of their speed
 /// `[1]`.
@@ -83,6 +89,8 @@ pub(crate) struct Collisions {
     apart: i32,
     /// Effect of rounding of the velocities on the speed of approach to each stop.
     rounding: Vec<f64>,
+    /// Speeds of approach to each stop that are rounding; 0 as long as there are few impacts.
+    lost: Vec<f64>,
     /// Velocities after one impact alone.
     alone: Vec<f64>,
     matrix: Vec<f64>,
@@ -105,6 +113,7 @@ impl Collisions {
             rested: 0,
             apart: 0,
             rounding: vec![0.0; n],
+            lost: vec![0.0; n],
             alone: vec![0.0; if n > 0 { dof } else { 0 }],
             matrix: Vec::with_capacity(n * n),
             right: Vec::with_capacity(n),
@@ -116,26 +125,31 @@ impl Collisions {
     /// Begins a new instant.
     pub(crate) fn begin(&mut self) {
         self.struck.fill(false);
+        self.lost.fill(0.0);
         (self.fastest, self.count, self.rested, self.apart) = (0.0, 0, 0, 0);
     }
 
     /// Decides what happens next. `contacts`: at the present velocities; `touches`: whether a contact is on
     /// its stop.
     pub(crate) fn next(&mut self, contacts: &[Contact], touches: impl Fn(Exit, &Contact) -> bool) -> Next {
-        let mut top = 0.0f64;
-        for (exit, approach) in self.exits.iter().zip(&mut self.approach) {
+        let (mut top, mut pressing) = (0.0f64, 0.0f64);
+        for ((exit, approach), lost) in self.exits.iter().zip(&mut self.approach).zip(&self.lost) {
             let c = &contacts[exit.contact];
             *approach = if touches(*exit, c) { speed(*exit, c) } else { f64::NEG_INFINITY };
-            top = top.max(*approach);
+            pressing = pressing.max(*approach);
+            if *approach > *lost {
+                top = top.max(*approach);
+            }
         }
-        self.fastest = self.fastest.max(top);
+        self.fastest = self.fastest.max(pressing);
         let slow = RESOLUTION * self.fastest;
         if self.count == 0 {
             self.arrives.iter_mut().zip(&self.approach).for_each(|(arrives, s)| *arrives = *s > slow);
         }
         self.chosen.clear();
         if top > slow {
-            let strikes = |k: &usize| self.approach[*k] >= (1.0 - TIED) * top;
+            let strikes =
+                |k: &usize| self.approach[*k] >= (1.0 - TIED) * top && self.approach[*k] > self.lost[*k];
             self.chosen.extend((0..self.exits.len()).filter(strikes));
             self.count += self.chosen.len();
             self.chosen.iter().for_each(|&k| self.struck[k] = true);
@@ -146,12 +160,13 @@ impl Collisions {
         if self.count == 0 {
             return Next::Over;
         }
-        let rests = |k: &usize| self.approach[*k].abs() <= slow && (self.struck[*k] || fresh(*k));
+        let is_slow = |k: usize| self.approach[k].abs() <= slow.max(self.lost[k]);
+        let rests = |k: &usize| is_slow(*k) && (self.struck[*k] || fresh(*k));
         self.chosen.extend((0..self.exits.len()).filter(rests));
         // After a single impact, what is left of the approach is rounding.
         let new = self.rested != known || (0..self.exits.len()).any(fresh);
         match self.chosen.is_empty() {
-            _ if top > 0.0 && self.count > 1 && new => Next::Rest,
+            _ if pressing > 0.0 && self.count > 1 && new => Next::Rest,
             false if self.apart < TIMES => Next::Apart,
             _ => {
                 self.chosen.clear();
@@ -194,6 +209,9 @@ impl Collisions {
         contacts: &mut [Contact],
     ) {
         let dof = v.len();
+        if next == Next::Impacts && self.count > LONG * self.exits.len() && self.lost[self.chosen[0]] == 0.0 {
+            self.lose(model, [u, q, v], contacts);
+        }
         if next == Next::Apart && !self.hasten(model, [u, q, v], contacts) {
             return;
         }
@@ -256,10 +274,24 @@ impl Collisions {
         APART * self.rounding[k].max(f64::EPSILON * self.fastest)
     }
 
-    /// Measures the effect of rounding on the speeds of approach. Returns whether a contact is to be moved
-    /// apart, faster than the last time.
+    /// Speeds of approach below [`APART`] times their rounding are lost from now on.
     #[cold]
-    fn hasten(&mut self, model: &dyn Model, [u, q, v]: [&[f64]; 3], contacts: &mut [Contact]) -> bool {
+    fn lose(&mut self, model: &dyn Model, state: [&[f64]; 3], contacts: &mut [Contact]) {
+        self.measure_rounding(model, state, contacts);
+        self.lost.iter_mut().zip(&self.rounding).for_each(|(lost, r)| *lost = lost.max(APART * r));
+    }
+
+    /// Returns whether a contact is to be moved apart, faster than the last time.
+    #[cold]
+    fn hasten(&mut self, model: &dyn Model, state: [&[f64]; 3], contacts: &mut [Contact]) -> bool {
+        self.measure_rounding(model, state, contacts);
+        let together = self.chosen.iter().any(|&k| self.approach[k] > -0.5 * self.above_rounding(k));
+        self.apart = if together { self.apart + 1 } else { TIMES };
+        together
+    }
+
+    /// Measures the effect of rounding on the speeds of approach.
+    fn measure_rounding(&mut self, model: &dyn Model, [u, q, v]: [&[f64]; 3], contacts: &mut [Contact]) {
         self.rounding.fill(0.0);
         for sign in sign_patterns(v.len()) {
             let components = self.alone.iter_mut().zip(v).enumerate();
@@ -272,9 +304,6 @@ impl Collisions {
                 }
             }
         }
-        let together = self.chosen.iter().any(|&k| self.approach[k] > -0.5 * self.above_rounding(k));
-        self.apart = if together { self.apart + 1 } else { TIMES };
-        together
     }
 }
 
