@@ -332,8 +332,8 @@ impl Rejections {
         None
     }
 
-    /// Of the accelerations that change by less than the share `most`, the one that changes most: its jump and
-    /// its share. Bisection keeps the larger part of its change. [`KEPT`] of it remains at a jump.
+    /// Of the accelerations that change by less than the share `most`, the one that changes most: its jump
+    /// and its share. Bisection keeps the larger part of its change. [`KEPT`] of it remains at a jump.
     fn jump_below<V: Vector>(&mut self, e: &Engine<'_, V>, most: f64) -> Option<(Option<Jump>, f64)> {
         let Rejections { look, a: [low, high, middle], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
@@ -372,8 +372,8 @@ impl Rejections {
         Some((found.then_some(Jump { acceleration: i, place: hi, sides: [from, to] }), share(i)))
     }
 
-    /// Follows the motion past a jump, over the distance searched. Returns `true` if it comes back to the side
-    /// from which it came: it sticks or slides. A motion that crosses the jump stays beyond it.
+    /// Follows the motion past a jump, over the distance searched. Returns `true` if it comes back to the
+    /// side from which it came: it sticks or slides. A motion that crosses the jump stays beyond it.
     fn turns_back<V: Vector>(&mut self, e: &Engine<'_, V>, jump: &Jump) -> bool {
         let Rejections { look, a: [a, ..], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
