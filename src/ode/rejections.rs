@@ -320,8 +320,8 @@ impl Rejections {
         for _ in 0..SEARCHED {
             let (found, share) = self.jump_below(e, most)?;
             most = share;
-            // Far from 0 the state is rounded so coarsely that accelerations move in jumps. One that is 0 by the
-            // symmetry of a model consists of the rounding of the others.
+            // Far from 0 the state is rounded so coarsely that accelerations move in jumps. One that is 0 by
+            // the symmetry of a model consists of the rounding of the others.
             let changes = self.changes_by_rounding(e, e.ends.y.slice().len());
             let rounding = changes.iter().fold(0.0, |m: f64, change| m.max(*change));
             let above = |j: &Jump| (j.sides[1] - j.sides[0]).abs() > rounding;
