@@ -5,6 +5,7 @@
 
 use crate::excitation::Side;
 use crate::model::structure::slopes::accelerate;
+use crate::numeric::norms::largest;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::ends::halves;
 use crate::ode::stepping::engine::Engine;
@@ -219,11 +220,10 @@ impl Rejections {
             self.jumps += 1;
             self.acceleration = jump.acceleration;
         }
-        if self.jumps < JUMPS {
-            Ok(())
-        } else {
-            Err(IntegrateError::Discontinuity { t, acceleration: self.acceleration })
+        if self.jumps == JUMPS {
+            return Err(IntegrateError::Discontinuity { t, acceleration: self.acceleration });
         }
+        Ok(())
     }
 
     /// The error for a step `h` below the resolution of the time.
@@ -322,10 +322,8 @@ impl Rejections {
             most = share;
             // Far from 0 the state is rounded so coarsely that accelerations move in jumps. One that is 0 by
             // the symmetry of a model consists of the rounding of the others.
-            let changes = self.changes_by_rounding(e, e.ends.y.slice().len());
-            let rounding = changes.iter().fold(0.0, |m: f64, change| m.max(*change));
-            let above = |j: &Jump| (j.sides[1] - j.sides[0]).abs() > rounding;
-            if let Some(jump) = found.filter(above) {
+            let rounding = largest(self.changes_by_rounding(e, e.ends.y.slice().len()));
+            if let Some(jump) = found.filter(|j| (j.sides[1] - j.sides[0]).abs() > rounding) {
                 return Some(jump);
             }
         }
@@ -368,8 +366,8 @@ impl Rejections {
             }
             bisections += 1;
         }
-        let found = bisections == BISECTIONS;
-        Some((found.then_some(Jump { acceleration: i, place: hi, sides: [from, to] }), share(i)))
+        let jump = Jump { acceleration: i, place: hi, sides: [from, to] };
+        Some(((bisections == BISECTIONS).then_some(jump), share(i)))
     }
 
     /// Follows the motion past a jump, over the distance searched. Returns `true` if it comes back to the

@@ -19,8 +19,8 @@ pub(crate) struct Symmetries {
 /// Share of the unit of a velocity below which an orbit has a symmetry `[1]`.
 const SYMMETRIC: f64 = 1e-6;
 
-/// Distances of the states that show whether a model has the symmetry of its orbit, as shares of the ranges of
-/// motion `[1]`.
+/// Distances of the states that show whether a model has the symmetry of its orbit, as shares of the ranges
+/// of motion `[1]`.
 const ASIDE: [f64; 3] = [0.37, -0.71, 1.3];
 
 /// Whether a(t + T/2, -q, -v) = -a(t, q, v) at a state and beside it: then an orbit x(t + T/2) = -x(t) has it
