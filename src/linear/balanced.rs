@@ -1,6 +1,6 @@
 //! Positions in which the mean accelerations of a model vanish, except along its rigid motions.
 
-use crate::contact::Piece;
+use crate::contact::{Contact, Piece};
 use crate::linear::instants::{Instants, Mean};
 use crate::linear::modes::LinearError;
 use crate::model::Periodic;
@@ -52,6 +52,8 @@ pub(super) struct AtRest<'m> {
     pub(super) mean: Mean<'m>,
     /// Directions of rigid motions, one in each column.
     pub(super) rigid: &'m DMatrix<f64>,
+    /// The flank of each contact that is tried first.
+    pub(super) flanks: Vec<Piece>,
     /// The load of each coordinate: the mean size of its acceleration at q = 0 with all contacts in their
     /// gaps.
     loads: Vec<f64>,
@@ -65,16 +67,27 @@ pub(super) type Balanced = (Vec<f64>, Vec<f64>);
 /// A change of the coordinates, and the accelerations α along the rigid motions.
 type Change = (Vec<f64>, DVector<f64>);
 
+/// The upper flank of a contact, the lower one if it has no upper edge, or its gap.
+fn first_flank(contact: &Contact) -> Piece {
+    match contact {
+        Contact { upper, .. } if upper.is_finite() => Piece::Upper,
+        Contact { lower, .. } if lower.is_finite() => Piece::Lower,
+        _ => Piece::Gap,
+    }
+}
+
 impl<'m> AtRest<'m> {
     pub(super) fn new(model: &'m dyn Periodic, t: f64, instants: Instants, rigid: &'m DMatrix<f64>) -> Self {
         let of_instant = instants.is_one();
         let mean = Mean::new(model, instants.joined());
         let loads = mean.sizes(&vec![Piece::Gap; model.contacts()]);
         // A wide gap must not hide a light load: the flanks count only where nothing is loaded.
-        let flanks = || largest(&mean.sizes(&vec![Piece::Upper; model.contacts()]));
-        let size = Some(largest(&loads)).filter(|load| *load > 0.0).unwrap_or_else(flanks);
+        let contacts = mean.contacts(&mean.rest);
+        let flanks: Vec<Piece> = contacts.iter().map(first_flank).collect();
+        let on_flanks = || largest(&mean.sizes(&flanks));
+        let size = Some(largest(&loads)).filter(|load| *load > 0.0).unwrap_or_else(on_flanks);
         let least = if size.is_finite() { NOTHING * size } else { 0.0 };
-        AtRest { t, of_instant, mean, rigid, loads, least }
+        AtRest { t, of_instant, mean, rigid, flanks, loads, least }
     }
 
     /// The largest load.

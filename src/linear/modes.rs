@@ -51,7 +51,9 @@ pub enum LinearError {
         tried: usize,
     },
     /// The lower edge of a gap lies above its upper edge: the backlash is negative.
-    #[error("the gap of contact {contact} is negative: lower edge {lower:?} is above upper edge {upper:?}")]
+    #[error(
+        "the gap of contact {contact} is negative: its lower edge is {lower:?}, its upper edge {upper:?}"
+    )]
     NegativeGap {
         /// Index of the contact, from 0.
         contact: usize,

@@ -190,8 +190,7 @@ impl AtRest<'_> {
         }
         let found = match self.by_flanks() {
             Err(error @ (LinearError::Free { .. } | LinearError::NoContactState { .. })) => {
-                let upper = vec![Piece::Upper; self.mean.model.contacts()];
-                let start = self.balanced(&upper, &self.mean.rest);
+                let start = self.balanced(&self.flanks, &self.mean.rest);
                 let start = start.map_or(self.mean.rest.clone(), |(q, _)| q);
                 let found = self.by_descent(&start, false).or_else(|| self.by_descent(&start, true));
                 found.ok_or(error)
@@ -260,10 +259,10 @@ impl AtRest<'_> {
         self.excess(&found.pieces, &changes, &found.state.q, &mean.rest) <= 1.0
     }
 
-    /// Upper flanks first; a contact that pulls changes its piece.
+    /// The [first flanks](AtRest::flanks); a contact that pulls changes its piece.
     fn by_flanks(&self) -> Result<StaticState, LinearError> {
         let mean = &self.mean;
-        let mut pieces = vec![Piece::Upper; mean.model.contacts()];
+        let mut pieces = self.flanks.clone();
         // Flanks that a contact has left because it pulled.
         let mut left = vec![[false; 2]; pieces.len()];
         for _ in 0..TRIES {
@@ -288,8 +287,7 @@ impl AtRest<'_> {
         let at = |q: &[f64]| mean.contacts(q).iter().map(piece_at).collect::<Vec<_>>();
         let on = |q: &[f64]| is_mean.then(|| at(q));
         // The inverse of the first step is the largest stiffness.
-        let upper = vec![Piece::Upper; mean.model.contacts()];
-        let mut inverse = mean.stiffness(&mut slopes, Some(&upper), &q).largest();
+        let mut inverse = mean.stiffness(&mut slopes, Some(&self.flanks), &q).largest();
         let (load, mut stiffness) = (self.load(), None);
         let (mut refused, mut rests) = (None, 0);
         for _ in 0..STEPS {

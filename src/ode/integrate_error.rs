@@ -211,7 +211,7 @@ pub enum IntegrateError {
     },
     /// The lower edge of a gap lies above its upper edge: the backlash is negative.
     #[error(
-        "the gap of contact {contact} is negative at t = {t:?}: lower edge {lower:?} is above upper edge {upper:?}"
+        "the gap of contact {contact} is negative at t = {t:?}: its lower edge is {lower:?}, its upper edge {upper:?}"
     )]
     NegativeGap {
         /// Time of the check.

@@ -5,6 +5,7 @@ use crate::common::oscillators::{CubicChain, DeadZone, Duffing, Idler};
 use crate::data::read;
 use num_complex::Complex64;
 use serde_json::Value;
+use std::f64::consts::{PI, TAU};
 
 fn number(v: &Value) -> f64 {
     v.as_f64().unwrap()
@@ -529,4 +530,20 @@ fn orbits_from_far_guesses_close() -> std::result::Result<(), Box<dyn std::error
     }
     assert!(found > 0, "no guess leads to an orbit");
     Ok(())
+}
+
+#[test]
+fn a_wrong_period_is_refused() {
+    let motion = |t: f64, q: &[f64], v: &[f64], a: &mut [f64]| a[0] = t.cos() - 2.0 * q[0] - 0.1 * v[0];
+    let of = |period: f64| from_fn(1, motion).and_then(|model| model.with_period(period)).unwrap();
+    let start = State::new(0.0, &[0.9], &[0.0]);
+    for period in [5.0, PI, 6.3, 1.0] {
+        let error = Shooting::new().solve(&of(period), &start).unwrap_err();
+        let wrong =
+            ParameterError::Wrong { name: "period of the model".into(), value: period, must: String::new() };
+        assert!(error.to_string().contains(&wrong.to_string()), "{error}");
+    }
+    for multiple in [1.0, 3.0] {
+        assert!(Shooting::new().solve(&of(multiple * TAU), &start).is_ok());
+    }
 }

@@ -2,9 +2,10 @@
 
 use crate::api::*;
 use crate::common::random::Random;
-use gear_dynamics::contact::Piece;
+use gear_dynamics::contact::{Backlash, Deflection, Piece, PieceChoice};
 use gear_dynamics::excitation::{Fourier, RectangularWave};
 use gear_dynamics::linear::static_state;
+use gear_dynamics::model::{Drives, Size};
 use gear_dynamics::models::ring::{RingSet, Shaft};
 use gear_dynamics::trains::{Bearing, Body, Coordinates, MeshPart, Parts, ShaftPart, two_stage};
 use gear_dynamics::{Dop853, Ring, Wave};
@@ -389,6 +390,56 @@ fn bearings_with_clearance_under_small_loads_rest() {
                 off <= 1e-6 * torque / radius(on) + 1e-9,
                 "case {case}: mesh {i} carries {off:e} more than {force}"
             );
+        }
+    }
+}
+
+/// A contact with one flank: q'' = load - 0.1 v - (q - edge beyond it). It rests at edge + load.
+#[test]
+fn a_single_flank_carries_its_load() {
+    #[derive(Clone, PartialEq)]
+    struct OneFlank {
+        edges: [f64; 2],
+        load: f64,
+    }
+    impl Shape for OneFlank {
+        fn size(&self) -> Size {
+            Size { dof: 1, contacts: 1, constants: 1, ..Size::default() }
+        }
+        fn names(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1")]
+        }
+        fn contact<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            _: usize,
+            _: Drives<'_, S>,
+            q: &[S],
+            v: &[S],
+        ) -> Contact<S> {
+            let [lower, upper] = self.edges.map(S::from);
+            Contact { deflection: q[0], rate: v[0], lower, upper, ..Contact::default() }
+        }
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            laws: &L,
+            u: Drives<'_, S>,
+            q: &[S],
+            v: &[S],
+            a: &mut [S],
+        ) {
+            let Contact { deflection: d, rate, lower, upper, .. } = self.contact(laws, 0, u, q, v);
+            let force = laws.force(0, &Backlash::new(0.0).unwrap(), Deflection { d, rate, lower, upper });
+            a[0] = S::from(self.load) - v[0] * 0.1 - force;
+        }
+    }
+    for (edges, load, at) in
+        [([-0.5, f64::INFINITY], -0.3, -0.8), ([f64::NEG_INFINITY, 0.5], 0.3, 0.8), ([-0.5, 0.5], -0.3, -0.8)]
+    {
+        let model = Machine::of_constants(OneFlank { edges, load }, &[("speed", 1.0)]).unwrap();
+        for found in [static_state(&model, None), static_state(&model, 0.0)] {
+            let found = found.unwrap();
+            assert!((found.state.q[0] - at).abs() < 1e-12, "{edges:?} {:?}", found.state);
         }
     }
 }

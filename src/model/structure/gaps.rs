@@ -5,7 +5,8 @@ use crate::excitation::Side;
 use crate::model::equations::Model;
 use crate::model::state::State;
 
-/// The first contact whose lower edge lies above its upper one in a state, with both edges. On fixed pieces
+/// The first contact whose lower edge lies above its upper one in a state, or is not a number, with both
+/// edges. On fixed pieces
 /// its force would differ from the force by deflection.
 pub(crate) fn negative_gap(model: &dyn Model, state: &State) -> Option<(usize, [f64; 2])> {
     let (mut u, mut contacts) = (vec![0.0; model.drives()], vec![Contact::default(); model.contacts()]);
@@ -14,8 +15,10 @@ pub(crate) fn negative_gap(model: &dyn Model, state: &State) -> Option<(usize, [
     first_negative(&contacts)
 }
 
-/// The first of `contacts` whose lower edge lies above its upper one, with both edges.
+/// The first of `contacts` whose lower edge lies above its upper one, or is not a number, with both edges.
 pub(crate) fn first_negative(contacts: &[Contact]) -> Option<(usize, [f64; 2])> {
-    let negative = |(i, c): (usize, &Contact)| (c.lower > c.upper).then_some((i, [c.lower, c.upper]));
+    let negative = |(i, c): (usize, &Contact)| {
+        (c.lower > c.upper || c.lower.is_nan()).then_some((i, [c.lower, c.upper]))
+    };
     contacts.iter().enumerate().find_map(negative)
 }
