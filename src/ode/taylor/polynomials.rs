@@ -16,10 +16,14 @@ pub(super) struct Polynomials<'p> {
     pub(super) parts: usize,
 }
 
+/// Largest share of its full length for which a step has more parts `[1]`.
+const LONGEST: f64 = 2.0;
+
 impl Polynomials<'_> {
-    /// Number of parts of a step with the given share of its full length `[1]`.
+    /// Number of parts of a step with the given share of its full length `[1]`. Only the resolution of the
+    /// time makes a step much longer than that: then all of it is resolved no better.
     pub(super) fn parts(degree: usize, share: f64) -> usize {
-        ((degree as f64 / PER_PART as f64) * share).ceil().max(1.0) as usize
+        ((degree as f64 / PER_PART as f64) * share.min(LONGEST)).ceil().max(1.0) as usize
     }
 }
 
