@@ -47,3 +47,14 @@ impl StepView for Polynomials<'_> {
         self.c.at(t - self.times.0, y);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Polynomials;
+
+    #[test]
+    fn a_long_share_has_few_parts() {
+        let parts = [0.0, 0.2, 1.0, 1.5, 1e300].map(|share| Polynomials::parts(24, share));
+        assert_eq!(parts, [1, 1, 4, 6, 8]);
+    }
+}
