@@ -29,9 +29,9 @@ const FAST: f64 = 0.1;
 /// Shortest share of a step that is tried where the accelerations grow.
 const SHORTEST: f64 = 0.02;
 
-/// An acceleration below this share of the largest load counts as none. Without any load it is a share of the
-/// largest acceleration by the preload k b of a fixed flank. A part that carries nothing has only rounding
-/// left, and the terms of its accelerations are no larger than that rounding.
+/// An acceleration below this share of the largest load counts as none. If no part is loaded, it is a share
+/// of the largest acceleration that the preload k b of a fixed flank gives. It is the tolerance of a part
+/// that carries nothing: the accelerations of such a part are sums of rounding errors.
 const NOTHING: f64 = 1e-20;
 
 /// Number of coordinates from which equations are sparse.
@@ -81,9 +81,8 @@ impl<'m> AtRest<'m> {
         let of_instant = instants.is_one();
         let mean = Mean::new(model, instants.joined());
         let loads = mean.sizes(&vec![Piece::Gap; model.contacts()]);
+        let flanks: Vec<Piece> = mean.contacts(&mean.rest).iter().map(first_flank).collect();
         // A wide gap must not hide a light load: the flanks count only where nothing is loaded.
-        let contacts = mean.contacts(&mean.rest);
-        let flanks: Vec<Piece> = contacts.iter().map(first_flank).collect();
         let on_flanks = || largest(&mean.sizes(&flanks));
         let size = Some(largest(&loads)).filter(|load| *load > 0.0).unwrap_or_else(on_flanks);
         let least = if size.is_finite() { NOTHING * size } else { 0.0 };

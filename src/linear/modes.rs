@@ -50,9 +50,10 @@ pub enum LinearError {
         /// Number of states tried.
         tried: usize,
     },
-    /// The lower edge of a gap lies above its upper edge: the backlash is negative.
+    /// The lower edge of a gap lies above its upper edge, or is not a number. The backlash is then negative or
+    /// not defined.
     #[error(
-        "the gap of contact {contact} is negative: its lower edge is {lower:?}, its upper edge {upper:?}"
+        "the gap of contact {contact} is negative or not a number: its lower edge is {lower:?}, its upper edge {upper:?}"
     )]
     NegativeGap {
         /// Index of the contact, from 0.

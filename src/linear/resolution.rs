@@ -2,11 +2,12 @@
 
 use crate::contact::Piece;
 use crate::linear::damped::{self, Damped};
-use crate::linear::rank::{balancing, proven_rank};
+use crate::linear::rank::proven_rank;
 use crate::linear::spectrum::{self, Found};
 use crate::linear::symmetric::inertias;
 use crate::model::structure::slopes::{Slopes, offered};
 use crate::model::terms::TermsScratch;
+use crate::numeric::equations::balancing::balancing;
 use faer::{Mat, Side};
 use nalgebra::DMatrix;
 

@@ -99,7 +99,8 @@ const CONFIRMED: usize = 128;
 /// acts by its deflection at each instant, and if no state follows, by its mean deflection: the teeth of a
 /// ring under a light load touch in some instants only.
 ///
-/// A contact that carries nothing stands in the middle of its gap, if the others allow it.
+/// A contact that carries nothing stands halfway between the positions in which its two flanks would rest, if
+/// the others allow it. With a constant stiffness this is the middle of its gap.
 ///
 /// If no pieces carry the mean load for the whole period, as with a lever that varies over the period, the
 /// state is that at t = 0 and says so ([`StaticState::instant`]).
@@ -200,8 +201,9 @@ impl AtRest<'_> {
         found.map(|found| self.without_idle_flanks(found))
     }
 
-    /// The state with the contacts that carry nothing in the middle of their gaps, where waves move a flank
-    /// against them last. Those stay that have no middle between two flanks, or one that others do not allow.
+    /// The state with each contact that carries nothing halfway between its two flanks. A wave that moves a
+    /// flank against the contact would else leave it there. A contact stays where it is if it lacks a flank,
+    /// or if another contact forbids the new place.
     fn without_idle_flanks(&self, mut found: StaticState) -> StaticState {
         let with = |found: &StaticState, of: &[usize], piece: Piece| {
             let mut pieces = found.pieces.clone();

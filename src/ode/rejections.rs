@@ -6,6 +6,7 @@
 use crate::excitation::Side;
 use crate::model::structure::slopes::accelerate;
 use crate::numeric::norms::largest;
+use crate::numeric::search::jump::jump;
 use crate::ode::integrate_error::IntegrateError;
 use crate::ode::stepping::ends::halves;
 use crate::ode::stepping::engine::Engine;
@@ -45,13 +46,6 @@ const BEYOND: f64 = 0.01;
 
 /// Number of accelerations that are searched for a jump in one step.
 const SEARCHED: usize = 4;
-
-/// Number of bisections: as many as a difference of two states has digits.
-const BISECTIONS: usize = 60;
-
-/// Share of a change that remains at a jump `[1]`. A sign has a third value, at 0, and keeps half of its
-/// change.
-const KEPT: f64 = 0.25;
 
 /// Smallest jump, as a share of the acceleration that jumps `[1]`.
 const LEAST: f64 = 1e-6;
@@ -331,7 +325,7 @@ impl Rejections {
     }
 
     /// Of the accelerations that change by less than the share `most`, the one that changes most: its jump
-    /// and its share. Bisection keeps the larger part of its change. [`KEPT`] of it remains at a jump.
+    /// and its share.
     fn jump_below<V: Vector>(&mut self, e: &Engine<'_, V>, most: f64) -> Option<(Option<Jump>, f64)> {
         let Rejections { look, a: [low, high, middle], .. } = self;
         let (y, pieces) = (e.ends.y.slice(), e.on_fixed_pieces.then_some(&e.ends.pieces[..]));
@@ -354,20 +348,11 @@ impl Rejections {
         let shortens = |i: usize| ahead * change(i) > EFFECT * tolerance(e, i);
         let candidates = (0..low.len()).filter(|&i| share(i) > LEAST && share(i) < most && shortens(i));
         let i = candidates.max_by(|&i, &j| share(i).total_cmp(&share(j)))?;
-        let (mut lo, mut hi, mut from, mut to) = (0.0, 1.0, low[i], high[i]);
-        let mut bisections = 0;
-        while bisections < BISECTIONS && (to - from).abs() > KEPT * change(i) {
-            let m = 0.5 * (lo + hi);
-            at(m, low, middle);
-            if (middle[i] - from).abs() > (to - middle[i]).abs() {
-                (hi, to) = (m, middle[i]);
-            } else {
-                (lo, from) = (m, middle[i]);
-            }
-            bisections += 1;
-        }
-        let jump = Jump { acceleration: i, place: hi, sides: [from, to] };
-        Some(((bisections == BISECTIONS).then_some(jump), share(i)))
+        let found = jump([low[i], high[i]], |share| {
+            at(share, low, middle);
+            middle[i]
+        });
+        Some((found.map(|(place, sides)| Jump { acceleration: i, place, sides }), share(i)))
     }
 
     /// Follows the motion past a jump, over the distance searched. Returns `true` if it comes back to the

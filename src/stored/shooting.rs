@@ -1,6 +1,7 @@
 //! The stored form of the orbit of a shooting.
 
 use crate::error::{ParameterError, check};
+use crate::numeric::equations::balancing::balancing;
 use crate::numeric::not_finite::AnyNumber;
 use crate::ode::Budget;
 use crate::periodic::shooting::multiple::MAX_COUNT;
@@ -80,34 +81,11 @@ const SLACK: f64 = 1e-6;
 /// whose eigenvectors nearly coincide have such errors.
 const DEFECTIVE: f64 = 1e-4;
 
-/// Maximum number of sweeps of a balancing; most matrices need fewer than five.
-const SWEEPS: usize = 64;
-
-/// The norm of D⁻¹ M D with a diagonal matrix D that makes the largest entry beside the diagonal in each row
-/// nearly as large as that in the column of the same number. The eigenvalues are those of M, but a large
-/// entry that acts little on them does not count.   Source: Osborne, J. ACM 7, 338 (1960).
+/// The norm of a balanced matrix. The eigenvalues are those of the matrix, but a large entry that acts little
+/// on them does not count.
 fn balanced_norm(matrix: &DMatrix<f64>) -> f64 {
-    let n = matrix.nrows();
-    let mut balanced = matrix.clone();
-    for _ in 0..SWEEPS {
-        let mut changes = false;
-        for i in 0..n {
-            let largest = |entry: &dyn Fn(usize) -> f64| {
-                (0..n).filter(|j| *j != i).fold(0.0f64, |most, j| most.max(entry(j).abs()))
-            };
-            let (row, column) = (largest(&|j| balanced[(i, j)]), largest(&|j| balanced[(j, i)]));
-            let factor = row.sqrt() / column.sqrt();
-            if row > 0.0 && column > 0.0 && !(0.5..=2.0).contains(&factor) {
-                balanced.column_mut(i).scale_mut(factor);
-                balanced.row_mut(i).unscale_mut(factor);
-                changes = true;
-            }
-        }
-        if !changes {
-            break;
-        }
-    }
-    balanced.norm()
+    let units = balancing(matrix);
+    DMatrix::from_fn(units.len(), units.len(), |i, j| matrix[(i, j)] * (units[j] / units[i])).norm()
 }
 
 impl Serialize for ShootingOrbit {

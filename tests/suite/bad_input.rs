@@ -568,6 +568,52 @@ fn a_gap_that_is_negative_from_the_start() {
     assert!(noisy.ends(&right, &start, 1.0, 4).is_ok());
 }
 
+/// A lower edge that is not a number is no flank without a lower one.
+#[test]
+fn an_edge_that_is_not_a_number() {
+    #[derive(Clone, PartialEq)]
+    struct NoEdge;
+    impl Shape for NoEdge {
+        fn size(&self) -> Size {
+            Size { dof: 1, contacts: 1, constants: 1, ..Size::default() }
+        }
+        fn names(&self) -> Vec<Channel> {
+            vec![Channel::new("speed", "1")]
+        }
+        fn contact<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            _: usize,
+            _: Drives<'_, S>,
+            q: &[S],
+            v: &[S],
+        ) -> Contact<S> {
+            let [lower, upper] = [f64::NAN, 0.5].map(S::from);
+            Contact { deflection: q[0], rate: v[0], lower, upper, ..Contact::default() }
+        }
+        fn accel<S: Scalar, L: PieceChoice<S>>(
+            &self,
+            _: &L,
+            _: Drives<'_, S>,
+            q: &[S],
+            v: &[S],
+            a: &mut [S],
+        ) {
+            a[0] = S::from(0.1) - v[0] - q[0];
+        }
+    }
+    let model = Machine::of_constants(NoEdge, &[("speed", 6.0)]).unwrap();
+    let start = State::at_rest(1);
+    let is_nan = |lower: f64| lower.is_nan();
+    let of_static = static_state(&model, None).unwrap_err();
+    assert!(matches!(of_static, LinearError::NegativeGap { contact: 0, lower, .. } if is_nan(lower)));
+    for solver in [&Dop853::new() as &dyn Integrator, &Rk4::new(0.01).plain(), &Taylor::new()] {
+        let error = solver.end(&model, &start, 1.0).unwrap_err();
+        assert!(matches!(error, IntegrateError::NegativeGap { contact: 0, lower, .. } if is_nan(lower)));
+        assert!(error.to_string().contains("not a number at t = 0.0: its lower edge is NaN"), "{error}");
+    }
+}
+
 #[test]
 fn mesh_stiffness_that_is_not_positive() {
     let error = ring(|p| {

@@ -23,8 +23,9 @@ const SYMMETRIC: f64 = 1e-6;
 /// of motion `[1]`.
 const ASIDE: [f64; 3] = [0.37, -0.71, 1.3];
 
-/// Whether a(t + T/2, -q, -v) = -a(t, q, v) at a state and beside it: then an orbit x(t + T/2) = -x(t) has it
-/// from its model and not by chance. `half`: T/2; `ranges`: of coordinates and velocities.
+/// Whether the accelerations of a model have the symmetry a(t + T/2, -q, -v) = -a(t, q, v). They are compared
+/// in three states around `state`. An orbit may have x(t + T/2) = -x(t) by chance, without this symmetry of
+/// its model. `half`: T/2; `ranges`: of coordinates and velocities.
 pub(crate) fn reverses(model: &dyn Model, state: &State, half: f64, ranges: &[f64]) -> bool {
     let n = model.dof();
     let accelerations = |t: f64, y: &[f64]| {

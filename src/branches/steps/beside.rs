@@ -73,9 +73,8 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
         Ok(())
     }
 
-    /// Searches a stretch. The signs of the tests at its ends are compared first. If they show no bifurcation
-    /// and multipliers at both ends lie near the unit circle, the middle is searched: two multipliers may
-    /// have left the circle and come back.
+    /// Searches a stretch for bifurcations by the signs of the tests at its ends. If these signs show none and
+    /// multipliers at both ends lie near the unit circle, the middle is searched, too.
     fn search_stretch(
         &mut self,
         a: &Place<C::Solution>,
@@ -88,7 +87,8 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
         if is_near && self.found.len() == found { self.search_middle(a, b) } else { Ok(()) }
     }
 
-    /// Compares the tests in the middle of a stretch with those at its ends, which have equal signs.
+    /// Computes the orbit in the middle of a stretch whose ends show no bifurcation. A test with another sign
+    /// there shows two bifurcations: multipliers leave the unit circle and come back.
     pub(crate) fn search_middle(
         &mut self,
         a: &Place<C::Solution>,

@@ -24,7 +24,7 @@ const AT_CROSSING: f64 = 0.02;
 
 /// Distance of a point from the polynomial through the two points before it from which on a step may have
 /// jumped, as a share of the step `[1]`.
-const BESIDE: f64 = 1e-3;
+const OFF: f64 = 1e-3;
 
 /// The same, as a multiple of what the distance over the last step makes expected `[1]`.
 const SUDDEN: f64 = 8.0;
@@ -108,10 +108,10 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         if misses_a_fold([before, &self.last.values, &reached.values], [*length, step]) {
             return true;
         }
-        let Some(off) = self.beside(&reached.point, step) else { return false };
+        let Some(off) = self.off_prediction(&reached.point, step) else { return false };
         // The distance grows with the fourth power of the step.
-        let usual = self.usual.map_or(0.0, |[off, length]| off * (step / length).powi(4));
-        self.back.is_some() && off > BESIDE * step && off > SUDDEN * usual
+        let expected = self.off_before.map_or(0.0, |before| before * (step / length).powi(4));
+        self.back.is_some() && off > OFF * step && off > SUDDEN * expected
     }
 
     /// What the point after the last one tells of the step before it, in which nothing was located: a test

@@ -203,7 +203,7 @@ fn one_vanishes(orbits: [&ContactTrace; 2], part: f64) -> bool {
     })
 }
 
-/// Whether one of two orbits nearly turns beside an edge.
+/// Whether a contact in one of two orbits comes close to turning back near an edge of its gap.
 fn one_is_flat(orbits: [&ContactTrace; 2], part: f64) -> bool {
     orbits.into_iter().any(|orbit| orbit.flats.iter().any(near_an_edge(orbit, part)))
 }

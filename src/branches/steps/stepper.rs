@@ -97,8 +97,8 @@ pub(crate) struct Stepper<'f, C: Followed> {
     pub(crate) last: Node<C::Solution>,
     /// The regular point before the last one.
     past: Option<Past>,
-    /// The last step: [how far](Self::beside) its point was from the polynomial, and its length.
-    pub(crate) usual: Option<[f64; 2]>,
+    /// How far the point of the last step was [off its prediction](Self::off_prediction).
+    pub(crate) off_before: Option<f64>,
     /// Length of the last step and the values of the tests before it.
     pub(crate) before: Option<(f64, Values)>,
     /// The start of the last step, if nothing was located in it.
@@ -168,7 +168,7 @@ impl<'f, C: Followed> Stepper<'f, C> {
             rigid,
             reference,
             past: None,
-            usual: None,
+            off_before: None,
             before: None,
             back: None,
             crossing: None,
@@ -231,7 +231,7 @@ impl<'f, C: Followed> Stepper<'f, C> {
 
     /// Distance of a point at the end of a step from the cubic polynomial through the two points before it,
     /// in the units of the line; `None` after the first point.
-    pub(crate) fn beside(&self, point: &CurvePoint<C::Solution>, step: f64) -> Option<f64> {
+    pub(crate) fn off_prediction(&self, point: &CurvePoint<C::Solution>, step: f64) -> Option<f64> {
         let (x, p) = self.past.as_ref()?.extrapolate(&self.last.point, step);
         Some((self.last.point.scaled_difference(point) - self.last.point.scaled(&x, p)).norm())
     }
@@ -293,7 +293,7 @@ impl<'f, C: Followed> Stepper<'f, C> {
         self.waiting.extend(located);
         self.waiting.push_back(columns);
         self.line.heading = next.slope();
-        self.usual = self.beside(&reached.point, step).map(|off| [off, step]);
+        self.off_before = self.off_prediction(&reached.point, step);
         self.past = Some(Past::new(&self.last.point));
         self.back = is_plain.then(|| self.last.place(0.0));
         self.before = Some((step, std::mem::replace(&mut self.last, reached).values));

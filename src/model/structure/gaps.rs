@@ -6,8 +6,7 @@ use crate::model::equations::Model;
 use crate::model::state::State;
 
 /// The first contact whose lower edge lies above its upper one in a state, or is not a number, with both
-/// edges. On fixed pieces
-/// its force would differ from the force by deflection.
+/// edges. The force of such a contact on fixed pieces differs from its force by deflection.
 pub(crate) fn negative_gap(model: &dyn Model, state: &State) -> Option<(usize, [f64; 2])> {
     let (mut u, mut contacts) = (vec![0.0; model.drives()], vec![Contact::default(); model.contacts()]);
     model.drive(state.t, Side::After, &mut u);

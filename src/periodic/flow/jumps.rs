@@ -3,32 +3,28 @@
 use crate::excitation::Side;
 use crate::model::Model;
 use crate::model::structure::slopes::accelerate;
+use crate::numeric::search::jump::jump;
 use crate::ode::Step;
 
 /// Only steps shorter than this share of the longest one are examined: a jump keeps steps short `[1]`.
 const SHORT: f64 = 0.1;
 
-/// Least jump, as a share of the largest value of its acceleration `[1]`.
+/// Least jump, as a share of the largest acceleration so far `[1]`. An acceleration that is 0 by the symmetry
+/// of a model consists of the rounding of the others.
 const LEAST: f64 = 1e-6;
-
-/// How often a step is halved. The change of a continuous acceleration falls with the length.
-const HALVINGS: usize = 20;
-
-/// Share of the change that a jump keeps over all halvings `[1]`.
-const KEPT: f64 = 0.5;
 
 /// Finds a step over which an acceleration jumps. The derivative of the flow would need the edge of the jump.
 pub(crate) struct Jumps<'m> {
     model: &'m dyn Model,
     longest: f64,
-    /// Largest absolute value of each acceleration so far.
-    largest: Vec<f64>,
+    /// Largest acceleration so far.
+    largest: f64,
     /// Whether the last step ended at an edge: on an edge rounding decides the side.
     at_edge: bool,
     u: Vec<f64>,
     /// A state between two others: coordinates, then velocities.
     y: Vec<f64>,
-    /// Accelerations at both ends of a part, and between them.
+    /// Accelerations at the start of a step, at its end, and between.
     a: [Vec<f64>; 3],
 }
 
@@ -39,7 +35,7 @@ impl<'m> Jumps<'m> {
         Jumps {
             model,
             longest: 0.0,
-            largest: zeros(),
+            largest: 0.0,
             at_edge: true,
             u: vec![0.0; model.drives()],
             y: vec![0.0; 2 * n],
@@ -65,33 +61,22 @@ impl<'m> Jumps<'m> {
         self.model.drive(step.t1(), Side::Before, &mut self.u);
         self.see(step, 0.0, 0);
         self.see(step, 1.0, 1);
-        let change = |a: &[Vec<f64>; 3], i: usize, [from, to]: [usize; 2]| (a[to][i] - a[from][i]).abs();
-        let i = (0..self.largest.len()).max_by(|&i, &j| {
-            let share = |i: usize| change(&self.a, i, [0, 1]) / self.largest[i].max(f64::MIN_POSITIVE);
-            share(i).total_cmp(&share(j))
-        })?;
-        let whole = change(&self.a, i, [0, 1]);
-        if whole <= LEAST * self.largest[i] {
+        let change = |i: usize| (self.a[1][i] - self.a[0][i]).abs();
+        let i = (0..self.a[0].len()).max_by(|&i, &j| change(i).total_cmp(&change(j)))?;
+        if change(i) <= LEAST * self.largest {
             return None;
         }
-        let (mut from, mut to) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (from + to);
-            self.see(step, middle, 2);
-            if change(&self.a, i, [0, 2]) > change(&self.a, i, [2, 1]) {
-                self.a.swap(1, 2);
-                to = middle;
-            } else {
-                self.a.swap(0, 2);
-                from = middle;
-            }
-        }
-        (change(&self.a, i, [0, 1]) > KEPT * whole).then_some(i)
+        let ends = [self.a[0][i], self.a[1][i]];
+        let at = |share: f64| {
+            self.see(step, share, 2);
+            self.a[2][i]
+        };
+        jump(ends, at).map(|_| i)
     }
 
     /// Computes the accelerations at a share of a step, on its pieces.
     fn see(&mut self, step: &Step<'_>, share: f64, into: usize) {
-        let n = self.largest.len();
+        let n = self.a[into].len();
         let ends = [(step.q0(), step.q1()), (step.v0(), step.v1())];
         for (y, (from, to)) in self.y.chunks_exact_mut(n).zip(ends) {
             for ((y, from), to) in y.iter_mut().zip(from).zip(to) {
@@ -100,8 +85,6 @@ impl<'m> Jumps<'m> {
         }
         let (q, v) = self.y.split_at(n);
         accelerate(self.model, step.pieces(), &self.u, q, v, &mut self.a[into]);
-        for (largest, a) in self.largest.iter_mut().zip(&self.a[into]) {
-            *largest = largest.max(a.abs());
-        }
+        self.largest = self.a[into].iter().fold(self.largest, |most, a| most.max(a.abs()));
     }
 }

@@ -74,7 +74,7 @@ pub(crate) struct ImpactScratch {
 }
 
 impl ImpactScratch {
-    /// Without `stops` the arrays are empty: there are no impacts.
+    /// `stops`: whether the model has rigid stops. The arrays of a model without rigid stops are empty.
     pub(crate) fn new(model: &dyn Model, stops: bool) -> Self {
         let [dof, drives, contacts] =
             [model.dof(), model.drives(), model.contacts()].map(|count| if stops { count } else { 0 });

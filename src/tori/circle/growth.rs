@@ -19,7 +19,8 @@ use std::f64::consts::TAU;
 pub(crate) struct Perturbations<'a> {
     /// A at the nodes, in units.
     pub(crate) transitions: &'a [DMatrix<f64>],
-    /// dx/dθ at the nodes, in units, if a perturbation along the circle stays along it. Else empty.
+    /// The tangent dx/dθ of a free circle at the nodes, in the units of the state. A perturbation along a
+    /// free circle stays along it and is left out. Empty for a circle whose rotation the drives prescribe.
     pub(crate) rates: Vec<Vec<f64>>,
     pub(crate) rotation: f64,
     pub(crate) meter: &'a Meter<'a>,
