@@ -61,9 +61,9 @@ impl Shooting {
     }
 
     /// Whether the iteration may end with a correction of this `size`. It ends if the correction is within
-    /// the tolerance. It also ends if the correction is noise of the flow: below [`NOISE`], and more than half
-    /// of the correction `before`. `of_range`: the correction as a share of the ranges of motion. A motion far
-    /// smaller than its distance from the origin takes one more correction.
+    /// the tolerance. It also ends if the correction is noise of the flow: below [`NOISE`], and more than
+    /// half of the correction `before`. `of_range`: the correction as a share of the ranges of motion. A
+    /// motion far smaller than its distance from the origin takes one more correction.
     pub(crate) fn accepts(&self, [before, size]: [f64; 2], of_range: f64) -> bool {
         let is_fine = of_range <= NOISE.max(self.tolerance) || before <= self.tolerance;
         (size <= self.tolerance && is_fine) || (size > 0.5 * before && size <= NOISE)

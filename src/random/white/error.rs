@@ -36,8 +36,8 @@ pub enum NoiseError {
         /// Index of the contact.
         contact: usize,
     },
-    /// The lower edge of a gap lies above its upper edge, or is not a number. The backlash is then negative or
-    /// not defined.
+    /// The lower edge of a gap lies above its upper edge, or is not a number. The backlash is then negative
+    /// or not defined.
     #[error(
         "the gap of contact {contact} is negative or not a number: its lower edge is {lower:?}, its upper edge {upper:?}"
     )]
