@@ -73,8 +73,8 @@ impl<C: OrbitMethod> Within<'_, '_, C> {
         Ok(())
     }
 
-    /// Searches a stretch for bifurcations by the signs of the tests at its ends. If these signs show none and
-    /// multipliers at both ends lie near the unit circle, the middle is searched, too.
+    /// Searches a stretch for bifurcations by the signs of the tests at its ends. If these signs show none
+    /// and multipliers at both ends lie near the unit circle, the middle is searched, too.
     fn search_stretch(
         &mut self,
         a: &Place<C::Solution>,
