@@ -79,7 +79,8 @@ fn no_case_of_the_other_checks_fails() {
 /// motion of 3e-11 rad about 4e-4 rad, in which corrections are rounding; a branch that passes beside its first point after a
 /// fold; an exponential that overflows in lanes; a dimple of a motion within a part of a step that grazes an edge with both
 /// of its extremes; a fold 4e-5 rad/s beside a crossing of branches; branches of doubled orbits that turn back at a crossing;
-/// two grazings between which another contact sequence begins.
+/// two grazings between which another contact sequence begins; a power of 0.22 whose argument is a rounding error at the end of
+/// a step of `Taylor`.
 #[test]
 fn cases_that_failed_agree() {
     let cases = [
@@ -90,6 +91,7 @@ fn cases_that_failed_agree() {
         (20262001, "short-steps-of-pairs", 61),
         (20262004, "short-steps-of-sets", 16),
         (20262102, "short-steps-of-pairs", 569),
+        (20262211, "integrators-of-chains", 61),
         (7771, "short-steps-of-pairs", 159),
         (7771, "short-steps-of-pairs", 1737),
         (7771, "short-steps-of-pairs", 4681),

@@ -7,6 +7,7 @@ use crate::ode::integrate_error::IntegrateError;
 use crate::ode::integrator::{Integrator, Runs};
 use crate::ode::outcome::Finish;
 use crate::ode::step::{Observer, Step};
+use crate::ode::stepping::control::RESOLUTION;
 use crate::ode::taylor::course::{COLLAPSE, Course, are_steep, valid_until};
 use crate::ode::taylor::defect::{Checked, Defect};
 use crate::ode::taylor::expansion::coefficients::Coefficients;
@@ -159,6 +160,9 @@ fn no_series(what: &'static str) -> IntegrateError {
 /// Safety factor on the steps while a root or a power is evaluated `[1]`.
 const POWERS: f64 = 0.7;
 
+/// Shortest first step away from a root or a power of 0, in units of the resolution of the time.
+const ROUNDED: f64 = 16.0;
+
 /// What became of an attempt.
 enum Made {
     /// A contact changed its piece at the start of the step.
@@ -296,6 +300,8 @@ impl<'r> TaylorRun<'r> {
         // at its value leaves the point.
         c.expand(self.course.e.y.slice(), &self.prepared.series, self.degree, true);
         let first = 0.01 * if last > 0.0 && last.is_finite() { last } else { room };
+        // Steps towards the point shrink geometrically: a share of the last one may not advance the time.
+        let first = first.max(ROUNDED * RESOLUTION * self.course.e.t.abs());
         let mut h = self.pace.length(c, last, room).min(first);
         let n = self.course.e.model.dof();
         while self.course.advances(h) && h > 0.0 {
