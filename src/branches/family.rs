@@ -4,7 +4,7 @@ use crate::error::{ParameterError, check};
 use crate::model::equations::Constants;
 use crate::model::{Channel, Model, Periodic};
 use std::fmt;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// A family of models over N parameters: one for a branch p, two for a boundary (p, λ).
 ///
@@ -29,11 +29,11 @@ pub struct Family<'m, const N: usize = 1> {
     /// Indices of the parameters among the named constants of every model, if the derivatives of orbits with
     /// respect to them are exact.
     pub(crate) constants: Option<[usize; N]>,
-    pub(crate) models: Rc<dyn Models<N> + 'm>,
+    pub(crate) models: Arc<dyn Models<N> + 'm>,
 }
 
 /// The models of a family.
-pub(crate) trait Models<const N: usize> {
+pub(crate) trait Models<const N: usize>: Send + Sync {
     fn at(&self, values: [f64; N]) -> Result<Box<dyn Periodic + '_>, ParameterError>;
 }
 
@@ -60,7 +60,7 @@ impl<'m, const N: usize> Family<'m, N> {
         Ok(Family {
             parameters,
             constants: Some(indices),
-            models: Rc::new(OfConstants { constants, indices }),
+            models: Arc::new(OfConstants { constants, indices }),
         })
     }
 
@@ -81,10 +81,10 @@ impl<'m, const N: usize> Family<'m, N> {
     /// ```
     pub fn of<M: Periodic + 'static>(
         parameters: [(&str, &str); N],
-        make: impl Fn([f64; N]) -> Result<M, ParameterError> + 'm,
+        make: impl Fn([f64; N]) -> Result<M, ParameterError> + Send + Sync + 'm,
     ) -> Self {
         let parameters = parameters.map(|(name, unit)| Channel::new(name, unit));
-        Family { parameters, constants: None, models: Rc::new(OfFunction(make)) }
+        Family { parameters, constants: None, models: Arc::new(OfFunction(make)) }
     }
 
     /// Names and units of the parameters.
@@ -131,7 +131,7 @@ struct OfFunction<F>(F);
 impl<M, F, const N: usize> Models<N> for OfFunction<F>
 where
     M: Periodic + 'static,
-    F: Fn([f64; N]) -> Result<M, ParameterError>,
+    F: Fn([f64; N]) -> Result<M, ParameterError> + Send + Sync,
 {
     fn at(&self, values: [f64; N]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
         Ok(Box::new((self.0)(values)?))

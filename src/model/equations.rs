@@ -335,7 +335,7 @@ impl<'m> Offers<'m> {
 /// assert_eq!(constants.values()[load], pair.constant("load torque")?);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub trait Constants {
+pub trait Constants: Send + Sync {
     /// Names and units.
     fn names(&self) -> &[Channel];
     /// Values, in the order of the names.

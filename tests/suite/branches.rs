@@ -551,3 +551,26 @@ fn a_speed_towards_zero_ends_within_its_budget() {
         assert!(branch.points().last().unwrap().parameter < 0.3);
     }
 }
+
+/// A family in two threads gives the points of one thread; what holds a family or a branch can be sent.
+#[test]
+fn threads_follow_one_family() {
+    fn sent<T: Send + Sync>(of: T) -> T {
+        of
+    }
+    let model = oscillator(&[("linear stiffness", 1.0), ("cubic stiffness", 0.1), ("force", 0.18)]);
+    let family = sent(Family::over(&model, ["speed"]).unwrap());
+    let of_closure = sent(Family::of([("speed", "rad/s")], |[speed]| model.with("speed", speed)));
+    assert_eq!(of_closure.parameters()[0].name, "speed");
+    let continuation = sent(Continuation::new(0.7, 0.9));
+    let start = State::new(0.0, &[1.0], &[0.0]);
+    let follow = || continuation.run(&family, std::slice::from_ref(&start)).unwrap();
+    let (alone, [one, two]) = std::thread::scope(|scope| {
+        let threads = [scope.spawn(follow), scope.spawn(follow)];
+        (sent(follow()), threads.map(|thread| thread.join().unwrap()))
+    });
+    let parameters = |branch: &Branch| branch.points().iter().map(|p| p.parameter).collect::<Vec<f64>>();
+    assert_eq!(parameters(&alone), parameters(&one));
+    assert_eq!(parameters(&alone), parameters(&two));
+    assert!((parameters(&alone).last().unwrap() - 0.9).abs() < 1e-12);
+}

@@ -7,7 +7,7 @@ use crate::branches::orbits::by_shooting::orbit_curve::{OrbitCurve, Passage, Slo
 use crate::branches::orbits::contact_trace::{ContactTrace, Extremum, Rigid};
 use crate::branches::points::test_functions::{doubling, fold, torus};
 use nalgebra::{DMatrix, DVector};
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// What vanishes along a boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +41,7 @@ impl Boundary {
 ///
 /// The derivatives of ψ are forward differences: one integration over the orbit for each unknown.
 pub(crate) struct BoundaryCurve<'f> {
-    pub(crate) slice: Rc<Slice<'f>>,
+    pub(crate) slice: Arc<Slice<'f>>,
     pub(crate) orbits: OrbitCurve<'f>,
     pub(crate) boundary: Boundary,
     /// Which edges of each contact are rigid stops, without those that are left out.
@@ -90,9 +90,9 @@ impl BoundaryCurve<'_> {
         let model = model.map_err(|error| CurveError::Model { parameter: other, error })?;
         let passage = self.orbits.pass(&*model, x)?;
         drop(model);
-        let before = self.slice.other.replace(other);
+        let before = self.slice.replace(other);
         let value = self.test(p, &passage);
-        self.slice.other.set(before);
+        self.slice.replace(before);
         value
     }
 
@@ -146,7 +146,7 @@ impl Curve for BoundaryCurve<'_> {
     fn linearise(&mut self, all: &DVector<f64>, other: f64) -> Result<Linear<Passage>, CurveError> {
         let n = all.len() - 1;
         let (x, p) = (all.rows(0, n).into_owned(), all[n]);
-        self.slice.other.set(other);
+        self.slice.replace(other);
         let Slopes { residual, by_x, by_c, passage } = self.parameters(&x, p, other)?;
         let psi = self.test(p, &passage)?;
         let sizes = self.orbits.sizes();

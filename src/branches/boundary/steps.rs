@@ -26,13 +26,13 @@ impl BoundaryCurve<'_> {
     /// The point as one of the orbits over p, at its λ.
     fn on_orbits(&self, point: &CurvePoint<Passage>) -> CurvePoint<Passage> {
         let n = point.x.len() - 1;
-        self.slice.other.set(point.p);
+        self.slice.replace(point.p);
         CurvePoint { x: point.x.rows(0, n).into_owned(), p: point.x[n], ..point.clone() }
     }
 
     /// Whether the orbits pass a stop that was left out.
     fn strikes(&self, trace: &ContactTrace) -> Option<usize> {
-        let (left_out, range) = (self.slice.left_out.borrow(), self.range);
+        let (left_out, range) = (self.slice.left_out(), self.range);
         let past = |e: &&Extremum| {
             e.is_outermost() && e.depth() > GRAZES * range && left_out.contains(&(e.contact, e.edge))
         };

@@ -12,19 +12,21 @@ use crate::ode::budget::Meter;
 use crate::periodic::{Shooting, ShootingOrbit};
 use nalgebra::{DMatrix, DVector};
 use std::rc::Rc;
+use std::sync::Arc;
 
-/// One model at any parameter.
-struct Alone<'m>(&'m dyn Periodic);
+/// The model of these constants at any parameter.
+struct Alone<'m>(&'m dyn Constants);
 
 impl<'m> Alone<'m> {
-    fn family(model: &'m dyn Periodic) -> Family<'m> {
-        Family { parameters: [Channel::new("none", "1")], constants: None, models: Rc::new(Alone(model)) }
+    fn family(constants: &'m dyn Constants) -> Family<'m> {
+        let parameters = [Channel::new("none", "1")];
+        Family { parameters, constants: None, models: Arc::new(Alone(constants)) }
     }
 }
 
 impl Models<1> for Alone<'_> {
     fn at(&self, _: [f64; 1]) -> Result<Box<dyn Periodic + '_>, ParameterError> {
-        Ok(Box::new(self.0))
+        self.0.with_values(&[])
     }
 }
 
@@ -50,12 +52,12 @@ const LARGEST_RESIDUAL: f64 = 1e-6;
 impl<'f> Totals<'f> {
     /// Evaluates ∂G/∂x and ∂G/∂c at an orbit.
     pub(crate) fn new(
-        model: &'f dyn Periodic,
-        constants: &dyn Constants,
+        model: &dyn Periodic,
+        constants: &'f dyn Constants,
         orbit: &ShootingOrbit,
         meter: Rc<Meter<'f>>,
     ) -> Result<Self, CurveError> {
-        let curve = OrbitCurve::new(Alone::family(model), (0.0, 1.0), orbit, &Shooting::new(), meter)?;
+        let curve = OrbitCurve::new(Alone::family(constants), (0.0, 1.0), orbit, &Shooting::new(), meter)?;
         let x = curve.unknowns_of(orbit);
         let unit = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
         let units: Vec<f64> = constants.values().iter().map(|value| unit(*value)).collect();

@@ -22,6 +22,7 @@ use crate::contact::Piece;
 use crate::contact::edge::Edge;
 use crate::periodic::ShootingOrbit;
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// Unit of p where p is near 0, as a share of the length of its bounds.
 const UNIT_NEAR_ZERO: f64 = 0.1;
@@ -68,7 +69,7 @@ impl Continuation {
         let shooting = self.shooting_of_boundary()?;
         let least_unit =
             if self.is_bounded_across() { UNIT_NEAR_ZERO * (across[1] - across[0]) } else { 0.0 };
-        let slice = Rc::new(Slice::new(plane, other));
+        let slice = Arc::new(Slice::new(plane, other));
         let meter = Rc::new(self.budget.begin());
         let unit = p.abs().max(least_unit);
         let half = (what.kind() == PointKind::SymmetryBreaking).then(|| first_half(orbit));
@@ -90,7 +91,7 @@ impl Continuation {
             if own.edge.is_stop(&rigid, own.contact) && !grazed.contains(&(own.contact, own.edge)) {
                 return Err(BranchError::Struck { contact: own.contact });
             }
-            *slice.left_out.borrow_mut() = grazed.into();
+            slice.leave_out(grazed);
         }
         let other_unit = self.unit();
         let model = slice.model([p, other])?;
