@@ -8,6 +8,7 @@ use crate::scalar::keep_rolled;
 use crate::sweep::lanes::drive_table::DriveTable;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
+use crate::sweep::lanes::stages::Stages;
 
 /// W members of one machine under white noise. A step of length h is
 ///
@@ -215,76 +216,43 @@ impl<'m, G: Shape, const W: usize> NoisyLanes<'m, G, W> {
     }
 
     #[inline(always)]
-    fn accel(shape: &G, u: &[Lanes<W>], q: &[Lanes<W>], v: &[Lanes<W>], a: &mut [Lanes<W>]) {
-        shape.accel(&ByDeflection, Drives::new(shape.size().waves, u), q, v, a);
-    }
-
-    #[inline(always)]
     fn step(&mut self) {
         let n = self.shape.size().dof;
         let w = &mut self.work;
-        let (q, v) = (&mut self.q[..n], &mut self.v[..n]);
-        let (q0, v0, qs, vs) = (&mut w.q0[..n], &mut w.v0[..n], &mut w.qs[..n], &mut w.vs[..n]);
-        let (a, first, inner, v1) = (&mut w.a[..n], &mut w.first[..n], &mut w.inner[..n], &mut w.v1[..n]);
+        let (q, v, vs) = (&mut self.q[..n], &mut self.v[..n], &mut w.vs[..n]);
+        let (a, first, inner) = (&mut w.a[..n], &mut w.first[..n], &mut w.inner[..n]);
         let u = &mut w.u[..];
-        let (shape, h) = (self.shape, self.h);
-        let (half, sixth) = (0.5 * h, h * (1.0 / 6.0));
-        fill(self.table, &self.number, 0, u);
+        let (shape, table, number) = (self.shape, self.table, &self.number);
+        fill(table, number, 0, u);
         for ((source, keys), second) in self.sources.iter().zip(&self.keys).zip(&mut w.second) {
-            let pair = normal_pairs(keys, &self.number);
+            let pair = normal_pairs(keys, number);
             *second = pair[1];
-            kick(
-                shape,
-                source,
-                Lanes(pair[0]),
-                [&mut *u, &mut w.noisy],
-                q,
-                v,
-                [&mut *vs, &mut *a, &mut *first, &mut *inner],
-            );
+            let scratch = [&mut *vs, &mut *a, &mut *first, &mut *inner];
+            kick(shape, source, Lanes(pair[0]), [&mut *u, &mut w.noisy], q, v, scratch);
         }
-        for i in 0..n {
-            let i = keep_rolled(i);
-            (q0[i], v0[i]) = (q[i], v[i]);
-        }
-        Self::accel(shape, u, q0, v0, first);
-        for i in 0..n {
-            let i = keep_rolled(i);
-            qs[i] = q0[i] + v0[i] * half;
-            vs[i] = v0[i] + first[i] * half;
-        }
-        fill(self.table, &self.number, 1, u);
-        Self::accel(shape, u, qs, vs, inner);
-        for i in 0..n {
-            let i = keep_rolled(i);
-            qs[i] = q0[i] + vs[i] * half;
-            vs[i] = v0[i] + inner[i] * half;
-        }
-        Self::accel(shape, u, qs, vs, a);
-        for i in 0..n {
-            let i = keep_rolled(i);
-            inner[i] = inner[i] + a[i];
-            qs[i] = q0[i] + vs[i] * h;
-            vs[i] = v0[i] + a[i] * h;
-        }
-        fill_end(self.table, &self.number, u);
-        Self::accel(shape, u, qs, vs, a);
-        for i in 0..n {
-            let i = keep_rolled(i);
-            q[i] = q0[i] + (v0[i] + (first[i] + inner[i]) * sixth) * h;
-            v[i] = v0[i] + (first[i] + inner[i] + inner[i] + a[i]) * sixth;
-            v1[i] = v[i];
-        }
+        w.q0.copy_from_slice(q);
+        w.v0.copy_from_slice(v);
+        let mut stages = Stages {
+            q: &mut *q,
+            v: &mut *v,
+            qs: &mut w.qs[..n],
+            vs: &mut *vs,
+            a: &mut *a,
+            first: &mut *first,
+            inner: &mut *inner,
+        };
+        stages.step::<false>(n, self.h.into(), |stage, q, v, a| {
+            match stage {
+                1 => fill(table, number, 1, u),
+                3 => fill_end(table, number, u),
+                _ => {}
+            }
+            shape.accel(&ByDeflection, Drives::new(shape.size().waves, u), q, v, a);
+        });
+        w.v1.copy_from_slice(v);
         for (source, second) in self.sources.iter().zip(&w.second).rev() {
-            kick(
-                shape,
-                source,
-                Lanes(*second),
-                [&mut *u, &mut w.noisy],
-                q,
-                v,
-                [&mut *vs, &mut *a, &mut *first, &mut *inner],
-            );
+            let scratch = [&mut *vs, &mut *a, &mut *first, &mut *inner];
+            kick(shape, source, Lanes(*second), [&mut *u, &mut w.noisy], q, v, scratch);
         }
         for number in &mut self.number {
             *number += 1;

@@ -1,12 +1,12 @@
 //! The classical Runge-Kutta method over a drive table, for all lanes at once.
 
 use crate::contact::Contact;
-use crate::scalar::keep_rolled;
 use crate::sweep::lanes::algebra::Algebra;
 use crate::sweep::lanes::drive_table::{DriveTable, WHOLE};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::meter::Meters;
 use crate::sweep::lanes::number::Number;
+use crate::sweep::lanes::stages::Stages;
 use std::ops::Range;
 
 /// The data of all lanes: states, steps, drives and meters.
@@ -48,21 +48,8 @@ impl<S: Number> Bundle<S> {
     }
 }
 
-/// A range of steps of one period, made in all lanes with the classical Runge-Kutta method.
-///
-/// With a(t, q, v) the acceleration, and the drives from the table at t, t + h/2 and t + h:
-///
-/// a₁ = a(t, q, v)
-///
-/// a₂ = a(t + h/2, q + h/2 v, v₂),   v₂ = v + h/2 a₁
-///
-/// a₃ = a(t + h/2, q + h/2 v₂, v₃),   v₃ = v + h/2 a₂
-///
-/// a₄ = a(t + h, q + h v₃, v + h a₃)
-///
-/// q ← q + h (v + h/6 (a₁ + a₂ + a₃)),   v ← v + h/6 (a₁ + 2 a₂ + 2 a₃ + a₄)
-///
-/// Source: Hairer, Nørsett & Wanner I, Table II.1.2.
+/// A range of steps of one period, made in all lanes: [`Stages::step`] with the drives of the table at t,
+/// t + h/2 and t + h.
 pub(crate) struct Kernel<'a, A, S: Number> {
     pub(crate) algebra: &'a A,
     pub(crate) table: &'a DriveTable,
@@ -77,7 +64,7 @@ const DRIVES: usize = WHOLE;
 /// Maximum number of contacts of a model whose stages stay in registers.
 const CONTACTS: usize = 2;
 
-/// Number of vectors in [`LaneWork`] with one element for each degree of freedom.
+/// Number of vectors of [`Stages`], with one element for each degree of freedom.
 const STATES: usize = 7;
 
 /// Numbers of coordinates, drives and contacts of a model.
@@ -121,16 +108,9 @@ fn cut<'a, S>(rest: &mut &'a mut [S], n: usize) -> &'a mut [S] {
     &mut vector[..n]
 }
 
-/// The working vectors of a step: q and v, q and v of a stage, the acceleration of a stage, a₁ (`first`), a₂
-/// and then a₂ + a₃ (`inner`), the drives of the stage, the contacts.
+/// The working vectors of a step, the drives of a stage, the contacts.
 struct LaneWork<'w, S> {
-    q: &'w mut [S],
-    v: &'w mut [S],
-    qs: &'w mut [S],
-    vs: &'w mut [S],
-    a: &'w mut [S],
-    first: &'w mut [S],
-    inner: &'w mut [S],
+    stages: Stages<'w, S>,
     u: &'w mut [S],
     contacts: &'w mut [Contact<S>],
 }
@@ -169,19 +149,13 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         v.copy_from_slice(&self.bundle.v);
         u[..drives].copy_from_slice(&self.bundle.u);
         let mut work = LaneWork {
-            q,
-            v,
-            qs,
-            vs,
-            a,
-            first,
-            inner,
+            stages: Stages { q, v, qs, vs, a, first, inner },
             u: &mut u[..drives],
             contacts: &mut contacts[..touching],
         };
         self.advance::<true>(N, &mut work);
-        self.bundle.q.copy_from_slice(work.q);
-        self.bundle.v.copy_from_slice(work.v);
+        self.bundle.q.copy_from_slice(work.stages.q);
+        self.bundle.v.copy_from_slice(work.stages.v);
     }
 
     /// Makes the steps on vectors in memory.
@@ -192,22 +166,24 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         let mut contacts = std::mem::take(&mut self.bundle.contacts);
         let mut rest = &mut scratch[..];
         let mut work = LaneWork {
-            q: cut(&mut rest, n),
-            v: cut(&mut rest, n),
-            qs: cut(&mut rest, n),
-            vs: cut(&mut rest, n),
-            a: cut(&mut rest, n),
-            first: cut(&mut rest, n),
-            inner: cut(&mut rest, n),
+            stages: Stages {
+                q: cut(&mut rest, n),
+                v: cut(&mut rest, n),
+                qs: cut(&mut rest, n),
+                vs: cut(&mut rest, n),
+                a: cut(&mut rest, n),
+                first: cut(&mut rest, n),
+                inner: cut(&mut rest, n),
+            },
             u: cut(&mut rest, drives),
             contacts: &mut contacts,
         };
-        work.q.copy_from_slice(&self.bundle.q);
-        work.v.copy_from_slice(&self.bundle.v);
+        work.stages.q.copy_from_slice(&self.bundle.q);
+        work.stages.v.copy_from_slice(&self.bundle.v);
         work.u.copy_from_slice(&self.bundle.u);
         self.advance::<false>(n, &mut work);
-        self.bundle.q.copy_from_slice(work.q);
-        self.bundle.v.copy_from_slice(work.v);
+        self.bundle.q.copy_from_slice(work.stages.q);
+        self.bundle.v.copy_from_slice(work.stages.v);
         self.bundle.scratch = scratch;
         self.bundle.contacts = contacts;
     }
@@ -216,94 +192,46 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
     #[cfg_attr(debug_assertions, inline(never))]
     #[cfg_attr(not(debug_assertions), inline(always))]
     fn advance<const SMALL: bool>(&mut self, n: usize, w: &mut LaneWork<'_, S>) {
-        let w = &mut LaneWork {
-            q: &mut w.q[..n],
-            v: &mut w.v[..n],
-            qs: &mut w.qs[..n],
-            vs: &mut w.vs[..n],
-            a: &mut w.a[..n],
-            first: &mut w.first[..n],
-            inner: &mut w.inner[..n],
-            u: &mut *w.u,
-            contacts: &mut *w.contacts,
-        };
-        let (algebra, table, h) = (self.algebra, self.table, self.bundle.step);
-        let (half, sixth, columns) = (h * 0.5, h * (1.0 / 6.0), algebra.columns());
+        let s = &mut w.stages.cut(n);
+        let (u, touching) = (&mut *w.u, &mut *w.contacts);
+        let (algebra, table, h, columns) =
+            (self.algebra, self.table, self.bundle.step, self.algebra.columns());
         let (metered, contacts) = (self.bundle.metered, self.bundle.meters.contacts());
-        let rolled = |i: usize| if SMALL { i } else { keep_rolled(i) };
         // Whether the drives at the start of the step are not in `u` yet.
         let mut fresh = true;
         for step in self.steps.clone() {
             if fresh || SMALL {
-                fill::<S, SMALL>(table, 2 * step, columns, w.u);
+                fill::<S, SMALL>(table, 2 * step, columns, u);
             }
             if metered {
                 if fresh && table.jumps_before(step) {
                     self.bundle.meters.halve_next();
                 }
                 if !contacts.is_empty() {
-                    algebra.contact(contacts.clone(), w.u, w.q, w.v, w.contacts);
+                    algebra.contact(contacts.clone(), u, s.q, s.v, touching);
                 }
-                self.bundle.meters.sample(w.q, w.v, w.contacts);
+                self.bundle.meters.sample(s.q, s.v, touching);
             }
             let (end, shared) = table.end(step);
-            for i in 0..n {
-                let i = rolled(i);
-                (w.qs[i], w.vs[i]) = (w.q[i], w.v[i]);
-            }
-            // One loop over the stages has one copy of the algebra, where it is large.
-            for stage in 0..4 {
-                let stage = rolled(stage);
+            s.step::<SMALL>(n, h, |stage, q, v, a| {
                 match stage {
                     0 => {}
-                    3 => fill::<S, SMALL>(table, end, columns, w.u),
-                    _ if stage == 1 || SMALL => fill::<S, SMALL>(table, 2 * step + 1, columns, w.u),
+                    3 => fill::<S, SMALL>(table, end, columns, u),
+                    _ if stage == 1 || SMALL => fill::<S, SMALL>(table, 2 * step + 1, columns, u),
                     _ => {}
                 }
-                algebra.accel(w.u, w.qs, w.vs, w.a);
-                let ahead = if stage == 2 { h } else { half };
-                match stage {
-                    0 => {
-                        for i in 0..n {
-                            let i = rolled(i);
-                            w.first[i] = w.a[i];
-                        }
-                    }
-                    1 => {
-                        for i in 0..n {
-                            let i = rolled(i);
-                            w.inner[i] = w.a[i];
-                        }
-                    }
-                    2 => {
-                        for i in 0..n {
-                            let i = rolled(i);
-                            w.inner[i] = w.inner[i] + w.a[i];
-                        }
-                    }
-                    _ => break,
-                }
-                for i in 0..n {
-                    let i = rolled(i);
-                    w.qs[i] = w.q[i] + ahead * w.vs[i];
-                    w.vs[i] = w.v[i] + ahead * w.a[i];
-                }
-            }
-            for i in 0..n {
-                let i = rolled(i);
-                w.q[i] = w.q[i] + h * (w.v[i] + sixth * (w.first[i] + w.inner[i]));
-                w.v[i] = w.v[i] + sixth * (w.first[i] + w.inner[i] + w.inner[i] + w.a[i]);
-            }
+                algebra.accel(u, q, v, a);
+            });
             if SMALL {
                 std::hint::black_box(());
             }
             fresh = !shared;
             if metered && fresh {
-                let Bundle { q, v, u, contacts, meters, .. } = &mut *self.bundle;
-                q.copy_from_slice(w.q);
-                v.copy_from_slice(w.v);
-                u.copy_from_slice(w.u);
-                sample_before_jump(algebra, meters, [q, v, u], if SMALL { contacts } else { w.contacts });
+                let Bundle { q, v, u: before, contacts, meters, .. } = &mut *self.bundle;
+                q.copy_from_slice(s.q);
+                v.copy_from_slice(s.v);
+                before.copy_from_slice(u);
+                sample_before_jump(algebra, meters, [q, v, before], if SMALL { contacts } else { touching });
             }
         }
         if metered {

@@ -8,3 +8,4 @@ pub(crate) mod instructions;
 pub(crate) mod kernel;
 pub(crate) mod meter;
 pub(crate) mod number;
+pub(crate) mod stages;
