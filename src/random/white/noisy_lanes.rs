@@ -8,7 +8,7 @@ use crate::scalar::keep_rolled;
 use crate::sweep::lanes::drive_table::DriveTable;
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::number::Lanes;
-use crate::sweep::lanes::stages::Stages;
+use crate::sweep::lanes::stages::{Acceleration, Stages};
 
 /// W members of one machine under white noise. A step of length h is
 ///
@@ -241,14 +241,7 @@ impl<'m, G: Shape, const W: usize> NoisyLanes<'m, G, W> {
             first: &mut *first,
             inner: &mut *inner,
         };
-        stages.step::<false>(n, self.h.into(), |stage, q, v, a| {
-            match stage {
-                1 => fill(table, number, 1, u),
-                3 => fill_end(table, number, u),
-                _ => {}
-            }
-            shape.accel(&ByDeflection, Drives::new(shape.size().waves, u), q, v, a);
-        });
+        stages.step::<false>(n, self.h.into(), &mut OfTable { shape, table, number, u });
         w.v1.copy_from_slice(v);
         for (source, second) in self.sources.iter().zip(&w.second).rev() {
             let scratch = [&mut *vs, &mut *a, &mut *first, &mut *inner];
@@ -257,6 +250,26 @@ impl<'m, G: Shape, const W: usize> NoisyLanes<'m, G, W> {
         for number in &mut self.number {
             *number += 1;
         }
+    }
+}
+
+/// The acceleration in a step without noise, with the drives of the table.
+struct OfTable<'a, G, const W: usize> {
+    shape: &'a G,
+    table: &'a DriveTable,
+    number: &'a [u64; W],
+    u: &'a mut [Lanes<W>],
+}
+
+impl<G: Shape, const W: usize> Acceleration<Lanes<W>> for OfTable<'_, G, W> {
+    #[inline(always)]
+    fn accel(&mut self, stage: usize, q: &[Lanes<W>], v: &[Lanes<W>], a: &mut [Lanes<W>]) {
+        match stage {
+            1 => fill(self.table, self.number, 1, self.u),
+            3 => fill_end(self.table, self.number, self.u),
+            _ => {}
+        }
+        self.shape.accel(&ByDeflection, Drives::new(self.shape.size().waves, self.u), q, v, a);
     }
 }
 

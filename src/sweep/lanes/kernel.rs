@@ -6,7 +6,7 @@ use crate::sweep::lanes::drive_table::{DriveTable, WHOLE};
 use crate::sweep::lanes::instructions::InstructionSet;
 use crate::sweep::lanes::meter::Meters;
 use crate::sweep::lanes::number::Number;
-use crate::sweep::lanes::stages::Stages;
+use crate::sweep::lanes::stages::{Acceleration, Stages};
 use std::ops::Range;
 
 /// The data of all lanes: states, steps, drives and meters.
@@ -213,15 +213,8 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
                 self.bundle.meters.sample(s.q, s.v, touching);
             }
             let (end, shared) = table.end(step);
-            s.step::<SMALL>(n, h, |stage, q, v, a| {
-                match stage {
-                    0 => {}
-                    3 => fill::<S, SMALL>(table, end, columns, u),
-                    _ if stage == 1 || SMALL => fill::<S, SMALL>(table, 2 * step + 1, columns, u),
-                    _ => {}
-                }
-                algebra.accel(u, q, v, a);
-            });
+            let rows = [2 * step + 1, end];
+            s.step::<SMALL>(n, h, &mut OfTable::<_, _, SMALL> { algebra, table, rows, u });
             if SMALL {
                 std::hint::black_box(());
             }
@@ -237,6 +230,28 @@ impl<A: Algebra<S>, S: Number> Kernel<'_, A, S> {
         if metered {
             self.bundle.meters.finish();
         }
+    }
+}
+
+/// The acceleration in a step with the drives of the rows at its middle and its end.
+struct OfTable<'a, A, S, const SMALL: bool> {
+    algebra: &'a A,
+    table: &'a DriveTable,
+    rows: [usize; 2],
+    u: &'a mut [S],
+}
+
+impl<A: Algebra<S>, S: Number, const SMALL: bool> Acceleration<S> for OfTable<'_, A, S, SMALL> {
+    #[inline(always)]
+    fn accel(&mut self, stage: usize, q: &[S], v: &[S], a: &mut [S]) {
+        let [middle, end] = self.rows;
+        match stage {
+            0 => {}
+            3 => fill::<S, SMALL>(self.table, end, self.algebra.columns(), self.u),
+            _ if stage == 1 || SMALL => fill::<S, SMALL>(self.table, middle, self.algebra.columns(), self.u),
+            _ => {}
+        }
+        self.algebra.accel(self.u, q, v, a);
     }
 }
 

@@ -14,6 +14,12 @@ pub(crate) struct Stages<'w, S> {
     pub(crate) inner: &'w mut [S],
 }
 
+/// The acceleration in the stages of a step.
+pub(crate) trait Acceleration<S> {
+    /// Writes the acceleration of a stage, 0 to 3, to `a`. Stages 1 and 2 lie in the middle of the step.
+    fn accel(&mut self, stage: usize, q: &[S], v: &[S], a: &mut [S]);
+}
+
 impl<S: Scalar> Stages<'_, S> {
     /// The first `n` elements of each vector. The compiler knows their number from here on.
     #[inline(always)]
@@ -29,8 +35,7 @@ impl<S: Scalar> Stages<'_, S> {
         }
     }
 
-    /// Makes a step of length h on `n` coordinates. `accel` writes the acceleration of a stage, 0 to 3, at
-    /// the given q and v; stages 1 and 2 lie in the middle of the step.
+    /// Makes a step of length h on `n` coordinates.
     ///
     /// With a(t, q, v) the acceleration:
     ///
@@ -46,54 +51,62 @@ impl<S: Scalar> Stages<'_, S> {
     ///
     /// Source: Hairer, Nørsett & Wanner I, Table II.1.2.
     #[inline(always)]
-    pub(crate) fn step<const SMALL: bool>(
-        &mut self,
-        n: usize,
-        h: S,
-        mut accel: impl FnMut(usize, &[S], &[S], &mut [S]),
-    ) {
+    pub(crate) fn step<const SMALL: bool>(&mut self, n: usize, h: S, at: &mut impl Acceleration<S>) {
         let rolled = |i: usize| if SMALL { i } else { keep_rolled(i) };
-        let (half, sixth) = (h * 0.5, h * (1.0 / 6.0));
         for i in 0..n {
             let i = rolled(i);
             (self.qs[i], self.vs[i]) = (self.q[i], self.v[i]);
         }
-        // One loop over the stages has one copy of the algebra, where it is large.
-        for stage in 0..4 {
-            let stage = rolled(stage);
-            accel(stage, self.qs, self.vs, self.a);
-            let ahead = if stage == 2 { h } else { half };
-            match stage {
-                0 => {
-                    for i in 0..n {
-                        let i = rolled(i);
-                        self.first[i] = self.a[i];
-                    }
-                }
-                1 => {
-                    for i in 0..n {
-                        let i = rolled(i);
-                        self.inner[i] = self.a[i];
-                    }
-                }
-                2 => {
-                    for i in 0..n {
-                        let i = rolled(i);
-                        self.inner[i] = self.inner[i] + self.a[i];
-                    }
-                }
-                _ => break,
-            }
-            for i in 0..n {
-                let i = rolled(i);
-                self.qs[i] = self.q[i] + ahead * self.vs[i];
-                self.vs[i] = self.v[i] + ahead * self.a[i];
+        if SMALL {
+            self.stage::<SMALL>(n, h, 0, at);
+            self.stage::<SMALL>(n, h, 1, at);
+            self.stage::<SMALL>(n, h, 2, at);
+            self.stage::<SMALL>(n, h, 3, at);
+        } else {
+            // One loop over the stages has one copy of the algebra, which is large.
+            for stage in 0..4 {
+                self.stage::<SMALL>(n, h, keep_rolled(stage), at);
             }
         }
+        let sixth = h * (1.0 / 6.0);
         for i in 0..n {
             let i = rolled(i);
             self.q[i] = self.q[i] + h * (self.v[i] + sixth * (self.first[i] + self.inner[i]));
             self.v[i] = self.v[i] + sixth * (self.first[i] + self.inner[i] + self.inner[i] + self.a[i]);
+        }
+    }
+
+    /// Evaluates a stage, adds its acceleration to the sums and goes to the next stage.
+    #[inline(always)]
+    fn stage<const SMALL: bool>(&mut self, n: usize, h: S, stage: usize, at: &mut impl Acceleration<S>) {
+        let rolled = |i: usize| if SMALL { i } else { keep_rolled(i) };
+        at.accel(stage, self.qs, self.vs, self.a);
+        match stage {
+            0 => {
+                for i in 0..n {
+                    let i = rolled(i);
+                    self.first[i] = self.a[i];
+                }
+            }
+            1 => {
+                for i in 0..n {
+                    let i = rolled(i);
+                    self.inner[i] = self.a[i];
+                }
+            }
+            2 => {
+                for i in 0..n {
+                    let i = rolled(i);
+                    self.inner[i] = self.inner[i] + self.a[i];
+                }
+            }
+            _ => return,
+        }
+        let ahead = if stage == 2 { h } else { h * 0.5 };
+        for i in 0..n {
+            let i = rolled(i);
+            self.qs[i] = self.q[i] + ahead * self.vs[i];
+            self.vs[i] = self.v[i] + ahead * self.a[i];
         }
     }
 }
