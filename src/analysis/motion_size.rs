@@ -162,7 +162,7 @@ impl MotionSize {
     pub(crate) fn weigh_kept(&mut self, model: &dyn Model, end: &State, last: f64) {
         let (mut sizing, on_pieces) = (Sizing::new(model), model.offers().pieces);
         let mut add = |pieces: Option<&[Piece]>, State { t, q, v }: &State, step: f64| {
-            raise(&mut self.sizes, sizing.at(pieces, *t, q, v, ADDED * step));
+            raise(&mut self.sizes, sizing.over(pieces, *t, q, v, [step, ADDED * step]));
         };
         add(None, end, last);
         for Kept { pieces, step, state } in &self.kept[..self.used] {
@@ -229,8 +229,7 @@ impl MotionSize {
     /// max_i |Δy_i|/unit_i at a tolerance, with Δy = a - b without rigid motion. The states are coordinates,
     /// then velocities. As a share of its range a velocity is not better known than its coordinate.
     pub(crate) fn distance(&mut self, a: &[f64], b: &[f64], tolerance: f64) -> f64 {
-        let errors = OF_A_PERIOD.max(OF_STEPS * (self.steps as f64).sqrt());
-        let (n, share) = (self.low.len() / 2, errors * f64::EPSILON / tolerance);
+        let (n, share) = (self.low.len() / 2, self.rounding() / tolerance);
         self.apart(a, b, |motion, i| {
             let range = |i: usize| motion.high[i] - motion.low[i];
             let rounded = |i: usize| share * motion.sizes[i];
@@ -242,10 +241,22 @@ impl MotionSize {
         })
     }
 
-    /// max_i |Δy_i|/range_i with the [ranges](MotionSize::ranges), as [`distance`](MotionSize::distance).
+    /// max_i |Δy_i|/range_i, as [`distance`](MotionSize::distance). A component whose range is a rounding error
+    /// of a period has the range of [`ranges`](MotionSize::ranges).
     pub(crate) fn change(&mut self, a: &[f64], b: &[f64]) -> f64 {
-        let ranges = self.ranges();
+        let (mut ranges, rounding) = (self.ranges(), self.rounding());
+        for (i, range) in ranges.iter_mut().enumerate() {
+            let own = self.high[i] - self.low[i];
+            if own > rounding * self.sizes[i] {
+                *range = own;
+            }
+        }
         self.apart(a, b, |_, i| ranges[i])
+    }
+
+    /// Rounding error in the distance of two states a period apart, as a share of the size.
+    fn rounding(&self) -> f64 {
+        f64::EPSILON * OF_A_PERIOD.max(OF_STEPS * (self.steps as f64).sqrt())
     }
 
     fn apart(&mut self, a: &[f64], b: &[f64], unit: impl Fn(&Self, usize) -> f64) -> f64 {

@@ -28,7 +28,7 @@ pub(crate) fn rigid_modes(model: &dyn Model, span: f64) -> Vec<Vec<f64>> {
 /// Orthonormal directions r of the coordinates with ∂a/∂q r = 0 and ∂a/∂v r = 0 at all times, in all states
 /// and on both flanks.
 ///
-/// The Jacobians are evaluated at up to nine instants in (0, `span`) and states of nine sizes, with all
+/// The Jacobians are evaluated at up to eleven instants in (0, `span`) and states of as many sizes, with all
 /// contacts on their lower and then on their upper flanks. A direction that a Jacobian resists is excluded.
 /// Contacts in their gaps are not evaluated, because they resist no motion. A direction that changes
 /// the deflection of a rigid stop is not a rigid motion: ∂d/∂q of these contacts counts as a Jacobian.
@@ -41,7 +41,8 @@ pub(crate) fn rigid_motions(model: &dyn Model, span: f64) -> Rigid {
     // Jacobians, each divided by its largest entry; exact ones by that of each row.
     let mut jacobians = Vec::new();
     let mut free = Free::whole(n);
-    for (instant, size) in SIZES.iter().enumerate() {
+    let sizes = &SIZES[..if exact { SIZES_OF_PIECES } else { SIZES.len() }];
+    for (instant, size) in sizes.iter().enumerate() {
         if exact && free.values.is_empty() {
             break;
         }
@@ -250,7 +251,10 @@ impl Free {
 }
 
 /// Sizes of the states. In any unit, one of them is well above the rounding length of a smoothed law.
-const SIZES: [f64; 9] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3];
+const SIZES: [f64; 11] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3, 1e6, 1e8];
+
+/// Number of these sizes for a model with Jacobians on pieces. In plain numbers a contact may lie far away.
+const SIZES_OF_PIECES: usize = 9;
 
 /// Largest entry on the diagonal of R, as a share of the first one, of a direction that remains after
 /// narrowing down: far above the rounding errors of directions without resistance.

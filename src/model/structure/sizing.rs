@@ -45,19 +45,33 @@ impl<'m> Sizing<'m> {
 
     /// The sizes at a state before or after a step of length `h`: by deflection, or on pieces.
     pub(crate) fn at(&mut self, pieces: Option<&[Piece]>, t: f64, q: &[f64], v: &[f64], h: f64) -> &[f64] {
+        self.over(pieces, t, q, v, [h, h])
+    }
+
+    /// The sizes with rounding errors that add up over a longer time: the terms contain the sizes of the
+    /// coordinates over the first length, and act over the second one.
+    pub(crate) fn over(
+        &mut self,
+        pieces: Option<&[Piece]>,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        lengths: [f64; PASSES],
+    ) -> &[f64] {
         let n = q.len();
         self.model.drive(t, Side::Before, &mut self.u);
         if let Some(slopes) = &mut self.slopes {
-            // The step of the differences follows the values, since the terms are slope times value.
+            // The step of the differences follows the values, since the terms are slope times value. It is a small
+            // share of them: a motion may lie far from 0.
             for (scale, y) in slopes.scale.iter_mut().zip(q.iter().chain(v)) {
-                *scale = scale.max(y.abs());
+                *scale = scale.max(NEAR * y.abs());
             }
             slopes.at(pieces, &self.u, q, v);
             accelerate(self.model, pieces, &self.u, q, v, &mut self.a);
         }
         self.sizes.iter_mut().zip(q.iter().chain(v)).for_each(|(size, y)| *size = y.abs());
         let known = self.model.offers().terms;
-        for _ in 0..PASSES {
+        for h in lengths {
             match known {
                 Some(known) => {
                     known.terms(pieces, &self.u, q, v, &self.sizes, &mut self.scratch, &mut self.terms);
@@ -86,6 +100,9 @@ impl<'m> Sizing<'m> {
         }
     }
 }
+
+/// Size of the differences, as a share of a value. Their rounding is still far below the slopes.
+const NEAR: f64 = 1e-3;
 
 /// Number of evaluations of the terms: the second one contains the sizes of the other coordinates.
 const PASSES: usize = 2;
