@@ -57,9 +57,12 @@ const OF_STEPS: f64 = 4.0;
 /// which are some thirty times slower than the step follows.
 const ADDED: f64 = 32.0;
 
-/// A range below this share of the size counts as rest `[1]`: a coarse run, with tolerance 1e-9, does not
-/// resolve it.
+/// A range below this share of the size counts as rest `[1]` beside others that are far larger: a coarse run,
+/// with tolerance 1e-9, does not resolve it.
 const SEEN: f64 = 1e-9;
+
+/// Far larger is the inverse of this `[1]`.
+const BESIDE: f64 = 1e-6;
 
 impl MotionSize {
     /// `rigid`: orthonormal directions of rigid motion in the coordinates. If they leave no relative motion,
@@ -194,17 +197,21 @@ impl MotionSize {
 
     /// Range (max - min) of each coordinate, then of each velocity.
     ///
-    /// A component with a range below 1e-9 of its size is at rest. It gets its size, but not more than the
-    /// largest range of all coordinates, or of all velocities. If both are 0, a coordinate gets the value 1,
-    /// a velocity 2π (range of its coordinate)/(observed time).
+    /// A component is at rest if its range is a rounding error of a period, or if it is below 1e-9 of its
+    /// size and below 1e-6 of the largest range of all coordinates, or of all velocities. It gets its size,
+    /// but not more than that largest range. If both are 0, a coordinate gets the value 1, a velocity 2π
+    /// (range of its coordinate)/(observed time).
     pub(crate) fn ranges(&self) -> Vec<f64> {
-        let n = self.low.len() / 2;
-        let range = |i: usize| {
-            let range = self.high[i] - self.low[i];
-            if range > SEEN * self.sizes[i] { range } else { 0.0 }
-        };
+        let (n, rounding) = (self.low.len() / 2, self.rounding());
         let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
-        let largest = |part: std::ops::Range<usize>| positive(part.map(range).fold(0.0, f64::max));
+        let seen =
+            |i: usize| Some(self.high[i] - self.low[i]).filter(|range| *range > rounding * self.sizes[i]);
+        let largest = |part: std::ops::Range<usize>| positive(part.filter_map(seen).fold(0.0, f64::max));
+        let most = [largest(0..n), largest(n..2 * n)];
+        let range = |i: usize| {
+            let beside = BESIDE * most[i / n].unwrap_or(0.0);
+            seen(i).filter(|range| *range > beside || *range > SEEN * self.sizes[i]).unwrap_or(0.0)
+        };
         let of = |i: usize, largest: Option<f64>, other: f64| {
             let at_rest = || match (positive(self.sizes[i]), largest) {
                 (Some(size), Some(largest)) => size.min(largest),
@@ -212,7 +219,7 @@ impl MotionSize {
             };
             positive(range(i)).unwrap_or_else(at_rest)
         };
-        let (of_q, of_v) = (largest(0..n), largest(n..2 * n));
+        let [of_q, of_v] = most;
         let q: Vec<f64> = (0..n).map(|i| of(i, of_q, 1.0)).collect();
         let span = self.last - self.first;
         let rate = |i: usize| if span > 0.0 { TAU * q[i] / span } else { q[i] };
@@ -241,16 +248,9 @@ impl MotionSize {
         })
     }
 
-    /// max_i |Δy_i|/range_i, as [`distance`](MotionSize::distance). A component whose range is a rounding error
-    /// of a period has the range of [`ranges`](MotionSize::ranges).
+    /// max_i |Δy_i|/range_i with the [ranges](MotionSize::ranges), as [`distance`](MotionSize::distance).
     pub(crate) fn change(&mut self, a: &[f64], b: &[f64]) -> f64 {
-        let (mut ranges, rounding) = (self.ranges(), self.rounding());
-        for (i, range) in ranges.iter_mut().enumerate() {
-            let own = self.high[i] - self.low[i];
-            if own > rounding * self.sizes[i] {
-                *range = own;
-            }
-        }
+        let ranges = self.ranges();
         self.apart(a, b, |_, i| ranges[i])
     }
 

@@ -435,7 +435,7 @@ fn the_mean_of_a_force_that_jumps_at_its_edge() {
         parts.mesh("mesh", "pinion", "wheel", mesh).torque("drive", "pinion", 8.0).load("wheel");
         let train = parts.build("pinion", speed).unwrap();
         let solver = Dop853::new().rtol(1e-10).atol(1e-15);
-        let Ok(steady) = Settle::new().run(&solver, &train, None) else { continue };
+        let Ok(steady) = Settle::new().max_periods(400).run(&solver, &train, None) else { continue };
         let shooting = Shooting::new().period_multiple(steady.period_multiple);
         let orbit = shooting.solve(&train, &steady.state).unwrap();
         if orbit.crossing_count() == 0 {

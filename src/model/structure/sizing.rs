@@ -61,8 +61,8 @@ impl<'m> Sizing<'m> {
         let n = q.len();
         self.model.drive(t, Side::Before, &mut self.u);
         if let Some(slopes) = &mut self.slopes {
-            // The step of the differences follows the values, since the terms are slope times value. It is a small
-            // share of them: a motion may lie far from 0.
+            // The step of the differences follows the values, since the terms are slope times value. It is a
+            // small share of them: a motion may lie far from 0.
             for (scale, y) in slopes.scale.iter_mut().zip(q.iter().chain(v)) {
                 *scale = scale.max(NEAR * y.abs());
             }

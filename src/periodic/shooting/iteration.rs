@@ -29,6 +29,10 @@ const SHRUNK: f64 = 10.0;
 /// edges.
 const NOISE: f64 = 1e-9;
 
+/// Largest correction of an orbit, as a share of its range `[1]`. Far from the origin the tolerance is a share
+/// of larger units.
+const OPEN: f64 = 1e-3;
+
 impl Shooting {
     /// [`solve`](Shooting::solve) with the rest of a budget.
     pub(crate) fn find(
@@ -63,10 +67,12 @@ impl Shooting {
     /// Whether the iteration may end with a correction of this `size`. It ends if the correction is within
     /// the tolerance. It also ends if the correction is noise of the flow: below [`NOISE`], and more than
     /// half of the correction `before`. `of_range`: the correction as a share of the ranges of motion. A
-    /// motion far smaller than its distance from the origin takes one more correction.
+    /// motion far smaller than its distance from the origin takes one more correction. No orbit has a
+    /// correction above [`OPEN`].
     pub(crate) fn accepts(&self, [before, size]: [f64; 2], of_range: f64) -> bool {
         let is_fine = of_range <= NOISE.max(self.tolerance) || before <= self.tolerance;
-        (size <= self.tolerance && is_fine) || (size > 0.5 * before && size <= NOISE)
+        let is_noise = size > 0.5 * before && size <= NOISE;
+        of_range <= OPEN.max(self.tolerance) && ((size <= self.tolerance && is_fine) || is_noise)
     }
 
     /// Newton's method for the cyclic system. [`Newton`](crate::roots::Newton) does not replace it: one run
@@ -136,7 +142,7 @@ impl Shooting {
             };
             here = match next {
                 Some(round) => round,
-                None if size <= NOISE => {
+                None if size <= NOISE && largest.1 <= OPEN => {
                     return self.finish(model, &segments, here, first, corrections, meter);
                 }
                 None => return Err(segments.failure(&here, largest, last(&corrections))),

@@ -25,6 +25,10 @@ const GAINS: f64 = 1e-9;
 /// of a fold or a branch point `[1]`.
 const FOLD: f64 = 1e-2;
 
+/// Largest last correction of an iterate near an orbit, as a share of the range `[1]`: the multipliers of
+/// others are those of no orbit.
+const NEAR: f64 = 0.1;
+
 /// What the flow over the segments is integrated for.
 #[derive(Clone, Copy)]
 pub(crate) enum Purpose {
@@ -190,7 +194,7 @@ impl<'m> Segments<'m> {
         let multipliers = Multipliers::without(&monodromy, self.rigid(), f64::INFINITY);
         let near_one =
             |multipliers: Multipliers| multipliers.values().iter().any(|z| (z - 1.0).norm() < FOLD);
-        if multipliers.is_ok_and(near_one) {
+        if largest.1 < NEAR && multipliers.is_ok_and(near_one) {
             let (m, k) = self.rigid().shape();
             let mut equations = DMatrix::zeros(m + k, m);
             equations.rows_mut(0, m).copy_from(&(&monodromy - DMatrix::identity(m, m)));
