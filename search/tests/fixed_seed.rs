@@ -6,7 +6,7 @@ use search::checks::all;
 const SEED: u64 = 7;
 
 /// Numbers of cases, many of the fast checks. The slow ones run by the command of the crate alone.
-const CASES: [(&str, u64); 44] = [
+const CASES: [(&str, u64); 45] = [
     ("integrators-of-pairs", 10),
     ("integrators-of-stages", 4),
     ("integrators-of-chains", 3),
@@ -42,6 +42,7 @@ const CASES: [(&str, u64); 44] = [
     ("closed-late-times", 8),
     ("closed-tori", 5),
     ("closed-run-ups", 10),
+    ("closed-wound-chains", 4),
     ("reference-of-ensembles", 5),
     ("reference-of-processes", 5),
     ("reference-of-tables", 5),

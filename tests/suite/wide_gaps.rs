@@ -4,6 +4,7 @@ use crate::api::*;
 use crate::common::random::Random;
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::ode::IntegrateError;
+use gear_dynamics::trains::{Body, MeshPart, Parts, ShaftPart};
 use gear_dynamics::{Dop853, Rk45, Taylor};
 use std::f64::consts::TAU;
 
@@ -136,4 +137,110 @@ fn settling_in_a_wide_gap_goes_on_while_a_change_that_swings_shrinks() {
         let (steady, off) = settled(numbers, offset, 2e-10);
         assert!(off < 1e-8 && steady.periods < periods, "{off:e} {steady:?}");
     }
+}
+
+/// The motion about the flank is the same at every half backlash b, as far as a deflection of size b is resolved. Settling
+/// does not end in the transient, and says how far it is.
+#[test]
+fn settling_at_every_width_of_the_gap() {
+    let of = |b: f64, solver: &dyn Integrator| {
+        let model = Oscillator::new(&[
+            ("speed", 0.5),
+            ("damping", 0.05),
+            ("mesh stiffness", 1.0),
+            ("mean force", 0.06),
+            ("force", 0.02),
+            ("half backlash", b),
+        ]);
+        let steady =
+            Settle::new().run(solver, &model.unwrap(), &State::new(0.0, &[b + 0.1], &[0.0])).unwrap();
+        let [real, imaginary] = [1.0 - 0.25, 0.05 * 0.5];
+        let size = 0.02 / f64::hypot(real, imaginary);
+        let lag = f64::atan2(imaginary, real);
+        let turn = 0.5 * steady.state.t - lag;
+        let exact = [0.06 + size * turn.cos(), -0.5 * size * turn.sin()];
+        let off = [steady.state.q[0] - b - exact[0], steady.state.v[0] - exact[1]];
+        (off[0].abs().max(off[1].abs()) / (2.0 * size), steady)
+    };
+    for b in [1e2, 1e3, 1e4, 1e5, 1e6, 1e7] {
+        let solvers: [(&dyn Integrator, f64); 2] = [(&Taylor::new(), 1e-8), (&Dop853::new(), 1e-6)];
+        for (solver, most) in solvers {
+            let (off, steady) = of(b, solver);
+            // The rounding of a deflection of size b in a period adds up over some four periods.
+            let allowed = 1e-9 + 10.0 * f64::EPSILON * b / 0.05;
+            assert!(off < most && off < steady.error() + allowed, "b = {b:e}: {off:e} {steady:?}");
+        }
+    }
+}
+
+/// Shafts wound up by a load, and a stiffness that hardly varies: the range of the motor is 1e-8 of its angle. The settled
+/// state lies on the orbit of shooting, within a few of its errors.
+#[test]
+fn wound_shafts_settle_on_their_orbit() {
+    for (half_backlash, shaft, torque, ripple) in
+        [(2e-4, 1e3, 50.0, 1e-3), (1e-3, 300.0, 100.0, 1e-3), (2e-5, 8e3, 50.0, 0.1)]
+    {
+        let stiffness = Wave::new(Fourier::new(3e8, &[[ripple * 3e8, 0.0]]).unwrap());
+        let mesh =
+            MeshPart::external([20, 50], [0.04, 0.1], stiffness).damping(2e3).half_backlash(half_backlash);
+        let mut parts = Parts::new();
+        parts.body("motor", Body::new(0.02)).body("pinion", Body::new(1e-3)).body("wheel", Body::new(0.02));
+        parts.body("load", Body::new(0.3));
+        parts.shaft("input", "motor", "pinion", ShaftPart::new(shaft).damping(0.2));
+        parts.mesh("mesh", "pinion", "wheel", mesh);
+        parts.shaft("output", "wheel", "load", ShaftPart::new(2.0 * shaft).damping(0.5));
+        parts.torque("drive", "motor", torque).load("load");
+        let train = parts.build("motor", 100.0).unwrap();
+        let settle = Settle::new().max_periods(4000);
+        let orbit = Shooting::new().solve(&train, None).unwrap();
+        for solver in [&Taylor::new() as &dyn Integrator, &Dop853::new().atol(1e-14)] {
+            let steady = settle.run(solver, &train, None).unwrap();
+            let (exact, range) = (&orbit.states()[0], orbit.range());
+            let n = exact.q.len();
+            let parts = (0..n).map(|i| (steady.state.q[i] - exact.q[i]).abs() / range[i]);
+            let off = parts.fold(0.0, f64::max);
+            println!(
+                "{half_backlash} {off:e} {} {:e} {range:?} {:?}",
+                steady.periods,
+                steady.error(),
+                exact.q
+            );
+            assert!(off < 3.0 * steady.error() + 1e-8, "{off:e} {}", steady.error());
+        }
+    }
+}
+
+/// A plain formula far from 0: shooting finds the orbit, or says that it did not converge. A spring that acts far away only
+/// still holds the coordinate.
+#[test]
+fn formulas_far_from_zero() {
+    let cubic = |c: f64| {
+        let model = from_fn(1, move |t: f64, q, v, a| {
+            let x: f64 = q[0] - c;
+            a[0] = 0.06 + 0.03 * (0.9 * t).cos() - 0.1 * v[0] - x - 0.5 * x.powi(3);
+        });
+        model.unwrap().with_period(TAU / 0.9).unwrap()
+    };
+    let right = Shooting::new().solve(&cubic(0.0), &State::new(0.0, &[0.1], &[0.0])).unwrap();
+    let right = &right.states()[0];
+    let mut found = 0;
+    for c in [1e2, 1e3, 1e4, 1e5, 3e5, 1e6, 3e6, 1e7] {
+        match Shooting::new().solve(&cubic(c), &State::new(0.0, &[c + 0.1], &[0.0])) {
+            Ok(orbit) => {
+                let state = &orbit.states()[0];
+                let off = (state.q[0] - c - right.q[0]).abs().max((state.v[0] - right.v[0]).abs());
+                assert!(off < 1e-8 + 1e-15 * c + orbit.accuracy(), "c = {c:e}: {off:e} {}", orbit.accuracy());
+                found += 1;
+            }
+            Err(error) => assert!(matches!(error, ShootingError::NotConverged { .. }), "c = {c:e}: {error}"),
+        }
+    }
+    assert!(found >= 5, "{found}");
+    let flank = from_fn(1, |t: f64, q, v, a| {
+        a[0] = 0.06 + 0.02 * (0.5 * t).cos() - 0.05 * v[0] - (q[0] - 1e5).max(0.0);
+    });
+    let flank = flank.unwrap().with_period(2.0 * TAU).unwrap();
+    let steady = Settle::new().run(&Dop853::new(), &flank, &State::new(0.0, &[1e5 + 0.1], &[0.0])).unwrap();
+    let response = 0.02 / f64::hypot(0.75, 0.025);
+    assert!((steady.state.q[0] - 1e5 - 0.06 - response * f64::atan2(0.025, 0.75).cos()).abs() < 1e-7);
 }

@@ -12,6 +12,7 @@ mod noise;
 mod orbits;
 mod processes;
 mod random_drives;
+mod settling;
 mod shapes;
 mod steep;
 mod stops;
@@ -36,6 +37,7 @@ pub fn all() -> impl Iterator<Item = &'static Check> {
         &orbits::CHECKS,
         &processes::CHECKS,
         &random_drives::CHECKS,
+        &settling::CHECKS,
         &shapes::CHECKS,
         &steep::CHECKS,
         &stops::CHECKS,
