@@ -64,6 +64,9 @@ const SEEN: f64 = 1e-9;
 /// Far larger is the inverse of this `[1]`.
 const BESIDE: f64 = 1e-6;
 
+/// A range below this number of rounding errors of a period counts as rest: errors of later periods add up.
+const OF_REST: f64 = 16.0;
+
 impl MotionSize {
     /// `rigid`: orthonormal directions of rigid motion in the coordinates. If they leave no relative motion,
     /// they are ignored.
@@ -197,12 +200,12 @@ impl MotionSize {
 
     /// Range (max - min) of each coordinate, then of each velocity.
     ///
-    /// A component is at rest if its range is a rounding error of a period, or if it is below 1e-9 of its
+    /// A component is at rest if its range is some rounding errors of a period, or if it is below 1e-9 of its
     /// size and below 1e-6 of the largest range of all coordinates, or of all velocities. It gets its size,
     /// but not more than that largest range. If both are 0, a coordinate gets the value 1, a velocity 2π
     /// (range of its coordinate)/(observed time).
     pub(crate) fn ranges(&self) -> Vec<f64> {
-        let (n, rounding) = (self.low.len() / 2, self.rounding());
+        let (n, rounding) = (self.low.len() / 2, OF_REST * self.rounding());
         let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
         let seen =
             |i: usize| Some(self.high[i] - self.low[i]).filter(|range| *range > rounding * self.sizes[i]);

@@ -3,6 +3,7 @@
 use crate::api::*;
 use crate::common::oscillators::{CubicChain, DeadZone, Duffing, Idler};
 use crate::data::read;
+use gear_dynamics::models::Oscillator;
 use num_complex::Complex64;
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
@@ -545,5 +546,29 @@ fn a_wrong_period_is_refused() {
     }
     for multiple in [1.0, 3.0] {
         assert!(Shooting::new().solve(&of(multiple * TAU), &start).is_ok());
+    }
+}
+
+/// Without a force a damped motion comes to rest, at 0 too, where no motion is left to correct.
+#[test]
+fn damped_motions_without_a_force_come_to_rest() {
+    for (load, period) in [(0.0, 0.1), (0.0, 1.0), (0.0, 30.0), (1e-3, 0.1), (1.0, 0.1), (1.0, 30.0)] {
+        let model = Oscillator::new(&[
+            ("speed", TAU / period),
+            ("damping", 0.1),
+            ("linear stiffness", 1.0),
+            ("mean force", load),
+        ]);
+        let model = model.unwrap();
+        for start in [Some(State::new(0.0, &[0.3], &[0.0])), None] {
+            let orbit = Shooting::new().solve(&model, start.as_ref()).unwrap();
+            let state = &orbit.states()[0];
+            assert!(
+                (state.q[0] - load).abs() < 1e-12 && state.v[0].abs() < 1e-12,
+                "{load} {period} {state:?}"
+            );
+            let largest = (-0.05 * period).exp();
+            assert!((orbit.multipliers().largest() - largest).abs() < 1e-9, "{load} {period}");
+        }
     }
 }

@@ -25,12 +25,15 @@ const MOVED: f64 = 0.1;
 /// Ratio of these motions above which the orbit is corrected in its own units `[1]`.
 const SHRUNK: f64 = 10.0;
 
+/// How often the units follow the orbit. A motion that comes to rest at 0 shrinks each time.
+const UNITS: usize = 3;
+
 /// A correction below this that no longer decreases is noise of the flow: rounding and the error of located
 /// edges.
 const NOISE: f64 = 1e-9;
 
-/// Largest correction of an orbit, as a share of its range `[1]`. Far from the origin the tolerance is a share
-/// of larger units.
+/// Largest correction of an orbit, as a share of its range `[1]`. Far from the origin the tolerance is a
+/// share of larger units.
 const OPEN: f64 = 1e-3;
 
 impl Shooting {
@@ -43,7 +46,7 @@ impl Shooting {
     ) -> Result<ShootingOrbit, ShootingError> {
         self.check(model.dof())?;
         let mut guess = Guess::of(model, &self.plan(), guess, meter)?;
-        let (mut first, mut corrections) = (None, Vec::new());
+        let (mut first, mut corrections, mut times) = (None, Vec::new(), 0);
         loop {
             let range = guess.scales[1].clone();
             let mut orbit = self.newton(model, guess, meter)?;
@@ -51,10 +54,10 @@ impl Shooting {
             first = first.or(Some(orbit.parts.first));
             corrections.append(&mut orbit.parts.corrections);
             // A correction far below the motion of the guess may be larger than that of the orbit.
-            if has_moved {
+            if has_moved && times < UNITS {
                 let found = Guess::of(model, &self.plan(), orbit.states(), meter)?;
                 if range.iter().zip(&found.scales[1]).any(|(of_guess, own)| *of_guess > SHRUNK * own) {
-                    guess = found;
+                    (guess, times) = (found, times + 1);
                     continue;
                 }
             }
