@@ -180,6 +180,7 @@ fn ratios_and_teeth() {
     outside(InstantCentre::new(1.5).unwrap_err(), "eccentric ratio", 1.5);
     outside(pair(|p| p.ratio = 3.51), "face gear teeth", 3.51 * 18.0);
     outside(RectangularWave::of_contact_ratio(0.9, 1.0, 2.0).unwrap_err(), "contact ratio", 0.9);
+    outside(RectangularWave::of_contact_ratio(160.0, 1.0, 2.0).unwrap_err(), "contact ratio", 160.0);
     outside(RectangularWave::new(1.0, 2.0, 1.0).unwrap_err(), "duty", 1.0);
     assert_eq!(pair(|p| p.pinion_teeth = 0), P::TooFew { name: "pinion_teeth".into(), value: 0, min: 1 });
     assert_eq!(

@@ -31,6 +31,9 @@ pub struct RectangularWave {
     duty: f64,
 }
 
+/// Largest contact ratio `[1]`.
+const MOST_PAIRS: f64 = 100.0;
+
 impl RectangularWave {
     /// A wave of two levels with a duty `[1]` in [0, 1).
     ///
@@ -48,14 +51,14 @@ impl RectangularWave {
     /// that of one pair more. A contact ratio of 2 gives the constant `low`, the stiffness of two pairs.
     ///
     /// # Errors
-    /// A contact ratio below 1 or above 1e50; levels as in [`new`](RectangularWave::new).
+    /// A contact ratio below 1 or above 100, such as one in per cent; levels as in [`new`](RectangularWave::new).
     pub fn of_contact_ratio(contact_ratio: f64, low: f64, high: f64) -> Result<Self, ParameterError> {
         let name = "contact ratio";
-        if check::quantity(name, contact_ratio)? < 1.0 {
+        if !(1.0..=MOST_PAIRS).contains(&check::quantity(name, contact_ratio)?) {
             return Err(ParameterError::OutOfRange {
                 name: name.into(),
                 value: contact_ratio,
-                allowed: "[1, 1e50]",
+                allowed: "[1, 100]",
             });
         }
         RectangularWave::new(low, high, contact_ratio.fract())
