@@ -51,7 +51,7 @@ impl RectangularWave {
     /// that of one pair more. A contact ratio of 2 gives the constant `low`, the stiffness of two pairs.
     ///
     /// # Errors
-    /// A contact ratio below 1 or above 100, such as one in per cent; levels as in [`new`](RectangularWave::new).
+    /// A contact ratio below 1 or above 100, as one in per cent; levels as in [`new`](RectangularWave::new).
     pub fn of_contact_ratio(contact_ratio: f64, low: f64, high: f64) -> Result<Self, ParameterError> {
         let name = "contact ratio";
         if !(1.0..=MOST_PAIRS).contains(&check::quantity(name, contact_ratio)?) {
