@@ -67,7 +67,9 @@ impl LinearMoments {
         let motion = Motion::new(model, state, noise)?;
         motion.check_decay()?;
         let mean = motion.mean()?;
-        let covariance = motion.covariance(&mean)?;
+        // Below the smallest normal number a moment has no digits, and a variance may come out negative.
+        let digits = |x: f64| if x.abs() < f64::MIN_POSITIVE { 0.0 } else { x };
+        let covariance = motion.covariance(&mean)?.map(digits);
         let largest = covariance.iter().chain(&mean).fold(0.0, |sum: f64, x| sum + x.abs());
         check::representable("covariance of the model", largest, noise.iter().map(|noise| &noise.intensity))?;
         let (q, v) = mean.as_slice().split_at(n);

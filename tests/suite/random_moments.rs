@@ -219,3 +219,16 @@ fn what_has_no_moments_is_refused() {
     let still = LinearMoments::about(&stable, &State::at_rest(1), &[]).unwrap();
     assert_eq!(still.covariance(), &DMatrix::zeros(2, 2));
 }
+
+/// An intensity that is no normal number gives variances of 0, none below.
+#[test]
+fn the_smallest_intensities_give_no_negative_variance() {
+    for intensity in [5e-324, 2e-320, 1e-310] {
+        for (damping, stiffness) in [(0.1, 0.8), (0.7, 0.3), (0.3, 3.0)] {
+            let model = oscillator(&[("damping", damping), ("linear stiffness", stiffness)]);
+            let noise = [bath(0, damping, intensity)];
+            let found = LinearMoments::about(&model, &State::at_rest(1), &noise).unwrap();
+            assert!(found.covariance().iter().all(|x| *x == 0.0 || *x > f64::MIN_POSITIVE), "{intensity:e}");
+        }
+    }
+}
