@@ -230,10 +230,18 @@ impl<'m> AtRest<'m> {
             (left, on)
         };
         let (mut known, (mut right, mut on)) = (None, left(&x));
+        // Where Newton's method began anew: it goes round for ever if it comes back to one of them.
+        let mut places: Vec<Vec<f64>> = Vec::new();
         for _ in 0..NEWTON_STEPS {
             let (equations, scale) = match &known {
                 Some(known) => known,
                 None => {
+                    if stiffness.is_none() {
+                        if places.contains(&x) {
+                            return None;
+                        }
+                        places.push(x.clone());
+                    }
                     let stiffness =
                         stiffness.get_or_insert_with(|| self.mean.stiffness(slopes, on.as_deref(), &x));
                     let scale: Vec<f64> =
