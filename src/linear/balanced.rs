@@ -237,7 +237,10 @@ impl<'m> AtRest<'m> {
                 Some(known) => known,
                 None => {
                     if stiffness.is_none() {
-                        if places.contains(&x) {
+                        let apart = |place: &Vec<f64>| {
+                            place.iter().zip(&x).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+                        };
+                        if places.iter().any(|place| apart(place) <= 1e-12 * largest(&x)) {
                             return None;
                         }
                         places.push(x.clone());
