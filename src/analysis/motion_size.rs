@@ -61,10 +61,11 @@ const ADDED: f64 = 32.0;
 /// with tolerance 1e-9, does not resolve it.
 const SEEN: f64 = 1e-9;
 
-/// Far larger is the inverse of this `[1]`.
+/// Such a range is below this share of the largest range of all coordinates, or of all velocities `[1]`.
 const BESIDE: f64 = 1e-6;
 
-/// A range below this number of rounding errors of a period counts as rest: errors of later periods add up.
+/// A component is at rest if its range is at most this number of rounding errors of a period. The rounding
+/// errors of several periods add up in a range.
 const OF_REST: f64 = 16.0;
 
 impl MotionSize {

@@ -67,7 +67,8 @@ pub(super) type Balanced = (Vec<f64>, Vec<f64>);
 /// A change of the coordinates, and the accelerations α along the rigid motions.
 type Change = (Vec<f64>, DVector<f64>);
 
-/// The upper flank of a contact, the lower one if it has no upper edge, or its gap.
+/// The piece on which a contact is tried first. It is the upper flank. A contact without an upper edge takes
+/// its lower flank, and a contact without edges its gap.
 fn first_flank(contact: &Contact) -> Piece {
     match contact {
         Contact { upper, .. } if upper.is_finite() => Piece::Upper,
@@ -230,7 +231,8 @@ impl<'m> AtRest<'m> {
             (left, on)
         };
         let (mut known, (mut right, mut on)) = (None, left(&x));
-        // Where Newton's method began anew: it goes round for ever if it comes back to one of them.
+        // The positions in which the stiffness was made anew. If Newton's method comes back to one of
+        // them, it repeats the same steps for ever.
         let mut places: Vec<Vec<f64>> = Vec::new();
         for _ in 0..NEWTON_STEPS {
             let (equations, scale) = match &known {

@@ -253,7 +253,8 @@ impl Free {
 /// Sizes of the states. In any unit, one of them is well above the rounding length of a smoothed law.
 const SIZES: [f64; 11] = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 3.0, 1e-3, 1e3, 1e6, 1e8];
 
-/// Number of these sizes for a model with Jacobians on pieces. In plain numbers a contact may lie far away.
+/// Number of these sizes for a model that offers its Jacobian. Other models are probed by differences, which
+/// see a contact far from 0 in large states only.
 const SIZES_OF_PIECES: usize = 9;
 
 /// Largest entry on the diagonal of R, as a share of the first one, of a direction that remains after

@@ -111,14 +111,14 @@ impl Guess {
     }
 }
 
-/// Number of times at which accelerations are compared one period later.
+/// Number of instants at which the accelerations are compared with those one period later.
 const COMPARED: usize = 8;
 
 /// Difference of accelerations one period later, as a share of the largest one `[1]`. Rounding of a time
 /// beside a jump may exceed it at some times; at half of them the period is not that of the model.
 const DIFFERENT: f64 = 1e-3;
 
-/// Refuses a period after which the accelerations in a state are not the same.
+/// Refuses the period of a model if its accelerations in a state differ one period later.
 fn check_period(model: &dyn Periodic, state: &State) -> Result<(), ParameterError> {
     let period = model.period();
     let at = |t: f64| {

@@ -25,15 +25,16 @@ const MOVED: f64 = 0.1;
 /// Ratio of these motions above which the orbit is corrected in its own units `[1]`.
 const SHRUNK: f64 = 10.0;
 
-/// How often the units follow the orbit. A motion that comes to rest at 0 shrinks each time.
+/// Maximum number of times that an orbit is corrected in its own units. A motion that comes to rest at 0
+/// becomes smaller each time.
 const UNITS: usize = 3;
 
 /// A correction below this that no longer decreases is noise of the flow: rounding and the error of located
 /// edges.
 const NOISE: f64 = 1e-9;
 
-/// Largest correction of an orbit, as a share of its range `[1]`. Far from the origin the tolerance is a
-/// share of larger units.
+/// An iterate is an orbit only if its last correction is at most this share of its range `[1]`. Far from the
+/// origin the units of the tolerance are larger than the range.
 const OPEN: f64 = 1e-3;
 
 impl Shooting {

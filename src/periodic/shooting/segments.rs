@@ -25,8 +25,8 @@ const GAINS: f64 = 1e-9;
 /// of a fold or a branch point `[1]`.
 const FOLD: f64 = 1e-2;
 
-/// Largest last correction of an iterate near an orbit, as a share of the range `[1]`: the multipliers of
-/// others are those of no orbit.
+/// The multipliers of an iterate say whether an orbit is at a fold if its last correction is below this share
+/// of the range `[1]`. An iterate with a larger correction is far from an orbit.
 const NEAR: f64 = 0.1;
 
 /// What the flow over the segments is integrated for.
