@@ -149,7 +149,10 @@ fn wound(draw: &mut Draw) -> Result<Outcome, String> {
                     return Err(format!("{name}: off by {off:e}, error {error:e}, a period {own:e}; {text}"));
                 }
             }
-            Err(error) if own > 1e-10 => draw.note(|| format!("{name}: {error}")),
+            Err(error) if own > 1e-10 => {
+                draw.note(|| format!("{name}: {error}"));
+                return Ok(Outcome::Skipped("the solver does not resolve the motion"));
+            }
             Err(error) => return Err(format!("{name}: {error}; {text}")),
         }
     }
