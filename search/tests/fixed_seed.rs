@@ -43,6 +43,7 @@ const CASES: [(&str, u64); 45] = [
     ("closed-tori", 5),
     ("closed-run-ups", 10),
     ("closed-wound-chains", 4),
+    ("settled-flights", 10),
     ("reference-of-ensembles", 5),
     ("reference-of-processes", 5),
     ("reference-of-tables", 5),

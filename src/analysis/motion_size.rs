@@ -31,6 +31,8 @@ pub(crate) struct MotionSize {
     /// memory for the next ones.
     kept: Vec<Kept>,
     used: usize,
+    /// Pieces and length of the last step.
+    ended: (Vec<Piece>, f64),
     /// First and last time.
     first: f64,
     last: f64,
@@ -84,6 +86,7 @@ impl MotionSize {
             rebounded: false,
             kept: Vec::new(),
             used: 0,
+            ended: (Vec::new(), 0.0),
             first: f64::INFINITY,
             last: f64::NEG_INFINITY,
         }
@@ -137,6 +140,9 @@ impl MotionSize {
     /// some piece. A longer step with the same pieces takes its place. `t`, `q`, `v`: end of the step;
     /// `step`: its length, or that of its parts; `pieces`: empty for a model without contacts.
     pub(crate) fn keep(&mut self, pieces: &[Piece], step: f64, t: f64, q: &[f64], v: &[f64]) {
+        self.ended.0.clear();
+        self.ended.0.extend(pieces);
+        self.ended.1 = step;
         let used = &mut self.kept[..self.used];
         let index = match used.iter().position(|kept| kept.pieces == pieces) {
             Some(same) if used[same].step >= step => return,
@@ -163,18 +169,19 @@ impl MotionSize {
         kept.state.v.copy_from_slice(v);
     }
 
-    /// Adds the sizes at the ends of the kept steps, on their pieces, and at the `end` of the motion. Each
-    /// size is that of a step of its own length: steps on a hard flank are far shorter than those in the gap.
-    /// `last`: length of the step to the end.
-    pub(crate) fn weigh_kept(&mut self, model: &dyn Model, end: &State, last: f64) {
+    /// Adds the sizes at the ends of the kept steps and at the `end` of the motion, each on the pieces of its
+    /// step and over the length of this step: steps on a hard flank are far shorter than those in the gap.
+    /// The last step may be cut short: the longest one on its pieces counts in its place.
+    pub(crate) fn weigh_kept(&mut self, model: &dyn Model, end: &State) {
         let (mut sizing, on_pieces) = (Sizing::new(model), model.offers().pieces);
-        let mut add = |pieces: Option<&[Piece]>, State { t, q, v }: &State, step: f64| {
+        let mut add = |pieces: &[Piece], State { t, q, v }: &State, step: f64| {
+            let pieces = (on_pieces && pieces.len() == model.contacts()).then_some(pieces);
             raise(&mut self.sizes, sizing.over(pieces, *t, q, v, [step, ADDED * step]));
         };
-        add(None, end, last);
-        for Kept { pieces, step, state } in &self.kept[..self.used] {
-            add((on_pieces && pieces.len() == model.contacts()).then_some(pieces), state, *step);
-        }
+        let (kept, (pieces, last)) = (&self.kept[..self.used], &self.ended);
+        let same = kept.iter().find(|kept| !pieces.is_empty() && kept.pieces == *pieces);
+        add(pieces, end, same.map_or(*last, |kept| kept.step));
+        kept.iter().for_each(|Kept { pieces, step, state }| add(pieces, state, *step));
     }
 
     /// y ← y - Σ_r r (rᵀ y), for coordinates and velocities: removes rigid motion.

@@ -33,7 +33,7 @@ use thiserror::Error;
 /// where these rounding errors are reached, and [`Steady::error`] says how far from the orbit. A decay whose
 /// changes rise and fall may end there, too: a motor with a gear pair ended at a change of 2e-8. Rounding
 /// errors are those of the last p periods, on the flanks that the motion touches and in steps as short as
-/// those that it takes there.
+/// those that it takes there. A change above 1e-3 is not a rounding error: the motion is then not resolved.
 ///
 /// The tolerance bounds this change, not the distance from the orbit: where a perturbation shrinks by the
 /// factor μ in one period of the orbit, the distance is change μ/(1 - μ), for example 99 changes at μ = 0.99.
@@ -133,11 +133,10 @@ impl Settle {
             // Halving the ranges each period removes the influence of transients.
             motion.fade();
             alone.begin(&last);
-            let (mut parts, mut lengths) = (0, [0.0; 2]);
+            let mut parts = 0;
             let mut watch = |step: &mut Step<'_>| {
                 let (from, to) = step.part(0);
                 parts += step.parts();
-                lengths = [lengths[1], to - from];
                 motion.see_step(step);
                 motion.keep(step.pieces().unwrap_or_default(), to - from, step.t1(), step.q1(), step.v1());
                 alone.see(step.v1());
@@ -157,8 +156,7 @@ impl Settle {
             }
             last = state;
             motion.steps = parts;
-            // The last step ends at the end of the period and may be short.
-            motion.weigh_kept(model, &last, lengths[0].max(lengths[1]));
+            motion.weigh_kept(model, &last);
             sizes.push(motion.sizes().to_vec());
             section.push(joined(&last));
             for p in 1..=self.max_period_multiple.min(k) {
@@ -179,7 +177,9 @@ impl Settle {
                     let history: Vec<f64> = (0..k / p).map(change).collect();
                     let (change, contraction) = (history[0], contraction(&history));
                     let envelope = envelope(&history, contraction);
-                    if change <= self.tolerance || !shrinks(&history) || k == self.max_periods {
+                    let is_resolved = change <= self.tolerance.max(RESOLVED);
+                    let is_last = !shrinks(&history) || k == self.max_periods;
+                    if change <= self.tolerance || is_resolved && is_last {
                         let distance = Some(distance(envelope, contraction)).filter(|d| d.is_finite());
                         let distance = distance.unwrap_or(change).max(self.tolerance);
                         if let Some((coordinate, gain)) =
@@ -222,6 +222,10 @@ impl Settle {
         check::scale("period of the model", period).map(drop)
     }
 }
+
+/// Largest difference of a repeated state that rounding errors explain, as a share of the ranges `[1]`. A
+/// motion whose rounding errors are larger is not resolved.
+const RESOLVED: f64 = 1e-3;
 
 /// Largest allowed value of `max_period_multiple`.
 const LONGEST: usize = 1 << 16;

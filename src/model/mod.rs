@@ -13,6 +13,7 @@ pub(crate) mod expansion;
 pub(crate) mod formula;
 pub(crate) mod jacobian;
 pub(crate) mod laws;
+pub(crate) mod period;
 pub(crate) mod reference;
 pub(crate) mod shapes;
 pub(crate) mod state;

@@ -42,7 +42,9 @@ pub trait Integrator {
     /// the first of them only.
     #[doc(hidden)]
     fn runs<'r>(&'r self, model: &'r dyn Model) -> Box<Runs<'r>> {
-        Box::new(move |start, t_end, observer| self.run(model, start, t_end, observer))
+        Box::new(move |start, t_end, observer| {
+            self.run(model, start, t_end, observer)?.checked(model.dof(), t_end)
+        })
     }
 
     /// The state at `t_end`.
@@ -50,8 +52,8 @@ pub trait Integrator {
     /// # Errors
     /// [`IntegrateError`].
     fn end(&self, model: &dyn Model, start: &State, t_end: f64) -> Result<State, IntegrateError> {
-        self.run(model, start, t_end, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))
-            .map(|finish| finish.state)
+        let finish = self.run(model, start, t_end, &mut |_: &mut Step<'_>| ControlFlow::Continue(()))?;
+        Ok(finish.checked(model.dof(), t_end)?.state)
     }
 
     /// The start and the end of every accepted step.
@@ -142,7 +144,8 @@ pub(crate) fn sample<I: Integrator + ?Sized>(
             None => ControlFlow::Continue(()),
         }
     };
-    let run = integrator.run(model, start, last, &mut keep).and_then(|finish| {
+    let run = integrator.run(model, start, last, &mut keep);
+    let run = run.and_then(|finish| finish.checked(model.dof(), last)).and_then(|finish| {
         match meter.and_then(Meter::exhausted) {
             Some(exhausted) => Err(IntegrateError::Exhausted { t: finish.state.t, exhausted }),
             None => Ok(finish),

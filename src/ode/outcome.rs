@@ -1,6 +1,8 @@
 //! The result of a run: last state and counts of work.
 
+use crate::error::{ParameterError, check};
 use crate::model::State;
+use crate::ode::integrate_error::IntegrateError;
 
 /// The result of a run.
 ///
@@ -26,6 +28,31 @@ pub struct Finish {
     /// Counts of steps, evaluations and crossings.
     pub stats: Stats,
 }
+
+impl Finish {
+    /// The same result of a solver that may be one of one's own, for a run of a model with `dof` coordinates
+    /// to `t_end`.
+    ///
+    /// # Errors
+    /// A state that does not fit the model or is not finite; another end than `t_end`.
+    pub(crate) fn checked(self, dof: usize, t_end: f64) -> Result<Finish, IntegrateError> {
+        let State { t, q, v } = &self.state;
+        check::length("coordinates of the state in which the integrator ends", q.len(), dof)?;
+        check::length("velocities of the state in which the integrator ends", v.len(), dof)?;
+        if let Some(component) = q.iter().chain(v).position(|y| !y.is_finite()) {
+            return Err(IntegrateError::NotFinite { t: *t, component });
+        }
+        if !self.stopped && !((t - t_end).abs() <= LAST * t_end.abs()) {
+            let must = format!("be {t_end:?}, the end that was asked for");
+            let name = "time at which the integrator ends".into();
+            return Err(ParameterError::Wrong { name, value: *t, must }.into());
+        }
+        Ok(self)
+    }
+}
+
+/// Rounding of the time at which a run ends, as a share of it `[1]`.
+const LAST: f64 = 16.0 * f64::EPSILON;
 
 /// Counts of the work done in one run.
 ///

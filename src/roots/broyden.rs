@@ -103,6 +103,9 @@ impl Broyden {
 }
 
 impl RootFinder for Broyden {
+    fn is_of_crate(&self) -> bool {
+        true
+    }
     /// A given first Jacobian does not fit another number of equations. Their own one replaces it.
     fn resized(&self) -> Option<Arc<dyn RootFinder>> {
         match self.first {

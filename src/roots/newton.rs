@@ -64,6 +64,9 @@ impl Newton {
 }
 
 impl RootFinder for Newton {
+    fn is_of_crate(&self) -> bool {
+        true
+    }
     fn solve(&self, equations: &mut dyn Residual, guess: &[f64]) -> Result<Root, RootError> {
         check::share("tolerance", self.tolerance)?;
         let mut at = Iterate::start(equations, guess)?;

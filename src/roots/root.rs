@@ -132,6 +132,9 @@ impl Root {
     }
 
     /// Makes `x` the next iterate. Writes its residual to `r`.
+    ///
+    /// # Panics
+    /// If `x` has another length than the guess, or `r` than the equations.
     pub fn step_to(&mut self, equations: &mut dyn Residual, x: &[f64], r: &mut [f64]) {
         equations.residual(x, r);
         self.evaluations += 1;

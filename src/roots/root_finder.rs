@@ -1,5 +1,7 @@
 //! Methods that find roots.
 
+use crate::error::check;
+use crate::numeric::norms::largest;
 use crate::roots::residual::Residual;
 use crate::roots::root::{Root, RootError};
 use std::fmt::Debug;
@@ -38,13 +40,50 @@ pub trait RootFinder: Debug + Send + Sync {
     /// A residual that is NaN must end the search: the equations of a balance return NaN once its
     /// [`Budget`](crate::Budget) is spent.
     ///
+    /// The result of a method of one's own is checked: a balance refuses a root with another number of
+    /// unknowns, with a residual that is not finite, and one that a Newton correction moves by more than 1e-6
+    /// of the peak-to-peak value.
+    ///
     /// # Errors
     /// [`RootError`]; [`RootError::last`] returns the last iterate.
     fn solve(&self, equations: &mut dyn Residual, guess: &[f64]) -> Result<Root, RootError>;
+
+    #[doc(hidden)]
+    /// Whether what the method returns has been found to its tolerance. The crate knows it of its own methods
+    /// only.
+    fn is_of_crate(&self) -> bool {
+        false
+    }
 
     /// Returns the same method for another number of equations, or `None` if this one fits any number.
     /// Default: `None`.
     fn resized(&self) -> Option<Arc<dyn RootFinder>> {
         None
+    }
+}
+
+/// What a method of one's own has found, with the residual at its unknowns.
+///
+/// # Errors
+/// Those of the method; another number of unknowns; a residual that is not finite.
+pub(crate) fn confirmed(
+    equations: &mut dyn Residual,
+    found: Result<Root, RootError>,
+) -> Result<Root, RootError> {
+    let fits = |root: &Root| check::length("unknowns of the root finder", root.x.len(), equations.size());
+    let mut root = match found {
+        Ok(root) => root,
+        Err(error) => {
+            error.last().map_or(Ok(()), fits)?;
+            return Err(error);
+        }
+    };
+    fits(&root)?;
+    let mut r = vec![0.0; equations.size()];
+    equations.residual(&root.x, &mut r);
+    root.residual = largest(&r);
+    match r.iter().position(|r| !r.is_finite()) {
+        Some(equation) => Err(RootError::NotFinite { equation, last: Box::new(root) }),
+        None => Ok(root),
     }
 }

@@ -237,3 +237,19 @@ fn an_unconnected_body_that_accelerates_is_refused() {
     assert!((gain - TAU).abs() < 1e-9);
     assert!((beside(0.0).unwrap().at(0.0).q[0] + 0.25).abs() < 1e-9);
 }
+
+/// Another period than that of the forces is refused, also if it is off by a thousandth.
+#[test]
+fn a_wrong_period_is_refused() {
+    use gear_dynamics::model::from_fn;
+    let forced = |period: f64| {
+        let model = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 0.1 * v[0] - q[0]).unwrap();
+        Balance::new(Harmonics::up_to(10)).solve(&model.with_period(period).unwrap(), None)
+    };
+    for period in [3.0, 0.5 * std::f64::consts::PI, 3.13, 180.0] {
+        let error = forced(period).unwrap_err().to_string();
+        assert!(error.starts_with("period of the model is "), "{period}: {error}");
+    }
+    // Two periods are a period, too.
+    assert!(forced(TAU).is_ok());
+}

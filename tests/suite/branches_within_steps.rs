@@ -323,3 +323,27 @@ fn a_symmetric_orbit_of_another_model_breaks_no_symmetry() -> Result<()> {
     }
     Ok(())
 }
+
+/// A window of stability between two doublings, in one step, whose ends lie close to both: the product of the multipliers and 1
+/// is -0.006 before, 0.003 inside and -0.007 behind it.
+#[test]
+fn a_window_of_stability_within_a_step_is_found() -> Result<()> {
+    let (stiffness, error) = ([-0.299_491_025, 0.026_427_227], [0.002_090_09, -0.256_927_987]);
+    let pair = SpurPair::of_numbers(0.019_991_792, 0.561_239_139, &stiffness, &error)?;
+    let train = pair.parts()?.build("driver", 0.5)?;
+    let steady = Settle::new().tolerance(1e-8).run(&Dop853::new(), &train, None)?;
+    let family = Family::over(&train, ["speed"])?;
+    let doublings = |continuation: Continuation| -> Result<Vec<f64>> {
+        let branch = continuation.max_points(40).run(&family, &steady.state)?;
+        let at = branch.of_kind(PointKind::PeriodDoubling);
+        Ok(at.iter().map(|point| point.parameter).take_while(|p| *p < 0.64).collect())
+    };
+    let long = doublings(Continuation::new(0.5, 2.4))?;
+    let short = doublings(Continuation::new(0.5, 0.64))?;
+    assert_eq!((long.len(), short.len()), (3, 3), "{long:?} {short:?}");
+    for (long, short) in long.iter().zip(&short) {
+        assert!((long - short).abs() < 1e-9, "{long} {short}");
+    }
+    assert!((long[1] - 0.586_134).abs() < 1e-5 && (long[2] - 0.613_851).abs() < 1e-5, "{long:?}");
+    Ok(())
+}

@@ -2,6 +2,8 @@
 //! out.
 
 use crate::api::*;
+use gear_dynamics::models::Oscillator;
+use gear_dynamics::trains::SpurPair;
 use std::f64::consts::TAU;
 
 fn one_point() -> Sweep {
@@ -346,6 +348,51 @@ fn a_flank_that_the_transient_touches_does_not_settle_a_motion() {
             assert!(apart < 1e-7, "{lower} {v}: {apart:e} after {periods} periods");
         }
     }
+}
+
+/// Flights far longer than the steps on a hard flank, and periods far longer than those of the contact: the rounding errors of
+/// a step on the flank do not act over the length of a flight. What settles repeats, by another solver.
+#[test]
+fn long_flights_and_hard_flanks_do_not_settle_a_motion() {
+    let (mut settled, mut refused) = (0, 0);
+    let mut check = |model: &dyn Periodic, start: &State, of: f64, what: &str| {
+        for solver in [&Dop853::new() as &dyn Integrator, &Taylor::new()] {
+            match Settle::new().max_periods(60).run(solver, model, start) {
+                Ok(steady) => {
+                    let period = steady.period_multiple as f64 * model.period();
+                    let again = Taylor::new().end(model, &steady.state, steady.state.t + period).unwrap();
+                    let apart = (again.q[0] - steady.state.q[0]).abs() / of;
+                    assert!(apart < 1e-5, "{what}: {apart:e} after {} periods", steady.periods);
+                    settled += 1;
+                }
+                Err(SettleError::Aperiodic { .. }) => refused += 1,
+                Err(error) => panic!("{what}: {error}"),
+            }
+        }
+    };
+    // A chaotic motion with impacts on flanks from hard to nearly rigid.
+    for stiffness in [3e5, 1e6, 1e7, 6e8] {
+        let given = [
+            ("speed", 1.3),
+            ("damping", 0.4),
+            ("mesh stiffness", stiffness),
+            ("mean force", -0.5),
+            ("force", 0.6),
+            ("half backlash", 1.0),
+        ];
+        let model = Oscillator::new(&given).unwrap();
+        check(&model, &State::new(0.0, &[-0.99], &[0.0]), 0.1, &format!("flank {stiffness:e}"));
+    }
+    // A slow transmission error that lifts a light load off its flank.
+    for (speed, share, zeta) in
+        [(0.1, 0.3, 0.1), (0.03, 0.1, 0.1), (0.01, 0.1, 0.1), (0.003, 0.3, 0.002), (0.001, 0.1, 0.02)]
+    {
+        let load = share * speed * speed * 0.3;
+        let pair = SpurPair::of_numbers(zeta * speed, load, &[0.2], &[0.3]).unwrap();
+        let train = pair.parts().unwrap().build("driver", speed).unwrap();
+        check(&train, &State::new(0.0, &[1.3], &[0.0]), 0.3, &format!("speed {speed}"));
+    }
+    assert!(settled >= 6 && refused >= 10, "{settled} {refused}");
 }
 
 /// q1'' = cos t - 4 q1 - 0.1 q1' settles. Beside it q0 is connected to nothing: it may turn at a constant mean speed, but

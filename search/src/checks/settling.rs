@@ -1,4 +1,4 @@
-//! Settling and shooting far from 0: linear chains that a large load winds up.
+//! Settling and shooting far from 0: linear chains that a large load winds up. Settling of long flights between hard flanks.
 
 use crate::draw::Draw;
 use crate::{Check, Outcome};
@@ -6,12 +6,16 @@ use gear_dynamics::model::from_fn;
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::nalgebra::{DMatrix, DVector};
 use gear_dynamics::num_complex::Complex64;
+use gear_dynamics::ode::IntegrateError;
+use gear_dynamics::trains::SpurPair;
 use gear_dynamics::{Dop853, Integrator, Periodic, Settle, Shooting, State, Taylor};
 use std::f64::consts::TAU;
 
-/// The check of this file.
-pub const CHECKS: [Check; 1] =
-    [Check { name: "closed-wound-chains", run: |draw| wound(draw).unwrap_or_else(Outcome::Fails) }];
+/// The checks of this file.
+pub const CHECKS: [Check; 2] = [
+    Check { name: "closed-wound-chains", run: |draw| wound(draw).unwrap_or_else(Outcome::Fails) },
+    Check { name: "settled-flights", run: |draw| flights(draw).unwrap_or_else(Outcome::Fails) },
+];
 
 fn told(error: impl std::fmt::Display) -> String {
     error.to_string()
@@ -168,6 +172,52 @@ fn wound(draw: &mut Draw) -> Result<Outcome, String> {
             }
         }
         Err(error) => draw.note(|| format!("shooting: {error}")),
+    }
+    Ok(Outcome::Agrees)
+}
+
+/// Long flights and hard flanks: what settles returns, by the other solver, after one more period of its orbit.
+fn flights(draw: &mut Draw) -> Result<Outcome, String> {
+    let (model, start, size): (Box<dyn Periodic>, f64, f64) = if draw.below(2) == 0 {
+        // A slow transmission error lifts a light load off its flank.
+        let (speed, error) = (draw.scale(3e-4, 0.3), draw.scale(0.3, 10.0));
+        let load = draw.within(0.1, 0.9) * error * speed * speed;
+        let zeta = speed * draw.scale(0.002, 0.3);
+        draw.note(|| format!("a slow pair: speed {speed:e}, error {error}, load {load:e}, zeta {zeta:e}"));
+        let pair = SpurPair::of_numbers(zeta, load, &[0.2], &[error]).map_err(told)?;
+        let train = pair.parts().map_err(told)?.build("driver", speed).map_err(told)?;
+        (Box::new(train), 1.0 + error, error)
+    } else {
+        let given = [
+            ("speed", draw.scale(0.3, 3.0)),
+            ("damping", draw.scale(0.03, 1.0)),
+            ("mesh stiffness", draw.scale(1.0, 1e9)),
+            ("mean force", draw.within(-1.0, 1.0)),
+            ("force", draw.within(0.1, 1.0)),
+            ("half backlash", draw.scale(0.01, 10.0)),
+        ];
+        draw.note(|| format!("{given:?}"));
+        let model = Oscillator::new(&given).map_err(told)?;
+        let range = (2.0 * given[5].1).min(given[4].1 / given[0].1.powi(2));
+        (Box::new(model), given[5].1 * given[3].1.signum(), range)
+    };
+    let start = State::new(0.0, &[start], &[0.0]);
+    let (taylor, dop853) = (Taylor::new(), Dop853::new().rtol(1e-9).atol(1e-11 * size));
+    for (solver, other) in [(&dop853 as &dyn Integrator, &taylor as &dyn Integrator), (&taylor, &dop853)] {
+        let Ok(steady) = Settle::new().max_periods(100).run(solver, &model, &start) else { continue };
+        let end = steady.state.t + steady.period_multiple as f64 * model.period();
+        let again = match other.end(&model, &steady.state, end) {
+            Err(IntegrateError::BelowRounding { .. }) => continue,
+            again => again.map_err(told)?,
+        };
+        let apart = (again.q[0] - steady.state.q[0]).abs() / size;
+        draw.note(|| format!("{} periods, change {:e}, again {apart:e}", steady.periods, steady.change));
+        if apart.is_nan() || apart > 1e-4 + 10.0 * steady.change {
+            return Err(format!(
+                "{apart:e} apart after {} periods, {:e} stated",
+                steady.periods, steady.change
+            ));
+        }
     }
     Ok(Outcome::Agrees)
 }

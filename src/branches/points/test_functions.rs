@@ -53,6 +53,11 @@ pub(crate) fn above(multipliers: &Multipliers) -> usize {
     real(multipliers).filter(|m| *m > 1.0).count()
 }
 
+/// The least distance of a real multiplier from -1; infinite without real multipliers.
+pub(crate) fn nearest_to_doubling(multipliers: &Multipliers) -> f64 {
+    real(multipliers).map(|m| (1.0 + m).abs()).fold(f64::INFINITY, f64::min)
+}
+
 /// 1 + μ of the real multiplier number `k`, in rising order.
 pub(crate) fn from_below(multipliers: &Multipliers, k: usize) -> Option<f64> {
     let mut all: Vec<f64> = real(multipliers).collect();

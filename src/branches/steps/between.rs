@@ -14,6 +14,7 @@ use crate::branches::steps::grazings::{Grazings, SAME_TIME};
 use crate::branches::steps::node::Node;
 use crate::branches::steps::of_orbits::{LocatedPoints, SEPARATE};
 use crate::branches::steps::place::Place;
+use crate::branches::steps::place::is_near_doubling;
 use crate::branches::steps::stepper::Stepper;
 use crate::branches::steps::within::Within;
 use crate::model::State;
@@ -80,6 +81,9 @@ impl<C: OrbitMethod> Stepper<'_, C> {
                 let dips = dips([before, &self.last.values, &reached.values], [*length, step]);
                 within.search_dips(&dips, &places[0], &places[1])?;
                 within.search_turned(&dips, &places[0], &places[1])?;
+                if within.found.is_empty() && places.iter().all(is_near_doubling) {
+                    within.search_middle(&places[0], &places[1])?;
+                }
             }
             None if grazed.is_empty() && within.found.is_empty() => {
                 within.search_middle(&places[0], &places[1])?;

@@ -5,7 +5,7 @@ use crate::branches::curve::engine::Engine;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::{Change, VERTICAL};
-use crate::branches::points::test_functions::{doubling, from_above, from_below, torus};
+use crate::branches::points::test_functions::{doubling, from_above, from_below, nearest_to_doubling, torus};
 use crate::numeric::search::parabola::may_dip;
 use crate::periodic::Multipliers;
 
@@ -17,6 +17,14 @@ pub(crate) struct Place<S> {
     pub(crate) multipliers: Option<Multipliers>,
     /// Whether a contact grazes an edge.
     pub(crate) grazes: bool,
+}
+
+/// A real multiplier this close to -1 at both ends of a step may have passed it twice within the step `[1]`.
+const NEAR_DOUBLING: f64 = 0.1;
+
+/// Whether a real multiplier at a place lies near -1.
+pub(crate) fn is_near_doubling<S>(place: &Place<S>) -> bool {
+    place.multipliers.as_ref().is_some_and(|m| nearest_to_doubling(m) < NEAR_DOUBLING)
 }
 
 /// The bifurcations whose tests may change their sign twice between the places k and k + 1, which lie at

@@ -3,16 +3,18 @@
 use crate::contact::Piece;
 use crate::linear::static_state;
 use crate::model::Periodic;
+use crate::model::period::check_period;
 use crate::ode::budget::Meter;
 use crate::periodic::balance::admission::admit_on_pieces;
 use crate::periodic::balance::balance_error::BalanceError;
 use crate::periodic::balance::equations::balance_equations::BalanceEquations;
 use crate::periodic::balance::equations::resonance::Resonance;
 use crate::periodic::balance::fourier_orbit::FourierOrbit;
-use crate::periodic::balance::quality::coarseness::MORE;
+use crate::periodic::balance::quality::coarseness::{COARSE, MORE, correction};
 use crate::periodic::balance::quality::notes::notes;
 use crate::periodic::balance::settings::Balance;
 use crate::periodic::metered::{Metered, RootFailure};
+use crate::roots::root_finder::confirmed;
 use crate::roots::{FirstJacobian, Newton, Residual, Root, RootError, RootFinder};
 
 impl Balance {
@@ -133,9 +135,20 @@ impl Balance {
         if let Some(contact) = equations.floating_contact(&x) {
             return Err(BalanceError::StartInGap { contact });
         }
+        check_period(model, &guess.at(0.0))?;
         let mut metered = Metered { equations: &mut equations, meter };
-        let root = self.root_finder.solve(&mut metered, &x);
+        let mut root = self.root_finder.solve(&mut metered, &x);
+        if !self.root_finder.is_of_crate() {
+            root = confirmed(&mut metered, root);
+        }
         let mut orbit = self.finish(&mut equations, &x, root, meter, None)?;
+        if !self.root_finder.is_of_crate() {
+            let moved = correction(self.set_up(model, guess, 1, meter)?, &orbit);
+            if moved.is_nan() || moved > COARSE {
+                let residuals = vec![orbit.residual];
+                return Err(BalanceError::NotConverged { last: Box::new(orbit), residuals });
+            }
+        }
         if let Some((coordinate, gain)) = equations.accelerating(&orbit) {
             return Err(BalanceError::Accelerates { coordinate, gain, last: Box::new(orbit) });
         }

@@ -93,7 +93,8 @@ impl OwnIntegrator {
     pub(crate) fn new(integrator: impl Integrator + Send + Sync + 'static) -> Self {
         OwnIntegrator(Arc::new(
             move |model: &dyn Model, start: &State, t_end: f64, observer: &mut dyn Observer| {
-                integrator.run(model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))
+                let run = integrator.run(model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step));
+                run?.checked(model.dof(), t_end)
             },
         ))
     }

@@ -82,8 +82,8 @@ pub enum ShootingError {
     /// freely in its gap.
     #[error(
         "the shooting equations are singular; component {component} of (coordinates, velocities) is \
-         determined least: the orbit is at a fold or a branch point, or nothing restores this component, as the \
-         coordinate whose velocity is a state of first order"
+         determined least: the orbit is at a fold or a branch point, or nothing restores this component, as teeth \
+         without a load in their gap or a coordinate whose velocity is a state of first order"
     )]
     Singular {
         /// The component that the equations determine least, from 0.

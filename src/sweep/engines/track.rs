@@ -295,12 +295,12 @@ impl Track {
             let mut motion = MotionSize::new(n, rigid);
             let mut probe = Probe::new(model);
             let step = model.period() / self.steps as f64;
-            for (q, v) in self.states().map(|state| state.split_at(n)) {
+            for (q, v) in self.states().map(|state| state.split_at(n)).chain([(q, v)]) {
                 let contacts = probe.read_contacts(0.0, Side::After, q, v);
                 let pieces: Vec<Piece> = contacts.iter().map(Contact::piece).collect();
                 motion.keep(&pieces, step, 0.0, q, v);
             }
-            motion.weigh_kept(model, &State::new(0.0, q, v), step);
+            motion.weigh_kept(model, &State::new(0.0, q, v));
             relative = Some(motion);
         });
         let Some(mut relative) = relative else { return found };

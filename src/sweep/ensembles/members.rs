@@ -265,7 +265,7 @@ impl<'w> Ensemble<'w> {
             if self.watch.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let end = self.times[self.times.len() - 1];
-        let finish = solver.run(model, start, end, &mut observe)?;
+        let finish = solver.run(model, start, end, &mut observe)?.checked(model.dof(), end)?;
         if finish.stopped {
             return Ok(None);
         }

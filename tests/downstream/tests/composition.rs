@@ -13,13 +13,17 @@ use gear_dynamics::excitation::{Fourier, RectangularWave, Scaled, Side};
 use gear_dynamics::model::{Drives, Offers, from_fn};
 use gear_dynamics::models::Oscillator;
 use gear_dynamics::models::ring::{Frame, RingParams, RingSet};
-use gear_dynamics::ode::{Adaptive, IntegrateError, OneStep, Probe, Rodas, Slope, Stepped};
+use gear_dynamics::ode::{
+    Adaptive, Finish, IntegrateError, Observer, OneStep, Probe, Rodas, Slope, Step, Stepped,
+};
 use gear_dynamics::periodic::{BalanceError, FlowMethod, FourierOrbit, Stability};
 use gear_dynamics::processes::HeldProcess;
+use gear_dynamics::roots::{Residual, Root, RootError, RootFinder};
 use gear_dynamics::sweep::{
     Axis, ByPeriods, EnginePeriod, Ensemble, LaneRk4, Located, PeriodEngine, Point, PointError, Points,
     TableRk4,
 };
+use gear_dynamics::trains::SpurPair;
 use gear_dynamics::{
     Backlash, Balance, Budget, Dop853, Harmonics, Integrator, Lyapunov, Machine, Mesh, Model, ParameterError,
     Periodic, Rattle, RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
@@ -288,6 +292,106 @@ fn a_balance_takes_any_root_finder() {
     assert!(by_marquardt.residual() < 1e-8, "{}", by_marquardt.residual());
     let spent = balance.root_finder(Marquardt { tolerance: 1e-10 }).budget(Budget::new().steps(1));
     assert!(matches!(spent.solve(&pair, None), Err(BalanceError::Exhausted { .. })));
+}
+
+/// What a root finder returns is checked: the guess as a root, NaN, too few and too many unknowns.
+#[test]
+fn what_is_not_a_root_is_refused() {
+    #[derive(Clone, Copy, Debug)]
+    enum Careless {
+        Guess,
+        NotANumber,
+        Short,
+        Long,
+        ShortError,
+    }
+    impl RootFinder for Careless {
+        fn solve(&self, equations: &mut dyn Residual, guess: &[f64]) -> Result<Root, RootError> {
+            let mut r = vec![0.0; equations.size()];
+            let mut root = Root::start(equations, guess, &mut r)?;
+            match self {
+                Careless::Guess => root.residual = 0.0,
+                Careless::NotANumber => root.x.fill(f64::NAN),
+                Careless::Short => root.x.clear(),
+                Careless::Long => root.x.push(7.0),
+                Careless::ShortError => {
+                    root.x.clear();
+                    return Err(RootError::NotConverged { last: Box::new(root) });
+                }
+            }
+            Ok(root)
+        }
+    }
+    let pair = SpurPair::of_numbers(0.05, 0.1, &[0.2], &[0.05]).unwrap();
+    let pair = pair.parts().unwrap().build("driver", 1.1).unwrap();
+    let by = |finder: Careless| {
+        let error = Balance::new(Harmonics::up_to(40)).root_finder(finder).solve(&pair, None).unwrap_err();
+        format!("{error:?} {error}")
+    };
+    assert!(by(Careless::Guess).starts_with("NotConverged"), "{}", by(Careless::Guess));
+    assert!(by(Careless::NotANumber).starts_with("NotFinite"), "{}", by(Careless::NotANumber));
+    for finder in [Careless::Short, Careless::Long, Careless::ShortError] {
+        assert!(by(finder).contains("unknowns of the root finder"), "{}", by(finder));
+    }
+}
+
+/// A run that ends elsewhere, or in a state that is none of the model, is refused by all that call a solver.
+#[test]
+fn runs_that_end_elsewhere_are_refused() {
+    /// Steps of 0.3, the last one too; or an end without coordinates, with too many, or with NaN.
+    #[derive(Clone, Copy, Debug)]
+    enum Careless {
+        Beyond,
+        Early,
+        Empty,
+        Long,
+        NotANumber,
+    }
+    impl Integrator for Careless {
+        fn run(
+            &self,
+            model: &dyn Model,
+            start: &State,
+            t_end: f64,
+            observer: &mut dyn Observer,
+        ) -> Result<Finish, IntegrateError> {
+            let span = t_end - start.t;
+            let t_end = match self {
+                Careless::Beyond => start.t + 0.3 * (span / 0.3).ceil(),
+                Careless::Early => start.t + 0.5 * span,
+                _ => t_end,
+            };
+            let mut finish =
+                Dop853::new().run(model, start, t_end, &mut |step: &mut Step<'_>| observer.step(step))?;
+            match self {
+                Careless::Empty => (finish.state.q, finish.state.v) = (Vec::new(), Vec::new()),
+                Careless::Long => finish.state.q.push(0.0),
+                Careless::NotANumber => finish.state.v[0] = f64::NAN,
+                Careless::Beyond | Careless::Early => {}
+            }
+            Ok(finish)
+        }
+    }
+    let model = from_fn(1, |t, q, v, a| a[0] = (2.0 * t).cos() - 0.1 * v[0] - q[0]).unwrap();
+    let model = model.with_period(std::f64::consts::PI).unwrap();
+    let rest = State::at_rest(1);
+    for solver in [Careless::Beyond, Careless::Early, Careless::Empty, Careless::Long, Careless::NotANumber] {
+        let errors = [
+            solver.end(&model, &rest, 1.0).unwrap_err().to_string(),
+            solver.sample(&model, &rest, &[0.5, 1.0]).unwrap_err().to_string(),
+            Settle::new().run(&solver, &model, &rest).unwrap_err().to_string(),
+            Shooting::new().integrator(solver).solve(&model, &rest).unwrap_err().to_string(),
+            Lyapunov::new().integrator(solver).run(&model, &rest).unwrap_err().to_string(),
+        ];
+        let says = match solver {
+            Careless::Beyond | Careless::Early => "time at which the integrator ends is ",
+            Careless::Empty | Careless::Long => "coordinates of the state in which the integrator ends",
+            Careless::NotANumber => "of (coordinates, velocities) exceeds 1e100, or its derivative",
+        };
+        for error in errors {
+            assert!(error.contains(says), "{solver:?}: {error}");
+        }
+    }
 }
 
 /// Orbits, branches and exponents by an integrator and by steps of this crate: the error falls with the order 2.
