@@ -42,7 +42,8 @@ impl Finish {
         if let Some(component) = q.iter().chain(v).position(|y| !y.is_finite()) {
             return Err(IntegrateError::NotFinite { t: *t, component });
         }
-        if !self.stopped && !((t - t_end).abs() <= LAST * t_end.abs()) {
+        let off = (t - t_end).abs();
+        if !self.stopped && (off.is_nan() || off > LAST * t_end.abs()) {
             let must = format!("be {t_end:?}, the end that was asked for");
             let name = "time at which the integrator ends".into();
             return Err(ParameterError::Wrong { name, value: *t, must }.into());
