@@ -89,6 +89,27 @@ impl Plain<'_> {
         (0..2 * n).map(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])).collect()
     }
 
+    /// Where a distance may reach an edge inside a step and leave it again, after the start of the step: the vertex of the
+    /// parabola through its start, middle and end, if this lies beyond the edge or near it. The first one.
+    fn dip(&self, states: [&[f64]; 3], t: f64, h: f64) -> Option<f64> {
+        let n = self.dof;
+        let times = [t + inside(t, h), t + 0.5 * h, t + h - inside(t, h)];
+        let at = |k: usize, i: usize| {
+            let [q, v] = [&states[k][..n], &states[k][n..]];
+            (self.distances)(&At { t: times[k], q, v }, i)
+        };
+        let vertex = |i: usize, edge: usize| {
+            let [a, b, c] = [0, 1, 2].map(|k| at(k, i)[edge]);
+            let (slope, bend) = (4.0 * b - 3.0 * a - c, 2.0 * (a + c) - 4.0 * b);
+            let (place, depth) = (-0.5 * slope / bend, 0.25 * slope * slope / bend);
+            // The parabola errs by a share of its depth.
+            let reaches = a * bend > 0.0 && (a - depth) * bend < 0.1 * depth.abs() * bend.abs();
+            (reaches && (0.0..1.0).contains(&place)).then_some(h * place)
+        };
+        let all = (0..self.contacts).flat_map(|i| [vertex(i, 0), vertex(i, 1)]);
+        all.flatten().reduce(f64::min)
+    }
+
     /// The motion from `y` (coordinates, then velocities) at `t` to `end` with steps of at most `h`. Returns the last
     /// state and the number of events of contacts; after 2 000 of them it ends early.
     pub fn run(
@@ -113,7 +134,16 @@ impl Plain<'_> {
                 self.is_outside(&At { t: t + s - inside(t, s), q: &y[..n], v: &y[n..] }, &zones)
             };
             let (mut s, mut next) = (whole, self.step(t, &y, whole, &zones));
-            let meets = at_end(s, &next);
+            let mut meets = at_end(s, &next);
+            if !meets
+                && self.impact.is_some()
+                && let Some(dip) = self.dip([&y, &self.step(t, &y, 0.5 * whole, &zones), &next], t, whole)
+            {
+                let there = self.step(t, &y, dip, &zones);
+                if at_end(dip, &there) {
+                    (s, next, meets) = (dip, there, true);
+                }
+            }
             if meets {
                 let mut low = 0.0;
                 for _ in 0..60 {

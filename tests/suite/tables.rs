@@ -197,6 +197,60 @@ fn rooms_import_what_the_table_says_and_only_rooms_above_them() {
     assert_same("rooms", &listed, &imports.into_keys().collect());
 }
 
+/// Lines of code, public types and public functions of each room.
+fn amounts() -> BTreeMap<String, [usize; 3]> {
+    let mut amounts = BTreeMap::<String, [usize; 3]>::new();
+    for (module, code) in modules() {
+        let room = amounts.entry(module.split("::").next().unwrap().to_owned()).or_default();
+        for line in code.lines().map(str::trim).filter(|line| !line.is_empty()) {
+            room[0] += 1;
+            let mut words = line.split(' ').skip_while(|word| *word == "const");
+            if words.next() != Some("pub") {
+                continue;
+            }
+            match words.find(|word| *word != "const") {
+                Some("struct" | "enum" | "trait" | "type") => room[1] += 1,
+                Some("fn") => room[2] += 1,
+                _ => {}
+            }
+        }
+    }
+    amounts
+}
+
+/// A room holds no more than ARCHITECTURE.md allows, and not far less.
+#[test]
+fn rooms_hold_what_the_table_says() {
+    let text = text("ARCHITECTURE.md");
+    let (mut amounts, mut wrong) = (amounts(), Vec::new());
+    for row in table(&text, "| room | code | types | functions |") {
+        let room = quoted(row[0]).next().unwrap().trim_end_matches('/').trim_end_matches(".rs");
+        let Some(held) = amounts.remove(room) else {
+            wrong.push(format!("no room {room}"));
+            continue;
+        };
+        for ((most, held), what) in row[1..].iter().zip(held).zip(["lines of code", "types", "functions"]) {
+            let most: usize = most.parse().unwrap();
+            if held > most || 20 * (most - held) > most.max(20) {
+                wrong.push(format!("{room} holds {held} {what}; the table says {most}"));
+            }
+        }
+    }
+    wrong.extend(amounts.keys().map(|room| format!("the table lacks {room}")));
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The files that a recipe of CONTRIBUTING.md names exist.
+#[test]
+fn recipes_name_files_that_exist() {
+    let text = text("CONTRIBUTING.md");
+    let rows = table(&text, "| to add | files | tests | page |");
+    assert!(rows.len() >= 7);
+    let named = rows.iter().flat_map(|row| row[1..].iter()).flat_map(|cell| quoted(cell));
+    let missing: Vec<&str> = named.filter(|path| !root().join(path).exists()).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
 #[test]
 fn every_dependency_has_its_reason() {
     let (manifest, text) = (text("Cargo.toml"), text("ARCHITECTURE.md"));
