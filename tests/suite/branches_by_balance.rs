@@ -321,13 +321,20 @@ fn bilateral_branch() -> Branch<ShootingOrbit> {
 #[ignore = "minutes without optimisation: cargo test --release --test suite branches_by_balance -- --ignored"]
 fn bilateral_branch_by_shooting() {
     let branch = bilateral_branch();
-    // A multiplier passes 1 without a fold: the two arms come closer than the tolerance. The branch says so.
+    let doublings = branch.of_kind(PointKind::PeriodDoubling);
+    assert!((doublings[0].parameter - 163.5279).abs() < 1e-3);
+}
+
+/// A multiplier passes 1 without a fold: the two arms come closer than the tolerance. The branch is to say so; it lists a
+/// crossing at 161.853, which its tolerance does not tell from one.
+#[test]
+#[ignore = "open: fails, since arms closer than the tolerance are listed as a crossing"]
+fn open_arms_of_the_bilateral_branch() {
+    let branch = bilateral_branch();
     let note = branch.notes().iter().find(|note| note.what.contains("the determinant changed its sign"));
     let [low, high] = note.unwrap().parameters;
     assert!(161.8 < high && low < 161.9, "{low} .. {high}");
     assert!(branch.of_kind(PointKind::Branch).is_empty());
-    let doublings = branch.of_kind(PointKind::PeriodDoubling);
-    assert!((doublings[0].parameter - 163.5279).abs() < 1e-3);
 }
 
 /// The prototype also gives a fold at 154.88116 rad/s, but steps over the places where two arms come closer than

@@ -135,3 +135,17 @@ fn orbits_by_the_implicit_method() -> Result<()> {
     assert!((a - b).abs() < 1e-6, "{a} {b}");
     Ok(())
 }
+
+/// A coordinate without a force decays to nothing beside others that move: it does not spoil the differences of a formula.
+#[test]
+fn a_coordinate_that_decays_to_nothing() -> Result<()> {
+    for (square, damping) in [(1e4, 200.0), (1e2, 20.0), (1e8, 2e4), (1.0, 0.5)] {
+        let model = from_fn(2, |_, q, v, a| {
+            (a[0], a[1]) = (-q[0], -square * q[1] - damping * v[1]);
+        })?;
+        let end = if damping < 1.0 { 4000.0 } else { 100.0 };
+        let state = Rodas::new().end(&model, &State::new(0.0, &[1.0, 1.0], &[0.0, 0.0]), end)?;
+        assert!((state.q[0] - end.cos()).abs() < 1e-6 * end && state.q[1].abs() < 1e-15, "{state:?}");
+    }
+    Ok(())
+}

@@ -46,7 +46,7 @@ impl<C: Curve> Engine<C> {
         let whole = self.part(a, b, ds)?;
         let off = whole.off;
         if off > STRAIGHT * ds || !self.is_smooth(&whole, 0, HALVES)? {
-            return Err(CurveError::Turned { angle: off / ds, step: ds });
+            return Err(CurveError::Turned { angle: (off / ds).atan(), step: ds });
         }
         Ok(())
     }

@@ -114,6 +114,9 @@ impl Tableau for Rosenbrock4 {
     }
 }
 
+/// Least size of a component in differences.
+const SMALLEST: f64 = 1e-100;
+
 impl<V: Vector> Engine<'_, V> {
     /// Computes the Jacobian and ∂f/∂t at the start of the step and factorises the matrix of the stages.
     /// Slot 0 holds the derivative there.
@@ -130,7 +133,8 @@ impl<V: Vector> Engine<'_, V> {
             0.0 if a == 0.0 => atol[j] / self.rtol,
             0.0 if j < n => h * h * a,
             0.0 => h * a,
-            size => size,
+            // Differences over a coordinate that decays to 0 stay far above the smallest numbers.
+            size => size.max(SMALLEST),
         };
         let at = |node: usize| ends.nodes.at(node);
         let drives = [&ends.u_stage[..], at(0), at(1), at(2), at(3)];
