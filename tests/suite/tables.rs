@@ -240,6 +240,38 @@ fn rooms_hold_what_the_table_says() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// The public functions with type parameters, without those of lifetimes alone.
+fn generic_functions() -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for code in modules().values() {
+        for line in code.lines().map(str::trim) {
+            let Some(name) = line.strip_prefix("pub fn ").or_else(|| line.strip_prefix("pub const fn "))
+            else {
+                continue;
+            };
+            let Some((name, rest)) = name.split_once('<').filter(|(name, _)| !name.contains('(')) else {
+                continue;
+            };
+            let is_type = |parameter: &str| !parameter.trim().starts_with('\'');
+            if rest.split_once('>').is_some_and(|(list, _)| list.split(',').any(is_type)) {
+                found.insert(name.to_owned());
+            }
+        }
+    }
+    found
+}
+
+/// ARCHITECTURE.md says what each public function with type parameters compiles in the program of a user.
+#[test]
+fn generic_functions_are_listed() {
+    let text = text("ARCHITECTURE.md");
+    let rows = table(&text, "| functions | what a program compiles |");
+    let named = rows.iter().flat_map(|row| quoted(row[0])).map(|name| name.rsplit("::").next().unwrap());
+    let named: BTreeSet<String> = named.map(str::to_owned).collect();
+    let missing: Vec<String> = generic_functions().difference(&named).cloned().collect();
+    assert!(missing.is_empty(), "ARCHITECTURE.md does not list {missing:?}");
+}
+
 /// The files that a recipe of CONTRIBUTING.md names exist.
 #[test]
 fn recipes_name_files_that_exist() {
