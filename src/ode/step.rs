@@ -181,7 +181,7 @@ fn halves(y: &[f64]) -> (&[f64], &[f64]) {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an observer",
     note = "observers are closures `|step: &mut Step<'_>| ControlFlow`, pairs and triples of references such as \
-            `(&mut statistics, &mut rattle)`, and `Vec<&mut dyn Observer>`"
+            `(&mut statistics, &mut rattle)`, and arrays, slices and `Vec`s of `&mut dyn Observer`"
 )]
 pub trait Observer {
     /// Called after each accepted step, in order of time. `Break` stops the run.
@@ -210,15 +210,29 @@ impl<A: Observer + ?Sized, B: Observer + ?Sized, C: Observer + ?Sized> Observer 
     }
 }
 
-/// Any number of observers of one run.
-impl Observer for Vec<&mut dyn Observer> {
+/// Any number of observers of one run: all receive every step, and each can stop the run.
+impl<O: Observer + ?Sized> Observer for &mut [&mut O] {
     fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
         let mut flow = ControlFlow::Continue(());
-        for observer in self {
+        for observer in &mut **self {
             if observer.step(step).is_break() {
                 flow = ControlFlow::Break(());
             }
         }
         flow
+    }
+}
+
+/// Any number of observers of one run.
+impl<O: Observer + ?Sized, const N: usize> Observer for [&mut O; N] {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        (&mut self[..]).step(step)
+    }
+}
+
+/// Any number of observers of one run.
+impl<O: Observer + ?Sized> Observer for Vec<&mut O> {
+    fn step(&mut self, step: &mut Step<'_>) -> ControlFlow<()> {
+        (&mut self[..]).step(step)
     }
 }

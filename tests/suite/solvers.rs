@@ -257,7 +257,9 @@ fn trait_objects_of_solvers_models_and_observers() {
             }
         });
         let (mut a, mut b, mut c, mut d, mut e, mut f) = (a, b, c, d, e, f);
-        let mut list: Vec<&mut dyn Observer> = vec![&mut d, &mut e, &mut f];
+        let (mut one, mut two): ([&mut dyn Observer; 1], [&mut dyn Observer; 1]) = ([&mut d], [&mut e]);
+        let mut slice: &mut [&mut dyn Observer] = &mut two;
+        let mut list: Vec<&mut dyn Observer> = vec![&mut one, &mut slice, &mut f];
         let mut all = (&mut (&mut a, &mut b, &mut c), &mut list);
         let finish = solver.run(&**model, &start, 10.0, &mut all).unwrap();
         assert!(finish.stopped && counts == [4; 6], "{counts:?}");

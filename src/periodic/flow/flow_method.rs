@@ -76,6 +76,13 @@ impl serde::Serialize for Chosen {
 }
 
 impl Chosen {
+    /// The choice with another method. [`FlowMethod::Own`] keeps the integrator of one's own.
+    pub(crate) fn with(self, method: FlowMethod) -> Self {
+        match self {
+            Chosen::Own(own) if method == FlowMethod::Own => Chosen::Own(own),
+            _ => Chosen::Method(method),
+        }
+    }
     /// Whether the flow may be integrated by Taylor series.
     pub(crate) fn allows_series(&self) -> bool {
         !matches!(self, Chosen::Method(FlowMethod::Dop853) | Chosen::Own(_))

@@ -54,7 +54,7 @@ impl Variation {
     }
     /// The method. Default: Taylor series for a model that can be expanded, DOP853 for any other.
     pub fn flow_method(self, method: FlowMethod) -> Self {
-        Variation { method: Chosen::Method(method), ..self }
+        Variation { method: self.method.with(method), ..self }
     }
     /// Integrates the motion with its derivatives by an integrator of one's own, with its own steps and
     /// tolerances instead of `flow_tolerance`. The variational equations are a model for it. Where it reports

@@ -105,7 +105,7 @@ impl Shooting {
     /// The method of the integration. Default: Taylor series for a model that can be expanded, DOP853 for
     /// any other.
     pub fn flow_method(self, method: FlowMethod) -> Self {
-        Shooting { method: Chosen::Method(method), ..self }
+        Shooting { method: self.method.with(method), ..self }
     }
     /// Replaces the method: see [`Variation::integrator`](crate::periodic::Variation::integrator).
     pub fn integrator(self, integrator: impl Integrator + Send + Sync + 'static) -> Self {

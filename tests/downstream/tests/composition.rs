@@ -426,6 +426,8 @@ fn orbits_branches_and_exponents<I: Integrator + Clone + Debug + Send + Sync + '
     let by = |h: f64| {
         let orbit = shooting.clone().integrator(solver(h)).solve(&pair, &steady).unwrap();
         assert_eq!(orbit.flow_method(), FlowMethod::Own);
+        let again = shooting.clone().integrator(solver(h)).flow_method(FlowMethod::Own).solve(&pair, &steady);
+        assert_eq!(again.unwrap().states(), orbit.states());
         let [a, b] = [&orbit, &exact].map(|orbit| orbit.states()[0].clone());
         let state = (a.q[0] - b.q[0]).hypot(a.v[0] - b.v[0]);
         let multiplier = (orbit.multipliers().largest() - exact.multipliers().largest()).abs();
