@@ -70,7 +70,7 @@ pub trait Integrator {
             trajectory.push(step.t1(), step.y1());
             ControlFlow::Continue(())
         });
-        trajectory.or_failed(run)
+        trajectory.or_failed(run.and_then(|finish| finish.checked(model.dof(), t_end)))
     }
 
     /// The states at the given times. The times must not decrease, and none may lie before the start.

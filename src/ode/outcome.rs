@@ -30,11 +30,11 @@ pub struct Finish {
 }
 
 impl Finish {
-    /// The same result of a solver that may be one of one's own, for a run of a model with `dof` coordinates
-    /// to `t_end`.
+    /// Checks the end of a run, whose solver may be that of a user: the state has `dof` coordinates and is
+    /// finite, and the run ends at `t_end` unless the observer stopped it.
     ///
     /// # Errors
-    /// A state that does not fit the model or is not finite; another end than `t_end`.
+    /// [`IntegrateError`] if it does not.
     pub(crate) fn checked(self, dof: usize, t_end: f64) -> Result<Finish, IntegrateError> {
         let State { t, q, v } = &self.state;
         check::length("coordinates of the state in which the integrator ends", q.len(), dof)?;

@@ -72,14 +72,14 @@ impl Balance {
         let finer = self.clone().with_harmonics(self.harmonics().extended()).find(model, orbit, meter)?;
         // Truncated forces are compared with those of twice the samples.
         let pulsed = !self.truncated_forces && !pulses(model, orbit, self.harmonics(), meter).is_empty();
-        let better = match self.integrals {
+        let mut better = match self.integrals {
             _ if pulsed => self.clone().integrals(Integrals::Panels).set_up(model, orbit, 1, meter)?,
             Integrals::Sampled { .. } if model.contacts() > 0 && !self.truncated_forces => {
                 Balance::new(self.harmonics().clone()).set_up(model, orbit, 1, meter)?
             }
             _ => self.set_up(model, orbit, MORE, meter)?,
         };
-        let aliasing = correction(better, orbit);
+        let aliasing = correction(&mut better, orbit);
         let polished = Shooting::new().find_near(model, orbit, meter).ok();
         if let Some(exhausted) = meter.exhausted() {
             return Err(BalanceError::Exhausted { exhausted, last: Box::new(finer) });

@@ -49,8 +49,7 @@ pub trait RootFinder: Debug + Send + Sync {
     fn solve(&self, equations: &mut dyn Residual, guess: &[f64]) -> Result<Root, RootError>;
 
     #[doc(hidden)]
-    /// Whether what the method returns has been found to its tolerance. The crate knows it of its own methods
-    /// only.
+    /// Whether the method belongs to this crate. The roots of other methods are checked.
     fn is_of_crate(&self) -> bool {
         false
     }
@@ -62,10 +61,11 @@ pub trait RootFinder: Debug + Send + Sync {
     }
 }
 
-/// What a method of one's own has found, with the residual at its unknowns.
+/// Checks what the root finder of a user returns, and computes the residual of its root.
 ///
 /// # Errors
-/// Those of the method; another number of unknowns; a residual that is not finite.
+/// The errors of the root finder. A root with another number of unknowns, or with a residual that is not
+/// finite, is an error, too.
 pub(crate) fn confirmed(
     equations: &mut dyn Residual,
     found: Result<Root, RootError>,

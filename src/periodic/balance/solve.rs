@@ -137,13 +137,13 @@ impl Balance {
         }
         check_period(model, &guess.at(0.0))?;
         let mut metered = Metered { equations: &mut equations, meter };
-        let mut root = self.root_finder.solve(&mut metered, &x);
-        if !self.root_finder.is_of_crate() {
+        let (mut root, is_own) = (self.root_finder.solve(&mut metered, &x), !self.root_finder.is_of_crate());
+        if is_own {
             root = confirmed(&mut metered, root);
         }
         let mut orbit = self.finish(&mut equations, &x, root, meter, None)?;
-        if !self.root_finder.is_of_crate() {
-            let moved = correction(self.set_up(model, guess, 1, meter)?, &orbit);
+        if is_own {
+            let moved = correction(&mut equations, &orbit);
             if moved.is_nan() || moved > COARSE {
                 let residuals = vec![orbit.residual];
                 return Err(BalanceError::NotConverged { last: Box::new(orbit), residuals });

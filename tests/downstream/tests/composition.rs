@@ -379,6 +379,7 @@ fn runs_that_end_elsewhere_are_refused() {
         let errors = [
             solver.end(&model, &rest, 1.0).unwrap_err().to_string(),
             solver.sample(&model, &rest, &[0.5, 1.0]).unwrap_err().to_string(),
+            solver.trajectory(&model, &rest, 1.0).unwrap_err().to_string(),
             Settle::new().run(&solver, &model, &rest).unwrap_err().to_string(),
             Shooting::new().integrator(solver).solve(&model, &rest).unwrap_err().to_string(),
             Lyapunov::new().integrator(solver).run(&model, &rest).unwrap_err().to_string(),

@@ -127,7 +127,7 @@ fn between_samples(equations: &mut BalanceEquations<'_>, orbit: &FourierOrbit) -
 
 /// One Newton correction of an orbit by given equations, as a share of its peak-to-peak value; infinite if
 /// the equations are singular at the orbit.
-pub(crate) fn correction(mut equations: BalanceEquations<'_>, orbit: &FourierOrbit) -> f64 {
+pub(crate) fn correction(equations: &mut BalanceEquations<'_>, orbit: &FourierOrbit) -> f64 {
     let x = equations.unknowns(orbit);
     let (mut matrix, mut r) = (equations.matrix(), vec![0.0; x.len()]);
     equations.residual(&x, &mut r);

@@ -29,9 +29,9 @@ pub(crate) fn notes<'m>(
     }
     if equations.work.integration.plain_samples().is_some()
         && equations.grid.model.contacts() > 0
-        && let Ok(exact) = Balance::new(orbit.harmonics().clone()).equations(equations.grid.model, orbit)
+        && let Ok(mut exact) = Balance::new(orbit.harmonics().clone()).equations(equations.grid.model, orbit)
     {
-        let error = correction(exact, orbit);
+        let error = correction(&mut exact, orbit);
         if error > ALIASED {
             notes.push(BalanceNote::Aliased { samples: equations.grid.samples(), error });
         }
