@@ -1,7 +1,7 @@
 //! Trains with equal members, whose differences rest at 0 in relative coordinates, and symmetries that break.
 
 use crate::common::planets::ring_locked;
-use gear_dynamics::branches::{Continuation, Family, PointKind, Switch};
+use gear_dynamics::branches::{BranchEnd, BranchPoint, Continuation, Family, PointKind, Switch};
 use gear_dynamics::excitation::{Fourier, Side};
 use gear_dynamics::linear::static_state;
 use gear_dynamics::models::ring::RingSet;
@@ -277,4 +277,47 @@ fn a_symmetry_that_breaks_is_found_in_relative_coordinates() {
     let apart = last.orbit.states().iter().fold(0.0, |m: f64, state| m.max(state.q[planet].abs()));
     let along = last.orbit.states().iter().fold(0.0, |m: f64, state| m.max(state.q[0].abs()));
     assert!(apart > 1e-3 * along, "{apart:e} {along:e}");
+}
+
+/// On this branch one planet moves unlike the two others. It crosses the orbits with equal planets: their difference
+/// passes 0 there, and two multipliers of the equal planets pass 1 together.
+#[test]
+fn a_branch_of_unequal_planets_crosses_that_of_equal_ones() {
+    let waves =
+        [wave(142574008.47091365, 0.28027976307592856), wave(355892324.82503444, 0.24847584561306574)];
+    let members = ring_locked([36, 24, 84], [1e-3, 1e-3, 5e-2, 3e-2]);
+    let set = Planetary::new(3, 0.03, members, waves).unwrap();
+    let mut parts = set.damping(675.543257596351).half_backlash(7.435980225942522e-6).parts();
+    let torque = 8.992729466856607;
+    parts.torque("drive", "sun", torque).torque("load", "carrier", -torque * (1.0 + 84.0 / 36.0));
+    let speeds = [399.4075942320923, 2.0 * 399.4075942320923];
+    let train = parts.coordinates(Coordinates::Relative).build("sun", speeds[0]).unwrap();
+    let settle = Settle::new().tolerance(1e-8).max_periods(600);
+    let rest = State::at_rest(train.dof());
+    let steady = settle.run(&Dop853::new().rtol(1e-10).atol(1e-16), &train, &rest).unwrap();
+    let family = Family::over(&train, ["speed"]).unwrap();
+    let shooting = Shooting::new().period_multiple(steady.period_multiple);
+    let continuation = Continuation::new(speeds[0], speeds[1]).shooting(shooting);
+    let branch = continuation.run(&family, &steady.state).unwrap();
+    assert_eq!(branch.end(), &BranchEnd::Bound);
+    let near_one =
+        |point: &BranchPoint| point.multipliers.values().iter().filter(|m| (**m - 1.0).norm() < 1e-6).count();
+    let crossings: Vec<&BranchPoint> =
+        branch.of_kind(PointKind::Branch).into_iter().filter(|point| near_one(point) == 2).collect();
+    assert_eq!(crossings.len(), 1);
+    let crossing = crossings[0];
+    let state = &crossing.orbit.states()[0];
+    assert!(state.q[2..].iter().zip(&crossing.orbit.range()[..2]).all(|(q, r)| q.abs() < 1e-5 * r));
+
+    // The orbits with equal planets on both sides.
+    let outside = |by: f64| {
+        let mut guess = state.clone();
+        guess.q[2..].fill(0.0);
+        guess.v[2..].fill(0.0);
+        let train = train.with("speed", crossing.parameter * (1.0 + by)).unwrap();
+        let orbit = Shooting::new().solve(&train, &guess).unwrap();
+        assert!(orbit.states()[0].q[2..].iter().all(|q| q.abs() < 1e-9 * orbit.range()[0]));
+        orbit.multipliers().values().iter().filter(|m| m.norm() > 1.0).count()
+    };
+    assert_eq!(outside(-1e-6).abs_diff(outside(1e-6)), 2);
 }

@@ -78,37 +78,40 @@ struct Outside {
     below: usize,
 }
 
-/// What a point passes on to its neighbours: without the critical multipliers, which count as inside, then with them.
-fn outside(point: &BranchPoint) -> [Outside; 2] {
+/// What a point passes on to its neighbours: its critical multipliers count as inside or as outside. Those of a pair
+/// pass together; of several at 1 or -1 some may leave the circle and others enter it.
+fn outside(point: &BranchPoint) -> Vec<Outside> {
     let values = point.multipliers.values();
     let near = |to: &dyn Fn(&Complex64) -> f64, count: usize| {
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&i, &j| to(&values[i]).total_cmp(&to(&values[j])));
-        // Those of equal members pass together.
+        // Those of equal members pass at the same place.
         let together = order.iter().filter(|&&i| to(&values[i]) < 1e-6).count();
         order.truncate(count.max(together));
         order
     };
-    let critical = match point.kind() {
-        Some(PointKind::PeriodDoubling) => near(&|m| (m + 1.0).norm(), 1),
+    let (critical, at_once) = match point.kind() {
+        Some(PointKind::PeriodDoubling) => (near(&|m| (m + 1.0).norm(), 1), 1),
         Some(PointKind::NeimarkSacker) => {
-            near(&|m| if m.im == 0.0 { f64::INFINITY } else { (m.norm() - 1.0).abs() }, 2)
+            (near(&|m| if m.im == 0.0 { f64::INFINITY } else { (m.norm() - 1.0).abs() }, 2), 2)
         }
-        Some(PointKind::Grazing) | None => Vec::new(),
-        Some(_) => near(&|m| (m - 1.0).norm(), 1),
+        Some(PointKind::Grazing) | None => (Vec::new(), 1),
+        Some(_) => (near(&|m| (m - 1.0).norm(), 1), 1),
     };
-    [false, true].map(|with| {
-        let mut found = Outside { all: 0, above: 0, below: 0 };
-        for (i, m) in values.iter().enumerate() {
-            let counts = if critical.contains(&i) { with } else { m.norm() > 1.0 };
-            if counts {
-                found.all += 1;
-                found.above += usize::from(m.im == 0.0 && m.re > 0.0);
-                found.below += usize::from(m.im == 0.0 && m.re < 0.0);
-            }
-        }
-        found
-    })
+    let mut found = Outside { all: 0, above: 0, below: 0 };
+    let add = |found: &mut Outside, m: &Complex64| {
+        found.all += 1;
+        found.above += usize::from(m.im == 0.0 && m.re > 0.0);
+        found.below += usize::from(m.im == 0.0 && m.re < 0.0);
+    };
+    let others = values.iter().enumerate().filter(|(i, m)| !critical.contains(i) && m.norm() > 1.0);
+    others.for_each(|(_, m)| add(&mut found, m));
+    let mut all = vec![found];
+    for pass in critical.chunks(at_once) {
+        pass.iter().for_each(|&i| add(&mut found, &values[i]));
+        all.push(found);
+    }
+    all
 }
 
 /// Whether the orbits of two neighbouring points may have the same stability: two real multipliers outside may have
@@ -196,7 +199,7 @@ fn short_steps(draw: &mut Draw, drawn: Drawn) -> Outcome {
         [Err(error), _] | [_, Err(error)] => return Outcome::Fails(format!("{error}; {}", case.text)),
     };
     draw.note(|| format!("{coarse}\n{fine}"));
-    let mut missing = Vec::new();
+    let (mut missing, mut unresolved) = (Vec::new(), false);
     for [a, b] in [[&coarse, &fine], [&fine, &coarse]] {
         for (kind, point) in a.located() {
             let found = b.located().any(|(other, at)| {
@@ -207,7 +210,13 @@ fn short_steps(draw: &mut Draw, drawn: Drawn) -> Outcome {
                     [note.parameters[0].min(note.parameters[1]), note.parameters[0].max(note.parameters[1])];
                 (low..=high).contains(&point.parameter)
             });
-            if !found && !noted {
+            // A pair this close together brackets nothing that the other branch could be asked for.
+            let pair = a.located().filter(|(other, at)| {
+                other.kind() == kind.kind() && (at.parameter / point.parameter - 1.0).abs() < NEAR
+            });
+            if !found && !noted && pair.count() % 2 == 0 {
+                unresolved = true;
+            } else if !found && !noted {
                 let by = if std::ptr::eq(a, &coarse) { "long" } else { "short" };
                 missing.push(format!(
                     "{} at {:?} by {by} steps only {}",
@@ -218,7 +227,9 @@ fn short_steps(draw: &mut Draw, drawn: Drawn) -> Outcome {
             }
         }
     }
-    if missing.is_empty() {
+    if missing.is_empty() && unresolved {
+        Outcome::Skipped("a pair of points is closer than the check resolves")
+    } else if missing.is_empty() {
         ended(&fine, &case)
     } else {
         Outcome::Fails(format!("{}; {}", missing.join("; "), case.text))

@@ -18,8 +18,8 @@ pub(crate) struct Measured {
     pub(crate) ranges: Vec<f64>,
     /// Their units in the integration: the ranges, or larger units where rounding requires them.
     pub(crate) units: Vec<f64>,
-    /// Whether the orbit has each of its possible symmetries in time; empty where they are not compared.
-    pub(crate) symmetries: Vec<bool>,
+    /// How far the orbit is from each of its possible symmetries in time; empty where they are not compared.
+    pub(crate) symmetries: Vec<f64>,
 }
 
 /// The wanted channels; otherwise the first deflection, or the first coordinate of a model without contacts.

@@ -7,4 +7,5 @@ pub(crate) mod measured;
 pub(crate) mod orbit_method;
 pub(crate) mod sorted_extremes;
 pub(crate) mod symmetries;
+pub(crate) mod widths;
 pub(crate) mod without_stops;

@@ -19,6 +19,20 @@ pub(crate) struct Symmetries {
 /// Share of the unit of a velocity below which an orbit has a symmetry `[1]`.
 const SYMMETRIC: f64 = 1e-6;
 
+/// Ratio of the distances from a symmetry of an orbit without it and of one with it from which on a step
+/// between them has gained or lost it `[1]`. The distance of large motions falls slowly through
+/// [`SYMMETRIC`].
+const SUDDEN: f64 = 100.0;
+
+/// Whether one of two neighbouring orbits has a symmetry that the other one lacks, by their
+/// [distances](Symmetries::distances) from each.
+pub(crate) fn differ(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).any(|(a, b)| {
+        let (with, without) = (a.min(*b), a.max(*b));
+        with <= SYMMETRIC && without > SYMMETRIC && without > SUDDEN * with
+    })
+}
+
 /// Distances of the states that show whether a model has the symmetry of its orbit, as shares of the ranges
 /// of motion `[1]`.
 const ASIDE: [f64; 3] = [0.37, -0.71, 1.3];
@@ -57,14 +71,17 @@ impl Symmetries {
         Symmetries { places, first: Vec::with_capacity(dof), later, y: vec![0.0; 2 * dof] }
     }
 
-    /// Whether the orbit has each of the symmetries. `units`: units of coordinates and velocities.
-    pub(crate) fn kept(&self, units: &[f64]) -> Vec<bool> {
+    /// How far the orbit is from each of the symmetries, as a share of the unit of a velocity `[1]`. `units`:
+    /// units of coordinates and velocities.
+    pub(crate) fn distances(&self, units: &[f64]) -> Vec<f64> {
         let dof = self.y.len() / 2;
-        let kept = |((_, sign), later): (&(f64, f64), &Vec<f64>)| {
-            later.len() == dof
-                && (0..dof).all(|i| (sign * later[i] - self.first[i]).abs() <= SYMMETRIC * units[dof + i])
+        let distance = |((_, sign), later): (&(f64, f64), &Vec<f64>)| match later.len() == dof {
+            true => {
+                (0..dof).map(|i| (sign * later[i] - self.first[i]).abs() / units[dof + i]).fold(0.0, f64::max)
+            }
+            false => f64::INFINITY,
         };
-        self.places.iter().zip(&self.later).map(kept).collect()
+        self.places.iter().zip(&self.later).map(distance).collect()
     }
 }
 

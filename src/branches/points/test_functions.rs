@@ -88,6 +88,14 @@ pub(crate) fn together(multipliers: &Multipliers) -> [Option<(Change, f64)>; 2] 
     [branches, next(from_below, l).map(|distance| (Change::PeriodDoublings(l), distance))]
 }
 
+/// Distance of a multiplier from 1 within which it is 1 at a located crossing of branches `[1]`.
+const AT_ONE: f64 = 1e-6;
+
+/// Number of multipliers that are 1 at a located crossing of branches.
+pub(crate) fn at_one(multipliers: &Multipliers) -> usize {
+    multipliers.values().iter().filter(|m| (**m - 1.0).norm() < AT_ONE).count()
+}
+
 /// Number of multipliers outside the unit circle by more than rounding.
 pub(crate) fn outside(multipliers: &Multipliers) -> usize {
     multipliers.values().iter().filter(|m| m.norm() > 1.0 + CIRCLE_ROUNDING).count()

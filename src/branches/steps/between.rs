@@ -6,7 +6,7 @@ use crate::branches::curve::equations::{Curve, CurveError};
 use crate::branches::curve::locate::Between;
 use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
-use crate::branches::orbits::symmetries::reverses;
+use crate::branches::orbits::symmetries::{differ, reverses};
 use crate::branches::points::change::Change;
 use crate::branches::points::kind::{PointKind, SpecialPoint};
 use crate::branches::points::test_functions::{dips, misses_a_fold};
@@ -48,7 +48,7 @@ impl<C: OrbitMethod> Stepper<'_, C> {
         let mut grazings = Grazings::new(&mut self.engine, &between);
         grazings.search(before, &self.last.measured.trace, &reached.measured.trace, step)?;
         let Grazings { found: grazed, mut unexplained, .. } = grazings;
-        if self.last.measured.symmetries != reached.measured.symmetries {
+        if differ(&self.last.measured.symmetries, &reached.measured.symmetries) {
             unexplained.push("the orbit gained or lost a symmetry in time");
         }
         let is_long = step > SEPARATE * self.settings.max_step;

@@ -9,7 +9,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::orbits::orbit_method::OrbitMethod;
 use crate::branches::points::change::{Change, VERTICAL};
 use crate::branches::points::detect::{OUTSIDE, bifurcations};
-use crate::branches::points::test_functions::{above, below, is_torus, outside, together};
+use crate::branches::points::test_functions::{above, at_one, below, is_torus, outside, together};
 use crate::branches::steps::place::{Place, near_zero, test_of, turns_twice, value};
 use crate::periodic::Multipliers;
 
@@ -275,12 +275,18 @@ impl<'w, 'p, C: OrbitMethod> Within<'w, 'p, C> {
                     return Ok(Zero::Saddle);
                 }
                 let sigma = self.engine.distance(self.between.start(), &point);
-                // Two searches of one part may find one point.
-                let same = |(at, _, other): &(f64, _, Change)| {
-                    *other == change && (at - sigma).abs() < SAME_PLACE * self.between.length()
+                // Two searches of one part may find one point. Where one multiplier rises through 1 and
+                // another one falls, the determinant has a double zero.
+                let at_one = |point| self.engine.curve.multipliers(point).as_ref().map_or(0, at_one);
+                let nearer = match change {
+                    Change::NeimarkSacker | Change::PeriodDoubling => SAME_PLACE,
+                    Change::Branch if at_one(&point) > 1 => ASIDE,
+                    _ => 0.0,
                 };
-                let twice = matches!(change, Change::NeimarkSacker | Change::PeriodDoubling);
-                if !(twice && self.found.iter().any(same)) {
+                let same = |(at, _, other): &(f64, _, Change)| {
+                    *other == change && (at - sigma).abs() < nearer * self.between.length()
+                };
+                if !self.found.iter().any(same) {
                     self.found.push((sigma, point, change));
                 }
                 Ok(Zero::Point(sigma, turns))

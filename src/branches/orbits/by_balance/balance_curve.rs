@@ -5,6 +5,7 @@ use crate::branches::curve::point::CurvePoint;
 use crate::branches::family::Family;
 use crate::branches::orbits::by_balance::balance_slope::BalanceSlope;
 use crate::branches::orbits::by_balance::equations_over::{Any, At, EquationsOver};
+use crate::branches::orbits::widths::Widths;
 use crate::branches::stability_method::StabilityMethod;
 use crate::model::Channel;
 use crate::model::structure::rigid::rigid_modes;
@@ -37,6 +38,7 @@ pub(crate) struct BalanceCurve<'f> {
     modes: Vec<Vec<f64>>,
     /// Ranges of motion of the coordinates.
     pub(super) ranges: Vec<f64>,
+    pub(super) widths: Widths,
     /// Step of the differences with respect to a parameter without exact derivative.
     difference: f64,
     /// Whether the equations have a continuous derivative.
@@ -92,6 +94,7 @@ impl<'f> BalanceCurve<'f> {
         let sampled = matches!(integrals, Integrals::Sampled { .. });
         let has_contacts = equations.at(p, |_, at| at.model.contacts() > 0)?;
         let swing = |j: usize| orbit.peak_to_peak(j);
+        let ranges: Vec<f64> = (0..n).map(swing).chain(sizes(orbit)).collect();
         Ok(BalanceCurve {
             family,
             equations: RefCell::new(equations),
@@ -101,7 +104,8 @@ impl<'f> BalanceCurve<'f> {
             width,
             rigid,
             modes,
-            ranges: (0..n).map(swing).chain(sizes(orbit)).collect(),
+            widths: Widths::new(&ranges),
+            ranges,
             scales,
             difference: PARAMETER_STEP * unit.max(p.abs()),
             is_smooth: !(sampled && has_contacts),
@@ -222,7 +226,7 @@ impl Curve for BalanceCurve<'_> {
         let n = self.scales.len();
         let share = (n as f64).sqrt();
         let unit = |j: usize| {
-            let (range, scale) = (self.ranges[j], self.scales[j]);
+            let (range, scale) = (self.widths.units()[j], self.scales[j]);
             share * if range > AT_REST * scale { range / scale } else { 1.0 }
         };
         DVector::from_fn(n * self.width + self.rigid, |i, _| {

@@ -64,6 +64,7 @@ impl Orbits for BalanceCurve<'_> {
 
     fn accept(&mut self, _: &CurvePoint<Series>, measured: &Measured) {
         self.ranges.clone_from(&measured.ranges);
+        self.widths.accept(&measured.ranges);
     }
 }
 

@@ -39,6 +39,6 @@ pub(crate) fn measure(
     let summaries = names.iter().filter_map(|name| statistics.summary(name).ok()).collect();
     let rattle = rattle.contacts().iter().map(|contact| contact.rattle_state()).collect();
     let (ranges, units) = (motion.ranges(), motion.units(curve.flow_tolerance()));
-    let symmetries = symmetries.kept(&units);
+    let symmetries = symmetries.distances(&units);
     Ok(Measured { summaries, rattle, trace: tracer.trace, ranges, units, symmetries })
 }

@@ -39,6 +39,7 @@ impl Orbits for OrbitCurve<'_> {
     fn accept(&mut self, _: &CurvePoint<Passage>, measured: &Measured) {
         self.scale.clone_from(&measured.units);
         self.range.clone_from(&measured.ranges);
+        self.widths.accept(&measured.ranges);
     }
 
     fn clear_of(&self, impacts: &[f64]) -> Option<f64> {

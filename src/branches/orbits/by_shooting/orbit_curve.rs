@@ -2,6 +2,7 @@
 
 use crate::branches::curve::equations::{Curve, CurveError, Linear, PARAMETER_STEP};
 use crate::branches::family::Family;
+use crate::branches::orbits::widths::Widths;
 use crate::branches::stability_method::StabilityMethod;
 use crate::error::check;
 use crate::model::drive_slope::DriveSlope;
@@ -35,6 +36,7 @@ pub(crate) struct OrbitCurve<'f> {
     /// Units of coordinates and velocities, and their ranges of motion.
     pub(super) scale: Vec<f64>,
     pub(super) range: Vec<f64>,
+    pub(super) widths: Widths,
     /// Period of the first orbit.
     pub(super) period: f64,
     pub(super) modes: Vec<Vec<f64>>,
@@ -120,6 +122,7 @@ impl<'f> OrbitCurve<'f> {
             phases: orbit.states().iter().map(|state| state.t / period).collect(),
             scale: orbit.parts.scale.clone(),
             range: orbit.parts.range.clone(),
+            widths: Widths::new(&orbit.parts.range),
             period,
             modes,
             motions,
@@ -180,9 +183,10 @@ impl<'f> OrbitCurve<'f> {
 
     /// Size of each unknown.
     pub(crate) fn sizes(&self) -> DVector<f64> {
-        let (m, count) = (self.range.len(), self.phases.len());
+        let (widths, count) = (self.widths.units(), self.phases.len());
+        let m = widths.len();
         let k = 2 * self.modes.len();
-        let size = |i: usize| if i < m * count { self.range[i % m] } else { self.drift_size(i - m * count) };
+        let size = |i: usize| if i < m * count { widths[i % m] } else { self.drift_size(i - m * count) };
         DVector::from_fn(m * count + k, |i, _| size(i))
     }
     pub(crate) fn flow_tolerance(&self) -> f64 {
