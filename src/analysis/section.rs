@@ -65,6 +65,7 @@ const SECTIONS: usize = 40;
 /// assert!((section.states()[0].t - 1.5 * std::f64::consts::PI).abs() < 1e-8);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[must_use = "an observer records during a run"]
 pub struct Section<'m> {
     probe: Probe<'m>,
     channel: usize,

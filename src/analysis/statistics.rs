@@ -29,6 +29,7 @@ use std::ops::ControlFlow;
 /// assert!((q.rms - 0.5f64.sqrt()).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[must_use = "an observer records during a run"]
 pub struct Statistics<'m> {
     probe: Probe<'m>,
     chosen: Vec<usize>,

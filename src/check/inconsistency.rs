@@ -23,6 +23,7 @@ use crate::excitation::Side;
 /// assert!(text.starts_with("jacobian: row 0, column 0 (coordinates, then velocities) is 1"));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Inconsistency {
     /// A drive that is NaN, an acceleration that is NaN or infinite, or a contact with such a deflection,
     /// rate or force or with a NaN edge.

@@ -60,6 +60,7 @@ use std::ops::ControlFlow;
 /// assert!((hit.duration().ok_or("no end")? - std::f64::consts::FRAC_PI_2).abs() < 1e-8);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[must_use = "an observer records during a run"]
 pub struct Impacts<'m> {
     pieces: Pieces<'m>,
     impacts: Vec<Impact>,

@@ -114,6 +114,7 @@ impl ContactStatistics {
 /// assert_eq!(rattle.contacts()[0].rattle_state(), RattleState::None);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[must_use = "an observer records during a run"]
 pub struct Rattle<'m> {
     pieces: Pieces<'m>,
     contacts: Vec<ContactStatistics>,

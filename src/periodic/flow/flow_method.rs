@@ -165,11 +165,12 @@ impl Expansion {
         }
     }
 
-    /// The expansion of a model without its derivatives: by DOP853 if that is chosen or if there is no
-    /// series.
+    /// The expansion of a model without its derivatives: by what is chosen, by DOP853 if there is no series.
     pub(crate) fn of_motion(model: &dyn Model, chosen: &Chosen) -> Self {
-        if *chosen == Chosen::Method(FlowMethod::Dop853) {
-            return Expansion::Dop853;
+        match chosen {
+            Chosen::Method(FlowMethod::Dop853) => return Expansion::Dop853,
+            Chosen::Own(own) => return Expansion::Own(own.clone()),
+            _ => {}
         }
         Prepared::new(model)
             .map_or(Expansion::Dop853, |series| Expansion::Series(Box::new(RefCell::new(series))))

@@ -23,6 +23,7 @@ use std::ops::ControlFlow;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use = "an engine runs in a sweep"]
 pub struct Located<I>(pub I);
 
 impl<I: Integrator + Sync, M: Periodic> SweepEngine<M> for Located<I> {

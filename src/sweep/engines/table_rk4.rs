@@ -35,6 +35,7 @@ use std::collections::VecDeque;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "an engine runs in a sweep"]
 pub struct TableRk4 {
     steps: usize,
 }

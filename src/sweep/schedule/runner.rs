@@ -46,6 +46,7 @@ use std::sync::{Arc, Mutex};
 /// assert_eq!(runner().resume(part)?, whole);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[must_use = "nothing runs before `run`"]
 pub struct Runner<'a, M, E> {
     pub(crate) sweep: &'a Sweep,
     pub(crate) engine: &'a E,

@@ -29,6 +29,7 @@ use gear_dynamics::{
     Periodic, Rattle, RattleState, Ring, Rk4, Rk45, Settle, Shape, Shooting, State, Statistics, Sweep, Wave,
 };
 use std::fmt::Debug;
+use std::sync::{Arc, Mutex};
 
 fn knock(stiffness: f64) -> Machine<Knock> {
     let shape = Knock { stop: SoftStop { touch: 0.4, loss: 0.3 }, kick: Wave::new(Kick) };
@@ -458,6 +459,36 @@ fn orbits_branches_and_exponents<I: Integrator + Clone + Debug + Send + Sync + '
     let b = exponents.integrator(solver(0.002)).run(&pair, &steady).unwrap();
     assert_eq!(b.flow_method(), FlowMethod::Own);
     approx::assert_relative_eq!(a.values()[0], b.values()[0], max_relative = 1e-2);
+}
+
+/// An integrator that counts the time it is asked for.
+#[derive(Clone, Debug)]
+struct Counting(Rk4, Arc<Mutex<f64>>);
+
+impl Integrator for Counting {
+    fn run(
+        &self,
+        model: &dyn Model,
+        start: &State,
+        t_end: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Finish, IntegrateError> {
+        *self.1.lock().unwrap() += t_end - start.t;
+        self.0.run(model, start, t_end, observer)
+    }
+}
+
+/// A stiff model is left to its integrator from the first period on.
+#[test]
+fn exponents_settle_by_the_integrator_that_is_set() {
+    let (model, asked) = (knock(1.0), Arc::new(Mutex::new(0.0)));
+    let exponents = Lyapunov::new().align(5).measure(20).integrator(Counting(Rk4::new(0.01), asked.clone()));
+    let times = [0, 100].map(|settle| {
+        *asked.lock().unwrap() = 0.0;
+        exponents.clone().settle(settle).run(&model, &start()).unwrap();
+        *asked.lock().unwrap()
+    });
+    assert!(times[1] - times[0] > 99.0 * model.period(), "{times:?}");
 }
 
 /// The largest error of a solver over the knocking pair of this crate, and the number of its crossings.
