@@ -28,14 +28,21 @@ pub(crate) fn shrinks(changes: &[f64]) -> bool {
 
 /// The mean factor from one change to the next one: from the largest of the last four to the largest of the
 /// four before, or of the last eight of which it is below 1, since changes that are made of rounding errors
-/// shrink and grow. Of a transient that beats, single changes are small by chance; the largest are not.
+/// shrink and grow. Of a transient that beats, single changes are small by chance; the largest are not. A
+/// transient that turns slowly shrinks faster than it decays for several changes, then more slowly: the
+/// factor is not below that over the last 24 changes, by their last and first eight.
 pub(crate) fn contraction(changes: &[f64]) -> f64 {
+    let largest = |changes: &[f64]| changes.iter().copied().fold(0.0, f64::max);
     let window = RECENT.min(changes.len() / 2).max(1);
-    let largest = |j: usize| changes[j..j + window].iter().copied().fold(0.0, f64::max);
+    let of = |j: usize| largest(&changes[j..j + window]);
     let mut factors = (0..(changes.len() + 1).saturating_sub(2 * window))
-        .map(|j| (largest(j) / largest(j + window)).powf(1.0 / window as f64));
+        .map(|j| (of(j) / of(j + window)).powf(1.0 / window as f64));
     let last = factors.next().unwrap_or(f64::NAN);
-    if last < 1.0 { last } else { factors.find(|factor| *factor < 1.0).unwrap_or(last) }
+    let last = if last < 1.0 { last } else { factors.find(|factor| *factor < 1.0).unwrap_or(last) };
+    let slow = changes
+        .get(2 * SLOW..3 * SLOW)
+        .map(|early| (largest(&changes[..SLOW]) / largest(early)).powf(0.5 / SLOW as f64));
+    slow.filter(|slow| *slow < 1.0).map_or(last, |slow| last.max(slow))
 }
 
 /// The last change, or what is left of a change before it that shrinks with the factor `contraction`, if

@@ -420,3 +420,32 @@ fn an_unconnected_body_that_accelerates_does_not_settle() {
     let error = Settle::new().max_periods(5).run(&Dop853::new(), &alone, &State::at_rest(1)).unwrap_err();
     assert!(matches!(error, SettleError::Accelerates { coordinate: 0, periods: 5, .. }), "{error}");
 }
+
+/// q'' + d q' + k q = cos w t with a mode that makes 7.02 turns in a period, from states around the orbit: the transient
+/// turns by 0.15 rad a period, and its change is below its decay for several periods in a row.
+#[test]
+fn the_error_of_settling_is_estimated_where_the_transient_turns_slowly() {
+    let (w, damping) = (1.65, 0.0725);
+    let mode: f64 = 7.023 * w;
+    let stiffness = mode * mode + 0.25 * damping * damping;
+    let swing = gear_dynamics::model::from_fn(1, move |t, q, v, a| {
+        a[0] = (w * t).cos() - damping * v[0] - stiffness * q[0];
+    });
+    let swing = swing.unwrap().with_period(std::f64::consts::TAU / w).unwrap();
+    let bottom = (stiffness - w * w).powi(2) + (damping * w).powi(2);
+    let exact = [(stiffness - w * w) / bottom, damping * w * w / bottom];
+    let range = 2.0 / bottom.sqrt();
+    for k in 0..40 {
+        let phase = f64::from(k) * 0.157;
+        let start = State::new(
+            0.0,
+            &[exact[0] + 0.3 * range * phase.cos()],
+            &[exact[1] + 0.3 * range * mode * phase.sin()],
+        );
+        let solver = Dop853::new().rtol(1e-13).atol(1e-16);
+        let steady = Settle::new().tolerance(1e-9).max_periods(2000).run(&solver, &swing, &start).unwrap();
+        let away = [(steady.state.q[0] - exact[0]) / range, (steady.state.v[0] - exact[1]) / (range * w)];
+        let away = away[0].abs().max(away[1].abs());
+        assert!(away < 6.0 * steady.error(), "{k}: {away:e} {:e} {steady:?}", steady.error());
+    }
+}
